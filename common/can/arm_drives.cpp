@@ -34,12 +34,12 @@ std::int32_t ArmDrives::joint_outside() const noexcept {
 }
 
 void ArmDrives::step(DriveCommand command, core::Nanoseconds now_ns) noexcept {
-  told_.outside = sense_.known && !sense_.follows ? joint_outside() : -1;
-  told_.permitted = command.enable;
-  command.enable = command.enable && sense_.known && told_.outside < 0;
+  published_.outside = sense_.known && !sense_.follows ? joint_outside() : -1;
+  published_.permitted = command.enable;
+  command.enable = command.enable && sense_.known && published_.outside < 0;
   command.hold = config_.reaction == FaultReaction::kHold;
-  told_.report = group_.step(command, now_ns);
-  for_health_.write(told_);
+  published_.report = group_.step(command, now_ns);
+  for_health_.write(published_);
 }
 
 void ArmDrives::end(core::Nanoseconds now_ns) noexcept {

@@ -43,7 +43,7 @@ class ArmDrives {
   core::ActuatorHealth health();
 
  private:
-  struct Told {
+  struct Published {
     DriveGroupReport report;
     std::int32_t outside = -1;  // joint outside its range, which prevents power; −1: none
     bool permitted = false;     // the caller permits power
@@ -55,8 +55,8 @@ class ArmDrives {
   core::JointArray tolerance_;
   DriveGroup group_;
   ArmDrivesSense sense_;
-  Told told_, read_;
-  core::Snapshot<Told> for_health_;
+  Published published_, read_;
+  core::Snapshot<Published> for_health_;
   double worst_load_ = 0.0;  // share of the bit rate
 };
 

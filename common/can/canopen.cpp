@@ -60,6 +60,7 @@ constexpr Group kEmergencies[] = {
     {0x5000, 0xF000, "hardware"},
     {0x6000, 0xF000, "software"},
     {0x7000, 0xF000, "additional module"},
+    {0x8250, 0xFFFF, "its targets stopped coming"},
     {0x8100, 0xFF00, "communication"},
     {0x8000, 0xF000, "monitoring"},
     {0x9000, 0xF000, "external error"},

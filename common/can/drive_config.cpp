@@ -48,6 +48,7 @@ Status check_timing(const DriveTiming& t) {
   } times[] = {{"period_s", t.period_s, 0.00025, 0.1},
                {"heartbeat_s", t.heartbeat_s, 0.002, 10},
                {"heartbeat_timeout_s", t.heartbeat_timeout_s, 2 * t.heartbeat_s, 30},
+               {"target_timeout_s", t.target_timeout_s, t.target_timeout_s > 0.0 ? 2 * t.period_s : 0.0, 60},
                {"sdo_timeout_s", t.sdo_timeout_s, 0.005, 10},
                {"boot_timeout_s", t.boot_timeout_s, 0.05, 60},
                {"state_timeout_s", t.state_timeout_s, 0.01, 60},

@@ -33,6 +33,7 @@ struct DriveTiming {
   int measure_every = 1;              ///< number of SYNCs (1…240) from one velocity and torque to the next
   double heartbeat_s = 0.02;          ///< heartbeat period of master and drives
   double heartbeat_timeout_s = 0.05;  ///< ≥ 2 heartbeats
+  double target_timeout_s = 0.0;      ///< without targets for so long, drives stop by themselves; 0: never
   int most_missed = 3;                ///< successive SYNCs that a drive may leave unanswered
   double sdo_timeout_s = 0.1;         ///< for one answer
   double boot_timeout_s = 2.0;        ///< from the reset to the boot-up message

@@ -49,9 +49,9 @@ void DriveGroup::take_frames(Bus& bus) noexcept {
 
 // Returns whether the drives have to leave their faults now: once per rising edge, as soon as all buses are
 // back.
-bool DriveGroup::take_reset(bool asked) noexcept {
-  const bool edge = asked && !reset_before_;
-  reset_before_ = asked;
+bool DriveGroup::take_reset(bool requested) noexcept {
+  const bool edge = requested && !reset_before_;
+  reset_before_ = requested;
   bool all_on = true;
   for (Bus& bus : buses_) {
     if (!is_off(bus.port->state())) continue;
@@ -96,7 +96,7 @@ const DriveGroupReport& DriveGroup::step(const DriveCommand& command, core::Nano
       std::all_of(drives_.begin(), drives_.end(), [](const Drive& d) { return is_ready(d.report().phase); });
   for (std::size_t a = 0; a < drives_.size(); ++a)
     drives_[a].send_targets(targets_of(command, a), buses_[config_.axes[a].bus].targets);
-  for (std::size_t b = 0; b < buses_.size(); ++b) send(buses_[b], b, now_ns);
+  for (std::size_t b = 0; b < buses_.size(); ++b) send(buses_[b], b, command.hasten, now_ns);
   update_report(command);
   return report_;
 }
@@ -143,13 +143,17 @@ bool DriveGroup::put(Bus& bus, const CanFrame& frame) noexcept {
   return sent;
 }
 
-void DriveGroup::send(Bus& bus, std::size_t index, core::Nanoseconds now_ns) noexcept {
-  if (put(bus, sync_frame())) {
-    for (std::size_t a = 0; a < drives_.size(); ++a) {
-      if (config_.axes[a].bus == index) drives_[a].on_sync();
-    }
+void DriveGroup::send_sync(Bus& bus, std::size_t index) noexcept {
+  if (!put(bus, sync_frame())) return;
+  for (std::size_t a = 0; a < drives_.size(); ++a) {
+    if (config_.axes[a].bus == index) drives_[a].on_sync();
   }
+}
+
+void DriveGroup::send(Bus& bus, std::size_t index, bool hasten, core::Nanoseconds now_ns) noexcept {
+  if (!hasten) send_sync(bus, index);
   for (const CanFrame& frame : bus.targets.frames()) put(bus, frame);
+  if (hasten) send_sync(bus, index);
   if (bus.heartbeat_ns < 0 || core::seconds(now_ns - bus.heartbeat_ns) >= config_.timing.heartbeat_s) {
     put(bus, heartbeat_frame(static_cast<std::uint8_t>(config_.master_node), NmtState::kOperational));
     bus.heartbeat_ns = now_ns;

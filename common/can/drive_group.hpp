@@ -16,6 +16,7 @@ struct DriveCommand {
   bool hold = false;    ///< without enable: a drive with power stops on its ramp and holds; false: power off
   bool quick_stop = false;      ///< stop on the drives' ramps and hold; gives no power; overrides enable
   bool reset = false;           ///< a rising edge ends faults whose cause is gone
+  bool hasten = false;          ///< the cycle is late: the targets act with its SYNC, not with the next one
   core::JointArray position{};  ///< rad or m, for axes in position mode
   core::JointArray velocity{};  ///< for axes in velocity mode
   core::JointArray torque{};    ///< N·m or N at the joint: target in torque mode, else added by the drive
@@ -51,7 +52,8 @@ std::string describe(const DriveGroupReport& report, const std::vector<AxisConfi
 /// master_io.
 ///
 /// One cycle reads the received frames, advances every drive's state, sends SYNC, then the targets, then one
-/// frame of configuration per drive. Targets take effect with the next SYNC. For any command: torques stay
+/// frame of configuration per drive. Targets take effect with the next SYNC; in a cycle that is late they are
+/// sent first, as nobody knows when that would be. For any command: torques stay
 /// within max_torque. Position targets start at the actual position, move at most at max_speed and stay in
 /// the joint's range. A value that is not finite leaves position targets unchanged and gives no velocity or
 /// torque. After a fault of any drive no drive follows until `reset`.
@@ -80,12 +82,13 @@ class DriveGroup {
     core::Nanoseconds heartbeat_ns = -1;
   };
   void take_frames(Bus& bus) noexcept;
-  bool take_reset(bool asked) noexcept;
+  bool take_reset(bool requested) noexcept;
   DriveGoal goal_of(const DriveCommand& command, const Drive& drive) const noexcept;
   DriveTargets targets_of(const DriveCommand& command, std::size_t axis) noexcept;
   double lead_position(double wanted, std::size_t axis) noexcept;
   double finite_or_zero(double value) noexcept;
-  void send(Bus& bus, std::size_t index, core::Nanoseconds now_ns) noexcept;
+  void send(Bus& bus, std::size_t index, bool hasten, core::Nanoseconds now_ns) noexcept;
+  void send_sync(Bus& bus, std::size_t index) noexcept;
   bool put(Bus& bus, const CanFrame& frame) noexcept;
   void update_motion() noexcept;
   void update_report(const DriveCommand& command) noexcept;

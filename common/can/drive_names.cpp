@@ -10,16 +10,30 @@ const char* name_of(DrivePhase phase) noexcept {
   return kNames[static_cast<std::size_t>(phase)];
 }
 
-const char* name_of(DriveFault fault) noexcept {
-  constexpr const char* kNames[] = {
-      "none",           "setup refused", "setup timeout",    "not operational",     "mode mismatch",
-      "duplicate node", "PDO length",    "feedback missing", "measurement missing", "heartbeat lost",
-      "rebooted",       "bus-off",       "bus down",         "emergency",           "drive fault",
-      "enable timeout", "left enabled"};
-  return kNames[static_cast<std::size_t>(fault)];
-}
-
 namespace {
+
+struct FaultText {
+  const char* name;
+  const char* sentence;  // after the drive's name
+};
+constexpr FaultText kFaults[] = {  // in the order of DriveFault
+    {"none", "has no fault"},
+    {"setup refused", ""},
+    {"setup timeout", ""},
+    {"not operational", "is not operational"},
+    {"mode mismatch", ""},
+    {"duplicate node", "shares its node id with another device on the bus"},
+    {"PDO length", "sent a PDO of another length than was mapped"},
+    {"feedback missing", "leaves SYNCs without an answer"},
+    {"measurement missing", "tells its position, but not its speed and torque"},
+    {"heartbeat lost", "is not heard: its heartbeat stopped"},
+    {"rebooted", "started anew by itself"},
+    {"bus-off", "cannot be reached: the CAN controller left the bus (bus-off)"},
+    {"bus down", "cannot be reached: the CAN interface is down"},
+    {"emergency", ""},
+    {"drive fault", ""},
+    {"enable timeout", "does not reach the commanded power state"},
+    {"left enabled", "switched its power off by itself"}};
 
 std::string setup_sentence(const DriveReport& r) {
   char text[160];
@@ -43,43 +57,22 @@ std::string fault_sentence(const DriveReport& r) {
     case DriveFault::kSetupRefused:
     case DriveFault::kSetupTimeout:
       return setup_sentence(r);
-    case DriveFault::kNotOperational:
-      return "is not operational";
     case DriveFault::kModeMismatch:
       return "reports mode of operation " + std::to_string(r.mode) + ", which was not commanded";
-    case DriveFault::kDuplicateNode:
-      return "shares its node id with another device on the bus";
-    case DriveFault::kPdoLength:
-      return "sent a PDO of another length than was mapped";
-    case DriveFault::kFeedbackMissing:
-      return "leaves SYNCs without an answer";
-    case DriveFault::kMeasurementMissing:
-      return "tells its position, but not its speed and torque";
-    case DriveFault::kHeartbeatLost:
-      return "is not heard: its heartbeat stopped";
-    case DriveFault::kRebooted:
-      return "started anew by itself";
-    case DriveFault::kBusOff:
-      return "cannot be reached: the CAN controller left the bus (bus-off)";
-    case DriveFault::kBusDown:
-      return "cannot be reached: the CAN interface is down";
     case DriveFault::kEmergency:
     case DriveFault::kDriveFault: {
       char code[16];
       std::snprintf(code, sizeof code, "0x%04X", r.emergency_code);
       return std::string("is in fault: ") + emergency_text(r.emergency_code) + " (" + code + ")";
     }
-    case DriveFault::kEnableTimeout:
-      return "does not reach the commanded power state";
-    case DriveFault::kLeftEnabled:
-      return "switched its power off by itself";
-    case DriveFault::kNone:
-      break;
+    default:
+      return kFaults[static_cast<std::size_t>(r.fault)].sentence;
   }
-  return "has no fault";
 }
 
 }  // namespace
+
+const char* name_of(DriveFault fault) noexcept { return kFaults[static_cast<std::size_t>(fault)].name; }
 
 std::string describe(const DriveReport& report, const std::string& name) {
   if (report.phase == DrivePhase::kFault) return name + " " + fault_sentence(report);

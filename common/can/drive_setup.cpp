@@ -1,5 +1,6 @@
 #include "common/can/drive_setup.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <initializer_list>
 
@@ -49,6 +50,13 @@ void set_interpolation(Steps& steps, double period_s) {
   }
 }
 
+// Revolutions per minute of the motor at the joint's greatest speed and a tenth more, so that only what no
+// controller here commands is cut.
+std::uint32_t greatest_motor_rpm(const AxisConfig& axis) {
+  const double rpm = 66.0 * axis.max_speed * axis.units.gear_ratio / axis.units.travel_per_turn;
+  return static_cast<std::uint32_t>(std::min(std::ceil(rpm), 4294967295.0));
+}
+
 std::uint32_t milliseconds(double s) { return static_cast<std::uint32_t>(std::lround(s * 1e3)); }
 
 void map_targets(Steps& steps, DriveMode mode, std::uint32_t cob) {
@@ -67,6 +75,7 @@ void map_targets(Steps& steps, DriveMode mode, std::uint32_t cob) {
 
 std::vector<SetupStep> setup_steps(const AxisConfig& axis, const DriveGroupConfig& config) {
   Steps steps;
+  steps.reserve(64);
   const auto node = static_cast<std::uint32_t>(axis.node);
   const DriveTiming& t = config.timing;
   const auto mode_bit = 1U << (static_cast<int>(axis.mode) - 1);
@@ -83,11 +92,16 @@ std::vector<SetupStep> setup_steps(const AxisConfig& axis, const DriveGroupConfi
        .value = static_cast<std::uint32_t>(std::lround(axis.units.rated_motor_torque_Nm() * 1e3))});
   add_write(steps, 0x6072, 0, 2,
             static_cast<std::uint32_t>(axis.max_torque / std::abs(axis.units.torque_per_mille())));
+  add_write(steps, 0x6080, 0, 4, greatest_motor_rpm(axis));  // in torque mode, who else would limit the speed
+  steps.back().optional = true;
   set_interpolation(steps, t.period_s);
   map_pdo(steps, 0x1800, kCobTpdo1 + node, 1, {0x60410010, 0x60640020, 0x60610008});
   map_pdo(steps, 0x1801, kCobTpdo2 + node, static_cast<std::uint32_t>(t.measure_every),
           {0x606C0020, 0x60770010});
   map_targets(steps, axis.mode, kCobRpdo1 + node);
+  // Where a drive has it: without targets it stops as without the master's heartbeat.
+  add_write(steps, 0x1400, 5, 2, milliseconds(t.target_timeout_s));
+  steps.back().optional = true;
   for (std::uint16_t i = 1; i < 4; ++i) {
     switch_pdo_off(steps, static_cast<std::uint16_t>(0x1400 + i), kCobRpdo1 + 0x100U * i + node);
     if (i > 1) switch_pdo_off(steps, static_cast<std::uint16_t>(0x1800 + i), kCobTpdo1 + 0x100U * i + node);

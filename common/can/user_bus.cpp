@@ -133,9 +133,9 @@ class UserBus final : public CanBus {
 
   bool take(const Packet& packet, Received& received) noexcept {
     received = {.frame = {}, .errors = packet.errors, .state = state_, .time_ns = packet.time_ns};
-    if (packet.kind == Packet::kNews) state_ = received.state = static_cast<BusState>(packet.state);
+    if (packet.kind == Packet::kEvent) state_ = received.state = static_cast<BusState>(packet.state);
     if (packet.kind == Packet::kFrame) received.frame = wire::frame_of(packet);
-    const bool wanted = packet.kind == Packet::kNews || everything_ || passes(filters_, received.frame);
+    const bool wanted = packet.kind == Packet::kEvent || everything_ || passes(filters_, received.frame);
     if (packet.lost == 0) return wanted;
     counters_.lost += packet.lost;  // reported first; the packet's own content is kept for the next call
     has_held_ = wanted;

@@ -14,7 +14,7 @@ namespace phantom::can::wire {
 
 /// A packet between a node of a userspace bus and its hub, which run on the same host.
 struct Packet {
-  enum Kind : std::uint8_t { kFrame = 1, kNews = 2, kRestart = 3 };
+  enum Kind : std::uint8_t { kFrame = 1, kEvent = 2, kRestart = 3 };
   std::uint8_t kind = kFrame;
   std::uint8_t state = 0;
   std::uint16_t errors = 0;

@@ -1,9 +1,11 @@
 # Target helpers shared by every folder of the tree.
 #
-#   phantom_library(NAME SOURCES … PUBLIC … PRIVATE …)     common/NAME      -> phantom::NAME
-#   phantom_component(NAME SOURCES … LIBRARIES …)          components/NAME  -> library NAME_core, executable NAME
+#   phantom_library(NAME [QUICK] SOURCES … PUBLIC … PRIVATE …)   common/NAME      -> phantom::NAME
+#   phantom_component(NAME [QUICK] SOURCES … LIBRARIES …)        components/NAME  -> library NAME_core, executable NAME
 #   phantom_test(NAME SOURCES … LIBRARIES …)               one GoogleTest executable, NAME_test
 #   phantom_bench(NAME SOURCES … LIBRARIES …)              one Google Benchmark executable, NAME_bench
+# QUICK: of a release, the target's sources are compiled with -O1 instead of -O3. It is for code that computes little (DDS, messages,
+# configuration, tools): half of its compile time was optimising.
 #
 # Includes are written from the repository root: #include "common/workspace/grid.hpp".
 
@@ -26,7 +28,12 @@ file(CREATE_LINK "${CMAKE_SOURCE_DIR}/deploy" "${PHANTOM_SHARE_DIR}/deploy" SYMB
 set(CMAKE_UNITY_BUILD ${PHANTOM_UNITY})
 set(CMAKE_UNITY_BUILD_BATCH_SIZE 8)
 
-# Highway's dynamic dispatch includes a source once per instruction set: such a source cannot share a unit.
+# Highway's dynamic dispatch includes a source once per instruction set: such a source cannot share a unit. On x86 the
+# least set is SSE4.2 with AES, which processors have had since 2011: the plain one, without vectors, is not built.
+set(PHANTOM_VECTOR_OPTIONS "")
+if(CMAKE_SYSTEM_PROCESSOR MATCHES "^(x86_64|AMD64|amd64)$")
+  set(PHANTOM_VECTOR_OPTIONS -msse4.2 -maes -mpclmul)
+endif()
 function(phantom_keep_apart)
   foreach(source IN LISTS ARGN)
     if(NOT source MATCHES "\\.cpp$")
@@ -34,7 +41,7 @@ function(phantom_keep_apart)
     endif()
     file(STRINGS "${source}" dispatch REGEX "foreach_target\\.h" LIMIT_COUNT 1)
     if(dispatch)
-      set_source_files_properties("${source}" PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
+      set_source_files_properties("${source}" PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON COMPILE_OPTIONS "${PHANTOM_VECTOR_OPTIONS}")
     endif()
   endforeach()
 endfunction()
@@ -44,6 +51,8 @@ find_package(Threads REQUIRED)
 add_library(phantom_options INTERFACE)
 target_compile_options(phantom_options INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wno-sign-conversion -Wno-missing-field-initializers
                        -Wnon-virtual-dtor -Woverloaded-virtual
+                       # GCC 13 and later take a reference to what a function returns for one to its argument.
+                       $<$<AND:$<CXX_COMPILER_ID:GNU>,$<VERSION_GREATER_EQUAL:$<CXX_COMPILER_VERSION>,13>>:-Wno-dangling-reference>
                        $<$<BOOL:${PHANTOM_UNITY}>:-Wno-subobject-linkage>)
 if(PHANTOM_WARNINGS_AS_ERRORS)
   target_compile_options(phantom_options INTERFACE -Werror)
@@ -53,13 +62,23 @@ if(PHANTOM_SANITIZE)
   add_link_options(-fsanitize=${PHANTOM_SANITIZE})
 endif()
 
+# QUICK of the targets above.
+function(phantom_compile_quickly)
+  foreach(target IN LISTS ARGN)
+    target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O1>)
+  endforeach()
+endfunction()
+
 function(phantom_library NAME)
-  cmake_parse_arguments(ARG "" "" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
+  cmake_parse_arguments(ARG "QUICK" "" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
   if(ARG_SOURCES)
     add_library(phantom_${NAME} STATIC ${ARG_SOURCES})
     phantom_keep_apart(${ARG_SOURCES})
     target_include_directories(phantom_${NAME} PUBLIC "${PROJECT_SOURCE_DIR}")
     target_link_libraries(phantom_${NAME} PUBLIC ${ARG_PUBLIC} PRIVATE ${ARG_PRIVATE} $<BUILD_INTERFACE:phantom_options>)
+    if(ARG_QUICK)
+      phantom_compile_quickly(phantom_${NAME})
+    endif()
   else()
     add_library(phantom_${NAME} INTERFACE)
     target_include_directories(phantom_${NAME} INTERFACE "${PROJECT_SOURCE_DIR}")
@@ -68,7 +87,7 @@ function(phantom_library NAME)
   add_library(phantom::${NAME} ALIAS phantom_${NAME})
 endfunction()
 
-# Makes FILE, a table of parameters, the text phantom::NAMESPACE::VARIABLE of TARGET (common/runtime/fields.hpp).
+# Makes FILE, a table of keys (common/runtime/fields.hpp) or a part of a page, the text phantom::NAMESPACE::VARIABLE of TARGET.
 function(phantom_parameters TARGET FILE NAMESPACE VARIABLE)
   set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS "${FILE}")
   file(READ "${FILE}" TEXT)
@@ -83,13 +102,16 @@ const char* const @VARIABLE@ = R\"yaml(@TEXT@)yaml\";
 endfunction()
 
 function(phantom_component NAME)
-  cmake_parse_arguments(ARG "" "" "SOURCES;LIBRARIES" ${ARGN})
+  cmake_parse_arguments(ARG "QUICK" "" "SOURCES;LIBRARIES" ${ARGN})
   add_library(${NAME}_core STATIC ${ARG_SOURCES})
   target_include_directories(${NAME}_core PUBLIC "${PROJECT_SOURCE_DIR}")
   target_link_libraries(${NAME}_core PUBLIC ${ARG_LIBRARIES} phantom::runtime PRIVATE phantom_options)
   phantom_parameters(${NAME}_core ${NAME}.yaml ${NAME} kParameters)
   add_executable(${NAME} main.cpp)
   target_link_libraries(${NAME} PRIVATE ${NAME}_core phantom_options)
+  if(ARG_QUICK)
+    phantom_compile_quickly(${NAME} ${NAME}_core)
+  endif()
   set_property(GLOBAL APPEND PROPERTY PHANTOM_COMPONENT_NAMES ${NAME})
   install(TARGETS ${NAME} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT ${NAME})
   file(CREATE_LINK "${CMAKE_CURRENT_SOURCE_DIR}/${NAME}.yaml" "${PHANTOM_SHARE_DIR}/config/${NAME}.yaml" SYMBOLIC)
@@ -113,7 +135,7 @@ function(phantom_test NAME)
   add_executable(${NAME}_test ${ARG_SOURCES})
   set_target_properties(${NAME}_test PROPERTIES RUNTIME_OUTPUT_DIRECTORY "${CMAKE_BINARY_DIR}/tests")
   target_compile_definitions(${NAME}_test PRIVATE PHANTOM_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
-  target_compile_options(${NAME}_test PRIVATE $<$<CONFIG:Release>:-O1>)
+  phantom_compile_quickly(${NAME}_test)
   target_link_libraries(${NAME}_test PRIVATE ${ARG_LIBRARIES} GTest::gtest GTest::gmock GTest::gtest_main phantom_options)
   include(GoogleTest)
   gtest_discover_tests(${NAME}_test TEST_PREFIX "${NAME}." DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 300)

@@ -1,6 +1,7 @@
 #include "common/core/health.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cstdio>
 
 namespace phantom::core {
@@ -14,6 +15,11 @@ std::string sentence(const LoopStatistics& loop) {
 
 }  // namespace
 
+const char* name_of(ComponentState state) noexcept {
+  constexpr std::array kNames{"starting", "ready", "running", "degraded", "stopped", "fault"};
+  return kNames[static_cast<std::size_t>(state)];
+}
+
 bool hangs(const LoopStatistics& loop) noexcept { return loop.limit_s > 0.0 && loop.idle_s > loop.limit_s; }
 
 bool any_hangs(const Health& health) noexcept {
@@ -21,13 +27,13 @@ bool any_hangs(const Health& health) noexcept {
 }
 
 Health with_hung_loops(Health health) {
-  std::string said;
+  std::string hung;
   for (const LoopStatistics& loop : health.loops) {
-    if (hangs(loop)) said += (said.empty() ? "" : "; ") + sentence(loop);
+    if (hangs(loop)) hung += (hung.empty() ? "" : "; ") + sentence(loop);
   }
-  if (said.empty()) return health;
+  if (hung.empty()) return health;
   health.state = ComponentState::kFault;
-  health.message = said + (health.message.empty() ? "" : "; " + health.message);
+  health.message = hung + (health.message.empty() ? "" : "; " + health.message);
   return health;
 }
 

@@ -8,6 +8,8 @@ namespace phantom::core {
 
 /// State of a component as the operator sees it (topic component_status).
 enum class ComponentState { kStarting, kReady, kRunning, kDegraded, kStopped, kFault };
+/// Returns "starting", "ready", "running", "degraded", "stopped" or "fault".
+const char* name_of(ComponentState state) noexcept;
 
 /// Statistics of a loop or serving thread since it started.
 struct LoopStatistics {
@@ -30,6 +32,19 @@ struct HealthFigure {
   std::string name;
   double value = 0.0;
   std::string unit;
+};
+
+/// Statistics of one endpoint of this process on a topic since it was created (topic component_status).
+struct EndpointStatistics {
+  std::string topic;
+  bool writer = false;
+  std::uint32_t matched = 0;
+  std::uint64_t samples = 0;
+  std::uint64_t refused = 0;  ///< samples that the component's validation refused
+  std::uint64_t deadline_missed = 0;
+  std::uint64_t liveliness_lost = 0;
+  std::uint64_t incompatible_qos = 0;
+  double busy_s = 0.0;  ///< time that the component's callback has spent on its current sample
 };
 
 /// State of an arm's actuators (drives, or a simulation of them), as they report it themselves.

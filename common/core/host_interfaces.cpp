@@ -3,12 +3,19 @@
 #include <arpa/inet.h>
 #include <ifaddrs.h>
 #include <net/if.h>
+#include <unistd.h>
 
 #include <algorithm>
 
 #include "common/core/errors.hpp"
 
 namespace phantom::core {
+
+std::string host_name() {
+  char name[65] = {};
+  gethostname(name, sizeof name - 1);
+  return name;
+}
 
 std::vector<HostInterface> host_interfaces() {
   std::vector<HostInterface> found;

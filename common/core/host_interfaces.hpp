@@ -7,6 +7,9 @@
 
 namespace phantom::core {
 
+/// Returns the name of this host, as component_status gives it.
+std::string host_name();
+
 /// An IPv4 address of this host.
 struct HostInterface {
   std::string name;      ///< "eth0"

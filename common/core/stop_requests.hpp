@@ -44,7 +44,7 @@ struct StopReset {
 };
 
 /// Passes emergency stops and resets from any thread to the servo thread, and the results of the resets back.
-/// No stop is ever lost: stops are counted, not queued.
+/// No stop is ever lost: stops are counted, not queued. Neither is the result of a reset that was accepted.
 class StopRequests {
  public:
   struct Reset {
@@ -59,14 +59,20 @@ class StopRequests {
   /// Requests an emergency stop; returns how many have been requested so far. Any thread; real-time safe:
   /// yes.
   std::uint32_t stop() noexcept { return stops_.fetch_add(1, std::memory_order_acq_rel) + 1; }
-  /// Requests a reset; returns its number, or 0 if too many wait. Any thread but the servo's.
+  /// Requests a reset; returns its number, or 0 if too many wait, or too many results do. Any thread but the
+  /// servo's.
   std::uint32_t reset(const StopReset& names) noexcept {
     const std::lock_guard lock(mutex_);
-    if (!resets_.put({resets_made_ + 1, names})) return 0;
+    const std::uint32_t unanswered = resets_made_ - results_taken_.load(std::memory_order_acquire);
+    if (unanswered == kMostUnanswered || !resets_.put({resets_made_ + 1, names})) return 0;
     return ++resets_made_;
   }
   /// Takes the result of a reset; returns false if there is no new one. Always from the same thread.
-  bool take_result(Result& result) noexcept { return results_.take(result); }
+  bool take_result(Result& result) noexcept {
+    if (!results_.take(result)) return false;
+    results_taken_.fetch_add(1, std::memory_order_release);
+    return true;
+  }
 
   /// Returns the number of stops requested so far. Real-time safe: yes.
   std::uint32_t stops() const noexcept { return stops_.load(std::memory_order_acquire); }
@@ -76,11 +82,13 @@ class StopRequests {
   void give_result(const Result& result) noexcept { results_.put(result); }
 
  private:
+  static constexpr std::uint32_t kMostUnanswered = 64;  // resets whose results nobody has taken
   std::atomic<std::uint32_t> stops_{0};
   std::mutex mutex_;  // guards the writing end of resets_
   std::uint32_t resets_made_ = 0;
   EventRing<Reset, 16> resets_;
-  EventRing<Result, 64> results_;
+  EventRing<Result, kMostUnanswered> results_;  // has room for the result of every reset
+  std::atomic<std::uint32_t> results_taken_{0};
 };
 
 }  // namespace phantom::core

@@ -51,6 +51,8 @@ constexpr ThreadPlace kScheme[] = {
     {kFilm, "film", kOrdinary, "synthetic_viewer", "encodes a film, at niceness 15", "pictures; files"},
     {kPictures, "pictures", kOrdinary, "synthetic_viewer", "writes the report's pictures", "files"},
     {kPage, "page", kOrdinary, "synthetic_viewer", "serves the operator's page", "browsers; pictures"},
+    {kPageReader, "page_reader", kOrdinary, "synthetic_viewer", "reads the requests to the operator's page",
+     "its sockets"},
     {kRequests, "requests", kOrdinary, "synthetic_viewer; commands from the shell",
      "asks master and slave until they have answered", "its clock; locks of Fast DDS"},
     {kReadmission, "readmission", kOrdinary, "all", "begins discovery anew with who returned",

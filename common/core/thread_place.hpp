@@ -27,6 +27,7 @@ enum class ThreadRole {
   kFilm,
   kPictures,
   kPage,
+  kPageReader,
   kRequests,
   kReadmission,
   kHelper,

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
+#include <string>
 #include <string_view>
 
 namespace phantom::core {
@@ -29,5 +31,29 @@ constexpr std::size_t utf8_prefix(std::string_view text) noexcept {
 }
 
 constexpr bool is_utf8(std::string_view text) noexcept { return utf8_prefix(text) == text.size(); }
+
+/// Returns whether a byte of UTF-8 is the first of a character.
+constexpr bool begins_character(char byte) noexcept {
+  return (static_cast<unsigned char>(byte) & 0xc0U) != 0x80U;
+}
+
+/// Returns the first `most_bytes` bytes of a UTF-8 text, without a character that would be cut.
+inline std::string cut_to_bytes(std::string_view text, std::size_t most_bytes) {
+  if (text.size() <= most_bytes) return std::string(text);
+  while (most_bytes > 0 && !begins_character(text[most_bytes])) --most_bytes;
+  return std::string(text.substr(0, most_bytes));
+}
+
+/// Returns the number of characters of a UTF-8 text: its columns on a terminal, if every character takes one.
+inline std::size_t columns_of(std::string_view text) {
+  return static_cast<std::size_t>(std::count_if(text.begin(), text.end(), begins_character));
+}
+
+/// Returns the first `columns` characters of a UTF-8 text.
+inline std::string cut_to_columns(std::string_view text, std::size_t columns) {
+  std::size_t seen = 0, end = 0;
+  while (end < text.size() && !(begins_character(text[end]) && seen++ == columns)) ++end;
+  return std::string(text.substr(0, end));
+}
 
 }  // namespace phantom::core

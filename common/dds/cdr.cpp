@@ -1,18 +1,15 @@
 #include "common/dds/cdr.hpp"
 
-#include <fastdds/rtps/common/InstanceHandle.h>
-#include <fastdds/rtps/common/SerializedPayload.h>
-
 #include <algorithm>
 #include <exception>
-#include <fastdds/dds/topic/TypeSupport.hpp>
 
 #include "common/dds/topic_list.hpp"
+#include "fast_dds/type_support.hpp"
 
 namespace phantom::dds {
 namespace {
 
-using eprosima::fastrtps::rtps::SerializedPayload_t;
+using fast_dds::rtps::SerializedPayload_t;
 
 /// A payload over bytes that the caller owns, for the duration of one call.
 class Borrowed : public SerializedPayload_t {
@@ -47,23 +44,22 @@ CdrCodec::~CdrCodec() = default;
 CdrCodec::CdrCodec(CdrCodec&&) noexcept = default;
 
 const TopicDescription& CdrCodec::topic() const { return impl_->topic; }
-bool CdrCodec::keyed() const { return impl_->type->m_isGetKeyDefined; }
+bool CdrCodec::keyed() const { return fast_dds::is_keyed(*impl_->type); }
 
 bool CdrCodec::decode(std::span<const std::uint8_t> bytes, void* sample) const {
   if (bytes.size() < SerializedPayload_t::representation_header_size) return false;
   Borrowed payload(bytes);
   try {
-    return impl_->type->deserialize(&payload, sample);
+    return fast_dds::deserialise(*impl_->type, payload, sample);
   } catch (const std::exception&) {  // e.g. a sequence whose stated length exceeds memory
     return false;
   }
 }
 
 bool CdrCodec::encode(const void* sample, std::vector<std::uint8_t>& bytes) const {
-  auto* given = const_cast<void*>(sample);
-  SerializedPayload_t payload(impl_->type->getSerializedSizeProvider(given)());
+  SerializedPayload_t payload;
   try {
-    if (!impl_->type->serialize(given, &payload)) return false;
+    if (!fast_dds::serialise(*impl_->type, sample, payload)) return false;
   } catch (const std::exception&) {
     return false;
   }
@@ -75,8 +71,8 @@ bool CdrCodec::instance_of(std::span<const std::uint8_t> bytes, InstanceKey& ins
   instance = {};
   if (!keyed()) return true;
   if (!decode(bytes, impl_->scratch)) return false;
-  eprosima::fastrtps::rtps::InstanceHandle_t handle;
-  if (!impl_->type->getKey(impl_->scratch, &handle, false)) return false;
+  fast_dds::rtps::InstanceHandle_t handle;
+  if (!fast_dds::find_key(*impl_->type, impl_->scratch, handle)) return false;
   std::copy_n(static_cast<const std::uint8_t*>(handle.value), instance.size(), instance.begin());
   return true;
 }

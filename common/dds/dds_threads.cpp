@@ -4,9 +4,8 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
-#include <cstring>
-
 #include "common/core/thread_place.hpp"
+#include "fast_dds/threads.hpp"
 
 namespace phantom::dds {
 
@@ -25,7 +24,7 @@ void take_receivers_place(int servo_priority) noexcept {
   char name[16] = {};
   pthread_getname_np(pthread_self(), name, sizeof name);
   // A writer in the same process calls its readers on its own thread, which keeps its place.
-  if (std::strcmp(name, core::place_of(core::ThreadRole::kDds).name) == 0)
+  if (fast_dds::is_own_thread(name, core::place_of(core::ThreadRole::kDds).name))
     core::take_place(core::ThreadRole::kReceiver, servo_priority);
 }
 

@@ -12,8 +12,8 @@ inline constexpr int kHapticNiceness = -10;
 
 /// Calls `make` once in a thread that has the name of Fast DDS's threads (core/thread_place.hpp) and, if
 /// `in_haptic_path`, kHapticNiceness where the process may set it. Threads that `make` starts inherit both;
-/// Fast DDS 2.9 has no setting for them. Throws what `make` throws. Blocks until `make` has returned.
-/// Real-time safe: no.
+/// Fast DDS 2.9 has no setting for them, and 3.1 names them itself. Throws what `make` throws. Blocks until
+/// `make` has returned. Real-time safe: no.
 void with_dds_threads(bool in_haptic_path, const std::function<void()>& make);
 
 /// Gives the calling thread the receiver's place (core::ThreadRole::kReceiver) if it is a thread of Fast DDS,

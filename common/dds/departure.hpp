@@ -7,6 +7,10 @@
 
 namespace phantom::dds {
 
+/// Greater than an announcement's sequence number, which counts how often its content has changed. A peer
+/// forgets the number together with the participant.
+inline constexpr std::uint32_t kDepartureSequence = 1 << 20;
+
 /// Returns the RTPS message by which participant `own` takes leave of `peer` alone: the disposal of its own
 /// announcement (OMG DDSI-RTPS, Simple Participant Discovery Protocol: DATA with KeyHash and StatusInfo), as
 /// a participant that ends sends it to all. `peer` forgets `own`, and discovers it again at its next

@@ -4,6 +4,8 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <type_traits>
+#include <utility>
 
 #include "common/core/clock.hpp"
 #include "common/dds/guid_prefix.hpp"
@@ -39,13 +41,13 @@ class RawWriter {
 
 class RawReader {
  public:
-  using OnSample = std::function<void(const void*, const SampleInfo&)>;
+  using OnSample = std::function<bool(const void*, const SampleInfo&)>;
   using OnWriterGone = std::function<void(const GuidPrefix&)>;
   RawReader(Participant& participant, const TopicDescription& topic, OnSample on_sample,
             OnWriterGone on_writer_gone = {});
   ~RawReader();
   RawReader(RawReader&&) noexcept;
-  /// Counts a sample that the component's validation refused (shown as `refused`). Thread-safe.
+  /// Counts a sample that was refused after its callback had returned. Thread-safe.
   void count_refused();
   std::uint32_t matched() const;
 
@@ -71,19 +73,27 @@ class Writer {
 };
 
 /// Receives T. `on_sample` runs on a middleware thread, one sample at a time: copy what you need
-/// (core::Snapshot, a queue) and return; do not block, do not throw. `on_writer_gone` runs likewise when a
+/// (core::Snapshot, a queue) and return; do not block, do not throw. It may return whether the sample was
+/// accepted; a sample that was not is counted (shown as `refused`). `on_writer_gone` runs likewise when a
 /// participant's writer of this topic has ended, or has not been heard for its lease.
 template <class T>
 class Reader {
  public:
   using OnSample = std::function<void(const T&, const SampleInfo&)>;
   using OnWriterGone = RawReader::OnWriterGone;
-  Reader(Participant& participant, const TopicSpec<T>& topic, OnSample on_sample,
+  template <class Callback>
+  Reader(Participant& participant, const TopicSpec<T>& topic, Callback on_sample,
          OnWriterGone on_writer_gone = {})
       : raw_(
             participant, topic,
-            [callback = std::move(on_sample)](const void* sample, const SampleInfo& info) {
-              callback(*static_cast<const T*>(sample), info);
+            [callback = std::move(on_sample)](const void* data, const SampleInfo& info) mutable {
+              const T& sample = *static_cast<const T*>(data);
+              if constexpr (std::is_same_v<decltype(callback(sample, info)), bool>) {
+                return callback(sample, info);
+              } else {
+                callback(sample, info);
+                return true;
+              }
             },
             std::move(on_writer_gone)) {}
   void count_refused() { raw_.count_refused(); }

@@ -1,79 +1,48 @@
-#include <fastdds/rtps/attributes/ServerAttributes.h>
-#include <fastrtps/utils/IPLocator.h>
 #include <spdlog/spdlog.h>
 
-#include <cstdio>
 #include <fastdds/dds/domain/DomainParticipantFactory.hpp>
-#include <fastdds/dds/log/Log.hpp>
 #include <fastdds/dds/publisher/DataWriter.hpp>
 #include <fastdds/dds/topic/Topic.hpp>
 #include <fastdds/dds/topic/TypeSupport.hpp>
-#include <set>
 
 #include "common/core/host_interfaces.hpp"
 #include "common/core/random.hpp"
 #include "common/dds/dds_threads.hpp"
-#include "common/dds/fast_dds_log.hpp"
 #include "common/dds/participant_impl.hpp"
+#include "common/dds/profiles.hpp"
 #include "common/dds/qos.hpp"
 #include "common/dds/readmission.hpp"
 #include "common/dds/security.hpp"
 #include "common/dds/topic_list.hpp"
 #include "common/dds/transport.hpp"
+#include "fast_dds/discovery.hpp"
+#include "fast_dds/participants.hpp"
 
 namespace phantom::dds {
 namespace {
 
 namespace edds = eprosima::fastdds::dds;
-namespace rtps = eprosima::fastrtps::rtps;
+namespace rtps = fast_dds::rtps;
 
-// The factory keeps profiles for the process's life and refuses a second file with the same names, so each
-// file that it has accepted is loaded once.
-void load_profiles(const std::filesystem::path& file) {
-  take_over_fast_dds_log();
-  static std::mutex mutex;
-  static std::set<std::filesystem::path> loaded;
-  const std::lock_guard lock(mutex);
-  if (!std::filesystem::is_regular_file(file)) throw DdsError(file.string() + ": QoS profiles: no such file");
-  const auto known_as = std::filesystem::canonical(file);
-  if (loaded.contains(known_as)) return;
-  auto* factory = edds::DomainParticipantFactory::get_instance();
-  if (factory->load_XML_profiles_file(file.string()) != ReturnCode_t::RETCODE_OK) {
-    eprosima::fastdds::dds::Log::Flush();
-    throw DdsError(file.string() +
-                   ": QoS profiles: the file is refused by Fast DDS (one bad element rejects the whole "
-                   "file; the lines above name it)");
-  }
-  loaded.insert(known_as);
-}
-
-// Clients announce to the servers alone. `whole`: the client receives every endpoint, not only those that
-// match its own.
-void use_discovery_servers(rtps::DiscoverySettings& discovery, const std::vector<std::string>& servers,
-                           bool whole) {
-  using Protocol = rtps::DiscoveryProtocol_t;
-  discovery.discoveryProtocol = whole ? Protocol::SUPER_CLIENT : Protocol::CLIENT;
-  for (std::size_t id = 0; id < servers.size(); ++id) {
-    const auto colon = servers[id].rfind(':');
-    rtps::Locator_t locator;
+std::vector<rtps::Locator_t> locators_of(const std::vector<std::string>& servers) {
+  std::vector<rtps::Locator_t> locators;
+  for (const std::string& server : servers) {
+    const auto colon = server.rfind(':');
+    rtps::Locator_t& locator = locators.emplace_back();
     locator.kind = LOCATOR_KIND_UDPv4;
-    rtps::IPLocator::setIPv4(locator, servers[id].substr(0, colon));
-    locator.port = static_cast<std::uint32_t>(std::stoul(servers[id].substr(colon + 1)));
-    eprosima::fastdds::rtps::RemoteServerAttributes server;
-    char prefix[64];  // the GUID prefix of `fast-discovery-server -i ID`
-    std::snprintf(prefix, sizeof prefix, "44.53.%02zx.5f.45.50.52.4f.53.49.4d.41", id);
-    server.ReadguidPrefix(prefix);
-    server.metatrafficUnicastLocatorList.push_back(locator);
-    discovery.m_DiscoveryServers.push_back(server);
+    rtps::IPLocator::setIPv4(locator, server.substr(0, colon));
+    locator.port = static_cast<std::uint32_t>(std::stoul(server.substr(colon + 1)));
   }
+  return locators;
 }
 
 edds::DomainParticipantQos participant_qos(const std::string& component, const core::NetworkOptions& network,
-                                           bool observes) {
+                                           bool observes,
+                                           const std::shared_ptr<GuardedTransportDescriptor>& transport) {
   edds::DomainParticipantQos qos = edds::PARTICIPANT_QOS_DEFAULT;
   qos.name(component);
   qos.transport().use_builtin_transports = false;
-  qos.transport().user_transports.push_back(transport_of(network));
+  qos.transport().user_transports.push_back(transport);
   auto& discovery = qos.wire_protocol().builtin.discovery_config;
   discovery.leaseDuration = {5, 0};
   discovery.leaseDuration_announcementperiod = {1, 0};
@@ -86,8 +55,11 @@ edds::DomainParticipantQos participant_qos(const std::string& component, const c
     qos.wire_protocol().builtin.initialPeersList.push_back(locator);
   }
   if (!network.discovery_servers.empty())
-    use_discovery_servers(discovery, network.discovery_servers, observes);
-  if (!network.security.empty()) add_security(qos.properties(), network.security, component);
+    fast_dds::use_discovery_servers(discovery, locators_of(network.discovery_servers), observes);
+  if (!network.security.empty()) {
+    for (const auto& [name, value] : security_properties(network.security, component))
+      qos.properties().properties().emplace_back(name, value);
+  }
   return qos;
 }
 
@@ -174,7 +146,7 @@ void check_qos_profiles(const std::filesystem::path& qos_profiles) {
 }
 
 Participant::Participant(const std::string& component, const core::NetworkOptions& network,
-                         std::shared_ptr<edds::DomainParticipantListener> discovery)
+                         std::shared_ptr<DiscoveryEvents> discovery)
     : impl_(std::make_shared<Impl>()) {
   check_qos_profiles(network.qos_profiles);
   core::require_interfaces(network, core::host_interfaces());
@@ -182,14 +154,19 @@ Participant::Participant(const std::string& component, const core::NetworkOption
   impl_->servo_priority = network.servo_priority;
   impl_->session = core::random_number();
   const bool observes = discovery != nullptr;
-  impl_->discovery = std::move(discovery);
+  const auto transport = transport_of(network, observes);
+  impl_->refused = transport->refused;
+  impl_->outbox = transport->outbox;
+  impl_->bans = transport->bans;
   if (network.discovery_servers.empty()) {  // with discovery servers, a peer's end is reported by others
-    impl_->discovery = impl_->readmission =
-        std::make_shared<Readmission>(component, !network.security.empty(), impl_->discovery);
+    discovery = impl_->readmission =
+        std::make_shared<Readmission>(component, !network.security.empty(), transport->outbox, discovery);
   }
+  if (discovery) impl_->listener = std::make_shared<fast_dds::DiscoveryListener>(std::move(discovery));
   with_dds_threads(network.servo_priority > 0, [&] {
-    impl_->participant = make_participant(network.domain, participant_qos(component, network, observes),
-                                          impl_->discovery.get(), Joins::kNow);
+    impl_->participant =
+        make_participant(network.domain, participant_qos(component, network, observes, transport),
+                         impl_->listener.get(), Joins::kNow);
   });
   if (impl_->participant == nullptr) {
     throw DdsError("domain " + std::to_string(network.domain) + ": Fast DDS could not join" +
@@ -222,9 +199,13 @@ const std::string& Participant::component() const { return impl_->component; }
 std::uint64_t Participant::session() const { return impl_->session; }
 int Participant::servo_priority() const { return impl_->servo_priority; }
 
-std::vector<EndpointStatistics> Participant::endpoints() const {
+std::vector<Refused> Participant::refused_datagrams() const { return impl_->refused->list(); }
+
+void Participant::log_refused_datagrams() { impl_->refused->log(impl_->component, core::monotonic_ns()); }
+
+std::vector<core::EndpointStatistics> Participant::endpoints() const {
   const std::lock_guard lock(impl_->mutex);
-  std::vector<EndpointStatistics> statistics;
+  std::vector<core::EndpointStatistics> statistics;
   const core::Nanoseconds now_ns = core::monotonic_ns();
   for (const auto& c : impl_->counters) {
     const core::Nanoseconds busy_since_ns = c->busy_since_ns.load(std::memory_order_relaxed);

@@ -6,13 +6,13 @@
 #include <vector>
 
 #include "common/core/errors.hpp"
+#include "common/core/health.hpp"
 #include "common/core/network.hpp"
-
-namespace eprosima::fastdds::dds {
-class DomainParticipantListener;
-}
+#include "common/dds/refused_datagrams.hpp"
 
 namespace phantom::dds {
+
+class DiscoveryEvents;
 
 /// A problem with DDS: a profile file that does not load, a QoS profile that contradicts the topic's
 /// contract, a resource that Fast DDS refuses. what() names the topic, the file, and what is allowed.
@@ -20,19 +20,6 @@ namespace phantom::dds {
 class DdsError : public core::ConfigError {
  public:
   using core::ConfigError::ConfigError;
-};
-
-/// Statistics of one endpoint since it was created.
-struct EndpointStatistics {
-  std::string topic;
-  bool writer = false;
-  std::uint32_t matched = 0;
-  std::uint64_t samples = 0;
-  std::uint64_t refused = 0;  ///< samples that the component's validation refused
-  std::uint64_t deadline_missed = 0;
-  std::uint64_t liveliness_lost = 0;
-  std::uint64_t incompatible_qos = 0;
-  double busy_s = 0.0;  ///< time that the component's callback has spent on its current sample
 };
 
 /// Loads the profiles and compares each with its topic's contract (common/dds/topics.hpp). Throws DdsError
@@ -49,7 +36,7 @@ class Participant {
   /// of a servo (`network.servo_priority`) the thread that receives samples and calls readers' `on_sample`
   /// has SCHED_FIFO, where that is permitted (core/thread_place.hpp). Thread-safe.
   Participant(const std::string& component, const core::NetworkOptions& network,
-              std::shared_ptr<eprosima::fastdds::dds::DomainParticipantListener> discovery = nullptr);
+              std::shared_ptr<DiscoveryEvents> discovery = nullptr);
   ~Participant();
   Participant(Participant&&) = delete;
 
@@ -58,8 +45,12 @@ class Participant {
   std::uint64_t session() const;
   /// Returns `network.servo_priority`, which decides the priorities of threads other than those of DDS.
   int servo_priority() const;
+  /// Returns the datagrams that were refused before Fast DDS saw them, by reason. Thread-safe.
+  std::vector<Refused> refused_datagrams() const;
+  /// Logs them now and then, while more come. Not real-time safe; call it from one thread.
+  void log_refused_datagrams();
   /// Returns the statistics of every endpoint of this participant. Thread-safe.
-  std::vector<EndpointStatistics> endpoints() const;
+  std::vector<core::EndpointStatistics> endpoints() const;
 
   struct Impl;
   const std::shared_ptr<Impl>& impl() const { return impl_; }

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <atomic>
 #include <fastdds/dds/domain/DomainParticipant.hpp>
-#include <fastdds/dds/domain/DomainParticipantListener.hpp>
 #include <fastdds/dds/publisher/Publisher.hpp>
 #include <fastdds/dds/subscriber/Subscriber.hpp>
 #include <memory>
@@ -11,9 +10,14 @@
 #include <vector>
 
 #include "common/core/clock.hpp"
+#include "common/dds/discovery.hpp"
 #include "common/dds/guid_prefix.hpp"
 #include "common/dds/participant.hpp"
 #include "common/dds/topics.hpp"
+
+namespace phantom::fast_dds {
+class DiscoveryListener;
+}
 
 namespace phantom::dds {
 
@@ -27,9 +31,12 @@ struct EndpointCounters {
   std::atomic<core::Nanoseconds> busy_since_ns{0};  // 0: no callback of the component is running
 };
 
+class Bans;
 class Readmission;
+class Outbox;
+class RefusedDatagrams;
 
-inline GuidPrefix prefix_of(const eprosima::fastrtps::rtps::GUID_t& guid) {
+inline GuidPrefix prefix_of(const fast_dds::rtps::GUID_t& guid) {
   GuidPrefix prefix;
   std::copy_n(guid.guidPrefix.value, prefix.size(), prefix.begin());
   return prefix;
@@ -40,8 +47,11 @@ struct Participant::Impl {
   std::string component;
   std::uint64_t session = 0;
   int servo_priority = 0;
-  std::shared_ptr<eprosima::fastdds::dds::DomainParticipantListener> discovery;  // outlives the participant
-  std::shared_ptr<Readmission> readmission;  // the same object, unless there are discovery servers
+  std::shared_ptr<fast_dds::DiscoveryListener> listener;  // outlives the participant
+  std::shared_ptr<RefusedDatagrams> refused;              // shared with the transport
+  std::shared_ptr<Outbox> outbox;                         // shared with the transport
+  std::shared_ptr<Bans> bans;                             // shared with the transport
+  std::shared_ptr<Readmission> readmission;               // null where there are discovery servers
   eprosima::fastdds::dds::DomainParticipant* participant = nullptr;
   eprosima::fastdds::dds::Publisher* publisher = nullptr;
   eprosima::fastdds::dds::Subscriber* subscriber = nullptr;

@@ -6,15 +6,16 @@
 #include <fastdds/dds/subscriber/Subscriber.hpp>
 
 #include "common/dds/participant.hpp"
+#include "fast_dds/types.hpp"
 
 namespace phantom::dds {
 namespace {
 
 namespace edds = eprosima::fastdds::dds;
-using eprosima::fastrtps::Duration_t;
+using fast_dds::Duration;
 
-std::string in_milliseconds(const Duration_t& duration) {
-  if (duration == eprosima::fastrtps::c_TimeInfinite) return "none";
+std::string in_milliseconds(const Duration& duration) {
+  if (duration == fast_dds::infinite()) return "none";
   return std::to_string(duration.to_ns() / 1'000'000) + " ms";
 }
 
@@ -72,7 +73,7 @@ void without_piggyback(edds::DataWriterQos& qos) noexcept {
 
 edds::DataWriterQos writer_qos(edds::Publisher& publisher, const TopicDescription& topic) {
   edds::DataWriterQos qos;
-  if (publisher.get_datawriter_qos_from_profile(topic.name, qos) != ReturnCode_t::RETCODE_OK) {
+  if (!fast_dds::ok(publisher.get_datawriter_qos_from_profile(topic.name, qos))) {
     throw no_profile(topic, "data_writer");
   }
   const ContractCheck check(topic, "data_writer");
@@ -86,7 +87,7 @@ edds::DataWriterQos writer_qos(edds::Publisher& publisher, const TopicDescriptio
 
 edds::DataReaderQos reader_qos(edds::Subscriber& subscriber, const TopicDescription& topic) {
   edds::DataReaderQos qos;
-  if (subscriber.get_datareader_qos_from_profile(topic.name, qos) != ReturnCode_t::RETCODE_OK) {
+  if (!fast_dds::ok(subscriber.get_datareader_qos_from_profile(topic.name, qos))) {
     throw no_profile(topic, "data_reader");
   }
   ContractCheck(topic, "data_reader").policies(qos);

@@ -1,3 +1,5 @@
+#include <spdlog/spdlog.h>
+
 #include <algorithm>
 #include <fastdds/dds/domain/DomainParticipant.hpp>
 #include <fastdds/dds/subscriber/DataReader.hpp>
@@ -6,10 +8,13 @@
 #include <fastdds/dds/topic/Topic.hpp>
 #include <fastdds/dds/topic/TypeSupport.hpp>
 
+#include "common/dds/bans.hpp"
 #include "common/dds/dds_threads.hpp"
 #include "common/dds/endpoint.hpp"
+#include "common/dds/key_census.hpp"
 #include "common/dds/participant_impl.hpp"
 #include "common/dds/qos.hpp"
+#include "fast_dds/type_support.hpp"
 
 namespace phantom::dds {
 
@@ -17,8 +22,8 @@ namespace edds = eprosima::fastdds::dds;
 namespace {
 
 /// An endpoint's handle holds its GUID.
-GuidPrefix writer_of(const eprosima::fastrtps::rtps::InstanceHandle_t& handle) {
-  return prefix_of(eprosima::fastrtps::rtps::iHandle2GUID(handle));
+GuidPrefix writer_of(const fast_dds::rtps::InstanceHandle_t& handle) {
+  return prefix_of(fast_dds::rtps::iHandle2GUID(handle));
 }
 
 }  // namespace
@@ -34,6 +39,8 @@ struct RawReader::Impl : edds::DataReaderListener {
   void* sample = nullptr;  // reused for every take: DDS calls a reader's listener from one thread at a time
   OnSample on_sample;
   OnWriterGone on_writer_gone;
+  std::mutex census_mutex;
+  std::unique_ptr<KeyCensus> census;  // of a keyed topic
   edds::DataReader* reader = nullptr;
 
   ~Impl() override {
@@ -43,22 +50,38 @@ struct RawReader::Impl : edds::DataReaderListener {
   void on_data_available(edds::DataReader* from) override {
     take_receivers_place(participant->servo_priority);
     edds::SampleInfo info;
-    while (from->take_next_sample(sample, &info) == ReturnCode_t::RETCODE_OK) {
+    while (fast_dds::ok(from->take_next_sample(sample, &info))) {
       if (!info.valid_data)
         continue;  // the system announces removals by samples (idl/workspace.idl), never by disposals
       SampleInfo given;
       given.received_ns = core::monotonic_ns();
       given.writer = writer_of(info.publication_handle);
+      if (census) note_key(given.writer, info.instance_handle);
       counters->samples.fetch_add(1, std::memory_order_relaxed);
       counters->busy_since_ns.store(given.received_ns, std::memory_order_relaxed);
-      on_sample(sample, given);
+      if (!on_sample(sample, given)) counters->refused.fetch_add(1, std::memory_order_relaxed);
       counters->busy_since_ns.store(0, std::memory_order_relaxed);
     }
   }
+  void note_key(const GuidPrefix& writer, const edds::InstanceHandle_t& handle) {
+    KeyCensus::Key key;
+    std::copy_n(static_cast<const std::uint8_t*>(handle.value), key.size(), key.begin());
+    const std::lock_guard lock(census_mutex);
+    const auto banned = census->note(writer, key);
+    if (!banned) return;
+    spdlog::warn("{}: topic {}: a participant sends more keys than are kept; no more is taken from it",
+                 participant->component, counters->topic->name);
+    participant->bans->ban(*banned);
+  }
   void on_subscription_matched(edds::DataReader*, const edds::SubscriptionMatchedStatus& status) override {
     counters->matched = static_cast<std::uint32_t>(status.current_count);
-    if (status.current_count_change < 0 && on_writer_gone)
-      on_writer_gone(writer_of(status.last_publication_handle));
+    if (status.current_count_change >= 0) return;
+    const GuidPrefix gone = writer_of(status.last_publication_handle);
+    if (census) {
+      const std::lock_guard lock(census_mutex);
+      census->forget(gone);
+    }
+    if (on_writer_gone) on_writer_gone(gone);
   }
   void on_requested_deadline_missed(edds::DataReader*,
                                     const edds::RequestedDeadlineMissedStatus& status) override {
@@ -87,8 +110,12 @@ RawReader::RawReader(Participant& participant, const TopicDescription& topic, On
   impl_->on_sample = std::move(on_sample);
   impl_->on_writer_gone = std::move(on_writer_gone);
   auto* subscriber = participant.impl()->subscriber;
-  impl_->reader = subscriber->create_datareader(participant.impl()->topic(topic),
-                                                reader_qos(*subscriber, topic), impl_.get());
+  const edds::DataReaderQos qos = reader_qos(*subscriber, topic);
+  if (fast_dds::is_keyed(*impl_->type)) {
+    const auto instances = static_cast<std::size_t>(std::max(4, qos.resource_limits().max_instances));
+    impl_->census = std::make_unique<KeyCensus>(instances - instances / 4);
+  }
+  impl_->reader = subscriber->create_datareader(participant.impl()->topic(topic), qos, impl_.get());
   if (impl_->reader == nullptr)
     throw DdsError(std::string("topic ") + topic.name + ": Fast DDS refused the reader");
 }

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <condition_variable>
-#include <fastdds/dds/domain/DomainParticipantListener.hpp>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -9,8 +8,10 @@
 #include <thread>
 #include <vector>
 
+#include "common/dds/discovery.hpp"
 #include "common/dds/ends_watch.hpp"
 #include "common/dds/handshake_watch.hpp"
+#include "common/dds/outbox.hpp"
 
 namespace phantom::dds {
 
@@ -30,43 +31,37 @@ namespace phantom::dds {
 /// The participant that notices takes leave of the other alone (departure.hpp), so that both restart
 /// discovery. No other participant notices, and no endpoint of this process is touched.
 ///
-/// Private to common/dds: the listener of a participant. It passes every callback on to `next`.
-class Readmission : public eprosima::fastdds::dds::DomainParticipantListener {
+/// Private to common/dds. It passes every event on to `next`.
+class Readmission : public DiscoveryEvents {
  public:
-  /// Throws DdsError if no socket can be opened.
-  Readmission(std::string component, bool secured,
-              std::shared_ptr<eprosima::fastdds::dds::DomainParticipantListener> next);
+  /// `outbox`: of the participant's transport.
+  Readmission(std::string component, bool secured, std::shared_ptr<Outbox> outbox,
+              std::shared_ptr<DiscoveryEvents> next);
   ~Readmission() override;
   /// Starts the thread. Call it once, with the participant's own GUID, when the participant has been created.
-  void start(const eprosima::fastrtps::rtps::GUID_t& own);
+  void start(const fast_dds::rtps::GUID_t& own);
   /// Ends the thread. Call it before the participant is deleted; it may be called twice.
   void stop();
 
-  void on_participant_discovery(eprosima::fastdds::dds::DomainParticipant* participant,
-                                eprosima::fastrtps::rtps::ParticipantDiscoveryInfo&& info) override;
-  void onParticipantAuthentication(eprosima::fastdds::dds::DomainParticipant* participant,
-                                   eprosima::fastrtps::rtps::ParticipantAuthenticationInfo&& info) override;
-  void on_subscriber_discovery(eprosima::fastdds::dds::DomainParticipant* participant,
-                               eprosima::fastrtps::rtps::ReaderDiscoveryInfo&& info) override;
-  void on_publisher_discovery(eprosima::fastdds::dds::DomainParticipant* participant,
-                              eprosima::fastrtps::rtps::WriterDiscoveryInfo&& info) override;
+  void on_participant(const FoundParticipant& participant) override;
+  void on_authentication(const fast_dds::rtps::GUID_t& guid, bool admitted) override;
+  void on_endpoint(const FoundEndpoint& endpoint) override;
 
  private:
   struct Peer {
     std::string name;
-    std::vector<eprosima::fastrtps::rtps::Locator_t> addresses;  // UDP, where it listens for announcements
+    fast_dds::rtps::LocatorList_t addresses;  // UDP, where it listens for announcements
   };
   void run(const GuidPrefix& own);
   /// Sends the departure message to `peer`. Returns the peer's name and address, for a log message.
   std::string take_leave(const GuidPrefix& own, const GuidPrefix& peer, const Peer& known) const;
-  void begin_anew(const GuidPrefix& own, const HandshakeWatch::Attempt& attempt, const Peer& peer) const;
-  void begin_anew(const GuidPrefix& own, const EndsWatch::Attempt& attempt, const Peer& peer) const;
-  void end_changed(const eprosima::fastrtps::rtps::GUID_t& guid, bool discovered, bool removed);
+  void restart(const GuidPrefix& own, const HandshakeWatch::Attempt& attempt, const Peer& peer) const;
+  void restart(const GuidPrefix& own, const EndsWatch::Attempt& attempt, const Peer& peer) const;
 
   const std::string component_;
   const bool secured_;
-  const std::shared_ptr<eprosima::fastdds::dds::DomainParticipantListener> next_;
-  const int socket_;
+  const std::shared_ptr<Outbox> outbox_;
+  const std::shared_ptr<DiscoveryEvents> next_;
   std::mutex mutex_;
   std::condition_variable stopped_;
   bool stop_ = false;

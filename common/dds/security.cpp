@@ -1,7 +1,5 @@
 #include "common/dds/security.hpp"
 
-#include <fastdds/rtps/common/Property.h>
-#include <fastrtps/rtps/attributes/PropertyPolicy.h>
 #include <unistd.h>
 
 #include <cctype>
@@ -18,12 +16,11 @@ std::string identity_name(const std::string& participant) {
   return name;
 }
 
-void add_security(eprosima::fastrtps::rtps::PropertyPolicy& properties, const std::filesystem::path& folder,
-                  const std::string& participant) {
+std::vector<std::pair<std::string, std::string>> security_properties(const std::filesystem::path& folder,
+                                                                     const std::string& participant) {
+  std::vector<std::pair<std::string, std::string>> properties;
   const std::filesystem::path own = identity_name(participant);
-  const auto add = [&](const char* name, const std::string& value) {
-    properties.properties().emplace_back(name, value);
-  };
+  const auto add = [&](const char* name, const std::string& value) { properties.emplace_back(name, value); };
   const auto add_file = [&](const char* name, const std::filesystem::path& file) {
     const std::filesystem::path path = std::filesystem::absolute(folder / file);
     if (access(path.c_str(), R_OK) != 0) {
@@ -41,6 +38,7 @@ void add_security(eprosima::fastrtps::rtps::PropertyPolicy& properties, const st
   add_file("dds.sec.access.builtin.Access-Permissions.governance", "governance.p7s");
   add_file("dds.sec.access.builtin.Access-Permissions.permissions", own / "permissions.p7s");
   add("dds.sec.crypto.plugin", "builtin.AES-GCM-GMAC");
+  return properties;
 }
 
 }  // namespace phantom::dds

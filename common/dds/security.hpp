@@ -2,10 +2,8 @@
 
 #include <filesystem>
 #include <string>
-
-namespace eprosima::fastrtps::rtps {
-class PropertyPolicy;
-}
+#include <utility>
+#include <vector>
 
 namespace phantom::dds {
 
@@ -13,10 +11,10 @@ namespace phantom::dds {
 /// letter, digit, `_` or `-` becomes `_`.
 std::string identity_name(const std::string& participant);
 
-/// Adds the properties that enable DDS Security for a participant with the documents in `folder`, as
-/// deploy/security/make lays them out: authentication by PKI-DH, access control by signed permissions,
-/// AES-GCM-GMAC. Throws MissingError naming the document that is missing or cannot be read.
-void add_security(eprosima::fastrtps::rtps::PropertyPolicy& properties, const std::filesystem::path& folder,
-                  const std::string& participant);
+/// Returns the properties, names and values, that enable DDS Security for a participant with the documents in
+/// `folder`, as deploy/security/make lays them out: authentication by PKI-DH, access control by signed
+/// permissions, AES-GCM-GMAC. Throws MissingError naming the document that is missing or cannot be read.
+std::vector<std::pair<std::string, std::string>> security_properties(const std::filesystem::path& folder,
+                                                                     const std::string& participant);
 
 }  // namespace phantom::dds

@@ -3,7 +3,7 @@
 #include "common/core/clock.hpp"
 #include "common/core/sample_id.hpp"
 #include "common/dds/participant.hpp"
-#include "phantom_idl/types.h"
+#include "phantom_idl/types.hpp"
 
 namespace phantom::dds {
 

@@ -1,12 +1,11 @@
 #include "common/dds/topics.hpp"
 
-#include <fastdds/dds/topic/TypeSupport.hpp>
-
 #include "common/dds/topic_list.hpp"
-#include "phantom_idl/perceptPubSubTypes.h"
-#include "phantom_idl/statusPubSubTypes.h"
-#include "phantom_idl/teleoperationPubSubTypes.h"
-#include "phantom_idl/workspacePubSubTypes.h"
+#include "fast_dds/type_support.hpp"
+#include "phantom_idl/perceptPubSubTypes.hpp"
+#include "phantom_idl/statusPubSubTypes.hpp"
+#include "phantom_idl/teleoperationPubSubTypes.hpp"
+#include "phantom_idl/workspacePubSubTypes.hpp"
 
 namespace phantom::dds {
 namespace {
@@ -18,8 +17,7 @@ using eprosima::fastdds::dds::TypeSupport;
 template <class PubSubType>
 TypeSupport make_type() {
   TypeSupport type(new PubSubType());
-  type->auto_fill_type_object(false);
-  type->auto_fill_type_information(false);
+  fast_dds::announce_name_only(*type);
   return type;
 }
 
@@ -63,6 +61,8 @@ const TopicSpec<msg::SensingReply> kSensingReply{
     {"sensing_reply", "phantom::msg::SensingReply", kEvent, &make_type<msg::SensingReplyPubSubType>}};
 const TopicSpec<msg::OperatorCommand> kOperatorCommand{{"operator_command", "phantom::msg::OperatorCommand",
                                                         kEvent, &make_type<msg::OperatorCommandPubSubType>}};
+const TopicSpec<msg::OperatorCommand> kRecordingRequest{{"recording_request", "phantom::msg::OperatorCommand",
+                                                         kEvent, &make_type<msg::OperatorCommandPubSubType>}};
 const TopicSpec<msg::OperatorReply> kOperatorReply{
     {"operator_reply", "phantom::msg::OperatorReply", kEvent, &make_type<msg::OperatorReplyPubSubType>}};
 const TopicSpec<msg::ViewPose> kViewPose{
@@ -88,10 +88,10 @@ const TopicSpec<msg::ComponentStatus> kComponentStatus{{"component_status", "pha
 
 std::span<const TopicDescription* const> all_topics() {
   static const TopicDescription* const topics[] = {
-      &kMasterState,   &kSlaveState,       &kDragField,      &kPercept,          &kInterestPoints,
-      &kSkinPercept,   &kHitAlert,         &kSensingCommand, &kSensingReply,     &kOperatorCommand,
-      &kOperatorReply, &kViewPose,         &kWorkspaceBrick, &kWorkspaceVersion, &kWorkspaceObject,
-      &kMeshChunk,     &kWorkspaceCommand, &kWorkspaceReply, &kComponentStatus};
+      &kMasterState,      &kSlaveState,    &kDragField,        &kPercept,        &kInterestPoints,
+      &kSkinPercept,      &kHitAlert,      &kSensingCommand,   &kSensingReply,   &kOperatorCommand,
+      &kRecordingRequest, &kOperatorReply, &kViewPose,         &kWorkspaceBrick, &kWorkspaceVersion,
+      &kWorkspaceObject,  &kMeshChunk,     &kWorkspaceCommand, &kWorkspaceReply, &kComponentStatus};
   return topics;
 }
 

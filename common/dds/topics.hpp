@@ -5,10 +5,10 @@
 
 #include <cstdint>
 
-#include "phantom_idl/percept.h"
-#include "phantom_idl/status.h"
-#include "phantom_idl/teleoperation.h"
-#include "phantom_idl/workspace.h"
+#include "phantom_idl/percept.hpp"
+#include "phantom_idl/status.hpp"
+#include "phantom_idl/teleoperation.hpp"
+#include "phantom_idl/workspace.hpp"
 
 namespace eprosima::fastdds::dds {
 class TypeSupport;
@@ -50,6 +50,7 @@ extern const TopicSpec<msg::HitAlert> kHitAlert;                  ///< on events
 extern const TopicSpec<msg::SensingCommand> kSensingCommand;      ///< on events
 extern const TopicSpec<msg::SensingReply> kSensingReply;          ///< on events
 extern const TopicSpec<msg::OperatorCommand> kOperatorCommand;    ///< on events
+extern const TopicSpec<msg::OperatorCommand> kRecordingRequest;   ///< on request; kind MARK
 extern const TopicSpec<msg::OperatorReply> kOperatorReply;        ///< on events
 extern const TopicSpec<msg::ViewPose> kViewPose;                  ///< 10 Hz
 extern const TopicSpec<msg::WorkspaceBrick> kWorkspaceBrick;      ///< durable

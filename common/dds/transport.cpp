@@ -1,15 +1,13 @@
 #include "common/dds/transport.hpp"
 
-#include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
+#include <arpa/inet.h>
 
 #include <algorithm>
 
-#include "common/dds/serial_discovery.hpp"
+#include "common/core/host_interfaces.hpp"
 
 namespace phantom::dds {
 namespace {
-
-namespace transport = eprosima::fastdds::rtps;
 
 constexpr std::uint32_t kSocketBufferBytes = 4 << 20;  // a late joiner receives the workspace as one burst
 // A message of many Ethernet frames is lost if any one of them is lost, and the frames that did arrive hold
@@ -22,7 +20,7 @@ constexpr const char* kLoopback = "127.0.0.1";
 
 // Sends messages of kMessageBytes at most, and accepts larger ones. Fast DDS asks the descriptor for the
 // first limit, and the transport's copy of the descriptor's members for the second.
-struct UdpDescriptor : transport::UDPv4TransportDescriptor {
+struct UdpDescriptor : fast_dds::rtps::UDPv4TransportDescriptor {
   [[nodiscard]] std::uint32_t max_message_size() const override { return kMessageBytes; }
 };
 
@@ -40,16 +38,43 @@ std::vector<std::string> interfaces_of(const core::NetworkOptions& network) {
   return interfaces;
 }
 
+// Larger than any sample of this product's topics: a chunk of a mesh has 256 kB, a brick without compression
+// 160.
+constexpr std::uint32_t kLargestSample = 1 << 20;
+constexpr std::uint32_t kLargestForeignSample = 64 << 20;
+
+/// Adds the /24 network of an address in dotted form.
+void add_network(const std::string& dotted, std::vector<wire::Network>& networks) {
+  in_addr address{};
+  if (inet_pton(AF_INET, dotted.c_str(), &address) == 1)
+    networks.push_back({ntohl(address.s_addr), 0xffffff00});
+}
+
+std::vector<wire::Network> networks_of(const core::NetworkOptions& network) {
+  std::vector<wire::Network> networks;
+  if (network.initial_peers.empty()) return networks;
+  networks.push_back({0x7f000000, 0xff000000});
+  for (const std::string& peer : network.initial_peers) add_network(peer, networks);
+  for (const core::HostInterface& own : core::host_interfaces()) add_network(own.address, networks);
+  return networks;
+}
+
 }  // namespace
 
-std::shared_ptr<transport::TransportDescriptorInterface> transport_of(const core::NetworkOptions& network) {
+std::shared_ptr<GuardedTransportDescriptor> transport_of(const core::NetworkOptions& network, bool observes) {
   auto udp = std::make_shared<UdpDescriptor>();
   udp->interfaceWhiteList = interfaces_of(network);
   udp->sendBufferSize = kSocketBufferBytes;
   udp->receiveBufferSize = kSocketBufferBytes;
   udp->maxInitialPeersRange = static_cast<std::uint32_t>(network.participants_per_host);
-  if (network.security.empty()) return udp;
-  return std::make_shared<SerialDiscoveryDescriptor>(udp);
+  auto guarded = std::make_shared<GuardedTransportDescriptor>(udp);
+  guarded->guard.secured = !network.security.empty();
+  guarded->guard.relayed = !network.discovery_servers.empty();
+  guarded->guard.networks = networks_of(network);
+  guarded->guard.participants_per_source = std::max(guarded->guard.participants_per_source,
+                                                    static_cast<std::size_t>(network.participants_per_host));
+  guarded->guard.sample_bytes = observes ? kLargestForeignSample : kLargestSample;
+  return guarded;
 }
 
 }  // namespace phantom::dds

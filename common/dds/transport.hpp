@@ -1,16 +1,17 @@
 #pragma once
 
-#include <fastdds/rtps/transport/TransportDescriptorInterface.h>
-
 #include <memory>
 
 #include "common/core/network.hpp"
+#include "common/dds/guarded_transport.hpp"
 
 namespace phantom::dds {
 
 /// Returns the transport of a participant of that network: UDP on the interfaces that may be used, also
-/// between processes of one host. It sends messages of 16 kB at most and accepts larger ones. If the network
-/// is secured, it passes on discovery one message at a time (SerialDiscoveryDescriptor). On the host of a
+/// between processes of one host. It sends messages of 16 kB at most and accepts larger ones. Each datagram
+/// is checked before Fast DDS parses it (GuardedTransportDescriptor). If the network names its peers, only
+/// senders in the networks (/24) of these, of this host's interfaces and of the loopback are heard.
+/// `observes`: the participant reads topics of others, too, whose samples may be large. On the host of a
 /// discovery server it also uses the loopback interface.
 ///
 /// It does not use shared memory. Fast DDS 2.9.1 keeps a shared-memory queue for each port, and a restarted
@@ -20,7 +21,6 @@ namespace phantom::dds {
 /// holds a queue's lock does not release it: the writes of others wait for it for a second.
 ///
 /// Private to common/dds.
-std::shared_ptr<eprosima::fastdds::rtps::TransportDescriptorInterface> transport_of(
-    const core::NetworkOptions& network);
+std::shared_ptr<GuardedTransportDescriptor> transport_of(const core::NetworkOptions& network, bool observes);
 
 }  // namespace phantom::dds

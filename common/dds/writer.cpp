@@ -51,7 +51,7 @@ RawWriter::~RawWriter() {
 RawWriter::RawWriter(RawWriter&&) noexcept = default;
 
 bool RawWriter::write(void* sample) {
-  const bool written = impl_->writer->write(sample);
+  const bool written = fast_dds::ok(impl_->writer->write(sample));
   if (written) impl_->counters->samples.fetch_add(1, std::memory_order_relaxed);
   return written;
 }

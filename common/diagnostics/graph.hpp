@@ -35,6 +35,14 @@ struct ParticipantInfo {
   std::int64_t lease_ns = kInfinite_ns;
 };
 
+/// How discovery reports a participant or an endpoint.
+enum class Presence {
+  kAppeared,
+  kChanged,
+  kLeft,  ///< it announced its end itself
+  kLost   ///< participants only: not heard for its lease
+};
+
 /// A writer or reader of a participant.
 struct EndpointInfo {
   Guid guid{};

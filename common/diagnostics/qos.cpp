@@ -4,7 +4,6 @@
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
-#include <optional>
 
 namespace phantom::diagnostics {
 namespace {
@@ -20,6 +19,11 @@ std::string to_string(AccessScope value) {
 
 std::string liveliness_text(const EndpointQos& qos) {
   return to_string(qos.liveliness) + ", lease " + duration_text(qos.lease_ns);
+}
+
+std::string presentation_text(const EndpointQos& qos) {
+  return to_string(qos.access_scope) + (qos.coherent_access ? ", coherent" : "") +
+         (qos.ordered_access ? ", ordered" : "");
 }
 
 Representation written(const EndpointQos& qos) {
@@ -109,106 +113,66 @@ std::string qos_text(const EndpointQos& qos) {
   return text;
 }
 
-namespace {
-
-// One function per policy: returns the mismatch if what a writer offers does not satisfy what a reader
-// requests.
-using MaybeMismatch = std::optional<Mismatch>;
-
-MaybeMismatch reliability(const EndpointQos& offered, const EndpointQos& requested) {
-  if (offered.reliability >= requested.reliability) return {};
-  return Mismatch{"reliability", to_string(offered.reliability), to_string(requested.reliability),
-                  "a reader that wants every sample needs a writer that repeats lost ones",
-                  "make the writer reliable, or the reader best effort"};
-}
-
-MaybeMismatch durability(const EndpointQos& offered, const EndpointQos& requested) {
-  if (offered.durability >= requested.durability) return {};
-  return Mismatch{"durability", to_string(offered.durability), to_string(requested.durability),
-                  "the reader wants what was written before it came, and the writer does not keep it",
-                  "make the writer " + to_string(requested.durability) + ", or the reader " +
-                      to_string(offered.durability)};
-}
-
-MaybeMismatch deadline(const EndpointQos& offered, const EndpointQos& requested) {
-  if (offered.deadline_ns <= requested.deadline_ns) return {};
-  return Mismatch{
-      "deadline", duration_text(offered.deadline_ns), duration_text(requested.deadline_ns),
-      "the writer does not promise samples as often as the reader wants them",
-      "give the writer a deadline of at most " + duration_text(requested.deadline_ns) +
-          " (and keep it), or the reader " +
-          (offered.deadline_ns == kInfinite_ns ? "none"
-                                               : "one of at least " + duration_text(offered.deadline_ns))};
-}
-
-MaybeMismatch latency_budget(const EndpointQos& offered, const EndpointQos& requested) {
-  if (offered.latency_budget_ns <= requested.latency_budget_ns) return {};
-  return Mismatch{"latency budget", duration_text(offered.latency_budget_ns),
-                  duration_text(requested.latency_budget_ns),
-                  "the writer may hold samples back for longer than the reader allows",
-                  "lower the writer's latency budget to " + duration_text(requested.latency_budget_ns) +
-                      ", or raise the reader's"};
-}
-
-MaybeMismatch liveliness(const EndpointQos& offered, const EndpointQos& requested) {
-  if (offered.liveliness >= requested.liveliness && offered.lease_ns <= requested.lease_ns) return {};
-  return Mismatch{"liveliness", liveliness_text(offered), liveliness_text(requested),
-                  offered.liveliness < requested.liveliness
-                      ? "the reader wants a stronger proof of life than the writer gives"
-                      : "the writer proves that it lives less often than the reader wants",
-                  "give the writer the reader's kind and at most its lease, or ask for less at the reader"};
-}
-
-MaybeMismatch ownership(const EndpointQos& offered, const EndpointQos& requested) {
-  if (offered.ownership == requested.ownership) return {};
-  return Mismatch{"ownership", to_string(offered.ownership), to_string(requested.ownership),
-                  "ownership must be the same at both ends", "choose one kind for the topic"};
-}
-
-MaybeMismatch destination_order(const EndpointQos& offered, const EndpointQos& requested) {
-  if (offered.destination_order >= requested.destination_order) return {};
-  return Mismatch{"destination order", to_string(offered.destination_order),
-                  to_string(requested.destination_order),
-                  "samples can be ordered by source only if the writer says so",
-                  "set it at the writer too, or not at the reader"};
-}
-
-MaybeMismatch presentation(const EndpointQos& offered, const EndpointQos& requested) {
-  if (offered.access_scope >= requested.access_scope &&
-      (offered.coherent_access || !requested.coherent_access) &&
-      (offered.ordered_access || !requested.ordered_access))
-    return {};
-  const auto text = [](const EndpointQos& qos) {
-    return to_string(qos.access_scope) + (qos.coherent_access ? ", coherent" : "") +
-           (qos.ordered_access ? ", ordered" : "");
-  };
-  return Mismatch{"presentation", text(offered), text(requested),
-                  "the reader wants sets of changes kept together or in order that the writer does not mark",
-                  "give the writer's publisher the presentation that the reader's subscriber asks for"};
-}
-
-MaybeMismatch partition(const EndpointQos& offered, const EndpointQos& requested) {
-  if (share_a_partition(offered.partitions, requested.partitions)) return {};
-  return Mismatch{"partition", partitions_text(offered.partitions), partitions_text(requested.partitions),
-                  "they have no partition in common: separated on purpose, or a name is mistyped",
-                  "if they should meet, give both the same partition"};
-}
-
-MaybeMismatch representation(const EndpointQos& offered, const EndpointQos& requested) {
-  if (reads(requested, written(offered))) return {};
-  return Mismatch{"data representation", to_string(written(offered)), representations_text(requested),
-                  "the reader does not read the encoding that the writer writes",
-                  "let the writer offer " + to_string(Representation::kXcdr1) + ", which every vendor reads"};
-}
-
-}  // namespace
-
 std::vector<Mismatch> mismatches(const EndpointQos& offered, const EndpointQos& requested) {
   std::vector<Mismatch> found;
-  for (const auto policy : {reliability, durability, deadline, latency_budget, liveliness, ownership,
-                            destination_order, presentation, partition, representation}) {
-    if (auto mismatch = policy(offered, requested)) found.push_back(*std::move(mismatch));
-  }
+  const auto check = [&](bool matches, const char* policy, auto&& text, std::string rule,
+                         std::string advice) {
+    if (!matches)
+      found.push_back({policy, text(offered), text(requested), std::move(rule), std::move(advice)});
+  };
+  const auto name = [](auto EndpointQos::*policy) {
+    return [policy](const EndpointQos& qos) { return to_string(qos.*policy); };
+  };
+  const auto duration = [](std::int64_t EndpointQos::*policy) {
+    return [policy](const EndpointQos& qos) { return duration_text(qos.*policy); };
+  };
+  check(offered.reliability >= requested.reliability, "reliability", name(&EndpointQos::reliability),
+        "a reader that wants every sample needs a writer that repeats lost ones",
+        "make the writer reliable, or the reader best effort");
+  check(offered.durability >= requested.durability, "durability", name(&EndpointQos::durability),
+        "the reader wants what was written before it came, and the writer does not keep it",
+        "make the writer " + to_string(requested.durability) + ", or the reader " +
+            to_string(offered.durability));
+  check(offered.deadline_ns <= requested.deadline_ns, "deadline", duration(&EndpointQos::deadline_ns),
+        "the writer does not promise samples as often as the reader wants them",
+        "give the writer a deadline of at most " + duration_text(requested.deadline_ns) +
+            " (and keep it), or the reader " +
+            (offered.deadline_ns == kInfinite_ns ? "none"
+                                                 : "one of at least " + duration_text(offered.deadline_ns)));
+  check(offered.latency_budget_ns <= requested.latency_budget_ns, "latency budget",
+        duration(&EndpointQos::latency_budget_ns),
+        "the writer may hold samples back for longer than the reader allows",
+        "lower the writer's latency budget to " + duration_text(requested.latency_budget_ns) +
+            ", or raise the reader's");
+  check(offered.liveliness >= requested.liveliness && offered.lease_ns <= requested.lease_ns, "liveliness",
+        liveliness_text,
+        offered.liveliness < requested.liveliness
+            ? "the reader wants a stronger proof of life than the writer gives"
+            : "the writer proves that it lives less often than the reader wants",
+        "give the writer the reader's kind and at most its lease, or ask for less at the reader");
+  check(offered.ownership == requested.ownership, "ownership", name(&EndpointQos::ownership),
+        "ownership must be the same at both ends", "choose one kind for the topic");
+  check(offered.destination_order >= requested.destination_order, "destination order",
+        name(&EndpointQos::destination_order), "samples can be ordered by source only if the writer says so",
+        "set it at the writer too, or not at the reader");
+  check(offered.access_scope >= requested.access_scope &&
+            (offered.coherent_access || !requested.coherent_access) &&
+            (offered.ordered_access || !requested.ordered_access),
+        "presentation", presentation_text,
+        "the reader wants sets of changes kept together or in order that the writer does not mark",
+        "give the writer's publisher the presentation that the reader's subscriber asks for");
+  check(
+      share_a_partition(offered.partitions, requested.partitions), "partition",
+      [](const EndpointQos& qos) { return partitions_text(qos.partitions); },
+      "they have no partition in common: separated on purpose, or a name is mistyped",
+      "if they should meet, give both the same partition");
+  check(
+      reads(requested, written(offered)), "data representation",
+      [&](const EndpointQos& qos) {
+        return &qos == &offered ? to_string(written(qos)) : representations_text(qos);
+      },
+      "the reader does not read the encoding that the writer writes",
+      "let the writer offer " + to_string(Representation::kXcdr1) + ", which every vendor reads");
   return found;
 }
 

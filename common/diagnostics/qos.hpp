@@ -32,6 +32,7 @@ struct EndpointQos {
   bool coherent_access = false, ordered_access = false;
   std::vector<std::string> partitions;          ///< none: the default partition
   std::vector<Representation> representations;  ///< none: XCDR1
+  bool operator==(const EndpointQos&) const = default;
 };
 
 /// A reason why a writer and a reader of one topic do not communicate.

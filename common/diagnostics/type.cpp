@@ -7,34 +7,15 @@
 namespace phantom::diagnostics {
 namespace {
 
-const char* primitive_name(Kind kind) {
-  switch (kind) {
-    case Kind::kBoolean:
-      return "boolean";
-    case Kind::kOctet:
-      return "octet";
-    case Kind::kChar:
-      return "char";
-    case Kind::kInt16:
-      return "short";
-    case Kind::kUint16:
-      return "unsigned short";
-    case Kind::kInt32:
-      return "long";
-    case Kind::kUint32:
-      return "unsigned long";
-    case Kind::kInt64:
-      return "long long";
-    case Kind::kUint64:
-      return "unsigned long long";
-    case Kind::kFloat32:
-      return "float";
-    case Kind::kFloat64:
-      return "double";
-    default:
-      return "";
-  }
-}
+/// Name in IDL and size in CDR of the primitives, in the order of Kind.
+struct Primitive {
+  const char* name;
+  std::size_t size;
+};
+constexpr Primitive kPrimitives[] = {{"boolean", 1},       {"octet", 1},          {"char", 1},
+                                     {"short", 2},         {"unsigned short", 2}, {"long", 4},
+                                     {"unsigned long", 4}, {"long long", 8},      {"unsigned long long", 8},
+                                     {"float", 4},         {"double", 8}};
 
 std::string bounded(const std::string& of, std::uint32_t bound) {
   return bound == 0 ? of : of + ", " + std::to_string(bound);
@@ -64,26 +45,8 @@ void append_idl(const Type& type, std::set<std::string>& done, std::string& text
 }  // namespace
 
 std::size_t primitive_size(Kind kind) {
-  switch (kind) {
-    case Kind::kBoolean:
-    case Kind::kOctet:
-    case Kind::kChar:
-      return 1;
-    case Kind::kInt16:
-    case Kind::kUint16:
-      return 2;
-    case Kind::kInt32:
-    case Kind::kUint32:
-    case Kind::kFloat32:
-    case Kind::kEnum:
-      return 4;
-    case Kind::kInt64:
-    case Kind::kUint64:
-    case Kind::kFloat64:
-      return 8;
-    default:
-      return 0;
-  }
+  const auto index = static_cast<std::size_t>(kind);
+  return kind == Kind::kEnum ? 4 : index < std::size(kPrimitives) ? kPrimitives[index].size : 0;
 }
 
 std::size_t least_size(const Type& type) {
@@ -115,7 +78,7 @@ std::string idl_name(const Type& type) {
     case Kind::kArray:
       return idl_name(scalar_of(type)) + dimensions(type);
     default:
-      return primitive_name(type.kind);
+      return kPrimitives[static_cast<std::size_t>(type.kind)].name;
   }
 }
 

@@ -11,7 +11,7 @@ namespace phantom::diagnostics {
 struct Type;
 using TypePtr = std::shared_ptr<const Type>;
 
-enum class Kind {
+enum class Kind {  // primitives first
   kBoolean,
   kOctet,
   kChar,

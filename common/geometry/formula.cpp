@@ -9,7 +9,21 @@
 #include <optional>
 
 namespace phantom::geometry {
+
+/// An operator or a function, for numbers and for intervals. Those of one argument ignore the second.
+struct FormulaOperation {
+  const char* name;
+  int arguments;  ///< exact number; −2: two or more, applied to two at a time
+  double (*of_numbers)(double a, double b);
+  Interval (*of_intervals)(const Interval& a, const Interval& b);
+
+  double operator()(double a, double b) const { return of_numbers(a, b); }
+  Interval operator()(const Interval& a, const Interval& b) const { return of_intervals(a, b); }
+};
+
 namespace {
+
+using Operation = FormulaOperation;
 
 // As for intervals: NaN if either argument is NaN.
 double least(double a, double b) { return std::isnan(a) || std::isnan(b) ? a + b : std::min(a, b); }
@@ -19,86 +33,55 @@ Interval power(const Interval& a, const Interval& b) { return pow(a, b); }
 Interval least(const Interval& a, const Interval& b) { return min(a, b); }
 Interval most(const Interval& a, const Interval& b) { return max(a, b); }
 
+using std::abs, std::acos, std::asin, std::atan, std::cos, std::cosh, std::exp, std::log, std::sin, std::sinh,
+    std::sqrt, std::tan, std::tanh;
+
+/// Makes an operation of a function that serves numbers and intervals.
+template <class Function>
+constexpr Operation operation(const char* name, int arguments, Function) {
+  return {name, arguments, [](double a, double b) -> double { return Function{}(a, b); },
+          [](const Interval& a, const Interval& b) -> Interval { return Function{}(a, b); }};
+}
+
+constexpr Operation kNegate = operation("-", 1, [](auto& a, auto&) { return -a; });
+constexpr Operation kAdd = operation("+", 2, [](auto& a, auto& b) { return a + b; });
+constexpr Operation kSubtract = operation("-", 2, [](auto& a, auto& b) { return a - b; });
+constexpr Operation kMultiply = operation("*", 2, [](auto& a, auto& b) { return a * b; });
+constexpr Operation kDivide = operation("/", 2, [](auto& a, auto& b) { return a / b; });
+constexpr Operation kPower = operation("pow", 2, [](auto& a, auto& b) { return power(a, b); });
+constexpr Operation kFunctions[] = {
+    operation("sin", 1, [](auto& a, auto&) { return sin(a); }),
+    operation("cos", 1, [](auto& a, auto&) { return cos(a); }),
+    operation("tan", 1, [](auto& a, auto&) { return tan(a); }),
+    operation("asin", 1, [](auto& a, auto&) { return asin(a); }),
+    operation("acos", 1, [](auto& a, auto&) { return acos(a); }),
+    operation("atan", 1, [](auto& a, auto&) { return atan(a); }),
+    operation("sinh", 1, [](auto& a, auto&) { return sinh(a); }),
+    operation("cosh", 1, [](auto& a, auto&) { return cosh(a); }),
+    operation("tanh", 1, [](auto& a, auto&) { return tanh(a); }),
+    operation("exp", 1, [](auto& a, auto&) { return exp(a); }),
+    operation("log", 1, [](auto& a, auto&) { return log(a); }),
+    operation("log10", 1, [](auto& a, auto&) { return log(a) * std::numbers::log10e; }),
+    operation("sqrt", 1, [](auto& a, auto&) { return sqrt(a); }),
+    operation("abs", 1, [](auto& a, auto&) { return abs(a); }),
+    kPower,
+    operation("min", -2, [](auto& a, auto& b) { return least(a, b); }),
+    operation("max", -2, [](auto& a, auto& b) { return most(a, b); }),
+    operation("length", -2, [](auto& a, auto& b) { return sqrt(square(a) + square(b)); })};
+
 }  // namespace
 
 template <class T>
-T Formula::of_one(Op op, const T& a) {
-  using std::abs, std::acos, std::asin, std::atan, std::cos, std::cosh, std::exp, std::log, std::sin,
-      std::sinh, std::sqrt, std::tan, std::tanh;
-  switch (op) {
-    case Op::kNegate:
-      return -a;
-    case Op::kSine:
-      return sin(a);
-    case Op::kCosine:
-      return cos(a);
-    case Op::kTangent:
-      return tan(a);
-    case Op::kArcSine:
-      return asin(a);
-    case Op::kArcCosine:
-      return acos(a);
-    case Op::kArcTangent:
-      return atan(a);
-    case Op::kSinh:
-      return sinh(a);
-    case Op::kCosh:
-      return cosh(a);
-    case Op::kTanh:
-      return tanh(a);
-    case Op::kExp:
-      return exp(a);
-    case Op::kLog:
-      return log(a);
-    case Op::kLog10:
-      return log(a) * T(std::numbers::log10e);
-    case Op::kRoot:
-      return sqrt(a);
-    case Op::kAbs:
-      return abs(a);
-    default:
-      return a;
-  }
-}
-
-template <class T>
-T Formula::of_two(Op op, const T& a, const T& b) {
-  using std::sqrt;
-  switch (op) {
-    case Op::kAdd:
-      return a + b;
-    case Op::kSubtract:
-      return a - b;
-    case Op::kMultiply:
-      return a * b;
-    case Op::kDivide:
-      return a / b;
-    case Op::kPower:
-      return power(a, b);
-    case Op::kMin:
-      return least(a, b);
-    case Op::kMax:
-      return most(a, b);
-    case Op::kLength:
-      return sqrt(square(a) + square(b));
-    default:
-      return a;
-  }
-}
-
-template <class T>
 T Formula::run(std::span<const T> variables) const {
-  std::array<T, kMaxDepth + 1> stack;
+  std::array<T, kMaxDepth + 1> stack{};
   std::size_t top = 0;  // entries in use
   for (const Step& step : steps_) {
-    if (step.op == Op::kNumber || step.op == Op::kVariable) {
-      stack[top++] = step.op == Op::kNumber ? T(step.number) : variables[step.variable];
-    } else if (takes_two(step.op)) {
-      --top;
-      stack[top - 1] = of_two(step.op, stack[top - 1], stack[top]);
-    } else {
-      stack[top - 1] = of_one(step.op, stack[top - 1]);
+    if (step.operation == nullptr) {
+      stack[top++] = step.variable ? variables[*step.variable] : T(step.number);
+      continue;
     }
+    if (step.operation->arguments != 1) --top;
+    stack[top - 1] = (*step.operation)(stack[top - 1], stack[top]);
   }
   return stack[0];
 }
@@ -125,22 +108,9 @@ class FormulaParser {
   }
 
  private:
-  using Op = Formula::Op;
-  struct Function {
-    const char* name;
-    Op op;
-    int arguments;  // exact number; −2: two or more
-  };
   static constexpr std::size_t kMaxLength = 4096;
   static constexpr int kMaxNesting = 48;
   static constexpr const char* kOperators = "an operator (+ - * / ^) or the end";
-  static constexpr Function kFunctions[] = {
-      {"sin", Op::kSine, 1},     {"cos", Op::kCosine, 1},     {"tan", Op::kTangent, 1},
-      {"asin", Op::kArcSine, 1}, {"acos", Op::kArcCosine, 1}, {"atan", Op::kArcTangent, 1},
-      {"sinh", Op::kSinh, 1},    {"cosh", Op::kCosh, 1},      {"tanh", Op::kTanh, 1},
-      {"exp", Op::kExp, 1},      {"log", Op::kLog, 1},        {"log10", Op::kLog10, 1},
-      {"sqrt", Op::kRoot, 1},    {"abs", Op::kAbs, 1},        {"pow", Op::kPower, 2},
-      {"min", Op::kMin, -2},     {"max", Op::kMax, -2},       {"length", Op::kLength, -2}};
 
   void fail(std::size_t at, const std::string& what) {
     if (!problem_) problem_ = "column " + std::to_string(at + 1) + ": " + what;
@@ -166,43 +136,32 @@ class FormulaParser {
     return true;
   }
 
-  void emit(Op op, double number = 0.0, std::uint32_t variable = 0) {
-    const bool leaf = op == Op::kNumber || op == Op::kVariable;
-    if (leaf) ++depth_;
-    if (!leaf && Formula::takes_two(op)) --depth_;
+  void emit(const Formula::Step& step) {
+    if (step.operation == nullptr) ++depth_;
+    if (step.operation != nullptr && step.operation->arguments != 1) --depth_;
     if (depth_ > Formula::kMaxDepth || formula_.steps_.size() >= Formula::kMaxSteps)
       return fail(at_, "the formula is too large; allowed: " + std::to_string(Formula::kMaxSteps) +
                            " operations, " + std::to_string(Formula::kMaxDepth) + " open at a time");
-    formula_.steps_.push_back({op, variable, number});
+    formula_.steps_.push_back(step);
   }
 
   void sum() {
     product();
     while (!problem_) {
-      if (take('+')) {
-        product();
-        emit(Op::kAdd);
-      } else if (take('-')) {
-        product();
-        emit(Op::kSubtract);
-      } else {
-        return;
-      }
+      const Operation* const operation = take('+') ? &kAdd : take('-') ? &kSubtract : nullptr;
+      if (operation == nullptr) return;
+      product();
+      emit({operation});
     }
   }
 
   void product() {
     signed_power();
     while (!problem_) {
-      if (take('*')) {
-        signed_power();
-        emit(Op::kMultiply);
-      } else if (take('/')) {
-        signed_power();
-        emit(Op::kDivide);
-      } else {
-        return;
-      }
+      const Operation* const operation = take('*') ? &kMultiply : take('/') ? &kDivide : nullptr;
+      if (operation == nullptr) return;
+      signed_power();
+      emit({operation});
     }
   }
 
@@ -212,14 +171,14 @@ class FormulaParser {
       return fail(at_, "nested too deeply; allowed: " + std::to_string(kMaxNesting) + " levels");
     if (take('-')) {
       signed_power();
-      emit(Op::kNegate);
+      emit({&kNegate});
     } else if (take('+')) {
       signed_power();
     } else {
       atom();
       if (take('^')) {
         signed_power();  // right-associative; the exponent may have a sign
-        emit(Op::kPower);
+        emit({&kPower});
       }
     }
     --nesting_;
@@ -249,7 +208,7 @@ class FormulaParser {
     if (error != std::errc{} || !std::isfinite(value))
       return fail(at_, show(at_) + " is not a number that can be held");
     at_ += static_cast<std::size_t>(end - first);
-    emit(Op::kNumber, value);
+    emit({.number = value});
   }
 
   void name() {
@@ -258,28 +217,28 @@ class FormulaParser {
            (std::isalnum(static_cast<unsigned char>(text_[at_])) != 0 || text_[at_] == '_'))
       ++at_;
     const std::string word = text_.substr(from, at_ - from);
-    for (const Function& function : kFunctions) {
+    for (const Operation& function : kFunctions) {
       if (word == function.name) return call(function, from);
     }
     const auto variable = std::find(variables_.begin(), variables_.end(), word);
     if (variable != variables_.end())
-      return emit(Op::kVariable, 0.0, static_cast<std::uint32_t>(variable - variables_.begin()));
-    if (word == "pi") return emit(Op::kNumber, std::numbers::pi);
-    if (word == "e") return emit(Op::kNumber, std::numbers::e);
+      return emit({.variable = static_cast<std::uint32_t>(variable - variables_.begin())});
+    if (word == "pi") return emit({.number = std::numbers::pi});
+    if (word == "e") return emit({.number = std::numbers::e});
     std::string known;
     for (const std::string& candidate : variables_) known += candidate + " ";
     known += "pi e";
-    for (const Function& function : kFunctions) known += std::string(" ") + function.name;
+    for (const Operation& function : kFunctions) known += std::string(" ") + function.name;
     fail(from, quoted(word.substr(0, 32)) + " is not known; allowed: " + known);
   }
 
-  void call(const Function& function, std::size_t from) {
+  void call(const Operation& function, std::size_t from) {
     if (!take('(')) return fail(at_, show(at_) + " stands after " + function.name + "; allowed: (");
     sum();
     int count = 1;
     for (; take(','); ++count) {
       sum();
-      if (function.arguments < 0) emit(function.op);
+      if (function.arguments < 0) emit({&function});
     }
     if (!take(')'))
       return fail(at_, show(at_) + " stands among the arguments of " + function.name + "; allowed: , or )");
@@ -290,7 +249,7 @@ class FormulaParser {
                             " arguments; allowed: " + std::to_string(needed) +
                             (function.arguments < 0 ? " or more" : ""));
     }
-    if (function.arguments > 0) emit(function.op);
+    if (function.arguments > 0) emit({&function});
   }
 
   const std::string& text_;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -9,6 +10,8 @@
 #include "common/geometry/interval.hpp"
 
 namespace phantom::geometry {
+
+struct FormulaOperation;
 
 /// A formula parsed from text, such as "x^2 + y^2 + z^2 - 0.04". It may contain numbers, variables, + - * / ^
 /// ( ), the constants pi and e, and the functions sin cos tan asin acos atan sinh cosh tanh exp log (natural)
@@ -29,49 +32,19 @@ class Formula {
   Interval bounds(std::span<const Interval> variables) const;
 
   const std::string& text() const { return text_; }
+  /// Returns the number of steps of one evaluation, at most kMaxSteps.
+  std::size_t steps() const { return steps_.size(); }
 
   /// Greatest number of intermediate results and of steps of an evaluation.
   static constexpr std::size_t kMaxDepth = 64, kMaxSteps = 4096;
 
  private:
   friend class FormulaParser;
-  enum class Op : std::uint8_t {
-    kNumber,
-    kVariable,
-    kAdd,
-    kSubtract,
-    kMultiply,
-    kDivide,
-    kPower,
-    kNegate,
-    kSine,
-    kCosine,
-    kTangent,
-    kArcSine,
-    kArcCosine,
-    kArcTangent,
-    kSinh,
-    kCosh,
-    kTanh,
-    kExp,
-    kLog,
-    kLog10,
-    kRoot,
-    kAbs,
-    kMin,
-    kMax,
-    kLength
-  };
-  struct Step {  // a step of a program in postfix order
-    Op op = Op::kNumber;
-    std::uint32_t variable = 0;
+  struct Step {                                   // a step of a program in postfix order
+    const FormulaOperation* operation = nullptr;  ///< null: a variable, or a number
+    std::optional<std::uint32_t> variable = std::nullopt;
     double number = 0.0;
   };
-  static bool takes_two(Op op) { return op > Op::kVariable && (op <= Op::kPower || op >= Op::kMin); }
-  template <class T>
-  static T of_one(Op op, const T& a);
-  template <class T>
-  static T of_two(Op op, const T& a, const T& b);
   template <class T>
   T run(std::span<const T> variables) const;
 

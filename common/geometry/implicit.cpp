@@ -29,9 +29,9 @@ Box box_around(const Eigen::Vector3d& half_m) { return {-half_m, half_m}; }
 /// A shape whose value changes by at most the distance between two points (1-Lipschitz). It is written as
 /// `template <class T> T f(T x, T y, T z) const`.
 template <class Shape>
-class Plain final : public ImplicitSolid {
+class Primitive final : public ImplicitSolid {
  public:
-  explicit Plain(Shape shape) : shape_(std::move(shape)) {}
+  explicit Primitive(Shape shape) : shape_(std::move(shape)) {}
 
   double value(const Eigen::Vector3d& p) const override { return shape_.f(p.x(), p.y(), p.z()); }
   Interval bounds(const Region& region) const override {
@@ -149,6 +149,7 @@ class FormulaSolid final : public ImplicitSolid {
     if (found.empty()) return {kInf, kInf};
     return {max(found.lo, hull.lo), found.defined ? max(found.hi, hull.hi) : kInf};
   }
+  std::size_t steps() const override { return kShapeSteps + f_.steps(); }
   Box bounding_box() const override { return within_; }
 
  private:
@@ -164,17 +165,18 @@ class Placed final : public ImplicitSolid {
       : solid_(std::move(solid)),
         X_AB_(X_AB),
         X_BA_(X_AB.inverse()),
-        turn_(X_BA_.rotation.cwiseAbs()),
+        absolute_rotation_(X_BA_.rotation.cwiseAbs()),
         scale_(scale) {}
 
   double value(const Eigen::Vector3d& p) const override {
     return scale_ * solid_->value((X_BA_ * p) / scale_);
   }
   Interval bounds(const Region& region) const override {
-    return solid_->bounds(there(region)) * Interval(scale_);
+    return solid_->bounds(in_solid_frame(region)) * Interval(scale_);
   }
+  std::size_t steps() const override { return 4 + solid_->steps(); }
   ImplicitPtr within(const Region& region) const override {
-    ImplicitPtr fewer = solid_->within(there(region));
+    ImplicitPtr fewer = solid_->within(in_solid_frame(region));
     return fewer ? implicit_placed(std::move(fewer), X_AB_, scale_) : nullptr;
   }
   Box bounding_box() const override {
@@ -192,44 +194,44 @@ class Placed final : public ImplicitSolid {
 
  private:
   /// Returns the region in the solid's frame, enlarged a little because the transform rounds.
-  Region there(const Region& region) const {
+  Region in_solid_frame(const Region& region) const {
     const double slack = 1e-14 * (region.centre_m.cwiseAbs().sum() + X_AB_.translation_m.cwiseAbs().sum());
     return {(X_BA_ * region.centre_m) / scale_,
-            (turn_ * region.half_m + Eigen::Vector3d::Constant(slack)) / scale_,
+            (absolute_rotation_ * region.half_m + Eigen::Vector3d::Constant(slack)) / scale_,
             (region.radius_m + slack) / scale_};
   }
 
   ImplicitPtr solid_;
   Pose X_AB_, X_BA_;
-  Eigen::Matrix3d turn_;
+  Eigen::Matrix3d absolute_rotation_;
   double scale_;
 };
 
 }  // namespace
 
-ImplicitPtr implicit_sphere(double radius_m) { return std::make_shared<Plain<Sphere>>(Sphere{radius_m}); }
+ImplicitPtr implicit_sphere(double radius_m) { return std::make_shared<Primitive<Sphere>>(Sphere{radius_m}); }
 
 ImplicitPtr implicit_cylinder(double radius_m, double height_m) {
-  return std::make_shared<Plain<Cylinder>>(Cylinder{radius_m, height_m});
+  return std::make_shared<Primitive<Cylinder>>(Cylinder{radius_m, height_m});
 }
 
 ImplicitPtr implicit_cone(double radius_m, double top_radius_m, double height_m) {
-  return std::make_shared<Plain<Cone>>(Cone{radius_m, top_radius_m, height_m});
+  return std::make_shared<Primitive<Cone>>(Cone{radius_m, top_radius_m, height_m});
 }
 
 ImplicitPtr implicit_box(const Eigen::Vector3d& size_m) {
-  return std::make_shared<Plain<Cuboid>>(Cuboid{0.5 * size_m});
+  return std::make_shared<Primitive<Cuboid>>(Cuboid{0.5 * size_m});
 }
 
 ImplicitPtr implicit_prism(const std::array<Eigen::Vector2d, 3>& corners_m, double height_m) {
   Prism prism{corners_m, height_m};
   const Eigen::Vector2d a = corners_m[1] - corners_m[0], b = corners_m[2] - corners_m[0];
   if (a.x() * b.y() - a.y() * b.x() < 0.0) std::swap(prism.corners[1], prism.corners[2]);
-  return std::make_shared<Plain<Prism>>(prism);
+  return std::make_shared<Primitive<Prism>>(prism);
 }
 
 ImplicitPtr implicit_torus(double ring_radius_m, double tube_radius_m) {
-  return std::make_shared<Plain<Torus>>(Torus{ring_radius_m, tube_radius_m});
+  return std::make_shared<Primitive<Torus>>(Torus{ring_radius_m, tube_radius_m});
 }
 
 ImplicitPtr implicit_formula(Formula f, const Box& within) {

@@ -41,11 +41,16 @@ struct Box {
 /// safe.
 class ImplicitSolid {
  public:
+  static constexpr std::size_t kShapeSteps = 8;
+
   virtual ~ImplicitSolid() = default;
   /// Returns f(p), which is never NaN; where a formula is undefined, the point is outside (+∞).
   virtual double value(const Eigen::Vector3d& p_m) const = 0;
   /// Returns an interval that holds value() at every point of the region.
   virtual Interval bounds(const Region& region) const = 0;
+  /// Returns what one evaluation costs, in steps of a formula; a plain shape costs kShapeSteps. Real-time
+  /// safe.
+  virtual std::size_t steps() const { return kShapeSteps; }
   /// Returns a box that holds the whole solid; empty if the solid is certainly empty.
   virtual Box bounding_box() const = 0;
   /// Returns a simpler solid with the same values within the region, made of fewer parts; null if there is

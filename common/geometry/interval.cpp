@@ -21,9 +21,14 @@ Interval outward(double lo, double hi, bool defined) {
 
 bool endless(const Interval& a) { return std::isinf(a.lo) || std::isinf(a.hi); }
 
+/// Bounds what takes its extremes at four computed points.
+Interval around(const double (&ends)[4], bool defined) {
+  if (std::any_of(ends, ends + 4, [](double end) { return std::isnan(end); })) return Interval::whole(false);
+  return outward(*std::min_element(ends, ends + 4), *std::max_element(ends, ends + 4), defined);
+}
+
 /// Bounds a function that rises on [from, to] and is undefined elsewhere.
-template <class Function>
-Interval rising(const Interval& a, double from, double to, Function f) {
+Interval rising(const Interval& a, double from, double to, double (*f)(double)) {
   if (a.empty() || a.hi < from || a.lo > to) return Interval::nowhere();
   const bool defined = a.defined && a.lo >= from && a.hi <= to;
   return outward(f(std::max(a.lo, from)), f(std::min(a.hi, to)), defined);
@@ -33,6 +38,18 @@ Interval rising(const Interval& a, double from, double to, Function f) {
 bool holds_multiple(double lo, double hi, double phase, double period) {
   const double margin = 1e-12 * (1.0 + std::max(std::abs(lo), std::abs(hi)));
   return std::floor((hi - phase + margin) / period) >= std::ceil((lo - phase - margin) / period);
+}
+
+/// Bounds a function that swings between −1 and 1 and is greatest `phase` turns from 0.
+Interval wave(const Interval& a, double phase, double (*f)(double)) {
+  if (a.empty()) return a;
+  if (!(std::abs(a.lo) < 1e9 && std::abs(a.hi) < 1e9))
+    return {-1.0, 1.0, a.defined && std::isfinite(a.lo) && std::isfinite(a.hi)};
+  constexpr double kTurn = 2.0 * std::numbers::pi;
+  Interval found = outward(std::min(f(a.lo), f(a.hi)), std::max(f(a.lo), f(a.hi)), a.defined);
+  if (holds_multiple(a.lo, a.hi, phase * kTurn, kTurn)) found.hi = 1.0;
+  if (holds_multiple(a.lo, a.hi, (phase + 0.5) * kTurn, kTurn)) found.lo = -1.0;
+  return found;
 }
 
 /// Bounds x^n for whole n.
@@ -57,30 +74,19 @@ Interval operator+(const Interval& a, const Interval& b) {
   return outward(a.lo + b.lo, a.hi + b.hi, a.defined && b.defined && !(endless(a) && endless(b)));  // ∞ − ∞
 }
 
-Interval operator-(const Interval& a, const Interval& b) {
-  if (a.empty() || b.empty()) return Interval::nowhere();
-  return outward(a.lo - b.hi, a.hi - b.lo, a.defined && b.defined && !(endless(a) && endless(b)));  // ∞ − ∞
-}
+Interval operator-(const Interval& a, const Interval& b) { return a + -b; }
 
 Interval operator*(const Interval& a, const Interval& b) {
   if (a.empty() || b.empty()) return Interval::nowhere();
-  const double ends[4] = {a.lo * b.lo, a.lo * b.hi, a.hi * b.lo, a.hi * b.hi};
-  for (const double end : ends) {
-    if (std::isnan(end)) return Interval::whole(false);
-  }
-  return outward(*std::min_element(ends, ends + 4), *std::max_element(ends, ends + 4),
-                 a.defined && b.defined && !endless(a) && !endless(b));  // 0 · ∞
+  return around({a.lo * b.lo, a.lo * b.hi, a.hi * b.lo, a.hi * b.hi},
+                a.defined && b.defined && !endless(a) && !endless(b));  // 0 · ∞
 }
 
 Interval operator/(const Interval& a, const Interval& b) {
   if (a.empty() || b.empty()) return Interval::nowhere();
   if (b.contains(0.0)) return Interval::whole(false);  // may include 0 / 0
-  const double ends[4] = {a.lo / b.lo, a.lo / b.hi, a.hi / b.lo, a.hi / b.hi};
-  for (const double end : ends) {
-    if (std::isnan(end)) return Interval::whole(false);
-  }
-  return outward(*std::min_element(ends, ends + 4), *std::max_element(ends, ends + 4),
-                 a.defined && b.defined && !(endless(a) && endless(b)));  // ∞ / ∞
+  return around({a.lo / b.lo, a.lo / b.hi, a.hi / b.lo, a.hi / b.hi},
+                a.defined && b.defined && !(endless(a) && endless(b)));  // ∞ / ∞
 }
 
 Interval min(const Interval& a, const Interval& b) {
@@ -101,30 +107,16 @@ Interval abs(const Interval& a) {
   return {least, std::max(std::abs(a.lo), std::abs(a.hi)), a.defined};
 }
 
-Interval sqrt(const Interval& a) {
-  return rising(a, 0.0, kInf, [](double v) { return std::sqrt(v); });
-}
-Interval exp(const Interval& a) {
-  return rising(a, -kInf, kInf, [](double v) { return std::exp(v); });
-}
-Interval log(const Interval& a) {
-  return rising(a, 0.0, kInf, [](double v) { return std::log(v); });
-}
-Interval asin(const Interval& a) {
-  return rising(a, -1.0, 1.0, [](double v) { return std::asin(v); });
-}
+Interval sqrt(const Interval& a) { return rising(a, 0.0, kInf, std::sqrt); }
+Interval exp(const Interval& a) { return rising(a, -kInf, kInf, std::exp); }
+Interval log(const Interval& a) { return rising(a, 0.0, kInf, std::log); }
+Interval asin(const Interval& a) { return rising(a, -1.0, 1.0, std::asin); }
 Interval acos(const Interval& a) {
   return -rising(a, -1.0, 1.0, [](double v) { return -std::acos(v); });
 }
-Interval atan(const Interval& a) {
-  return rising(a, -kInf, kInf, [](double v) { return std::atan(v); });
-}
-Interval sinh(const Interval& a) {
-  return rising(a, -kInf, kInf, [](double v) { return std::sinh(v); });
-}
-Interval tanh(const Interval& a) {
-  return rising(a, -kInf, kInf, [](double v) { return std::tanh(v); });
-}
+Interval atan(const Interval& a) { return rising(a, -kInf, kInf, std::atan); }
+Interval sinh(const Interval& a) { return rising(a, -kInf, kInf, std::sinh); }
+Interval tanh(const Interval& a) { return rising(a, -kInf, kInf, std::tanh); }
 
 Interval cosh(const Interval& a) {
   if (a.empty()) return a;
@@ -132,31 +124,8 @@ Interval cosh(const Interval& a) {
   return outward(std::cosh(size.lo), std::cosh(size.hi), a.defined);
 }
 
-Interval sin(const Interval& a) {
-  if (a.empty()) return a;
-  if (!(std::abs(a.lo) < 1e9 && std::abs(a.hi) < 1e9)) {
-    return {-1.0, 1.0, a.defined && std::isfinite(a.lo) && std::isfinite(a.hi)};
-  }
-  constexpr double kTurn = 2.0 * std::numbers::pi;
-  Interval found =
-      outward(std::min(std::sin(a.lo), std::sin(a.hi)), std::max(std::sin(a.lo), std::sin(a.hi)), a.defined);
-  if (holds_multiple(a.lo, a.hi, 0.25 * kTurn, kTurn)) found.hi = 1.0;
-  if (holds_multiple(a.lo, a.hi, 0.75 * kTurn, kTurn)) found.lo = -1.0;
-  return found;
-}
-
-Interval cos(const Interval& a) {
-  if (a.empty()) return a;
-  if (!(std::abs(a.lo) < 1e9 && std::abs(a.hi) < 1e9)) {
-    return {-1.0, 1.0, a.defined && std::isfinite(a.lo) && std::isfinite(a.hi)};
-  }
-  constexpr double kTurn = 2.0 * std::numbers::pi;
-  Interval found =
-      outward(std::min(std::cos(a.lo), std::cos(a.hi)), std::max(std::cos(a.lo), std::cos(a.hi)), a.defined);
-  if (holds_multiple(a.lo, a.hi, 0.0, kTurn)) found.hi = 1.0;
-  if (holds_multiple(a.lo, a.hi, 0.5 * kTurn, kTurn)) found.lo = -1.0;
-  return found;
-}
+Interval sin(const Interval& a) { return wave(a, 0.25, std::sin); }
+Interval cos(const Interval& a) { return wave(a, 0.0, std::cos); }
 
 Interval tan(const Interval& a) {
   if (a.empty()) return a;
@@ -177,14 +146,8 @@ Interval pow(const Interval& a, const Interval& b) {
   if (a.lo < 0.0 && b.lo != b.hi) return Interval::whole(false);
   // For a base ≥ 0 the power is monotonic in each argument, so that its extremes are at the corners.
   const double base = std::max(a.lo, 0.0);
-  const double ends[4] = {std::pow(base, b.lo), std::pow(base, b.hi), std::pow(a.hi, b.lo),
-                          std::pow(a.hi, b.hi)};
-  return outward(*std::min_element(ends, ends + 4), *std::max_element(ends, ends + 4),
-                 defined && a.lo >= 0.0);
-}
-
-Interval intersection(const Interval& a, const Interval& b) {
-  return {std::max(a.lo, b.lo), std::min(a.hi, b.hi), a.defined && b.defined};
+  return around({std::pow(base, b.lo), std::pow(base, b.hi), std::pow(a.hi, b.lo), std::pow(a.hi, b.hi)},
+                defined && a.lo >= 0.0);
 }
 
 }  // namespace phantom::geometry

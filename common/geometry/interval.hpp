@@ -50,7 +50,4 @@ Interval cosh(const Interval& a);
 Interval tanh(const Interval& a);
 Interval pow(const Interval& a, const Interval& b);
 
-/// Returns the intersection of two bounds of the same quantity.
-Interval intersection(const Interval& a, const Interval& b);
-
 }  // namespace phantom::geometry

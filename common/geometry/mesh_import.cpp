@@ -19,12 +19,12 @@ std::array<double, 3> extents_of(const BoundingBox& box) {
 
 }  // namespace
 
-std::string ending_of(const std::filesystem::path& path) {
-  std::string ending = path.extension().string();
-  if (!ending.empty()) ending.erase(0, 1);
-  std::transform(ending.begin(), ending.end(), ending.begin(),
+std::string extension_of(const std::filesystem::path& path) {
+  std::string extension = path.extension().string();
+  if (!extension.empty()) extension.erase(0, 1);
+  std::transform(extension.begin(), extension.end(), extension.begin(),
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return ending;
+  return extension;
 }
 
 Eigen::Matrix3d to_z_up(UpAxis up) {
@@ -34,8 +34,8 @@ Eigen::Matrix3d to_z_up(UpAxis up) {
   return turn;
 }
 
-void settle_frame(const MeshImportOptions& options, std::string_view format, const DeclaredFrame& declared,
-                  const std::function<std::array<double, 3>()>& extents, LoadedMesh& mesh) {
+void resolve_frame(const MeshImportOptions& options, std::string_view format, const DeclaredFrame& declared,
+                   const std::function<std::array<double, 3>()>& extents, LoadedMesh& mesh) {
   mesh.format = format;
   if (options.scale) {
     mesh.scale = *options.scale;
@@ -60,7 +60,7 @@ void settle_frame(const MeshImportOptions& options, std::string_view format, con
   }
 }
 
-bool settle(bool finite, std::size_t collapsed, LoadedMesh& mesh, std::string& problem) {
+bool finish_import(bool finite, std::size_t collapsed, LoadedMesh& mesh, std::string& problem) {
   if (!finite) {
     problem = "has a coordinate that is not a finite number";
     return false;
@@ -81,7 +81,7 @@ std::string too_many_triangles(const MeshImportOptions& options) {
 
 std::optional<bool> import_binary_stl(const std::filesystem::path& path, const MeshImportOptions& options,
                                       std::uint64_t most_triangles, LoadedMesh& mesh, std::string& problem) {
-  if (ending_of(path) != "stl") return std::nullopt;
+  if (extension_of(path) != "stl") return std::nullopt;
   std::vector<std::uint8_t> bytes(kStlHeadBytes);
   std::ifstream file(path, std::ios::binary);
   const auto read_from = [&](std::size_t at) {
@@ -99,12 +99,12 @@ std::optional<bool> import_binary_stl(const std::filesystem::path& path, const M
   bytes.resize(size);
   if (!read_from(kStlHeadBytes)) return std::nullopt;
   StlMesh stl = read_binary_stl(bytes);
-  settle_frame(
+  resolve_frame(
       options, "Stereolithography (STL) Importer", {}, [&] { return extents_of(stl.bounding_box()); }, mesh);
   const Eigen::Matrix3d to_metres = mesh.scale * to_z_up(mesh.up);
   for (Eigen::Vector3f& v : stl.vertices_m) v = (to_metres * v.cast<double>()).cast<float>();
   static_cast<TriangleMesh&>(mesh) = std::move(stl);
-  return settle(mesh.all_finite(), stl.collapsed, mesh, problem);
+  return finish_import(mesh.all_finite(), stl.collapsed, mesh, problem);
 }
 
 }  // namespace phantom::geometry::detail

@@ -17,7 +17,7 @@
 namespace phantom::geometry::detail {
 
 /// Returns the file name's extension in lower case without the dot: "glb" for ".GLB".
-std::string ending_of(const std::filesystem::path& path);
+std::string extension_of(const std::filesystem::path& path);
 
 /// Returns the rotation that turns `up` into +z: identity for z, (x, y, z) → (x, −z, y) for y, (−z, y, x) for
 /// x.
@@ -26,12 +26,12 @@ Eigen::Matrix3d to_z_up(UpAxis up);
 /// Sets scale and up-axis: from the caller's options, otherwise from the file, otherwise guessed with a note.
 /// `format`: the importer's name for it. `extents`: returns the mesh's extents along x, y, z in the file's
 /// units.
-void settle_frame(const MeshImportOptions& options, std::string_view format, const DeclaredFrame& declared,
-                  const std::function<std::array<double, 3>()>& extents, LoadedMesh& mesh);
+void resolve_frame(const MeshImportOptions& options, std::string_view format, const DeclaredFrame& declared,
+                   const std::function<std::array<double, 3>()>& extents, LoadedMesh& mesh);
 
 /// Completes every import: adds the notes. Returns false, with the reason in `problem`, if there is no usable
 /// mesh. `collapsed`: triangles left out because two of their corners have the same position.
-bool settle(bool finite, std::size_t collapsed, LoadedMesh& mesh, std::string& problem);
+bool finish_import(bool finite, std::size_t collapsed, LoadedMesh& mesh, std::string& problem);
 
 /// Returns for example "has more than 100 triangles".
 std::string too_many_triangles(const MeshImportOptions& options);

@@ -122,17 +122,21 @@ core::Expected<ImporterProcess> start_importer(const std::filesystem::path& path
                       "; PHANTOM_MESH_IMPORT can name another place");
 }
 
-enum class ReadEnd { kClosed, kLate, kTooLong };
+enum class ReadEnd { kClosed, kLate, kTooLong, kStopped };
 
-/// Reads until the other end closes, the deadline passes or more than `most` bytes arrived.
+/// Reads until the other end closes, the deadline passes, more than `most` bytes arrived, or keep_going()
+/// returns false.
 ReadEnd read_answer(int fd, core::Nanoseconds deadline_ns, std::size_t most,
-                    std::vector<std::uint8_t>& bytes) {
+                    const std::function<bool()>& keep_going, std::vector<std::uint8_t>& bytes) {
+  constexpr int kLook_ms = 100;
   std::vector<std::uint8_t> block(1 << 16);
   while (bytes.size() <= most) {
     const core::Nanoseconds left_ns = deadline_ns - core::monotonic_ns();
     if (left_ns <= 0) return ReadEnd::kLate;
+    if (keep_going && !keep_going()) return ReadEnd::kStopped;
     pollfd wait{fd, POLLIN, 0};
-    if (poll(&wait, 1, static_cast<int>(left_ns / core::kNsPerMillisecond) + 1) <= 0) continue;
+    const auto left_ms = static_cast<int>(left_ns / core::kNsPerMillisecond) + 1;
+    if (poll(&wait, 1, keep_going ? std::min(kLook_ms, left_ms) : left_ms) <= 0) continue;
     const ssize_t count = read(fd, block.data(), block.size());
     if (count < 0 && errno == EINTR) continue;
     if (count <= 0) return ReadEnd::kClosed;
@@ -159,12 +163,13 @@ core::Expected<LoadedMesh> import_by_process(const std::filesystem::path& path,
   const int most_s = 4 * options.max_cpu_s;
   std::vector<std::uint8_t> bytes;
   const ReadEnd read = read_answer(process->answer, core::monotonic_ns() + core::from_seconds(most_s),
-                                   detail::max_answer_bytes(options), bytes);
+                                   detail::max_answer_bytes(options), options.keep_going, bytes);
   const int ended = end_of(*process);
   const auto not_within = [&](int seconds, const char* what) {
     return error_of(path, ErrorCode::kResourceExhausted,
                     "was not read within " + std::to_string(seconds) + " s" + what);
   };
+  if (read == ReadEnd::kStopped) return error_of(path, ErrorCode::kUnavailable, "reading it was stopped");
   if (read == ReadEnd::kLate) return not_within(most_s, "");
   if (read == ReadEnd::kTooLong)
     return error_of(path, ErrorCode::kInternal, "the importer's answer is longer than the limits allow");

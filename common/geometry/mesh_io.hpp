@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -23,6 +24,9 @@ struct MeshImportOptions {
   int max_cpu_s = 60;  ///< of the importing process; its wall-clock limit is four times that
   std::uint64_t max_memory_bytes = 4ULL << 30;  ///< that the import may use
   std::uint64_t max_file_bytes = 2ULL << 30;
+  /// If not empty, asked ten times a second while the importing process runs; once it returns false, that is
+  /// ended, and the import fails with kUnavailable.
+  std::function<bool()> keep_going = {};
 };
 
 /// Holds a mesh in metres with +z up, and how its file was interpreted.

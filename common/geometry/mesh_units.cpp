@@ -124,12 +124,12 @@ DeclaredFrame dxf(std::string_view head) {
   return frame;
 }
 
+}  // namespace
+
 bool starts_with_any(std::string_view text, std::initializer_list<std::string_view> starts) {
   return std::any_of(starts.begin(), starts.end(),
                      [&](std::string_view start) { return text.starts_with(start); });
 }
-
-}  // namespace
 
 std::string unit_name(double scale) {
   if (scale == 1.0) return "metres";

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <initializer_list>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -32,6 +33,9 @@ inline constexpr double kGreatestPlausibleExtent_m = 20.0;
 /// kGreatestPlausibleExtent_m. `extents`: of the mesh's box along x, y, z in its own units, finite. Pure; not
 /// real-time safe.
 UnitGuess guess_unit(const std::array<double, 3>& extents);
+
+/// Returns whether a text starts with one of these.
+bool starts_with_any(std::string_view text, std::initializer_list<std::string_view> starts);
 
 /// Guesses the up-axis that most tools use when they write this format. `format`: the importer's name for it.
 UpAxis guess_up(std::string_view format);

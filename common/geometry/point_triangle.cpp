@@ -1,6 +1,5 @@
 #include "common/geometry/point_triangle.hpp"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 
 namespace phantom::geometry {

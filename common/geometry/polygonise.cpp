@@ -24,7 +24,8 @@ struct Crossing {
 
 class Polygoniser {
  public:
-  Polygoniser(const ImplicitSolid& solid, const Box& box, int cells) : solid_(&solid), cells_(cells) {
+  Polygoniser(const ImplicitSolid& solid, const Box& box, int cells, core::WorkBudget* budget)
+      : solid_(&solid), cells_(cells), meter_(budget) {
     edge_m_ = box.size_m().maxCoeff() / cells;
     // An uneven margin, so that faces of the box do not coincide with samples.
     origin_m_ = box.min_m - Eigen::Vector3d::Constant(1.37 * edge_m_);
@@ -39,6 +40,7 @@ class Polygoniser {
 
   Polygonised run() {
     visit({0, 0, 0}, root_);
+    if (ended_) return {};
     for (const auto& [cell, axis, outwards] : crossed_edges_) emit(cell, axis, outwards);
     return {std::move(mesh_), cells_, few(thin_places_)};
   }
@@ -60,7 +62,12 @@ class Polygoniser {
   Eigen::Vector3d corner_m(const Cell& c) const {
     return origin_m_ + edge_m_ * Eigen::Vector3d(c[0], c[1], c[2]);
   }
-  bool inside(const Eigen::Vector3d& p) const { return solid_->value(p) < 0.0; }
+  /// Counts so many evaluations; once there may be no more, they are left out and the mesh is dropped.
+  bool spend(std::uint64_t evaluations) {
+    if (!ended_) ended_ = !meter_.spend(evaluations * solid_->steps());
+    return !ended_;
+  }
+  bool inside(const Eigen::Vector3d& p) { return spend(1) && solid_->value(p) < 0.0; }
   static std::uint64_t key(const Cell& c) {
     return static_cast<std::uint64_t>(c[0]) | static_cast<std::uint64_t>(c[1]) << 21 |
            static_cast<std::uint64_t>(c[2]) << 42;
@@ -70,10 +77,12 @@ class Polygoniser {
     for (std::size_t axis = 0; axis < 3; ++axis) {
       if (first[axis] >= size_[axis]) return;
     }
+    if (!spend(1)) return;
     const Eigen::Vector3d half = Eigen::Vector3d::Constant(0.5 * size * edge_m_);
     const Interval bounds = solid_->bounds(Region::box(corner_m(first) + half, half));
     if (bounds.lo >= 0.0 || bounds.hi < 0.0) return;
     if (size == kBrick) {
+      if (!spend(2)) return;
       // Normals are sampled slightly beyond the brick.
       const ImplicitPtr fewer = solid_->within(Region::box(corner_m(first) + half, 1.01 * half));
       const ImplicitSolid* const whole = std::exchange(solid_, fewer ? fewer.get() : solid_);
@@ -101,6 +110,7 @@ class Polygoniser {
     for (int z = 0; z < kBrick; ++z) {
       for (int y = 0; y < kBrick; ++y) {
         for (int x = 0; x < kBrick; ++x) {
+          if (ended_) return;
           const Cell cell{first[0] + x, first[1] + y, first[2] + z};
           std::array<bool, 8> corners;
           for (int i = 0; i < 8; ++i)
@@ -139,7 +149,8 @@ class Polygoniser {
 
   /// Finds a point on the other side of the surface between two points on the same side.
   std::optional<Eigen::Vector3d> find_other_side(const Eigen::Vector3d& a, const Eigen::Vector3d& b, bool in,
-                                                 int depth) const {
+                                                 int depth) {
+    if (!spend(1)) return std::nullopt;
     const Eigen::Vector3d middle = 0.5 * (a + b);
     const Interval bounds = solid_->bounds(Region::box(middle, 0.5 * (b - a).cwiseAbs()));
     if (bounds.lo >= 0.0 || bounds.hi < 0.0) return std::nullopt;
@@ -150,13 +161,14 @@ class Polygoniser {
   }
 
   /// Finds the crossing of the surface between two points on different sides.
-  Crossing cross(Eigen::Vector3d a, Eigen::Vector3d b) const {
+  Crossing cross(Eigen::Vector3d a, Eigen::Vector3d b) {
     const bool a_inside = inside(a);
     for (int i = 0; i < kBisections; ++i) {
       const Eigen::Vector3d middle = 0.5 * (a + b);
       (inside(middle) == a_inside ? a : b) = middle;
     }
     Crossing crossing{0.5 * (a + b), Eigen::Vector3d::Zero()};
+    if (!spend(6)) return crossing;
     const double h = 1e-3 * edge_m_;
     for (int axis = 0; axis < 3; ++axis) {
       Eigen::Vector3d step = Eigen::Vector3d::Zero();
@@ -248,6 +260,8 @@ class Polygoniser {
   std::unordered_map<std::uint64_t, std::uint32_t> vertex_of_;
   std::vector<CrossedEdge> crossed_edges_;
   std::size_t thin_places_ = 0, meetings_ = 0;
+  core::WorkMeter meter_;
+  bool ended_ = false;
 };
 
 }  // namespace
@@ -257,8 +271,9 @@ Polygonised polygonise(const ImplicitSolid& solid, const PolygoniseOptions& opti
   const Box box = solid.bounding_box();
   if (box.empty() || !(box.size_m().maxCoeff() > 0.0)) return {};
   for (int cells = options.cells;; cells *= 2) {
-    Polygoniser polygoniser(solid, box, cells);
+    Polygoniser polygoniser(solid, box, cells, options.budget);
     Polygonised made = polygoniser.run();
+    if (options.budget != nullptr && options.budget->ended()) return {};
     if ((made.whole && polygoniser.sheets_are_apart()) || 2 * cells > options.max_cells) return made;
   }
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "common/core/work_budget.hpp"
 #include "common/geometry/implicit.hpp"
 #include "common/geometry/mesh.hpp"
 
@@ -9,6 +10,9 @@ namespace phantom::geometry {
 struct PolygoniseOptions {
   int cells = 64;       ///< initial number along the longest side of the solid's box
   int max_cells = 256;  ///< greatest number, if walls or gaps thinner than a cell require finer cells
+  /// If not null, every evaluation is counted for it by the solid's steps(); when it is used up, there is no
+  /// mesh.
+  core::WorkBudget* budget = nullptr;
 };
 
 /// Holds the result of polygonise().

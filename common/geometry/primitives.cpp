@@ -80,23 +80,7 @@ TriangleMesh make_sphere(double radius_m, int subdivisions) {
 }
 
 TriangleMesh make_cylinder(double radius_m, double height_m, int sides) {
-  TriangleMesh mesh;
-  const auto bottom = add_vertex(mesh, 0, 0, -height_m / 2);
-  const auto top = add_vertex(mesh, 0, 0, height_m / 2);
-  for (int i = 0; i < sides; ++i) {
-    const double angle = kTurn * i / sides;
-    for (const double z : {-height_m / 2, height_m / 2}) {
-      add_vertex(mesh, radius_m * std::cos(angle), radius_m * std::sin(angle), z);
-    }
-  }
-  const auto n = static_cast<std::uint32_t>(sides);
-  for (std::uint32_t i = 0; i < n; ++i) {
-    const std::uint32_t a = 2 + 2 * i, b = 2 + 2 * ((i + 1) % n);
-    add_quad(mesh, a, b, b + 1, a + 1);
-    mesh.triangles.push_back({bottom, b, a});
-    mesh.triangles.push_back({top, a + 1, b + 1});
-  }
-  return mesh;
+  return make_cone(radius_m, radius_m, height_m, sides);
 }
 
 TriangleMesh make_cone(double radius_m, double top_radius_m, double height_m, int sides) {

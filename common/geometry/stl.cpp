@@ -2,7 +2,7 @@
 
 #include <cstring>
 
-#include "common/geometry/joined_corners.hpp"
+#include "common/geometry/vertex_welder.hpp"
 
 namespace phantom::geometry {
 namespace {
@@ -23,7 +23,7 @@ std::optional<std::uint32_t> binary_stl_triangles(std::span<const std::uint8_t> 
 StlMesh read_binary_stl(std::span<const std::uint8_t> bytes) {
   StlMesh mesh;
   const std::uint32_t count = binary_stl_triangles(bytes, bytes.size()).value_or(0);
-  detail::JoinedCorners corners(mesh);
+  detail::VertexWelder corners(mesh);
   corners.expect(count);
   const std::uint8_t* at = bytes.data() + kStlHeadBytes + kNormalBytes;
   std::array<Eigen::Vector3f, 3> positions;

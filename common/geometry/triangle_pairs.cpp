@@ -34,7 +34,7 @@ bool on_both_sides(const std::array<int, 3>& sides) {
 
 /// Returns the triangle, with its orientation kept, starting at the corner that lies alone on its side of the
 /// other triangle's plane. `sides`: of its corners.
-Corners alone_first(const Corners& t, const std::array<int, 3>& sides) {
+Corners lone_corner_first(const Corners& t, const std::array<int, 3>& sides) {
   const int all = sides[0] + sides[1] + sides[2];  // two on one side; or one on each side, one on it
   for (std::size_t i = 0; i < 3; ++i) {
     const bool alone = all == 0 ? sides[i] > 0 : sides[i] == -all;
@@ -46,35 +46,35 @@ Corners alone_first(const Corners& t, const std::array<int, 3>& sides) {
 /// Returns whether two triangles, each with corners on both sides of the other's plane, have more than a
 /// point in common. They have if their segments of the line in which the planes intersect overlap (Guigue &
 /// Devillers 2003, strictly).
-bool stretches_overlap(const Corners& s, std::array<int, 3> s_sides, const Corners& t,
-                       std::array<int, 3> t_sides) {
-  Corners a = alone_first(s, s_sides), b = alone_first(t, t_sides);
+bool segments_overlap(const Corners& s, std::array<int, 3> s_sides, const Corners& t,
+                      std::array<int, 3> t_sides) {
+  Corners a = lone_corner_first(s, s_sides), b = lone_corner_first(t, t_sides);
   // The theorem requires each lone corner to be on the positive side of the other triangle's plane.
   if (side(b[0], b[1], b[2], a[0]) > 0) std::swap(b[1], b[2]);
   if (side(a[0], a[1], a[2], b[0]) > 0) std::swap(a[1], a[2]);
   return side(a[0], a[1], b[0], b[1]) * side(a[0], a[2], b[2], b[0]) > 0;
 }
 
-struct Plain {
+struct Point2 {
   double x, y;
 };
 
-int turn(const Plain& a, const Plain& b, const Plain& c) {
+int orientation(const Point2& a, const Point2& b, const Point2& c) {
   const double left = (b.x - a.x) * (c.y - a.y), right = (b.y - a.y) * (c.x - a.x);
   const double doubt = kRounding * (std::abs(left) + std::abs(right));
   return left - right > doubt ? 1 : left - right < -doubt ? -1 : 0;
 }
 
-bool inside(const Plain& p, const std::array<Plain, 3>& t) {
-  const int first = turn(t[0], t[1], p);
-  return first != 0 && turn(t[1], t[2], p) == first && turn(t[2], t[0], p) == first;
+bool inside(const Point2& p, const std::array<Point2, 3>& t) {
+  const int first = orientation(t[0], t[1], p);
+  return first != 0 && orientation(t[1], t[2], p) == first && orientation(t[2], t[0], p) == first;
 }
 
 bool overlap_in_plane(const Corners& s, const Corners& t) {
   const Vector3d normal = (s[1] - s[0]).cross(s[2] - s[0]);
   int drop = 0;
   normal.cwiseAbs().maxCoeff(&drop);
-  std::array<Plain, 3> a{}, b{};
+  std::array<Point2, 3> a{}, b{};
   for (std::size_t i = 0; i < 3; ++i) {
     a[i] = {s[i][(drop + 1) % 3], s[i][(drop + 2) % 3]};
     b[i] = {t[i][(drop + 1) % 3], t[i][(drop + 2) % 3]};
@@ -82,8 +82,9 @@ bool overlap_in_plane(const Corners& s, const Corners& t) {
   for (std::size_t i = 0; i < 3; ++i) {
     if (inside(a[i], b) || inside(b[i], a)) return true;
     for (std::size_t k = 0; k < 3; ++k) {
-      const Plain &p = a[i], &q = a[(i + 1) % 3], &u = b[k], &v = b[(k + 1) % 3];
-      if (turn(p, q, u) * turn(p, q, v) < 0 && turn(u, v, p) * turn(u, v, q) < 0) return true;
+      const Point2 &p = a[i], &q = a[(i + 1) % 3], &u = b[k], &v = b[(k + 1) % 3];
+      if (orientation(p, q, u) * orientation(p, q, v) < 0 && orientation(u, v, p) * orientation(u, v, q) < 0)
+        return true;
     }
   }
   return false;
@@ -96,7 +97,7 @@ bool triangles_cross(const Corners& s, const Corners& t) {
   if (t_sides == std::array{0, 0, 0}) return overlap_in_plane(s, t);
   if (!on_both_sides(t_sides)) return false;
   const std::array<int, 3> s_sides = sides_of(s, t);
-  return on_both_sides(s_sides) && stretches_overlap(s, s_sides, t, t_sides);
+  return on_both_sides(s_sides) && segments_overlap(s, s_sides, t, t_sides);
 }
 
 TrianglePairs crossing_pairs(const TriangleMesh& mesh, std::size_t max_pairs) {

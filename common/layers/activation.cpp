@@ -5,7 +5,7 @@
 #include <cstdio>
 
 #include "common/core/parallel.hpp"
-#include "common/layers/layer_methods.hpp"
+#include "common/layers/layers.hpp"
 #include "common/layers/merge.hpp"
 #include "common/voxelise/voxelise_implicit.hpp"
 
@@ -59,48 +59,36 @@ core::Expected<workspace::VoxelBox> place_of(const Body& body, const workspace::
 
 /// Returns the smallest box, in the solid's voxel addresses, that holds all its boundary and interior voxels.
 workspace::VoxelBox tight_box(const voxelise::SolidVoxels& solid) {
-  std::int32_t low[3] = {INT32_MAX, INT32_MAX, INT32_MAX}, high[3] = {-1, -1, -1};
+  workspace::Index3 low{INT32_MAX, INT32_MAX, INT32_MAX}, high{-1, -1, -1};
   for (std::int32_t z = 0; z < solid.box.size[2]; ++z) {
     for (std::int32_t y = 0; y < solid.box.size[1]; ++y) {
       for (std::size_t i = 0; i < solid.boundary.words_per_row(); ++i) {
         const std::uint64_t word = solid.boundary.row(y, z)[i] | solid.inside.row(y, z)[i];
         if (word == 0) continue;
         const auto x = static_cast<std::int32_t>(i * 64);
-        const std::int32_t first[3] = {x + std::countr_zero(word), y, z},
-                           last[3] = {x + 63 - std::countl_zero(word), y, z};
-        for (int axis = 0; axis < 3; ++axis) {
-          low[axis] = std::min(low[axis], first[axis]);
-          high[axis] = std::max(high[axis], last[axis]);
-        }
+        low = workspace::min(low, {x + std::countr_zero(word), y, z});
+        high = workspace::max(high, {x + 63 - std::countl_zero(word), y, z});
       }
     }
   }
-  if (high[0] < 0) return {};
-  return {{solid.box.min.x + low[0], solid.box.min.y + low[1], solid.box.min.z + low[2]},
-          {high[0] - low[0] + 1, high[1] - low[1] + 1, high[2] - low[2] + 1}};
+  if (high.x < 0) return {};
+  return workspace::VoxelBox::between(solid.box.min + low, solid.box.min + high + workspace::Index3{1, 1, 1});
 }
 
 /// Times an activation, reports its progress and asks whether to continue.
-class Steps {
- public:
-  explicit Steps(const ActivationOptions& options) : options_(options), start_s_(now_s()) {}
-  double now_s() const { return options_.stopwatch ? options_.stopwatch() : 0.0; }
-  double start_s() const { return start_s_; }
+struct Steps {
+  const ActivationOptions& options;
+
+  double now_s() const { return options.stopwatch ? options.stopwatch() : 0.0; }
   void report(double share) const {
-    if (options_.on_progress) options_.on_progress(share);
+    if (options.on_progress) options.on_progress(share);
   }
   /// Reports the share of the work done. Returns false if the work must stop.
   bool go_on(double share) const {
     report(share);
-    return !options_.keep_going || options_.keep_going();
+    return !options.keep_going || options.keep_going();
   }
-
- private:
-  const ActivationOptions& options_;
-  double start_s_;
 };
-
-const core::Status kStopped{core::ErrorCode::kUnavailable, "activation was stopped"};
 
 constexpr double kVoxelised = 0.3;  // share of the work that voxelising takes, estimated
 
@@ -144,26 +132,20 @@ void count_in(const voxelise::SolidVoxels& solid, const workspace::VoxelBox& par
 /// Divides the part of a grid that an object reaches into parts of whole bricks.
 std::vector<workspace::VoxelBox> parts_of(const workspace::VoxelBox& reached, const workspace::GridSpec& grid,
                                           std::size_t most_voxels) {
-  std::array<std::int32_t, 3> first{reached.min.x & -workspace::kBrickEdge,
-                                    reached.min.y & -workspace::kBrickEdge,
-                                    reached.min.z & -workspace::kBrickEdge},
-      end, edge;
-  const std::array<std::int32_t, 3> min{reached.min.x, reached.min.y, reached.min.z};
+  const workspace::VoxelBox bricks = workspace::bricks_of(reached);
+  const workspace::Index3 first = workspace::corner_of({bricks.min}),
+                          end = workspace::min(workspace::corner_of({bricks.end()}),
+                                               workspace::VoxelBox::of(grid).end());
   const auto cube =
       static_cast<std::int32_t>(std::cbrt(static_cast<double>(most_voxels))) & -workspace::kBrickEdge;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    end[axis] = std::min(grid.size_vox[axis], (min[axis] + reached.size[axis] + workspace::kBrickEdge - 1) &
-                                                  -workspace::kBrickEdge);
-    edge[axis] = reached.voxel_count() <= most_voxels ? end[axis] - first[axis]
-                                                      : std::max(workspace::kBrickEdge, cube);
-  }
+  const std::int32_t edge = std::max(workspace::kBrickEdge, cube);
+  const workspace::Index3 step =
+      reached.voxel_count() <= most_voxels ? end - first : workspace::Index3{edge, edge, edge};
   std::vector<workspace::VoxelBox> parts;
-  for (std::int32_t z = first[2]; z < end[2]; z += edge[2]) {
-    for (std::int32_t y = first[1]; y < end[1]; y += edge[1]) {
-      for (std::int32_t x = first[0]; x < end[0]; x += edge[0])
-        parts.push_back(
-            {{x, y, z},
-             {std::min(edge[0], end[0] - x), std::min(edge[1], end[1] - y), std::min(edge[2], end[2] - z)}});
+  for (workspace::Index3 at = first; at.z < end.z; at.z += step.z) {
+    for (at.y = first.y; at.y < end.y; at.y += step.y) {
+      for (at.x = first.x; at.x < end.x; at.x += step.x)
+        parts.push_back(workspace::VoxelBox::between(at, workspace::min(at + step, end)));
     }
   }
   return parts;
@@ -190,16 +172,17 @@ class ObjectActivation {
       const double start_s = steps_.now_s();
       auto solid = solid_of(
           body_, grid_, parts[i].grown(margin_),
-          {options_.threads, [&](double share) { return steps_.go_on(share_of_all(kVoxelised * share)); }});
+          {options_.threads, [&](double share) { return steps_.go_on(share_of_all(kVoxelised * share)); },
+           options_.budget});
       if (!solid) return error_of(body_, solid.status());
       object_.report.voxelise_s += steps_.now_s() - start_s;
-      if (!add(*solid, parts[i])) return error_of(body_, kStopped);
+      if (!add(*solid, parts[i])) return error_of(body_, ended());
     }
     return finish();
   }
   /// The same for a solid that is known as a whole.
   core::Expected<ActivatedObject> of(const voxelise::SolidVoxels& solid) {
-    if (!add(solid, workspace::VoxelBox::of(grid_))) return error_of(body_, kStopped);
+    if (!add(solid, workspace::VoxelBox::of(grid_))) return error_of(body_, ended());
     return finish();
   }
 
@@ -212,9 +195,9 @@ class ObjectActivation {
       stopped = stopped || !steps_.go_on(share_of_all(kVoxelised + (1.0 - kVoxelised) * share));
       return !stopped;
     };
-    workspace::ObjectBricks bricks =
-        lay_layers(body_.mesh_W, solid, body_.profile, grid_, part, {options_.threads, go_on});
-    if (stopped) return false;
+    workspace::ObjectBricks bricks = lay_layers(body_.mesh_W, solid, body_.profile, grid_, part,
+                                                {options_.threads, go_on, options_.budget});
+    if (stopped || (options_.budget != nullptr && options_.budget->ended())) return false;
     for (workspace::ObjectBricks::Part& brick : bricks.take_parts()) bricks_.push_back(std::move(brick));
     BodyReport& report = object_.report;
     SolidCount count;
@@ -229,6 +212,7 @@ class ObjectActivation {
     report.layers_s += steps_.now_s() - start_s;
     return true;
   }
+  core::Status ended() const { return workspace::ended_early({.budget = options_.budget}, "activation"); }
   /// Returns the share of all parts that is done, from the share of the current part. Rounding never lowers
   /// it from one part to the next.
   double share_of_all(double share) const { return (part_ + share) / parts_; }
@@ -286,7 +270,7 @@ core::Expected<ActivatedObject> activate_object(const Body& body, const workspac
   const workspace::VoxelBox reached = place->grown(body.profile.reach_vox());
   if (core::Status checked = check_size(reached.intersection(voxelise_clip(grid, body.profile))); !checked)
     return error_of(body, checked);
-  const Steps steps(options);
+  const Steps steps{options};
   auto object =
       ObjectActivation(body, grid, options, steps).all(reached.intersection(workspace::VoxelBox::of(grid)));
   if (!object) return object.status();
@@ -304,22 +288,22 @@ core::Expected<std::pair<workspace::Workspace, BodyReport>> activate_alone(const
   const workspace::VoxelBox reached = around->grown(body.profile.reach_vox());
   if (core::Status checked = check_size(reached); !checked) return error_of(body, checked);
   const auto grid_of = [&](const workspace::VoxelBox& box) {
-    return workspace::GridSpec{voxel_size_m * Eigen::Vector3d(box.min.x, box.min.y, box.min.z), voxel_size_m,
-                               box.size};
+    return workspace::GridSpec{voxel_size_m * workspace::vector(box.min), voxel_size_m, box.size};
   };
-  const Steps steps(options);
+  const Steps steps{options};
   if (reached.voxel_count() > options.most_voxels_at_once) {
     auto object = activate_object(body, grid_of(reached), options);
     if (!object) return object.status();
     return std::pair{workspace_of(body, grid_of(reached), *object, options.threads), object->report};
   }
-  auto solid = solid_of(body, lattice, *around,
-                        {options.threads, [&](double share) { return steps.go_on(kVoxelised * share); }});
+  const double start_s = steps.now_s();
+  auto solid = solid_of(
+      body, lattice, *around,
+      {options.threads, [&](double share) { return steps.go_on(kVoxelised * share); }, options.budget});
   if (!solid) return error_of(body, solid.status());
-  const double voxelise_s = steps.now_s() - steps.start_s();
+  const double voxelise_s = steps.now_s() - start_s;
   const workspace::VoxelBox whole = tight_box(*solid).grown(body.profile.reach_vox());
-  solid->box.min = {solid->box.min.x - whole.min.x, solid->box.min.y - whole.min.y,
-                    solid->box.min.z - whole.min.z};
+  solid->box.min = solid->box.min - whole.min;
   const workspace::GridSpec grid = grid_of(whole);
   auto object = ObjectActivation(body, grid, options, steps).of(*solid);
   if (!object) return object.status();
@@ -337,13 +321,9 @@ std::array<std::uint64_t, 256> count_orders(const workspace::Workspace& workspac
     const auto brick = workspace.brick(key);
     const workspace::VoxelBox part =
         workspace::box_of(key).intersection(workspace::VoxelBox::of(workspace.grid()));
-    for (std::uint32_t z = 0; z < static_cast<std::uint32_t>(part.size[2]); ++z) {
-      for (std::uint32_t y = 0; y < static_cast<std::uint32_t>(part.size[1]); ++y) {
-        for (std::uint32_t x = 0; x < static_cast<std::uint32_t>(part.size[0]); ++x) {
-          ++counts[static_cast<std::uint8_t>(brick.order[workspace::brick_offset(x, y, z)])];
-        }
-      }
-    }
+    part.for_each([&](workspace::Index3 v) {
+      ++counts[static_cast<std::uint8_t>(brick.order[workspace::brick_offset(v)])];
+    });
     in_bricks += part.voxel_count();
   }
   counts[0] += static_cast<std::uint64_t>(workspace.grid().voxel_count()) - in_bricks;

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "common/core/status.hpp"
+#include "common/core/work_budget.hpp"
 #include "common/geometry/implicit.hpp"
 #include "common/geometry/mesh.hpp"
 #include "common/layers/layers.hpp"
@@ -54,6 +55,8 @@ struct ActivationOptions {
   std::function<bool()> keep_going;
   /// Objects in larger boxes are made in parts. This bounds the work space, at three to four bits a voxel.
   std::size_t most_voxels_at_once = std::size_t{1} << 29;
+  /// If not null, all work is counted for it; over its bound, the activation ends with kResourceExhausted.
+  core::WorkBudget* budget = nullptr;
 };
 
 /// A body converted to layers of fluid.

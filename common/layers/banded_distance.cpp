@@ -26,13 +26,13 @@ namespace phantom::layers::detail::HWY_NAMESPACE {
 
 /// Computes the squared distances of one slice, for a vector of columns. Returns the least of them.
 HWY_INLINE std::uint16_t squares_of_columns(const Extent& e, const BandedDistance& work,
-                                            const std::uint8_t* closeness, std::uint16_t* squares) {
+                                            const std::uint8_t* proximity, std::uint16_t* squares) {
   const hn::Rebind<std::uint8_t, decltype(kShorts)> half_bytes;
   const auto top = hn::Set(kShorts, static_cast<std::uint16_t>(e.reach + 1));
   auto least = hn::Mul(top, top);
-  for (std::size_t y = 0; y < e.rows; ++y, closeness += e.length, squares += e.width) {
+  for (std::size_t y = 0; y < e.rows; ++y, proximity += e.length, squares += e.width) {
     if (work.solid_in[y].empty()) continue;
-    const auto d = hn::Sub(top, hn::PromoteTo(kShorts, hn::LoadU(half_bytes, closeness)));
+    const auto d = hn::Sub(top, hn::PromoteTo(kShorts, hn::LoadU(half_bytes, proximity)));
     const auto square = hn::Mul(d, d);
     hn::StoreU(square, kShorts, squares);
     least = hn::Min(least, square);
@@ -157,7 +157,7 @@ std::size_t take_over(const Extent& e, const BrickBlock& block, BandedDistance& 
   work.last = {block.min, block.nx, block.ny, block.nz, {}};
   if (!follows) return 0;
   for (std::size_t z = 0; z < e.nz; ++z) {
-    std::uint8_t* const rows = work.closeness.data() + z * e.slice + kMoreOffsets * e.length;
+    std::uint8_t* const rows = work.proximity.data() + z * e.slice + kMoreOffsets * e.length;
     std::memmove(rows, rows + e.ny * e.length, 2 * e.reach * e.length);
   }
   std::copy(work.solid_in.begin() + static_cast<std::ptrdiff_t>(e.ny), work.solid_in.end(),
@@ -165,18 +165,18 @@ std::size_t take_over(const Extent& e, const BrickBlock& block, BandedDistance& 
   return 2 * e.reach;
 }
 
-/// Computes the new rows of the surroundings, and passes `notes` their distances along z.
-template <class Notes>
-Surroundings load(const Extent& e, const BrickBlock& block, BandedDistance& work, Notes notes) {
+/// Computes the new rows of the surroundings, and passes `summaries` their distances along z.
+template <class Summaries>
+Surroundings load(const Extent& e, const BrickBlock& block, BandedDistance& work, Summaries summaries) {
   const auto reach = static_cast<std::int32_t>(e.reach);
   const workspace::Index3 corner{block.min.x - static_cast<std::int32_t>(e.halo), block.min.y - reach,
                                  block.min.z - reach};
   work.solid_in.resize(e.rows);
   const std::size_t known = take_over(e, block, work);
-  notes.keep(known);
+  summaries.keep(known);
   for (std::size_t y = known; y < e.rows; ++y) {
-    work.solid_in[y] =
-        distances_along_z(e, work, {corner.x, corner.y + static_cast<std::int32_t>(y), corner.z}, y, notes);
+    work.solid_in[y] = distances_along_z(
+        e, work, {corner.x, corner.y + static_cast<std::int32_t>(y), corner.z}, y, summaries);
   }
   Surroundings found;
   for (std::size_t y = 0; y < e.rows; ++y) {
@@ -187,8 +187,8 @@ Surroundings load(const Extent& e, const BrickBlock& block, BandedDistance& work
   return found;
 }
 
-/// Notes of kernels that read the rows themselves.
-struct NoNotes {
+/// Summaries of kernels that read the rows themselves.
+struct NoSummaries {
   static constexpr bool kWanted = false;
   void keep(std::size_t) {}
   void add(std::size_t, std::size_t, std::size_t, std::uint32_t, const std::uint64_t*) {}
@@ -201,7 +201,7 @@ bool load_slice(const Extent& e, BandedDistance& work, std::size_t z) {
   for (std::size_t x = 0, i = 0; x < e.used; x += hn::Lanes(kShorts), ++i) {
     if (!work.columns[x / kPad].wanted) continue;
     work.least_in_slice[i] =
-        squares_of_columns(e, work, work.closeness.data() + z * e.slice + kMoreOffsets * e.length + x,
+        squares_of_columns(e, work, work.proximity.data() + z * e.slice + kMoreOffsets * e.length + x,
                            work.squares.data() + kMoreOffsets * e.width + x);
     least_of_all = std::min(least_of_all, work.least_in_slice[i]);
   }
@@ -225,7 +225,7 @@ void find_wanted(const Extent& e, const BrickBlock& block, std::size_t layer, Ba
 #if HWY_TARGET == HWY_AVX3_DL
 void run_block_in_bytes(const Extent& e, const BrickBlock& block, BandedDistance& work) {
   for (std::size_t z = 0; z < e.nz; ++z) {  // padding rows, because neighbours are read in groups
-    std::uint8_t* const slice = work.closeness.data() + z * e.slice;
+    std::uint8_t* const slice = work.proximity.data() + z * e.slice;
     std::memset(slice, 0, kMoreOffsets * e.length);
     std::memset(slice + (kMoreOffsets + e.rows) * e.length, 0, kMoreOffsets * e.length);
   }
@@ -233,7 +233,7 @@ void run_block_in_bytes(const Extent& e, const BrickBlock& block, BandedDistance
   work.least_ranks.assign(e.length / kPad + 4,
                           0x01010101U * work.ranks.far);  // with padding for least_around()
   work.in_band.assign(4 + e.length / kPad, 0);
-  const Surroundings around = load(e, block, work, RowNotes(e, work));
+  const Surroundings around = load(e, block, work, RowSummaries(e, work));
   for (std::size_t z = 0; z < e.nz; ++z) {
     if (z % workspace::kBrickEdge == 0) find_wanted(e, block, z / workspace::kBrickEdge, work);
     const bool in_band = !around.along_y.empty() && look_at_columns(e, work, z);
@@ -245,7 +245,7 @@ void run_block_in_bytes(const Extent& e, const BrickBlock& block, BandedDistance
 void run_block(const BrickBlock& block, BandedDistance& work) {
   assert(block.nx <= static_cast<std::int32_t>(kMostBricksAlongX));
   const Extent e(block, work.steps().reach);
-  work.closeness.resize(e.nz * e.slice);
+  work.proximity.resize(e.nz * e.slice);
   work.orders.resize(e.length);
   work.columns.resize(e.length / kPad);
 #if HWY_TARGET == HWY_AVX3_DL
@@ -256,7 +256,7 @@ void run_block(const BrickBlock& block, BandedDistance& work) {
   work.line.assign(kPad + e.length + kPad, far);
   work.least_in_slice.resize(e.length);
   const auto beyond = static_cast<std::uint8_t>(work.steps().order.back());
-  const Surroundings around = load(e, block, work, NoNotes());
+  const Surroundings around = load(e, block, work, NoSummaries());
   for (std::size_t z = 0; z < e.nz; ++z) {
     if (z % workspace::kBrickEdge == 0) find_wanted(e, block, z / workspace::kBrickEdge, work);
     const bool in_band = !around.along_y.empty() && load_slice(e, work, z);
@@ -316,20 +316,20 @@ BandedDistance::Ranks::Ranks(const OrderSteps& steps) {
                                      steps.above.begin());
   };
   const int beyond = (reach + 1) * (reach + 1);
-  of_closeness.resize(64 * static_cast<std::size_t>(reach + 4));
+  of_proximity.resize(64 * static_cast<std::size_t>(reach + 4));
   classes.resize(128 * static_cast<std::size_t>(reach + 4), class_of(beyond));
   for (int k = 0; k < reach + 4; ++k) {
-    for (int closeness = 0; closeness < 64; ++closeness) {
-      const int distance = std::max(0, reach + 1 - closeness);
-      of_closeness[static_cast<std::size_t>(64 * k + closeness)] =
-          rank_of(closeness == 0 ? beyond : distance * distance + k * k);
+    for (int proximity = 0; proximity < 64; ++proximity) {
+      const int distance = std::max(0, reach + 1 - proximity);
+      of_proximity[static_cast<std::size_t>(64 * k + proximity)] =
+          rank_of(proximity == 0 ? beyond : distance * distance + k * k);
     }
     for (std::size_t rank = 0; rank < far; ++rank)
       classes[128 * static_cast<std::size_t>(k) + rank] = class_of(greatest[rank] + k * k);
   }
-  for (int closeness = 0; closeness <= reach + 1; ++closeness) {
-    const int distance = reach + 1 - closeness;
-    reach_of_closeness.push_back(
+  for (int proximity = 0; proximity <= reach + 1; ++proximity) {
+    const int distance = reach + 1 - proximity;
+    reach_of_proximity.push_back(
         static_cast<std::uint8_t>(std::sqrt(std::max(0, reach * reach - distance * distance))));
   }
   for (const int square : greatest)

@@ -8,30 +8,18 @@
 #include <array>
 #include <climits>
 #include <cstdint>
-#include <new>
 #include <vector>
 
 #include "common/layers/solid_rows.hpp"
+#include "common/workspace/aligned.hpp"
 
 namespace phantom::layers::detail {
 
 /// Bytes of the longest vector; rows are padded to multiples of it.
 inline constexpr std::size_t kLongestVector = 64;
 
-/// Allocates memory that starts at a cache line, so that a whole vector loads from a single line.
 template <class T>
-struct LineAllocator {
-  using value_type = T;
-  LineAllocator() = default;
-  template <class U>
-  LineAllocator(const LineAllocator<U>&) {}  // NOLINT: implicit by intent
-  T* allocate(std::size_t count) { return static_cast<T*>(::operator new(count * sizeof(T), kAlignment)); }
-  void deallocate(T* memory, std::size_t) { ::operator delete(memory, kAlignment); }
-  friend bool operator==(const LineAllocator&, const LineAllocator&) { return true; }
-  static constexpr std::align_val_t kAlignment{kLongestVector};
-};
-template <class T>
-using LineVector = std::vector<T, LineAllocator<T>>;
+using LineVector = workspace::AlignedVector<T>;  // a whole vector loads from a single line
 
 /// Neighbour order as a function of the squared distance d² in voxels. It is `order[i]` for above[i−1] < d² ≤
 /// above[i], and the last one beyond the last limit. `above` rises, begins with 0 and ends with reach².
@@ -63,21 +51,21 @@ struct SolidSpan {
   }
 };
 
-/// One bit for each row of the surroundings: whether a vector of columns of a slice has any closeness there.
+/// One bit for each row of the surroundings: whether a vector of columns of a slice has any proximity there.
 /// One more word before and after.
 using RowBits = std::array<std::uint64_t, 6>;
 
 /// What a vector of columns of a row holds in a layer of bricks, one bit for each slice.
-struct RowNote {
-  std::uint32_t in_reach = 0;  ///< slices with any closeness
+struct RowSummary {
+  std::uint32_t in_reach = 0;  ///< slices with any proximity
   std::uint32_t solid = 0;
 };
 
 /// Summary of the rows of a vector of columns in one slice.
 struct RowsOfColumns {
   bool wanted = false;    ///< whether a wanted brick depends on these columns
-  std::uint8_t most = 0;  ///< greatest closeness
-  SolidSpan span;         ///< rows with any closeness
+  std::uint8_t most = 0;  ///< greatest proximity
+  SolidSpan span;         ///< rows with any proximity
   RowBits bits{};
 };
 
@@ -99,10 +87,10 @@ class BandedDistance {
 
     bool fit = false;                       ///< whether everything fits into bytes
     std::uint8_t far = 0;                   ///< rank of everything beyond the reach; the greatest
-    LineVector<std::uint8_t> of_closeness;  ///< [k][64]: rank of distance² + k², indexed by closeness
+    LineVector<std::uint8_t> of_proximity;  ///< [k][64]: rank of distance² + k², indexed by proximity
     LineVector<std::uint8_t> classes;       ///< [k][128]: class of square + k², indexed by rank
     LineVector<std::uint8_t> orders;        ///< [64]: indexed by class
-    std::vector<std::uint8_t> reach_of_closeness, reach_of_rank;  ///< how far away (k) a neighbour can matter
+    std::vector<std::uint8_t> reach_of_proximity, reach_of_rank;  ///< how far away (k) a neighbour can matter
   };
 
   // For the kernel.
@@ -110,10 +98,10 @@ class BandedDistance {
   const OrderSteps& steps() const { return steps_; }
   LineVector<std::uint16_t> k_squares;  // k² for 0 ≤ k ≤ B, one vector each
   LineVector<std::uint16_t> changes;  // order[0], then above[i], order[i + 1] − order[i], …, one vector each
-  LineVector<std::uint8_t> closeness;     // [z][y][x]: B + 1 − distance along z, or 0 if farther than B
+  LineVector<std::uint8_t> proximity;     // [z][y][x]: B + 1 − distance along z, or 0 if farther than B
   std::vector<std::uint64_t> solid_bits;  // [z]: 64 voxels of a row, for each slice of the surroundings
-  std::vector<SolidSpan> solid_in;        // [y]: solid range of the row along x; if empty, its closeness is 0
-  BrickBlock last;                        // the block to which `closeness` belongs; nx == 0: none
+  std::vector<SolidSpan> solid_in;        // [y]: solid range of the row along x; if empty, its proximity is 0
+  BrickBlock last;                        // the block to which `proximity` belongs; nx == 0: none
   // [y][x] of one z: squared distance along z; padding rows before and after.
   LineVector<std::uint16_t> squares;
   LineVector<std::uint16_t> line;       // [x]: squared distance in the plane y, z; padded before and after
@@ -126,8 +114,8 @@ class BandedDistance {
   std::vector<std::uint32_t> least_ranks;  // one byte for each sixteen columns
   // [x]: one bit, set if a row's rank is not far; one more word before and after.
   std::vector<std::uint64_t> in_band;
-  std::vector<RowsOfColumns> columns;  // for each vector along x, of one slice
-  std::vector<RowNote> row_notes;      // [layer of bricks][vector along x][y]
+  std::vector<RowsOfColumns> columns;     // for each vector along x, of one slice
+  std::vector<RowSummary> row_summaries;  // [layer of bricks][vector along x][y]
 
  private:
   const SolidRows& solid_;

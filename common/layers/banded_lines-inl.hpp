@@ -1,12 +1,5 @@
-// Private to banded_distance.cpp: its first pass, distances along z in bytes. Compiled once per instruction
-// set.
-
-#if defined(PHANTOM_LAYERS_BANDED_LINES_INL) == defined(HWY_TARGET_TOGGLE)
-#ifdef PHANTOM_LAYERS_BANDED_LINES_INL
-#undef PHANTOM_LAYERS_BANDED_LINES_INL
-#else
-#define PHANTOM_LAYERS_BANDED_LINES_INL
-#endif
+// Private to banded_distance.cpp, which includes it once for each instruction set (it has no guard): its
+// first pass, distances along z in bytes.
 
 #include <hwy/highway.h>
 
@@ -81,11 +74,7 @@ std::uint16_t far_of(std::size_t reach) { return static_cast<std::uint16_t>((rea
 /// Returns a mask of the solid voxels of a vector, from bit x on.
 HWY_INLINE hn::Mask<decltype(kBytes)> solid_at(const std::uint64_t* bits, std::size_t x) {
   const auto* bytes = reinterpret_cast<const std::uint8_t*>(bits) + x / 8;
-#if HWY_TARGET == HWY_SCALAR
-  return hn::Ne(hn::Set(kBytes, static_cast<std::uint8_t>(*bytes >> (x % 8) & 1)), hn::Zero(kBytes));
-#else
   return hn::LoadMaskBits(kBytes, bytes);
-#endif
 }
 
 /// Range of slices for which the solid has words, counted from the first slice of the block's surroundings.
@@ -106,12 +95,12 @@ void join_words(const std::uint32_t* low, const std::uint32_t* high, std::size_t
   }
 }
 
-/// Computes the closeness along z for a vector of lines that begins at bit x of `bits` (one word for each
-/// slice of the surroundings), for all slices of the block. If notes are wanted, calls note(layer of bricks,
-/// a bit for each of its slices with something in reach) for each layer.
-template <bool kNotesWanted, class Note>
+/// Computes the proximity along z for a vector of lines that begins at bit x of `bits` (one word for each
+/// slice of the surroundings), for all slices of the block. If summaries are wanted, calls add_summary(layer
+/// of bricks, a bit for each of its slices with something in reach) for each layer.
+template <bool kSummariesWanted, class AddSummary>
 HWY_INLINE void distances_along_lines(const Extent& e, Slices slices, const std::uint64_t* bits,
-                                      std::size_t x, std::uint8_t* out, const Note& note) {
+                                      std::size_t x, std::uint8_t* out, const AddSummary& add_summary) {
   const std::size_t begin = e.reach, end = e.reach + e.nz;
   const auto one = hn::Set(kBytes, std::uint8_t{1}),
              top = hn::Set(kBytes, static_cast<std::uint8_t>(e.reach + 1));
@@ -135,22 +124,22 @@ HWY_INLINE void distances_along_lines(const Extent& e, Slices slices, const std:
       step(slice);
       const auto nearer = hn::Max(close, hn::LoadU(kBytes, to));
       hn::StoreU(nearer, kBytes, to);
-      if constexpr (kNotesWanted)
+      if constexpr (kSummariesWanted)
         any = any << 1 | (hn::AllTrue(kBytes, hn::Eq(nearer, hn::Zero(kBytes))) ? 0 : 1);
     }
-    if constexpr (kNotesWanted) note(layer, any);
+    if constexpr (kSummariesWanted) add_summary(layer, any);
   }
 }
 
-/// Computes the closeness along z for row y of the surroundings, which begins at voxel `first`, for all
-/// slices of the block. Returns the range along x that may be solid. Calls notes.add(vector along x, y,
+/// Computes the proximity along z for row y of the surroundings, which begins at voxel `first`, for all
+/// slices of the block. Returns the range along x that may be solid. Calls summaries.add(vector along x, y,
 /// layer, slices in reach, words of the layer's slices) for each vector in that range.
 constexpr std::int32_t kRowsAhead = 3;
-template <class Notes>
+template <class Summaries>
 SolidSpan distances_along_z(const Extent& e, BandedDistance& work, workspace::Index3 first, std::size_t y,
-                            Notes& notes) {
+                            Summaries& summaries) {
   const SolidRows& solid = work.solid();
-  std::uint8_t* const out = work.closeness.data() + (y + kMoreOffsets) * e.length;
+  std::uint8_t* const out = work.proximity.data() + (y + kMoreOffsets) * e.length;
   const std::int32_t to_z = first.z + static_cast<std::int32_t>(e.nz + 2 * e.reach);
   const SolidRows::Lines lines = solid.lines(first.y, first.z, to_z);
   const SolidRows::Lines later = solid.lines(first.y + kRowsAhead, first.z, to_z);
@@ -182,9 +171,9 @@ SolidSpan distances_along_z(const Extent& e, BandedDistance& work, workspace::In
                bits + slices.first);
     std::fill(bits + slices.last, bits + end, 0);
     for (std::size_t i = 0; i < kPad; i += hn::Lanes(kBytes)) {
-      distances_along_lines<Notes::kWanted>(
+      distances_along_lines<Summaries::kWanted>(
           e, slices, bits, i, out + part, [&](std::size_t layer, std::uint32_t in_reach) HWY_ATTR {
-            notes.add(part / kPad, y, layer, in_reach, bits + e.reach + layer * workspace::kBrickEdge);
+            summaries.add(part / kPad, y, layer, in_reach, bits + e.reach + layer * workspace::kBrickEdge);
           });
     }
   }
@@ -193,5 +182,3 @@ SolidSpan distances_along_z(const Extent& e, BandedDistance& work, workspace::In
 
 }  // namespace phantom::layers::detail::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
-
-#endif

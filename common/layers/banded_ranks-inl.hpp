@@ -1,14 +1,5 @@
-// Private to banded_distance.cpp: its second and third pass, where one instruction looks up many bytes in a
-// table. Compiled once per instruction set.
-
-#if defined(PHANTOM_LAYERS_BANDED_RANKS_INL) == defined(HWY_TARGET_TOGGLE)
-#ifdef PHANTOM_LAYERS_BANDED_RANKS_INL
-#undef PHANTOM_LAYERS_BANDED_RANKS_INL
-#else
-#define PHANTOM_LAYERS_BANDED_RANKS_INL
-#endif
-
-#include "common/layers/banded_lines-inl.hpp"
+// Private to banded_distance.cpp, which includes it after banded_lines-inl.hpp, once for each instruction set
+// (it has no guard): its second and third pass, where one instruction looks up many bytes in a table.
 
 #if HWY_TARGET == HWY_AVX3_DL
 HWY_BEFORE_NAMESPACE();
@@ -125,7 +116,7 @@ HWY_INLINE void put_columns(const Vectors<kRowsAtOnce>& rows, Bytes least, std::
 bool ranks_along_y(const Extent& e, BandedDistance& work, std::size_t y, std::size_t z) {
   const BandedDistance::Ranks& ranks = work.ranks;
   const auto stride = static_cast<std::ptrdiff_t>(e.length);
-  const std::uint8_t* first = work.closeness.data() + z * e.slice + (y + e.reach + kMoreOffsets) * e.length;
+  const std::uint8_t* first = work.proximity.data() + z * e.slice + (y + e.reach + kMoreOffsets) * e.length;
   const int at = static_cast<int>(y + e.reach), last = at + static_cast<int>(kRowsAtOnce) - 1;
   const auto far = hn::Set(kBytes, ranks.far);
   std::uint64_t any = 0;
@@ -134,14 +125,14 @@ bool ranks_along_y(const Extent& e, BandedDistance& work, std::size_t y, std::si
     if (!columns.wanted) continue;
     const int nearest = nearest_bit(columns.bits.data() + 1, y + e.reach, kRowsAtOnce);
     const Offsets offsets{std::max(1, nearest),
-                          std::min<int>(ranks.reach_of_closeness[columns.most],
+                          std::min<int>(ranks.reach_of_proximity[columns.most],
                                         std::max(last - columns.span.first, columns.span.last - at))};
     Vectors<kRowsAtOnce> best{far, far, far, far};
     if (nearest == 0 || offsets.first <= offsets.last) {
       for (std::size_t r = 0; r < kRowsAtOnce; ++r)
-        best[r] = look_up_64(ranks.of_closeness.data(), hn::LoadU(kBytes, first + x + r * e.length));
+        best[r] = look_up_64(ranks.of_proximity.data(), hn::LoadU(kBytes, first + x + r * e.length));
       least_of_neighbours<64>(
-          best, first + x, stride, stride, offsets, ranks.of_closeness.data(), columns.most,
+          best, first + x, stride, stride, offsets, ranks.of_proximity.data(), columns.most,
           [](Bytes a, Bytes b) HWY_ATTR { return hn::Max(a, b); },
           [](const std::uint8_t* table, Bytes index) HWY_ATTR { return look_up_64(table, index); });
     }
@@ -248,35 +239,35 @@ void rows_of_slice(const Extent& e, const BrickBlock& block, std::size_t y, std:
   }
 }
 
-/// Number of rows of notes, rounded up to whole vectors.
-std::size_t rows_noted(const Extent& e) { return (e.rows + 15) / 16 * 16; }
+/// Number of rows of summaries, rounded up to whole vectors.
+std::size_t summary_rows(const Extent& e) { return (e.rows + 15) / 16 * 16; }
 
-/// Notes what the rows of distances along z have in reach, while they are computed.
-class RowNotes {
+/// Summaries what the rows of distances along z have in reach, while they are computed.
+class RowSummaries {
  public:
   static constexpr bool kWanted = true;
 
-  RowNotes(const Extent& e, BandedDistance& work)
-      : vectors_(e.length / kPad), rows_(rows_noted(e)), ny_(e.ny), work_(work) {
-    work.row_notes.resize(e.nz / workspace::kBrickEdge * vectors_ * rows_);
+  RowSummaries(const Extent& e, BandedDistance& work)
+      : vectors_(e.length / kPad), rows_(summary_rows(e)), ny_(e.ny), work_(work) {
+    work.row_summaries.resize(e.nz / workspace::kBrickEdge * vectors_ * rows_);
   }
 
-  /// Keeps the notes of the first `known` rows, which were the rows after the previous block's.
+  /// Keeps the summaries of the first `known` rows, which were the rows after the previous block's.
   void keep(std::size_t known) {
-    for (std::size_t first = 0; first < work_.row_notes.size(); first += rows_) {
-      const auto rows = work_.row_notes.begin() + static_cast<std::ptrdiff_t>(first);
+    for (std::size_t first = 0; first < work_.row_summaries.size(); first += rows_) {
+      const auto rows = work_.row_summaries.begin() + static_cast<std::ptrdiff_t>(first);
       const auto kept = known == 0 ? rows : std::copy_n(rows + static_cast<std::ptrdiff_t>(ny_), known, rows);
-      std::fill(kept, rows + static_cast<std::ptrdiff_t>(rows_), RowNote{});
+      std::fill(kept, rows + static_cast<std::ptrdiff_t>(rows_), RowSummary{});
     }
   }
   void add(std::size_t vector, std::size_t y, std::size_t layer, std::uint32_t in_reach,
            const std::uint64_t* words) {
-    RowNote note{in_reach, 0};
+    RowSummary add_summary{in_reach, 0};
     for (unsigned slice = 0; slice < workspace::kBrickEdge; slice += 8) {
       const __m512i eight = _mm512_loadu_si512(words + slice);
-      note.solid |= std::uint32_t{_mm512_test_epi64_mask(eight, eight)} << slice;
+      add_summary.solid |= std::uint32_t{_mm512_test_epi64_mask(eight, eight)} << slice;
     }
-    work_.row_notes[(layer * vectors_ + vector) * rows_ + y] = note;
+    work_.row_summaries[(layer * vectors_ + vector) * rows_ + y] = add_summary;
   }
 
  private:
@@ -284,10 +275,10 @@ class RowNotes {
   BandedDistance& work_;
 };
 
-/// Returns the greatest closeness of a vector of columns in a range of rows of a slice.
-std::uint8_t greatest_closeness(const Extent& e, const BandedDistance& work, std::size_t x, SolidSpan rows,
+/// Returns the greatest proximity of a vector of columns in a range of rows of a slice.
+std::uint8_t greatest_proximity(const Extent& e, const BandedDistance& work, std::size_t x, SolidSpan rows,
                                 std::size_t z) {
-  const std::uint8_t* from = work.closeness.data() + z * e.slice + kMoreOffsets * e.length + x;
+  const std::uint8_t* from = work.proximity.data() + z * e.slice + kMoreOffsets * e.length + x;
   auto most = hn::Zero(kBytes);
   for (int y = rows.first; y <= rows.last; ++y)
     most = hn::Max(most, hn::Load(kBytes, from + static_cast<std::size_t>(y) * e.length));
@@ -297,20 +288,21 @@ std::uint8_t greatest_closeness(const Extent& e, const BandedDistance& work, std
 /// Summarises the columns of a slice. Returns false if they are all beyond the reach.
 bool look_at_columns(const Extent& e, BandedDistance& work, std::size_t z) {
   bool any = false;
-  const std::size_t rows = rows_noted(e);
+  const std::size_t rows = summary_rows(e);
   const __m512i slice =
       _mm512_set1_epi64(static_cast<std::int64_t>(0x0000000100000001ULL << (z % workspace::kBrickEdge)));
   for (std::size_t x = 0, i = 0; x < e.used; x += kPad, ++i) {
     RowsOfColumns& columns = work.columns[i];
     if (!columns.wanted) continue;
-    const RowNote* notes = work.row_notes.data() + (z / workspace::kBrickEdge * (e.length / kPad) + i) * rows;
+    const RowSummary* summaries =
+        work.row_summaries.data() + (z / workspace::kBrickEdge * (e.length / kPad) + i) * rows;
     columns.bits = {};
     columns.span = {};
     std::uint64_t solid = 0;
     for (std::size_t y = 0; y < rows; y += 16) {
       // Two bits for each row: in reach, solid.
-      const std::uint32_t eight[2] = {_mm512_test_epi32_mask(_mm512_loadu_si512(notes + y), slice),
-                                      _mm512_test_epi32_mask(_mm512_loadu_si512(notes + y + 8), slice)};
+      const std::uint32_t eight[2] = {_mm512_test_epi32_mask(_mm512_loadu_si512(summaries + y), slice),
+                                      _mm512_test_epi32_mask(_mm512_loadu_si512(summaries + y + 8), slice)};
       const std::uint32_t both = eight[0] | eight[1] << 16;
       columns.bits[1 + y / 64] |= std::uint64_t{_pext_u32(both, 0x55555555U)} << (y % 64);
       solid |= both & 0xaaaaaaaaU;
@@ -323,7 +315,7 @@ bool look_at_columns(const Extent& e, BandedDistance& work, std::size_t z) {
     }
     if (columns.span.empty()) continue;
     columns.most =
-        solid != 0 ? static_cast<std::uint8_t>(e.reach + 1) : greatest_closeness(e, work, x, columns.span, z);
+        solid != 0 ? static_cast<std::uint8_t>(e.reach + 1) : greatest_proximity(e, work, x, columns.span, z);
     any = true;
   }
   return any;
@@ -332,5 +324,3 @@ bool look_at_columns(const Extent& e, BandedDistance& work, std::size_t z) {
 }  // namespace phantom::layers::detail::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 #endif  // HWY_AVX3_DL
-
-#endif

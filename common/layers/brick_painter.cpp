@@ -28,15 +28,8 @@ void paint_tiles(const TileRows& rows, std::uint64_t any, std::int8_t order, std
 }  // namespace
 
 BrickPainter::BrickPainter(const workspace::VoxelBox& part)
-    : from_{part.min.x, part.min.y, part.min.z},
-      to_{part.min.x + part.size[0], part.min.y + part.size[1], part.min.z + part.size[2]},
-      first_{part.min.x >> 5, part.min.y >> 5, part.min.z >> 5},
-      bricks_{} {
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    bricks_[axis] =
-        static_cast<std::size_t>((part.size[axis] + workspace::kBrickEdge - 1) / workspace::kBrickEdge);
-  }
-  slots_.resize(bricks_[0] * bricks_[1] * bricks_[2]);
+    : part_(part), bricks_(part.empty() ? workspace::VoxelBox{} : workspace::bricks_of(part)) {
+  slots_.resize(bricks_.voxel_count());
 }
 
 void BrickPainter::paint(std::int32_t x, std::int32_t y, std::int32_t z, const TileRows& rows,
@@ -44,45 +37,37 @@ void BrickPainter::paint(std::int32_t x, std::int32_t y, std::int32_t z, const T
   TileRows within = rows;
   std::uint64_t any = 0;
   for (std::size_t row = 0; row < rows.size(); ++row) {
-    const std::int32_t to_y = y + static_cast<std::int32_t>(row % 4),
-                       to_z = z + static_cast<std::int32_t>(row / 4);
-    if (to_y < from_[1] || to_y >= to_[1] || to_z < from_[2] || to_z >= to_[2]) within[row] = 0;
-    if (to_[0] - x < 64) within[row] &= (std::uint64_t{1} << std::max(0, to_[0] - x)) - 1;
+    const auto dy = static_cast<std::int32_t>(row % 4), dz = static_cast<std::int32_t>(row / 4);
+    const std::int32_t left = part_.end().x - x;
+    if (!part_.contains(workspace::Index3{part_.min.x, y + dy, z + dz})) within[row] = 0;
+    if (left < 64) within[row] &= (std::uint64_t{1} << std::max(0, left)) - 1;
     any |= within[row];
   }
   for (const std::int32_t half : {0, workspace::kBrickEdge}) {
     const std::uint64_t any_of_half = any >> half & 0xffffffff;
-    if (any_of_half == 0 || x + half < from_[0]) continue;
-    auto& orders = slot({(x + half) >> 5, y >> 5, z >> 5}).orders;
+    if (any_of_half == 0 || x + half < part_.min.x) continue;
+    auto& orders = slots_[bricks_.index(workspace::brick_of({x + half, y, z}))].orders;
     if (!orders) orders = std::make_unique<std::int8_t[]>(workspace::kBrickVoxels);
     if (half > 0) {
       for (std::uint64_t& row : within) row >>= half;
     }
     paint_tiles(within, any_of_half, order,
-                orders.get() + workspace::brick_offset(0, static_cast<std::uint32_t>(y & 31),
-                                                       static_cast<std::uint32_t>(z & 31)));
+                orders.get() + workspace::brick_offset(workspace::Index3{0, y, z}));
   }
 }
 
 bool BrickPainter::fill_interior(workspace::BrickKey key) {
-  const workspace::VoxelBox brick = workspace::box_of(key);
-  const std::int32_t min[3] = {brick.min.x, brick.min.y, brick.min.z};
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    if (min[axis] < from_[axis] || min[axis] + workspace::kBrickEdge > to_[axis]) return false;
-  }
-  slot(key).interior = true;
+  if (!part_.contains(workspace::box_of(key))) return false;
+  slots_[bricks_.index(key)].interior = true;
   return true;
 }
 
 workspace::ObjectBricks BrickPainter::finish() {
   std::vector<workspace::ObjectBricks::Part> parts;
-  for (std::size_t i = 0; i < slots_.size(); ++i) {
-    if (!slots_[i].orders && !slots_[i].interior) continue;
-    const workspace::BrickKey key{first_.x + static_cast<std::int32_t>(i % bricks_[0]),
-                                  first_.y + static_cast<std::int32_t>(i / bricks_[0] % bricks_[1]),
-                                  first_.z + static_cast<std::int32_t>(i / (bricks_[0] * bricks_[1]))};
-    parts.push_back({key, std::move(slots_[i].orders)});
-  }
+  bricks_.for_each([&](workspace::Index3 key) {
+    Slot& slot = slots_[bricks_.index(key)];
+    if (slot.orders || slot.interior) parts.push_back({{key}, std::move(slot.orders)});
+  });
   slots_.clear();
   return workspace::ObjectBricks(std::move(parts));
 }

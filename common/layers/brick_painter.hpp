@@ -35,16 +35,8 @@ class BrickPainter {
     std::unique_ptr<std::int8_t[]> orders;
     bool interior = false;
   };
-  Slot& slot(workspace::BrickKey key) {
-    return slots_[(static_cast<std::size_t>(key.z - first_.z) * bricks_[1] +
-                   static_cast<std::size_t>(key.y - first_.y)) *
-                      bricks_[0] +
-                  static_cast<std::size_t>(key.x - first_.x)];
-  }
-  std::array<std::int32_t, 3> from_, to_;  // the part
-  workspace::BrickKey first_;
-  std::array<std::size_t, 3> bricks_;
-  std::vector<Slot> slots_;
+  workspace::VoxelBox part_, bricks_;
+  std::vector<Slot> slots_;  // by bricks_.index()
 };
 
 }  // namespace phantom::layers::detail

@@ -1,5 +1,3 @@
-#include "common/layers/dilation.hpp"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -9,6 +7,7 @@
 #include "common/core/parallel.hpp"
 #include "common/layers/brick_painter.hpp"
 #include "common/layers/grown_slices.hpp"
+#include "common/layers/layers.hpp"
 
 namespace phantom::layers {
 namespace {
@@ -48,13 +47,8 @@ workspace::VoxelBox work_box(const workspace::VoxelBox& reached) {
 
 /// Returns the box with its lower corner moved to a brick's corner, as that of `part` is.
 workspace::VoxelBox whole_bricks(const workspace::VoxelBox& box, const workspace::VoxelBox& part) {
-  workspace::VoxelBox whole = box;
-  whole.min = {workspace::brick_along(box.min.x) * workspace::kBrickEdge,
-               workspace::brick_along(box.min.y) * workspace::kBrickEdge,
-               workspace::brick_along(box.min.z) * workspace::kBrickEdge};
-  whole.size = {box.min.x + box.size[0] - whole.min.x, box.min.y + box.size[1] - whole.min.y,
-                box.min.z + box.size[2] - whole.min.z};
-  return whole.intersection(part);
+  return workspace::VoxelBox::between(workspace::corner_of(workspace::brick_of(box.min)), box.end())
+      .intersection(part);
 }
 
 /// Grows a body outwards, layer by layer, in rows of bits.
@@ -102,8 +96,9 @@ class Growth {
   void paint_solid(const workspace::BitVolume& boundary, const Slab& slab, std::int32_t from_y,
                    std::int32_t to_y);
   void grow(const detail::Element& element, const Slab& slab, std::int8_t order);
-  void settle(const detail::GrownSlices& grown, std::int32_t from_z, std::int32_t to_z, std::int8_t order);
-  void settle_tiles(const detail::GrownSlices& grown, std::int32_t from_y, std::int32_t to_y,
+  void finish_slices(const detail::GrownSlices& grown, std::int32_t from_z, std::int32_t to_z,
+                     std::int8_t order);
+  void finish_tiles(const detail::GrownSlices& grown, std::int32_t from_y, std::int32_t to_y,
                     std::int32_t from_z, std::int32_t to_z, std::int8_t order);
   void paint_tiles(const workspace::BitVolume& bits, std::size_t word, std::int32_t from_y, std::int32_t to_y,
                    std::int32_t from_z, std::int32_t to_z, std::int8_t order, std::uint64_t wanted = ~0ULL);
@@ -212,19 +207,19 @@ void Growth::grow(const detail::Element& element, const Slab& slab, std::int8_t 
     for (; z < std::min(box_.size[2], to + m); ++z) {
       if (slice.load(front_, z)) grown.add(slice, z, slab.from_z, slab.to_z);
     }
-    settle(grown, from, to, order);
+    finish_slices(grown, from, to, order);
     for (; from < to; ++from) grown.clear(from);
   }
 }
 
 /// Makes the new voxels of grown slices, of one layer of tiles, the next front.
-void Growth::settle(const detail::GrownSlices& grown, std::int32_t from_z, std::int32_t to_z,
-                    std::int8_t order) {
+void Growth::finish_slices(const detail::GrownSlices& grown, std::int32_t from_z, std::int32_t to_z,
+                           std::int8_t order) {
   for (std::int32_t y = 0; y < box_.size[1]; y = end_of_tile(y, box_.min.y, box_.size[1]))
-    settle_tiles(grown, y, end_of_tile(y, box_.min.y, box_.size[1]), from_z, to_z, order);
+    finish_tiles(grown, y, end_of_tile(y, box_.min.y, box_.size[1]), from_z, to_z, order);
 }
 
-void Growth::settle_tiles(const detail::GrownSlices& grown, std::int32_t from_y, std::int32_t to_y,
+void Growth::finish_tiles(const detail::GrownSlices& grown, std::int32_t from_y, std::int32_t to_y,
                           std::int32_t from_z, std::int32_t to_z, std::int8_t order) {
   const std::size_t words = filled_.words_per_row();
   bool any_reached = false;

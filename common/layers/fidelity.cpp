@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "common/core/parallel.hpp"
-#include "common/layers/triangle_tree.hpp"
+#include "common/voxelise/triangle_tree.hpp"
 
 namespace phantom::layers {
 namespace {
@@ -58,7 +58,7 @@ using LayerSums = std::array<Sums, kSides>;
 /// Visits all faces between the voxels of one slice and their neighbours at lower addresses.
 class SliceFaces {
  public:
-  SliceFaces(const detail::TriangleTree& tree, const workspace::Workspace& workspace,
+  SliceFaces(const voxelise::TriangleTree& tree, const workspace::Workspace& workspace,
              const std::vector<double>& offsets)
       : tree_(tree), workspace_(workspace), offsets_(offsets), sums(offsets.size()) {}
 
@@ -67,10 +67,12 @@ class SliceFaces {
     const int layers = static_cast<int>(offsets_.size()) - 2;
     for (std::int32_t y = 0; y <= size[1]; ++y) {
       for (std::int32_t x = 0; x <= size[0]; ++x) {
-        const int here = rank_of(workspace_.order({x, y, z}), layers);
-        face(here, rank_of(workspace_.order({x - 1, y, z}), layers), {double(x), y + 0.5, z + 0.5});
-        face(here, rank_of(workspace_.order({x, y - 1, z}), layers), {x + 0.5, double(y), z + 0.5});
-        face(here, rank_of(workspace_.order({x, y, z - 1}), layers), {x + 0.5, y + 0.5, double(z)});
+        const workspace::Index3 v{x, y, z};
+        const int here = rank_of(workspace_.order(v), layers);
+        for (const workspace::Index3 step : {workspace::Index3{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}) {
+          face(here, rank_of(workspace_.order(v - step), layers),
+               workspace::vector(v).array() + 0.5 * (1 - workspace::vector(step).array()));
+        }
       }
     }
   }
@@ -82,7 +84,7 @@ class SliceFaces {
     const int inner = std::max(1, std::min(a, b)),
               outer = std::min(std::max(a, b), static_cast<int>(offsets_.size()));
     if (inner >= outer) return;
-    const detail::NearestPoint nearest = tree_.nearest_with_guess(middle, guess_);
+    const voxelise::NearestPoint nearest = tree_.nearest_with_guess(middle, guess_);
     guess_ = nearest.triangle;
     const auto side = static_cast<std::size_t>(side_of(middle - nearest.point_vox));
     for (int rank = inner; rank < outer; ++rank) {
@@ -91,7 +93,7 @@ class SliceFaces {
     }
   }
 
-  const detail::TriangleTree& tree_;
+  const voxelise::TriangleTree& tree_;
   const workspace::Workspace& workspace_;
   const std::vector<double>& offsets_;  // by rank
   std::uint32_t guess_ = 0;
@@ -110,7 +112,7 @@ const char* name_of(Side side) {
 std::vector<LayerFidelity> measure_fidelity(const geometry::TriangleMesh& mesh_W,
                                             const workspace::LayerProfile& profile,
                                             const workspace::Workspace& workspace, int threads) {
-  const detail::TriangleTree tree(mesh_W, workspace.grid());
+  const voxelise::TriangleTree tree(mesh_W, workspace.grid());
   if (tree.empty()) return {};
   std::vector<double> offsets{0.0, static_cast<double>(profile.guard_vox)};
   for (const int thickness : profile.thickness_vox) offsets.push_back(offsets.back() + thickness);

@@ -2,9 +2,8 @@
 
 #include <algorithm>
 #include <cstring>
-#include <new>
 
-#include "common/layers/dilation.hpp"
+#include "common/layers/layers.hpp"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "common/layers/grown_slices.cpp"
@@ -99,13 +98,6 @@ std::size_t apart(std::size_t slice_words, std::size_t slices) {
   return (slice_words + kPage - 1) / kPage * kPage + shift;
 }
 
-Words zeros(std::size_t count) {
-  Words words = hwy::AllocateAligned<std::uint64_t>(count);
-  if (!words) throw std::bad_alloc();
-  std::fill_n(words.get(), count, 0);
-  return words;
-}
-
 }  // namespace
 
 MarkedBits::MarkedBits(const std::array<std::int32_t, 3>& size)
@@ -140,8 +132,8 @@ WidenedSlice::WidenedSlice(const Element& element, std::int32_t rows, std::size_
       padding_(padded(static_cast<std::size_t>(m_) / 64 + 2)),
       place_words_((static_cast<std::size_t>(m_) + 1) * stride_),
       near_(static_cast<std::size_t>(rows)),
-      rows_(zeros(padding_ + near_.size() * (stride_ + padding_))),
-      words_(zeros((near_.size() + 2 * static_cast<std::size_t>(m_)) * place_words_)) {
+      rows_(padding_ + near_.size() * (stride_ + padding_)),
+      words_((near_.size() + 2 * static_cast<std::size_t>(m_)) * place_words_) {
   for (const std::vector<ElementRow>& cells : element.rows) {
     std::vector<std::ptrdiff_t>& offsets = offsets_.emplace_back();
     for (const ElementRow& cell : cells) {
@@ -152,8 +144,9 @@ WidenedSlice::WidenedSlice(const Element& element, std::int32_t rows, std::size_
 }
 
 bool WidenedSlice::load(const MarkedBits& bits, std::int32_t z) {
-  const auto padded_row = [&](std::size_t y) { return rows_.get() + padding_ + y * (stride_ + padding_); };
-  for (const std::size_t y : loaded_) std::fill_n(place(y), place_words_, 0);
+  const auto padded_row = [&](std::size_t y) { return rows_.data() + padding_ + y * (stride_ + padding_); };
+  for (const std::size_t y : loaded_)
+    std::fill_n(words_.begin() + static_cast<std::ptrdiff_t>(place(y)), place_words_, 0);
   loaded_.clear();
   std::fill(near_.begin(), near_.end(), 0);
   const auto m = static_cast<std::size_t>(m_);
@@ -167,9 +160,10 @@ bool WidenedSlice::load(const MarkedBits& bits, std::int32_t z) {
   // Widening only starts here, so that no row is read while its stores are still pending.
   const auto widen = HWY_DYNAMIC_DISPATCH(Widen);
   for (const std::size_t y : loaded_) {
-    widen(padded_row(y), stride_, m_, place(y), stride_);
+    std::uint64_t* const wide = words_.data() + place(y);
+    widen(padded_row(y), stride_, m_, wide, stride_);
     for (std::size_t half = 1; half <= m; ++half) {
-      std::uint64_t* const row = place(y) + half * stride_;
+      std::uint64_t* const row = wide + half * stride_;
       std::fill(row + row_words_, row + stride_, 0);
     }
   }
@@ -182,7 +176,7 @@ GrownSlices::GrownSlices(int m, std::int32_t more, std::int32_t rows, std::size_
       slots_(static_cast<std::size_t>(2 * m + 1 + more)),
       slot_words_(apart(row_count_ * stride_, slots_)),
       written_(slots_ * row_count_),
-      words_(zeros(slots_ * slot_words_)) {}
+      words_(slots_ * slot_words_) {}
 
 void GrownSlices::add(const WidenedSlice& slice, std::int32_t z, std::int32_t from, std::int32_t to) {
   const int m = slice.m();
@@ -190,7 +184,7 @@ void GrownSlices::add(const WidenedSlice& slice, std::int32_t z, std::int32_t fr
   for (std::int32_t to_z = z - m; to_z <= z + m; ++to_z) {
     const std::size_t slot = slot_of(std::max(0, to_z));
     slots.push_back(to_z >= from && to_z < to
-                        ? GrownSlot{words_.get() + slot * slot_words_, written_.data() + slot * row_count_}
+                        ? GrownSlot{words_.data() + slot * slot_words_, written_.data() + slot * row_count_}
                         : GrownSlot{nullptr, nullptr});
   }
   const auto add_row = HWY_DYNAMIC_DISPATCH(AddRow);

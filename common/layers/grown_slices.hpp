@@ -2,13 +2,12 @@
 
 // Private to this library: shaping elements centred on the voxels of slices of bits.
 
-#include <hwy/aligned_allocator.h>
-
 #include <array>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
 
+#include "common/workspace/aligned.hpp"
 #include "common/workspace/profile.hpp"
 #include "common/workspace/voxel_box.hpp"
 
@@ -27,7 +26,7 @@ Element element_of(workspace::ShapingElement shape, int m);
 
 /// Number of words of a row that are processed together; rows are padded to multiples of it.
 inline constexpr std::size_t kGroup = 8;
-using Words = hwy::AlignedFreeUniquePtr<std::uint64_t[]>;
+using Words = workspace::AlignedVector<std::uint64_t>;
 
 /// A volume of bits that records which of its rows hold any. Most rows are empty, and are skipped.
 class MarkedBits {
@@ -68,16 +67,15 @@ class WidenedSlice {
   template <class Work>
   void for_rows_near(const Work& work) const {
     for (std::size_t y = 0; y < near_.size(); ++y) {
-      if (near_[y] != 0) work(y, place(y));
+      if (near_[y] != 0) work(y, words_.data() + place(y));
     }
   }
   /// By |dz|: one offset for each row of the element.
   const std::vector<std::vector<std::ptrdiff_t>>& offsets() const { return offsets_; }
 
  private:
-  std::uint64_t* place(std::size_t y) const {
-    return words_.get() + (y + static_cast<std::size_t>(m_)) * place_words_;
-  }
+  /// Returns where the widened rows of row y begin in words_.
+  std::size_t place(std::size_t y) const { return (y + static_cast<std::size_t>(m_)) * place_words_; }
 
   int m_;
   std::size_t row_words_, stride_;   // of a row, and from one row to the next
@@ -102,7 +100,8 @@ class GrownSlices {
   /// Returns a row, or null if nothing was added to it.
   const std::uint64_t* row(std::int32_t y, std::int32_t z) const {
     const std::size_t slot = slot_of(z), at = static_cast<std::size_t>(y);
-    return written_[slot * row_count_ + at] == 0 ? nullptr : words_.get() + slot * slot_words_ + at * stride_;
+    return written_[slot * row_count_ + at] == 0 ? nullptr
+                                                 : words_.data() + slot * slot_words_ + at * stride_;
   }
   /// Clears slice z to make room for another one.
   void clear(std::int32_t z);

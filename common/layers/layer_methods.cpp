@@ -1,8 +1,4 @@
-#include "common/layers/layer_methods.hpp"
-
-#include "common/layers/dilation.hpp"
-#include "common/layers/inside.hpp"
-#include "common/layers/surface_layers.hpp"
+#include "common/layers/layers.hpp"
 
 namespace phantom::layers {
 namespace {
@@ -21,13 +17,64 @@ workspace::ObjectBricks outer_layers(const geometry::TriangleMesh& mesh_W, const
   return distance_bricks(solid, profile, part, options);
 }
 
+/// Returns everything that is not interior as a solid of its own. Its outer layers are the body's inner
+/// layers.
+voxelise::SolidVoxels hollow(const voxelise::SolidVoxels& solid) {
+  voxelise::SolidVoxels rest;
+  rest.box = solid.box;
+  rest.boundary = workspace::BitVolume(solid.box.size);
+  rest.inside = workspace::BitVolume(solid.box.size);
+  for (std::int32_t z = 0; z < solid.box.size[2]; ++z) {
+    for (std::int32_t y = 0; y < solid.box.size[1]; ++y) rest.inside.set_run(y, z, 0, solid.box.size[0]);
+  }
+  const workspace::BitVolume interior = solid.interior();
+  for (std::size_t i = 0; i < interior.words().size(); ++i) rest.inside.words()[i] &= ~interior.words()[i];
+  return rest;
+}
+
 }  // namespace
+
+std::uint64_t layer_steps(const voxelise::SolidVoxels& solid, const workspace::LayerProfile& profile,
+                          const workspace::VoxelBox& part) {
+  constexpr std::uint64_t kVoxelsOfAStep = 8;
+  if (solid.box.empty()) return 0;
+  const workspace::VoxelBox reached = solid.box.grown(profile.reach_vox()).intersection(part);
+  const auto voxels = static_cast<std::uint64_t>(reached.voxel_count());
+  // Dilation goes over all of it for each layer.
+  const std::size_t passes =
+      1 + (profile.method == workspace::LayerMethod::kDilation ? profile.thickness_vox.size() : 0) +
+      (profile.inside_thickness_vox.empty() ? 0 : 1);
+  return voxels * passes / kVoxelsOfAStep;
+}
+
+void lay_inside(const voxelise::SolidVoxels& solid, const workspace::LayerProfile& profile,
+                const workspace::VoxelBox& part, workspace::ObjectBricks& bricks,
+                const workspace::WorkOptions& options) {
+  if (profile.inside_thickness_vox.empty() || solid.box.empty()) return;
+  workspace::LayerProfile inwards;
+  inwards.thickness_vox = profile.inside_thickness_vox;
+  const workspace::ObjectBricks layers = distance_bricks(hollow(solid), inwards, part, options);
+  for (const workspace::BrickKey key : layers.keys()) {
+    const std::int8_t* depth = layers.orders(key);
+    const std::int8_t* present = bricks.orders(key);
+    if (present == nullptr) continue;
+    std::int8_t* orders = nullptr;  // the brick is copied only if something changes
+    for (std::size_t i = 0; i < workspace::kBrickVoxels; ++i) {
+      if (depth[i] < 1 || depth[i] > workspace::kMaxLayers || present[i] != workspace::kOrderInterior)
+        continue;
+      if (orders == nullptr) present = orders = bricks.edit(key);
+      orders[i] = static_cast<std::int8_t>(-depth[i]);
+    }
+  }
+}
 
 workspace::ObjectBricks lay_layers(const geometry::TriangleMesh& mesh_W, const voxelise::SolidVoxels& solid,
                                    const workspace::LayerProfile& profile, const workspace::GridSpec& grid,
                                    const workspace::VoxelBox& part, const workspace::WorkOptions& options) {
+  if (options.budget != nullptr && !options.budget->spend(layer_steps(solid, profile, part))) return {};
   workspace::ObjectBricks bricks = outer_layers(mesh_W, solid, profile, grid, part, options);
-  lay_inside(solid, profile, part, bricks, {options.threads, nullptr});
+  const auto go_on = [&](double) { return !options.go_on || options.go_on(1.0); };
+  lay_inside(solid, profile, part, bricks, {options.threads, go_on, options.budget});
   return bricks;
 }
 

@@ -2,12 +2,10 @@
 
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <bit>
 #include <cstring>
 #include <iterator>
 
-#include "common/core/parallel.hpp"
 #include "common/layers/banded_distance.hpp"
 #include "common/workspace/workspace.hpp"
 
@@ -41,66 +39,28 @@ enum class Need : std::uint8_t { kNothing, kOrders, kInterior };
 
 /// What to do for each brick of a box of bricks.
 struct Plan {
-  workspace::BrickKey min;
-  std::array<std::int32_t, 3> size{};
-  std::vector<Need> need;
+  workspace::VoxelBox box;
+  std::vector<Need> need;  // by box.index()
 
-  bool contains(workspace::BrickKey key) const {
-    return key.x >= min.x && key.y >= min.y && key.z >= min.z && key.x < min.x + size[0] &&
-           key.y < min.y + size[1] && key.z < min.z + size[2];
-  }
-  Need& at(workspace::BrickKey key) {
-    return need[(static_cast<std::size_t>(key.z - min.z) * static_cast<std::size_t>(size[1]) +
-                 static_cast<std::size_t>(key.y - min.y)) *
-                    static_cast<std::size_t>(size[0]) +
-                static_cast<std::size_t>(key.x - min.x)];
-  }
+  Need& at(workspace::Index3 key) { return need[box.index(key)]; }
 };
 
 /// The smallest box of voxels, in addresses of the grid, that holds a cell's solid.
-struct Bounds {
-  Bounds(const Cells& cells, workspace::Index3 cell, std::size_t i) {
-    const std::array<std::int32_t, 3> first{(cells.min.x + cell.x) * workspace::kBrickEdge,
-                                            (cells.min.y + cell.y) * workspace::kBrickEdge,
-                                            (cells.min.z + cell.z) * workspace::kBrickEdge};
-    const std::array<std::uint32_t, 3> bits{cells.bits[i].x, cells.bits[i].y, cells.bits[i].z};
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      low[axis] = first[axis] + std::countr_zero(bits[axis]);
-      high[axis] = first[axis] + 31 - std::countl_zero(bits[axis]);
-    }
-  }
-  /// Returns the squared distance to the nearest voxel of a brick.
-  std::int64_t square_to(workspace::BrickKey key) const {
-    const std::array<std::int32_t, 3> brick{key.x * workspace::kBrickEdge, key.y * workspace::kBrickEdge,
-                                            key.z * workspace::kBrickEdge};
-    std::int64_t square = 0;
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      const std::int64_t away =
-          std::max({0, brick[axis] - high[axis], low[axis] - (brick[axis] + workspace::kBrickEdge - 1)});
-      square += away * away;
-    }
-    return square;
-  }
-  std::array<std::int32_t, 3> low, high;
-};
+workspace::VoxelBox solid_bounds(workspace::Index3 cell, const Cells::Bits& bits) {
+  const workspace::Index3 corner = workspace::corner_of({cell});
+  return workspace::VoxelBox::between(
+      corner +
+          workspace::Index3{std::countr_zero(bits.x), std::countr_zero(bits.y), std::countr_zero(bits.z)},
+      corner + workspace::Index3{32 - std::countl_zero(bits.x), 32 - std::countl_zero(bits.y),
+                                 32 - std::countl_zero(bits.z)});
+}
 
-void need_around(const Bounds& bounds, int reach, Plan& plan) {
-  const auto first = [&](std::size_t axis, std::int32_t least) {
-    return std::max(workspace::brick_along(bounds.low[axis] - reach), least);
-  };
-  const auto last = [&](std::size_t axis, std::int32_t least) {
-    return std::min(workspace::brick_along(bounds.high[axis] + reach), least + plan.size[axis] - 1);
-  };
-  workspace::BrickKey key;
-  for (key.z = first(2, plan.min.z); key.z <= last(2, plan.min.z); ++key.z) {
-    for (key.y = first(1, plan.min.y); key.y <= last(1, plan.min.y); ++key.y) {
-      for (key.x = first(0, plan.min.x); key.x <= last(0, plan.min.x); ++key.x) {
-        Need& need = plan.at(key);
-        if (need == Need::kNothing && bounds.square_to(key) <= std::int64_t{reach} * reach)
-          need = Need::kOrders;
-      }
-    }
-  }
+/// Returns the square of the distance between the nearest voxels of two boxes.
+std::int64_t square_between(const workspace::VoxelBox& a, const workspace::VoxelBox& b) {
+  const workspace::Index3 one{1, 1, 1};
+  const workspace::Index3 away =
+      workspace::max({}, workspace::max(a.min - (b.end() - one), b.min - (a.end() - one)));
+  return std::int64_t{away.x} * away.x + std::int64_t{away.y} * away.y + std::int64_t{away.z} * away.z;
 }
 
 Plan plan_for(const Cells& cells, int reach, const workspace::VoxelBox& part,
@@ -108,25 +68,20 @@ Plan plan_for(const Cells& cells, int reach, const workspace::VoxelBox& part,
   Plan plan;
   const workspace::VoxelBox reached = solid_box.grown(reach).intersection(part);
   if (reached.empty()) return plan;
-  plan.min = {workspace::brick_along(reached.min.x), workspace::brick_along(reached.min.y),
-              workspace::brick_along(reached.min.z)};
-  plan.size = {workspace::brick_along(reached.min.x + reached.size[0] - 1) - plan.min.x + 1,
-               workspace::brick_along(reached.min.y + reached.size[1] - 1) - plan.min.y + 1,
-               workspace::brick_along(reached.min.z + reached.size[2] - 1) - plan.min.z + 1};
-  plan.need.resize(static_cast<std::size_t>(plan.size[0]) * static_cast<std::size_t>(plan.size[1]) *
-                   static_cast<std::size_t>(plan.size[2]));
-  workspace::Index3 cell;
-  for (cell.z = 0; cell.z < cells.size[2]; ++cell.z) {
-    for (cell.y = 0; cell.y < cells.size[1]; ++cell.y) {
-      for (cell.x = 0; cell.x < cells.size[0]; ++cell.x) {
-        const std::size_t i = cells.index(cell.x, cell.y, cell.z);
-        if (cells.bits[i].x == 0) continue;
-        need_around(Bounds(cells, cell, i), reach, plan);
-        const workspace::BrickKey own{cells.min.x + cell.x, cells.min.y + cell.y, cells.min.z + cell.z};
-        if (cells.bits[i].interior && plan.contains(own)) plan.at(own) = Need::kInterior;
-      }
-    }
-  }
+  plan.box = workspace::bricks_of(reached);
+  plan.need.resize(plan.box.voxel_count());
+  cells.box.for_each([&](workspace::Index3 cell) {
+    const Cells::Bits& bits = cells.bits[cells.box.index(cell)];
+    if (bits.x == 0) return;
+    const workspace::VoxelBox bounds = solid_bounds(cell, bits);
+    workspace::bricks_of(bounds.grown(reach)).intersection(plan.box).for_each([&](workspace::Index3 key) {
+      Need& need = plan.at(key);
+      if (need == Need::kNothing &&
+          square_between(bounds, workspace::box_of({key})) <= std::int64_t{reach} * reach)
+        need = Need::kOrders;
+    });
+    if (bits.interior && plan.box.contains(cell)) plan.at(cell) = Need::kInterior;
+  });
   return plan;
 }
 
@@ -147,20 +102,19 @@ struct Task {
   std::vector<std::int32_t> blocks;  // along y, rising: only those with bricks that need orders
 };
 
-/// Returns the blocks of bricks from `min` to `to_x` in nz layers; the task may have none.
-Task task_of(Plan& plan, workspace::BrickKey min, std::int32_t to_x, std::int32_t nz, std::int32_t across) {
-  Task task{min, 0, across, nz, {}};
-  std::int32_t first_x = to_x, last_x = min.x - 1;
-  for (std::int32_t y = min.y; y < plan.min.y + plan.size[1]; ++y) {
-    for (std::int32_t z = min.z; z < min.z + nz; ++z) {
-      for (std::int32_t x = min.x; x < to_x; ++x) {
-        if (plan.at({x, y, z}) != Need::kOrders) continue;
-        first_x = std::min(first_x, x);
-        last_x = std::max(last_x, x);
-        const std::int32_t block = (y - min.y) / across;
-        if (task.blocks.empty() || task.blocks.back() != block) task.blocks.push_back(block);
-      }
-    }
+/// Returns the blocks of bricks in a column of the plan along y; the task may have none.
+Task task_of(Plan& plan, const workspace::VoxelBox& column, std::int32_t across) {
+  Task task{{column.min}, 0, across, column.size[2], {}};
+  std::int32_t first_x = column.end().x, last_x = column.min.x - 1;
+  for (std::int32_t y = column.min.y; y < column.end().y; ++y) {
+    workspace::VoxelBox{{column.min.x, y, column.min.z}, {column.size[0], 1, column.size[2]}}.for_each(
+        [&](workspace::Index3 key) {
+          if (plan.at(key) != Need::kOrders) return;
+          first_x = std::min(first_x, key.x);
+          last_x = std::max(last_x, key.x);
+          const std::int32_t block = (y - column.min.y) / across;
+          if (task.blocks.empty() || task.blocks.back() != block) task.blocks.push_back(block);
+        });
   }
   task.min.x = first_x;
   task.nx = last_x - first_x + 1;
@@ -169,11 +123,11 @@ Task task_of(Plan& plan, workspace::BrickKey min, std::int32_t to_x, std::int32_
 
 std::vector<Task> tasks_of(Plan& plan, BlockShape shape) {
   std::vector<Task> tasks;
-  workspace::BrickKey at = plan.min;
-  for (at.z = plan.min.z; at.z < plan.min.z + plan.size[2]; at.z += shape.across) {
-    for (at.x = plan.min.x; at.x < plan.min.x + plan.size[0]; at.x += shape.along_x) {
-      Task task = task_of(plan, at, std::min(at.x + shape.along_x, plan.min.x + plan.size[0]),
-                          std::min(shape.across, plan.min.z + plan.size[2] - at.z), shape.across);
+  workspace::Index3 at = plan.box.min;
+  for (; at.z < plan.box.end().z; at.z += shape.across) {
+    for (at.x = plan.box.min.x; at.x < plan.box.end().x; at.x += shape.along_x) {
+      const workspace::VoxelBox column{at, {shape.along_x, plan.box.size[1], shape.across}};
+      Task task = task_of(plan, column.intersection(plan.box), shape.across);
       if (!task.blocks.empty()) tasks.push_back(std::move(task));
     }
   }
@@ -182,16 +136,11 @@ std::vector<Task> tasks_of(Plan& plan, BlockShape shape) {
 
 /// Makes the voxels of the last bricks that lie beyond the grid free.
 void cut_off(const workspace::VoxelBox& part, workspace::BrickKey key, std::int8_t* orders) {
-  const workspace::VoxelBox whole = workspace::box_of(key), inside = whole.intersection(part);
-  if (inside.size == whole.size) return;
-  for (std::int32_t z = 0; z < workspace::kBrickEdge; ++z) {
-    for (std::int32_t y = 0; y < workspace::kBrickEdge; ++y) {
-      const bool row_inside = y < inside.size[1] && z < inside.size[2];
-      for (std::int32_t x = row_inside ? inside.size[0] : 0; x < workspace::kBrickEdge; ++x)
-        orders[workspace::brick_offset(static_cast<std::uint32_t>(x), static_cast<std::uint32_t>(y),
-                                       static_cast<std::uint32_t>(z))] = workspace::kOrderFree;
-    }
-  }
+  const workspace::VoxelBox brick = workspace::box_of(key);
+  if (part.contains(brick)) return;
+  brick.for_each([&](workspace::Index3 v) {
+    if (!part.contains(v)) orders[workspace::brick_offset(v)] = workspace::kOrderFree;
+  });
 }
 
 bool all_free(const std::int8_t* orders) {
@@ -214,23 +163,14 @@ class Worker {
 
  private:
   void run_block(const Task& task, std::int32_t from_y, Plan& plan) {
-    block_.min = {task.min.x * workspace::kBrickEdge, from_y * workspace::kBrickEdge,
-                  task.min.z * workspace::kBrickEdge};
-    block_.nx = task.nx;
-    block_.ny = task.ny;
-    block_.nz = task.nz;
-    block_.bricks.clear();
+    const workspace::VoxelBox bricks{{task.min.x, from_y, task.min.z}, {task.nx, task.ny, task.nz}};
+    block_ = {workspace::corner_of({bricks.min}), task.nx, task.ny, task.nz, {}};
     std::vector<workspace::ObjectBricks::Part> made;
-    for (std::int32_t z = 0; z < task.nz; ++z) {
-      for (std::int32_t y = 0; y < task.ny; ++y) {
-        for (std::int32_t x = 0; x < task.nx; ++x) {
-          const workspace::BrickKey key{task.min.x + x, from_y + y, task.min.z + z};
-          const bool needed = plan.contains(key) && plan.at(key) == Need::kOrders;
-          if (needed) made.push_back({key, memory_.take()});
-          block_.bricks.push_back(needed ? made.back().orders.get() : nullptr);
-        }
-      }
-    }
+    bricks.for_each([&](workspace::Index3 key) {
+      const bool needed = plan.box.contains(key) && plan.at(key) == Need::kOrders;
+      if (needed) made.push_back({{key}, memory_.take()});
+      block_.bricks.push_back(needed ? made.back().orders.get() : nullptr);
+    });
     distance_.run(block_);
     for (workspace::ObjectBricks::Part& brick : made) {
       cut_off(part_, brick.key, brick.orders.get());
@@ -248,17 +188,6 @@ class Worker {
   BrickBlock block_;
 };
 
-void add_interior(Plan& plan, std::vector<workspace::ObjectBricks::Part>& parts) {
-  workspace::BrickKey key;
-  for (key.z = plan.min.z; key.z < plan.min.z + plan.size[2]; ++key.z) {
-    for (key.y = plan.min.y; key.y < plan.min.y + plan.size[1]; ++key.y) {
-      for (key.x = plan.min.x; key.x < plan.min.x + plan.size[0]; ++key.x) {
-        if (plan.at(key) == Need::kInterior) parts.push_back({key, nullptr});
-      }
-    }
-  }
-}
-
 }  // namespace
 
 workspace::ObjectBricks distance_bricks(const voxelise::SolidVoxels& solid,
@@ -275,19 +204,15 @@ workspace::ObjectBricks distance_bricks(const voxelise::SolidVoxels& solid,
       static_cast<std::size_t>(std::count(plan.need.begin(), plan.need.end(), Need::kOrders)));
   std::vector<Worker> workers;
   for (int i = 0; i < std::max(1, options.threads); ++i) workers.emplace_back(rows, steps, part, memory);
-  std::atomic<bool> stopped = false;
-  core::parallel_for(options.threads, tasks.size(), [&](std::size_t i, std::size_t worker) {
-    if (stopped) return;
-    if (worker == 0 && options.go_on &&
-        !options.go_on(static_cast<double>(i) / static_cast<double>(tasks.size())))
-      stopped = true;
-    workers[worker].run(tasks[i], plan);
-  });
-  if (stopped) return {};
+  const bool whole = workspace::parallel_for(
+      options, tasks.size(), [&](std::size_t i, std::size_t worker) { workers[worker].run(tasks[i], plan); });
+  if (!whole) return {};
   std::vector<workspace::ObjectBricks::Part> parts;
   for (Worker& worker : workers)
     std::move(worker.parts.begin(), worker.parts.end(), std::back_inserter(parts));
-  add_interior(plan, parts);
+  plan.box.for_each([&](workspace::Index3 key) {
+    if (plan.at(key) == Need::kInterior) parts.push_back({{key}, nullptr});
+  });
   return workspace::ObjectBricks(std::move(parts));
 }
 

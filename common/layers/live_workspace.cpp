@@ -1,9 +1,12 @@
 #include "common/layers/live_workspace.hpp"
 
 #include <algorithm>
+#include <optional>
 #include <string>
+#include <utility>
 
 #include "common/core/parallel.hpp"
+#include "common/workspace/work_options.hpp"
 #include "common/workspace/workspace_hash.hpp"
 
 namespace phantom::layers {
@@ -31,6 +34,25 @@ void append(std::vector<workspace::BrickKey>& to, const std::vector<workspace::B
 /// Adds some spare bricks, because an array that grows moves all of its content.
 std::size_t with_room(std::size_t bricks) { return bricks + bricks / 8 + 64; }
 
+constexpr std::size_t kBricksAtOnce = 64;  // merged before somebody is asked whether it goes on
+
+bool goes_on(const ActivationOptions& options) { return !options.keep_going || options.keep_going(); }
+
+/// Takes the hashes of those bricks that exist. Returns false if options.keep_going ended it.
+bool hash_bricks(const workspace::Workspace& workspace, std::span<const workspace::BrickKey> keys,
+                 std::span<std::uint64_t> hashes, const ActivationOptions& options) {
+  for (std::size_t first = 0; first < keys.size(); first += kBricksAtOnce) {
+    if (!goes_on(options)) return false;
+    core::parallel_for(options.threads, std::min(kBricksAtOnce, keys.size() - first),
+                       [&](std::size_t i, std::size_t) {
+                         const workspace::BrickKey key = keys[first + i];
+                         if (workspace.has_brick(key))
+                           hashes[first + i] = workspace::brick_hash(key, workspace.brick(key));
+                       });
+  }
+  return true;
+}
+
 /// Returns the options for one of several bodies; its progress is a part of the total.
 ActivationOptions part_of(const ActivationOptions& whole, std::size_t index, std::size_t count) {
   ActivationOptions part = whole;
@@ -43,6 +65,14 @@ ActivationOptions part_of(const ActivationOptions& whole, std::size_t index, std
 }
 
 }  // namespace
+
+/// An upper bound that looks at no brick.
+std::uint64_t LiveWorkspace::steps_to_merge(const Objects& objects,
+                                            std::span<const workspace::BrickKey> touched) {
+  std::uint64_t held = 0;
+  for (const auto& [id, object] : objects) held += std::min(object.bricks->keys().size(), touched.size());
+  return merge_steps(touched.size(), objects.size(), held);
+}
 
 core::Expected<LiveWorkspace::Object> LiveWorkspace::activated(const Body& body,
                                                                const ActivationOptions& options,
@@ -119,31 +149,48 @@ core::Expected<WorkspaceChange> LiveWorkspace::apply(Objects next, std::vector<w
   sort_unique(touched);
   change.version = version;
   change.palette_changed = *palette != workspace_.palette();
+  std::vector<workspace::BrickKey> merged = touched;
   if (change.palette_changed) {
-    workspace::Workspace recoded(workspace_.grid(), *std::move(palette));
-    std::vector<workspace::BrickKey> all;
-    for (const auto& [id, object] : next) append(all, object.bricks->keys());
-    sort_unique(all);
-    recoded.reserve_bricks(with_room(all.size()));
-    merge(next, all, recoded, options.threads);
+    merged.clear();
+    for (const auto& [id, object] : next) append(merged, object.bricks->keys());
+    sort_unique(merged);
     touched = workspace_.bricks();
-    append(touched, all);
+    append(touched, merged);
     sort_unique(touched);
-    workspace_ = std::move(recoded);
-    reserved_bricks_ = with_room(all.size());
+  }
+  const auto ended = [&options] {
+    return workspace::ended_early({.budget = options.budget}, "merging its layers");
+  };
+  if (options.budget != nullptr && !options.budget->spend(steps_to_merge(next, touched))) return ended();
+  std::optional<workspace::Workspace> recoded;
+  if (change.palette_changed) {
+    recoded.emplace(workspace_.grid(), *std::move(palette));
+    recoded->reserve_bricks(with_room(merged.size()));
   } else {
     reserve_for(touched);  // the last step that can fail
-    merge(next, touched, workspace_, options.threads);
+  }
+  workspace::Workspace& into = recoded ? *recoded : workspace_;
+  const std::size_t done = merge(next, merged, into, options);
+  std::vector<std::uint64_t> hashes(touched.size());
+  if (done < merged.size() || !hash_bricks(into, touched, hashes, options)) {
+    // What was merged in place is merged again from the objects as they were.
+    if (!recoded) merge(objects_, std::span(merged).first(done), workspace_, {.threads = options.threads});
+    return ended();
+  }
+  if (recoded) {
+    workspace_ = *std::move(recoded);
+    reserved_bricks_ = with_room(merged.size());
   }
   objects_ = std::move(next);
   workspace_.version = version;
   change.merge_s = now_s() - from_s;
-  take_hashes(touched, options.threads, change);
+  take_hashes(touched, hashes, change);
   return change;
 }
 
-void LiveWorkspace::merge(const Objects& objects, std::span<const workspace::BrickKey> keys,
-                          workspace::Workspace& workspace, int threads) const {
+/// Merges the bricks, some at a time; returns how many before options.keep_going ended it.
+std::size_t LiveWorkspace::merge(const Objects& objects, std::span<const workspace::BrickKey> keys,
+                                 workspace::Workspace& workspace, const ActivationOptions& options) const {
   std::vector<workspace::CodeTable> codes;
   std::vector<MergeEntry> entries;
   codes.reserve(objects.size());  // entries point to them, so they must not move
@@ -152,7 +199,11 @@ void LiveWorkspace::merge(const Objects& objects, std::span<const workspace::Bri
     entries.push_back({object.bricks.get(), id, &codes.back(),
                        law_ == MergeLaw::kLatestObject ? object.latest : object.priority});
   }
-  merge_bricks(law_, entries, keys, workspace, threads);
+  std::size_t done = 0;
+  for (; done < keys.size() && goes_on(options); done += std::min(kBricksAtOnce, keys.size() - done))
+    merge_bricks(law_, entries, keys.subspan(done, std::min(kBricksAtOnce, keys.size() - done)), workspace,
+                 options.threads);
+  return done;
 }
 
 /// Reserves room for the bricks of `keys` that do not exist yet.
@@ -165,12 +216,8 @@ void LiveWorkspace::reserve_for(std::span<const workspace::BrickKey> keys) {
   reserved_bricks_ = with_room(count);
 }
 
-void LiveWorkspace::take_hashes(std::span<const workspace::BrickKey> keys, int threads,
-                                WorkspaceChange& change) {
-  std::vector<std::uint64_t> hashes(keys.size());
-  core::parallel_for(threads, keys.size(), [&](std::size_t i, std::size_t) {
-    if (workspace_.has_brick(keys[i])) hashes[i] = workspace::brick_hash(keys[i], workspace_.brick(keys[i]));
-  });
+void LiveWorkspace::take_hashes(std::span<const workspace::BrickKey> keys,
+                                std::span<const std::uint64_t> hashes, WorkspaceChange& change) {
   for (std::size_t i = 0; i < keys.size(); ++i) {
     const workspace::BrickKey key = keys[i];
     const auto before = hashes_.find(key);

@@ -38,6 +38,9 @@ struct LiveBody {
 /// trace. So its palette is that of the present objects. An object that adds or removes a μ shifts the codes
 /// of the others, and all bricks that hold a shifted code change with it.
 ///
+/// Merging is work, too: it is counted for options.budget before it begins (merge_steps()), and ends soon
+/// after options.keep_going returned false.
+///
 /// Every call either succeeds as a whole, or returns a Status whose message names the object and leaves
 /// everything as before. Not thread-safe, not real-time safe.
 class LiveWorkspace {
@@ -65,6 +68,12 @@ class LiveWorkspace {
   /// Equals workspace().content_hash(), without reading the voxels.
   std::uint64_t content_hash() const { return content_hash_; }
   std::size_t object_count() const { return objects_.size(); }
+  /// Returns the work of merging that many bricks of so many objects, in steps of a formula
+  /// (core::WorkBudget): each brick is put together, hashed, packed and sent; each object is looked up in it,
+  /// and merged where it is. `held`: in how many of the bricks the objects are, in all.
+  static std::uint64_t merge_steps(std::size_t bricks, std::size_t objects, std::uint64_t held) {
+    return bricks * (8192 + 4 * std::uint64_t{objects}) + 512 * held;
+  }
   /// Memory of the objects' own voxels, not counting the workspace's.
   std::size_t object_bytes() const;
 
@@ -82,10 +91,12 @@ class LiveWorkspace {
   core::Expected<WorkspaceChange> apply(Objects next, std::vector<workspace::BrickKey> touched,
                                         WorkspaceChange change, std::uint64_t version,
                                         const ActivationOptions& options);
-  void merge(const Objects& objects, std::span<const workspace::BrickKey> keys,
-             workspace::Workspace& workspace, int threads) const;
+  std::size_t merge(const Objects& objects, std::span<const workspace::BrickKey> keys,
+                    workspace::Workspace& workspace, const ActivationOptions& options) const;
+  static std::uint64_t steps_to_merge(const Objects& objects, std::span<const workspace::BrickKey> touched);
   void reserve_for(std::span<const workspace::BrickKey> keys);
-  void take_hashes(std::span<const workspace::BrickKey> keys, int threads, WorkspaceChange& change);
+  void take_hashes(std::span<const workspace::BrickKey> keys, std::span<const std::uint64_t> hashes,
+                   WorkspaceChange& change);
 
   MergeLaw law_;
   workspace::Workspace workspace_;

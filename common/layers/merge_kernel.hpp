@@ -1,6 +1,6 @@
 #pragma once
 
-// Private to this library: one object's claim on one brick, byte by byte.
+// Private to this library: one object's merge_candidate on one brick, byte by byte.
 
 #include "common/workspace/profile.hpp"
 #include "common/workspace/workspace.hpp"
@@ -13,8 +13,9 @@ void codes_of(const workspace::CodeTable& table, const std::int8_t* orders, std:
               std::uint8_t* codes, std::uint16_t* objects);
 
 /// Takes the voxels in which an object's code is higher than the present one, except those with a code in
-/// `settled` (may be null).
-void claim(const workspace::CodeTable& table, const std::int8_t* orders, std::uint16_t id,
-           const std::uint8_t* settled, std::uint8_t* codes, std::int8_t* winners, std::uint16_t* objects);
+/// `locked` (may be null).
+void merge_candidate(const workspace::CodeTable& table, const std::int8_t* orders, std::uint16_t id,
+                     const std::uint8_t* locked, std::uint8_t* codes, std::int8_t* winners,
+                     std::uint16_t* objects);
 
 }  // namespace phantom::layers::detail

@@ -18,11 +18,7 @@ namespace phantom::layers::detail::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-#if HWY_TARGET == HWY_SCALAR
-using Words = hn::CappedTag<std::uint64_t, 1>;
-#else
 using Words = hn::CappedTag<std::uint64_t, SolidRows::kTile / 2>;
-#endif
 constexpr Words kWords;
 constexpr std::size_t kTileWords = SolidRows::kTile / 2;  // of 64 bits
 
@@ -51,26 +47,6 @@ HWY_INLINE hn::Vec<Words> words_at(const SolidRows::TileSource& from,
                 hn::ShiftRight<1>(hn::ShiftRightSame(earlier, 63 - from.shift)));
 }
 
-/// Loads words of 32 bits, two in each word of 64 bits.
-HWY_INLINE hn::Vec<Words> load_pairs(const std::uint32_t* words) {
-#if HWY_TARGET == HWY_SCALAR
-  std::uint64_t pair;
-  std::memcpy(&pair, words, sizeof pair);
-  return hn::Set(kWords, pair);
-#else
-  return hn::BitCast(kWords, hn::Load(hn::Repartition<std::uint32_t, Words>(), words));
-#endif
-}
-HWY_INLINE void store_pairs(hn::Vec<Words> pairs, std::uint32_t* words) {
-#if HWY_TARGET == HWY_SCALAR
-  const std::uint64_t pair = hn::GetLane(pairs);
-  std::memcpy(words, &pair, sizeof pair);
-#else
-  const hn::Repartition<std::uint32_t, Words> d;
-  hn::Store(hn::BitCast(d, pairs), d, words);
-#endif
-}
-
 /// Transposes a tile's words [slice][column] to columns, in which words follow each other along z. Also
 /// collects in `in_slice` [slice][column] what each slice has.
 void TakeTile(const SolidRows::TileSource& from, SolidRows::Tile& tile, std::size_t deep, std::size_t wide,
@@ -81,9 +57,12 @@ void TakeTile(const SolidRows::TileSource& from, SolidRows::Tile& tile, std::siz
     hwy::Prefetch(from.inside->data() + from.ahead + k * from.layer);
   }
   for (std::size_t part = 0; part < kTileWords; part += hn::Lanes(kWords)) {
-    const auto load = [part](const std::uint32_t* words) HWY_ATTR { return load_pairs(words + 2 * part); };
-    const auto store = [part](hn::Vec<Words> pairs, std::uint32_t* words)
-                           HWY_ATTR { store_pairs(pairs, words + 2 * part); };
+    // Words of 32 bits, two in each word of 64 bits.
+    const hn::Repartition<std::uint32_t, Words> halves;
+    const auto load = [&](const std::uint32_t* words)
+                          HWY_ATTR { return hn::BitCast(kWords, hn::Load(halves, words + 2 * part)); };
+    const auto store = [&](hn::Vec<Words> pairs, std::uint32_t* words)
+                           HWY_ATTR { hn::Store(hn::BitCast(halves, pairs), halves, words + 2 * part); };
     auto inner = load(tile.inner), any = load(tile.any);
     std::size_t at = from.at;
     for (std::size_t k = 0; k < deep; ++k, at += from.layer) {
@@ -98,11 +77,6 @@ void TakeTile(const SolidRows::TileSource& from, SolidRows::Tile& tile, std::siz
     store(inner, tile.inner);
     store(any, tile.any);
   }
-#if HWY_TARGET == HWY_SCALAR
-  for (std::size_t i = 0; i < wide; ++i) {
-    for (std::size_t k = 0; k < deep; ++k) to[i * column_words + k] = tile.solid[k][i];
-  }
-#else
   const hn::CappedTag<std::uint32_t, kTile> d;
   const std::size_t lanes = hn::Lanes(d);
   const hn::Repartition<std::uint64_t, decltype(d)> pairs;
@@ -122,16 +96,15 @@ void TakeTile(const SolidRows::TileSource& from, SolidRows::Tile& tile, std::siz
       hn::Store(hn::BitCast(d, hn::InterleaveLower(pairs, high_ab, high_ce)), d, columns[2]);
       hn::Store(hn::BitCast(d, hn::InterleaveUpper(pairs, high_ab, high_ce)), d, columns[3]);
       for (std::size_t column = i; column < std::min(i + lanes, wide); ++column) {
-        const std::uint32_t* const from = &columns[column % 4][(column - i) / 4 * 4];
+        const std::uint32_t* const words = &columns[column % 4][(column - i) / 4 * 4];
         if (bytes == 16) {
-          std::memcpy(to + column * column_words + k, from, 16);
+          std::memcpy(to + column * column_words + k, words, 16);
         } else {
-          std::memcpy(to + column * column_words + k, from, bytes);
+          std::memcpy(to + column * column_words + k, words, bytes);
         }
       }
     }
   }
-#endif
 }
 
 }  // namespace phantom::layers::detail::HWY_NAMESPACE
@@ -145,13 +118,8 @@ HWY_EXPORT(TakeTile);
 namespace {
 
 Cells cells_over(const workspace::VoxelBox& box) {
-  Cells cells;
-  cells.min = {workspace::brick_along(box.min.x), workspace::brick_along(box.min.y),
-               workspace::brick_along(box.min.z)};
-  cells.size = {workspace::brick_along(box.min.x + box.size[0] - 1) - cells.min.x + 1,
-                workspace::brick_along(box.min.y + box.size[1] - 1) - cells.min.y + 1,
-                workspace::brick_along(box.min.z + box.size[2] - 1) - cells.min.z + 1};
-  cells.bits.resize(cells.index(0, 0, cells.size[2]));
+  Cells cells{workspace::bricks_of(box), {}};
+  cells.bits.resize(cells.box.voxel_count());
   return cells;
 }
 
@@ -162,11 +130,11 @@ SolidRows::SolidRows(const voxelise::SolidVoxels& solid, int threads)
       box_(solid.box),
       cells_(cells_over(solid.box)),
       column_words_(static_cast<std::size_t>(box_.size[1]) * static_cast<std::size_t>(box_.size[2])),
-      column_united_(static_cast<std::size_t>(box_.size[1]) * static_cast<std::size_t>(cells_.size[2])),
+      column_united_(static_cast<std::size_t>(box_.size[1]) * static_cast<std::size_t>(cells_.box.size[2])),
       free_(static_cast<std::size_t>(box_.size[2]) + kReadBeyond, 0) {
-  words_.resize(static_cast<std::size_t>(cells_.size[0]) * column_words_ + kReadBeyond);
-  united_.resize(static_cast<std::size_t>(cells_.size[0]) * column_united_);
-  core::parallel_for(threads, static_cast<std::size_t>(cells_.size[2]),
+  words_.resize(static_cast<std::size_t>(cells_.box.size[0]) * column_words_ + kReadBeyond);
+  united_.resize(static_cast<std::size_t>(cells_.box.size[0]) * column_united_);
+  core::parallel_for(threads, static_cast<std::size_t>(cells_.box.size[2]),
                      [&](std::size_t layer, std::size_t) { take_layer(static_cast<std::int32_t>(layer)); });
 }
 
@@ -189,11 +157,12 @@ SolidRows::TileSource SolidRows::tile_source(std::size_t y, std::size_t z, std::
 
 /// Processes a layer of bricks, in tiles of columns and slices of one y.
 void SolidRows::take_layer(std::int32_t layer) {
-  const std::int32_t from_z = std::max(box_.min.z, (cells_.min.z + layer) * workspace::kBrickEdge);
+  const std::int32_t from_z = std::max(box_.min.z, (cells_.box.min.z + layer) * workspace::kBrickEdge);
   const std::int32_t to_z =
-      std::min(box_.min.z + box_.size[2], (cells_.min.z + layer + 1) * workspace::kBrickEdge);
-  const auto columns = static_cast<std::size_t>(cells_.size[0]),
-             rows = static_cast<std::size_t>(box_.size[1]), layers = static_cast<std::size_t>(cells_.size[2]);
+      std::min(box_.min.z + box_.size[2], (cells_.box.min.z + layer + 1) * workspace::kBrickEdge);
+  const auto columns = static_cast<std::size_t>(cells_.box.size[0]),
+             rows = static_cast<std::size_t>(box_.size[1]),
+             layers = static_cast<std::size_t>(cells_.box.size[2]);
   const auto deep = static_cast<std::size_t>(to_z - from_z),
              below = static_cast<std::size_t>(from_z - box_.min.z);
   std::vector<std::uint32_t> inner(rows * columns);
@@ -216,9 +185,10 @@ void SolidRows::take_layer(std::int32_t layer) {
       std::copy_n(tile.inner, wide, inner.data() + y * columns + first);
       for (std::size_t i = 0; i < wide; ++i)
         united_[(first + i) * column_united_ + y * layers + static_cast<std::size_t>(layer)] = tile.any[i];
-      const std::int32_t cell_y = workspace::brick_along(in_y + box_.min.y) - cells_.min.y;
-      if (y + 1 < rows && workspace::brick_along(in_y + 1 + box_.min.y) - cells_.min.y == cell_y) continue;
-      Cells::Bits* const here = &cells_.bits[cells_.index(static_cast<std::int32_t>(first), cell_y, layer)];
+      const std::int32_t cell_y = workspace::brick_along(in_y + box_.min.y);
+      if (y + 1 < rows && workspace::brick_along(in_y + 1 + box_.min.y) == cell_y) continue;
+      Cells::Bits* const here = &cells_.bits[cells_.box.index(
+          {cells_.box.min.x + static_cast<std::int32_t>(first), cell_y, cells_.box.min.z + layer})];
       for (std::size_t z = 0; z < deep; ++z) {
         const std::uint32_t bit = std::uint32_t{1} << ((from_z + static_cast<std::int32_t>(z)) & 31);
         for (std::size_t i = 0; i < wide; ++i) here[i].z |= in_slice[z][i] != 0 ? bit : 0;
@@ -226,22 +196,24 @@ void SolidRows::take_layer(std::int32_t layer) {
       in_slice = {};
     }
   }
-  settle_cells(layer, to_z - from_z == workspace::kBrickEdge, inner);
+  finish_cells(layer, to_z - from_z == workspace::kBrickEdge, inner);
 }
 
 /// Completes a layer's cells. `inner`: for each y and column, the voxels that are interior in all slices.
-void SolidRows::settle_cells(std::int32_t layer, bool whole_along_z,
+void SolidRows::finish_cells(std::int32_t layer, bool whole_along_z,
                              const std::vector<std::uint32_t>& inner) {
-  const auto columns = static_cast<std::size_t>(cells_.size[0]);
+  const auto columns = static_cast<std::size_t>(cells_.box.size[0]);
   for (std::int32_t y = box_.min.y; y < box_.min.y + box_.size[1]; ++y) {
     const auto row = static_cast<std::size_t>(y - box_.min.y);
     const std::int32_t cell_y = workspace::brick_along(y), from_y = cell_y * workspace::kBrickEdge;
     const bool whole =
         whole_along_z && from_y >= box_.min.y && from_y + workspace::kBrickEdge <= box_.min.y + box_.size[1];
-    Cells::Bits* const here = &cells_.bits[cells_.index(0, cell_y - cells_.min.y, layer)];
+    Cells::Bits* const here =
+        &cells_.bits[cells_.box.index({cells_.box.min.x, cell_y, cells_.box.min.z + layer})];
     for (std::size_t i = 0; i < columns; ++i) {
-      const std::uint32_t any = united_[i * column_united_ + row * static_cast<std::size_t>(cells_.size[2]) +
-                                        static_cast<std::size_t>(layer)];
+      const std::uint32_t any =
+          united_[i * column_united_ + row * static_cast<std::size_t>(cells_.box.size[2]) +
+                  static_cast<std::size_t>(layer)];
       here[i].x |= any;
       here[i].y |= any != 0 ? std::uint32_t{1} << (y & 31) : 0;
       here[i].interior =

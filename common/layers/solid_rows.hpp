@@ -15,23 +15,16 @@
 
 namespace phantom::layers::detail {
 
-/// What cells of a brick's size, aligned with bricks, hold of the solid; they may lie beyond the grid. One
-/// entry for each cell, x fastest.
+/// What cells of a brick's size, aligned with bricks, hold of the solid; they may lie beyond the grid.
 struct Cells {
-  std::size_t index(std::int32_t x, std::int32_t y, std::int32_t z) const {
-    return (static_cast<std::size_t>(z) * static_cast<std::size_t>(size[1]) + static_cast<std::size_t>(y)) *
-               static_cast<std::size_t>(size[0]) +
-           static_cast<std::size_t>(x);
-  }
   /// For each axis, bit i is set if the cell holds a solid voxel whose coordinate's last 5 bits are i.
   struct Bits {
     std::uint32_t x = 0, y = 0, z = 0;
     bool interior = false;  ///< the whole cell
   };
 
-  workspace::Index3 min;  // brick address of the first cell
-  std::array<std::int32_t, 3> size{};
-  std::vector<Bits> bits;
+  workspace::VoxelBox box;  ///< of brick addresses
+  std::vector<Bits> bits;   ///< by box.index()
 };
 
 /// A solid's voxels (boundary or interior) as columns of bits. A word holds 32 voxels along x. Words follow
@@ -75,17 +68,17 @@ class SolidRows {
     const std::int32_t first = std::max(from, box_.min.z), last = std::min(to, box_.min.z + box_.size[2]);
     if (in_y < 0 || in_y >= box_.size[1] || first >= last) return {};
     const auto row = static_cast<std::size_t>(in_y);
-    const std::int32_t layer = (first >> 5) - cells_.min.z;
+    const std::int32_t layer = (first >> 5) - cells_.box.min.z;
     return {first, last,
             row * static_cast<std::size_t>(box_.size[2]) + static_cast<std::size_t>(first - box_.min.z),
-            row * static_cast<std::size_t>(cells_.size[2]) + static_cast<std::size_t>(layer),
+            row * static_cast<std::size_t>(cells_.box.size[2]) + static_cast<std::size_t>(layer),
             static_cast<std::size_t>(((last - 1) >> 5) - (first >> 5) + 1)};
   }
   /// Returns the words of the lines, one for each slice, in the column of bricks `x`. kReadBeyond more words
   /// may be read; their values are arbitrary.
   const std::uint32_t* words(const Lines& lines, std::int32_t x) const noexcept {
-    const std::int32_t column = x - cells_.min.x;
-    return column < 0 || column >= cells_.size[0]
+    const std::int32_t column = x - cells_.box.min.x;
+    return column < 0 || column >= cells_.box.size[0]
                ? free_.data()
                : words_.data() + static_cast<std::size_t>(column) * column_words_ + lines.place;
   }
@@ -97,8 +90,8 @@ class SolidRows {
   /// Returns the voxels along x that are solid in any of the slices, or perhaps in other slices of the same
   /// layers of bricks.
   std::uint32_t united(const Lines& lines, std::int32_t x) const noexcept {
-    const std::int32_t column = x - cells_.min.x;
-    if (column < 0 || column >= cells_.size[0]) return 0;
+    const std::int32_t column = x - cells_.box.min.x;
+    if (column < 0 || column >= cells_.box.size[0]) return 0;
     const std::uint32_t* layer =
         united_.data() + static_cast<std::size_t>(column) * column_united_ + lines.united;
     std::uint32_t all = 0;
@@ -128,7 +121,7 @@ class SolidRows {
  private:
   TileSource tile_source(std::size_t y, std::size_t z, std::size_t first_column) const;
   void take_layer(std::int32_t layer);
-  void settle_cells(std::int32_t layer, bool whole_along_z, const std::vector<std::uint32_t>& inner);
+  void finish_cells(std::int32_t layer, bool whole_along_z, const std::vector<std::uint32_t>& inner);
 
   const voxelise::SolidVoxels& solid_;
   workspace::VoxelBox box_;

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <atomic>
 #include <functional>
 #include <string>
 #include <type_traits>
@@ -33,25 +32,27 @@ class CheckedReader {
         refusal_(std::move(refusal)),
         refusals_(topic.name),
         reader_(participant, topic,
-                [this](const Message& message, const dds::SampleInfo& info) { take(message, info); }) {
-    ready_ = true;
+                [this](const Message& message, const dds::SampleInfo& info) { return take(message, info); }) {
   }
 
   /// Returns whether another process writes the topic, too. Thread-safe.
   bool has_rival(core::Nanoseconds now_ns) const noexcept { return source_.has_rival(now_ns); }
 
  private:
-  void take(const Message& message, const dds::SampleInfo& info) {
+  bool take(const Message& message, const dds::SampleInfo& info) {
     const auto sample = from_idl(message, arm_);
     std::string why = sample.status().message();
     if (sample && refusal_) why = refusal_(*sample);
     if (why.empty()) {
       const char* reason = dds::reason(source_.assess(message.stamp(), info.received_ns));
-      if (reason == nullptr) return on_sample_(*sample, info.received_ns);
+      if (reason == nullptr) {
+        on_sample_(*sample, info.received_ns);
+        return true;
+      }
       why = reason;
     }
-    if (ready_) reader_.count_refused();
     refusals_.refused(why, info.received_ns);
+    return false;
   }
 
   ArmBounds arm_;
@@ -59,7 +60,6 @@ class CheckedReader {
   Refusal refusal_;
   dds::SourceGuard source_;
   dds::RefusalLog refusals_;
-  std::atomic<bool> ready_{false};  // samples may arrive while reader_ is still being constructed
   dds::Reader<Message> reader_;
 };
 

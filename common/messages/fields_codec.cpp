@@ -1,6 +1,5 @@
 #include "common/messages/fields_codec.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <sstream>
 
@@ -8,8 +7,6 @@
 
 namespace phantom::messages {
 namespace {
-
-constexpr double kFarthest_m = 1e4;  // larger than any cell: a place beyond it is an error
 
 template <class... Parts>
 std::string text(const Parts&... parts) {
@@ -76,20 +73,14 @@ void Decoder::positions(const char* field, const core::JointArray& from, core::J
   }
 }
 
-void Decoder::place(const char* field, const msg::Vector3& from, Vector3& to) {
-  to = {from.x(), from.y(), from.z()};
-  for (const double coordinate : to) in_range(field, coordinate, -kFarthest_m, kFarthest_m);
-}
-
 void Decoder::pose(const char* field, const msg::Pose& from, geometry::Pose& to) {
   constexpr double kNormTolerance = 1e-3;
-  Vector3 position_m{};
-  place(text(field, ".position_m").c_str(), from.position_m(), position_m);
+  place(text(field, ".position_m").c_str(), from.position_m(), to.translation_m);
   const Eigen::Vector4d quaternion(from.qx(), from.qy(), from.qz(), from.qw());
   const double norm = quaternion.norm();
   if (!(std::abs(norm - 1.0) <= kNormTolerance))
     return refuse(text(field, "'s quaternion has length ", norm, "; allowed: 1"));
-  to = {geometry::rotation_from_quaternion(quaternion), Eigen::Vector3d::Map(position_m.data())};
+  to.rotation = geometry::rotation_from_quaternion(quaternion);
 }
 
 void Encoder::stamp(msg::Stamp& to, const core::SampleId& from) {
@@ -98,14 +89,8 @@ void Encoder::stamp(msg::Stamp& to, const core::SampleId& from) {
   to.session(from.session);
 }
 
-void Encoder::place(const char*, msg::Vector3& to, const Vector3& from) {
-  to.x(from[0]);
-  to.y(from[1]);
-  to.z(from[2]);
-}
-
 void Encoder::pose(const char* field, msg::Pose& to, const geometry::Pose& from) {
-  place(field, to.position_m(), vector_of(from.translation_m));
+  place(field, to.position_m(), from.translation_m);
   const Eigen::Vector4d quaternion = geometry::quaternion_xyzw(from.rotation);
   to.qx(quaternion[0]);
   to.qy(quaternion[1]);

@@ -9,13 +9,16 @@
 //
 // A Decoder runs it from message to sample and checks every field; an Encoder runs it from sample to message.
 
+#include <algorithm>
 #include <cstdint>
 #include <limits>
+#include <span>
 #include <string>
 #include <type_traits>
 #include <utility>
 #include <vector>
 
+#include "common/core/errors.hpp"
 #include "common/core/sample_id.hpp"
 #include "common/core/status.hpp"
 #include "common/dds/stamp.hpp"
@@ -27,6 +30,8 @@ namespace phantom::messages {
 
 /// Bound of a range without a limit: every finite value is allowed.
 inline constexpr double kAnyNumber = std::numeric_limits<double>::max();
+/// Larger than any cell: a place beyond it is an error.
+inline constexpr double kFarthest_m = 1e4;
 
 /// Reads a message's fields into a sample. result() reports the first field that is not finite, is out of
 /// range or does not fit the arm; the sample must then not be used.
@@ -41,9 +46,8 @@ class Decoder {
   template <class From, class To>
   void enumeration(const char* field, const From& from, To& to, To last) {
     static_assert(std::is_enum_v<From>);
-    const auto number = static_cast<std::int64_t>(from);
-    if (!in_range(field, static_cast<double>(number), 0.0, static_cast<double>(last))) return;
-    to = static_cast<To>(number);
+    to = static_cast<To>(from);
+    in_range(field, static_cast<double>(from), 0.0, static_cast<double>(last));
   }
   void joint_count(std::uint32_t from, std::uint32_t& to);
   void link(std::uint32_t from, std::uint32_t& to);
@@ -52,7 +56,13 @@ class Decoder {
               double least = -kAnyNumber);
   /// As joints(), and checks that the values are near the joints' limits.
   void positions(const char* field, const core::JointArray& from, core::JointArray& to);
-  void place(const char* field, const msg::Vector3& from, Vector3& to);
+  template <class To>
+  void place(const char* field, const msg::Vector3& from, To& to) {
+    to[0] = from.x();
+    to[1] = from.y();
+    to[2] = from.z();
+    for (const double coordinate : to) in_range(field, coordinate, -kFarthest_m, kFarthest_m);
+  }
   void pose(const char* field, const msg::Pose& from, geometry::Pose& to);
   template <class From, class To>
   void number(const char* field, const From& from, To& to, double least = -kAnyNumber,
@@ -69,8 +79,15 @@ class Decoder {
       to = from;
     }
   }
+  /// Makes `to` point into the message.
+  void octets(const std::vector<std::uint8_t>& from, std::span<const std::uint8_t>& to) { to = from; }
+  /// Reads a text that must not be cut, for example a name that identifies something.
+  template <class From>
+  void whole_text(const char*, const From& from, std::string& to) {
+    any(from, to);
+  }
   template <class From, class To, class Fields>
-  void list(const std::vector<From>& from, std::vector<To>& to, const Fields& fields) {
+  void list(const std::vector<From>& from, std::vector<To>& to, const Fields& fields, std::size_t = 0) {
     to.resize(from.size());
     for (std::size_t i = 0; i < from.size(); ++i) fields(*this, from[i], to[i]);
   }
@@ -78,10 +95,8 @@ class Decoder {
   void refuse(std::string why) {
     if (why_.empty()) why_ = std::move(why);
   }
-  template <class Sample>
-  core::Expected<Sample> result(Sample sample) {
-    if (!why_.empty()) return core::Status::invalid_argument(std::move(why_));
-    return sample;
+  core::Status result() const {
+    return why_.empty() ? core::Status::ok() : core::Status::invalid_argument(why_);
   }
 
  private:
@@ -93,8 +108,8 @@ class Decoder {
   std::string why_;
 };
 
-/// Writes a sample's fields into a message, without checks. Of the stamp it sets only the fields that
-/// identify the sample; the writer completes it (dds::Stamper).
+/// Writes a sample's fields into a message, without checks but that of whole_text(). Of the stamp it sets
+/// only the fields that identify the sample; the writer completes it (dds::Stamper).
 class Encoder {
  public:
   void stamp(msg::Stamp& to, const core::SampleId& from);
@@ -107,7 +122,12 @@ class Encoder {
   void link(std::uint32_t& to, std::uint32_t from) { to = from; }
   void joints(const char*, core::JointArray& to, const core::JointArray& from, double = 0.0) { to = from; }
   void positions(const char*, core::JointArray& to, const core::JointArray& from) { to = from; }
-  void place(const char*, msg::Vector3& to, const Vector3& from);
+  template <class From>
+  void place(const char*, msg::Vector3& to, const From& from) {
+    to.x(from[0]);
+    to.y(from[1]);
+    to.z(from[2]);
+  }
   void pose(const char*, msg::Pose& to, const geometry::Pose& from);
   template <class To, class From>
   void number(const char*, To& to, const From& from, double = 0.0, double = 0.0) {
@@ -118,20 +138,46 @@ class Encoder {
   void any(To& to, const From& from) {
     to = from;
   }
+  void octets(std::vector<std::uint8_t>& to, std::span<const std::uint8_t> from) {
+    to.assign(from.begin(), from.end());
+  }
+  /// Throws core::ConfigError for a text that is longer than the IDL allows.
+  template <class To>
+  void whole_text(const char* field, To& to, const std::string& from) {
+    if (from.size() > To::max_size)
+      throw core::ConfigError(std::string(field) + " has " + std::to_string(from.size()) +
+                              " bytes; allowed: at most " + std::to_string(To::max_size));
+    to = from;
+  }
+  /// Leaves out the items beyond the `most` that the IDL allows.
   template <class To, class From, class Fields>
-  void list(std::vector<To>& to, const std::vector<From>& from, const Fields& fields) {
-    to.resize(from.size());
-    for (std::size_t i = 0; i < from.size(); ++i) fields(*this, to[i], from[i]);
+  void list(std::vector<To>& to, const std::vector<From>& from, const Fields& fields, std::size_t most) {
+    to.resize(std::min(most, from.size()));
+    for (std::size_t i = 0; i < to.size(); ++i) fields(*this, to[i], from[i]);
   }
 };
 
+/// Reads a message into a sample by a list of fields. If it returns an error, the sample holds what could be
+/// read and must not be used as a whole.
+template <class Fields, class Message, class Sample>
+core::Status decode(const Fields& fields, const Message& message, const ArmBounds& arm, Sample& sample) {
+  Decoder decoder(arm);
+  fields(decoder, message, sample);
+  return decoder.result();
+}
 /// Returns the sample that a list of fields reads from a message, or why the message cannot be used.
 template <class Sample, class Fields, class Message>
 core::Expected<Sample> decoded(const Fields& fields, const Message& message, const ArmBounds& arm) {
-  Decoder decoder(arm);
   Sample sample;
-  fields(decoder, message, sample);
-  return decoder.result(std::move(sample));
+  if (core::Status status = decode(fields, message, arm, sample); !status) return status;
+  return sample;
+}
+/// Returns the sample that `read` reads from a message, or why the message cannot be used.
+template <class Sample, class Message>
+core::Expected<Sample> read_whole(const Message& message) {
+  Sample sample;
+  if (core::Status status = read(message, sample); !status) return status;
+  return sample;
 }
 template <class Message, class Fields, class Sample>
 Message encoded(const Fields& fields, const Sample& sample) {

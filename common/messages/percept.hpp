@@ -138,4 +138,35 @@ struct HitAlert {
   friend bool operator==(const HitAlert&, const HitAlert&) = default;
 };
 
+/// What a sensing_command asks for.
+enum class SensingRequest {
+  kAllowContact,   ///< the link may touch the object: neither percept nor alert for that contact
+  kForbidContact,  ///< ends such a permission; if no object is named: all permissions
+  kSelfTest,
+  kListContacts
+};
+
+/// Topic sensing_command: a request to phantom_sensing while it runs.
+struct SensingCommand {
+  core::SampleId stamp;   ///< identifies the command, also when it is sent again
+  std::string requester;  ///< for the log
+  SensingRequest request = SensingRequest::kSelfTest;
+  std::string object;       ///< name; empty: the object is given by its id
+  std::uint16_t id = 0;     ///< of the object; 0 and no name: all allowed contacts (forbid only)
+  std::string link;         ///< link or frame of the arm; empty: the whole arm
+  double duration_s = 0.0;  ///< allow: for how long; 0: until it is forbidden
+};
+
+/// Topic sensing_reply: the answer to a sensing_command.
+struct SensingReply {
+  core::SampleId stamp;
+  core::SampleId command;  ///< the command's stamp
+  std::string requester;
+  SensingRequest request = SensingRequest::kSelfTest;
+  bool done = false;    ///< false: refused, or the self-test failed
+  std::string message;  ///< what was done, or why not and what is allowed
+
+  friend bool operator==(const SensingReply&, const SensingReply&) = default;
+};
+
 }  // namespace phantom::messages

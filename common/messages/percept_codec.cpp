@@ -11,8 +11,30 @@ namespace {
 using percept::HitRule;
 using percept::MotionClass;
 
-constexpr double kFastest_m_s = 100.0;  // faster than any arm
+constexpr double kFastest_m_s = 100.0;                        // faster than any arm
+constexpr std::size_t kMostPoints = 32, kMostPatches = 1024;  // as in the IDL
+constexpr double kLongestPermit_s = 86400.0, kGreatestObjectId = 65534.0;
 constexpr double kFinestPatch_m = 1e-6, kWidestPatch_m = 10.0;
+
+/// The fields that all percepts of one tick share.
+constexpr auto kTick = [](auto& codec, auto& m, auto& s) {
+  codec.stamp(m.stamp(), s.stamp);
+  codec.echo(m.slave_echo(), s.slave_echo);
+  codec.any(m.workspace_version(), s.workspace_version);
+  codec.any(m.valid(), s.valid);
+};
+
+/// The fields of a place's percept: of the whole skin or of an interest point.
+constexpr auto kPlace = [](auto& codec, auto& m, auto& s) {
+  codec.number("mu", m.mu(), s.mu_Pa_s_per_m, 0.0);
+  codec.number("closeness", m.closeness(), s.closeness, 0.0, 1.0);
+  codec.number("speed_m_s", m.speed_m_s(), s.speed_m_s, 0.0, kFastest_m_s);
+  codec.place("position_m", m.position_m(), s.position_m);
+  codec.place("velocity_m_s", m.velocity_m_s(), s.velocity_m_s);
+  codec.place("pgv", m.pgv(), s.pgv);
+  codec.number("pgs", m.pgs(), s.pgs);
+  codec.enumeration("motion", m.motion(), s.motion, MotionClass::kDangerous);
+};
 
 constexpr auto kDragField = [](auto& codec, auto& m, auto& s) {
   codec.stamp(m.stamp(), s.stamp);
@@ -29,19 +51,9 @@ constexpr auto kDragField = [](auto& codec, auto& m, auto& s) {
 };
 
 constexpr auto kPercept = [](auto& codec, auto& m, auto& s) {
-  codec.stamp(m.stamp(), s.stamp);
-  codec.echo(m.slave_echo(), s.slave_echo);
-  codec.any(m.workspace_version(), s.workspace_version);
-  codec.any(m.valid(), s.valid);
+  kTick(codec, m, s);
   codec.enumeration("condition", m.condition(), s.condition, PerceptCondition::kSelfTestFailed);
-  codec.number("mu", m.mu(), s.mu_Pa_s_per_m, 0.0);
-  codec.number("closeness", m.closeness(), s.closeness, 0.0, 1.0);
-  codec.number("speed_m_s", m.speed_m_s(), s.speed_m_s, 0.0, kFastest_m_s);
-  codec.place("position_m", m.position_m(), s.position_m);
-  codec.place("velocity_m_s", m.velocity_m_s(), s.velocity_m_s);
-  codec.place("pgv", m.pgv(), s.pgv);
-  codec.number("pgs", m.pgs(), s.pgs);
-  codec.enumeration("motion", m.motion(), s.motion, MotionClass::kDangerous);
+  kPlace(codec, m, s);
   codec.link(m.link(), s.link);
   codec.any(m.sensor(), s.sensor);
   codec.any(m.object(), s.object);
@@ -55,26 +67,16 @@ constexpr auto kPercept = [](auto& codec, auto& m, auto& s) {
 constexpr auto kInterestPoint = [](auto& codec, auto& m, auto& s) {
   codec.any(m.name(), s.name);
   codec.link(m.link(), s.link);
-  codec.number("mu", m.mu(), s.mu_Pa_s_per_m, 0.0);
-  codec.number("closeness", m.closeness(), s.closeness, 0.0, 1.0);
-  codec.number("speed_m_s", m.speed_m_s(), s.speed_m_s, 0.0, kFastest_m_s);
-  codec.place("position_m", m.position_m(), s.position_m);
-  codec.place("velocity_m_s", m.velocity_m_s(), s.velocity_m_s);
-  codec.place("pgv", m.pgv(), s.pgv);
-  codec.number("pgs", m.pgs(), s.pgs);
-  codec.enumeration("motion", m.motion(), s.motion, MotionClass::kDangerous);
+  kPlace(codec, m, s);
   codec.enumeration("rule", m.rule(), s.rule, HitRule::kFarNearing);
   codec.any(m.object(), s.object);
   codec.any(m.muted(), s.muted);
 };
 
 constexpr auto kInterestPoints = [](auto& codec, auto& m, auto& s) {
-  codec.stamp(m.stamp(), s.stamp);
-  codec.echo(m.slave_echo(), s.slave_echo);
-  codec.any(m.workspace_version(), s.workspace_version);
-  codec.any(m.valid(), s.valid);
+  kTick(codec, m, s);
   codec.enumeration("condition", m.condition(), s.condition, PerceptCondition::kSelfTestFailed);
-  codec.list(m.points(), s.points, kInterestPoint);
+  codec.list(m.points(), s.points, kInterestPoint, kMostPoints);
 };
 
 constexpr auto kSkinPatch = [](auto& codec, auto& m, auto& s) {
@@ -86,14 +88,11 @@ constexpr auto kSkinPatch = [](auto& codec, auto& m, auto& s) {
 };
 
 constexpr auto kSkinPercept = [](auto& codec, auto& m, auto& s) {
-  codec.stamp(m.stamp(), s.stamp);
-  codec.echo(m.slave_echo(), s.slave_echo);
-  codec.any(m.workspace_version(), s.workspace_version);
-  codec.any(m.valid(), s.valid);
+  kTick(codec, m, s);
   codec.number("patch_m", m.patch_m(), s.patch_m, kFinestPatch_m, kWidestPatch_m);
   codec.number("greatest_mu", m.greatest_mu(), s.greatest_mu_Pa_s_per_m);
   codec.any(m.patch_count(), s.patch_count);
-  codec.list(m.felt(), s.felt, kSkinPatch);
+  codec.list(m.felt(), s.felt, kSkinPatch, kMostPatches);
 };
 
 constexpr auto kHitAlert = [](auto& codec, auto& m, auto& s) {
@@ -113,8 +112,41 @@ constexpr auto kHitAlert = [](auto& codec, auto& m, auto& s) {
   codec.any(m.interest_point(), s.interest_point);
 };
 
+constexpr auto kSensingCommand = [](auto& codec, auto& m, auto& s) {
+  codec.stamp(m.stamp(), s.stamp);
+  codec.any(m.requester(), s.requester);
+  codec.enumeration("request", m.request(), s.request, SensingRequest::kListContacts);
+  codec.whole_text("object", m.object(), s.object);
+  codec.number("id", m.id(), s.id, 0.0, kGreatestObjectId);
+  codec.whole_text("link", m.link(), s.link);
+  codec.number("duration_s", m.duration_s(), s.duration_s, 0.0, kLongestPermit_s);
+};
+
+constexpr auto kSensingReply = [](auto& codec, auto& m, auto& s) {
+  codec.stamp(m.stamp(), s.stamp);
+  codec.echo(m.command(), s.command);
+  codec.any(m.requester(), s.requester);
+  codec.enumeration("request", m.request(), s.request, SensingRequest::kListContacts);
+  codec.any(m.done(), s.done);
+  codec.any(m.message(), s.message);
+};
+
 }  // namespace
 
+core::Status read(const msg::SensingCommand& message, SensingCommand& command) {
+  const core::Status status = decode(kSensingCommand, message, {}, command);
+  const bool names_object = !command.object.empty() || command.id != 0;
+  if (!status || command.request != SensingRequest::kAllowContact || names_object) return status;
+  return core::Status::invalid_argument(
+      "object is empty and id is 0; allowed: a name, or an id of 1 to 65534");
+}
+
+core::Expected<SensingCommand> from_idl(const msg::SensingCommand& message, const ArmBounds&) {
+  return read_whole<SensingCommand>(message);
+}
+core::Expected<SensingReply> from_idl(const msg::SensingReply& message, const ArmBounds& arm) {
+  return decoded<SensingReply>(kSensingReply, message, arm);
+}
 core::Expected<DragField> from_idl(const msg::DragField& message, const ArmBounds& arm) {
   auto field = decoded<DragField>(kDragField, message, arm);
   if (!field || field->mode != teleop::DragMode::kCoupled) return field;
@@ -143,5 +175,11 @@ msg::InterestPoints to_idl(const InterestPoints& points) {
 }
 msg::SkinPercept to_idl(const SkinPercept& skin) { return encoded<msg::SkinPercept>(kSkinPercept, skin); }
 msg::HitAlert to_idl(const HitAlert& alert) { return encoded<msg::HitAlert>(kHitAlert, alert); }
+msg::SensingCommand to_idl(const SensingCommand& command) {
+  return encoded<msg::SensingCommand>(kSensingCommand, command);
+}
+msg::SensingReply to_idl(const SensingReply& reply) {
+  return encoded<msg::SensingReply>(kSensingReply, reply);
+}
 
 }  // namespace phantom::messages

@@ -1,8 +1,10 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
 
 #include "common/core/joints.hpp"
+#include "common/core/operator_command.hpp"
 #include "common/core/sample_id.hpp"
 #include "common/geometry/pose.hpp"
 #include "common/messages/received.hpp"
@@ -60,6 +62,28 @@ struct MasterState {
   double round_trip_s = -1.0;  ///< −1: no new measurement
 
   friend bool operator==(const MasterState&, const MasterState&) = default;
+};
+
+/// Topic operator_command: a command from a person or a script to the running system.
+struct OperatorCommand {
+  core::SampleId stamp;  ///< identifies the command, also when it is sent again
+  core::CommandKind kind = core::CommandKind::kEmergencyStop;
+  double value = 0.0;       ///< within the kind's range (core::value_refusal)
+  std::int32_t joint = -1;  ///< set gain: the only joint that it applies to, from 0; −1: all
+  teleop::StopId master_stop = 0, slave_stop = 0;  ///< reset: the stops to end; 0: none
+  std::string issuer;                              ///< for the log
+};
+
+/// Topic operator_reply: one side's answer to a command.
+struct OperatorReply {
+  core::SampleId stamp;
+  core::SampleId command;  ///< the command's stamp
+  std::string component;   ///< master_io or slave_io
+  core::CommandKind kind = core::CommandKind::kEmergencyStop;
+  bool done = false;    ///< false: refused; nothing was changed
+  std::string message;  ///< what was done, or why not and what is allowed
+
+  friend bool operator==(const OperatorReply&, const OperatorReply&) = default;
 };
 
 /// Topic view_pose: the pose of the view that the operator looks at.

@@ -62,8 +62,51 @@ constexpr auto kViewPose = [](auto& codec, auto& m, auto& s) {
   codec.place("look_at_m", m.look_at_m(), s.look_at_m);
 };
 
+constexpr auto kOperatorCommand = [](auto& codec, auto& m, auto& s) {
+  codec.stamp(m.stamp(), s.stamp);
+  codec.enumeration("kind", m.kind(), s.kind, core::CommandKind::kMark);
+  codec.any(m.value(), s.value);
+  codec.any(m.joint(), s.joint);
+  codec.any(m.master_stop(), s.master_stop);
+  codec.any(m.slave_stop(), s.slave_stop);
+  codec.any(m.issuer(), s.issuer);
+};
+
+constexpr auto kOperatorReply = [](auto& codec, auto& m, auto& s) {
+  codec.stamp(m.stamp(), s.stamp);
+  codec.echo(m.command(), s.command);
+  codec.any(m.component_name(), s.component);
+  codec.enumeration("kind", m.kind(), s.kind, core::CommandKind::kMark);
+  codec.any(m.done(), s.done);
+  codec.any(m.message(), s.message);
+};
+
+/// Returns why the command's fields do not fit together; empty if they do. A stop or a reset is never refused
+/// for a joint, which it does not use.
+std::string refusal(const OperatorCommand& command) {
+  using core::CommandKind;
+  const bool sets_gain =
+      command.kind == CommandKind::kSetPerceptGain || command.kind == CommandKind::kSetFeedbackGain;
+  if (sets_gain && (command.joint < -1 || command.joint >= static_cast<int>(core::kMaxJoints)))
+    return "joint is " + std::to_string(command.joint) + "; allowed: -1 (all) to 15";
+  return core::value_refusal(command.kind, command.value);
+}
+
 }  // namespace
 
+core::Status read(const msg::OperatorCommand& message, OperatorCommand& command) {
+  const core::Status status = decode(kOperatorCommand, message, {}, command);
+  if (!status) return status;
+  const std::string why = refusal(command);
+  return why.empty() ? core::Status::ok() : core::Status::invalid_argument(why);
+}
+
+core::Expected<OperatorCommand> from_idl(const msg::OperatorCommand& message, const ArmBounds&) {
+  return read_whole<OperatorCommand>(message);
+}
+core::Expected<OperatorReply> from_idl(const msg::OperatorReply& message, const ArmBounds& arm) {
+  return decoded<OperatorReply>(kOperatorReply, message, arm);
+}
 core::Expected<SlaveState> from_idl(const msg::SlaveState& message, const ArmBounds& arm) {
   return decoded<SlaveState>(kSlaveState, message, arm);
 }
@@ -76,5 +119,11 @@ core::Expected<ViewPose> from_idl(const msg::ViewPose& message, const ArmBounds&
 msg::SlaveState to_idl(const SlaveState& state) { return encoded<msg::SlaveState>(kSlaveState, state); }
 msg::MasterState to_idl(const MasterState& state) { return encoded<msg::MasterState>(kMasterState, state); }
 msg::ViewPose to_idl(const ViewPose& view) { return encoded<msg::ViewPose>(kViewPose, view); }
+msg::OperatorCommand to_idl(const OperatorCommand& command) {
+  return encoded<msg::OperatorCommand>(kOperatorCommand, command);
+}
+msg::OperatorReply to_idl(const OperatorReply& reply) {
+  return encoded<msg::OperatorReply>(kOperatorReply, reply);
+}
 
 }  // namespace phantom::messages

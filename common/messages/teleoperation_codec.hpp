@@ -3,7 +3,7 @@
 #include "common/core/status.hpp"
 #include "common/messages/arm_bounds.hpp"
 #include "common/messages/teleoperation.hpp"
-#include "phantom_idl/teleoperation.h"
+#include "phantom_idl/teleoperation.hpp"
 
 namespace phantom::messages {
 
@@ -13,10 +13,16 @@ namespace phantom::messages {
 core::Expected<SlaveState> from_idl(const msg::SlaveState& message, const ArmBounds& arm = {});
 core::Expected<MasterState> from_idl(const msg::MasterState& message, const ArmBounds& arm = {});
 core::Expected<ViewPose> from_idl(const msg::ViewPose& message, const ArmBounds& arm = {});
+core::Expected<OperatorCommand> from_idl(const msg::OperatorCommand& message, const ArmBounds& arm = {});
+core::Expected<OperatorReply> from_idl(const msg::OperatorReply& message, const ArmBounds& arm = {});
+/// As from_idl(), but leaves in `command` what could be read of an invalid message, to answer it.
+core::Status read(const msg::OperatorCommand& message, OperatorCommand& command);
 
 /// Convert to the topic's type, without checks; the writer completes the stamp (dds::Stamper).
 msg::SlaveState to_idl(const SlaveState& state);
 msg::MasterState to_idl(const MasterState& state);
 msg::ViewPose to_idl(const ViewPose& view);
+msg::OperatorCommand to_idl(const OperatorCommand& command);
+msg::OperatorReply to_idl(const OperatorReply& reply);
 
 }  // namespace phantom::messages

@@ -2,9 +2,14 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
+#include <span>
 #include <string>
+#include <vector>
 
+#include "common/core/sample_id.hpp"
 #include "common/geometry/pose.hpp"
+#include "common/workspace/workspace_assembler.hpp"
 
 // The samples of the topics of idl/workspace.idl as components use them.
 
@@ -19,6 +24,68 @@ struct WorkspaceObject {
   std::array<float, 3> colour{};  ///< linear RGB, 0…1
 
   bool removed() const { return mesh_hash == 0; }
+};
+
+/// Topic workspace_version: commits the bricks of a whole version.
+struct WorkspaceVersion {
+  std::string cell;
+  workspace::VersionDescription description;
+};
+
+/// Topic workspace_brick: the newest state of one brick.
+struct WorkspaceBrick {
+  workspace::BrickKey key;
+  std::uint64_t version = 0;  ///< the version that last changed it
+  /// As workspace::encode_brick makes it; empty: the brick does not exist any more. Of a received brick it
+  /// points into the message.
+  std::span<const std::uint8_t> voxels_zstd;
+};
+
+/// Topic mesh_chunk: a part of a mesh.
+struct MeshChunk {
+  std::uint64_t mesh_hash = 0;  ///< of the whole mesh
+  std::uint32_t chunk = 0, chunk_count = 0;
+  std::uint32_t vertex_count = 0, triangle_count = 0;  ///< of the whole mesh
+  std::vector<std::uint8_t> data;                      ///< part of zstd(geometry::mesh_bytes)
+
+  friend bool operator==(const MeshChunk&, const MeshChunk&) = default;
+};
+
+enum class WorkspaceOperation { kAdd, kMove, kRemove };
+
+/// Topic workspace_command: a request to add, move or remove one object while the workspace is served.
+struct WorkspaceCommand {
+  core::SampleId stamp;   ///< identifies the command, also when it is sent again
+  std::string requester;  ///< for the log
+  WorkspaceOperation operation = WorkspaceOperation::kMove;
+  std::string object;                           ///< move, remove: its name; empty: `id` names it
+  std::uint16_t id = 0;                         ///< move, remove: its id, if the name is empty
+  geometry::Pose X_WO;                          ///< move: its new pose
+  std::optional<std::uint16_t> guard_vox = {};  ///< move: thickness of its guard; none: unchanged
+  std::string description;                      ///< add: its YAML, as in a cell file's `objects`
+};
+
+enum class WorkspaceOutcome {
+  kAccepted,  ///< the request is being carried out; one of the others follows
+  kDone,
+  kRefused  ///< the workspace is unchanged
+};
+
+/// Topic workspace_reply: the answer to a workspace_command.
+struct WorkspaceReply {
+  core::SampleId stamp;
+  core::SampleId command;  ///< the command's stamp
+  std::string requester;
+  WorkspaceOperation operation = WorkspaceOperation::kMove;
+  std::string object;
+  std::uint16_t id = 0;  ///< 0: no such object
+  WorkspaceOutcome outcome = WorkspaceOutcome::kRefused;
+  std::string message;                                   ///< what was done, or why not and what is allowed
+  std::uint64_t version = 0;                             ///< done: the first version with the change
+  std::uint32_t changed_bricks = 0, removed_bricks = 0;  ///< published for it; that do not exist any more
+  double seconds = 0.0;                                  ///< from the start to publishing the version
+
+  friend bool operator==(const WorkspaceReply&, const WorkspaceReply&) = default;
 };
 
 }  // namespace phantom::messages

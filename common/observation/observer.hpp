@@ -9,12 +9,7 @@
 
 namespace phantom::observation {
 
-enum class Presence {
-  kAppeared,
-  kChanged,
-  kLeft,  ///< it announced its end itself
-  kLost   ///< participants only: not heard for its lease
-};
+using diagnostics::Presence;
 
 /// Receives the other participants and their endpoints, as discovery reports them. Calls come from middleware
 /// threads, one at a time for one participant: copy and return; do not block, throw, or create or delete DDS
@@ -44,8 +39,8 @@ class Observer {
   const std::string& machine() const;
 
  private:
-  struct Ear;
-  std::shared_ptr<Ear> ear_;
+  struct Discovery;
+  std::shared_ptr<Discovery> discovery_;
   dds::Participant participant_;
   std::string machine_;
 };

@@ -19,18 +19,6 @@ struct PayloadTopic {
   bool keyed = false;  ///< must equal the writers' setting
 };
 
-/// The QoS that the reader requests. The default disturbs a writer least: the writer waits for no
-/// acknowledgement and keeps nothing for late joiners.
-struct PayloadQos {
-  bool reliable = false;
-  bool transient_local = false;  ///< with `reliable`: receive also what the writers keep for late joiners
-  int depth = 256;               ///< samples kept until the listener has taken them; 0: all
-  diagnostics::Liveliness liveliness = diagnostics::Liveliness::kAutomatic;
-  std::int64_t lease_ns = diagnostics::kInfinite_ns;
-  diagnostics::Ownership ownership = diagnostics::Ownership::kShared;
-  std::string partition;  ///< read this partition only; empty: all
-};
-
 enum class InstanceState { kAlive, kDisposed, kNoWriters };
 
 /// A sample as received. If the instance state is not kAlive, there may be no bytes.
@@ -55,15 +43,16 @@ class PayloadListener {
   virtual void on_liveliness(const diagnostics::Guid& /*writer*/, bool /*alive*/) {}
 };
 
-/// Reads a topic of any type without knowing the type: the serialised bytes, in all partitions (unless one is
-/// requested), in every data representation. The reader treats all instances as one. Announces no type
-/// information.
+/// Reads a topic of any type without knowing the type: the serialised bytes, in every data representation.
+/// The reader treats all instances as one. Announces no type information.
 class PayloadReader {
  public:
-  /// Throws DdsError, also if the participant knows the topic with another type: in one participant a topic
-  /// has one type.
-  PayloadReader(dds::Participant& participant, const PayloadTopic& topic, const PayloadQos& qos,
-                PayloadListener& listener);
+  /// Requests `qos`. By default it disturbs a writer least: the writer waits for no acknowledgement and keeps
+  /// nothing for late joiners. Without partitions it reads all of them. `depth`: samples kept until the
+  /// listener has taken them; 0: all. Throws DdsError, also if the participant knows the topic with another
+  /// type: in one participant a topic has one type.
+  PayloadReader(dds::Participant& participant, const PayloadTopic& topic, const diagnostics::EndpointQos& qos,
+                PayloadListener& listener, int depth = 256);
   /// Waits for a call in progress; no call follows.
   ~PayloadReader();
   PayloadReader(const PayloadReader&) = delete;

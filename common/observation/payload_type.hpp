@@ -1,24 +1,40 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
-#include <fastdds/dds/topic/TopicDataType.hpp>
+#include <fastdds/dds/domain/DomainParticipant.hpp>
 #include <string>
 #include <vector>
 
+#include "common/observation/payload_reader.hpp"
+#include "fast_dds/type_support.hpp"
+
 namespace phantom::observation {
 
-/// A DDS type that leaves its samples serialised: data is a std::vector<uint8_t> with the encapsulation
-/// header. Private to common/observation.
-class PayloadType : public eprosima::fastdds::dds::TopicDataType {
+/// The data of a PayloadType. Private to common/observation.
+struct SerializedSample {
+  std::vector<std::uint8_t> bytes;  ///< with the encapsulation header
+  /// Key of a keyed topic. A reader leaves this default, one instance for all, because it does not know the
+  /// key member. (All zeros would be an invalid key.)
+  std::array<std::uint8_t, 16> instance{1};
+};
+
+/// A DDS type that leaves its samples serialised: data is a SerializedSample. Private to common/observation.
+class PayloadType : public fast_dds::OwnType {
  public:
   PayloadType(const std::string& name, bool keyed);
-  bool serialize(void* data, eprosima::fastrtps::rtps::SerializedPayload_t* payload) override;
-  bool deserialize(eprosima::fastrtps::rtps::SerializedPayload_t* payload, void* data) override;
-  std::function<std::uint32_t()> getSerializedSizeProvider(void* data) override;
-  void* createData() override { return new std::vector<std::uint8_t>(); }
-  void deleteData(void* data) override { delete static_cast<std::vector<std::uint8_t>*>(data); }
-  /// Returns the same key for all samples, because the key member is unknown here.
-  bool getKey(void* data, eprosima::fastrtps::rtps::InstanceHandle_t* handle, bool force_md5) override;
+
+ private:
+  bool write_to(fast_dds::rtps::SerializedPayload_t& payload, const void* sample) const override;
+  bool read_from(const fast_dds::rtps::SerializedPayload_t& payload, void* sample) const override;
+  std::uint32_t size_of(const void* sample) const override;
+  void key_of(const void* sample, fast_dds::rtps::InstanceHandle_t& key) const override;
+  void* make_sample() const override { return new SerializedSample(); }
+  void free_sample(void* sample) const override { delete static_cast<SerializedSample*>(sample); }
 };
+
+/// Registers the payload type of that name with the participant at its first topic. Returns false if the type
+/// is known with other properties, or Fast DDS refuses it.
+bool register_type(eprosima::fastdds::dds::DomainParticipant& participant, const PayloadTopic& topic);
 
 }  // namespace phantom::observation

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -33,23 +34,19 @@ class AllowedContact {
 
   /// Returns whether anything is muted on this link. If not, the voxels' objects need not be looked up.
   bool concerns(std::size_t link) const noexcept {
-    for (std::size_t i = 0; i < count_; ++i) {
-      if (entries_[i].link == kWholeArm || entries_[i].link == link) return true;
-    }
-    return false;
+    return std::any_of(entries_.begin(), entries_.begin() + count_,
+                       [&](const Entry& entry) { return entry.is_on(link); });
   }
   bool mutes(std::size_t link, std::uint16_t object) const noexcept {
-    for (std::size_t i = 0; i < count_; ++i) {
-      if (entries_[i].object == object && (entries_[i].link == kWholeArm || entries_[i].link == link))
-        return true;
-    }
-    return false;
+    return std::any_of(entries_.begin(), entries_.begin() + count_,
+                       [&](const Entry& entry) { return entry.object == object && entry.is_on(link); });
   }
 
  private:
   struct Entry {
     std::uint16_t object = 0;
     std::size_t link = kWholeArm;
+    bool is_on(std::size_t l) const noexcept { return link == kWholeArm || link == l; }
     friend bool operator==(const Entry&, const Entry&) = default;
   };
   std::array<Entry, kMost> entries_{};

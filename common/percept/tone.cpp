@@ -12,30 +12,9 @@ namespace {
 constexpr double kTurn = 2.0 * std::numbers::pi;
 constexpr double kInaudible = 1e-5;  // −100 dB of full scale
 
-double pitch_Hz(const ToneLaw& law, double near) noexcept {
-  const double span_Hz = law.max_frequency_Hz - law.min_frequency_Hz;
-  switch (law.pitch) {
-    case PitchLaw::kPower:
-      return law.min_frequency_Hz + span_Hz * std::pow(near, law.pitch_exponent);
-    case PitchLaw::kLinear:
-      return law.min_frequency_Hz + span_Hz * near;
-    case PitchLaw::kExponential:
-      break;
-  }
-  return law.min_frequency_Hz * std::pow(law.max_frequency_Hz / law.min_frequency_Hz, near);
-}
-
-double level(const ToneLaw& law, double speed) noexcept {
-  const double span = law.full_gain - law.rest_gain;
-  switch (law.level) {
-    case LevelLaw::kExponential:
-      return law.rest_gain * std::pow(law.full_gain / law.rest_gain, speed);
-    case LevelLaw::kLinear:
-      return law.rest_gain + span * speed;
-    case LevelLaw::kPower:
-      break;
-  }
-  return law.rest_gain + span * std::pow(speed, law.speed_exponent);
+double mapped(MappingLaw law, double low, double high, double exponent, double share) noexcept {
+  if (law == MappingLaw::kExponential) return low * std::pow(high / low, share);
+  return low + (high - low) * (law == MappingLaw::kPower ? std::pow(share, exponent) : share);
 }
 
 }  // namespace
@@ -51,9 +30,11 @@ double loudness_factor(const ToneLaw& law, double frequency_Hz) noexcept {
 Tone tone_of(const ToneLaw& law, double closeness, double speed_m_s) noexcept {
   if (!std::isfinite(closeness) || !std::isfinite(speed_m_s) || closeness <= 0.0)
     return {law.min_frequency_Hz, 0.0};
-  const double frequency_Hz = pitch_Hz(law, std::min(closeness, 1.0));
+  const double frequency_Hz = mapped(law.pitch, law.min_frequency_Hz, law.max_frequency_Hz,
+                                     law.pitch_exponent, std::min(closeness, 1.0));
   const double speed = std::clamp(speed_m_s / law.full_speed_m_s, 0.0, 1.0);
-  return {frequency_Hz, level(law, speed) * loudness_factor(law, frequency_Hz)};
+  const double gain = mapped(law.level, law.rest_gain, law.full_gain, law.speed_exponent, speed);
+  return {frequency_Hz, gain * loudness_factor(law, frequency_Hz)};
 }
 
 ToneSynthesizer::ToneSynthesizer(double sample_rate_Hz, double smoothing_s, double alarm_gain)
@@ -124,11 +105,6 @@ double ToneSynthesizer::next_alarm() noexcept {
 void ToneSynthesizer::render(std::span<float> percept, std::span<float> alarm) noexcept {
   for (float& sample : percept) sample = static_cast<float>(next_percept());
   for (float& sample : alarm) sample = static_cast<float>(next_alarm());
-}
-
-void ToneSynthesizer::render(std::span<float> mono) noexcept {
-  for (float& sample : mono)
-    sample = static_cast<float>(std::clamp(next_percept() + next_alarm(), -1.0, 1.0));
 }
 
 }  // namespace phantom::percept

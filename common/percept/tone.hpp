@@ -8,32 +8,26 @@
 
 namespace phantom::percept {
 
-/// How closeness c, 0…1, maps to pitch between f_min and f_max.
-enum class PitchLaw {
-  kExponential,  ///< f_min·(f_max/f_min)^c: equal steps of closeness are equal musical intervals
-  kPower,        ///< f_min + (f_max − f_min)·c^exponent
-  kLinear        ///< f_min + (f_max − f_min)·c: equal steps in hertz
-};
-
-/// How speed share s, 0…1 of full speed, maps to amplitude between rest and full gain.
-enum class LevelLaw {
-  kPower,        ///< rest + (full − rest)·s^exponent
-  kExponential,  ///< rest·(full/rest)^s: equal steps of speed are equal steps in decibels
-  kLinear        ///< rest + (full − rest)·s
+/// How a share s, 0…1, maps to a range from low to high.
+enum class MappingLaw {
+  kExponential,  ///< low·(high/low)^s: equal steps of s are equal musical intervals, or equal steps in
+                 ///< decibels
+  kPower,        ///< low + (high − low)·s^exponent
+  kLinear        ///< low + (high − low)·s
 };
 
 /// Dual-function tone law (spec 4.1): pitch encodes closeness, level encodes speed. Constant after
 /// configuration.
 struct ToneLaw {
-  PitchLaw pitch = PitchLaw::kExponential;
-  double pitch_exponent = 2.0;       ///< for PitchLaw::kPower, > 0
-  double min_frequency_Hz = 220.0;   ///< at the outer face of the outermost layer, > 0
-  double max_frequency_Hz = 1760.0;  ///< at the surface, > min_frequency_Hz
-  LevelLaw level = LevelLaw::kPower;
-  double speed_exponent = 0.5;   ///< for LevelLaw::kPower, > 0; below 1 spreads the slow motions
-  double rest_gain = 0.08;       ///< amplitude at standstill near an object, 0 < rest ≤ full
-  double full_gain = 0.6;        ///< amplitude at full_speed_m_s and above, ≤ 1
-  double full_speed_m_s = 0.25;  ///< > 0
+  MappingLaw pitch = MappingLaw::kExponential;  ///< of closeness
+  double pitch_exponent = 2.0;                  ///< for pitch: kPower, > 0
+  double min_frequency_Hz = 220.0;              ///< at the outer face of the outermost layer, > 0
+  double max_frequency_Hz = 1760.0;             ///< at the surface, > min_frequency_Hz
+  MappingLaw level = MappingLaw::kPower;        ///< of speed as a share of full_speed_m_s
+  double speed_exponent = 0.5;                  ///< for level: kPower, > 0; below 1 spreads the slow motions
+  double rest_gain = 0.08;                      ///< amplitude at standstill near an object, 0 < rest ≤ full
+  double full_gain = 0.6;                       ///< amplitude at full_speed_m_s and above, ≤ 1
+  double full_speed_m_s = 0.25;                 ///< > 0
   /// Loudness level at which all pitches sound equally loud (see loudness_factor); 0: off.
   double loudness_phon = 60.0;
 };
@@ -76,8 +70,6 @@ class ToneSynthesizer {
   /// Renders the next samples of percept and alarm separately; both spans have the same length. Real-time
   /// safe: yes.
   void render(std::span<float> percept, std::span<float> alarm) noexcept;
-  /// Renders the next samples of percept and alarm added together. Real-time safe: yes.
-  void render(std::span<float> mono) noexcept;
 
  private:
   /// A value that approaches its target through two first-order filters.

@@ -19,8 +19,9 @@ constexpr std::array<AlarmPulse, 10> ten_pulses(double three_Hz, double two_Hz) 
 
 constexpr auto kEmergencyStopBurst = ten_pulses(932.0, 699.0);
 constexpr auto kDriveFaultBurst = ten_pulses(523.0, 784.0);
-constexpr std::array<AlarmPulse, 4> kUnsafeMotionBurst{
-    {{1245.0, 0.065, 0.060}, {1245.0, 0.065, 0.060}, {1245.0, 0.065, 0.060}, {1245.0, 0.065, 0.060}}};
+constexpr AlarmPulse kUnsafeMotionPulse{1245.0, 0.065, 0.060};
+constexpr std::array kUnsafeMotionBurst{kUnsafeMotionPulse, kUnsafeMotionPulse, kUnsafeMotionPulse,
+                                        kUnsafeMotionPulse};
 constexpr std::array<AlarmPulse, 3> kLinkLostBurst{
     {{622.0, 0.200, 0.200}, {523.0, 0.200, 0.200}, {415.0, 0.200, 0.200}}};
 constexpr std::array<AlarmPulse, 3> kWorkspaceStaleBurst{
@@ -28,54 +29,29 @@ constexpr std::array<AlarmPulse, 3> kWorkspaceStaleBurst{
 constexpr std::array<AlarmPulse, 2> kWorkspaceAgedBurst{{{415.0, 0.200, 0.200}, {622.0, 0.200, 0.200}}};
 constexpr std::array<AlarmPulse, 1> kMutedContactBurst{{{330.0, 0.120, 0.100}}};
 
+struct AlarmKind {
+  const char* name;
+  AlarmPriority priority;
+  std::span<const AlarmPulse> burst;
+};
+using enum AlarmPriority;
+constexpr std::array<AlarmKind, kAlarmCount> kAlarms{
+    {{"none", kInformation, {}},
+     {"allowed contact, muted", kInformation, kMutedContactBurst},
+     {"workspace aged", kLow, kWorkspaceAgedBurst},
+     {"workspace stale", kMedium, kWorkspaceStaleBurst},
+     {"link lost", kMedium, kLinkLostBurst},
+     {"unsafe motion", kHigh, kUnsafeMotionBurst},
+     {"drive fault", kHigh, kDriveFaultBurst},
+     {"emergency stop", kHigh, kEmergencyStopBurst}}};
+
+const AlarmKind& kind_of(Alarm alarm) noexcept { return kAlarms[static_cast<std::size_t>(alarm)]; }
+
 }  // namespace
 
-AlarmPriority priority_of(Alarm alarm) noexcept {
-  switch (alarm) {
-    case Alarm::kEmergencyStop:
-    case Alarm::kDriveFault:
-    case Alarm::kUnsafeMotion:
-      return AlarmPriority::kHigh;
-    case Alarm::kLinkLost:
-    case Alarm::kWorkspaceStale:
-      return AlarmPriority::kMedium;
-    case Alarm::kWorkspaceAged:
-      return AlarmPriority::kLow;
-    case Alarm::kMutedContact:
-    case Alarm::kNone:
-      break;
-  }
-  return AlarmPriority::kInformation;
-}
-
-const char* name_of(Alarm alarm) noexcept {
-  constexpr std::array<const char*, kAlarmCount> kNames{
-      "none",      "allowed contact, muted", "workspace aged", "workspace stale",
-      "link lost", "unsafe motion",          "drive fault",    "emergency stop"};
-  return kNames[static_cast<std::size_t>(alarm)];
-}
-
-std::span<const AlarmPulse> alarm_burst(Alarm alarm) noexcept {
-  switch (alarm) {
-    case Alarm::kEmergencyStop:
-      return kEmergencyStopBurst;
-    case Alarm::kDriveFault:
-      return kDriveFaultBurst;
-    case Alarm::kUnsafeMotion:
-      return kUnsafeMotionBurst;
-    case Alarm::kLinkLost:
-      return kLinkLostBurst;
-    case Alarm::kWorkspaceStale:
-      return kWorkspaceStaleBurst;
-    case Alarm::kWorkspaceAged:
-      return kWorkspaceAgedBurst;
-    case Alarm::kMutedContact:
-      return kMutedContactBurst;
-    case Alarm::kNone:
-      break;
-  }
-  return {};
-}
+AlarmPriority priority_of(Alarm alarm) noexcept { return kind_of(alarm).priority; }
+const char* name_of(Alarm alarm) noexcept { return kind_of(alarm).name; }
+std::span<const AlarmPulse> alarm_burst(Alarm alarm) noexcept { return kind_of(alarm).burst; }
 
 double burst_duration_s(Alarm alarm) noexcept {
   const auto pulses = alarm_burst(alarm);

@@ -6,6 +6,8 @@
 #include <cerrno>
 #include <cstring>
 
+#include "common/core/file_sync.hpp"
+
 namespace phantom::recording {
 namespace {
 
@@ -21,7 +23,13 @@ core::Status failure(const std::filesystem::path& path, const char* what, int er
 core::Expected<std::unique_ptr<FileSink>> FileSink::create(const std::filesystem::path& path) {
   const int descriptor = open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644);
   if (descriptor < 0) return failure(path, "cannot be made", errno);
-  return std::unique_ptr<FileSink>(new FileSink(path, descriptor));
+  std::unique_ptr<FileSink> sink(new FileSink(path, descriptor));
+  if (!core::sync_folder_of(path)) {
+    const int error = errno;
+    unlink(path.c_str());
+    return failure(path, "cannot be brought to the disk", error);
+  }
+  return sink;
 }
 
 FileSink::~FileSink() { close(descriptor_); }

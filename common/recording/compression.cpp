@@ -4,8 +4,6 @@
 
 #include <string>
 
-#include "common/recording/checksum.hpp"
-
 namespace phantom::recording {
 namespace {
 
@@ -33,21 +31,13 @@ core::Status decompress(const Chunk& chunk, Bytes& out) {
 
 }  // namespace
 
-struct ZstdCompressor::Impl {
-  Impl(int given_level) : level(given_level), context(ZSTD_createCCtx()) {}
-  ~Impl() { ZSTD_freeCCtx(context); }
-  int level;
-  ZSTD_CCtx* context;
-};
-
-ZstdCompressor::ZstdCompressor(int level) : impl_(std::make_unique<Impl>(level)) {}
-ZstdCompressor::~ZstdCompressor() = default;
-ZstdCompressor::ZstdCompressor(ZstdCompressor&&) noexcept = default;
+ZstdCompressor::ZstdCompressor(int level)
+    : level_(level), context_(ZSTD_createCCtx(), [](ZSTD_CCtx* context) { ZSTD_freeCCtx(context); }) {}
 
 core::Status ZstdCompressor::compress(ByteView bytes, Bytes& out) {
   out.resize(ZSTD_compressBound(bytes.size()));
   const std::size_t size =
-      ZSTD_compressCCtx(impl_->context, out.data(), out.size(), bytes.data(), bytes.size(), impl_->level);
+      ZSTD_compressCCtx(context_.get(), out.data(), out.size(), bytes.data(), bytes.size(), level_);
   if (ZSTD_isError(size))
     return {core::ErrorCode::kInternal,
             std::string("a chunk cannot be compressed: ") + ZSTD_getErrorName(size)};

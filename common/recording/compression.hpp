@@ -5,20 +5,20 @@
 #include "common/core/status.hpp"
 #include "common/recording/mcap_records.hpp"
 
+struct ZSTD_CCtx_s;
+
 namespace phantom::recording {
 
 /// Compresses chunks; reuses its memory for the next chunk. Not thread-safe.
 class ZstdCompressor {
  public:
   explicit ZstdCompressor(int level);
-  ~ZstdCompressor();
-  ZstdCompressor(ZstdCompressor&&) noexcept;
   /// Replaces `out` by one frame that holds `bytes` and states their number.
   core::Status compress(ByteView bytes, Bytes& out);
 
  private:
-  struct Impl;
-  std::unique_ptr<Impl> impl_;
+  int level_;
+  std::unique_ptr<ZSTD_CCtx_s, void (*)(ZSTD_CCtx_s*)> context_;
 };
 
 /// Returns the records of a chunk, decompressed if need be, of `limit_bytes` at most; checks their CRC.

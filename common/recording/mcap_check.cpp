@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <tuple>
 
-#include "common/recording/checksum.hpp"
 #include "common/recording/compression.hpp"
 
 namespace phantom::recording {
@@ -23,14 +22,16 @@ class Walk {
       report_.problems.push_back("byte " + std::to_string(offset) + ": " + what);
   }
   template <class Record>
-  bool read(std::uint64_t offset, ByteView content, Record& record, const char* name) {
+  bool read(std::uint64_t offset, ByteView content, Record& record, const std::string& name) {
     if (parse(content, record)) return true;
-    problem(offset, std::string(name) + " is damaged");
+    problem(offset, name + " is damaged");
     return false;
   }
   bool visit(std::uint64_t offset, Opcode opcode, ByteView content);
   void chunk(std::uint64_t offset, ByteView content);
   void message_index(std::uint64_t offset, ByteView content);
+  bool record(std::uint64_t offset, Opcode opcode, ByteView content, const std::string& where,
+              Message& sample);
   void message(std::uint64_t offset, const Message& message);
   void indexes_are_complete();
   void schema(std::uint64_t offset, const Schema& schema);
@@ -50,6 +51,21 @@ class Walk {
   std::vector<std::tuple<std::uint16_t, std::uint64_t, std::uint64_t>> unindexed_;
 };
 
+/// Takes a schema, channel or message into account. Returns whether it is a message, which is in `sample`
+/// then.
+bool Walk::record(std::uint64_t offset, Opcode opcode, ByteView content, const std::string& where,
+                  Message& sample) {
+  Schema schema_record;
+  Channel channel_record;
+  if (opcode == Opcode::kSchema && read(offset, content, schema_record, "a schema" + where))
+    schema(offset, schema_record);
+  if (opcode == Opcode::kChannel && read(offset, content, channel_record, "a channel" + where))
+    channel(offset, channel_record);
+  if (opcode != Opcode::kMessage || !read(offset, content, sample, "a message" + where)) return false;
+  message(offset, sample);
+  return true;
+}
+
 void Walk::schema(std::uint64_t offset, const Schema& schema) {
   const auto [known, fresh] = schemas_.emplace(schema.id, schema);
   if (schema.id == 0) problem(offset, "a schema has the id 0; allowed: 1 or more");
@@ -67,11 +83,7 @@ void Walk::channel(std::uint64_t offset, const Channel& channel) {
 
 void Walk::message(std::uint64_t offset, const Message& message) {
   if (!channels_.contains(message.channel_id)) problem(offset, "a message names a channel that has not come");
-  const bool first = counted_.message_count++ == 0;
-  ++counted_.channel_message_counts[message.channel_id];
-  counted_.message_start_time_ns =
-      first ? message.log_time_ns : std::min(counted_.message_start_time_ns, message.log_time_ns);
-  counted_.message_end_time_ns = std::max(counted_.message_end_time_ns, message.log_time_ns);
+  counted_.count(message.channel_id, message.log_time_ns);
 }
 
 void Walk::chunk(std::uint64_t offset, ByteView content) {
@@ -86,17 +98,8 @@ void Walk::chunk(std::uint64_t offset, ByteView content) {
   bool any = false;
   ByteView left = *records;
   for (RecordView view; next_record(left, view); left = left.subspan(view.size())) {
-    Schema schema_record;
-    Channel channel_record;
     Message sample;
-    if (view.opcode == Opcode::kSchema && read(offset, view.content, schema_record, "a schema in this chunk"))
-      schema(offset, schema_record);
-    if (view.opcode == Opcode::kChannel &&
-        read(offset, view.content, channel_record, "a channel in this chunk"))
-      channel(offset, channel_record);
-    if (view.opcode != Opcode::kMessage || !read(offset, view.content, sample, "a message in this chunk"))
-      continue;
-    message(offset, sample);
+    if (!record(offset, view.opcode, view.content, " in this chunk", sample)) continue;
     unindexed_.emplace_back(sample.channel_id, sample.log_time_ns, records->size() - left.size());
     start_ns = any ? std::min(start_ns, sample.log_time_ns) : sample.log_time_ns;
     end_ns = std::max(end_ns, sample.log_time_ns);
@@ -130,8 +133,6 @@ void Walk::indexes_are_complete() {
 }
 
 bool Walk::visit(std::uint64_t offset, Opcode opcode, ByteView content) {
-  Schema schema_record;
-  Channel channel_record;
   Message sample;
   Metadata metadata;
   Attachment attachment;
@@ -139,13 +140,9 @@ bool Walk::visit(std::uint64_t offset, Opcode opcode, ByteView content) {
   if (opcode != Opcode::kMessageIndex) indexes_are_complete();
   switch (opcode) {
     case Opcode::kSchema:
-      if (read(offset, content, schema_record, "a schema")) schema(offset, schema_record);
-      break;
     case Opcode::kChannel:
-      if (read(offset, content, channel_record, "a channel")) channel(offset, channel_record);
-      break;
     case Opcode::kMessage:
-      if (read(offset, content, sample, "a message")) message(offset, sample);
+      record(offset, opcode, content, "", sample);
       break;
     case Opcode::kChunk:
       chunk(offset, content);
@@ -174,12 +171,12 @@ bool Walk::visit(std::uint64_t offset, Opcode opcode, ByteView content) {
 }
 
 void Walk::compare_with_summary() {
-  const Statistics& said = reader_.statistics();
+  const Statistics& stated = reader_.statistics();
   counted_.schema_count = static_cast<std::uint16_t>(schemas_.size());
   counted_.channel_count = static_cast<std::uint32_t>(channels_.size());
   const std::uint64_t end = reader_.source().size();
   if (data_end_ != reader_.summary_start()) problem(end, "the data do not end where the summary begins");
-  if (!(said == counted_)) problem(end, "the summary's statistics are not those of the data");
+  if (!(stated == counted_)) problem(end, "the summary's statistics are not those of the data");
   if (reader_.channels() != channels_) problem(end, "the summary's channels are not those of the data");
   if (reader_.schemas() != schemas_) problem(end, "the summary's schemas are not those of the data");
 }
@@ -191,10 +188,8 @@ CheckReport Walk::run() {
   for (bool more = true; more && offset < source.size();) {
     if (offset > 0) {
       if (!source.read(offset, kRecordHeadBytes, bytes)) break;
-      length = 0;
-      for (std::size_t i = 0; i < 8; ++i) length |= static_cast<std::uint64_t>(bytes[1 + i]) << (8 * i);
-      if (length > reader_.limits().record_bytes) break;
-      length += kRecordHeadBytes;
+      length = kRecordHeadBytes + content_length(bytes);
+      if (length - kRecordHeadBytes > reader_.limits().record_bytes) break;
     }
     if (!source.read(offset, length, bytes)) break;
     if (offset > 0)
@@ -203,7 +198,7 @@ CheckReport Walk::run() {
     offset += length;
   }
   indexes_are_complete();
-  for (const std::string& told : reader_.problems()) report_.problems.push_back(told);
+  report_.problems.insert(report_.problems.end(), reader_.problems().begin(), reader_.problems().end());
   if (!reader_.complete() && reader_.problems().empty())
     report_.problems.push_back(data_end_ > 0 ? "it has no summary"
                                              : "it was not finished: it has no summary");

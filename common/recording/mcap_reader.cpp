@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "common/recording/checksum.hpp"
 #include "common/recording/compression.hpp"
 
 namespace phantom::recording {
@@ -42,8 +41,7 @@ core::Status McapReader::read_beginning() {
     return core::Status::invalid_argument("is not an MCAP file: it does not begin as one");
   auto header = core::Expected<Header>(core::Status::invalid_argument("its header is not whole"));
   if (source_->read(kMagic.size(), kRecordHeadBytes, bytes)) {
-    std::uint64_t length = 0;
-    for (std::size_t i = 0; i < 8; ++i) length |= static_cast<std::uint64_t>(bytes[1 + i]) << (8 * i);
+    const std::uint64_t length = content_length(bytes);
     if (length <= limits_.record_bytes) {
       data_begin_ = kMagic.size() + kRecordHeadBytes + length;
       header = read_record<Header>(kMagic.size(), kRecordHeadBytes + length);

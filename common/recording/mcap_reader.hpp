@@ -71,7 +71,6 @@ class McapReader {
   void scan();
   bool scan_record(Opcode opcode, std::uint64_t offset, ByteView content);
   void scan_chunk(std::uint64_t offset, ByteView content);
-  void scan_message(const Message& message);
   template <class Record>
   core::Expected<Record> read_record(std::uint64_t offset, std::uint64_t length) const;
 

@@ -135,6 +135,7 @@ struct Statistics {
   std::uint32_t channel_count = 0, attachment_count = 0, metadata_count = 0, chunk_count = 0;
   std::uint64_t message_start_time_ns = 0, message_end_time_ns = 0;
   std::map<std::uint16_t, std::uint64_t> channel_message_counts;
+  void count(std::uint16_t channel_id, std::uint64_t log_time_ns);
   bool operator==(const Statistics&) const = default;
 };
 
@@ -165,41 +166,16 @@ struct DataEnd {
   bool operator==(const DataEnd&) const = default;
 };
 
-/// Append the complete record, head included. Views in the record must not point into `out`.
-void append(Bytes& out, const Header& record);
-void append(Bytes& out, const Footer& record);
-void append(Bytes& out, const Schema& record);
-void append(Bytes& out, const Channel& record);
-void append(Bytes& out, const Message& record);
-void append(Bytes& out, const Chunk& record);
-void append(Bytes& out, const MessageIndex& record);
-void append(Bytes& out, const ChunkIndex& record);
-void append(Bytes& out, const Attachment& record);
-void append(Bytes& out, const AttachmentIndex& record);
-void append(Bytes& out, const Statistics& record);
-void append(Bytes& out, const Metadata& record);
-void append(Bytes& out, const MetadataIndex& record);
-void append(Bytes& out, const SummaryOffset& record);
-void append(Bytes& out, const DataEnd& record);
+/// Appends the complete record, head included. Views in the record must not point into `out`. Record: any of
+/// the above.
+template <class Record>
+void append(Bytes& out, const Record& record);
 
-/// Parse a record's content (without its head). Return false if it is invalid: too short, a length beyond its
-/// end, a wrong checksum of its own. Fields after the known ones are ignored, as the format requires. Views
-/// in the result point into `content`.
-bool parse(ByteView content, Header& record);
-bool parse(ByteView content, Footer& record);
-bool parse(ByteView content, Schema& record);
-bool parse(ByteView content, Channel& record);
-bool parse(ByteView content, Message& record);
-bool parse(ByteView content, Chunk& record);
-bool parse(ByteView content, MessageIndex& record);
-bool parse(ByteView content, ChunkIndex& record);
-bool parse(ByteView content, Attachment& record);
-bool parse(ByteView content, AttachmentIndex& record);
-bool parse(ByteView content, Statistics& record);
-bool parse(ByteView content, Metadata& record);
-bool parse(ByteView content, MetadataIndex& record);
-bool parse(ByteView content, SummaryOffset& record);
-bool parse(ByteView content, DataEnd& record);
+/// Parses a record's content (without its head). Returns false if it is invalid: too short, a length beyond
+/// its end, a wrong checksum of its own. Fields after the known ones are ignored, as the format requires.
+/// Views in the result point into `content`.
+template <class Record>
+bool parse(ByteView content, Record& record);
 
 /// One record in a run of bytes.
 struct RecordView {
@@ -210,5 +186,11 @@ struct RecordView {
 
 /// Reads the record at the beginning of `bytes`. Returns false if the record is incomplete.
 bool next_record(ByteView bytes, RecordView& record);
+
+/// Returns the length of the content that a record's head states. `head`: kRecordHeadBytes.
+std::uint64_t content_length(ByteView head);
+
+/// Returns the CRC-32 (IEEE 802.3) of `bytes`, continuing from `before`, the CRC of the bytes before them.
+std::uint32_t crc32(ByteView bytes, std::uint32_t before = 0);
 
 }  // namespace phantom::recording

@@ -18,7 +18,7 @@ void McapReader::scan() {
     Opcode opcode{};
     if (whole) {
       opcode = static_cast<Opcode>(bytes[0]);
-      for (std::size_t i = 0; i < 8; ++i) length |= static_cast<std::uint64_t>(bytes[1 + i]) << (8 * i);
+      length = content_length(bytes);
       whole = opcode != Opcode{} && length <= limits_.record_bytes &&
               source_->read(offset + kRecordHeadBytes, length, bytes).is_ok();
     }
@@ -37,48 +37,48 @@ void McapReader::scan() {
 /// Takes one record into account. Returns false at the end of the data.
 bool McapReader::scan_record(Opcode opcode, std::uint64_t offset, ByteView content) {
   const std::uint64_t length = kRecordHeadBytes + content.size();
-  const auto damaged = [&](const char* what) {
-    problems_.push_back("byte " + std::to_string(offset) + ": " + what + " is damaged and left out");
+  // Parses the record and passes it to `use`; leaves a damaged one out.
+  const auto take = [&](auto record, const char* name, auto&& use) {
+    if (parse(content, record)) {
+      use(record);
+    } else {
+      problems_.push_back("byte " + std::to_string(offset) + ": " + name + " is damaged and left out");
+    }
   };
-  Schema schema;
-  Channel channel;
-  Message message;
-  Metadata metadata;
-  Attachment attachment;
   switch (opcode) {
     case Opcode::kSchema:
-      if (!parse(content, schema)) return damaged("a schema"), true;
-      schemas_[schema.id] = std::move(schema);
+      take(Schema{}, "a schema", [&](Schema& schema) { schemas_[schema.id] = std::move(schema); });
       return true;
     case Opcode::kChannel:
-      if (!parse(content, channel)) return damaged("a channel"), true;
-      channels_[channel.id] = std::move(channel);
+      take(Channel{}, "a channel", [&](Channel& channel) { channels_[channel.id] = std::move(channel); });
       return true;
     case Opcode::kChunk:
       scan_chunk(offset, content);
       return true;
-    case Opcode::kMessage: {
-      if (!parse(content, message)) return damaged("a message"), true;
-      scan_message(message);
-      MessageBlock* last = blocks_.empty() ? nullptr : &blocks_.back();
-      if (last == nullptr || last->is_chunk || last->offset + last->length != offset)
-        last =
-            &blocks_.emplace_back(MessageBlock{offset, 0, message.log_time_ns, message.log_time_ns, false});
-      last->length += length;
-      last->start_ns = std::min(last->start_ns, message.log_time_ns);
-      last->end_ns = std::max(last->end_ns, message.log_time_ns);
+    case Opcode::kMessage:
+      take(Message{}, "a message", [&](const Message& message) {
+        statistics_.count(message.channel_id, message.log_time_ns);
+        if (blocks_.empty() || blocks_.back().is_chunk ||
+            blocks_.back().offset + blocks_.back().length != offset)
+          blocks_.push_back({offset, 0, message.log_time_ns, message.log_time_ns, false});
+        MessageBlock& run = blocks_.back();
+        run.length += length;
+        run.start_ns = std::min(run.start_ns, message.log_time_ns);
+        run.end_ns = std::max(run.end_ns, message.log_time_ns);
+      });
       return true;
-    }
     case Opcode::kMetadata:
-      if (!parse(content, metadata)) return damaged("metadata"), true;
-      metadata_indexes_.push_back({offset, length, metadata.name});
-      ++statistics_.metadata_count;
+      take(Metadata{}, "metadata", [&](const Metadata& metadata) {
+        metadata_indexes_.push_back({offset, length, metadata.name});
+        ++statistics_.metadata_count;
+      });
       return true;
     case Opcode::kAttachment:
-      if (!parse(content, attachment)) return damaged("an attachment"), true;
-      attachment_indexes_.push_back({offset, length, attachment.log_time_ns, attachment.create_time_ns,
-                                     attachment.data.size(), attachment.name, attachment.media_type});
-      ++statistics_.attachment_count;
+      take(Attachment{}, "an attachment", [&](const Attachment& attachment) {
+        attachment_indexes_.push_back({offset, length, attachment.log_time_ns, attachment.create_time_ns,
+                                       attachment.data.size(), attachment.name, attachment.media_type});
+        ++statistics_.attachment_count;
+      });
       return true;
     case Opcode::kDataEnd:
     case Opcode::kFooter:
@@ -111,16 +111,9 @@ void McapReader::scan_chunk(std::uint64_t offset, ByteView content) {
       schemas_[schema.id] = std::move(schema);
     if (view.opcode == Opcode::kChannel && parse(view.content, channel))
       channels_[channel.id] = std::move(channel);
-    if (view.opcode == Opcode::kMessage && parse(view.content, message)) scan_message(message);
+    if (view.opcode == Opcode::kMessage && parse(view.content, message))
+      statistics_.count(message.channel_id, message.log_time_ns);
   }
-}
-
-void McapReader::scan_message(const Message& message) {
-  const bool first = statistics_.message_count++ == 0;
-  ++statistics_.channel_message_counts[message.channel_id];
-  statistics_.message_start_time_ns =
-      first ? message.log_time_ns : std::min(statistics_.message_start_time_ns, message.log_time_ns);
-  statistics_.message_end_time_ns = std::max(statistics_.message_end_time_ns, message.log_time_ns);
 }
 
 }  // namespace phantom::recording

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <limits>
 
-#include "common/recording/checksum.hpp"
-
 namespace phantom::recording {
 namespace {
 

@@ -11,35 +11,16 @@
 namespace phantom::robot {
 namespace {
 
-constexpr int kNodes = 16;
 constexpr std::size_t kMostTilesAlong = (2 * ClusterSpec::kMostReach_vox + 3) / 4 + 1;
 constexpr std::size_t kMostTiles = kMostTilesAlong * kMostTilesAlong * kMostTilesAlong;
 
-struct Quadrature {
-  std::array<double, kNodes> node, weight;  // on −1…1
-};
-
-/// Gauss–Legendre nodes and weights, by Newton's method.
-Quadrature gauss_legendre() {
-  Quadrature rule{};
-  for (int i = 0; i < kNodes; ++i) {
-    double x = std::cos(std::numbers::pi * (i + 0.75) / (kNodes + 0.5)), slope = 1.0;
-    for (int iteration = 0; iteration < 50; ++iteration) {
-      double before = 1.0, now = x;
-      for (int n = 2; n <= kNodes; ++n) {
-        const double next = ((2 * n - 1) * x * now - (n - 1) * before) / n;
-        before = now, now = next;
-      }
-      slope = kNodes * (x * now - before) / (x * x - 1.0);
-      const double step = now / slope;
-      x -= step;
-      if (std::abs(step) < 1e-15) break;
-    }
-    rule.node[static_cast<std::size_t>(i)] = x;
-    rule.weight[static_cast<std::size_t>(i)] = 2.0 / ((1.0 - x * x) * slope * slope);
-  }
-  return rule;
-}
+// Gauss–Legendre quadrature with 16 nodes: those above 0, and their weights.
+constexpr double kNode[] = {0.095012509837637441, 0.28160355077925892, 0.45801677765722737,
+                            0.61787624440264377,  0.755404408355003,   0.86563120238783176,
+                            0.9445750230732326,   0.98940093499164994};
+constexpr double kWeight[] = {0.1894506104550685,   0.18260341504492358, 0.16915651939500254,
+                              0.14959598881657674,  0.12462897125553388, 0.095158511682492786,
+                              0.062253523938647894, 0.027152459411754096};
 
 /// Area of the disc of radius rho around the origin that lies in [0,y]×[0,z]; odd in y and z.
 double corner_area(double y, double z, double rho) {
@@ -64,7 +45,6 @@ double disc_in_square(int y, int z, double rho) {
 }  // namespace
 
 double fraction_in_sphere(int x, int y, int z, double radius_vox) {
-  static const Quadrature rule = gauss_legendre();
   const double r2 = radius_vox * radius_vox;
   const auto far = [](int i) { return std::abs(i) + 0.5; };
   const auto near = [](int i) { return std::max(0.0, std::abs(i) - 0.5); };
@@ -89,12 +69,14 @@ double fraction_in_sphere(int x, int y, int z, double radius_vox) {
   double volume = 0.0;
   for (std::size_t i = 0; i + 1 < cuts.size(); ++i) {
     const double half = 0.5 * (cuts[i + 1] - cuts[i]), middle = 0.5 * (cuts[i + 1] + cuts[i]);
-    for (std::size_t n = 0; n < kNodes; ++n) {
+    for (std::size_t n = 0; n < std::size(kNode); ++n) {
       // The substitution x = middle + half·sin(πu/2) removes the square roots at an interval's ends.
-      const double angle = 0.5 * std::numbers::pi * rule.node[n];
-      const double at = middle + half * std::sin(angle);
-      volume += rule.weight[n] * half * 0.5 * std::numbers::pi * std::cos(angle) *
-                disc_in_square(y, z, std::sqrt(std::max(0.0, r2 - at * at)));
+      const double angle = 0.5 * std::numbers::pi * kNode[n];
+      for (const double side : {-half, half}) {
+        const double at = middle + side * std::sin(angle);
+        volume += kWeight[n] * half * 0.5 * std::numbers::pi * std::cos(angle) *
+                  disc_in_square(y, z, std::sqrt(std::max(0.0, r2 - at * at)));
+      }
     }
   }
   return std::clamp(volume, 0.0, 1.0);
@@ -174,28 +156,6 @@ namespace {
 
 std::uint32_t within_brick(std::int32_t v) { return static_cast<std::uint32_t>(v) & 31U; }
 
-/// Four running sums and two greatest codes, so that the additions can overlap.
-template <bool kWeighted>
-struct Tally {
-  const double* response;
-  double sum[4] = {};
-  unsigned greatest[2] = {};
-
-  /// Adds n voxels at codes[column[i]], with weights w.
-  void add(const std::uint8_t* codes, const std::uint32_t* column, const double* w, int n) noexcept {
-    const auto one = [&](int i, int lane) {
-      const unsigned code = codes[column[i]];
-      sum[lane] += kWeighted ? w[i] * response[code] : response[code];
-      greatest[lane & 1] = std::max(greatest[lane & 1], code);
-    };
-    int i = 0;
-    for (; i + 4 <= n; i += 4) one(i, 0), one(i + 1, 1), one(i + 2, 2), one(i + 3, 3);
-    if (i < n) one(i, 0);
-    if (i + 1 < n) one(i + 1, 1);
-    if (i + 2 < n) one(i + 2, 2);
-  }
-};
-
 }  // namespace
 
 /// The zone's bricks, at most two along each axis; each slot is looked up only once.
@@ -204,8 +164,8 @@ struct ClusterStencil::Bricks {
   std::array<const std::uint8_t*, 8> codes;  // index: sum of 1 for the higher brick along x, 2 for y, 4 for z
 
   Bricks(const workspace::Workspace& workspace, workspace::Index3 centre, int reach) noexcept
-      : low{(centre.x - reach) >> 5, (centre.y - reach) >> 5, (centre.z - reach) >> 5},
-        high{(centre.x + reach) >> 5, (centre.y + reach) >> 5, (centre.z + reach) >> 5} {
+      : low(workspace::brick_of(centre - workspace::Index3{reach, reach, reach})),
+        high(workspace::brick_of(centre + workspace::Index3{reach, reach, reach})) {
     const std::uint32_t* slot = workspace.directory() + workspace.directory_index(low);
     const std::size_t up_x = high.x > low.x ? 1 : 0;
     const std::size_t up_y = high.y > low.y ? workspace.directory_index({0, 1, 0}) : 0;
@@ -224,7 +184,7 @@ struct ClusterStencil::Bricks {
 ClusterReading ClusterStencil::count_inside(const workspace::Workspace& workspace, workspace::Index3 centre,
                                             const ResponseTable& response) const noexcept {
   const Bricks bricks(workspace, centre, reach_);
-  const workspace::Index3 low{centre.x - reach_, centre.y - reach_, centre.z - reach_};
+  const workspace::Index3 low = centre - workspace::Index3{reach_, reach_, reach_};
   const std::uint64_t* mask =
       tile_masks_[static_cast<std::size_t>((low.x & 3) | (low.y & 3) << 2 | (low.z & 3) << 4)].data();
   std::array<const std::uint8_t*, kMostTiles> tile;
@@ -258,45 +218,13 @@ ClusterReading ClusterStencil::count_inside(const workspace::Workspace& workspac
   return reading;
 }
 
-/// Reads the zone voxel by voxel.
-template <bool kWeighted>
-ClusterReading ClusterStencil::read_inside(const workspace::Workspace& workspace, workspace::Index3 centre,
-                                           const ResponseTable& response) const noexcept {
-  const Bricks bricks(workspace, centre, reach_);
-  // Offsets of the zone's columns within their brick, and the first column of the second brick.
-  std::array<std::uint32_t, 2 * ClusterSpec::kMostReach_vox + 1> column;
-  for (int x = -reach_; x <= reach_; ++x)
-    column[static_cast<std::size_t>(x + reach_)] =
-        static_cast<std::uint32_t>(workspace::brick_offset(within_brick(centre.x + x), 0, 0));
-  const int border =
-      bricks.high.x > bricks.low.x ? bricks.high.x * workspace::kBrickEdge - centre.x : reach_ + 1;
-
-  Tally<kWeighted> tally{response.data()};
-  for (const Row& row : rows_) {
-    const std::int32_t y = centre.y + row.y, z = centre.z + row.z;
-    const unsigned corner = bricks.corner_of(y, z);
-    const std::size_t offset = workspace::brick_offset(0, within_brick(y), within_brick(z));
-    const std::uint32_t* columns = &column[static_cast<std::size_t>(reach_ - row.reach)];
-    const double* w = kWeighted ? &weights_[row.first_weight] : nullptr;
-    const int all = 2 * row.reach + 1, first = std::clamp(border + row.reach, 0, all);
-    tally.add(bricks.codes[corner] + offset, columns, w, first);
-    if (first < all)
-      tally.add(bricks.codes[corner | 1U] + offset, columns + first, w + (kWeighted ? first : 0),
-                all - first);
-  }
-  return {(tally.sum[0] + tally.sum[1] + tally.sum[2] + tally.sum[3]) / total_,
-          static_cast<std::uint8_t>(std::max(tally.greatest[0], tally.greatest[1]))};
-}
-
 ClusterReading ClusterStencil::read(const workspace::Workspace& workspace, workspace::Index3 centre,
                                     const ResponseTable& response) const noexcept {
   const auto& grid = workspace.grid();
-  if (grid.contains({centre.x - reach_, centre.y - reach_, centre.z - reach_}) &&
-      grid.contains({centre.x + reach_, centre.y + reach_, centre.z + reach_})) {
-    if (!weights_.empty()) return read_inside<true>(workspace, centre, response);
-    return workspace.palette().size() <= kMostCounted ? count_inside(workspace, centre, response)
-                                                      : read_inside<false>(workspace, centre, response);
-  }
+  const workspace::Index3 reach{reach_, reach_, reach_};
+  if (weights_.empty() && workspace.palette().size() <= kMostCounted && grid.contains(centre - reach) &&
+      grid.contains(centre + reach))
+    return count_inside(workspace, centre, response);
   ClusterReading reading;
   for_each(centre, [&](workspace::Index3 voxel, double w) {
     const std::uint8_t code = workspace.mu_code(voxel);

@@ -52,8 +52,8 @@ class ClusterStencil {
   /// Reads the zone around voxel `centre`. Voxels outside the grid are free space. Real-time safe: yes.
   ///
   /// Cost of a binary shape: one SIMD comparison of each tile of 4³ voxels that the zone touches with each
-  /// code of the palette. Cost of a weighted shape, or with more than kMostCounted codes in the palette: a
-  /// byte and a table entry for each voxel. A zone that reaches over the grid's border costs more.
+  /// code of the palette. A weighted shape, a palette of more than kMostCounted codes or a zone that reaches
+  /// over the grid's border costs more: a look-up for each voxel.
   ClusterReading read(const workspace::Workspace& workspace, workspace::Index3 centre,
                       const ResponseTable& response) const noexcept;
   /// Calls visit(voxel, weight) for each voxel that counts.
@@ -83,9 +83,6 @@ class ClusterStencil {
   void mask_tiles();
   ClusterReading count_inside(const workspace::Workspace& workspace, workspace::Index3 centre,
                               const ResponseTable& response) const noexcept;
-  template <bool kWeighted>
-  ClusterReading read_inside(const workspace::Workspace& workspace, workspace::Index3 centre,
-                             const ResponseTable& response) const noexcept;
 
   int reach_;
   std::vector<Row> rows_;

@@ -7,18 +7,7 @@
 #include "common/robot/sensing_kernel.hpp"
 
 HWY_BEFORE_NAMESPACE();
-namespace phantom::robot::kernel {
-namespace HWY_NAMESPACE {
-
-#if HWY_TARGET == HWY_SCALAR
-
-CodeFigures FiguresOf(const std::uint8_t* codes, std::size_t n) { return scalar::figures_of(codes, n); }
-void CountCodes(const std::uint8_t* const* tiles, const std::uint64_t* masks, std::size_t n,
-                std::size_t codes, std::uint32_t* counts) {
-  scalar::count_codes(tiles, masks, n, codes, counts);
-}
-
-#else
+namespace phantom::robot::kernel::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
@@ -102,10 +91,7 @@ void CountCodes(const std::uint8_t* const* tiles, const std::uint64_t* masks, st
     count_some(codes - first, tiles, masks, n, first, counts + first);
 }
 
-#endif  // HWY_TARGET == HWY_SCALAR
-
-}  // namespace HWY_NAMESPACE
-}  // namespace phantom::robot::kernel
+}  // namespace phantom::robot::kernel::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE

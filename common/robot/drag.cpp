@@ -13,41 +13,28 @@ double share(const DirectionalLaw& law, double x) noexcept {
   return 1.0 - (1.0 - law.leaving_share) * away * away * (3.0 - 2.0 * away);
 }
 
-/// Motion of a link per unit of one joint's velocity, about that joint's frame origin. A point at d moves
-/// with velocity linear + angular×d.
-struct Twist {
-  Eigen::Vector3d linear, angular;
-};
+/// Linear over angular part. As a twist: motion per unit of one joint's velocity, about an origin; a point at
+/// d from it moves with velocity linear + angular×d. As a wrench: force over moment about the origin.
+using Spatial = Eigen::Matrix<double, 6, 1>;
 
-Twist unit_twist(const SerialArm& arm, std::size_t joint, const LinkPoses& X_WL) noexcept {
-  const Eigen::Vector3d axis = arm.axis_W(joint, X_WL);
-  if (arm.joints()[joint].type == JointType::kPrismatic) return {axis, Eigen::Vector3d::Zero()};
-  return {Eigen::Vector3d::Zero(), axis};
+Spatial spatial(const Eigen::Vector3d& linear, const Eigen::Vector3d& angular) noexcept {
+  Spatial both;
+  both << linear, angular;
+  return both;
 }
 
-/// Drag of a body with given sums that moves with a twist, as force and moment about the origin, without the
-/// negative sign.
-struct Wrench {
-  Eigen::Vector3d force, moment;
-};
+/// Returns a joint's twist about its frame's origin.
+Spatial unit_twist(const SerialArm& arm, std::size_t joint, const LinkPoses& X_WL) noexcept {
+  const Eigen::Vector3d axis = arm.axis_W(joint, X_WL), zero = Eigen::Vector3d::Zero();
+  return arm.joints()[joint].type == JointType::kPrismatic ? spatial(axis, zero) : spatial(zero, axis);
+}
 
-Wrench drag_wrench(const ViscousSums& body, const Twist& twist) noexcept {
+/// Returns the drag of a body with given sums that moves with a twist, without the negative sign.
+Spatial drag_wrench(const ViscousSums& body, const Spatial& twist) noexcept {
+  const Eigen::Vector3d linear = twist.head<3>(), angular = twist.tail<3>();
   // Σ wμ d×(ω×d) = (tr(S)·1 − S)ω
-  const Eigen::Vector3d spin = body.mu_dd.trace() * twist.angular - body.mu_dd * twist.angular;
-  return {body.mu * twist.linear + twist.angular.cross(body.mu_d), body.mu_d.cross(twist.linear) + spin};
-}
-
-double power(const Twist& twist, const Wrench& wrench) noexcept {
-  return twist.linear.dot(wrench.force) + twist.angular.dot(wrench.moment);
-}
-
-Twist operator*(double factor, const Twist& twist) noexcept {
-  return {factor * twist.linear, factor * twist.angular};
-}
-
-void add(Twist& sum, const Twist& twist) noexcept {
-  sum.linear += twist.linear;
-  sum.angular += twist.angular;
+  const Eigen::Vector3d spin = body.mu_dd.trace() * angular - body.mu_dd * angular;
+  return spatial(body.mu * linear + angular.cross(body.mu_d), body.mu_d.cross(linear) + spin);
 }
 
 /// E and s of DirectionalLaw for one link.
@@ -62,25 +49,23 @@ struct LinkMotion {
 
 /// Adds the drag that link k loses, for each joint and direction, to `lost_plus` and `lost_minus`. Returns
 /// the link's σ.
-double let_go(std::size_t k, const SerialArm& arm, const LinkPoses& X_WL, const ViscousSums& body,
-              const DirectionalLaw& law, const core::JointArray& v, core::JointArray& lost_plus,
-              core::JointArray& lost_minus) noexcept {
+double add_lost_drag(std::size_t k, const SerialArm& arm, const LinkPoses& X_WL, const ViscousSums& body,
+                     const DirectionalLaw& law, const core::JointArray& v, core::JointArray& lost_plus,
+                     core::JointArray& lost_minus) noexcept {
   // Motion of this link about its origin, per unit of each joint's velocity.
-  std::array<Twist, core::kMaxJoints> by_joint;
-  Twist whole{Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
+  std::array<Spatial, core::kMaxJoints> by_joint;
+  Spatial whole = Spatial::Zero();
   for (std::size_t j = 0; j < k; ++j) {
-    Twist& twist = by_joint[j] = unit_twist(arm, j, X_WL);
-    twist.linear += twist.angular.cross(X_WL[k].translation_m - X_WL[j + 1].translation_m);
-    add(whole, v[j] * twist);
+    Spatial& twist = by_joint[j] = unit_twist(arm, j, X_WL);
+    const Eigen::Vector3d angular = twist.tail<3>();
+    twist.head<3>() += angular.cross(X_WL[k].translation_m - X_WL[j + 1].translation_m);
+    whole += v[j] * twist;
   }
-  const auto rise_of = [&body](const Twist& t) {
-    return t.linear.dot(body.gradient) + t.angular.dot(body.gradient_moment);
-  };
-  const Wrench wrench = drag_wrench(body, whole);
-  const LinkMotion motion{power(whole, wrench), rise_of(whole)};
+  const Spatial slope = spatial(body.gradient, body.gradient_moment), wrench = drag_wrench(body, whole);
+  const LinkMotion motion{whole.dot(wrench), whole.dot(slope)};
   for (std::size_t j = 0; j < k; ++j) {
-    const double own = power(by_joint[j], drag_wrench(body, by_joint[j])), with = power(by_joint[j], wrench),
-                 rise = rise_of(by_joint[j]), speed = std::hypot(v[j], law.still);
+    const double own = by_joint[j].dot(drag_wrench(body, by_joint[j])), with = by_joint[j].dot(wrench),
+                 rise = by_joint[j].dot(slope), speed = std::hypot(v[j], law.still);
     const auto lost_at = [&](double v_j) {  // joint j at velocity v_j, the other joints as they are
       const double step = v_j - v[j];
       const LinkMotion other{std::max(0.0, motion.drag_power + step * (2.0 * with + step * own)),
@@ -98,7 +83,7 @@ void apply(const DirectionalLaw& law, const SerialArm& arm, const LinkPoses& X_W
   core::JointArray lost_plus{}, lost_minus{};
   for (std::size_t k = 1; k <= arm.joint_count(); ++k) {
     if (sums[k].gradient_square > 0.0)
-      result.sigma[k - 1] = let_go(k, arm, X_WL, sums[k], law, v, lost_plus, lost_minus);
+      result.sigma[k - 1] = add_lost_drag(k, arm, X_WL, sums[k], law, v, lost_plus, lost_minus);
   }
   for (std::size_t j = 0; j < arm.joint_count(); ++j) {
     const double own = result.plus[j], least = law.leaving_share * own;  // a floor against rounding
@@ -144,16 +129,14 @@ void drag_coefficients(const SerialArm& arm, const LinkPoses& X_WL, const LinkSu
     if (j + 1 < arm.joint_count()) outboard.shift_by(X_WL[j + 2].translation_m - origin);
     outboard.add(sums[j + 1]);
 
-    const Twist twist = unit_twist(arm, j, X_WL);
-    Wrench wrench = drag_wrench(outboard, twist);
+    const Spatial twist = unit_twist(arm, j, X_WL), wrench = drag_wrench(outboard, twist);
     // Rounding must not make a vanishing coefficient negative.
-    const double own = std::max(0.0, power(twist, wrench));
+    const double own = std::max(0.0, twist.dot(wrench));
     result.coupled[j * (j + 1) / 2 + j] = own;
-    const Wrench at_own_origin = wrench;
+    const Eigen::Vector3d force = wrench.head<3>(), moment = wrench.tail<3>();
     for (std::size_t i = j; i-- > 0;) {
-      wrench = at_own_origin;
-      wrench.moment += (origin - X_WL[i + 1].translation_m).cross(wrench.force);
-      result.coupled[j * (j + 1) / 2 + i] = power(unit_twist(arm, i, X_WL), wrench);
+      const Spatial there = spatial(force, moment + (origin - X_WL[i + 1].translation_m).cross(force));
+      result.coupled[j * (j + 1) / 2 + i] = unit_twist(arm, i, X_WL).dot(there);
     }
 
     result.plus[j] = result.minus[j] = own;

@@ -10,29 +10,7 @@
 #include "common/robot/sensing_near-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
-namespace phantom::robot::kernel {
-namespace HWY_NAMESPACE {
-
-#if HWY_TARGET == HWY_SCALAR
-
-void LookUp(const Field& field, const ToVoxels& to, const Points& points, std::uint8_t* codes,
-            std::uint32_t* voxels) {
-  scalar::look_up(field, to, points, codes, voxels);
-}
-void AddMoments(const Points& points, const double* mu, Moments& moments) {
-  scalar::add_moments(points, mu, moments);
-}
-void Sense(const Field& field, const ToVoxels& to, const Points& points, const Offsets&, const float* palette,
-           std::size_t, std::uint8_t* codes, Moments& moments) {
-  scalar::sense(field, to, points, palette, codes, moments);
-}
-void AddGradients(const Field& field, const ToVoxels& to, const Points& points, const float* palette,
-                  std::size_t, const std::uint8_t* codes, const double* mu, int reach_vox,
-                  GradientSums& sums) {
-  scalar::add_gradients(field, to, points, palette, codes, mu, reach_vox, sums);
-}
-
-#else
+namespace phantom::robot::kernel::HWY_NAMESPACE {
 
 void LookUp(const Field& field, const ToVoxels& to, const Points& points, std::uint8_t* codes,
             std::uint32_t* voxels) {
@@ -173,12 +151,9 @@ void AddGradients(const Field& field, const ToVoxels& to, const Points& points, 
   });
 }
 
-#endif  // HWY_TARGET == HWY_SCALAR
-
 const char* Target() { return hwy::TargetName(HWY_TARGET); }
 
-}  // namespace HWY_NAMESPACE
-}  // namespace phantom::robot::kernel
+}  // namespace phantom::robot::kernel::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE

@@ -1,20 +1,11 @@
 // Vector operations of the sensing loops: from points to voxels, to codes, to viscosities, and the ten sums.
-// Per-target: Highway compiles this once for each instruction set, so the guard toggles.
-#if defined(PHANTOM_ROBOT_SENSING_LANES_INL_HPP) == defined(HWY_TARGET_TOGGLE)
-#ifdef PHANTOM_ROBOT_SENSING_LANES_INL_HPP
-#undef PHANTOM_ROBOT_SENSING_LANES_INL_HPP
-#else
-#define PHANTOM_ROBOT_SENSING_LANES_INL_HPP
-#endif
-
+// Private to sensing_kernel.cpp, which includes it once for each instruction set: it has no guard.
 #include <hwy/highway.h>
 
 #include "common/robot/sensing_kernel.hpp"
 
 HWY_BEFORE_NAMESPACE();
-namespace phantom::robot::kernel {
-namespace HWY_NAMESPACE {
-#if HWY_TARGET != HWY_SCALAR
+namespace phantom::robot::kernel::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
@@ -218,9 +209,5 @@ HWY_INLINE void add_points(const Points& points, std::size_t i, VD mu, TenSums& 
   sums.add(hn::Mul(mu, hn::LoadU(d, points.weight + i)), x, y, z);
 }
 
-#endif  // HWY_TARGET != HWY_SCALAR
-}  // namespace HWY_NAMESPACE
-}  // namespace phantom::robot::kernel
+}  // namespace phantom::robot::kernel::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
-
-#endif  // per-target guard

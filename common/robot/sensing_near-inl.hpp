@@ -1,22 +1,13 @@
 // The fast path for a block of neighbouring points: positions in floats, sums about the block's centre.
-// Per-target: Highway compiles this once for each instruction set, so the guard toggles.
-#if defined(PHANTOM_ROBOT_SENSING_NEAR_INL_HPP) == defined(HWY_TARGET_TOGGLE)
-#ifdef PHANTOM_ROBOT_SENSING_NEAR_INL_HPP
-#undef PHANTOM_ROBOT_SENSING_NEAR_INL_HPP
-#else
-#define PHANTOM_ROBOT_SENSING_NEAR_INL_HPP
-#endif
-
+// Private to sensing_kernel.cpp, which includes it once for each instruction set: it has no guard.
 #include <hwy/highway.h>
 
 #include <cmath>
 
-#include "common/robot/sensing_lanes-inl.hpp"
+#include "common/robot/sensing_kernel.hpp"
 
 HWY_BEFORE_NAMESPACE();
-namespace phantom::robot::kernel {
-namespace HWY_NAMESPACE {
-#if HWY_TARGET != HWY_SCALAR
+namespace phantom::robot::kernel::HWY_NAMESPACE {
 
 /// Looks up a block of points that lies in at most eight bricks, with coordinates from link steps to voxels
 /// in floats. A float of 128 to 256 holds a coordinate relative to the lowest brick's corner in its lowest
@@ -171,9 +162,5 @@ HWY_INLINE void add_block(const Block& block, const TenSums& part, TenSums& sums
   }
 }
 
-#endif  // HWY_TARGET != HWY_SCALAR
-}  // namespace HWY_NAMESPACE
-}  // namespace phantom::robot::kernel
+}  // namespace phantom::robot::kernel::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
-
-#endif  // per-target guard

@@ -21,10 +21,10 @@ struct Fault {
 };
 
 /// Collects urdfdom's messages about a bad file, which urdfdom would print otherwise.
-class CapturedComplaints : public console_bridge::OutputHandler {
+class ErrorCapture : public console_bridge::OutputHandler {
  public:
-  CapturedComplaints() { console_bridge::useOutputHandler(this); }
-  ~CapturedComplaints() override { console_bridge::restorePreviousOutputHandler(); }
+  ErrorCapture() { console_bridge::useOutputHandler(this); }
+  ~ErrorCapture() override { console_bridge::restorePreviousOutputHandler(); }
   void log(const std::string& text, console_bridge::LogLevel level, const char*, int) override {
     if (level >= console_bridge::CONSOLE_BRIDGE_LOG_ERROR && first_.empty()) first_ = text;
   }
@@ -39,9 +39,9 @@ urdf::ModelInterfaceSharedPtr parse(const std::filesystem::path& file) {
   if (!stream) throw Fault{"cannot be opened; a readable URDF file is needed", true};
   std::stringstream text;
   text << stream.rdbuf();
-  static std::mutex complaints_are_global;
-  const std::lock_guard lock(complaints_are_global);
-  CapturedComplaints complaints;
+  static std::mutex handler_is_global;
+  const std::lock_guard lock(handler_is_global);
+  ErrorCapture errors;
   urdf::ModelInterfaceSharedPtr model;
   std::string thrown;
   try {
@@ -50,7 +50,7 @@ urdf::ModelInterfaceSharedPtr parse(const std::filesystem::path& file) {
     thrown = problem.what();
   }
   if (!model || !model->getRoot()) {
-    const std::string why = complaints.first().empty() ? thrown : complaints.first();
+    const std::string why = errors.first().empty() ? thrown : errors.first();
     throw Fault{"is not a usable URDF: " + (why.empty() ? std::string("no root link") : why)};
   }
   return model;

@@ -94,9 +94,9 @@ std::string detail::check_sensor(double gain, const std::optional<ClusterSpec>& 
   return {};
 }
 
-std::optional<Status> detail::check_room(double more, const PartRules& rules) {
-  if (more <= static_cast<double>(rules.room)) return std::nullopt;
-  return Status::invalid_argument("needs more sensors than the " + std::to_string(rules.room) +
+std::optional<Status> detail::check_capacity(double more, const PartRules& rules) {
+  if (more <= static_cast<double>(rules.capacity)) return std::nullopt;
+  return Status::invalid_argument("needs more sensors than the " + std::to_string(rules.capacity) +
                                   " that are still allowed; widen the pitch or raise the limit");
 }
 

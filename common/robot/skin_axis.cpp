@@ -61,10 +61,10 @@ core::Expected<std::vector<PlacedSensor>> sensors_of(const AxisSensors& axis, co
   const double length = along.norm();
   const double most = axis.count ? *axis.count : length / rules.pitch_m;
   if (axis.count || most > 1e6) {
-    if (const auto fault = check_room(most, rules)) return *fault;
+    if (const auto fault = check_capacity(most, rules)) return *fault;
   }
   const std::vector<double> t = places(axis, length, rules);
-  if (const auto fault = check_room(static_cast<double>(t.size()), rules)) return *fault;
+  if (const auto fault = check_capacity(static_cast<double>(t.size()), rules)) return *fault;
   std::vector<PlacedSensor> sensors;
   for (std::size_t k = 0; k < t.size(); ++k) {
     const auto cluster = cluster_at(axis, t[k]);

@@ -108,7 +108,7 @@ core::Expected<std::vector<PlacedSensor>> sensors_of(const MeshSensors& mesh, co
     if (const auto near = chosen.nearest(place); near && near->square_m2 < apart_m * apart_m) continue;
     chosen.add(place, static_cast<std::uint32_t>(sensors.size()));
     sensors.push_back({place, 0.0, mesh.gain, mesh.cluster});
-    if (const auto fault = check_room(static_cast<double>(sensors.size()), rules)) return *fault;
+    if (const auto fault = check_capacity(static_cast<double>(sensors.size()), rules)) return *fault;
   }
   for (const Piece& piece : *pieces) sensors[chosen.nearest(piece.centre_m)->index].area_m2 += piece.area_m2;
 

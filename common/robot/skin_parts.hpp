@@ -21,8 +21,8 @@ struct PlacedSensor {
 /// Limits that apply to every part of a skin.
 struct PartRules {
   double voxel_m = 0.0;
-  double pitch_m = 0.0;  ///< for point sensors: neighbours must be closer than this
-  std::size_t room = 0;  ///< number of sensors that may still be added
+  double pitch_m = 0.0;      ///< for point sensors: neighbours must be closer than this
+  std::size_t capacity = 0;  ///< number of sensors that may still be added
   Normalisation normalisation = Normalisation::kArea;
 
   /// A cluster sensor reads m voxels around it, so cluster sensors may be m times the pitch apart.
@@ -34,7 +34,7 @@ struct PartRules {
 /// Returns what is wrong with the gain or the cluster of a part, or an empty string.
 std::string check_sensor(double gain, const std::optional<ClusterSpec>& cluster);
 /// Returns the error "the skin has more than the allowed …" if `more` sensors do not fit.
-std::optional<core::Status> check_room(double more, const PartRules& rules);
+std::optional<core::Status> check_capacity(double more, const PartRules& rules);
 
 core::Expected<std::vector<PlacedSensor>> sensors_of(const SkinSegment& segment, const PartRules& rules);
 core::Expected<std::vector<PlacedSensor>> sensors_of(const AxisSensors& axis, const PartRules& rules);

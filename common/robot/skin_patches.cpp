@@ -66,14 +66,10 @@ const std::vector<SkinPatches::Patch>& SkinPatches::sense(const core::JointArray
   const workspace::GridSpec& grid = workspace.grid();
   for (std::size_t link = 1; link < arm_.links().size(); ++link) {
     for (std::size_t sensor = layout_.first[link]; sensor < layout_.first[link + 1]; ++sensor) {
-      const Eigen::Vector3d at =
-          ((X_WL[link] * layout_.position(sensor) - grid.origin_m) / grid.voxel_size_m).array().floor();
-      if (!(at.cwiseAbs().maxCoeff() < 1e9)) continue;
+      const Eigen::Vector3d p_W_m = X_WL[link] * layout_.position(sensor);
+      if (!((p_W_m - grid.origin_m).cwiseAbs().maxCoeff() < 1e9 * grid.voxel_size_m)) continue;
       std::uint8_t& worst = worst_[patch_of_[sensor]];
-      worst = std::max(worst, code_of(sensor, link,
-                                      {static_cast<std::int32_t>(at.x()), static_cast<std::int32_t>(at.y()),
-                                       static_cast<std::int32_t>(at.z())},
-                                      workspace, muted));
+      worst = std::max(worst, code_of(sensor, link, grid.index_of(p_W_m), workspace, muted));
     }
   }
   felt_.clear();

@@ -216,7 +216,8 @@ core::Expected<std::vector<PlacedSensor>> sensors_of(const SkinSegment& segment,
   if (!shell) return shell.status();
   if (const auto fault = choose_spans(segment, pitch, *shell)) return *fault;
   const std::size_t sides = shell->from.size();
-  if (const auto fault = check_room(static_cast<double>(sides) * (shell->spans + 1), rules)) return *fault;
+  if (const auto fault = check_capacity(static_cast<double>(sides) * (shell->spans + 1), rules))
+    return *fault;
 
   std::vector<PlacedSensor> sensors;
   for (int k = 0; k <= shell->spans; ++k) {

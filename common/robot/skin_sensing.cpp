@@ -25,6 +25,13 @@ Eigen::Vector3d gradient_per_vox(const workspace::Workspace& workspace, workspac
          (2.0 * reach);
 }
 
+using RowMajor = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
+
+/// Returns the rotation, divided by the voxel size, of a transform to voxels.
+Eigen::Map<const RowMajor> rotation_of(const kernel::ToVoxels& to) noexcept {
+  return Eigen::Map<const RowMajor>(to.r);
+}
+
 /// Also returns false for a pose that is not finite.
 bool is_near(const geometry::Pose& X_WL, const workspace::GridSpec& grid) noexcept {
   return X_WL.rotation.allFinite() &&
@@ -166,12 +173,9 @@ std::size_t SkinSensing::sensors_of(const Part& part) const noexcept {
 /// Applies the kernel's rule to one point.
 workspace::Index3 SkinSensing::voxel_of(std::size_t link, const Eigen::Vector3d& p_L_m) const noexcept {
   const kernel::ToVoxels& to = to_voxels_[link];
-  const auto index = [&](std::size_t axis) {
-    const double* r = to.r + 3 * axis;
-    const double v = r[0] * p_L_m.x() + r[1] * p_L_m.y() + r[2] * p_L_m.z() + to.t[axis];
-    return static_cast<std::int32_t>(std::floor(v + kernel::kBorderShift_vox));
-  };
-  return {index(0), index(1), index(2)};
+  const Eigen::Vector3d v = rotation_of(to) * p_L_m + Eigen::Vector3d(to.t);
+  const Eigen::Array3i floor = (v.array() + kernel::kBorderShift_vox).floor().cast<int>();
+  return {floor.x(), floor.y(), floor.z()};
 }
 
 /// With memory or muted objects: looks up, mutes, smooths, then sums.
@@ -255,9 +259,7 @@ void SkinSensing::sense_clusters(Part& part, const workspace::Workspace& workspa
     if (!(reading.mean > 0.0)) continue;
     part.totals.add(layout_->weight[i], reading.mean, p);
     if (!options_.gradient) continue;
-    const Eigen::Vector3d r(to.r[0] * p.x() + to.r[1] * p.y() + to.r[2] * p.z(),
-                            to.r[3] * p.x() + to.r[4] * p.y() + to.r[5] * p.z(),
-                            to.r[6] * p.x() + to.r[7] * p.y() + to.r[8] * p.z());
+    const Eigen::Vector3d r = rotation_of(to) * p;
     part.totals.add_slope(layout_->weight[i], reading.mean,
                           gradient_per_vox(workspace, centre, options_.gradient_reach_vox), r);
   }
@@ -265,14 +267,9 @@ void SkinSensing::sense_clusters(Part& part, const workspace::Workspace& workspa
 
 void SkinSensing::place_link(std::size_t link, const geometry::Pose& X_WL,
                              const workspace::GridSpec& grid) noexcept {
-  const double s = grid.voxel_size_m;
-  const Eigen::Vector3d origin = (X_WL.translation_m - grid.origin_m) / s;
   kernel::ToVoxels& to = to_voxels_[link];
-  for (Eigen::Index row = 0; row < 3; ++row) {
-    for (Eigen::Index column = 0; column < 3; ++column)
-      to.r[3 * row + column] = X_WL.rotation(row, column) / s;
-    to.t[row] = origin[row];
-  }
+  Eigen::Map<RowMajor>(to.r) = X_WL.rotation / grid.voxel_size_m;
+  Eigen::Map<Eigen::Vector3d>(to.t) = (X_WL.translation_m - grid.origin_m) / grid.voxel_size_m;
 }
 
 /// Adds the sums of a link's parts to the results, about the link's origin in W axes.

@@ -7,13 +7,13 @@
 #include <optional>
 #include <vector>
 
-#include "common/robot/aligned.hpp"
 #include "common/robot/cluster_sensor.hpp"
 #include "common/robot/drag.hpp"
 #include "common/robot/mu_memory.hpp"
 #include "common/robot/sensing_kernel.hpp"
 #include "common/robot/skin.hpp"
 #include "common/robot/worker_team.hpp"
+#include "common/workspace/aligned.hpp"
 #include "common/workspace/workspace.hpp"
 
 namespace phantom::robot {
@@ -92,7 +92,7 @@ class SkinSensing {
   /// direction in which μ rises.
   struct Surroundings {
     double mu;
-    Eigen::Vector3d uphill_W;
+    Eigen::Vector3d gradient_W;
   };
 
   static std::vector<Part> parts_of(const SkinLayout& layout);
@@ -123,14 +123,14 @@ class SkinSensing {
 
   // Point sensors, link by link in whole groups (kernel::kGroup).
   std::array<std::size_t, core::kMaxJoints + 2> packed_first_{};
-  AlignedVector<double> x_m_, y_m_, z_m_, weight_;
+  workspace::AlignedVector<double> x_m_, y_m_, z_m_, weight_;
   // Positions relative to the centres of their blocks (of kernel::kBlock sensors, link by link).
   std::array<std::size_t, core::kMaxJoints + 1> first_block_{};
   std::vector<kernel::Block> blocks_;
-  AlignedVector<std::int32_t> x_steps_, y_steps_, z_steps_;
-  AlignedVector<std::uint8_t> codes_;        // of this tick
-  AlignedVector<std::uint32_t> voxels_;      // only with memory
-  AlignedVector<double> mu_;                 // only with memory or muted objects
+  workspace::AlignedVector<std::int32_t> x_steps_, y_steps_, z_steps_;
+  workspace::AlignedVector<std::uint8_t> codes_;    // of this tick
+  workspace::AlignedVector<std::uint32_t> voxels_;  // only with memory
+  workspace::AlignedVector<double> mu_;             // only with memory or muted objects
   std::vector<std::uint8_t> block_worst_;    // greatest code of each block of kernel::kBlock packed sensors
   std::vector<std::uint8_t> cluster_codes_;  // greatest code of each cluster sensor, by sensor index
   std::shared_ptr<const Neighbourhood> neighbourhood_;

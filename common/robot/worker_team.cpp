@@ -9,7 +9,7 @@ constexpr unsigned kPartBits = 20;
 constexpr std::uint64_t kPartMask = WorkerTeam::kMostParts;
 /// Number of checks before a thread parks: some tens of microseconds. That is longer than a worker lags
 /// behind the others at the end of a job, and much shorter than the time between two ticks.
-constexpr int kLooks = 1000;
+constexpr int kSpins = 1000;
 
 void relax() noexcept {
 #if defined(__x86_64__) || defined(__i386__)
@@ -24,7 +24,7 @@ std::uint64_t parts_of(std::uint64_t ticket) noexcept { return ticket >> kPartBi
 
 /// Waits until `value` is no longer `old`: checks for a while, then parks.
 void wait_for_change(const std::atomic<std::int32_t>& value, std::int32_t old) noexcept {
-  for (int i = 0; i < kLooks; ++i, relax()) {
+  for (int i = 0; i < kSpins; ++i, relax()) {
     if (value.load(std::memory_order_acquire) != old) return;
   }
   value.wait(old, std::memory_order_acquire);
@@ -41,8 +41,8 @@ WorkerTeam::WorkerTeam(std::size_t threads) {
 
 WorkerTeam::~WorkerTeam() {
   stop_.store(true, std::memory_order_relaxed);
-  bell_.fetch_add(1, std::memory_order_release);
-  bell_.notify_all();
+  job_counter_.fetch_add(1, std::memory_order_release);
+  job_counter_.notify_all();
 }
 
 void WorkerTeam::take_parts() noexcept {
@@ -60,8 +60,9 @@ void WorkerTeam::take_parts() noexcept {
 
 void WorkerTeam::serve() noexcept {
   // The bell is read before the ticket: a job that starts in between rings it, and the wait ends at once.
-  for (std::int32_t heard = bell_.load(std::memory_order_acquire); !stop_.load(std::memory_order_relaxed);
-       wait_for_change(bell_, heard), heard = bell_.load(std::memory_order_acquire)) {
+  for (std::int32_t seen = job_counter_.load(std::memory_order_acquire);
+       !stop_.load(std::memory_order_relaxed);
+       wait_for_change(job_counter_, seen), seen = job_counter_.load(std::memory_order_acquire)) {
     take_parts();
   }
 }
@@ -77,8 +78,8 @@ void WorkerTeam::run(std::size_t parts, Call call, const void* job) noexcept {
   const std::uint64_t number = (ticket_.load(std::memory_order_relaxed) >> 2 * kPartBits) + 1;
   ticket_.store(number << 2 * kPartBits | static_cast<std::uint64_t>(parts) << kPartBits,
                 std::memory_order_release);
-  bell_.fetch_add(1, std::memory_order_release);
-  bell_.notify_all();
+  job_counter_.fetch_add(1, std::memory_order_release);
+  job_counter_.notify_all();
   take_parts();
   const auto all = static_cast<std::int32_t>(parts);
   for (std::int32_t done = done_.load(std::memory_order_acquire); done != all;

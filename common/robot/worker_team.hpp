@@ -44,8 +44,8 @@ class WorkerTeam {
   // The job's number (24 bits), its number of parts and its next part (20 bits each), in one word. A thread
   // takes a part by compare-exchange, which fails if the job is no longer the one the thread read.
   alignas(64) std::atomic<std::uint64_t> ticket_{0};
-  alignas(64) std::atomic<std::int32_t> done_{0};  // finished parts of this job
-  alignas(64) std::atomic<std::int32_t> bell_{0};  // incremented for each job
+  alignas(64) std::atomic<std::int32_t> done_{0};         // finished parts of this job
+  alignas(64) std::atomic<std::int32_t> job_counter_{0};  // incremented for each job
   std::atomic<bool> stop_{false};
   Call call_ = nullptr;  // written before the ticket; read after taking a part
   const void* job_ = nullptr;

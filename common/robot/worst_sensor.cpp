@@ -1,6 +1,5 @@
 // Finds the sensor that the percept reports: the one in the greatest μ or, of several, the nearest to the
 // object.
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <limits>
 
@@ -12,7 +11,7 @@ namespace {
 /// Greatest number of blocks of points, and of cluster sensors, from which candidates are taken.
 constexpr std::size_t kCandidates = 8;
 /// Number of candidates, evenly chosen, whose surroundings are read first.
-constexpr std::size_t kFirstLooks = 3;
+constexpr std::size_t kFirstSamples = 3;
 
 }  // namespace
 
@@ -88,7 +87,7 @@ SkinSensing::Surroundings SkinSensing::surroundings(workspace::Index3 at,
   for (std::size_t i = 0; i < near.count; ++i) {
     const auto mu = static_cast<double>(palette_[codes[i]]);
     around.mu += mu;
-    around.uphill_W += mu * Eigen::Vector3d(near.x[i], near.y[i], near.z[i]);
+    around.gradient_W += mu * Eigen::Vector3d(near.x[i], near.y[i], near.z[i]);
   }
   return around;
 }
@@ -161,9 +160,9 @@ void SkinSensing::find_worst(const LinkPoses& X_WL, const workspace::Workspace& 
               workspace.order(*voxel),
               workspace.object(*voxel)};
   };
-  const std::size_t stride = (candidates.count + kFirstLooks - 1) / kFirstLooks;
+  const std::size_t stride = (candidates.count + kFirstSamples - 1) / kFirstSamples;
   for (std::size_t i = 0; i < candidates.count; i += stride) look_at(i);
-  if (worst_.found && stride > 1) look_at(farthest(candidates, best.uphill_W, X_WL));
+  if (worst_.found && stride > 1) look_at(farthest(candidates, best.gradient_W, X_WL));
 }
 
 }  // namespace phantom::robot

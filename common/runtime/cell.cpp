@@ -3,65 +3,63 @@
 #include <set>
 
 #include "common/runtime/cell_parts.hpp"
+#include "common/runtime/named.hpp"
 
 namespace phantom::runtime {
 namespace {
 
 template <class Items>
-void refuse_duplicates(const ConfigReader& file, const std::string& key, const Items& items) {
+void refuse_duplicates(const Fields& file, const std::string& key, const Items& items) {
   std::set<std::string> names;
-  for (const auto& item : items) {
-    if (!names.insert(item.name).second) throw file.error(key, "has two entries called '" + item.name + "'");
-  }
+  for (const auto& item : items)
+    file.check(names.insert(item.name).second, key, "has two entries called '" + item.name + "'");
 }
 
-layers::MergeLaw read_merge_law(const ConfigReader& workspace) {
-  const std::string law = workspace.choice("merge", "highest_viscosity",
-                                           {"highest_viscosity", "latest_object", "object_priority"});
-  if (law == "latest_object") return layers::MergeLaw::kLatestObject;
-  return law == "object_priority" ? layers::MergeLaw::kObjectPriority : layers::MergeLaw::kHighestViscosity;
+void read_workspace(const Fields& workspace, CellConfig& cell) {
+  workspace.vector3("min_m", cell.min_m);
+  workspace.vector3("max_m", cell.max_m);
+  workspace.number("voxel_size_m", cell.voxel_size_m);
+  using enum layers::MergeLaw;
+  workspace.choice("merge", cell.merge,
+                   {{"highest_viscosity", kHighestViscosity},
+                    {"latest_object", kLatestObject},
+                    {"object_priority", kObjectPriority}});
+  for (int axis = 0; axis < 3; ++axis) {
+    const double voxels = (cell.max_m[axis] - cell.min_m[axis]) / cell.voxel_size_m;
+    workspace.check(voxels >= 1 && voxels <= 8192, "max_m",
+                    "gives " + std::to_string(static_cast<long long>(voxels)) + " voxels along axis " +
+                        std::to_string(axis) + "; allowed: 1 to 8192");
+  }
 }
 
 }  // namespace
 
+const FieldTable& cell_table() {
+  static const FieldTable table{kCellKeys, kArmKeys};
+  return table;
+}
+
 const ArmConfig& CellConfig::arm(const std::string& arm_name) const {
   if (arm_name.empty() && arms.size() == 1) return arms.front();
-  std::string known;
-  for (const auto& candidate : arms) {
-    if (candidate.name == arm_name) return candidate;
-    known += (known.empty() ? "" : ", ") + candidate.name;
-  }
-  throw ConfigError(file.string() + ": arms: no arm called '" + arm_name + "'; allowed: " + known);
+  return find_named(arms, arm_name, file.string() + ": arms: no arm called '" + arm_name + "'");
 }
 
 CellConfig load_cell(const std::filesystem::path& path, CellArms arms) {
-  const ConfigReader file = ConfigReader::from_file(path);
+  const Fields file = Fields(path, cell_table()).as("cell");
   CellConfig cell;
   cell.file = path;
   cell.name = read_name(file);
-  const ConfigReader workspace = file.section("workspace");
-  cell.min_m = workspace.vector3("min_m");
-  cell.max_m = workspace.vector3("max_m");
-  cell.voxel_size_m = workspace.number("voxel_size_m", {0.0001, 1.0, "m"});
-  cell.merge = read_merge_law(workspace);
-  for (int axis = 0; axis < 3; ++axis) {
-    const double voxels = (cell.max_m[axis] - cell.min_m[axis]) / cell.voxel_size_m;
-    if (voxels < 1 || voxels > 8192) {
-      throw workspace.error("max_m", "gives " + std::to_string(static_cast<long long>(voxels)) +
-                                         " voxels along axis " + std::to_string(axis) +
-                                         "; allowed: 1 to 8192");
-    }
-  }
-  cell.profile = read_profile(file.section("profile"), cell.voxel_size_m);
-  for (const auto& object : file.sections("objects")) {
-    cell.objects.push_back(read_object(object, cell.profile, cell.voxel_size_m));
+  read_workspace(file.section("workspace"), cell);
+  cell.profile = read_profile(file.section("profile").as("profile"), cell.voxel_size_m);
+  for (const Fields& object : file.sections("objects")) {
+    cell.objects.push_back(read_object(object.as("object"), cell.profile, cell.voxel_size_m));
     cell.objects.back().id = static_cast<std::uint16_t>(cell.objects.size());
   }
-  for (const auto& arm : file.sections("arms")) cell.arms.push_back(read_arm(arm));
-  if (cell.objects.size() > 65534)
-    throw file.error("objects", "has too many entries; allowed: at most 65534");
-  if (arms == CellArms::kNeeded && cell.arms.empty())
-    throw file.error("arms", "is empty; allowed: at least one arm");
+  for (const Fields& arm : file.sections("arms"))
+    cell.arms.push_back(read_mounted_arm(arm.as("mounted_arm")));
+  file.check(cell.objects.size() <= 65534, "objects", "has too many entries; allowed: at most 65534");
+  file.check(arms == CellArms::kOptional || !cell.arms.empty(), "arms",
+             "is empty; allowed: at least one arm");
   refuse_duplicates(file, "objects", cell.objects);
   refuse_duplicates(file, "arms", cell.arms);
   file.finish();

@@ -29,6 +29,10 @@ struct CellConfig {
   const ArmConfig& arm(const std::string& arm_name = "") const;
 };
 
+/// Tables of the keys of cell files (cell.yaml) and arm files (arm.yaml).
+extern const char* const kCellKeys;
+extern const char* const kArmKeys;
+
 /// Whether a cell must have an arm. Components that use only the space around the objects need none.
 enum class CellArms { kNeeded, kOptional };
 

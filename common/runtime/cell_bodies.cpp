@@ -10,6 +10,7 @@
 #include "common/core/errors.hpp"
 #include "common/core/parallel.hpp"
 #include "common/geometry/polygonise.hpp"
+#include "common/workspace/work_options.hpp"
 
 namespace phantom::runtime {
 namespace {
@@ -40,8 +41,12 @@ void check_place(const ObjectConfig& object, const geometry::TriangleMesh& mesh_
                     (object.mesh.empty() ? "scale" : "mesh_scale") + " right?");
 }
 
-geometry::TriangleMesh surface_of(const ObjectConfig& object, std::vector<std::string>& notes) {
-  auto made = geometry::polygonise(*object.solid_O);
+geometry::TriangleMesh surface_of(const ObjectConfig& object, core::WorkBudget* budget,
+                                  std::vector<std::string>& notes) {
+  auto made = geometry::polygonise(*object.solid_O, {.budget = budget});
+  if (budget != nullptr && budget->ended())
+    throw ConfigError(place_of_object(object) +
+                      workspace::ended_early({.budget = budget}, "making its surface").message());
   if (made.mesh.triangles.empty()) {
     throw ConfigError(place_of_object(object) +
                       "holds nothing: no point of its box is inside, or it is thinner than a " +
@@ -56,8 +61,8 @@ geometry::TriangleMesh surface_of(const ObjectConfig& object, std::vector<std::s
 }
 
 geometry::TriangleMesh load_surface(const ObjectConfig& object, const geometry::MeshImportOptions& limits,
-                                    std::vector<std::string>& notes) {
-  if (object.solid_O) return surface_of(object, notes);
+                                    core::WorkBudget* budget, std::vector<std::string>& notes) {
+  if (object.solid_O) return surface_of(object, budget, notes);
   if (object.mesh.empty()) return object.polyhedron_O;
   geometry::MeshImportOptions options = limits;
   options.scale = object.mesh_scale;
@@ -93,9 +98,9 @@ workspace::GridSpec grid_of(const CellConfig& cell) {
 }
 
 CellBody load_body(const ObjectConfig& object, const CellConfig& cell,
-                   const geometry::MeshImportOptions& limits) {
+                   const geometry::MeshImportOptions& limits, core::WorkBudget* budget) {
   CellBody loaded;
-  loaded.mesh_O = load_surface(object, limits, loaded.notes);
+  loaded.mesh_O = load_surface(object, limits, budget, loaded.notes);
   spdlog::debug("object {}: {} triangles from {}", object.name, loaded.mesh_O.triangles.size(),
                 object.mesh.empty() ? "the cell's text" : object.mesh.string());
   loaded.body = place_body(object, loaded.mesh_O, cell);
@@ -127,7 +132,7 @@ std::vector<voxelise::FieldBody> load_real_bodies(const CellConfig& cell,
   for_each_object(cell, [&](std::size_t i) {
     const ObjectConfig& object = cell.objects[i];
     std::vector<std::string> notes;  // not used: wva_server reports them
-    const auto mesh = load_surface(object, limits, notes);
+    const auto mesh = load_surface(object, limits, nullptr, notes);
     bodies[i] = {mesh.transformed(object.X_WO * object.X_deviation), object.id};
   });
   return bodies;

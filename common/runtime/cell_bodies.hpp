@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "common/core/work_budget.hpp"
 #include "common/geometry/mesh_io.hpp"
 #include "common/layers/activation.hpp"
 #include "common/runtime/cell.hpp"
@@ -25,8 +26,9 @@ workspace::GridSpec grid_of(const CellConfig& cell);
 /// the mesh, and that the object or its layers lie at least partly in the workspace. The scale and the
 /// up-axis in `limits` are not used; the object has its own. Throws ConfigError naming the object's place and
 /// the problem. Thread-safe, not real-time safe.
+/// `budget`: if not null, what a formula's surface takes is counted for it.
 CellBody load_body(const ObjectConfig& object, const CellConfig& cell,
-                   const geometry::MeshImportOptions& limits = {});
+                   const geometry::MeshImportOptions& limits = {}, core::WorkBudget* budget = nullptr);
 
 /// Returns the body of an object whose surface is loaded already, at the present pose of `object`. Checks it
 /// as load_body() does.

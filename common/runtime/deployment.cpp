@@ -4,10 +4,11 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
-#include <cctype>
+#include <regex>
 
 #include "common/core/host_interfaces.hpp"
-#include "common/runtime/config_reader.hpp"
+#include "common/runtime/fields.hpp"
+#include "common/runtime/named.hpp"
 
 namespace phantom::runtime {
 namespace {
@@ -17,80 +18,64 @@ bool is_ipv4(const std::string& text) {
   return inet_pton(AF_INET, text.c_str(), &address) == 1;
 }
 
-std::vector<std::string> addresses(const ConfigReader& section, const std::string& key) {
-  if (!section.has(key)) return {};
-  std::vector<std::string> all = section.texts(key);
-  for (const std::string& address : all) {
-    if (!is_ipv4(address))
-      throw section.error(key, "'" + address + "' is no address; allowed: IPv4, as 10.0.1.2");
-  }
-  return all;
+void read_addresses(const Fields& fields, const std::string& key, std::vector<std::string>& all) {
+  fields.texts(key, all);
+  for (const std::string& address : all)
+    fields.check(is_ipv4(address), key, "'" + address + "' is no address; allowed: IPv4, as 10.0.1.2");
 }
 
-void check_server(const ConfigReader& section, const std::string& server) {
-  const auto colon = server.rfind(':');
-  const std::string port = colon == std::string::npos ? "" : server.substr(colon + 1);
-  const bool digits =
-      !port.empty() && port.size() <= 5 && port.find_first_not_of("0123456789") == std::string::npos;
-  if (!digits || std::stoi(port) < 1 || std::stoi(port) > 65535 || !is_ipv4(server.substr(0, colon)))
-    throw section.error("discovery_servers",
-                        "'" + server + "' is no server; allowed: IPv4 address and port, as 10.0.1.2:11811");
+void check_server(const Fields& fields, const std::string& server) {
+  std::smatch parts;
+  const bool sound = std::regex_match(server, parts, std::regex("(.*):([0-9]{1,5})")) && is_ipv4(parts[1]) &&
+                     std::stoi(parts[2]) >= 1 && std::stoi(parts[2]) <= 65535;
+  fields.check(sound, "discovery_servers",
+               "'" + server + "' is no server; allowed: IPv4 address and port, as 10.0.1.2:11811");
 }
 
 // A plain name without wildcards: a cell that wrote into several partitions would be heard by its neighbours.
-std::string partition(const ConfigReader& section) {
-  if (!section.has("partition")) return "";
-  const std::string name = section.text("partition");
-  const bool plain = std::all_of(name.begin(), name.end(), [](unsigned char c) {
-    return std::isalnum(c) != 0 || c == '_' || c == '-' || c == '.' || c == '/';
-  });
-  if (name.empty() || name.size() > 64 || !plain)
-    throw section.error("partition",
-                        "'" + name + "' is no name of a partition; allowed: 1 to 64 of A-Z a-z 0-9 _ - . /");
-  return name;
+void read_partition(const Fields& fields, std::string& name) {
+  fields.text("partition", name);
+  const bool plain = std::regex_match(name, std::regex("[A-Za-z0-9_.\\-/]{1,64}"));
+  fields.check(plain || !fields.has("partition"), "partition",
+               "is no name of a partition; allowed: 1 to 64 of A-Z a-z 0-9 _ - . /");
 }
 
-void read_network(const ConfigReader& section, core::NetworkOptions& net) {
-  net.interfaces = addresses(section, "interfaces");
-  net.interfaces_place = section.place() + ".interfaces";
-  net.partition = partition(section);
-  net.initial_peers = addresses(section, "initial_peers");
-  net.participants_per_host =
-      section.integer("participants_per_host", net.participants_per_host, {1, 115, ""});
-  if (section.has("discovery_servers")) net.discovery_servers = section.texts("discovery_servers");
-  for (const std::string& server : net.discovery_servers) check_server(section, server);
-  // Topologies of earlier versions have this key.
-  if (section.flag("shared_memory", false))
+void read_network(const Fields& fields, core::NetworkOptions& net) {
+  read_addresses(fields, "interfaces", net.interfaces);
+  net.interfaces_place = fields.place() + ".interfaces";
+  read_partition(fields, net.partition);
+  read_addresses(fields, "initial_peers", net.initial_peers);
+  fields.number("participants_per_host", net.participants_per_host);
+  fields.texts("discovery_servers", net.discovery_servers);
+  for (const std::string& server : net.discovery_servers) check_server(fields, server);
+  bool shared_memory = false;  // topologies of earlier versions have this key
+  fields.flag("shared_memory", shared_memory);
+  if (shared_memory)
     spdlog::warn(
         "{}.shared_memory has no effect any more: with it, "
         "who was killed and started again was not heard by all",
-        section.place());
-  if (section.has("security")) net.security = section.path("security");
+        fields.place());
+  net.security = fields.path("security");
   if (net.discovery_servers.empty()) return;
-  if (!net.security.empty())
-    throw section.error(
-        "discovery_servers",
-        "do not work together with security in this Fast DDS; allowed: initial_peers instead");
-  if (!net.initial_peers.empty())
-    throw section.error("discovery_servers", "and initial_peers exclude each other; allowed: one of the two");
+  fields.check(net.security.empty(), "discovery_servers",
+               "do not work together with security in this Fast DDS; allowed: initial_peers instead");
+  fields.check(net.initial_peers.empty(), "discovery_servers",
+               "and initial_peers exclude each other; allowed: one of the two");
 }
 
-DeployedHost read_host(const ConfigReader& section) {
-  DeployedHost host{
-      section.text("name"), {}, addresses(section, "interfaces"), section.place() + ".interfaces"};
-  for (const auto& item : section.sections("processes")) {
-    DeployedProcess process;
-    process.component = item.text("component");
-    process.name = item.text("name", process.component);
-    for (const auto& other : host.processes) {
-      if (other.name == process.name)
-        throw item.error(
-            "name", "'" + process.name + "' is there already; allowed: each name once per host (key name)");
-    }
-    if (item.has("config")) process.config = item.path("config");
-    process.on_topics = item.flag("on_topics", true);
-    if (item.has("arguments")) process.arguments = item.texts("arguments");
-    process.nice = item.integer("nice", 0, {-20, 19, ""});
+DeployedHost read_host(const Fields& fields) {
+  DeployedHost host{.name = fields.text("name"), .interfaces_place = fields.place() + ".interfaces"};
+  read_addresses(fields, "interfaces", host.interfaces);
+  for (const Fields& item : fields.sections("processes")) {
+    DeployedProcess process{.component = item.text("component"), .config = item.path("config")};
+    process.name = process.component;
+    item.text("name", process.name);
+    item.check(
+        std::ranges::find(host.processes, process.name, &DeployedProcess::name) == host.processes.end(),
+        "name", "'" + process.name + "' is there already; allowed: each name once per host (key name)");
+    item.flag("on_topics", process.on_topics);
+    item.texts("arguments", process.arguments);
+    item.number("nice", process.nice);
     host.processes.push_back(std::move(process));
   }
   return host;
@@ -99,14 +84,9 @@ DeployedHost read_host(const ConfigReader& section) {
 // Returns the host that the options name, or the one whose interfaces this machine has. Null if no host has
 // interfaces of its own, or in a check.
 const DeployedHost* this_host(const Deployment& deployment, const ProcessOptions& options) {
-  std::string known;
-  for (const DeployedHost& host : deployment.hosts) {
-    if (!options.host.empty() && host.name == options.host) return &host;
-    known += (known.empty() ? "" : ", ") + host.name;
-  }
+  const std::string place = deployment.file.string() + ": hosts: ";
   if (!options.host.empty())
-    throw ConfigError(deployment.file.string() + ": hosts: no host called '" + options.host +
-                      "'; allowed: " + known);
+    return &find_named(deployment.hosts, options.host, place + "no host called '" + options.host + "'");
   const auto pinned = [](const DeployedHost& host) { return !host.interfaces.empty(); };
   if (options.check || std::none_of(deployment.hosts.begin(), deployment.hosts.end(), pinned)) return nullptr;
   const std::vector<core::HostInterface> own = core::host_interfaces();
@@ -117,25 +97,22 @@ const DeployedHost* this_host(const Deployment& deployment, const ProcessOptions
     if (pinned(host) && std::all_of(host.interfaces.begin(), host.interfaces.end(), here)) return &host;
   }
   throw core::MissingError(
-      deployment.file.string() + ": hosts: this machine has no host's interfaces: it has " +
-      core::describe(own) +
-      "; give it its address, say by --host which one it is, or correct the addresses; allowed: " + known);
+      place + "this machine has no host's interfaces: it has " + core::describe(own) +
+      "; give it its address, say by --host which one it is, or correct the addresses; allowed: " +
+      names_of(deployment.hosts));
 }
 
 }  // namespace
 
 Deployment load_deployment(const ProcessOptions& options) {
-  const ConfigReader file = ConfigReader::from_file(options.deployment);
-  Deployment deployment;
-  deployment.file = options.deployment;
-  deployment.name = file.text("name");
+  const Fields file(options.deployment, {kTopologyKeys});
+  Deployment deployment{.name = file.text("name"), .file = options.deployment, .cell = file.path("cell")};
   core::NetworkOptions& net = deployment.network;
-  net.domain = file.integer("domain", {0, 232, ""});
+  file.number("domain", net.domain);
   if (options.domain >= 0) net.domain = options.domain;
   net.qos_profiles = file.path("qos_profiles");
-  deployment.cell = file.path("cell");
-  read_network(file.optional_section("network"), net);
-  for (const auto& section : file.sections("hosts")) deployment.hosts.push_back(read_host(section));
+  read_network(file.section("network"), net);
+  for (const Fields& section : file.sections("hosts")) deployment.hosts.push_back(read_host(section));
   file.finish();
   if (const DeployedHost* host = this_host(deployment, options); host != nullptr) {
     deployment.host = host->name;

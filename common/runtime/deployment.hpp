@@ -36,6 +36,9 @@ struct Deployment {
   std::string host;  ///< the host of this process; empty: not known and not needed
 };
 
+/// Table of the keys of a topology file (topology.yaml).
+extern const char* const kTopologyKeys;
+
 /// Reads and checks the topology file of the options. --domain overrides the file's domain. Paths in the file
 /// are relative to it. If hosts have interfaces of their own, the network is that of options.host, or of the
 /// host whose interfaces this machine has; a check needs neither. Throws ConfigError; throws MissingError if

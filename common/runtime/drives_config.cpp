@@ -2,6 +2,8 @@
 
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
+
 #include "common/core/clock.hpp"
 #include "common/robot/joint_values.hpp"
 #include "common/runtime/process.hpp"
@@ -53,6 +55,8 @@ void read_timing(const Fields& section, can::DriveTiming& t) {
   section.number("heartbeat_timeout_s", t.heartbeat_timeout_s);
   section.check(t.heartbeat_timeout_s >= 2 * t.heartbeat_s, "heartbeat_timeout_s",
                 "is less than two heartbeats; allowed: at least " + std::to_string(2 * t.heartbeat_s) + " s");
+  t.target_timeout_s = t.heartbeat_timeout_s;
+  section.number("target_timeout_s", t.target_timeout_s);
   section.number("most_missed", t.most_missed);
   section.number("sdo_timeout_s", t.sdo_timeout_s);
   section.number("boot_timeout_s", t.boot_timeout_s);
@@ -61,15 +65,23 @@ void read_timing(const Fields& section, can::DriveTiming& t) {
 
 }  // namespace
 
-std::string arm_name(const std::filesystem::path& file) {
-  return ConfigReader::from_file(file).text("arm", "");
-}
+std::string arm_name(const std::filesystem::path& file) { return Fields(file, {"arm:"}).text("arm"); }
 
 void read_link(const Fields& link, teleop::LinkTiming& timing) {
   link.number("staleness_s", timing.staleness_s);
   link.number("round_trip_limit_s", timing.round_trip_limit_s);
   link.number("align_hold_s", timing.align_hold_s);
   link.number("recovery_s", timing.recovery_s);
+}
+
+void read_loop_guard(const Fields& loop, double period_s, teleop::LoopGuardParameters& guard) {
+  guard.period_s = period_s;
+  loop.number("late_limit_s", guard.late_limit_s);
+  guard.late_limit_s = std::max(guard.late_limit_s, 2.0 * period_s);
+  loop.number("window_s", guard.window_s);
+  loop.number("most_late_s", guard.most_late_s);
+  loop.check(guard.most_late_s < guard.window_s, "most_late_s",
+             "is not less than the window; allowed: less than " + std::to_string(guard.window_s) + " s");
 }
 
 double read_servo_loop(const Fields& file, LoopScheduling& scheduling, bool& measure_bare_loop) {
@@ -120,7 +132,7 @@ std::vector<std::unique_ptr<can::CanBus>> open_buses(const DrivesConfig& config,
                                                      const std::function<void(const std::string&)>& on_wait) {
   std::vector<std::unique_ptr<can::CanBus>> buses;
   const core::Nanoseconds limit_ns = core::monotonic_ns() + core::from_seconds(config.bus_wait_s);
-  std::string said;
+  std::string reason;
   while (buses.size() < config.addresses.size()) {
     auto bus = can::open_bus(config.addresses[buses.size()]);
     if (bus) {
@@ -129,11 +141,11 @@ std::vector<std::unique_ptr<can::CanBus>> open_buses(const DrivesConfig& config,
     }
     if (bus.status().code() != core::ErrorCode::kNotFound) throw core::ConfigError(bus.status().message());
     if (core::monotonic_ns() >= limit_ns) throw core::MissingError(bus.status().message());
-    if (said != bus.status().message()) {
-      said = bus.status().message();
-      spdlog::info("waiting: {}", said);
+    if (reason != bus.status().message()) {
+      reason = bus.status().message();
+      spdlog::info("waiting: {}", reason);
     }
-    on_wait(said);
+    on_wait(reason);
     if (!sleep_unless_stopped(kAskAgain_s)) return {};
   }
   return buses;

@@ -11,14 +11,16 @@
 #include "common/runtime/fields.hpp"
 #include "common/runtime/periodic_loop.hpp"
 #include "common/teleop/link_state.hpp"
+#include "common/teleop/loop_guard.hpp"
 
 namespace phantom::runtime {
 
 /// Readers of what slave_io.yaml and master_io.yaml have in common besides the drives: the name of the cell's
-/// arm (empty: its only arm), the section `link`, and the servo's rate and scheduling. read_servo_loop()
-/// returns the period in s. All throw ConfigError.
+/// arm (empty: its only arm), the sections `link` and `loop`, and the servo's rate and scheduling.
+/// read_servo_loop() returns the period in s. All throw ConfigError.
 std::string arm_name(const std::filesystem::path& file);
 void read_link(const Fields& link, teleop::LinkTiming& timing);
+void read_loop_guard(const Fields& loop, double period_s, teleop::LoopGuardParameters& guard);
 double read_servo_loop(const Fields& file, LoopScheduling& scheduling, bool& measure_bare_loop);
 
 /// Returns the joints' names as in the URDF, for Fields::named().

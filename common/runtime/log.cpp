@@ -76,7 +76,7 @@ void begin_log(const std::string& component, const std::string& level) {
   });
 }
 
-void say(const std::string& line) {
+void print_line(const std::string& line) {
   if (g_lines != nullptr) {
     g_lines->put(line + '\n');
   } else {

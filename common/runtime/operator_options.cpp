@@ -5,19 +5,19 @@
 namespace phantom::runtime {
 namespace {
 
-using What = core::OperatorRequest::What;
+using core::CommandKind;
 
 void add_settings(Command command, core::OperatorRequest& request) {
-  const auto gain = [&](const char* name, const char* summary, What what) {
+  const auto gain = [&](const char* name, const char* summary, CommandKind kind) {
     Command app = command.subcommand(name, summary);
     app.option("VALUE", request.value, "the gain, 0 or more; master_io refuses what is not stable")
         .required()
         .not_negative();
     app.option("--joint", request.joint_name, "of this joint alone, by its name; default: of all");
-    app.on_use([&request, what] { request.what = what; });
+    app.on_use([&request, kind] { request.kind = kind; });
   };
-  gain("percept-gain", "set G: how strongly the drag is felt", What::kPerceptGain);
-  gain("feedback-gain", "set 1/A: how strongly the slave's torque is felt", What::kFeedbackGain);
+  gain("percept-gain", "set G: how strongly the drag is felt", CommandKind::kSetPerceptGain);
+  gain("feedback-gain", "set 1/A: how strongly the slave's torque is felt", CommandKind::kSetFeedbackGain);
 
   Command law = command.subcommand("law", "change the bilateral law; 1/A becomes the law's own");
   law.option(
@@ -29,7 +29,7 @@ void add_settings(Command command, core::OperatorRequest& request) {
          "pf (a), sctfb (b), pfff (c), pe (d) or peff (e) of Table 5.1")
       .required()
       .one_of({"pf", "sctfb", "pfff", "pe", "peff"});
-  law.on_use([&request] { request.what = What::kLaw; });
+  law.on_use([&request] { request.kind = CommandKind::kSetLaw; });
 
   Command percept = command.subcommand("percept", "switch the haptic percept on or off");
   percept
@@ -38,7 +38,7 @@ void add_settings(Command command, core::OperatorRequest& request) {
           "on or off")
       .required()
       .one_of({"on", "off"});
-  percept.on_use([&request] { request.what = What::kPercept; });
+  percept.on_use([&request] { request.kind = CommandKind::kEnablePercept; });
 }
 
 }  // namespace
@@ -47,13 +47,13 @@ void add_operator_options(Command command, core::OperatorRequest& request, bool 
   command
       .option("--timeout-s", request.timeout_s, "how long to wait until master and slave have confirmed it")
       .between(0.1, 3600.0);
-  const auto sub = [&](const char* name, const char* summary, What what) {
-    command.subcommand(name, summary).on_use([&request, what] { request.what = what; });
+  const auto sub = [&](const char* name, const char* summary, std::optional<CommandKind> kind) {
+    command.subcommand(name, summary).on_use([&request, kind] { request.kind = kind; });
   };
-  sub("status", "tell how master and slave are, and which stops are in force", What::kStatus);
-  sub("stop", "emergency stop of master and slave; tells who has stopped, and shouts if one has not in 0.3 s",
-      What::kStop);
-  sub("reset", "release the stops that are in force now", What::kReset);
+  sub("status", "show how master and slave are, and which stops are in force", {});
+  sub("stop", "emergency stop of master and slave; reports who has stopped, and who has not within 0.3 s",
+      CommandKind::kEmergencyStop);
+  sub("reset", "release the stops that are in force now", CommandKind::kReset);
   if (settings) add_settings(command, request);
   command.require_subcommand(1, 1);
 }

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "common/core/operator_request.hpp"
+#include "common/core/operator_command.hpp"
 #include "common/runtime/command_line.hpp"
 
 namespace phantom::runtime {

@@ -8,10 +8,12 @@
 #include <atomic>
 #include <csignal>
 #include <cstdlib>
+#include <iostream>
 
 #include "common/core/clock.hpp"
 #include "common/core/version.hpp"
-#include "common/runtime/config_reader.hpp"
+#include "common/runtime/cell.hpp"
+#include "common/runtime/deployment.hpp"
 #include "common/runtime/log.hpp"
 
 namespace phantom::runtime {
@@ -48,6 +50,9 @@ void add_common_options(Command app, ProcessOptions& options, const std::vector<
   app.text_flag("--help-config", fmt::format("{}", fmt::join(parameters, "\n\n")),
                 "print every parameter with its default, range and meaning: the shipped file");
   app.option("--deployment", options.deployment, "topology: domain, hosts, transports, cell (YAML)");
+  app.text_flag("--help-deployment", kTopologyKeys, "print every key of a topology with range and meaning");
+  app.text_flag("--help-cell", fmt::format("{}\n\n{}", kCellKeys, kArmKeys),
+                "print every key of cell and arm files with range and meaning");
   app.option("--domain", options.domain, "DDS domain, instead of the topology's").between(0, 232);
   app.option("--host", options.host,
              "which of the topology's hosts this is; default: its only one, or the one whose interfaces "
@@ -62,7 +67,7 @@ void add_common_options(Command app, ProcessOptions& options, const std::vector<
 }
 
 int fail(const ProcessOptions& options, int code, const std::string& what) {
-  say(options.component + ": " + what);
+  print_line(options.component + ": " + what);
   return code;
 }
 
@@ -84,6 +89,11 @@ void request_stop() noexcept {
   const std::uint64_t one = 1;
   if (g_stop_event >= 0) [[maybe_unused]]
     const auto written = write(g_stop_event, &one, sizeof one);
+}
+
+int configuration_is_valid(const std::string& found) {
+  std::cout << "configuration is valid" << found << '\n';
+  return kExitDone;
 }
 
 bool sleep_unless_stopped(double duration_s) {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "common/core/errors.hpp"
-#include "common/core/operator_request.hpp"
+#include "common/core/operator_command.hpp"
 #include "common/runtime/command_line.hpp"
 
 namespace phantom::runtime {
@@ -22,6 +22,7 @@ inline ExitCode exit_code(core::OperatorOutcome outcome) noexcept {
                                                       : kExitMissing;
 }
 
+using core::ConfigError;
 using core::MissingError;
 
 /// The options that every executable has.
@@ -74,6 +75,10 @@ class EndsAtOnce {
   EndsAtOnce(const EndsAtOnce&) = delete;
   EndsAtOnce& operator=(const EndsAtOnce&) = delete;
 };
+
+/// Says on standard output that --check found nothing wrong; `found` goes on after "configuration is valid".
+/// Returns the exit code.
+int configuration_is_valid(const std::string& found = "");
 
 /// Sleeps until `duration_s` has passed or a stop is requested. Returns false if a stop was requested.
 bool sleep_unless_stopped(double duration_s);

@@ -11,7 +11,7 @@ namespace phantom::runtime {
 /// delay margin (teleop::delay_margin_s). The text continues the phrase "makes j2_yaw " and says what is
 /// allowed. Returns an empty string if the delay is acceptable. Returns it also without k_v: friction, which
 /// no configuration contains, then has to damp the loop.
-std::string why_it_swings(const teleop::JointServoGains& gains, double inertia, double period_s,
-                          double delay_periods);
+std::string oscillation_reason(const teleop::JointServoGains& gains, double inertia, double period_s,
+                               double delay_periods);
 
 }  // namespace phantom::runtime

@@ -1,12 +1,13 @@
 #include "common/runtime/servo_session.hpp"
 
+#include <spdlog/fmt/fmt.h>
 #include <spdlog/spdlog.h>
 
 namespace phantom::runtime {
 
 using teleop::LinkState;
 
-void LinkAnnouncer::look(const teleop::SideOutputs& now) {
+void LinkLogger::update(const teleop::SideOutputs& now) {
   if (now.state != before_.state && now.state == LinkState::kStopped) {
     spdlog::warn("link {} → stopped: {}", name_of(before_.state), name_of(now.stop.cause));
   } else if (now.state != before_.state) {
@@ -15,22 +16,38 @@ void LinkAnnouncer::look(const teleop::SideOutputs& now) {
   if (now.partner_unconfirmed && !before_.partner_unconfirmed) {
     spdlog::error("{} HAS NOT CONFIRMED THAT IT IS STOPPED within {} s", partner_, teleop::kConfirmWithin_s);
   }
+  if (now.loop.starved && !before_.loop.starved) spdlog::warn(held_up_sentence(now.loop));
+  if (!now.loop.starved && before_.loop.starved) spdlog::info("the servo loop runs on schedule again");
   before_ = now;
 }
 
-void ActuatorAnnouncer::look(const core::ActuatorHealth& actuator) {
-  if (actuator.message == said_) return;
-  said_ = actuator.message;
+void ActuatorLogger::update(const core::ActuatorHealth& actuator) {
+  if (actuator.message == logged_) return;
+  logged_ = actuator.message;
   if (actuator.fault) {
-    spdlog::error("drives: {}", said_);
+    spdlog::error("drives: {}", logged_);
   } else {
-    spdlog::info("drives: {}", said_.empty() ? "all follow" : said_);
+    spdlog::info("drives: {}", logged_.empty() ? "all follow" : logged_);
   }
 }
 
-core::Health with_actuator(core::Health health, const core::ActuatorHealth& actuator, LinkState link) {
+std::string held_up_sentence(const teleop::LoopPace& pace) {
+  return fmt::format(
+      "the servo loop was held up {} times within {:g} s, by up to {:.0f} ms: uncoupled, the drives hold or "
+      "coast by themselves",
+      pace.late_ticks, pace.window_s, 1e3 * pace.longest_gap_s);
+}
+
+core::Health with_actuator(core::Health health, const core::ActuatorHealth& actuator,
+                           const teleop::SideOutputs& now) {
   health.figures.insert(health.figures.end(), actuator.figures.begin(), actuator.figures.end());
-  if (!actuator.fault && (actuator.follows || link == LinkState::kStopped)) return health;
+  if (!actuator.fault && now.state == LinkState::kStopped) return health;
+  if (!actuator.fault && now.loop.starved) {  // why the drives do not follow
+    health.state = core::ComponentState::kDegraded;
+    health.message = held_up_sentence(now.loop);
+    return health;
+  }
+  if (!actuator.fault && actuator.follows) return health;
   health.state = actuator.fault ? core::ComponentState::kFault : core::ComponentState::kStarting;
   health.message = actuator.message;
   return health;

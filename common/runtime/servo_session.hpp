@@ -12,18 +12,17 @@
 #include "common/core/thread_place.hpp"
 #include "common/runtime/periodic_loop.hpp"
 #include "common/runtime/process.hpp"
-#include "common/runtime/servo_runner.hpp"
 #include "common/runtime/stop_file.hpp"
 #include "common/teleop/servo_side.hpp"
 
 namespace phantom::runtime {
 
-/// Logs changes of the link's state, and a partner that has not confirmed a stop.
-class LinkAnnouncer {
+/// Logs changes of the link's state, a partner that has not confirmed a stop, and a servo that is held up.
+class LinkLogger {
  public:
   /// `partner`: in capitals, "THE SLAVE".
-  explicit LinkAnnouncer(std::string partner) : partner_(std::move(partner)) {}
-  void look(const teleop::SideOutputs& now);
+  explicit LinkLogger(std::string partner) : partner_(std::move(partner)) {}
+  void update(const teleop::SideOutputs& now);
 
  private:
   std::string partner_;
@@ -31,19 +30,81 @@ class LinkAnnouncer {
 };
 
 /// Logs why an actuator does not follow, whenever the reason changes.
-class ActuatorAnnouncer {
+class ActuatorLogger {
  public:
-  void look(const core::ActuatorHealth& actuator);
+  void update(const core::ActuatorHealth& actuator);
 
  private:
-  std::string said_;
+  std::string logged_;
 };
 
-/// Returns `health` with the actuator's figures added. Trouble with the actuator replaces state and message.
-core::Health with_actuator(core::Health health, const core::ActuatorHealth& actuator, teleop::LinkState link);
+/// Returns one sentence on a starved loop: how often and for how long it was held up.
+std::string held_up_sentence(const teleop::LoopPace& pace);
+
+/// Returns `health` with the actuator's figures added. Trouble with the actuator, or with the servo that
+/// moves it, replaces state and message.
+core::Health with_actuator(core::Health health, const core::ActuatorHealth& actuator,
+                           const teleop::SideOutputs& now);
 
 /// Logs what the servo's thread was refused at its set-up, if anything.
 void log_notice(const std::string& refused);
+
+/// Runs a servo loop in a thread of its own. On request it runs an empty loop of the same period and
+/// scheduling beside it, which shows the best that the host can do while the servo runs. Both end with the
+/// process's stop request.
+class ServoRunner {
+ public:
+  /// Starts the loops at once. `tick` must outlive the runner and be real-time safe.
+  ServoRunner(double period_s, LoopScheduling scheduling, bool with_bare_loop,
+              std::function<void(double dt_s)> tick)
+      : servo_("servo", period_s, core::ThreadRole::kServo, scheduling),
+        bare_("bare_loop", period_s, core::ThreadRole::kBareLoop, scheduling),
+        tick_(std::move(tick)) {
+    servo_thread_ = std::jthread([this] {
+      servo_.run([this](double dt_s) {
+        tick_(dt_s);
+        return true;
+      });
+    });
+    if (with_bare_loop) bare_thread_ = std::jthread([this] { bare_.run([](double) { return true; }); });
+    with_bare_loop_ = with_bare_loop;
+  }
+  ServoRunner(const ServoRunner&) = delete;
+  ServoRunner& operator=(const ServoRunner&) = delete;
+  ~ServoRunner() { stop(); }
+
+  /// Stops both loops and waits for their threads.
+  void stop() {
+    servo_.stop();
+    bare_.stop();
+    if (servo_thread_.joinable()) servo_thread_.join();
+    if (bare_thread_.joinable()) bare_thread_.join();
+  }
+  /// Adds the thread to statistics(); it must outlive the runner.
+  void watch(const core::Progress& thread) { watched_.push_back(&thread); }
+  /// Returns the newest statistics of the servo, of the bare loop if it runs, and of the watched threads.
+  /// Only one thread may call it.
+  std::vector<core::LoopStatistics> statistics() {
+    std::vector<core::LoopStatistics> all{servo_.statistics()};
+    if (with_bare_loop_) all.push_back(bare_.statistics());
+    for (const core::Progress* thread : watched_) all.push_back(thread->statistics());
+    return all;
+  }
+  /// Returns once what the servo's thread was refused at its set-up; empty if nothing was (yet), or if it was
+  /// returned before.
+  std::string take_notice() {
+    std::string notice = notice_taken_ ? std::string() : servo_.notice();
+    notice_taken_ = notice_taken_ || !notice.empty();
+    return notice;
+  }
+
+ private:
+  PeriodicLoop servo_, bare_;
+  std::function<void(double)> tick_;
+  bool with_bare_loop_ = false, notice_taken_ = false;
+  std::vector<const core::Progress*> watched_;
+  std::jthread servo_thread_, bare_thread_;
+};
 
 struct ServoTiming {
   double period_s = 0.001;
@@ -53,7 +114,7 @@ struct ServoTiming {
 
 /// Callbacks and threads that a side adds to the session of its servo.
 template <class Report>
-struct ServoTold {
+struct ServoCallbacks {
   /// Handles a new report beyond its topic; called on the publishing thread. May be empty.
   std::function<void(const Report&)> report;
   /// Returns the side's health from its newest report and the statistics of the loops; called twice a second.
@@ -73,7 +134,8 @@ struct ServoTold {
 template <class Report, class Servo, class Adapter, class Actuator>
 std::vector<core::LoopStatistics> run_servo_session(const ServoTiming& timing, Servo& servo,
                                                     Actuator& actuator, StopFile& stops, Adapter& adapter,
-                                                    LinkAnnouncer announcer, const ServoTold<Report>& told) {
+                                                    LinkLogger link_logger,
+                                                    const ServoCallbacks<Report>& callbacks) {
   constexpr double kHealthPeriod_s = 0.5;
   std::mutex mutex;
   Report latest;  // guarded by the mutex
@@ -88,8 +150,8 @@ std::vector<core::LoopStatistics> run_servo_session(const ServoTiming& timing, S
       for (; signals != emergency_stop_signals(); ++signals) adapter.announce_stop("signal");
       if (!servo.outbox.read(report)) continue;
       adapter.publish(report);
-      announcer.look(report.outputs);
-      if (told.report) told.report(report);
+      link_logger.update(report.outputs);
+      if (callbacks.report) callbacks.report(report);
       const std::lock_guard lock(mutex);
       latest = report;
     }
@@ -97,14 +159,14 @@ std::vector<core::LoopStatistics> run_servo_session(const ServoTiming& timing, S
   ServoRunner loops(timing.period_s, timing.scheduling, timing.with_bare_loop,
                     [&servo](double dt_s) { servo.tick(dt_s, core::monotonic_ns()); });
   loops.watch(publishing);
-  for (const core::Progress* thread : told.watched) loops.watch(*thread);
+  for (const core::Progress* thread : callbacks.watched) loops.watch(*thread);
   core::take_place(core::ThreadRole::kControl, timing.scheduling.servo_priority);
-  ActuatorAnnouncer actuators;
+  ActuatorLogger actuators;
   const auto health = [&] {
     const core::ActuatorHealth driver = actuator.health();
-    actuators.look(driver);
+    actuators.update(driver);
     const std::lock_guard lock(mutex);
-    return with_actuator(told.health(latest, loops.statistics()), driver, latest.outputs.state);
+    return with_actuator(callbacks.health(latest, loops.statistics()), driver, latest.outputs);
   };
   do {
     stops.flush();

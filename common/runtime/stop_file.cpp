@@ -13,6 +13,7 @@
 #include <cstring>
 
 #include "common/core/errors.hpp"
+#include "common/core/file_sync.hpp"
 #include "common/core/random.hpp"
 
 namespace phantom::runtime {
@@ -137,6 +138,11 @@ bool StopFile::open(const std::filesystem::path& file) {
     refuse(file, std::string("cannot be mapped (") + std::strerror(errno) + ")");
   }
   mlock(mapped, sizeof(Content));  // if permitted: a servo must not wait for a page
+  if (!core::sync_folder_of(file)) {
+    munmap(mapped, sizeof(Content));
+    close(descriptor);
+    refuse(file, std::string("cannot be brought to the disk (") + std::strerror(errno) + ")");
+  }
   descriptor_ = descriptor;
   content_ = static_cast<Content*>(mapped);
   file_ = file;

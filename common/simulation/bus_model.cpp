@@ -49,7 +49,7 @@ void BusModel::set_bus_off(NodeId node, core::Nanoseconds now_ns) {
   n.bus_off = true;
   n.back_ns = -1;
   n.count = 0;
-  news(node, can::kErrorBusOff, can::BusState::kBusOff, now_ns);
+  push_event(node, can::kErrorBusOff, can::BusState::kBusOff, now_ns);
 }
 
 void BusModel::restart(NodeId node, core::Nanoseconds now_ns) {
@@ -74,7 +74,7 @@ void BusModel::push(core::Nanoseconds time_ns, NodeId to, const can::Received& r
   std::push_heap(deliveries_.begin(), deliveries_.end(), later);
 }
 
-void BusModel::news(NodeId to, std::uint16_t errors, can::BusState state, core::Nanoseconds time_ns) {
+void BusModel::push_event(NodeId to, std::uint16_t errors, can::BusState state, core::Nanoseconds time_ns) {
   push(time_ns, to, {.frame = {}, .errors = errors, .state = state});
 }
 
@@ -118,7 +118,7 @@ bool BusModel::transmit_one(core::Nanoseconds now_ns) {
   Node& n = nodes_[sender];
   if (!someone_acknowledges(sender)) {
     if (!n.unacknowledged)
-      news(sender, can::kErrorNoAck | can::kErrorState, can::BusState::kPassive, begin_ns);
+      push_event(sender, can::kErrorNoAck | can::kErrorState, can::BusState::kPassive, begin_ns);
     n.unacknowledged = true;  // the node keeps trying
     return true;
   }
@@ -126,7 +126,7 @@ bool BusModel::transmit_one(core::Nanoseconds now_ns) {
   n.first = (n.first + 1) % n.ring.size();
   --n.count;
   free_ns_ = begin_ns + bits_ns(options_.bit_rate, worst_case_bits(frame));
-  if (n.unacknowledged) news(sender, can::kErrorState, can::BusState::kActive, free_ns_);
+  if (n.unacknowledged) push_event(sender, can::kErrorState, can::BusState::kActive, free_ns_);
   n.unacknowledged = false;
   put_on_bus(sender, frame, free_ns_);
   return true;
@@ -157,7 +157,7 @@ void BusModel::finish_restarts(core::Nanoseconds now_ns) {
     Node& n = nodes_[i];
     if (!n.bus_off || n.back_ns < 0 || n.back_ns > now_ns) continue;
     n.bus_off = false;
-    news(i, can::kErrorRestarted | can::kErrorState, can::BusState::kActive, n.back_ns);
+    push_event(i, can::kErrorRestarted | can::kErrorState, can::BusState::kActive, n.back_ns);
     n.back_ns = -1;
   }
 }

@@ -82,7 +82,7 @@ class BusModel {
   bool transmit_one(core::Nanoseconds now_ns);
   void put_on_bus(NodeId sender, const can::CanFrame& frame, core::Nanoseconds end_ns);
   void push(core::Nanoseconds time_ns, NodeId to, const can::Received& received);
-  void news(NodeId to, std::uint16_t errors, can::BusState state, core::Nanoseconds time_ns);
+  void push_event(NodeId to, std::uint16_t errors, can::BusState state, core::Nanoseconds time_ns);
   void finish_restarts(core::Nanoseconds now_ns);
 
   BusModelOptions options_;

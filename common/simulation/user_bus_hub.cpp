@@ -119,7 +119,7 @@ void UserBusHub::deliver(BusModel::NodeId to, const can::Received& received) {
       std::find_if(clients_.begin(), clients_.end(), [to](const Client& c) { return c.node == to; });
   if (client == clients_.end()) return;
   Packet packet = can::wire::packet_of(received.frame);
-  packet.kind = received.is_frame() ? Packet::kFrame : Packet::kNews;
+  packet.kind = received.is_frame() ? Packet::kFrame : Packet::kEvent;
   packet.errors = received.errors;
   packet.state = static_cast<std::uint8_t>(received.state);
   packet.lost = static_cast<std::uint32_t>(client->lost);

@@ -6,28 +6,26 @@
 #include <cmath>
 
 #include "common/core/units.hpp"
-#include "common/survey/words.hpp"
+#include "common/survey/formatted.hpp"
 
 namespace phantom::survey {
 namespace {
 
-using detail::words;
+using detail::formatted;
 
 constexpr std::size_t kMostSuspects = 3;
 
 /// Calls `take` with every choice of `count` of the indices 0 … n − 1.
 template <class Take>
 void for_each_choice(std::size_t n, std::size_t count, const Take& take) {
-  std::vector<std::size_t> choice(count);
-  for (std::size_t i = 0; i < count; ++i) choice[i] = i;
-  while (true) {
+  std::vector<bool> chosen(n, false);
+  std::fill_n(chosen.begin(), count, true);
+  do {
+    std::vector<std::size_t> choice;
+    for (std::size_t i = 0; i < n; ++i)
+      if (chosen[i]) choice.push_back(i);
     take(choice);
-    std::size_t i = count;
-    while (i > 0 && choice[i - 1] == n - count + i - 1) --i;
-    if (i == 0) return;
-    ++choice[i - 1];
-    for (; i < count; ++i) choice[i] = choice[i - 1] + 1;
-  }
+  } while (std::prev_permutation(chosen.begin(), chosen.end()));
 }
 
 std::vector<std::size_t> without(const MeasuredFace& face, const std::vector<std::size_t>& left_out) {
@@ -166,11 +164,11 @@ std::vector<std::string> advice(const Measurement& measurement, const MeasuredFa
   for (const NodeCheck& node : check.nodes) {
     if (!node.suspect) continue;
     said.push_back("measure node '" + measurement.nodes[node.node].name + "' again: its range is " +
-                   words("%.1f mm too %s for the plane of face '", 1e3 * std::abs(node.off_plane_m),
-                         node.off_plane_m > 0 ? "long" : "short") +
+                   formatted("%.1f mm too %s for the plane of face '", 1e3 * std::abs(node.off_plane_m),
+                             node.off_plane_m > 0 ? "long" : "short") +
                    face.name +
-                   words("' (errors: %.1f mm), its normal departs by %.1f deg", 1e3 * node.sigma_m,
-                         node.normal_departs_rad / core::kRadPerDegree));
+                   formatted("' (errors: %.1f mm), its normal departs by %.1f deg", 1e3 * node.sigma_m,
+                             node.normal_departs_rad / core::kRadPerDegree));
   }
   if (check.alternatives.empty()) return said;
   std::string others;

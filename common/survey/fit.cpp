@@ -4,12 +4,11 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <Eigen/LU>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <random>
 
-#include "common/survey/words.hpp"
+#include "common/survey/formatted.hpp"
 
 namespace phantom::survey {
 namespace {
@@ -123,22 +122,10 @@ std::size_t best_anchor(const Measurement& measurement, const MeasuredFace& face
 }
 
 geometry::Pose rigid_fit(const std::vector<Eigen::Vector3d>& from, const std::vector<Eigen::Vector3d>& to) {
-  Eigen::Vector3d from_middle = Eigen::Vector3d::Zero(), to_middle = Eigen::Vector3d::Zero();
-  const auto n = static_cast<double>(from.size());
-  for (std::size_t i = 0; i < from.size(); ++i) {
-    from_middle += from[i] / n;
-    to_middle += to[i] / n;
-  }
-  Eigen::Matrix3d H = Eigen::Matrix3d::Zero();
-  for (std::size_t i = 0; i < from.size(); ++i)
-    H += (from[i] - from_middle) * (to[i] - to_middle).transpose();
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(H, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  Eigen::Vector3d signs(1.0, 1.0, 1.0);
-  if ((svd.matrixV() * svd.matrixU().transpose()).determinant() < 0) signs[2] = -1.0;
-  geometry::Pose X;
-  X.rotation = svd.matrixV() * signs.asDiagonal() * svd.matrixU().transpose();
-  X.translation_m = to_middle - X.rotation * from_middle;
-  return X;
+  const auto n = static_cast<Eigen::Index>(from.size());
+  const Eigen::Map<const Eigen::Matrix3Xd> a(from.data()->data(), 3, n), b(to.data()->data(), 3, n);
+  const Eigen::Matrix4d X = Eigen::umeyama(a, b, false);
+  return {X.topLeftCorner<3, 3>(), X.topRightCorner<3, 1>()};
 }
 
 core::Expected<PoseFit> refine(const PartModel& part, const Measurement& measurement, const NodeMap& map,
@@ -154,7 +141,7 @@ core::Expected<PoseFit> refine(const PartModel& part, const Measurement& measure
     places.push_back(part.nodes_O_m[map[i]]);
   }
   if (fit.nodes.size() < 3)
-    return core::Status::invalid_argument(detail::words(
+    return core::Status::invalid_argument(detail::formatted(
         "%zu nodes do not determine a pose; allowed: three or more, not in line", fit.nodes.size()));
   const auto [across_m, along_m] = spread(places);
   if (across_m < 1e-6 * along_m)

@@ -5,15 +5,15 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <numbers>
+#include <unsupported/Eigen/SpecialFunctions>
 
-#include "common/survey/words.hpp"
+#include "common/survey/formatted.hpp"
 
 namespace phantom::survey {
 namespace {
 
 using core::Status;
-using detail::words;
+using detail::formatted;
 
 // Readings of one corner contradict each other if their probability is below this.
 constexpr double kContradiction = 1e-5;
@@ -60,9 +60,9 @@ class Registration {
     const Eigen::Matrix3d both = node.covariance_m2 + again.covariance_m2;
     if (chi_square_tail(apart.dot(both.inverse() * apart), 3) < kContradiction) {
       return Status::invalid_argument(
-          about + words("measured again %.1f mm away, more than its errors explain; allowed: "
-                        "the same corner, or another name",
-                        1e3 * apart.norm()));
+          about + formatted("measured again %.1f mm away, more than its errors explain; allowed: "
+                            "the same corner, or another name",
+                            1e3 * apart.norm()));
     }
     const Eigen::Matrix3d gain = node.covariance_m2 * both.inverse();
     node.p_W_m += gain * apart;
@@ -137,15 +137,15 @@ Status check_measurement(const Measurement& measurement) {
       if (apart_m > kOneSpot_sigmas * sigma_m) continue;
       return Status::invalid_argument(
           "nodes '" + nodes[k].name + "' and '" + nodes[i].name +
-          words("' are on one spot: %.1f mm apart; allowed: more than their error, %.1f mm", 1e3 * apart_m,
-                1e3 * kOneSpot_sigmas * sigma_m));
+          formatted("' are on one spot: %.1f mm apart; allowed: more than their error, %.1f mm",
+                    1e3 * apart_m, 1e3 * kOneSpot_sigmas * sigma_m));
     }
   }
   for (const MeasuredFace& face : measurement.faces) {
     const std::string about = "face '" + face.name + "' ";
     if (face.nodes.size() < (face.closed ? 3U : 2U)) {
       return Status::invalid_argument(
-          about + words("has %zu corners; allowed: at least %d", face.nodes.size(), face.closed ? 3 : 2) +
+          about + formatted("has %zu corners; allowed: at least %d", face.nodes.size(), face.closed ? 3 : 2) +
           (face.closed ? ", or 2 of a part of a face" : ""));
     }
     if (face.nodes.size() < 3) continue;
@@ -156,8 +156,8 @@ Status check_measurement(const Measurement& measurement) {
     for (const std::size_t node : face.nodes) names += (names.empty() ? "" : ", ") + nodes[node].name;
     return Status::invalid_argument(
         about + "has all its corners in one line (" + names +
-        words("): they span %.1f mm across; allowed: more than their error, %.1f mm", 1e3 * height.m,
-              1e3 * kInLine_sigmas * height.sigma_m));
+        formatted("): they span %.1f mm across; allowed: more than their error, %.1f mm", 1e3 * height.m,
+                  1e3 * kInLine_sigmas * height.sigma_m));
   }
   return {};
 }
@@ -228,23 +228,7 @@ double distance_sigma_m(const MeasuredNode& a, const MeasuredNode& b) {
 }
 
 double chi_square_tail(double chi2, int degrees) {
-  if (!(chi2 > 0)) return 1.0;
-  const double half = 0.5 * chi2;
-  double term = 0.0, sum = 0.0;
-  if (degrees % 2 == 0) {
-    term = std::exp(-half);
-    for (int i = 1; i <= degrees / 2; ++i) {
-      sum += term;
-      term *= half / i;
-    }
-    return std::min(sum, 1.0);
-  }
-  term = std::exp(-half) * std::sqrt(half) / (0.5 * std::sqrt(std::numbers::pi));  // half^½ e^−half / Γ(3/2)
-  for (int i = 1; i <= degrees / 2; ++i) {
-    sum += term;
-    term *= half / (i + 0.5);
-  }
-  return std::min(std::erfc(std::sqrt(half)) + sum, 1.0);
+  return chi2 > 0 ? Eigen::numext::igammac(0.5 * degrees, 0.5 * chi2) : 1.0;
 }
 
 }  // namespace phantom::survey

@@ -185,25 +185,9 @@ std::vector<Eigen::Vector3d> extremes(const std::vector<Eigen::Vector3d>& points
   return outermost;
 }
 
-/// The nodes of a part, created from a mesh's points when needed.
-class Nodes {
- public:
-  Nodes(const Welded& mesh, PartModel& part) : mesh_(mesh), part_(part) {}
-  std::uint32_t node(std::uint32_t point) {
-    const auto [known, is_new] =
-        node_of_.try_emplace(point, static_cast<std::uint32_t>(part_.nodes_O_m.size()));
-    if (is_new) part_.nodes_O_m.push_back(mesh_.points[point]);
-    return known->second;
-  }
-
- private:
-  const Welded& mesh_;
-  PartModel& part_;
-  std::map<std::uint32_t, std::uint32_t> node_of_;
-};
-
-void add_loop(PartModel& part, Nodes& nodes, std::vector<std::uint32_t> points, const Welded& mesh,
-              std::uint32_t face) {
+/// `node_of`: the nodes made so far, by their points in the mesh.
+void add_loop(PartModel& part, std::map<std::uint32_t, std::uint32_t>& node_of,
+              std::vector<std::uint32_t> points, const Welded& mesh, std::uint32_t face) {
   const Eigen::Vector3d& normal = part.faces[face].normal_O;
   Eigen::Vector3d twice = Eigen::Vector3d::Zero();
   for (std::size_t i = 0; i < points.size(); ++i)
@@ -218,7 +202,10 @@ void add_loop(PartModel& part, Nodes& nodes, std::vector<std::uint32_t> points, 
     const Eigen::Vector3d& p = mesh.points[points[i]];
     const Eigen::Vector3d in = p - mesh.points[points[(i + n - 1) % n]],
                           out = mesh.points[points[(i + 1) % n]] - p;
-    loop.nodes.push_back(nodes.node(points[i]));
+    const auto [node, is_new] =
+        node_of.try_emplace(points[i], static_cast<std::uint32_t>(part.nodes_O_m.size()));
+    if (is_new) part.nodes_O_m.push_back(p);
+    loop.nodes.push_back(node->second);
     loop.edge_m.push_back(out.norm());
     loop.turn_rad.push_back(std::atan2(normal.dot(in.cross(out)), in.dot(out)));
   }
@@ -234,7 +221,7 @@ PartModel make_part(const std::string& name, const geometry::TriangleMesh& mesh_
   part.mesh_O = mesh_O;
   const Welded mesh = weld(mesh_O, options.join_m);
   const auto faces = group(mesh, options);
-  Nodes nodes(mesh, part);
+  std::map<std::uint32_t, std::uint32_t> node_of;
   for (const auto& triangles : faces) {
     PartFace face;
     for (const std::uint32_t t : triangles) {
@@ -246,7 +233,7 @@ PartModel make_part(const std::string& name, const geometry::TriangleMesh& mesh_
     for (auto& border : borders(mesh, triangles, face.normal_O)) {
       auto corners = corners_only(std::move(border), mesh, options.straight_rad);
       if (corners.size() >= 3)
-        add_loop(part, nodes, std::move(corners), mesh, static_cast<std::uint32_t>(part.faces.size() - 1));
+        add_loop(part, node_of, std::move(corners), mesh, static_cast<std::uint32_t>(part.faces.size() - 1));
     }
   }
   part.extremes_O_m = extremes(mesh.points);

@@ -4,12 +4,12 @@
 #include <cmath>
 
 #include "common/core/units.hpp"
-#include "common/survey/words.hpp"
+#include "common/survey/formatted.hpp"
 
 namespace phantom::survey {
 namespace {
 
-using detail::words;
+using detail::formatted;
 
 constexpr double kGoodRest = 0.05;  // least probability of the nodes without the suspect
 
@@ -32,7 +32,7 @@ class Survey {
     const Placement& best = candidate.placements.front();
     if (!best.fit) return refused(undetermined(best));
     if (result_.choice.placements.size() > 1) {
-      return refused(words("%zu poses of ", result_.choice.placements.size()) +
+      return refused(formatted("%zu poses of ", result_.choice.placements.size()) +
                      library_[candidate.part].name + " fit as well as each other and occupy different space");
     }
     if (!candidate.all_found)
@@ -60,7 +60,8 @@ class Survey {
   }
 
   std::string nothing_agrees() {
-    std::string said = words("no part of the library's %zu agrees with what was measured", library_.size());
+    std::string said =
+        formatted("no part of the library's %zu agrees with what was measured", library_.size());
     const auto& miss = result_.identification.near_miss;
     if (!miss) return said;
     if (miss->placement.fit) advise_misfits(library_[miss->part], miss->placement);
@@ -84,7 +85,8 @@ class Survey {
     const auto edge = next_edge(library_, measurement_, result_.identification, options_.identify);
     if (!edge) return;
     std::string lengths;
-    for (const double m : edge->lengths_m) lengths += (lengths.empty() ? "" : ", ") + words("%.0f", 1e3 * m);
+    for (const double m : edge->lengths_m)
+      lengths += (lengths.empty() ? "" : ", ") + formatted("%.0f", 1e3 * m);
     result_.advice.push_back("measure the edge that leaves node '" + measurement_.nodes[edge->node].name +
                              "' off what was measured: its length tells the candidates apart (" + lengths +
                              " mm)");
@@ -92,9 +94,9 @@ class Survey {
 
   std::string misfit(const Candidate& candidate, const Placement& best) {
     const PartModel& part = library_[candidate.part];
-    std::string said = words("the nodes lie off the model of ") + part.name +
-                       words(" more than their errors explain (probability %.1g; allowed: at least %.1g)",
-                             best.fit->probability(), options_.least_fit_probability);
+    std::string said = formatted("the nodes lie off the model of ") + part.name +
+                       formatted(" more than their errors explain (probability %.1g; allowed: at least %.1g)",
+                                 best.fit->probability(), options_.least_fit_probability);
     advise_misfits(part, best);
     return said;
   }
@@ -105,8 +107,8 @@ class Survey {
     for (const Misfit& m : find_misfits(part, measurement_, placement.map, *placement.fit, kGoodRest)) {
       said.push_back("measure node '" + measurement_.nodes[m.node].name +
                      "' again: without it the others fit " + part.name +
-                     words("; it lies %.1f mm off, its range is %.1f mm too %s", 1e3 * m.off_m,
-                           1e3 * std::abs(m.along_beam_m), m.along_beam_m > 0 ? "long" : "short"));
+                     formatted("; it lies %.1f mm off, its range is %.1f mm too %s", 1e3 * m.off_m,
+                               1e3 * std::abs(m.along_beam_m), m.along_beam_m > 0 ? "long" : "short"));
     }
     result_.advice.insert(result_.advice.begin(), said.begin(), said.end());
   }
@@ -119,11 +121,12 @@ class Survey {
       result_.advice.push_back(
           "measure corners that lie farther apart, or on another face; or each corner several times");
       return refused(
-          words("the pose is known too badly: some point of ") + part.name +
-          words(" may be %.1f mm off (%.0f %% confidence), it may be turned by %.2f deg; allowed: %.1f mm",
-                1e3 * object.worst_displacement_m, 100 * options_.confidence,
-                object.fit.orientation_sigma_rad() / core::kRadPerDegree,
-                1e3 * options_.largest_displacement_m));
+          formatted("the pose is known too badly: some point of ") + part.name +
+          formatted(
+              " may be %.1f mm off (%.0f %% confidence), it may be turned by %.2f deg; allowed: %.1f mm",
+              1e3 * object.worst_displacement_m, 100 * options_.confidence,
+              object.fit.orientation_sigma_rad() / core::kRadPerDegree,
+              1e3 * options_.largest_displacement_m));
     }
     const auto largest = std::max_element(
         measurement_.faces.begin(), measurement_.faces.end(), [&](const auto& a, const auto& b) {
@@ -160,8 +163,8 @@ std::string describe(const NearMiss& miss, const std::vector<PartModel>& library
                      const Measurement& measurement) {
   return library[miss.part].name + ", but nodes '" + measurement.nodes[miss.node_a].name + "' and '" +
          measurement.nodes[miss.node_b].name +
-         words("' are %.1f mm apart, there %.1f mm (%.1f standard deviations)", 1e3 * miss.measured_m,
-               1e3 * miss.modelled_m, miss.sigmas);
+         formatted("' are %.1f mm apart, there %.1f mm (%.1f standard deviations)", 1e3 * miss.measured_m,
+                   1e3 * miss.modelled_m, miss.sigmas);
 }
 
 }  // namespace phantom::survey

@@ -22,13 +22,27 @@ double delay_margin_s(const JointServoGains& gains, double inertia) noexcept {
   return std::atan2(damping * omega_rad_s, stiffness) / omega_rad_s;
 }
 
+HeldTorque held_torque(const JointServoGains& gains, double inertia, double max_speed,
+                       double delay_periods) noexcept {
+  constexpr double kOverspeed = 0.25;  // beyond the greatest speed, as a share of it
+  // A joint that passes its greatest speed just after it was measured keeps the torque for half a tick more
+  // than the delay, which counts from a measurement to the middle of the time that the torque acts.
+  return {kUsableShareOfDelayMargin * delay_margin_s(gains, inertia) / delay_periods,
+          kOverspeed * inertia * max_speed / (delay_periods + 0.5)};
+}
+
 ServoTorque JointServo::step(const core::JointArray& q_ref, const core::JointArray& v_ref,
                              const core::JointArray& q, const core::JointArray& v,
-                             const core::JointArray& feed_forward_Nm) const noexcept {
+                             const core::JointArray& feed_forward_Nm, const LoopPace& pace) const noexcept {
   ServoTorque torque;
   for (std::size_t j = 0; j < count_; ++j) {
     const auto& g = gains_[j];
-    const double loop = g.k_p * (q_ref[j] - q[j]) + g.k_v * (v_ref[j] - v[j]);
+    const double share = pace.share_within(held_[j].longest_s);
+    const double softened = share * (share * g.k_p * (q_ref[j] - q[j]) + g.k_v * (v_ref[j] - v[j]));
+    if (!std::isfinite(softened)) continue;
+    const double bearable =
+        share < 1.0 ? held_[j].impulse / pace.held_s : std::numeric_limits<double>::infinity();
+    const double loop = std::clamp(softened, -bearable, bearable);
     const double drive = loop + feed_forward_Nm[j];
     if (!std::isfinite(drive)) continue;
     torque.drive_Nm[j] = std::clamp(drive, -g.torque_limit, g.torque_limit);

@@ -2,8 +2,10 @@
 
 #include <array>
 #include <cstddef>
+#include <limits>
 
 #include "common/core/joints.hpp"
+#include "common/teleop/loop_guard.hpp"
 
 namespace phantom::teleop {
 
@@ -26,6 +28,21 @@ JointServoGains gains_for(double inertia, double bandwidth_Hz, double damping_ra
 /// than 0.
 double delay_margin_s(const JointServoGains& gains, double inertia) noexcept;
 
+/// Share of a loop's delay margin that may be used: with half of it, the loop is still well damped.
+inline constexpr double kUsableShareOfDelayMargin = 0.5;
+
+/// What a joint bears while its torque acts unchanged because the loop is held up (docs/theory.md, 11).
+struct HeldTorque {
+  double longest_s = std::numeric_limits<double>::infinity();  ///< for so long at full gains
+  double impulse = std::numeric_limits<double>::infinity();  ///< beyond it: greatest torque · time, N·m·s
+};
+/// Returns it for a joint of `inertia` > 0 and greatest speed `max_speed`, whose torque acts `delay_periods`
+/// ticks after the measured position: gains that fall with 1/held (k_v) and 1/held² (k_p) keep the loop
+/// within its share of the delay margin; the impulse keeps the joint within 1.25 of its speed until a torque
+/// is off.
+HeldTorque held_torque(const JointServoGains& gains, double inertia, double max_speed,
+                       double delay_periods) noexcept;
+
 struct ServoTorque {
   core::JointArray drive_Nm{};  ///< torque of the drives
   core::JointArray
@@ -36,18 +53,23 @@ struct ServoTorque {
 /// construction.
 class JointServo {
  public:
-  JointServo(std::size_t joint_count, const std::array<JointServoGains, core::kMaxJoints>& gains)
-      : count_(joint_count), gains_(gains) {}
+  /// `held`: what the joints bear while the loop is held up; by default any time, as for a simulated joint.
+  JointServo(std::size_t joint_count, const std::array<JointServoGains, core::kMaxJoints>& gains,
+             const std::array<HeldTorque, core::kMaxJoints>& held = {})
+      : count_(joint_count), gains_(gains), held_(held) {}
 
   /// Computes the torques of one tick. `feed_forward_Nm` is added before the torque limit (gravity of an
   /// unbalanced arm; zero if not wanted). |drive| ≤ torque limit for any input. A joint with a value that is
-  /// not finite gets no torque. Real-time safe: yes.
+  /// not finite gets no torque. The longer a torque may act by `pace`, the softer are the loops. Real-time
+  /// safe: yes.
   ServoTorque step(const core::JointArray& q_ref, const core::JointArray& v_ref, const core::JointArray& q,
-                   const core::JointArray& v, const core::JointArray& feed_forward_Nm) const noexcept;
+                   const core::JointArray& v, const core::JointArray& feed_forward_Nm,
+                   const LoopPace& pace = {}) const noexcept;
 
  private:
   std::size_t count_;
   std::array<JointServoGains, core::kMaxJoints> gains_;
+  std::array<HeldTorque, core::kMaxJoints> held_;
 };
 
 /// Moves a reference towards a target at bounded speed and keeps it within the joint limits, whatever the

@@ -1,26 +1,14 @@
 #include "common/teleop/link_state.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace phantom::teleop {
 
 const char* name_of(LinkState state) noexcept {
-  switch (state) {
-    case LinkState::kInit:
-      return "init";
-    case LinkState::kReady:
-      return "ready";
-    case LinkState::kAligned:
-      return "aligned";
-    case LinkState::kCoupled:
-      return "coupled";
-    case LinkState::kDegraded:
-      return "degraded";
-    case LinkState::kStopped:
-      return "stopped";
-  }
-  return "unknown";
+  constexpr std::array kNames{"init", "ready", "aligned", "coupled", "degraded", "stopped"};
+  return kNames[static_cast<std::size_t>(state)];
 }
 
 LinkState next_link_state(LinkState state, const LinkConditions& c) noexcept {
@@ -89,7 +77,7 @@ LinkDecision LinkMonitor::step(const LinkObservation& seen, double dt_s) noexcep
                                             .partner_stop = seen.partner_stop,
                                             .reset = seen.reset});
   const bool in_time = seen.partner_age_s <= timing_.staleness_s;  // false for NaN too
-  const bool fresh = seen.drives_follow && !seen.answers_another && in_time &&
+  const bool fresh = !seen.loop_starved && seen.drives_follow && !seen.answers_another && in_time &&
                      seen.round_trip_s <= timing_.round_trip_limit_s;
   const bool usable = fresh && !partner_stopped;
   fresh_s_ = usable ? fresh_s_ + dt_s : 0.0;
@@ -102,7 +90,7 @@ LinkDecision LinkMonitor::step(const LinkObservation& seen, double dt_s) noexcep
                                     .partner = seen.partner});
   // The time for which the partner was fresh before the loss must not count as recovery.
   if (state_ == LinkState::kDegraded && before != LinkState::kDegraded) fresh_s_ = 0.0;
-  return {state_, stop(), outcome, heard && !partner_stopped && !latch_.stopped(),
+  return {state_, stop(), outcome, !seen.loop_starved && heard && !partner_stopped && !latch_.stopped(),
           unconfirmed(in_time, partner_stopped && in_time, dt_s)};
 }
 

@@ -64,6 +64,8 @@ struct LinkObservation {
   bool drives_follow =
       true;  ///< false: this side's drives do not follow their commands, so nothing is coupled
   bool drive_fault = false;
+  bool loop_starved = false;  ///< this side's servo does not run often enough (LoopGuard): as a lost partner,
+                              ///< and without power, because drives hold better by themselves
 };
 
 /// Decisions of LinkMonitor for one tick.
@@ -71,8 +73,8 @@ struct LinkDecision {
   LinkState state = LinkState::kInit;
   StopRecord stop;  ///< in force
   ResetOutcome reset = ResetOutcome::kNone;
-  /// True if the drives may have power: no stop is in force, and the partner was heard and reports that it is
-  /// not stopped.
+  /// True if the drives may have power: no stop is in force, the servo runs often enough, and the partner was
+  /// heard and reports that it is not stopped.
   bool power = false;
   /// True if a stop has been in force for kConfirmWithin_s and the partner has not reported since then that
   /// it is stopped. For a stop that was kept from before the start, the time counts only while the partner is

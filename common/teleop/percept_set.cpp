@@ -1,5 +1,7 @@
 #include "common/teleop/percept_set.hpp"
 
+#include <array>
+
 namespace phantom::teleop {
 
 PerceptSet percept_set(BilateralLaw law, bool balanced) noexcept {
@@ -24,15 +26,8 @@ PerceptSet percept_set(BilateralLaw law, bool balanced) noexcept {
 }
 
 const char* name_of(PerceptRole role) noexcept {
-  switch (role) {
-    case PerceptRole::kHelpful:
-      return "helpful";
-    case PerceptRole::kEssential:
-      return "essential";
-    case PerceptRole::kWeak:
-      return "weak";
-  }
-  return "unknown";
+  constexpr std::array kNames{"helpful", "essential", "weak"};
+  return kNames[static_cast<std::size_t>(role)];
 }
 
 }  // namespace phantom::teleop

@@ -9,6 +9,7 @@
 #include "common/core/joints.hpp"
 #include "common/core/stop_requests.hpp"
 #include "common/teleop/link_state.hpp"
+#include "common/teleop/loop_guard.hpp"
 #include "common/teleop/stop_latch.hpp"
 
 // Code that the servos of master and slave share.
@@ -26,6 +27,7 @@ struct SideInputs {
   core::JointArray velocity{};
   bool drives_follow = true;  ///< false: they do not follow their commands (power off, starting, stopped)
   bool drive_fault = false;   ///< they need a reset
+  LoopPace loop;              ///< how regularly this side's ticks come, if its drives are real
 };
 
 /// Decisions of a controller about the link, the same for master and slave.
@@ -36,6 +38,7 @@ struct SideOutputs {
   bool power = false;                ///< the drives may have power
   bool partner_unconfirmed = false;  ///< stopped for a while without the partner's report that it is stopped
   bool partner_elsewhere = false;    ///< the partner is heard but answers another process in our place
+  LoopPace loop;                     ///< as it was given
 };
 
 /// Steps the link's state by one tick. `partner`: the partner's state as received (messages::Answer).
@@ -54,10 +57,12 @@ SideOutputs step_link(LinkMonitor& link, const SideInputs& in, const Partner& pa
        .stop_requests = in.stop_requests,
        .reset = in.reset,
        .drives_follow = in.drives_follow,
-       .drive_fault = in.drive_fault},
+       .drive_fault = in.drive_fault,
+       .loop_starved = in.loop.starved},
       dt_s);
-  return {decision.state,         decision.stop, decision.reset, decision.power, decision.partner_unconfirmed,
-          partner.answers_another};
+  return {
+      decision.state,          decision.stop, decision.reset, decision.power, decision.partner_unconfirmed,
+      partner.answers_another, in.loop};
 }
 
 /// Passes stop and reset requests to the servo thread, keeps the stop in force in the store and reports

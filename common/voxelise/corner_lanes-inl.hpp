@@ -1,12 +1,5 @@
-// Private to this library: loads the corners of several triangles into vectors, one triangle per lane.
-// Compiled once per instruction set.
-
-#if defined(PHANTOM_VOXELISE_CORNER_LANES_INL) == defined(HWY_TARGET_TOGGLE)
-#ifdef PHANTOM_VOXELISE_CORNER_LANES_INL
-#undef PHANTOM_VOXELISE_CORNER_LANES_INL
-#else
-#define PHANTOM_VOXELISE_CORNER_LANES_INL
-#endif
+// Private to this library: loads the corners of several triangles into vectors, one triangle per lane. A
+// source includes it once for each instruction set, so it has no guard.
 
 #include <hwy/highway.h>
 
@@ -29,11 +22,6 @@ using CornerLanes = std::int32_t[3][3][kMostLanes];  // [corner][axis], each one
 template <class TriangleAt>
 HWY_INLINE void load_corners(const std::vector<SnappedPoint>& points, const TriangleAt& triangle,
                              CornerLanes& at) {
-#if HWY_TARGET == HWY_SCALAR
-  for (std::size_t corner = 0; corner < 3; ++corner) {
-    for (std::size_t axis = 0; axis < 3; ++axis) at[corner][axis][0] = points[triangle(0)[corner]][axis];
-  }
-#else
   const hn::FixedTag<std::int32_t, 4> point;
   const hn::Repartition<std::int64_t, decltype(point)> pairs;
   for (std::size_t lane = 0; lane < hn::Lanes(kInts); lane += 4) {
@@ -52,10 +40,7 @@ HWY_INLINE void load_corners(const std::vector<SnappedPoint>& points, const Tria
                 at[corner][2] + lane);
     }
   }
-#endif
 }
 
 }  // namespace phantom::voxelise::detail::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
-
-#endif

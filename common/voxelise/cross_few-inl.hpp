@@ -1,12 +1,5 @@
-// Private to line_crossings.cpp: processes the triangles of a fine mesh, one vector of them at a time.
-// Compiled once per instruction set.
-
-#if defined(PHANTOM_VOXELISE_CROSS_FEW_INL) == defined(HWY_TARGET_TOGGLE)
-#ifdef PHANTOM_VOXELISE_CROSS_FEW_INL
-#undef PHANTOM_VOXELISE_CROSS_FEW_INL
-#else
-#define PHANTOM_VOXELISE_CROSS_FEW_INL
-#endif
+// Private to line_crossings.cpp, which includes it after corner_lanes-inl.hpp, once for each instruction set
+// (it has no guard): processes the triangles of a fine mesh, one vector of them at a time.
 
 #include <hwy/highway.h>
 
@@ -14,7 +7,6 @@
 #include <bit>
 #include <cstddef>
 
-#include "common/voxelise/corner_lanes-inl.hpp"
 #include "common/voxelise/line_crossings.hpp"
 
 HWY_BEFORE_NAMESPACE();
@@ -218,5 +210,3 @@ class FewLines {
 
 }  // namespace phantom::voxelise::detail::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
-
-#endif

@@ -58,19 +58,6 @@ LineSigns for_each_run(std::span<const Event> events, std::int32_t size, const V
   return signs;
 }
 
-void set_run(std::uint64_t* row, std::int32_t first, std::int32_t last) {
-  const std::int32_t from = first >> 6, to = (last - 1) >> 6;
-  const std::uint64_t head = ~std::uint64_t{0} << (first & 63),
-                      tail = ~std::uint64_t{0} >> (63 - ((last - 1) & 63));
-  if (from == to) {
-    row[from] |= head & tail;
-    return;
-  }
-  row[from] |= head;
-  std::fill(row + from + 1, row + to, ~std::uint64_t{0});
-  row[to] |= tail;
-}
-
 /// Replaces each bit by the parity of the bits up to it along y or z, for 64 lines at once.
 void accumulate(int axis, workspace::BitVolume& volume) {
   for (std::int32_t z = axis == 2 ? 1 : 0; z < volume.size()[2]; ++z) {
@@ -90,9 +77,9 @@ LineSigns fill_inside(const SnappedMesh& mesh, const std::vector<std::uint32_t>*
   LineSigns all;
   for_each_line(
       mesh, over, {0, 1, 2}, lines, [&](std::int32_t u, std::int32_t v, std::span<const Event> events) {
-        std::uint64_t* row = inside.row(u, v);
-        const LineSigns signs = for_each_run(
-            events, lines.size_a, [&](std::int32_t first, std::int32_t last) { set_run(row, first, last); });
+        const LineSigns signs =
+            for_each_run(events, lines.size_a,
+                         [&](std::int32_t first, std::int32_t last) { inside.set_run(u, v, first, last); });
         all.positive |= signs.positive;
         all.negative |= signs.negative;
       });
@@ -100,7 +87,7 @@ LineSigns fill_inside(const SnappedMesh& mesh, const std::vector<std::uint32_t>*
 }
 
 void fill_inside_along(int axis, const SnappedMesh& mesh, workspace::BitVolume& inside,
-                       workspace::BitVolume& silent) {
+                       workspace::BitVolume& unbalanced) {
   const auto a = static_cast<std::size_t>(axis), u = (a + 1) % 3, v = (a + 2) % 3;
   const auto& size = inside.size();
   const Lines lines{size[a], size[u], {0, size[v]}};
@@ -112,11 +99,11 @@ void fill_inside_along(int axis, const SnappedMesh& mesh, workspace::BitVolume& 
                   std::int32_t sum = 0;
                   for (const Event event : events) sum += Crossing::step(event);
                   if (sum != 0) {
-                    silent.set(voxel[axis == 0 ? 1 : 0], voxel[axis == 2 ? 1 : 2], 0);
+                    unbalanced.set(voxel[axis == 0 ? 1 : 0], voxel[axis == 2 ? 1 : 2], 0);
                     return;
                   }
                   for_each_run(events, lines.size_a, [&](std::int32_t first, std::int32_t last) {
-                    if (axis == 0) return set_run(inside.row(voxel[1], voxel[2]), first, last);
+                    if (axis == 0) return inside.set_run(voxel[1], voxel[2], first, last);
                     for (const std::int32_t end : {first, last}) {
                       voxel[a] = end;
                       if (end < lines.size_a) inside.flip(voxel[0], voxel[1], voxel[2]);

@@ -7,7 +7,7 @@
 
 #include "common/core/status.hpp"
 #include "common/geometry/mesh.hpp"
-#include "common/workspace/grid.hpp"
+#include "common/workspace/voxel_box.hpp"
 
 namespace phantom::voxelise {
 
@@ -29,8 +29,7 @@ struct DistanceFieldOptions {
 /// centres of a grid in a band around the surfaces, and interpolated between them. It is stored in cubes of
 /// 8³ samples, of which only those in the band exist. Where bodies overlap, the distance is the least of
 /// their signed distances. The error is that of the interpolation (second order in the voxel size, first
-/// order across edges and thin plates) plus, farther than a voxel from the surface, up to a twentieth of a
-/// voxel. Immutable after building; lookups are real-time safe and thread-safe.
+/// order across edges and thin plates). Immutable after building; lookups are real-time safe and thread-safe.
 class DistanceField {
  public:
   DistanceField() = default;
@@ -66,15 +65,24 @@ class DistanceField {
  private:
   friend class DistanceFieldBuilder;
   struct EncodedHeader;
-  static constexpr std::int32_t kEdge = 8;              // samples along a cube
-  static constexpr std::size_t kCubeVoxels = 512;       // kEdge³
+  static constexpr std::size_t kCubeVoxels = 512;       // 8³
   static constexpr std::int32_t kFar = -1, kDeep = -2;  // cubes without samples: far outside, deep inside
-  std::size_t cube_index(std::int32_t x, std::int32_t y, std::int32_t z) const noexcept;
+
+  DistanceField(const workspace::GridSpec& grid, double outside_m, double inside_m, double quantum_m)
+      : grid_(grid), outside_m_(outside_m), inside_m_(inside_m), quantum_m_(quantum_m) {
+    for (std::size_t i = 0; i < 3; ++i) cubes_.size[i] = (grid.size_vox[i] + 7) / 8;
+  }
+  std::size_t cube_index(workspace::Index3 v) const noexcept {
+    return cubes_.index({v.x >> 3, v.y >> 3, v.z >> 3});
+  }
+  static std::size_t offset_in_cube(workspace::Index3 v) noexcept {
+    return static_cast<std::size_t>((v.z & 7) << 6 | (v.y & 7) << 3 | (v.x & 7));
+  }
   double sample_m(workspace::Index3 v) const noexcept;
 
   workspace::GridSpec grid_;
   double outside_m_ = 0.0, inside_m_ = 0.0, quantum_m_ = 1.0;
-  std::array<std::int32_t, 3> size_cubes_{0, 0, 0};
+  workspace::VoxelBox cubes_;
   std::vector<std::int32_t> directory_;  // number of the cube in samples_, or kFar or kDeep
   std::vector<std::int16_t> samples_;    // distance in quanta
   std::vector<std::uint16_t> objects_;

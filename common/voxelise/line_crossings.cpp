@@ -9,6 +9,7 @@
 #include <hwy/cache_control.h>
 #include <hwy/highway.h>
 
+#include "common/voxelise/corner_lanes-inl.hpp"
 #include "common/voxelise/cross_few-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();

@@ -1,18 +1,11 @@
-// Private to mark_triangles.cpp: tests of triangles against tiles of 4 × 4 × 4 voxels, prepared for one
-// vector of triangles at a time. Compiled once per instruction set.
-
-#if defined(PHANTOM_VOXELISE_MARK_MEDIUM_INL) == defined(HWY_TARGET_TOGGLE)
-#ifdef PHANTOM_VOXELISE_MARK_MEDIUM_INL
-#undef PHANTOM_VOXELISE_MARK_MEDIUM_INL
-#else
-#define PHANTOM_VOXELISE_MARK_MEDIUM_INL
-#endif
+// Private to mark_triangles.cpp, which includes it after corner_lanes-inl.hpp, once for each instruction set
+// (it has no guard): tests of triangles against tiles of 4 × 4 × 4 voxels, prepared for one vector of
+// triangles.
 
 #include <hwy/highway.h>
 
 #include <cstddef>
 
-#include "common/voxelise/corner_lanes-inl.hpp"
 #include "common/voxelise/snapped_mesh.hpp"
 
 HWY_BEFORE_NAMESPACE();
@@ -78,25 +71,25 @@ class MediumTriangles {
         normal[axis] = hn::Sub(hn::Mul(edge[0][j], edge[1][k]), hn::Mul(edge[0][k], edge[1][j]));
       }
       prepare_plane(p[0], normal, i);
-      prepare_shadow(shadows_[0], 0, 1, normal[2], p, edge, i);
-      prepare_shadow(shadows_[1], 1, 2, normal[0], p, edge, i);
-      prepare_shadow(shadows_[2], 0, 2, hn::Neg(normal[1]), p, edge, i);
+      prepare_projection(projections_[0], 0, 1, normal[2], p, edge, i);
+      prepare_projection(projections_[1], 1, 2, normal[0], p, edge, i);
+      prepare_projection(projections_[2], 0, 2, hn::Neg(normal[1]), p, edge, i);
     }
   }
 
   /// Returns the squares of a tile's side, which begins at the square (u, v), that the triangle's projection
-  /// (its shadow) on the plane xy, yz or xz meets.
+  /// (its projection) on the plane xy, yz or xz meets.
   HWY_INLINE std::uint32_t squares(std::size_t plane, std::size_t triangle, std::int32_t at_u,
                                    std::int32_t at_v) const {
     const auto first_u = hn::Set(kRow, static_cast<double>(at_u)),
                first_v = hn::Set(kRow, static_cast<double>(at_v));
-    const Shadow& shadow = shadows_[plane];
+    const Projection& projection = projections_[plane];
     std::uint32_t outside = 0;
     for (std::size_t part = 0; part < 16; part += hn::Lanes(kRow)) {
       const auto u = hn::Add(hn::Load(kRow, kSquareU + part), first_u),
                  v = hn::Add(hn::Load(kRow, kSquareV + part), first_v);
       const auto value = [&](std::size_t i) HWY_ATTR {
-        const Edge& e = shadow.edges[i];
+        const Edge& e = projection.edges[i];
         return hn::MulAdd(
             u, hn::Set(kRow, e.step_u[triangle]),
             hn::MulAdd(v, hn::Set(kRow, e.step_v[triangle]), hn::Set(kRow, e.at_origin[triangle])));
@@ -137,7 +130,7 @@ class MediumTriangles {
   struct Edge {
     alignas(64) double step_u[kMostLanes], step_v[kMostLanes], at_origin[kMostLanes];
   };
-  struct Shadow {
+  struct Projection {
     Edge edges[3];
   };
 
@@ -161,10 +154,11 @@ class MediumTriangles {
     hn::Store(span, kDoubles, span_ + i);
   }
 
-  /// Prepares the edge tests of a shadow. `area`: negative if the shadow lies on the right of its edges,
-  /// which are reversed then. A shadow without area is a segment whose edges run both ways.
-  HWY_INLINE void prepare_shadow(Shadow& shadow, std::size_t u, std::size_t v, const Doubles& area,
-                                 const Doubles p[3][3], const Doubles edge[3][3], std::size_t i) {
+  /// Prepares the edge tests of a projection. `area`: negative if the projection lies on the right of its
+  /// edges, which are reversed then. A projection without area is a segment whose edges run both ways.
+  HWY_INLINE void prepare_projection(Projection& projection, std::size_t u, std::size_t v,
+                                     const Doubles& area, const Doubles p[3][3], const Doubles edge[3][3],
+                                     std::size_t i) {
     const auto zero = hn::Zero(kDoubles), whole = hn::Set(kDoubles, static_cast<double>(kSub));
     const auto turned = hn::Lt(area, zero);
     for (std::size_t k = 0; k < 3; ++k) {
@@ -172,19 +166,17 @@ class MediumTriangles {
                  dv = hn::IfThenElse(turned, hn::Neg(edge[k][v]), edge[k][v]);
       const auto step_u = hn::Neg(hn::Mul(dv, whole)), step_v = hn::Mul(du, whole);
       const auto from = hn::Sub(hn::Mul(dv, p[k][u]), hn::Mul(du, p[k][v]));
-      hn::Store(step_u, kDoubles, shadow.edges[k].step_u + i);
-      hn::Store(step_v, kDoubles, shadow.edges[k].step_v + i);
+      hn::Store(step_u, kDoubles, projection.edges[k].step_u + i);
+      hn::Store(step_v, kDoubles, projection.edges[k].step_v + i);
       // The value at the square's corner that lies farthest to the left of the edge.
       hn::Store(hn::Add(from, hn::Add(hn::Max(zero, step_u), hn::Max(zero, step_v))), kDoubles,
-                shadow.edges[k].at_origin + i);
+                projection.edges[k].at_origin + i);
     }
   }
 
-  Shadow shadows_[3];
+  Projection projections_[3];
   alignas(64) double step_[3][kMostLanes], low_[kMostLanes], span_[kMostLanes];
 };
 
 }  // namespace phantom::voxelise::detail::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
-
-#endif

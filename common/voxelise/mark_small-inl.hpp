@@ -1,12 +1,5 @@
-// Private to mark_triangles.cpp: marks the small triangles of a fine mesh, one vector of them at a time.
-// Compiled once per instruction set.
-
-#if defined(PHANTOM_VOXELISE_MARK_SMALL_INL) == defined(HWY_TARGET_TOGGLE)
-#ifdef PHANTOM_VOXELISE_MARK_SMALL_INL
-#undef PHANTOM_VOXELISE_MARK_SMALL_INL
-#else
-#define PHANTOM_VOXELISE_MARK_SMALL_INL
-#endif
+// Private to mark_triangles.cpp, which includes it after mark_medium-inl.hpp, once for each instruction set
+// (it has no guard): marks the small triangles of a fine mesh, one vector of them at a time.
 
 #include <hwy/cache_control.h>
 #include <hwy/highway.h>
@@ -15,8 +8,6 @@
 #include <cstddef>
 #include <cstring>
 
-#include "common/voxelise/corner_lanes-inl.hpp"
-#include "common/voxelise/mark_medium-inl.hpp"
 #include "common/voxelise/snapped_mesh.hpp"
 
 HWY_BEFORE_NAMESPACE();
@@ -56,7 +47,7 @@ class SmallTriangles {
     const Ints spanned = spanned_voxels();
     ask_for_rows();
     if (lanes_of_[kSmall] != 0) {
-      hn::Store(hn::And(spanned, met_by_shadows()), kInts, met_);
+      hn::Store(hn::And(spanned, met_by_projections()), kInts, met_);
       keep_what_planes_pass();
     }
     for_each_lane(lanes_of_[kSmall], [this](std::size_t lane) HWY_ATTR { put(lane); });
@@ -138,8 +129,8 @@ class SmallTriangles {
   }
 
   /// Returns a number per square 2 v + u of the plane (u, v): negative where the triangle's projection (its
-  /// shadow) does not meet the square.
-  HWY_INLINE void shadow(std::size_t u, std::size_t v, Ints outside[4]) const {
+  /// projection) does not meet the square.
+  HWY_INLINE void projection(std::size_t u, std::size_t v, Ints outside[4]) const {
     const auto minus = [&](std::size_t to, std::size_t from, std::size_t axis) HWY_ATTR {
       return hn::Sub(hn::Load(kInts, at_[to][axis]), hn::Load(kInts, at_[from][axis]));
     };
@@ -163,11 +154,11 @@ class SmallTriangles {
     }
   }
 
-  HWY_INLINE Ints met_by_shadows() const {
+  HWY_INLINE Ints met_by_projections() const {
     Ints xy[4], yz[4], xz[4];
-    shadow(0, 1, xy);
-    shadow(1, 2, yz);
-    shadow(0, 2, xz);
+    projection(0, 1, xy);
+    projection(1, 2, yz);
+    projection(0, 2, xz);
     auto met = hn::Zero(kInts);
     for (std::size_t voxel = 0; voxel < 8; ++voxel) {
       const std::size_t x = voxel & 1, y = voxel >> 1 & 1, z = voxel >> 2;
@@ -305,5 +296,3 @@ class SmallTriangles {
 
 }  // namespace phantom::voxelise::detail::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
-
-#endif

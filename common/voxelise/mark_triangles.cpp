@@ -12,6 +12,8 @@
 // (keep this order)
 #include <hwy/highway.h>
 
+#include "common/voxelise/corner_lanes-inl.hpp"
+#include "common/voxelise/mark_medium-inl.hpp"
 #include "common/voxelise/mark_small-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
@@ -21,21 +23,21 @@ namespace hn = hwy::HWY_NAMESPACE;
 
 // Voxels are tested in tiles of 4 × 4 × 4, one bit each: bit 16 z + 4 y + x. A closed triangle and a closed
 // cube intersect unless one of thirteen directions separates them: the cube's axes (the ranges below), the
-// cross products of the axes with the triangle's edges (three shadows with three edges each) and the
+// cross products of the axes with the triangle's edges (three projections with three edges each) and the
 // triangle's normal.
 alignas(64) constexpr std::int64_t kOddLanes[kTile] = {0, -1, 0, -1}, kUpperLanes[kTile] = {0, 0, -1, -1};
 alignas(64) constexpr double kLaneNumbers[kTile] = {0, 1, 2, 3};
 
-/// The triangle's projection (its shadow) on the plane (u, v), tested against whole squares of the grid.
-struct Shadow {
+/// The triangle's projection (its projection) on the plane (u, v), tested against whole squares of the grid.
+struct Projection {
   std::int64_t step_u[3], step_v[3], at_origin[3];
   int u, v;
 
-  Shadow(const std::array<SnappedPoint, 3>& t, int u_axis, int v_axis) : u(u_axis), v(v_axis) {
+  Projection(const std::array<SnappedPoint, 3>& t, int u_axis, int v_axis) : u(u_axis), v(v_axis) {
     const std::int64_t area = (std::int64_t{t[1][u]} - t[0][u]) * (std::int64_t{t[2][v]} - t[0][v]) -
                               (std::int64_t{t[2][u]} - t[0][u]) * (std::int64_t{t[1][v]} - t[0][v]);
-    // Edges are directed so that the shadow is on their left. A shadow without area is a segment: its edges
-    // run both ways, so both of its sides are tested.
+    // Edges are directed so that the projection is on their left. A projection without area is a segment: its
+    // edges run both ways, so both of its sides are tested.
     const std::int64_t way = area < 0 ? -1 : 1;
     for (int i = 0; i < 3; ++i) {
       const SnappedPoint &from = t[i], &to = t[(i + 1) % 3];
@@ -48,8 +50,8 @@ struct Shadow {
                      std::max<std::int64_t>(0, step_v[i]);
     }
   }
-  /// Returns the squares of the tile at (cell_u, cell_v) that meet the shadow, for at least the first `rows`
-  /// rows along v: bit 4 v + u.
+  /// Returns the squares of the tile at (cell_u, cell_v) that meet the projection, for at least the first
+  /// `rows` rows along v: bit 4 v + u.
   std::uint32_t tile(std::int64_t cell_u, std::int64_t cell_v, int rows) const {
     const hn::CappedTag<std::int64_t, kTile> d;
     const std::size_t lanes = hn::Lanes(d);
@@ -207,14 +209,15 @@ class Marks {
   std::size_t offsets_[kTile * kTile];  // words from a tile's first row to its others
 };
 
-/// Marks a triangle that lies within one layer of voxels across `flat`: its shadow along that axis decides.
+/// Marks a triangle that lies within one layer of voxels across `flat`: its projection along that axis
+/// decides.
 void mark_flat(const std::array<SnappedPoint, 3>& t, const Range* range, int flat, Marks& boundary) {
   const int u = flat == 0 ? 1 : 0, v = flat == 2 ? 1 : 2;
-  const Shadow shadow(t, u, v);
+  const Projection projection(t, u, v);
   std::int32_t cell[3] = {range[0].first, range[1].first, range[2].first};
   for (cell[v] = range[v].first; cell[v] <= range[v].last; cell[v] += kTile) {
     for (cell[u] = range[u].first; cell[u] <= range[u].last; cell[u] += kTile) {
-      const std::uint64_t squares = shadow.tile(cell[u], cell[v], rows_from(cell[v], range[v]));
+      const std::uint64_t squares = projection.tile(cell[u], cell[v], rows_from(cell[v], range[v]));
       // Moves the bits (v, u) into the tile's layer at the first cell of the flat axis.
       const std::uint64_t tile = flat == 2   ? squares
                                  : flat == 1 ? nibble_runs(squares) & 0x000f000f000f000fULL
@@ -225,7 +228,7 @@ void mark_flat(const std::array<SnappedPoint, 3>& t, const Range* range, int fla
 }
 
 void mark_steep(const std::array<SnappedPoint, 3>& t, const Range* range, Marks& boundary) {
-  const Shadow xy(t, 0, 1), yz(t, 1, 2), xz(t, 0, 2);
+  const Projection xy(t, 0, 1), yz(t, 1, 2), xz(t, 0, 2);
   const Plane plane(t);
   const bool long_rows = range[0].last - range[0].first > 4 * kTile;
   for (std::int32_t z = range[2].first; z <= range[2].last; z += kTile) {

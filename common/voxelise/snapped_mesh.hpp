@@ -62,9 +62,9 @@ LineSigns fill_inside(const SnappedMesh& mesh, const std::vector<std::uint32_t>*
                       workspace::BitVolume& inside);
 
 /// Does the same along x, y or z for any mesh. If the crossings of a line do not add up to 0, its voxels stay
-/// 0 and the line is marked in `silent`, which has one bit per line: (y, z) for x, (x, z) for y, (x, y) for
-/// z.
+/// 0 and the line is marked in `unbalanced`, which has one bit per line: (y, z) for x, (x, z) for y, (x, y)
+/// for z.
 void fill_inside_along(int axis, const SnappedMesh& mesh, workspace::BitVolume& inside,
-                       workspace::BitVolume& silent);
+                       workspace::BitVolume& unbalanced);
 
 }  // namespace phantom::voxelise::detail

@@ -10,7 +10,7 @@
 #include "common/core/parallel.hpp"
 #include "common/geometry/mesh_topology.hpp"
 #include "common/geometry/winding_number.hpp"
-#include "common/voxelise/mended_mesh.hpp"
+#include "common/voxelise/repaired_mesh.hpp"
 #include "common/voxelise/snapped_mesh.hpp"
 
 namespace phantom::voxelise {
@@ -71,7 +71,7 @@ LineSigns fill_closed(const SnappedMesh& mesh, const OverSlabs& over, int thread
 
 /// Holds the votes of the lines along the three axes about each voxel.
 struct Votes {
-  workspace::BitVolume inside[3], silent[3];
+  workspace::BitVolume inside[3], unbalanced[3];
 };
 
 Votes ask_all_axes(const SnappedMesh& mesh, const workspace::VoxelBox& box) {
@@ -79,8 +79,8 @@ Votes ask_all_axes(const SnappedMesh& mesh, const workspace::VoxelBox& box) {
   Votes votes;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     votes.inside[axis] = workspace::BitVolume(n);
-    votes.silent[axis] = workspace::BitVolume({n[axis == 0 ? 1 : 0], n[axis == 2 ? 1 : 2], 1});
-    detail::fill_inside_along(static_cast<int>(axis), mesh, votes.inside[axis], votes.silent[axis]);
+    votes.unbalanced[axis] = workspace::BitVolume({n[axis == 0 ? 1 : 0], n[axis == 2 ? 1 : 2], 1});
+    detail::fill_inside_along(static_cast<int>(axis), mesh, votes.inside[axis], votes.unbalanced[axis]);
   }
   return votes;
 }
@@ -95,12 +95,14 @@ class InsideTest {
   /// Sets the voxels of [first, last] that are inside; no surface may lie between them. Off the surface the
   /// winding number changes smoothly: between two places where it is clearly on the same side of the
   /// threshold it is not evaluated again.
-  void run(std::uint64_t* row, std::int32_t first, std::int32_t last, std::int32_t y, std::int32_t z) const {
+  void run(std::uint64_t* row, std::int32_t first, std::int32_t last, std::int32_t y, std::int32_t z,
+           core::WorkMeter& meter) const {
     double w = at(first, y, z);
     for (std::int32_t from = first; from < last;) {
       const std::int32_t to = std::min(last, from + kStride);
+      if (!meter.spend(kWindingSteps)) return;
       const double next = at(to, y, z);
-      between(row, from, w, to, next, y, z);
+      between(row, from, w, to, next, y, z, meter);
       from = to;
       w = next;
     }
@@ -109,18 +111,19 @@ class InsideTest {
 
  private:
   static constexpr std::int32_t kStride = 16;
+  static constexpr std::uint64_t kWindingSteps = 256;  // one winding number, in steps of a formula
   static constexpr double kClearPerVoxel =
       0.0125;  // distance from the threshold per voxel between the places: 0.2 for a stride
 
   double at(std::int32_t x, std::int32_t y, std::int32_t z) const {
-    return std::abs(tree_.at(grid_.centre_of({box_.min.x + x, box_.min.y + y, box_.min.z + z})));
+    return std::abs(tree_.at(grid_.centre_of(box_.min + workspace::Index3{x, y, z})));
   }
   static void put(std::uint64_t* row, std::int32_t x, double w) {
     if (w > 0.5) row[x >> 6] |= std::uint64_t{1} << (x & 63);
   }
   /// Decides the voxels [from, to).
   void between(std::uint64_t* row, std::int32_t from, double w_from, std::int32_t to, double w_to,
-               std::int32_t y, std::int32_t z) const {
+               std::int32_t y, std::int32_t z, core::WorkMeter& meter) const {
     const double low = std::min(w_from, w_to), high = std::max(w_from, w_to);
     const double clear = kClearPerVoxel * (to - from);
     if (to - from == 1 || low > 0.5 + clear || high < 0.5 - clear) {
@@ -128,9 +131,10 @@ class InsideTest {
       return;
     }
     const std::int32_t middle = from + (to - from) / 2;
+    if (!meter.spend(kWindingSteps)) return;
     const double w = at(middle, y, z);
-    between(row, from, w_from, middle, w, y, z);
-    between(row, middle, w, to, w_to, y, z);
+    between(row, from, w_from, middle, w, y, z, meter);
+    between(row, middle, w, to, w_to, y, z, meter);
   }
 
   const geometry::WindingTree& tree_;
@@ -143,13 +147,14 @@ void count_votes(const Votes& votes, std::int32_t y, std::int32_t z, std::int32_
                  std::uint64_t* inside, std::vector<std::uint64_t>& disputed) {
   const auto any = [](const std::uint64_t* bits) { return bits[0] | bits[1] | bits[2]; };
   const auto two = [](const std::uint64_t* b) { return (b[0] & b[1]) | (b[1] & b[2]) | (b[2] & b[0]); };
-  const std::uint64_t silent_x = votes.silent[0].get(y, z, 0) ? ~std::uint64_t{0} : 0;
+  const std::uint64_t unbalanced_x = votes.unbalanced[0].get(y, z, 0) ? ~std::uint64_t{0} : 0;
   for (std::size_t i = 0; i < disputed.size(); ++i) {
-    const std::uint64_t silent[3] = {silent_x, votes.silent[1].row(z, 0)[i], votes.silent[2].row(y, 0)[i]};
+    const std::uint64_t unbalanced[3] = {unbalanced_x, votes.unbalanced[1].row(z, 0)[i],
+                                         votes.unbalanced[2].row(y, 0)[i]};
     std::uint64_t in[3], out[3];
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      in[axis] = votes.inside[axis].row(y, z)[i] & ~silent[axis];
-      out[axis] = ~votes.inside[axis].row(y, z)[i] & ~silent[axis];
+      in[axis] = votes.inside[axis].row(y, z)[i] & ~unbalanced[axis];
+      out[axis] = ~votes.inside[axis].row(y, z)[i] & ~unbalanced[axis];
     }
     const std::int32_t left = size_x - static_cast<std::int32_t>(i * 64);
     const std::uint64_t valid = left >= 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << left) - 1;
@@ -158,73 +163,69 @@ void count_votes(const Votes& votes, std::int32_t y, std::int32_t z, std::int32_
   }
 }
 
-/// Decides all voxels of the slab: by the votes where they agree, otherwise by the winding number. Returns
+/// Decides all voxels of a layer: by the votes where they agree, otherwise by the winding number. Returns
 /// the number of the latter.
-std::size_t decide_slab(const Votes& votes, Slab slab, const InsideTest& inside_test, SolidVoxels& solid) {
+std::size_t decide_layer(const Votes& votes, std::int32_t z, const InsideTest& inside_test,
+                         core::WorkMeter& meter, SolidVoxels& solid) {
   std::size_t disputed_voxels = 0;
   std::vector<std::uint64_t> disputed(solid.inside.words_per_row());
   const auto is_disputed = [&](std::int32_t x) {
     return (disputed[static_cast<std::size_t>(x >> 6)] >> (x & 63) & 1) != 0;
   };
-  for (std::int32_t z = slab.first; z < slab.last; ++z) {
-    for (std::int32_t y = 0; y < solid.box.size[1]; ++y) {
-      std::uint64_t* row = solid.inside.row(y, z);
-      count_votes(votes, y, z, solid.box.size[0], row, disputed);
-      std::size_t left = 0;
-      for (const std::uint64_t word : disputed) left += static_cast<std::size_t>(std::popcount(word));
-      disputed_voxels += left;
-      for (std::int32_t first = 0, last = 0; left > 0; first = last + 1) {
-        while (!is_disputed(first)) ++first;
-        last = first;
-        const auto on_surface = [&](std::int32_t x) { return solid.boundary.get(x, y, z); };
-        while (last + 1 < solid.box.size[0] && is_disputed(last + 1) && !on_surface(last) &&
-               !on_surface(last + 1))
-          ++last;
-        inside_test.run(row, first, last, y, z);
-        left -= static_cast<std::size_t>(last - first + 1);
-      }
+  for (std::int32_t y = 0; y < solid.box.size[1]; ++y) {
+    std::uint64_t* row = solid.inside.row(y, z);
+    count_votes(votes, y, z, solid.box.size[0], row, disputed);
+    std::size_t left = 0;
+    for (const std::uint64_t word : disputed) left += static_cast<std::size_t>(std::popcount(word));
+    disputed_voxels += left;
+    for (std::int32_t first = 0, last = 0; left > 0; first = last + 1) {
+      while (!is_disputed(first)) ++first;
+      last = first;
+      const auto on_surface = [&](std::int32_t x) { return solid.boundary.get(x, y, z); };
+      while (last + 1 < solid.box.size[0] && is_disputed(last + 1) && !on_surface(last) &&
+             !on_surface(last + 1))
+        ++last;
+      inside_test.run(row, first, last, y, z, meter);
+      if (!meter.spend(1)) return disputed_voxels;
+      left -= static_cast<std::size_t>(last - first + 1);
     }
   }
   return disputed_voxels;
 }
 
-/// Decides all rows, which may take long. Returns false if options.go_on ended it.
+/// Decides all rows, which may take long. Returns false if options.go_on or the budget ended it.
 bool decide_all(const Votes& votes, const InsideTest& inside_test, const workspace::WorkOptions& options,
                 SolidVoxels& solid) {
   std::atomic<std::size_t> disputed = 0;
-  std::atomic<bool> stopped = false;
-  const auto layers = static_cast<std::size_t>(solid.box.size[2]);
-  core::parallel_for(options.threads, layers, [&](std::size_t layer, std::size_t worker) {
-    if (stopped) return;
-    if (worker == 0 && options.go_on &&
-        !options.go_on(static_cast<double>(layer) / static_cast<double>(layers)))
-      stopped = true;
-    const auto z = static_cast<std::int32_t>(layer);
-    disputed += decide_slab(votes, {z, z + 1}, inside_test, solid);
-  });
+  const bool whole = workspace::parallel_for(
+      options, static_cast<std::size_t>(solid.box.size[2]), [&](std::size_t layer, std::size_t) {
+        core::WorkMeter meter(options.budget);
+        disputed += decide_layer(votes, static_cast<std::int32_t>(layer), inside_test, meter, solid);
+      });
   solid.report.disputed_voxels = disputed;
-  return !stopped;
+  return whole;
 }
 
 /// Repairs a mesh that is not a closed, consistently oriented surface, and fills its inside. Returns false if
 /// options.go_on ended it.
-bool fill_mended(const geometry::TriangleMesh& mesh_W, const SnappedMesh& snapped,
-                 const workspace::GridSpec& grid, const workspace::WorkOptions& options, SolidVoxels& solid) {
-  detail::MendedMesh mended = detail::mend(snapped);
-  const SnappedMesh mesh{snapped.points, mended.triangles};
-  solid.report.closed = mended.closed;
-  if (mended.closed) {
+bool fill_repaired(const geometry::TriangleMesh& mesh_W, const SnappedMesh& snapped,
+                   const workspace::GridSpec& grid, const workspace::WorkOptions& options,
+                   SolidVoxels& solid) {
+  detail::RepairedMesh repaired = detail::repair(snapped);
+  const SnappedMesh mesh{snapped.points, repaired.triangles};
+  solid.report.closed = repaired.closed;
+  if (repaired.closed) {
     const LineSigns signs = fill_closed(mesh, {}, options.threads, solid.inside);
-    if (signs.positive && signs.negative && detail::turn_stray_shells(mesh_W, mended))
-      fill_closed({snapped.points, mended.triangles}, {}, options.threads, solid.inside);
+    if (signs.positive && signs.negative && detail::turn_outer_shells(mesh_W, repaired))
+      fill_closed({snapped.points, repaired.triangles}, {}, options.threads, solid.inside);
   } else {
     const Votes votes = ask_all_axes(mesh, solid.box);
-    const geometry::WindingTree tree({mesh_W.vertices_m, mended.triangles});
+    const geometry::WindingTree tree({mesh_W.vertices_m, repaired.triangles});
     if (!decide_all(votes, InsideTest(tree, grid, solid.box), options, solid)) return false;
   }
-  solid.report.degenerate_triangles = mended.degenerate;
-  solid.report.duplicate_triangles = mended.duplicates;
-  solid.report.turned_triangles = mended.turned;
+  solid.report.degenerate_triangles = repaired.degenerate;
+  solid.report.duplicate_triangles = repaired.duplicates;
+  solid.report.turned_triangles = repaired.turned;
   return true;
 }
 
@@ -238,11 +239,11 @@ workspace::BitVolume SolidVoxels::interior() const {
 
 workspace::VoxelBox voxel_bounds(const geometry::BoundingBox& bounds_W, const workspace::GridSpec& grid) {
   if (bounds_W.empty()) return {};
-  const workspace::Index3 first = grid.index_of(bounds_W.min_m.cast<double>());
-  const workspace::Index3 last = grid.index_of(bounds_W.max_m.cast<double>());
   // One more voxel on each side, because snapping may move a vertex across a border.
-  return {{first.x - 1, first.y - 1, first.z - 1},
-          {last.x - first.x + 3, last.y - first.y + 3, last.z - first.z + 3}};
+  return workspace::VoxelBox::between(
+             grid.index_of(bounds_W.min_m.cast<double>()),
+             grid.index_of(bounds_W.max_m.cast<double>()) + workspace::Index3{1, 1, 1})
+      .grown(1);
 }
 
 core::Expected<SolidVoxels> voxelise(const geometry::TriangleMesh& mesh_W, const workspace::GridSpec& grid,
@@ -273,15 +274,15 @@ core::Expected<SolidVoxels> voxelise(const geometry::TriangleMesh& mesh_W, const
     detail::mark_triangles(mesh, z, solid.boundary, over[number]);
   });
   solid.inside = workspace::BitVolume::unwritten(solid.box.size);
-  bool mended = true;
+  bool repaired = true;
   if (geometry::is_oriented_surface(mesh_W.triangles)) {
     const LineSigns signs = fill_closed(mesh, over, options.threads, solid.inside);
     // If both signs occur, some shell may face the wrong way. If none occurs, each triangle may be present
     // twice, in both orientations.
-    mended = signs.positive == signs.negative;
+    repaired = signs.positive == signs.negative;
   }
-  if (mended && !fill_mended(mesh_W, mesh, grid, options, solid))
-    return core::Status(core::ErrorCode::kUnavailable, "voxelising was stopped");
+  if (repaired && !fill_repaired(mesh_W, mesh, grid, options, solid))
+    return workspace::ended_early(options, "voxelising");
   return solid;
 }
 

@@ -21,8 +21,8 @@ inline constexpr double kImplicitPart_vox = 1.0 / 16.0;
 ///
 /// Cubes of voxels that the bounds of f place on one side are decided at once, so that the cost grows with
 /// the surface and not with the volume. The result does not depend on the number of threads. Returns
-/// kResourceExhausted if the solid reaches too far, and kUnavailable if options.go_on returned false. Not
-/// real-time safe.
+/// kResourceExhausted if the solid reaches too far or options.budget is used up (every evaluation counts the
+/// solid's steps()), and kUnavailable if options.go_on returned false. Not real-time safe.
 core::Expected<SolidVoxels> voxelise(const geometry::ImplicitSolid& solid_W, const workspace::GridSpec& grid,
                                      const workspace::VoxelBox& clip,
                                      const workspace::WorkOptions& options = {});

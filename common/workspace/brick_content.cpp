@@ -1,47 +1,27 @@
 #include "common/workspace/brick_content.hpp"
 
 #include <algorithm>
-#include <cstring>
 
 namespace phantom::workspace {
-namespace {
 
-std::uint8_t greatest_code(const BrickData& brick) {
-  std::uint8_t greatest = 0;
-  for (const std::uint8_t code : brick.mu_code) greatest = std::max(greatest, code);
-  return greatest;
-}
-
-std::uint8_t greatest_fluid_code(const BrickData& brick) {
-  std::uint8_t greatest = 0;
-  for (std::size_t i = 0; i < kBrickVoxels; ++i) {
-    const auto code = static_cast<std::uint8_t>(is_fluid(brick.order[i]) ? brick.mu_code[i] : 0);
-    greatest = greatest < code ? code : greatest;
+BrickFacts facts_of(const std::uint8_t* codes, const std::int8_t* orders, const std::uint16_t* objects,
+                    std::size_t count) {
+  const std::uint8_t* const coded = std::find_if(codes, codes + count, [](std::uint8_t c) { return c != 0; });
+  BrickFacts facts{coded == codes + count ? std::uint16_t{0} : objects[coded - codes], true};
+  unsigned others = 0;  // bits in which an object differs from the sole one
+  for (std::size_t i = 0; i < count; ++i) {
+    others |= objects[i] ^ (codes[i] != 0 ? facts.object : 0U);
+    facts.uniform &= codes[i] == codes[0] && orders[i] == orders[0];
+    facts.greatest_code = std::max(facts.greatest_code, codes[i]);
+    facts.greatest_fluid_code =
+        std::max(facts.greatest_fluid_code, is_fluid(orders[i]) ? codes[i] : std::uint8_t{0});
   }
-  return greatest;
+  if (others != 0) facts.object = BrickFacts::kSeveral;
+  return facts;
 }
-
-std::uint16_t sole_object(const BrickData& brick) {
-  const auto first =
-      std::find_if(brick.mu_code.begin(), brick.mu_code.end(), [](std::uint8_t code) { return code != 0; });
-  const std::uint16_t object = first == brick.mu_code.end()
-                                   ? std::uint16_t{0}
-                                   : brick.object[static_cast<std::size_t>(first - brick.mu_code.begin())];
-  unsigned others = 0;
-  for (std::size_t i = 0; i < kBrickVoxels; ++i)
-    others |= brick.object[i] ^ (brick.mu_code[i] != 0 ? object : 0U);
-  return others == 0 ? object : BrickFacts::kSeveral;
-}
-
-bool uniform(const BrickData& brick) {
-  return std::memcmp(brick.mu_code.data(), brick.mu_code.data() + 1, kBrickVoxels - 1) == 0 &&
-         std::memcmp(brick.order.data(), brick.order.data() + 1, kBrickVoxels - 1) == 0;
-}
-
-}  // namespace
 
 BrickFacts facts_of(const BrickData& brick) {
-  return {sole_object(brick), uniform(brick), greatest_code(brick), greatest_fluid_code(brick)};
+  return facts_of(brick.mu_code.data(), brick.order.data(), brick.object.data(), kBrickVoxels);
 }
 
 }  // namespace phantom::workspace

@@ -33,5 +33,8 @@ struct BrickContent {
 
 /// Computes the facts by reading every voxel.
 BrickFacts facts_of(const BrickData& brick);
+/// Computes the facts of `count` voxels, or of the kinds of voxel that occur.
+BrickFacts facts_of(const std::uint8_t* codes, const std::int8_t* orders, const std::uint16_t* objects,
+                    std::size_t count);
 
 }  // namespace phantom::workspace

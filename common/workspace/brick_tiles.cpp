@@ -215,29 +215,6 @@ bool all_occur(const Kinds& kinds, const Tiles& tiles) {
          std::find(end_of_kinds, occurs.end(), true) == occurs.end();
 }
 
-std::uint16_t sole_object(const Kinds& kinds) {
-  std::uint16_t object = 0;
-  for (std::size_t kind = 0; kind < kinds.count; ++kind) {
-    if (kinds.code[kind] != 0) object = kinds.object[kind];
-  }
-  for (std::size_t kind = 0; kind < kinds.count; ++kind) {
-    if (kinds.object[kind] != (kinds.code[kind] != 0 ? object : 0)) return BrickFacts::kSeveral;
-  }
-  return object;
-}
-
-/// Returns the same as facts_of() for voxels, computed from the kinds.
-BrickFacts facts_of(const Kinds& kinds) {
-  BrickFacts facts{sole_object(kinds), true};
-  for (std::size_t kind = 0; kind < kinds.count; ++kind) {
-    facts.uniform &= kinds.code[kind] == kinds.code[0] && kinds.order[kind] == kinds.order[0];
-    facts.greatest_code = std::max(facts.greatest_code, kinds.code[kind]);
-    if (is_fluid(static_cast<std::int8_t>(kinds.order[kind])))
-      facts.greatest_fluid_code = std::max(facts.greatest_fluid_code, kinds.code[kind]);
-  }
-  return facts;
-}
-
 std::size_t write(const Kinds& kinds, const Tiles& tiles, std::span<std::uint8_t, kMostTiledBytes> to) {
   if (2 + 4 * kinds.count + kTiles + tiles.all_kinds + 8 * tiles.masks > to.size()) return 0;
   std::uint8_t* end = to.data();
@@ -280,7 +257,8 @@ core::Status untile_brick(std::span<const std::uint8_t> bytes, BrickContent& con
   if (core::Status status = read(bytes, kinds, tiles); !status) return status;
   if (!all_occur(kinds, tiles)) return refused("names kinds of voxel that do not occur, or voxels twice");
   HWY_DYNAMIC_DISPATCH(PaintTiles)(kinds, tiles, content.voxels);
-  content.facts = detail::facts_of(kinds);
+  content.facts = facts_of(kinds.code.data(), reinterpret_cast<const std::int8_t*>(kinds.order.data()),
+                           kinds.object.data(), kinds.count);
   return core::Status::ok();
 }
 

@@ -1,27 +1,18 @@
 #include "common/workspace/nrrd.hpp"
 
+#include <fcntl.h>
+#include <unistd.h>
 #include <zlib.h>
 
 #include <cstdio>
 #include <cstring>
-#include <fstream>
 #include <sstream>
 #include <vector>
 
 namespace phantom::workspace {
 namespace {
 
-const char* type_name(NrrdField field) {
-  switch (field) {
-    case NrrdField::kOrder:
-      return "int8";
-    case NrrdField::kMu:
-      return "float";
-    case NrrdField::kObject:
-      return "uint16";
-  }
-  return "";
-}
+constexpr const char* kTypes[] = {"int8", "float", "uint16"};  // by NrrdField
 
 std::string header(const GridSpec& grid, NrrdField field, NrrdEncoding encoding) {
   std::ostringstream text;
@@ -30,7 +21,7 @@ std::string header(const GridSpec& grid, NrrdField field, NrrdEncoding encoding)
   const Eigen::Vector3d first = grid.centre_of({0, 0, 0});
   text << "NRRD0005\n"
        << "# phantom workspace: z up, metres\n"
-       << "type: " << type_name(field) << "\ndimension: 3\n"
+       << "type: " << kTypes[static_cast<std::size_t>(field)] << "\ndimension: 3\n"
        << "space: right-anterior-superior\n"
        << "sizes: " << grid.size_vox[0] << ' ' << grid.size_vox[1] << ' ' << grid.size_vox[2] << '\n'
        << "space directions: (" << s << ",0,0) (0," << s << ",0) (0,0," << s << ")\n"
@@ -65,41 +56,6 @@ std::vector<char> slice(const Workspace& workspace, NrrdField field, std::int32_
   return bytes;
 }
 
-/// Writes to a file, compressed by gzip if requested.
-class Sink {
- public:
-  Sink(std::ofstream& file, NrrdEncoding encoding) : file_(file), gzip_(encoding == NrrdEncoding::kGzip) {
-    constexpr int kGzipWindow = 15 + 16;
-    if (gzip_) ok_ = deflateInit2(&stream_, 1, Z_DEFLATED, kGzipWindow, 8, Z_DEFAULT_STRATEGY) == Z_OK;
-  }
-  ~Sink() {
-    if (gzip_) deflateEnd(&stream_);
-  }
-  Sink(const Sink&) = delete;
-  Sink& operator=(const Sink&) = delete;
-
-  bool write(std::vector<char>& bytes, bool last) {
-    if (!ok_) return false;
-    if (!gzip_)
-      return static_cast<bool>(file_.write(bytes.data(), static_cast<std::streamsize>(bytes.size())));
-    stream_.next_in = reinterpret_cast<Bytef*>(bytes.data());
-    stream_.avail_in = static_cast<uInt>(bytes.size());
-    std::vector<char> packed(1 << 16);
-    do {
-      stream_.next_out = reinterpret_cast<Bytef*>(packed.data());
-      stream_.avail_out = static_cast<uInt>(packed.size());
-      if (deflate(&stream_, last ? Z_FINISH : Z_NO_FLUSH) == Z_STREAM_ERROR) return false;
-      file_.write(packed.data(), static_cast<std::streamsize>(packed.size() - stream_.avail_out));
-    } while (stream_.avail_out == 0);
-    return static_cast<bool>(file_);
-  }
-
- private:
-  std::ofstream& file_;
-  bool gzip_, ok_ = true;
-  z_stream stream_{};
-};
-
 }  // namespace
 
 core::Status write_nrrd(const std::filesystem::path& path, const Workspace& workspace, NrrdField field,
@@ -111,21 +67,18 @@ core::Status write_nrrd(const std::filesystem::path& path, const Workspace& work
       !std::filesystem::exists(path, ignored) || std::filesystem::is_regular_file(path, ignored);
   const std::filesystem::path draft = is_file ? path.string() + ".part" : path.string();
   const core::Status failed(core::ErrorCode::kUnavailable, path.string() + ": cannot be written");
-  {
-    std::ofstream file(draft, std::ios::binary);
-    file << header(workspace.grid(), field, encoding);
-    Sink sink(file, encoding);
-    const std::int32_t slices = workspace.grid().size_vox[2];
-    bool ok = static_cast<bool>(file);
-    for (std::int32_t z = 0; ok && z < slices; ++z) {
-      std::vector<char> bytes = slice(workspace, field, z);
-      ok = sink.write(bytes, z + 1 == slices);
-    }
-    file.close();
-    if (!ok || !file) {
-      if (is_file) std::filesystem::remove(draft, ignored);
-      return failed;
-    }
+  const int fd = ::open(draft.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+  bool ok = fd >= 0 && ::dprintf(fd, "%s", header(workspace.grid(), field, encoding).c_str()) > 0;
+  // zlib writes to the same file, in its transparent mode if nothing is to be compressed.
+  const gzFile file = fd < 0 ? nullptr : gzdopen(fd, encoding == NrrdEncoding::kGzip ? "w1" : "wT");
+  for (std::int32_t z = 0; ok && file != nullptr && z < workspace.grid().size_vox[2]; ++z) {
+    const std::vector<char> bytes = slice(workspace, field, z);
+    ok = gzwrite(file, bytes.data(), static_cast<unsigned>(bytes.size())) == static_cast<int>(bytes.size());
+  }
+  if (file == nullptr || gzclose(file) != Z_OK || !ok) {
+    if (fd >= 0 && file == nullptr) ::close(fd);
+    if (is_file) std::filesystem::remove(draft, ignored);
+    return failed;
   }
   if (!is_file) return core::Status::ok();
   std::error_code problem;

@@ -54,28 +54,32 @@ ObjectBricks::ObjectBricks(std::vector<Part> parts) {
   }
 }
 
-const std::int8_t* ObjectBricks::orders(BrickKey key) const noexcept {
+/// Returns where the brick's orders are kept; null if the object has nothing there.
+const std::shared_ptr<std::int8_t[]>* ObjectBricks::find(BrickKey key) const noexcept {
   const auto found = std::lower_bound(keys_.begin(), keys_.end(), key);
-  if (found == keys_.end() || *found != key) return nullptr;
-  const auto& own = orders_[static_cast<std::size_t>(found - keys_.begin())];
-  return own ? own.get() : all_interior().data();
+  return found == keys_.end() || *found != key ? nullptr
+                                               : &orders_[static_cast<std::size_t>(found - keys_.begin())];
+}
+
+const std::int8_t* ObjectBricks::orders(BrickKey key) const noexcept {
+  const auto* const own = find(key);
+  return own == nullptr ? nullptr : *own ? own->get() : all_interior().data();
 }
 
 std::shared_ptr<std::int8_t[]> ObjectBricks::share(BrickKey key) const noexcept {
-  const auto found = std::lower_bound(keys_.begin(), keys_.end(), key);
-  return found == keys_.end() || *found != key ? nullptr
-                                               : orders_[static_cast<std::size_t>(found - keys_.begin())];
+  const auto* const own = find(key);
+  return own == nullptr ? nullptr : *own;
 }
 
 bool ObjectBricks::is_interior(BrickKey key) const noexcept {
-  const auto found = std::lower_bound(keys_.begin(), keys_.end(), key);
-  return found != keys_.end() && *found == key && !orders_[static_cast<std::size_t>(found - keys_.begin())];
+  const auto* const own = find(key);
+  return own != nullptr && !*own;
 }
 
 std::int8_t* ObjectBricks::edit(BrickKey key) {
-  const auto found = std::lower_bound(keys_.begin(), keys_.end(), key);
-  if (found == keys_.end() || *found != key) return nullptr;
-  auto& own = orders_[static_cast<std::size_t>(found - keys_.begin())];
+  const auto* const found = find(key);
+  if (found == nullptr) return nullptr;
+  auto& own = orders_[static_cast<std::size_t>(found - orders_.data())];
   if (!own) {
     own = std::make_shared_for_overwrite<std::int8_t[]>(kBrickVoxels);
     std::memcpy(own.get(), all_interior().data(), kBrickVoxels);
@@ -84,11 +88,8 @@ std::int8_t* ObjectBricks::edit(BrickKey key) {
 }
 
 std::int8_t ObjectBricks::at(Index3 v) const noexcept {
-  const std::int8_t* brick = orders({v.x / kBrickEdge, v.y / kBrickEdge, v.z / kBrickEdge});
-  return brick == nullptr
-             ? kOrderFree
-             : brick[brick_offset(static_cast<std::uint32_t>(v.x & 31), static_cast<std::uint32_t>(v.y & 31),
-                                  static_cast<std::uint32_t>(v.z & 31))];
+  const std::int8_t* brick = orders(brick_of(v));
+  return brick == nullptr ? kOrderFree : brick[brick_offset(v)];
 }
 
 std::vector<ObjectBricks::Part> ObjectBricks::take_parts() {

@@ -65,6 +65,8 @@ class ObjectBricks {
   std::size_t bytes() const noexcept;
 
  private:
+  const std::shared_ptr<std::int8_t[]>* find(BrickKey key) const noexcept;
+
   std::vector<BrickKey> keys_;
   std::vector<std::shared_ptr<std::int8_t[]>> orders_;  // in the order of keys_; null: interior throughout
 };

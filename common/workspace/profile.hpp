@@ -52,6 +52,9 @@ struct LayerProfile {
 /// Checks the profile. The message of an error says what is wrong and what is allowed.
 core::Status check_profile(const LayerProfile& profile);
 
+/// Checks whether `palette_Pa_s_per_m` can be a workspace's palette: 1 to 256 finite entries, the first 0,
+/// strictly rising.
+core::Status check_palette(const std::vector<float>& palette_Pa_s_per_m);
 /// Returns a workspace's palette: 0 and every μ of the profiles, rising. Refuses more than 256 different
 /// values.
 core::Expected<std::vector<float>> make_palette(const std::vector<LayerProfile>& profiles);

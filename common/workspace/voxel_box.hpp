@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstddef>
 #include <cstdint>
 
 #include "common/workspace/grid.hpp"
@@ -9,51 +10,65 @@
 
 namespace phantom::workspace {
 
-/// A box of voxels: [min, min + size). May reach beyond the grid.
+/// A box of voxels (or of bricks): [min, min + size). May reach beyond the grid.
 struct VoxelBox {
   Index3 min;
   std::array<std::int32_t, 3> size{0, 0, 0};
 
-  bool empty() const { return size[0] <= 0 || size[1] <= 0 || size[2] <= 0; }
+  /// Returns the box [first, end).
+  static constexpr VoxelBox between(Index3 first, Index3 end) {
+    return {first, {end.x - first.x, end.y - first.y, end.z - first.z}};
+  }
+  static VoxelBox of(const GridSpec& grid) { return {{0, 0, 0}, grid.size_vox}; }
+
+  constexpr Index3 end() const { return min + Index3{size[0], size[1], size[2]}; }
+  constexpr bool empty() const { return size[0] <= 0 || size[1] <= 0 || size[2] <= 0; }
   std::size_t voxel_count() const {
     return empty() ? 0
                    : static_cast<std::size_t>(size[0]) * static_cast<std::size_t>(size[1]) *
                          static_cast<std::size_t>(size[2]);
   }
+  constexpr bool contains(Index3 v) const {
+    const Index3 in = v - min;
+    return in.x >= 0 && in.y >= 0 && in.z >= 0 && in.x < size[0] && in.y < size[1] && in.z < size[2];
+  }
+  constexpr bool contains(const VoxelBox& other) const {
+    return contains(other.min) && contains(other.end() - Index3{1, 1, 1});
+  }
+  /// Returns the place of an address of the box, x fastest.
+  std::size_t index(Index3 v) const {
+    const Index3 in = v - min;
+    return (static_cast<std::size_t>(in.z) * static_cast<std::size_t>(size[1]) +
+            static_cast<std::size_t>(in.y)) *
+               static_cast<std::size_t>(size[0]) +
+           static_cast<std::size_t>(in.x);
+  }
   /// Returns the box enlarged by `margin` voxels on each side.
-  VoxelBox grown(std::int32_t margin) const {
-    return {{min.x - margin, min.y - margin, min.z - margin},
-            {size[0] + 2 * margin, size[1] + 2 * margin, size[2] + 2 * margin}};
+  constexpr VoxelBox grown(std::int32_t margin) const {
+    const Index3 by{margin, margin, margin};
+    return between(min - by, end() + by);
   }
   /// Returns the part that both boxes share; empty if there is none.
-  VoxelBox intersection(const VoxelBox& other) const {
-    VoxelBox shared;
-    const auto axis = [](std::int32_t a, std::int32_t a_size, std::int32_t b, std::int32_t b_size,
-                         std::int32_t& from, std::int32_t& count) {
-      from = std::max(a, b);
-      count = std::max(0, std::min(a + a_size, b + b_size) - from);
-    };
-    axis(min.x, size[0], other.min.x, other.size[0], shared.min.x, shared.size[0]);
-    axis(min.y, size[1], other.min.y, other.size[1], shared.min.y, shared.size[1]);
-    axis(min.z, size[2], other.min.z, other.size[2], shared.min.z, shared.size[2]);
-    return shared;
+  constexpr VoxelBox intersection(const VoxelBox& other) const {
+    const Index3 first = workspace::max(min, other.min);
+    return between(first, workspace::max(first, workspace::min(end(), other.end())));
   }
   /// Returns the smallest box that holds both; an empty box adds nothing.
-  VoxelBox hull(const VoxelBox& other) const {
+  constexpr VoxelBox hull(const VoxelBox& other) const {
     if (empty()) return other;
     if (other.empty()) return *this;
-    VoxelBox both;
-    const auto axis = [](std::int32_t a, std::int32_t a_size, std::int32_t b, std::int32_t b_size,
-                         std::int32_t& from, std::int32_t& count) {
-      from = std::min(a, b);
-      count = std::max(a + a_size, b + b_size) - from;
-    };
-    axis(min.x, size[0], other.min.x, other.size[0], both.min.x, both.size[0]);
-    axis(min.y, size[1], other.min.y, other.size[1], both.min.y, both.size[1]);
-    axis(min.z, size[2], other.min.z, other.size[2], both.min.z, both.size[2]);
-    return both;
+    return between(workspace::min(min, other.min), workspace::max(end(), other.end()));
   }
-  static VoxelBox of(const GridSpec& grid) { return {{0, 0, 0}, grid.size_vox}; }
+  /// Calls visit(address) for every address of the box, x fastest.
+  template <class Visit>
+  void for_each(const Visit& visit) const {
+    const Index3 last = end();
+    for (std::int32_t z = min.z; z < last.z; ++z) {
+      for (std::int32_t y = min.y; y < last.y; ++y) {
+        for (std::int32_t x = min.x; x < last.x; ++x) visit(Index3{x, y, z});
+      }
+    }
+  }
 };
 
 /// Counts the bits set in `a`, and those set in `b` but not in `a`; `count` words each.
@@ -67,19 +82,16 @@ BitCounts count_bits(const std::uint64_t* a, const std::uint64_t* b, std::size_t
 class BitVolume {
  public:
   BitVolume() = default;
-  explicit BitVolume(const std::array<std::int32_t, 3>& size)
-      : size_(size),
-        words_per_row_((static_cast<std::size_t>(size[0]) + 63) / 64),
-        words_(words_per_row_ * static_cast<std::size_t>(size[1]) * static_cast<std::size_t>(size[2]), 0) {}
-
+  explicit BitVolume(const std::array<std::int32_t, 3>& size) : BitVolume(unwritten(size)) {
+    std::fill(words_.begin(), words_.end(), 0);
+  }
   /// Returns a volume with undefined bits. The caller must write all of them. This lets each thread touch its
   /// own part of the memory first.
   static BitVolume unwritten(const std::array<std::int32_t, 3>& size) {
     BitVolume volume;
     volume.size_ = size;
     volume.words_per_row_ = (static_cast<std::size_t>(size[0]) + 63) / 64;
-    volume.words_.resize(volume.words_per_row_ * static_cast<std::size_t>(size[1]) *
-                         static_cast<std::size_t>(size[2]));
+    volume.words_.resize(volume.row_index(0, size[2]));
     return volume;
   }
 
@@ -93,11 +105,23 @@ class BitVolume {
   bool get(std::int32_t x, std::int32_t y, std::int32_t z) const {
     return (row(y, z)[x >> 6] >> (x & 63) & 1) != 0;
   }
+  bool get(Index3 v) const { return get(v.x, v.y, v.z); }
   void set(std::int32_t x, std::int32_t y, std::int32_t z) {
     row(y, z)[x >> 6] |= std::uint64_t{1} << (x & 63);
   }
   void flip(std::int32_t x, std::int32_t y, std::int32_t z) {
     row(y, z)[x >> 6] ^= std::uint64_t{1} << (x & 63);
+  }
+  /// Sets the bits [first, end) of a row, of which there is at least one.
+  void set_run(std::int32_t y, std::int32_t z, std::int32_t first, std::int32_t end) {
+    std::uint64_t* const from = row(y, z) + (first >> 6);
+    std::uint64_t* const to = row(y, z) + ((end - 1) >> 6);
+    const std::uint64_t head = ~std::uint64_t{0} << (first & 63),
+                        tail = ~std::uint64_t{0} >> (63 - ((end - 1) & 63));
+    *from |= from == to ? head & tail : head;
+    if (from == to) return;
+    std::fill(from + 1, to, ~std::uint64_t{0});
+    *to |= tail;
   }
   /// Returns the number of bits set.
   std::size_t count() const { return count_bits(words_.data(), words_.data(), words_.size()).a; }

@@ -4,7 +4,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "common/workspace/palette.hpp"
+#include "common/workspace/profile.hpp"
 #include "common/workspace/workspace_hash.hpp"
 
 namespace phantom::workspace {
@@ -35,14 +35,9 @@ Workspace::Workspace(const GridSpec& grid, std::vector<float> palette_Pa_s_per_m
 std::vector<BrickKey> Workspace::bricks() const {
   std::vector<BrickKey> keys;
   keys.reserve(brick_count());
-  BrickKey key;
-  for (key.z = 0; key.z < size_bricks_[2]; ++key.z) {
-    for (key.y = 0; key.y < size_bricks_[1]; ++key.y) {
-      for (key.x = 0; key.x < size_bricks_[0]; ++key.x) {
-        if (has_brick(key)) keys.push_back(key);
-      }
-    }
-  }
+  VoxelBox{{}, size_bricks_}.for_each([&](Index3 v) {
+    if (has_brick({v})) keys.push_back({v});
+  });
   return keys;
 }
 

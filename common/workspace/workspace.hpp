@@ -36,15 +36,27 @@ constexpr std::size_t brick_offset(std::uint32_t x, std::uint32_t y, std::uint32
 }
 
 /// Address of a brick: voxel index / 32.
-struct BrickKey {
-  std::int32_t x = 0, y = 0, z = 0;
-  friend bool operator==(const BrickKey&, const BrickKey&) = default;
-  friend auto operator<=>(const BrickKey&, const BrickKey&) = default;
+struct BrickKey : Index3 {
+  friend constexpr auto operator<=>(const BrickKey&, const BrickKey&) = default;
 };
-
+/// Returns the brick in which a voxel lies. Rounds down, also below 0.
+constexpr BrickKey brick_of(Index3 v) noexcept {
+  return {brick_along(v.x), brick_along(v.y), brick_along(v.z)};
+}
+/// Returns the first voxel of a brick.
+constexpr Index3 corner_of(BrickKey key) noexcept { return kBrickEdge * key; }
+/// Returns the offset of a voxel, which may lie anywhere, inside its brick.
+constexpr std::size_t brick_offset(Index3 v) noexcept {
+  return brick_offset(static_cast<std::uint32_t>(v.x & 31), static_cast<std::uint32_t>(v.y & 31),
+                      static_cast<std::uint32_t>(v.z & 31));
+}
 /// Returns the box of the brick's voxels. The last bricks may reach beyond the grid.
 constexpr VoxelBox box_of(BrickKey key) noexcept {
-  return {{key.x * kBrickEdge, key.y * kBrickEdge, key.z * kBrickEdge}, {kBrickEdge, kBrickEdge, kBrickEdge}};
+  return {corner_of(key), {kBrickEdge, kBrickEdge, kBrickEdge}};
+}
+/// Returns the box of the bricks in which the voxels of a box, which is not empty, lie.
+constexpr VoxelBox bricks_of(const VoxelBox& voxels) noexcept {
+  return VoxelBox::between(brick_of(voxels.min), brick_of(voxels.end() - Index3{1, 1, 1}) + Index3{1, 1, 1});
 }
 
 /// Holds a brick's orders and object ids, each kBrickVoxels long in brick_offset order. Objects, workspaces
@@ -71,7 +83,7 @@ class Workspace {
  public:
   Workspace() = default;
   /// `palette_Pa_s_per_m`: μ by code; the first entry is 0, values rise strictly, at most 256 entries (see
-  /// check_palette() in palette.hpp). Throws std::invalid_argument if the palette breaks these rules.
+  /// check_palette() in profile.hpp). Throws std::invalid_argument if the palette breaks these rules.
   Workspace(const GridSpec& grid, std::vector<float> palette_Pa_s_per_m);
 
   const GridSpec& grid() const noexcept { return grid_; }
@@ -150,19 +162,11 @@ class Workspace {
   const std::uint32_t* directory() const noexcept { return directory_.data(); }
   const std::uint8_t* codes() const noexcept { return mu_codes_.data(); }
 
-  std::size_t directory_index(BrickKey key) const noexcept {
-    return (static_cast<std::size_t>(key.z) * static_cast<std::size_t>(size_bricks_[1]) +
-            static_cast<std::size_t>(key.y)) *
-               static_cast<std::size_t>(size_bricks_[0]) +
-           static_cast<std::size_t>(key.x);
-  }
+  std::size_t directory_index(BrickKey key) const noexcept { return VoxelBox{{}, size_bricks_}.index(key); }
 
  private:
   std::size_t address(Index3 v) const noexcept {
-    const auto x = static_cast<std::uint32_t>(v.x), y = static_cast<std::uint32_t>(v.y),
-               z = static_cast<std::uint32_t>(v.z);
-    const std::size_t slot = directory_[directory_index({v.x >> 5, v.y >> 5, v.z >> 5})];
-    return slot * kBrickVoxels + brick_offset(x & 31, y & 31, z & 31);
+    return directory_[directory_index(brick_of(v))] * kBrickVoxels + brick_offset(v);
   }
 
   /// Describes the memory of one brick.

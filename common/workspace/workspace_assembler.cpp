@@ -5,23 +5,13 @@
 #include <stdexcept>
 #include <string>
 
-#include "common/workspace/palette.hpp"
+#include "common/workspace/profile.hpp"
 #include "common/workspace/workspace_hash.hpp"
 
 namespace phantom::workspace {
 namespace {
 
-constexpr std::int32_t kMostBricks = 8192 / kBrickEdge;  // along an axis (idl: size 1…8192)
-
-bool possible(BrickKey key) {
-  const auto inside = [](std::int32_t i) { return i >= 0 && i < kMostBricks; };
-  return inside(key.x) && inside(key.y) && inside(key.z);
-}
-
-bool within(const GridSpec& grid, BrickKey key) {
-  return key.x * kBrickEdge < grid.size_vox[0] && key.y * kBrickEdge < grid.size_vox[1] &&
-         key.z * kBrickEdge < grid.size_vox[2];
-}
+constexpr VoxelBox kPossibleBricks{{}, {kMostBricks, kMostBricks, kMostBricks}};
 
 bool same_grid(const GridSpec& a, const GridSpec& b) {
   return a.origin_m == b.origin_m && a.voxel_size_m == b.voxel_size_m && a.size_vox == b.size_vox;
@@ -58,8 +48,36 @@ void store_brick(BrickKey key, const BrickContent& content, Workspace& workspace
 constexpr std::size_t kMostReserved =
     32768;  // bricks: 1 GiB of addresses, of which only what is used becomes memory
 
+constexpr std::size_t kCodeBytes = kBrickVoxels, kOrderBytes = kBrickVoxels, kObjectBytes = 2 * kBrickVoxels;
+constexpr std::size_t kNodeBytes = 320;  // of a brick in maps and directories, and its share of heap blocks
+constexpr std::uint32_t kNotUniform = UINT32_MAX;
+
+/// Returns a number for what a uniform brick is full of: bricks of one kind share their memory.
+std::uint32_t kind_of(const BrickContent& content) {
+  const auto& [brick, facts] = content;
+  if (!facts.uniform || facts.object == BrickFacts::kSeveral) return kNotUniform;
+  const auto order = static_cast<std::uint8_t>(brick.order[0]);
+  return std::uint32_t{facts.object} << 16 | std::uint32_t{brick.mu_code[0]} << 8 | order;
+}
+
+/// Returns the memory of a brick, without what it shares with others of its kind.
+std::size_t bytes_of(const BrickContent& content, std::uint32_t kind, std::size_t packed) {
+  if (kind != kNotUniform) return kNodeBytes + packed;
+  const bool several = content.facts.object == BrickFacts::kSeveral;
+  return kNodeBytes + std::max(packed, kCodeBytes + kOrderBytes + (several ? kObjectBytes : 0));
+}
+
+std::size_t shared_bytes(std::uint32_t kind) { return kind == kNotUniform ? 0 : kCodeBytes + kOrderBytes; }
+
 /// Adds room for some more bricks, because growing an array later would move all of its content.
 std::size_t with_room(std::size_t bricks) { return bricks + bricks / 8 + 64; }
+
+}  // namespace
+
+VersionDescription description_of(const Workspace& workspace, std::uint64_t content_hash) {
+  return {workspace.version, workspace.grid(), workspace.palette(),
+          static_cast<std::uint32_t>(workspace.brick_count()), content_hash};
+}
 
 core::Status check(const VersionDescription& description) {
   const GridSpec& grid = description.grid;
@@ -77,11 +95,9 @@ core::Status check(const VersionDescription& description) {
   return check_palette(description.palette_Pa_s_per_m);
 }
 
-}  // namespace
-
 core::Status WorkspaceAssembler::put_brick(BrickKey key, std::uint64_t version,
                                            std::span<const std::uint8_t> bytes) {
-  if (!possible(key)) {
+  if (!kPossibleBricks.contains(key)) {
     return core::Status::invalid_argument("workspace brick (" + std::to_string(key.x) + ", " +
                                           std::to_string(key.y) + ", " + std::to_string(key.z) +
                                           "): outside of any workspace");
@@ -92,19 +108,25 @@ core::Status WorkspaceAssembler::put_brick(BrickKey key, std::uint64_t version,
   }
   BrickContent& content = *scratch_;
   if (core::Status decoded = decode_brick(bytes, content); !decoded) return decoded;
-  forget(key);
+  const std::uint32_t kind = kind_of(content);
   Held held{version,
             brick_hash(key, content.voxels.view()),
             {},
-            forming_ && within(forming_->grid(), key),
+            forming_ && forming_->grid().contains(corner_of(key)),
             content.facts.greatest_code,
-            content.facts.greatest_fluid_code};
+            content.facts.greatest_fluid_code,
+            kind,
+            bytes_of(content, kind, bytes.size())};
+  if (core::Status room = check_room(key, held); !room) return room;
+  forget(key);
   if (held.formed) {
     store_brick(key, content, *forming_);
   } else {
     held.packed.assign(bytes.begin(), bytes.end());
   }
   hash_sum_ += held.hash;
+  bytes_ += held.bytes;
+  if (kind != kNotUniform && kinds_[kind]++ == 0) bytes_ += shared_bytes(kind);
   Tally& tally = tallies_[version];
   ++tally.count;
   tally.hash += held.hash;
@@ -112,6 +134,21 @@ core::Status WorkspaceAssembler::put_brick(BrickKey key, std::uint64_t version,
   changed_.insert(key);
   try_commit();
   return core::Status::ok();
+}
+
+/// Refuses a brick, which would replace any that is held at its place, if there is no room for it.
+core::Status WorkspaceAssembler::check_room(BrickKey key, const Held& held) const {
+  const auto present = held_.find(key);
+  const bool is_new = present == held_.end();
+  if (is_new && held_.size() >= kMostBricksInAll)
+    return {core::ErrorCode::kResourceExhausted,
+            "more bricks than a workspace can have; allowed: " + std::to_string(kMostBricksInAll)};
+  std::size_t after = bytes_ + held.bytes - (is_new ? 0 : present->second.bytes);
+  if (!kinds_.contains(held.kind)) after += shared_bytes(held.kind);
+  if (after <= most_bytes_) return core::Status::ok();
+  return {core::ErrorCode::kResourceExhausted, "the workspace takes more than " +
+                                                   std::to_string(most_bytes_ >> 20) +
+                                                   " MiB, which is all that is allowed"};
 }
 
 void WorkspaceAssembler::remove_brick(BrickKey key) {
@@ -130,13 +167,26 @@ void WorkspaceAssembler::forget(BrickKey key) {
     tally->second.hash -= held.hash;
   }
   hash_sum_ -= held.hash;
+  bytes_ -= held.bytes;
+  if (held.kind != kNotUniform && --kinds_.at(held.kind) == 0) {
+    kinds_.erase(held.kind);
+    bytes_ -= shared_bytes(held.kind);
+  }
   if (held.formed) forming_->remove_brick(key);
   held_.erase(found);
-  changed_.insert(key);
+  // Bricks that come and go before any version names them must leave nothing behind.
+  if (current_ && current_->grid().contains(corner_of(key)) && current_->has_brick(key)) {
+    changed_.insert(key);
+  } else {
+    changed_.erase(key);
+  }
 }
 
 core::Status WorkspaceAssembler::commit(const VersionDescription& description) {
   if (core::Status checked = check(description); !checked) return checked;
+  if (description.brick_count > kMostBricksInAll)
+    return core::Status::invalid_argument("workspace version: " + std::to_string(description.brick_count) +
+                                          " bricks; allowed: at most " + std::to_string(kMostBricksInAll));
   pending_ = description;
   if (current_ && is_like(*current_, description.grid, description.palette_Pa_s_per_m)) {
     end_forming();
@@ -203,7 +253,8 @@ bool WorkspaceAssembler::fits(const VersionDescription& description) const {
     return false;
   return std::all_of(held_.begin(), held_.end(), [&](const auto& entry) {
     const auto& [key, held] = entry;
-    return within(description.grid, key) && held.greatest_code < description.palette_Pa_s_per_m.size();
+    return description.grid.contains(corner_of(key)) &&
+           held.greatest_code < description.palette_Pa_s_per_m.size();
   });
 }
 

@@ -14,6 +14,11 @@
 
 namespace phantom::workspace {
 
+/// Greatest number of bricks along an axis: 8192 voxels.
+inline constexpr std::int32_t kMostBricks = 8192 / kBrickEdge;
+/// Greatest number of bricks of a workspace: as many as topic workspace_brick holds.
+inline constexpr std::size_t kMostBricksInAll = 262144;
+
 /// Holds the content of a WorkspaceVersion sample.
 struct VersionDescription {
   std::uint64_t version = 0;
@@ -22,6 +27,11 @@ struct VersionDescription {
   std::uint32_t brick_count = 0;
   std::uint64_t content_hash = 0;
 };
+
+/// Returns the description of a workspace whose content hash is `content_hash`.
+VersionDescription description_of(const Workspace& workspace, std::uint64_t content_hash);
+/// Refuses a description whose grid or palette no workspace can have.
+core::Status check(const VersionDescription& description);
 
 /// Collects bricks in any order and builds a Workspace from them once their count and hash show that a
 /// committed version is complete. This is the consumer's side of the workspace topics. A half-updated volume
@@ -39,14 +49,25 @@ struct VersionDescription {
 /// version and dropped. If a version has another grid or palette than current(), its volume is built while
 /// its bricks arrive, once the version has been committed; it stays invisible until it is complete.
 ///
+/// Bounded in memory: a brick is refused if the workspace of all bricks would have more than
+/// kMostBricksInAll bricks or take more than `most_bytes`.
+///
 /// Not thread-safe: samples arrive on middleware threads, so lock around every call. Not real-time safe.
 class WorkspaceAssembler {
  public:
+  WorkspaceAssembler() = default;
+  explicit WorkspaceAssembler(std::size_t most_bytes) : most_bytes_(most_bytes) {}
+
+  /// Sets a new bound for bricks that come from now on.
+  void allow(std::size_t most_bytes) { most_bytes_ = most_bytes; }
+  /// Returns what a workspace of all held bricks takes, or somewhat more.
+  std::size_t bytes() const { return bytes_; }
+
   /// Takes the newest state of one brick. Empty bytes mean that the brick does not exist any more. Refuses
   /// bytes that are not a brick, and keys that no grid can have.
   core::Status put_brick(BrickKey key, std::uint64_t version, std::span<const std::uint8_t> bytes);
   void remove_brick(BrickKey key);
-  /// Takes the newest committed version. Refuses a description with an invalid grid or palette.
+  /// Takes the newest committed version, which is checked.
   core::Status commit(const VersionDescription& description);
   /// Brings the second buffer up to date, so that the next version need not do so. Call it when idle. Does
   /// nothing while somebody still holds that buffer.
@@ -72,12 +93,15 @@ class WorkspaceAssembler {
     bool formed;
     std::uint8_t greatest_code;
     std::uint8_t greatest_fluid_code;  // among voxels of layers and guard
+    std::uint32_t kind;                // of a uniform brick, see kind_of(); else kNotUniform
+    std::size_t bytes;                 // without what it shares with others of its kind
   };
   /// Sums up the held bricks of one version.
   struct Tally {
     std::size_t count = 0;
     std::uint64_t hash = 0;
   };
+  core::Status check_room(BrickKey key, const Held& held) const;
   void forget(BrickKey key);
   void try_commit();
   void drop_left_overs();
@@ -89,9 +113,11 @@ class WorkspaceAssembler {
   void write_brick(Workspace& to, BrickKey key);
 
   std::map<BrickKey, Held> held_;
-  std::map<std::uint64_t, Tally> tallies_;  // by version
-  std::uint64_t hash_sum_ = 0;              // Σ of held_'s hashes
-  std::set<BrickKey> changed_;              // where held_ may differ from current_
+  std::map<std::uint64_t, Tally> tallies_;      // by version
+  std::map<std::uint32_t, std::size_t> kinds_;  // number of held uniform bricks by kind
+  std::size_t most_bytes_ = SIZE_MAX, bytes_ = 0;
+  std::uint64_t hash_sum_ = 0;  // Σ of held_'s hashes
+  std::set<BrickKey> changed_;  // where held_ may differ from current_
   std::optional<VersionDescription> pending_;
   std::shared_ptr<Workspace> forming_;  // for pending_, if its grid or palette differs from current_'s
   std::shared_ptr<const Workspace> current_;

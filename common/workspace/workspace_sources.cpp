@@ -34,6 +34,7 @@ core::Status WorkspaceSources::put_brick(const SourceId& id, BrickKey key, std::
                                          std::span<const std::uint8_t> bytes) {
   Source* source = find_or_add(id);
   if (source == nullptr) return too_many();
+  source->assembler.allow(allowed(*source));
   const core::Status status = source->assembler.put_brick(key, version, bytes);
   choose();
   return status;
@@ -57,6 +58,12 @@ core::Status WorkspaceSources::commit(const SourceId& id, const VersionDescripti
     choose();
   }
   return status;
+}
+
+/// Returns how much memory the workspace of a source may take.
+std::size_t WorkspaceSources::allowed(const Source& source) const {
+  if (in_force_ == nullptr || in_force_ == &source || in_force_->gone) return most_bytes_;
+  return std::min(most_bytes_, std::max(kLeastBytes, 2 * in_force_->assembler.bytes()));
 }
 
 void WorkspaceSources::gone(const SourceId& id) {

@@ -18,11 +18,15 @@ using SourceId = std::array<std::uint8_t, 12>;
 /// separately, so that no brick or version of one source can corrupt the workspace of another. The first
 /// source whose workspace is complete is in force for as long as it is present. After it has gone, its
 /// workspace stays in force until that of another source is complete. A description is checked before it is
-/// used. Not thread-safe. Real-time safe: no.
+/// used. Each source's workspace may take `most_bytes`; while one is in force, the others may take twice as
+/// much as that, at most, and kLeastBytes at least. Not thread-safe. Real-time safe: no.
 class WorkspaceSources {
  public:
   /// Greatest number of sources at a time; samples of further sources are refused.
   static constexpr std::size_t kMost = 3;
+  static constexpr std::size_t kLeastBytes = std::size_t{64} << 20;
+
+  explicit WorkspaceSources(std::size_t most_bytes = SIZE_MAX) : most_bytes_(most_bytes) {}
 
   /// Takes the newest state of one brick of a source, as WorkspaceAssembler::put_brick().
   core::Status put_brick(const SourceId& source, BrickKey key, std::uint64_t version,
@@ -57,7 +61,9 @@ class WorkspaceSources {
   Source* find(const SourceId& id);
   Source* find_or_add(const SourceId& id);
   void choose();
+  std::size_t allowed(const Source& source) const;
 
+  std::size_t most_bytes_;
   std::vector<std::unique_ptr<Source>> sources_;  // in the order in which they were first heard
   Source* in_force_ = nullptr;                    // one of sources_
 };

@@ -16,16 +16,10 @@ constexpr double kUnsafeRepeat_s = 0.75, kUnsafeLastingRepeat_s = 1.5;
 constexpr double kHighHoldOff_s = 1.0;
 
 double delay_s(const AlarmRules& rules, Alarm alarm) noexcept {
-  switch (percept::priority_of(alarm)) {
-    case AlarmPriority::kHigh:
-      return 0.0;
-    case AlarmPriority::kMedium:
-      return rules.medium_delay_s;
-    case AlarmPriority::kLow:
-    case AlarmPriority::kInformation:
-      break;
-  }
-  return rules.low_delay_s;
+  const AlarmPriority priority = percept::priority_of(alarm);
+  return priority == AlarmPriority::kHigh     ? 0.0
+         : priority == AlarmPriority::kMedium ? rules.medium_delay_s
+                                              : rules.low_delay_s;
 }
 
 }  // namespace
@@ -43,7 +37,7 @@ void AlarmManager::follow(Course& course, Alarm alarm, bool holds, double dt_s) 
   }
   course.absent_s = 0.0;
   course.held_s += dt_s;
-  if (course.held_s > delay_s(rules_, alarm)) standing_ = std::max(standing_, alarm);
+  if (course.held_s > delay_s(rules_, alarm)) active_ = std::max(active_, alarm);
 }
 
 bool AlarmManager::is_due(const Course& course, Alarm alarm) const noexcept {
@@ -70,7 +64,7 @@ void AlarmManager::pass_time(double dt_s) noexcept {
 }
 
 std::optional<Alarm> AlarmManager::step(const AlarmSet& holding, bool acknowledged, double dt_s) noexcept {
-  standing_ = Alarm::kNone;
+  active_ = Alarm::kNone;
   for (std::size_t i = 1; i < courses_.size(); ++i)
     follow(courses_[i], static_cast<Alarm>(i), holding[i], dt_s);
   if (acknowledged) {
@@ -85,19 +79,19 @@ std::optional<Alarm> AlarmManager::step(const AlarmSet& holding, bool acknowledg
     silence_s_ = 0.0;
     change = Alarm::kNone;
   }
-  Course& gravest = courses_[static_cast<std::size_t>(standing_)];
-  if (standing_ == Alarm::kNone || !is_due(gravest, standing_)) return change;
-  const bool urgent = percept::priority_of(standing_) == AlarmPriority::kHigh;
+  Course& most_severe = courses_[static_cast<std::size_t>(active_)];
+  if (active_ == Alarm::kNone || !is_due(most_severe, active_)) return change;
+  const bool urgent = percept::priority_of(active_) == AlarmPriority::kHigh;
   const bool may_begin =
-      playing_ == Alarm::kNone ? urgent || silence_s_ >= rules_.least_silence_s : standing_ > playing_;
+      playing_ == Alarm::kNone ? urgent || silence_s_ >= rules_.least_silence_s : active_ > playing_;
   if (!may_begin) return change;
-  gravest.since_burst_s = 0.0;
-  gravest.begun = true;
-  ++gravest.bursts;
+  most_severe.since_burst_s = 0.0;
+  most_severe.begun = true;
+  ++most_severe.bursts;
   ++bursts_;
-  playing_ = standing_;
-  playing_left_s_ = percept::burst_duration_s(standing_);
-  return standing_;
+  playing_ = active_;
+  playing_left_s_ = percept::burst_duration_s(active_);
+  return active_;
 }
 
 }  // namespace phantom::audio_percept

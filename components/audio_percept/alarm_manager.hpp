@@ -37,7 +37,7 @@ class AlarmManager {
   std::optional<percept::Alarm> step(const AlarmSet& holding, bool acknowledged, double dt_s) noexcept;
 
   /// Returns the most serious alarm present, whether it sounds or not. Real-time safe: yes.
-  percept::Alarm standing() const noexcept { return standing_; }
+  percept::Alarm active() const noexcept { return active_; }
   std::uint64_t bursts() const noexcept { return bursts_; }  ///< number of bursts started
 
  private:
@@ -53,7 +53,7 @@ class AlarmManager {
 
   AlarmRules rules_;
   std::array<Course, percept::kAlarmCount> courses_{};
-  percept::Alarm standing_ = percept::Alarm::kNone, playing_ = percept::Alarm::kNone;
+  percept::Alarm active_ = percept::Alarm::kNone, playing_ = percept::Alarm::kNone;
   double playing_left_s_ = 0.0, silence_s_ = 1e9;
   std::uint64_t bursts_ = 0;
 };

@@ -44,8 +44,8 @@ Situation AudioPercept::assess(const Inputs& inputs) noexcept {
   const PerceptSample& sample = inputs.percept;
   const bool fresh =
       sample.received_ns > 0 && inputs.now_ns - sample.received_ns <= config_.percept_timeout_ns;
-  if (!fresh || !sample.valid) return heard_ ? Situation::kStale : Situation::kWaiting;
-  heard_ = true;
+  if (!fresh || !sample.valid) return had_percept_ ? Situation::kStale : Situation::kWaiting;
+  had_percept_ = true;
   return sample.closeness > 0.0 ? Situation::kSounding : Situation::kFreeSpace;
 }
 
@@ -77,21 +77,21 @@ AlarmSet AudioPercept::conditions(const Inputs& inputs) const noexcept {
   return set;
 }
 
-/// Returns the orientation of the ears: as the viewer reports it, else as the operator chose, else as
+/// Returns the orientation of the listener: as the viewer reports it, else as the operator chose, else as
 /// configured.
-EarAxes AudioPercept::facing(const Inputs& inputs) const noexcept {
+ListenerAxes AudioPercept::facing(const Inputs& inputs) const noexcept {
   const ListenerConfig& listener = config_.listener;
-  const bool told = listener.follow_viewer && inputs.view.received_ns > 0 &&
-                    inputs.now_ns - inputs.view.received_ns <= listener.view_timeout_ns;
-  if (told) return inputs.view.axes;
+  const bool follows_view = listener.follow_viewer && inputs.view.received_ns > 0 &&
+                            inputs.now_ns - inputs.view.received_ns <= listener.view_timeout_ns;
+  if (follows_view) return inputs.view.axes;
   const bool chosen = listener.follow_operator && inputs.command.view;
-  return ear_axes(listener, chosen ? inputs.command.view : listener.view);
+  return listener_axes(listener, chosen ? inputs.command.view : listener.view);
 }
 
 void AudioPercept::turn_to(const Inputs& inputs, double dt_s) noexcept {
-  const Vector3 target = heard_at(config_.listener, facing(inputs), inputs.percept.position_m);
+  const Vector3 target = in_listener_frame(config_.listener, facing(inputs), inputs.percept.position_m);
   const double share = tone_.gain > 0.0 ? 1.0 - std::exp(-dt_s / kTurnTime_s) : 1.0;
-  for (std::size_t i = 0; i < 3; ++i) heard_from_[i] += share * (target[i] - heard_from_[i]);
+  for (std::size_t i = 0; i < 3; ++i) source_position_[i] += share * (target[i] - source_position_[i]);
 }
 
 void AudioPercept::step(const Inputs& inputs, std::span<float> percept, std::span<float> alarm) noexcept {

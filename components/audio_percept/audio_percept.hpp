@@ -54,7 +54,7 @@ struct CommandSample {
 /// The orientation of the view that the operator looks at.
 struct ViewSample {
   core::Nanoseconds received_ns = 0;
-  EarAxes axes{};
+  ListenerAxes axes{};
 };
 
 struct Inputs {
@@ -86,28 +86,28 @@ class AudioPercept {
 
   Situation situation() const noexcept { return situation_; }
   /// Returns the most serious alarm present, whether it sounds at this moment or not.
-  percept::Alarm alarm() const noexcept { return alarms_.standing(); }
+  percept::Alarm alarm() const noexcept { return alarms_.active(); }
   /// Returns the alarm whose burst is being played.
   percept::Alarm sounding() const noexcept { return synthesizer_.alarm(); }
   std::uint64_t bursts() const noexcept { return alarms_.bursts(); }
   const percept::Tone& tone() const noexcept { return tone_; }
-  /// Returns the position from which the percept is heard, in the frame of the ears.
-  const Vector3& heard_from() const noexcept { return heard_from_; }
+  /// Returns the position from which the percept is heard, in the frame of the listener.
+  const Vector3& source_position() const noexcept { return source_position_; }
 
  private:
   Situation assess(const Inputs& inputs) noexcept;
   AlarmSet conditions(const Inputs& inputs) const noexcept;
   bool link_lost(const LinkSample& link, core::Nanoseconds now_ns) const noexcept;
-  EarAxes facing(const Inputs& inputs) const noexcept;
+  ListenerAxes facing(const Inputs& inputs) const noexcept;
   void turn_to(const Inputs& inputs, double dt_s) noexcept;
 
   AudioPerceptConfig config_;
   percept::ToneSynthesizer synthesizer_;
   AlarmManager alarms_;
   percept::Tone tone_;
-  Vector3 heard_from_{0.0, 0.0, -1.0};
+  Vector3 source_position_{0.0, 0.0, -1.0};
   Situation situation_ = Situation::kWaiting;
-  bool heard_ = false;  // whether a valid percept has ever come
+  bool had_percept_ = false;  // whether a valid percept has ever come
   core::Nanoseconds reset_ns_ = 0;
 };
 

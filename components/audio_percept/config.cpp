@@ -18,7 +18,7 @@ void read_exponent(const Fields& fields, double& exponent, bool power_law) {
 }
 
 void read_pitch(const Fields& pitch, percept::ToneLaw& law) {
-  using enum percept::PitchLaw;
+  using enum percept::MappingLaw;
   pitch.choice("law", law.pitch, {{"exponential", kExponential}, {"power", kPower}, {"linear", kLinear}});
   read_exponent(pitch, law.pitch_exponent, law.pitch == kPower);
   pitch.number("min_frequency_Hz", law.min_frequency_Hz);
@@ -28,7 +28,7 @@ void read_pitch(const Fields& pitch, percept::ToneLaw& law) {
 }
 
 void read_level(const Fields& level, percept::ToneLaw& law) {
-  using enum percept::LevelLaw;
+  using enum percept::MappingLaw;
   level.choice("law", law.level, {{"power", kPower}, {"exponential", kExponential}, {"linear", kLinear}});
   read_exponent(level, law.speed_exponent, law.level == kPower);
   level.number("rest_gain", law.rest_gain);
@@ -66,7 +66,7 @@ void read_listener(const Fields& section, ListenerConfig& listener) {
     const auto node = static_cast<percept::ViewNode>(number);
     views.emplace_back(percept::node_name(node), node);
   }
-  section.vector3("ears_m", listener.ears_m);
+  section.vector3("position_m", listener.position_m);
   section.choice("view", listener.view, views);
   section.flag("follow_viewer", listener.follow_viewer);
   section.number("view_timeout_ms", listener.view_timeout_ns, 1e6);

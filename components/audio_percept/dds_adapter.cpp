@@ -1,10 +1,8 @@
 #include "components/audio_percept/dds_adapter.hpp"
 
-#include <atomic>
-
 #include "common/core/clock.hpp"
 #include "common/dds/endpoint.hpp"
-#include "common/dds/status_reporter.hpp"
+#include "common/messages/status_reporter.hpp"
 #include "components/audio_percept/dds_adapter_convert.hpp"
 
 namespace phantom::audio_percept {
@@ -20,18 +18,13 @@ class Intake {
       : converter_(converter_parts...),
         reader_(participant, topic, [this, &snapshot](const Message& message, const dds::SampleInfo& info) {
           Sample sample;
-          if (converter_.accept(message, info.received_ns, sample)) {
-            snapshot.write(sample);
-          } else if (ready_) {
-            reader_.count_refused();
-          }
-        }) {
-    ready_ = true;
-  }
+          const bool accepted = converter_.accept(message, info.received_ns, sample);
+          if (accepted) snapshot.write(sample);
+          return accepted;
+        }) {}
   const Converter& converter() const { return converter_; }
 
  private:
-  std::atomic<bool> ready_{false};  // samples can come before reader_ is fully constructed
   Converter converter_;
   dds::Reader<Message> reader_;
 };
@@ -56,7 +49,7 @@ struct DdsAdapter::Impl {
   Intake<msg::HitAlert, AlertConverter, AlertSample> alerts;
   Intake<msg::OperatorCommand, CommandConverter, CommandSample> command;
   Intake<msg::ViewPose, ViewConverter, ViewSample> view;
-  dds::StatusReporter status;
+  messages::StatusReporter status;
 };
 
 DdsAdapter::DdsAdapter(const core::NetworkOptions& network, Inbox& inbox)
@@ -65,15 +58,15 @@ DdsAdapter::~DdsAdapter() = default;
 
 void DdsAdapter::report(const core::Health& health) {
   const core::Nanoseconds now_ns = core::monotonic_ns();
-  core::Health told = health;
+  core::Health published = health;
   const auto add_rival = [&](const auto& intake, const char* topic) {
-    if (intake.converter().has_second(now_ns)) told = dds::with_rival(std::move(told), topic);
+    if (intake.converter().has_second(now_ns)) published = dds::with_rival(std::move(published), topic);
   };
   add_rival(impl_->percept, "percept");
   add_rival(impl_->master, "master_state");
   add_rival(impl_->slave, "slave_state");
   add_rival(impl_->view, "view_pose");
-  impl_->status.publish(told);
+  impl_->status.publish(published);
 }
 
 }  // namespace phantom::audio_percept

@@ -1,8 +1,6 @@
 #pragma once
 
 #include <memory>
-#include <string>
-#include <vector>
 
 #include "common/core/health.hpp"
 #include "common/core/network.hpp"

@@ -31,7 +31,7 @@ bool PerceptConverter::accept(const msg::Percept& message, core::Nanoseconds rec
 }
 
 bool AlertConverter::accept(const msg::HitAlert& message, core::Nanoseconds received_ns, AlertSample& out) {
-  constexpr std::size_t kMostActive = 1000;
+  constexpr std::size_t kMaxActive = 1000;
   const auto alert = messages::from_idl(message);
   const std::uint64_t session = message.stamp().session();
   if (phantom_ != nullptr && phantom_->is_rival(message.stamp(), received_ns)) return false;
@@ -42,7 +42,7 @@ bool AlertConverter::accept(const msg::HitAlert& message, core::Nanoseconds rece
     active_.erase(alert->alert);
   } else {
     // Keeps the set bounded, whatever arrives.
-    if (active_.size() >= kMostActive) active_.erase(active_.begin());
+    if (active_.size() >= kMaxActive) active_.erase(active_.begin());
     active_.insert(alert->alert);
     raised_ns_ = received_ns;
   }
@@ -62,11 +62,12 @@ bool ViewConverter::accept(const msg::ViewPose& message, core::Nanoseconds recei
 
 bool CommandConverter::accept(const msg::OperatorCommand& message, core::Nanoseconds received_ns,
                               CommandSample& out) {
-  if (message.kind() == msg::COMMAND_RESET) latest_.reset_ns = received_ns;
-  if (message.kind() == msg::COMMAND_VIEW_NODE) {
-    const auto view = percept::node_from_number(message.value());
-    if (!view) return false;
-    // 0 leaves the choice to the viewer, which turns its hit view by itself: the ears then face as
+  const auto command = messages::from_idl(message);
+  if (!command) return false;
+  if (command->kind == core::CommandKind::kReset) latest_.reset_ns = received_ns;
+  if (command->kind == core::CommandKind::kViewNode) {
+    const auto view = percept::node_from_number(command->value);
+    // 0 leaves the choice to the viewer, which turns its hit view by itself: the listener then faces as
     // configured.
     latest_.view = view == percept::ViewNode::kAutomatic ? std::nullopt : view;
   }

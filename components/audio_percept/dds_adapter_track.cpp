@@ -1,9 +1,8 @@
-#include "components/audio_percept/dds_adapter_track.hpp"
-
 #include "common/core/errors.hpp"
 #include "common/dds/cdr.hpp"
 #include "common/recording/mcap_reader.hpp"
 #include "components/audio_percept/dds_adapter_convert.hpp"
+#include "components/audio_percept/track.hpp"
 
 namespace phantom::audio_percept {
 namespace {

@@ -88,7 +88,7 @@ void Engine::turn(double dt_s, core::Nanoseconds now_ns) {
 
 void Engine::render_period() {
   percept_.step(inputs_, tone_, alarm_);
-  spatialiser_.render(tone_, alarm_, percept_.heard_from(), std::span(frames_.data(), period_samples_));
+  spatialiser_.render(tone_, alarm_, percept_.source_position(), std::span(frames_.data(), period_samples_));
   for (std::size_t i = 0; i < period_samples_; ++i) {
     samples_[i] = static_cast<std::int16_t>(std::lround(32767.0F * frames_[i]));
   }
@@ -109,8 +109,8 @@ void Engine::publish() noexcept {
                     .alarm = percept_.alarm(),
                     .frequency_Hz = percept_.tone().frequency_Hz,
                     .gain = percept_.tone().gain,
-                    .azimuth_deg = azimuth_rad(percept_.heard_from()) / core::kRadPerDegree,
-                    .elevation_deg = elevation_rad(percept_.heard_from()) / core::kRadPerDegree,
+                    .azimuth_deg = azimuth_rad(percept_.source_position()) / core::kRadPerDegree,
+                    .elevation_deg = elevation_rad(percept_.source_position()) / core::kRadPerDegree,
                     .latency_p50_ms = ms(latency_.quantile_ns(0.5)),
                     .latency_p99_ms = ms(latency_.quantile_ns(0.99)),
                     .latency_max_ms = ms(latency_.max_ns()),
@@ -125,6 +125,42 @@ void Engine::publish() noexcept {
 EngineFigures Engine::figures() {
   published_.read(latest_);
   return latest_;
+}
+
+core::Health health_of(const EngineFigures& figures, const core::LoopStatistics& loop,
+                       const std::string& sink_name) {
+  using enum core::ComponentState;
+  using percept::Alarm;
+  core::Health health;
+  const auto set = [&health](core::ComponentState state, std::string message) {
+    health.state = state;
+    health.message = std::move(message);
+  };
+  const bool stale = figures.situation == Situation::kStale;
+  const char* const stale_text = "the percept is stale: silence and alarm";
+  set(kRunning, "sounding, " + sink_name);
+  if (figures.situation == Situation::kWaiting) set(kReady, "waiting for the percept");
+  if (stale) set(kDegraded, stale_text);
+  if (figures.device_lost) set(kDegraded, "the playback device went away: no sound");
+  if (figures.alarm == Alarm::kEmergencyStop) health.message = "emergency stop";
+  if (figures.alarm == Alarm::kDriveFault) health.message = "stopped: drives in fault";
+  if (figures.alarm == Alarm::kLinkLost)
+    set(kDegraded, stale ? stale_text : "the link between master and slave is lost or degraded");
+  if (figures.alarm == Alarm::kWorkspaceStale)
+    set(kDegraded, "the percept's model cannot be relied on: silence and alarm");
+  // phantom_sensing reports the other alarms.
+  health.loops = {loop};
+  health.figures = {{"frequency", figures.frequency_Hz, "Hz"},
+                    {"gain", figures.gain, ""},
+                    {"azimuth", figures.azimuth_deg, "deg"},
+                    {"elevation", figures.elevation_deg, "deg"},
+                    {"latency_p50", figures.latency_p50_ms, "ms"},
+                    {"latency_p99", figures.latency_p99_ms, "ms"},
+                    {"device_latency", figures.device_latency_ms, "ms"},
+                    {"percepts", static_cast<double>(figures.percepts), ""},
+                    {"interruptions", static_cast<double>(figures.interruptions), ""},
+                    {"alarm_bursts", static_cast<double>(figures.alarm_bursts), ""}};
+  return health;
 }
 
 }  // namespace phantom::audio_percept

@@ -21,7 +21,7 @@ struct EngineFigures {
   percept::Alarm alarm = percept::Alarm::kNone;  ///< the most serious alarm present
   double frequency_Hz = 0.0;                     ///< of the requested tone
   double gain = 0.0;
-  double azimuth_deg = 0.0, elevation_deg = 0.0;  ///< direction of the tone, relative to the ears
+  double azimuth_deg = 0.0, elevation_deg = 0.0;  ///< direction of the tone, relative to the listener
   double latency_p50_ms = 0.0;                    ///< from a percept's stamp until its sound is emitted
   double latency_p99_ms = 0.0;
   double latency_max_ms = 0.0;
@@ -32,6 +32,10 @@ struct EngineFigures {
   bool live = false;                ///< a playback device is in use
   bool device_lost = false;         ///< a device was in use and is gone; the sound goes on without one
 };
+
+/// Returns the component's health (state, one sentence, figures) from the audio thread's figures.
+core::Health health_of(const EngineFigures& figures, const core::LoopStatistics& loop,
+                       const std::string& sink_name);
 
 /// The audio thread: asks the sink how many periods it needs, renders them from the newest samples, and
 /// writes them to the sink.
@@ -89,8 +93,8 @@ class Engine {
   core::Nanoseconds last_percept_ns_ = 0;
   int turns_ = 0;
   std::array<float, kPeriodFrames> tone_{}, alarm_{};
-  std::array<float, kPeriodFrames * kMostChannels> frames_{};
-  std::array<std::int16_t, kPeriodFrames * kMostChannels> samples_{};
+  std::array<float, kPeriodFrames * kMaxChannels> frames_{};
+  std::array<std::int16_t, kPeriodFrames * kMaxChannels> samples_{};
   core::Snapshot<EngineFigures> published_;
   EngineFigures latest_;
   runtime::PeriodicLoop loop_;

@@ -5,18 +5,20 @@
 
 namespace phantom::audio_percept {
 
-EarAxes ear_axes(const ListenerConfig& listener, std::optional<percept::ViewNode> view) noexcept {
+ListenerAxes listener_axes(const ListenerConfig& listener, std::optional<percept::ViewNode> view) noexcept {
   const Eigen::Matrix3d rows = percept::view_axes(
       view ? percept::node_direction(*view)
            : percept::direction_at(listener.main_azimuth_rad, listener.main_elevation_rad));
-  EarAxes axes;
+  ListenerAxes axes;
   for (std::size_t i = 0; i < axes.size(); ++i)
     Eigen::Vector3d::Map(axes[i].data()) = rows.row(static_cast<Eigen::Index>(i));
   return axes;
 }
 
-Vector3 heard_at(const ListenerConfig& listener, const EarAxes& axes, const Vector3& p_W_m) noexcept {
-  const Eigen::Vector3d d = Eigen::Vector3d::Map(p_W_m.data()) - Eigen::Vector3d::Map(listener.ears_m.data());
+Vector3 in_listener_frame(const ListenerConfig& listener, const ListenerAxes& axes,
+                          const Vector3& p_W_m) noexcept {
+  const Eigen::Vector3d d =
+      Eigen::Vector3d::Map(p_W_m.data()) - Eigen::Vector3d::Map(listener.position_m.data());
   Vector3 heard;
   for (std::size_t i = 0; i < axes.size(); ++i) heard[i] = Eigen::Vector3d::Map(axes[i].data()).dot(d);
   return heard;

@@ -60,4 +60,42 @@ OpenAlContext::~OpenAlContext() {
 OpenAlContext::Use::Use(const OpenAlContext& context) noexcept { set_thread_context(context.context_); }
 OpenAlContext::Use::~Use() { set_thread_context(nullptr); }
 
+SourceQueue::SourceQueue(std::size_t most_queued) : buffers_(most_queued) {
+  alGenSources(1, &source_);
+  alGenBuffers(static_cast<ALsizei>(buffers_.size()), buffers_.data());
+  alSourcei(source_, AL_SOURCE_RELATIVE, AL_TRUE);
+}
+SourceQueue::~SourceQueue() {
+  alSourceStop(source_);
+  alDeleteSources(1, &source_);
+  alDeleteBuffers(static_cast<ALsizei>(buffers_.size()), buffers_.data());
+}
+
+int SourceQueue::reclaim() noexcept {
+  ALint played = 0;
+  alGetSourcei(source_, AL_BUFFERS_PROCESSED, &played);
+  for (ALint i = 0; i < played; ++i) {
+    ALuint buffer = 0;
+    alSourceUnqueueBuffers(source_, 1, &buffer);
+  }
+  queued_ -= played;
+  return played;
+}
+
+void SourceQueue::add(ALenum format, std::span<const std::byte> samples) noexcept {
+  const ALuint buffer = buffers_[next_];
+  next_ = (next_ + 1) % buffers_.size();
+  alBufferData(buffer, format, samples.data(), static_cast<ALsizei>(samples.size()),
+               static_cast<ALsizei>(kSampleRate_Hz));
+  alSourceQueueBuffers(source_, 1, &buffer);
+  ++queued_;
+}
+
+bool SourceQueue::play() noexcept {
+  ALint state = 0;
+  alGetSourcei(source_, AL_SOURCE_STATE, &state);
+  if (state != AL_PLAYING) alSourcePlay(source_);
+  return state != AL_PLAYING;
+}
+
 }  // namespace phantom::audio_percept

@@ -4,7 +4,9 @@
 #include <AL/alc.h>
 #include <AL/alext.h>
 
-#include <string>
+#include <cstddef>
+#include <span>
+#include <vector>
 
 #include "components/audio_percept/layout.hpp"
 
@@ -53,6 +55,31 @@ class OpenAlContext {
  private:
   ALCdevice* device_;
   ALCcontext* context_ = nullptr;
+};
+
+/// A source fed through a queue of buffers, relative to the listener. A context must be in use for every
+/// call.
+class SourceQueue {
+ public:
+  explicit SourceQueue(std::size_t most_queued);
+  ~SourceQueue();
+  SourceQueue(const SourceQueue&) = delete;
+  SourceQueue& operator=(const SourceQueue&) = delete;
+
+  ALuint source() const noexcept { return source_; }
+  int queued() const noexcept { return queued_; }
+  /// Takes back the buffers that were played. Returns how many.
+  int reclaim() noexcept;
+  /// Queues samples of 48 kHz. Call it only while fewer than `most_queued` are queued.
+  void add(ALenum format, std::span<const std::byte> samples) noexcept;
+  /// Starts the source if it does not play. Returns whether that was needed.
+  bool play() noexcept;
+
+ private:
+  std::vector<ALuint> buffers_;
+  ALuint source_ = 0;
+  std::size_t next_ = 0;
+  int queued_ = 0;
 };
 
 }  // namespace phantom::audio_percept

@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <vector>
+#include <optional>
 
 #include "common/core/thread_place.hpp"
 #include "components/audio_percept/audio_percept.hpp"
@@ -11,7 +11,7 @@
 namespace phantom::audio_percept {
 namespace {
 
-constexpr int kMostQueued = 64;
+constexpr int kMaxQueued = 64;
 constexpr double kCalm_s = 120.0;  // after this time without an interruption, the queue is made shorter
 
 // A device that has just started fills its own buffers faster than it plays. A queue that runs dry within
@@ -27,22 +27,14 @@ double update_period_s(ALCdevice* device) {
 // Returns how many periods to keep queued at first: what the device takes in one update and what passes
 // between two of our turns. That is two, 10 ms, if the device grants the short updates.
 int least_queue(double update_s) {
-  return static_cast<int>(std::clamp(std::ceil(update_s / kPeriod_s + 0.5), 2.0, 0.5 * kMostQueued));
+  return static_cast<int>(std::clamp(std::ceil(update_s / kPeriod_s + 0.5), 2.0, 0.5 * kMaxQueued));
 }
 
 ALenum format_of(Layout layout) {
-  switch (layout) {
-    case Layout::kMono:
-      return AL_FORMAT_MONO16;
-    case Layout::k5_1:
-      return alGetEnumValue("AL_FORMAT_51CHN16");
-    case Layout::k7_1:
-      return alGetEnumValue("AL_FORMAT_71CHN16");
-    case Layout::kStereo:
-    case Layout::kHrtf:
-      break;
-  }
-  return AL_FORMAT_STEREO16;
+  return layout == Layout::kMono  ? AL_FORMAT_MONO16
+         : layout == Layout::k5_1 ? alGetEnumValue("AL_FORMAT_51CHN16")
+         : layout == Layout::k7_1 ? alGetEnumValue("AL_FORMAT_71CHN16")
+                                  : AL_FORMAT_STEREO16;
 }
 
 class OpenAlSink final : public AudioSink {
@@ -52,15 +44,12 @@ class OpenAlSink final : public AudioSink {
     format_ = format_of(layout);
     update_s_ = update_period_s(context_->device());
     wanted_ = least_ = least_queue(update_s_);
-    buffers_.resize(kMostQueued);
-    alGenBuffers(static_cast<ALsizei>(buffers_.size()), buffers_.data());
-    alGenSources(1, &source_);
-    alSourcei(source_, AL_SOURCE_RELATIVE, AL_TRUE);
+    queue_.emplace(kMaxQueued);
     // Left and right are played unchanged. Surround is panned to the loudspeakers that exist, so that no
     // channel is lost where there are fewer.
     const bool as_it_is = layout == Layout::kStereo || layout == Layout::kHrtf;
     if (as_it_is && alIsExtensionPresent("AL_SOFT_direct_channels") == AL_TRUE)
-      alSourcei(source_, AL_DIRECT_CHANNELS_SOFT, AL_TRUE);
+      alSourcei(queue_->source(), AL_DIRECT_CHANNELS_SOFT, AL_TRUE);
     ALCdevice* device = context_->device();
     watches_connection_ = alcIsExtensionPresent(device, "ALC_EXT_disconnect") == ALC_TRUE;
     if (alcIsExtensionPresent(device, "ALC_SOFT_device_clock") == ALC_TRUE) {
@@ -71,50 +60,30 @@ class OpenAlSink final : public AudioSink {
   }
   ~OpenAlSink() override {
     const OpenAlContext::Use use(*context_);
-    alSourceStop(source_);
-    alDeleteSources(1, &source_);
-    alDeleteBuffers(static_cast<ALsizei>(buffers_.size()), buffers_.data());
+    queue_.reset();
   }
 
   std::string name() const override { return name_; }
 
   int periods_due(double dt_s) override {
     const OpenAlContext::Use use(*context_);
-    ALint played = 0;
-    alGetSourcei(source_, AL_BUFFERS_PROCESSED, &played);
-    since_progress_s_ += dt_s;
+    since_progress_s_ = queue_->reclaim() > 0 ? 0.0 : since_progress_s_ + dt_s;
     calm_s_ += dt_s;
     age_s_ += dt_s;
-    for (; played > 0; --played) {
-      ALuint buffer = 0;
-      alSourceUnqueueBuffers(source_, 1, &buffer);
-      --queued_;
-      since_progress_s_ = 0.0;
-    }
     adapt();
-    return std::max(0, wanted_ - queued_);
+    return std::max(0, wanted_ - queue_->queued());
   }
 
   void write(std::span<const std::int16_t> period) override {
     const OpenAlContext::Use use(*context_);
-    const ALuint buffer = buffers_[next_];
-    next_ = (next_ + 1) % buffers_.size();
-    alBufferData(buffer, format_, period.data(), static_cast<ALsizei>(period.size_bytes()),
-                 static_cast<ALsizei>(kSampleRate_Hz));
-    alSourceQueueBuffers(source_, 1, &buffer);
-    ++queued_;
-    ALint state = 0;
-    alGetSourcei(source_, AL_SOURCE_STATE, &state);
+    queue_->add(format_, std::as_bytes(period));
     // Starts once the queue is full, also after it ran dry.
-    if (state != AL_PLAYING && queued_ >= wanted_) {
-      alSourcePlay(source_);
-      playing_ = true;
-    }
+    if (queue_->queued() >= wanted_ && queue_->play()) playing_ = true;
   }
 
   // Includes the time until the next update, because the device takes one update at a time.
   double queued_s() const override {
-    return queued_ * kPeriod_s + (playing_ ? std::max(0.0, update_s_ - since_progress_s_) : 0.0);
+    return queue_->queued() * kPeriod_s + (playing_ ? std::max(0.0, update_s_ - since_progress_s_) : 0.0);
   }
 
   double device_latency_s() const override {
@@ -139,10 +108,10 @@ class OpenAlSink final : public AudioSink {
   // Makes the queue longer after it ran dry, because a host that was late is likely to be late again. Makes
   // it shorter after a long time without an interruption.
   void adapt() {
-    if (playing_ && queued_ == 0) {
+    if (playing_ && queue_->queued() == 0) {
       playing_ = false;
       ++interruptions_;
-      if (age_s_ > kSettling_s) wanted_ = std::min(wanted_ + 1, kMostQueued);
+      if (age_s_ > kSettling_s) wanted_ = std::min(wanted_ + 1, kMaxQueued);
       calm_s_ = 0.0;
     } else if (calm_s_ > kCalm_s && wanted_ > least_) {
       --wanted_;
@@ -151,12 +120,10 @@ class OpenAlSink final : public AudioSink {
   }
 
   std::unique_ptr<OpenAlContext> context_;
-  std::vector<ALuint> buffers_;
+  std::optional<SourceQueue> queue_;
   ALenum format_ = AL_FORMAT_STEREO16;
   LPALCGETINTEGER64VSOFT get_64_ = nullptr;
-  ALuint source_ = 0;
-  std::size_t next_ = 0;
-  int queued_ = 0, wanted_ = 2, least_ = 2;
+  int wanted_ = 2, least_ = 2;
   bool playing_ = false;
   std::uint64_t interruptions_ = 0;
   double calm_s_ = 0.0, age_s_ = 0.0;

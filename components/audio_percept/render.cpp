@@ -14,8 +14,6 @@ namespace phantom::audio_percept {
 namespace {
 
 constexpr double kTail_s = 0.25, kLongest_s = 3600.0;
-constexpr std::array<Layout, 5> kLayouts{Layout::kMono, Layout::kStereo, Layout::k5_1, Layout::k7_1,
-                                         Layout::kHrtf};
 
 }  // namespace
 
@@ -34,7 +32,7 @@ std::vector<std::int16_t> render_track(const Track& track, const AudioPerceptCon
     while (next < track.size() && track[next].now_ns <= now_ns) inputs = track[next++];
     inputs.now_ns = now_ns;
     percept.step(inputs, tone, alarm);
-    spatialiser.render(tone, alarm, percept.heard_from(), frames);
+    spatialiser.render(tone, alarm, percept.source_position(), frames);
     for (const float sample : frames)
       samples.push_back(static_cast<std::int16_t>(std::lround(32767.0F * sample)));
   }

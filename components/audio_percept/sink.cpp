@@ -9,8 +9,8 @@
 namespace phantom::audio_percept {
 
 int PacedSink::periods_due(double dt_s) {
-  constexpr double kMostOwed_s = 5.0;  // a suspended host catches up at most this much
-  owed_s_ = std::min(owed_s_ + dt_s, kMostOwed_s);
+  constexpr double kMaxOwed_s = 5.0;  // a suspended host catches up at most this much
+  owed_s_ = std::min(owed_s_ + dt_s, kMaxOwed_s);
   const double periods = std::floor(owed_s_ / kPeriod_s + 1e-6);
   owed_s_ -= periods * kPeriod_s;
   return static_cast<int>(periods);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <optional>
 #include <string>
 
 #include "common/runtime/process.hpp"
@@ -50,50 +51,20 @@ std::unique_ptr<OpenAlContext> open_loopback(Layout layout) {
   return context;
 }
 
-/// A signal fed into OpenAL: a source with a queue of buffers.
-class Feed {
- public:
-  void begin() {
-    alGenSources(1, &source_);
-    alGenBuffers(static_cast<ALsizei>(buffers_.size()), buffers_.data());
-    alSourcei(source_, AL_SOURCE_RELATIVE, AL_TRUE);
-    const std::array<float, kLeadFrames> silence{};
-    add(silence);
-  }
-  void end() {
-    alSourceStop(source_);
-    alDeleteSources(1, &source_);
-    alDeleteBuffers(static_cast<ALsizei>(buffers_.size()), buffers_.data());
-  }
+/// A signal fed into OpenAL. Each call takes out of the queue as much as it puts in.
+struct Feed {
+  SourceQueue queue{4};
+
+  Feed() { add(std::array<float, kLeadFrames>{}); }
   void place(const Vector3& p) {
-    alSource3f(source_, AL_POSITION, static_cast<float>(p[0]), static_cast<float>(p[1]),
+    alSource3f(queue.source(), AL_POSITION, static_cast<float>(p[0]), static_cast<float>(p[1]),
                static_cast<float>(p[2]));
   }
-  void spread(double radius_m) { alSourcef(source_, AL_SOURCE_RADIUS, static_cast<float>(radius_m)); }
-
   void add(std::span<const float> samples) {
-    ALint processed = 0;
-    alGetSourcei(source_, AL_BUFFERS_PROCESSED, &processed);
-    for (; processed > 0; --processed, --queued_) {
-      ALuint done = 0;
-      alSourceUnqueueBuffers(source_, 1, &done);
-    }
-    if (queued_ == buffers_.size()) return;  // cannot happen: each call takes out as much as it puts in
-    const ALuint buffer = buffers_[next_];
-    next_ = (next_ + 1) % buffers_.size();
-    alBufferData(buffer, AL_FORMAT_MONO_FLOAT32, samples.data(), static_cast<ALsizei>(samples.size_bytes()),
-                 static_cast<ALsizei>(kSampleRate_Hz));
-    alSourceQueueBuffers(source_, 1, &buffer);
-    ++queued_;
-    ALint state = 0;
-    alGetSourcei(source_, AL_SOURCE_STATE, &state);
-    if (state != AL_PLAYING && queued_ > 1) alSourcePlay(source_);
+    queue.reclaim();
+    queue.add(AL_FORMAT_MONO_FLOAT32, std::as_bytes(samples));
+    if (queue.queued() > 1) queue.play();
   }
-
- private:
-  std::array<ALuint, 4> buffers_{};
-  ALuint source_ = 0;
-  std::size_t next_ = 0, queued_ = 0;
 };
 
 }  // namespace
@@ -105,24 +76,24 @@ struct Spatialiser::OpenAl {
             alcGetProcAddress(context->device(), "alcRenderSamplesSOFT"))) {
     const OpenAlContext::Use use(*context);
     alDistanceModel(AL_NONE);  // only the direction is rendered; loudness stands for speed alone
-    percept.begin();
-    alarm.begin();
-    if (alIsExtensionPresent("AL_EXT_SOURCE_RADIUS") == AL_TRUE) percept.spread(near_m);
-    alarm.place({0.0, 0.0, -1.0});
+    percept.emplace();
+    alarm.emplace();
+    if (alIsExtensionPresent("AL_EXT_SOURCE_RADIUS") == AL_TRUE)
+      alSourcef(percept->queue.source(), AL_SOURCE_RADIUS, static_cast<float>(near_m));
+    alarm->place({0.0, 0.0, -1.0});
   }
   ~OpenAl() {
     const OpenAlContext::Use use(*context);
-    percept.end();
-    alarm.end();
+    percept.reset();
+    alarm.reset();
   }
   std::unique_ptr<OpenAlContext> context;
   LPALCRENDERSAMPLESSOFT render;
-  Feed percept, alarm;
+  std::optional<Feed> percept, alarm;
 };
 
 Spatialiser::Spatialiser(Layout layout, double near_m)
-    : layout_(layout),
-      openal_(layout == Layout::kMono ? nullptr : std::make_unique<OpenAl>(layout, near_m)) {}
+    : openal_(layout == Layout::kMono ? nullptr : std::make_unique<OpenAl>(layout, near_m)) {}
 Spatialiser::~Spatialiser() = default;
 
 double Spatialiser::delay_s() const noexcept {
@@ -130,14 +101,14 @@ double Spatialiser::delay_s() const noexcept {
 }
 
 void Spatialiser::render(std::span<const float> percept, std::span<const float> alarm,
-                         const Vector3& p_ears_m, std::span<float> frames) noexcept {
+                         const Vector3& p_listener_m, std::span<float> frames) noexcept {
   if (openal_ == nullptr) {
     std::transform(percept.begin(), percept.end(), alarm.begin(), frames.begin(), std::plus<>());
   } else {
     const OpenAlContext::Use use(*openal_->context);
-    openal_->percept.place(p_ears_m);
-    openal_->percept.add(percept);
-    openal_->alarm.add(alarm);
+    openal_->percept->place(p_listener_m);
+    openal_->percept->add(percept);
+    openal_->alarm->add(alarm);
     openal_->render(openal_->context->device(), frames.data(), static_cast<ALCsizei>(percept.size()));
   }
   for (float& sample : frames) sample = std::clamp(sample, -1.0F, 1.0F);

@@ -17,20 +17,18 @@ class Spatialiser {
   Spatialiser(Layout layout, double near_m);
   ~Spatialiser();
 
-  Layout layout() const noexcept { return layout_; }
   /// Returns the delay from input to output.
   double delay_s() const noexcept;
 
-  /// Mixes `percept`, heard from `p_ears_m` (in the frame of the ears; its length counts only within near_m),
-  /// with `alarm` into `frames`. Both signals have the same length, kPeriodFrames at most. `frames` has that
-  /// length times the layout's channels, interleaved, within ±1. Our code allocates nothing; OpenAL Soft
-  /// allocates a queue entry of some bytes per call, in all layouts but mono.
-  void render(std::span<const float> percept, std::span<const float> alarm, const Vector3& p_ears_m,
+  /// Mixes `percept`, heard from `p_listener_m` (in the frame of the listener; its length counts only within
+  /// near_m), with `alarm` into `frames`. Both signals have the same length, kPeriodFrames at most. `frames`
+  /// has that length times the layout's channels, interleaved, within ±1. Our code allocates nothing; OpenAL
+  /// Soft allocates a queue entry of some bytes per call, in all layouts but mono.
+  void render(std::span<const float> percept, std::span<const float> alarm, const Vector3& p_listener_m,
               std::span<float> frames) noexcept;
 
  private:
   struct OpenAl;
-  Layout layout_;
   std::unique_ptr<OpenAl> openal_;  // null for mono
 };
 

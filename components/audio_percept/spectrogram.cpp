@@ -22,10 +22,10 @@ constexpr int kWidth = 1000, kHeight = 380, kLevelHeight = 120, kLeft = 70, kTop
               kBottom = 34;
 constexpr double kLowest_Hz = 100.0, kHighest_Hz = 10000.0, kFloor_dB = -90.0, kLevelFloor_dB = -60.0;
 const cv::Scalar kInk(60, 60, 60), kGrid(200, 200, 200);
-const std::array<cv::Scalar, kMostChannels> kChannelInks{
+const std::array<cv::Scalar, kMaxChannels> kChannelInks{
     cv::Scalar(200, 90, 20), {40, 40, 210},  {60, 150, 60}, {150, 150, 150},
     {200, 60, 160},          {30, 150, 220}, {120, 90, 60}, {160, 160, 0}};
-constexpr std::array<const char*, kMostChannels> kChannelNames{
+constexpr std::array<const char*, kMaxChannels> kChannelNames{
     "left", "right", "centre", "low", "back left", "back right", "side left", "side right"};
 
 double decibel(double amplitude, double floor_dB) {

@@ -3,13 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
-#include <cmath>
 #include <fstream>
-#include <map>
-#include <optional>
 
 #include "common/core/errors.hpp"
-#include "components/audio_percept/dds_adapter_track.hpp"
 
 namespace phantom::audio_percept {
 namespace {

@@ -16,6 +16,11 @@ using Track = std::vector<Inputs>;
 /// core::ConfigError naming line, column, value and what is allowed.
 Track read_track_csv(std::istream& csv, const std::string& name);
 
+/// Reads a track from a recording (MCAP) of dds_recorder: its samples of the component's topics, at the times
+/// at which they came. Throws core::MissingError if the file does not exist, and core::ConfigError if it is
+/// no recording or holds no percept.
+Track read_track_recording(const std::filesystem::path& file);
+
 /// Reads a `.csv` file, or a recording of dds_recorder (any other name). Throws core::ConfigError,
 /// core::MissingError.
 Track read_track(const std::filesystem::path& file);

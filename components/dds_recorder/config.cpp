@@ -17,7 +17,7 @@ Config load_config(const std::filesystem::path& path) {
   file.text("name", recorder.name);
   file.check(!recorder.name.empty() && recorder.name.find('/') == std::string::npos, "name",
              "'" + recorder.name + "' cannot begin a file's name; allowed: text without /");
-  if (file.has("topics")) config.topics = file.texts("topics");
+  file.texts("topics", config.topics);
   file.choice("mode", recorder.on_event, {{"continuous", false}, {"on_event", true}});
   const auto window = file.section("window");
   window.number("before_s", recorder.before_ns, kNanoseconds);

@@ -27,7 +27,7 @@ class Target {
 class McapTarget : public Target {
  public:
   McapTarget(const std::filesystem::path& path, int zstd_level)
-      : sink_(made(path)), writer_(*sink_, options(zstd_level)) {}
+      : sink_(must(recording::FileSink::create(path))), writer_(*sink_, {.zstd_level = zstd_level}) {}
 
   void begin(const recording::McapReader& from) override {
     from_ = &from;
@@ -50,23 +50,13 @@ class McapTarget : public Target {
   }
 
  private:
-  static std::unique_ptr<recording::FileSink> made(const std::filesystem::path& path) {
-    auto sink = recording::FileSink::create(path);
-    if (!sink) throw std::runtime_error(sink.status().message());
-    return std::move(sink).value();
-  }
-  static recording::WriterOptions options(int zstd_level) {
-    recording::WriterOptions options;
-    options.zstd_level = zstd_level;
-    return options;
-  }
   static void must(const core::Status& status) {
     if (!status) throw std::runtime_error(status.message());
   }
   template <class T>
   static T must(core::Expected<T> value) {
     must(value.status());
-    return *value;
+    return std::move(value).value();
   }
   std::uint16_t channel_for(const recording::Channel& channel) {
     if (const auto known = channels_.find(channel.id); known != channels_.end()) return known->second;
@@ -135,7 +125,7 @@ std::unique_ptr<Target> target_for(const ConvertRequest& request, const std::fil
   return std::make_unique<McapTarget>(path, request.zstd_level);
 }
 
-std::uint64_t copy_all(const ConvertRequest& request, Target& target, std::ostream& said) {
+std::uint64_t copy_all(const ConvertRequest& request, Target& target, std::ostream& notes) {
   const auto opened = open_recordings(recordings_in(request.files));
   const diagnostics::NameFilter wanted(request.topics);
   const recording::MessageFilter filter = in_range(request.range, times_of(opened).first);
@@ -143,7 +133,7 @@ std::uint64_t copy_all(const ConvertRequest& request, Target& target, std::ostre
   for (std::size_t i = 0; i < opened.size(); ++i) {
     const recording::McapReader& reader = opened[i].reader;
     for (const std::string& problem : reader.problems())
-      said << opened[i].path.string() << ": " << problem << '\n';
+      notes << opened[i].path.string() << ": " << problem << '\n';
     target.begin(reader);
     for (const auto& part : parts_of(filter)) {
       recording::MessageFilter chosen = part.filter;
@@ -156,7 +146,7 @@ std::uint64_t copy_all(const ConvertRequest& request, Target& target, std::ostre
       for (recording::Message message; cursor.next(message); ++samples)
         target.put(reader.channels().at(message.channel_id), message);
       for (const std::string& problem : cursor.problems())
-        said << opened[i].path.string() << ": " << problem << '\n';
+        notes << opened[i].path.string() << ": " << problem << '\n';
     }
   }
   return samples;
@@ -164,7 +154,7 @@ std::uint64_t copy_all(const ConvertRequest& request, Target& target, std::ostre
 
 }  // namespace
 
-int run_convert(const ConvertRequest& request, std::ostream& said) {
+int run_convert(const ConvertRequest& request, std::ostream& notes) {
   if (request.out.extension() != ".mcap" && request.out.extension() != ".jsonl")
     throw core::ConfigError("--out " + request.out.string() +
                             ": allowed: a name that ends with .mcap or .jsonl");
@@ -175,10 +165,10 @@ int run_convert(const ConvertRequest& request, std::ostream& said) {
   std::filesystem::remove(partial);
   try {
     const auto target = target_for(request, partial);
-    const std::uint64_t samples = copy_all(request, *target, said);
+    const std::uint64_t samples = copy_all(request, *target, notes);
     target->end();
     std::filesystem::rename(partial, request.out);
-    said << request.out.string() << ": " << samples << " samples\n";
+    notes << request.out.string() << ": " << samples << " samples\n";
   } catch (...) {
     std::filesystem::remove(partial);
     throw;

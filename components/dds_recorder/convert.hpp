@@ -16,9 +16,9 @@ struct ConvertRequest {
   int zstd_level = 3;  ///< 0: no compression
 };
 
-/// Writes the new file, under a temporary name until it is complete. Prints on `said` what was left out.
+/// Writes the new file, under a temporary name until it is complete. Prints on `notes` what was left out.
 /// Throws ConfigError, MissingError and std::runtime_error (cannot be written; no file is left then). Returns
 /// the exit code.
-int run_convert(const ConvertRequest& request, std::ostream& said);
+int run_convert(const ConvertRequest& request, std::ostream& notes);
 
 }  // namespace phantom::dds_recorder

@@ -5,10 +5,13 @@
 #include <mutex>
 #include <set>
 
+#include "common/core/utf8.hpp"
 #include "common/dds/cdr.hpp"
-#include "common/dds/status_reporter.hpp"
 #include "common/dds/topic_list.hpp"
 #include "common/diagnostics/qos.hpp"
+#include "common/messages/publisher.hpp"
+#include "common/messages/status_reporter.hpp"
+#include "common/messages/teleoperation_codec.hpp"
 #include "common/observation/observer.hpp"
 #include "common/observation/payload_reader.hpp"
 #include "common/runtime/process.hpp"
@@ -18,9 +21,9 @@ namespace phantom::dds_recorder {
 namespace {
 
 /// The subscription to one topic.
-class Ear : public observation::PayloadListener {
+class Subscription : public observation::PayloadListener {
  public:
-  Ear(SampleQueue& queue, TopicNumber number) : queue_(queue), number_(number) {}
+  Subscription(SampleQueue& queue, TopicNumber number) : queue_(queue), number_(number) {}
   void on_payload(const observation::Payload& payload) override {
     if (payload.bytes.empty()) return;  // end of an instance; a recording holds samples only
     SampleHead head;
@@ -56,13 +59,13 @@ struct DdsAdapter::Impl : observation::DiscoveryListener {
     observer = std::make_unique<observation::Observer>("dds_recorder", network, *this);
   }
 
-  void on_participant(const diagnostics::ParticipantInfo& info, observation::Presence presence) override {
+  void on_participant(const diagnostics::ParticipantInfo& info, diagnostics::Presence presence) override {
     const std::lock_guard lock(mutex);
-    if (presence == observation::Presence::kAppeared || presence == observation::Presence::kChanged)
+    if (presence == diagnostics::Presence::kAppeared || presence == diagnostics::Presence::kChanged)
       graph.put(info);
   }
-  void on_endpoint(const diagnostics::EndpointInfo& info, observation::Presence presence) override {
-    if (!info.writer || presence != observation::Presence::kAppeared) return;
+  void on_endpoint(const diagnostics::EndpointInfo& info, diagnostics::Presence presence) override {
+    if (!info.writer || presence != diagnostics::Presence::kAppeared) return;
     const std::lock_guard lock(mutex);
     if (!named.insert(info.topic).second || !keeps(info.topic)) return;
     fresh.push_back(topic_info(info));
@@ -76,8 +79,8 @@ struct DdsAdapter::Impl : observation::DiscoveryListener {
   std::set<std::string> named;
   std::vector<TopicInfo> fresh;
   dds::Participant participant;
-  dds::StatusReporter status;
-  std::map<TopicNumber, std::unique_ptr<Ear>> ears;
+  messages::StatusReporter status;
+  std::map<TopicNumber, std::unique_ptr<Subscription>> subscriptions;
   std::unique_ptr<observation::Observer> observer;  // last: the other members outlive it
 };
 
@@ -87,7 +90,7 @@ DdsAdapter::DdsAdapter(const core::NetworkOptions& network, KeepsTopic keeps, Sa
 DdsAdapter::~DdsAdapter() { close_all(); }
 
 void DdsAdapter::close_all() {
-  for (auto& [number, ear] : impl_->ears) ear->reader.reset();
+  for (auto& [number, subscription] : impl_->subscriptions) subscription->reader.reset();
 }
 
 std::vector<TopicInfo> DdsAdapter::new_topics() {
@@ -96,15 +99,13 @@ std::vector<TopicInfo> DdsAdapter::new_topics() {
 }
 
 bool DdsAdapter::open(const TopicInfo& topic, TopicNumber number, std::string& why) {
-  auto ear = std::make_unique<Ear>(impl_->queue, number);
-  Ear& hearing = *ear;
-  observation::PayloadQos qos = reader_qos(topic);
-  qos.partition = impl_->partition;
-  impl_->ears[number] = std::move(ear);
+  auto& subscription = *(impl_->subscriptions[number] = std::make_unique<Subscription>(impl_->queue, number));
+  diagnostics::EndpointQos qos = reader_qos(topic);
+  if (!impl_->partition.empty()) qos.partitions = {impl_->partition};
   try {
-    hearing.reader = std::make_unique<observation::PayloadReader>(
+    subscription.reader = std::make_unique<observation::PayloadReader>(
         impl_->observer->participant(), observation::PayloadTopic{topic.name, topic.type, topic.keyed}, qos,
-        hearing);
+        subscription, topic.durable ? 0 : 1024);  // 0: all, so that a late joiner's burst is complete
   } catch (const dds::DdsError& problem) {
     why = problem.what();
     return false;
@@ -112,9 +113,12 @@ bool DdsAdapter::open(const TopicInfo& topic, TopicNumber number, std::string& w
   return true;
 }
 
-InputLosses DdsAdapter::losses(TopicNumber topic) const {
-  const Ear& ear = *impl_->ears.at(topic);
-  return {ear.overflow(), ear.reader ? ear.reader->lost() : 0, ear.reader ? ear.reader->rejected() : 0};
+TopicLosses DdsAdapter::losses(TopicNumber topic) const {
+  const Subscription& subscription = *impl_->subscriptions.at(topic);
+  TopicLosses losses{.overflow = subscription.overflow()};
+  if (subscription.reader) losses.dds_lost = subscription.reader->lost();
+  if (subscription.reader) losses.dds_rejected = subscription.reader->rejected();
+  return losses;
 }
 
 WriterInfo DdsAdapter::describe(const Guid& writer) const {
@@ -127,22 +131,17 @@ void DdsAdapter::publish_status(const core::Health& health) { impl_->status.publ
 
 std::uint32_t send_mark(const core::NetworkOptions& network, const std::string& issuer, double limit_s) {
   dds::Participant participant("dds_recorder trigger", network);
-  dds::Stamper stamper(participant);
-  dds::Writer<msg::OperatorCommand> writer(participant, dds::kOperatorCommand);
+  messages::Publisher<messages::OperatorCommand> requests(participant, dds::kRecordingRequest);
   const core::Nanoseconds until_ns = core::monotonic_ns() + core::from_seconds(limit_s);
   const core::Nanoseconds least_ns =
       core::monotonic_ns() + core::kNsPerSecond;  // for recorders that are discovered a little later
-  while (core::monotonic_ns() < (writer.matched() > 0 ? least_ns : until_ns)) {
+  while (core::monotonic_ns() < (requests.matched() > 0 ? least_ns : until_ns)) {
     if (!runtime::sleep_unless_stopped(0.02)) return 0;
   }
-  const std::uint32_t heard = writer.matched();
-  msg::OperatorCommand command;
-  command.stamp(stamper.next());
-  command.kind(msg::COMMAND_MARK);
-  command.issuer(issuer.substr(0, 64));
-  if (heard > 0) writer.write(command);
+  const std::uint32_t matched = requests.matched();
+  if (matched > 0) requests.publish({.kind = core::CommandKind::kMark, .issuer = issuer});
   runtime::sleep_unless_stopped(0.3);  // time for reliable delivery to repeat a lost sample
-  return heard;
+  return matched;
 }
 
 }  // namespace phantom::dds_recorder

@@ -13,11 +13,6 @@
 
 namespace phantom::dds_recorder {
 
-/// Counts of a topic's samples that have not reached the queue.
-struct InputLosses {
-  std::uint64_t overflow = 0, dds_lost = 0, dds_rejected = 0;
-};
-
 /// Subscribes to topics: the project's from the start, others once one of their writers is discovered. Puts
 /// the bytes of every sample into the queue. Announces itself and its state as every component does.
 class DdsAdapter {
@@ -36,7 +31,8 @@ class DdsAdapter {
   /// Ends all subscriptions. Samples in the queue stay.
   void close_all();
 
-  InputLosses losses(TopicNumber topic) const;
+  /// Returns the counts of a topic's samples that have not reached the queue.
+  TopicLosses losses(TopicNumber topic) const;
   WriterInfo describe(const Guid& writer) const;  ///< thread-safe
   void publish_status(const core::Health& health);
 

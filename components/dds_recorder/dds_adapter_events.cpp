@@ -2,7 +2,11 @@
 
 #include <map>
 
+#include "common/core/recent_map.hpp"
 #include "common/dds/cdr.hpp"
+#include "common/messages/percept_codec.hpp"
+#include "common/messages/status_codec.hpp"
+#include "common/messages/teleoperation_codec.hpp"
 #include "components/dds_recorder/dds_adapter.hpp"
 
 namespace phantom::dds_recorder {
@@ -26,44 +30,49 @@ bool InstanceFinder::find(const std::string& type, std::span<const std::uint8_t>
 
 struct EventWatch::Impl {
   Triggers triggers;
-  dds::CdrCodec alerts{dds::kHitAlert}, statuses{dds::kComponentStatus}, commands{dds::kOperatorCommand};
-  msg::HitAlert alert;
-  msg::ComponentStatus status;
-  msg::OperatorCommand command;
-  std::map<std::uint64_t, std::uint64_t> newest_command;  // sequence number, by session
-  std::map<std::string, msg::ComponentState> states;      // by component and host
+  static constexpr std::size_t kMost = 256;                             // senders that are remembered
+  core::RecentMap<std::uint64_t, std::uint64_t> newest_command{kMost};  // sequence number, by session
+  core::RecentMap<std::string, core::ComponentState> states{kMost};     // by component and host
 
-  std::optional<std::string> in_alert(std::span<const std::uint8_t> bytes) {
-    if (!triggers.hit_alert || !alerts.decode(bytes, &alert) || alert.cleared()) return {};
-    std::string at = alert.interest_point().to_string();
-    if (at.empty()) at = alert.link_name().to_string();
-    return "hit alert " + std::to_string(alert.alert()) + " (" + at + ")";
+  template <class Message>
+  static auto decoded(const dds::TopicSpec<Message>& topic, std::span<const std::uint8_t> bytes)
+      -> decltype(messages::from_idl(std::declval<const Message&>())) {
+    static const dds::CdrCodec codec(topic);
+    Message message;
+    if (!codec.decode(bytes, &message)) return core::Status::invalid_argument("the octets are not its type");
+    return messages::from_idl(message);
+  }
+
+  std::optional<std::string> in_alert(std::span<const std::uint8_t> bytes) const {
+    const auto alert = decoded(dds::kHitAlert, bytes);
+    if (!triggers.hit_alert || !alert || alert->cleared) return {};
+    return "hit alert " + std::to_string(alert->alert) + " (" +
+           (alert->interest_point.empty() ? alert->link_name : alert->interest_point) + ")";
   }
   std::optional<std::string> in_status(std::span<const std::uint8_t> bytes) {
-    if (!triggers.degraded || !statuses.decode(bytes, &status)) return {};
-    const std::string name = status.component_name().to_string();
-    if (name == "dds_recorder") return {};
-    const auto bad = [](msg::ComponentState state) {
-      return state == msg::COMPONENT_DEGRADED || state == msg::COMPONENT_FAULT;
+    using core::ComponentState;
+    const auto status = decoded(dds::kComponentStatus, bytes);
+    if (!triggers.degraded || !status || status->component == "dds_recorder") return {};
+    const auto bad = [](ComponentState state) {
+      return state == ComponentState::kDegraded || state == ComponentState::kFault;
     };
-    const auto [known, first] = states.emplace(name + "@" + status.host().to_string(), status.state());
-    const bool turned = bad(status.state()) && (first || !bad(known->second));
-    known->second = status.state();
+    const auto [known, first] = states.find_or_add(status->component + "@" + status->host, status->state);
+    const bool turned = bad(status->state) && (first || !bad(known));
+    known = status->state;
     if (!turned) return {};
-    return name + (status.state() == msg::COMPONENT_FAULT ? " is in fault: " : " is degraded: ") +
-           status.message().to_string();
+    return status->component +
+           (status->state == ComponentState::kFault ? " is in fault: " : " is degraded: ") + status->message;
   }
   std::optional<std::string> in_command(std::span<const std::uint8_t> bytes) {
-    if (!commands.decode(bytes, &command)) return {};
+    const auto command = decoded(dds::kOperatorCommand, bytes);
+    if (!command) return {};
     // A stop is sent repeatedly, with the same stamp, until it is confirmed: it is one event.
-    std::uint64_t& newest = newest_command[command.stamp().session()];
-    const std::uint64_t number = command.stamp().sequence_number();
-    if (number != 0 && number <= newest) return {};
-    newest = number;
-    std::string by = command.issuer().to_string();
-    if (!by.empty()) by.insert(0, ", by ");
-    if (command.kind() == msg::COMMAND_MARK) return "command" + by;
-    if (command.kind() == msg::COMMAND_EMERGENCY_STOP && triggers.emergency_stop)
+    std::uint64_t& newest = newest_command.find_or_add(command->stamp.session, 0).first;
+    if (command->stamp.sequence_number <= newest) return {};
+    newest = command->stamp.sequence_number;
+    const std::string by = command->issuer.empty() ? "" : ", by " + command->issuer;
+    if (command->kind == core::CommandKind::kMark) return "command" + by;
+    if (command->kind == core::CommandKind::kEmergencyStop && triggers.emergency_stop)
       return "emergency stop" + by;
     return {};
   }

@@ -21,14 +21,14 @@ constexpr double kDiscovery_s = 1.0;  // until then every participant of the sam
 /// The other processes that write topics now.
 class LiveWriters : public observation::DiscoveryListener {
  public:
-  void on_participant(const diagnostics::ParticipantInfo& info, observation::Presence presence) override {
+  void on_participant(const diagnostics::ParticipantInfo& info, diagnostics::Presence presence) override {
     const std::lock_guard lock(mutex_);
-    if (presence == observation::Presence::kAppeared) graph_.put(info);
+    if (presence == diagnostics::Presence::kAppeared) graph_.put(info);
   }
-  void on_endpoint(const diagnostics::EndpointInfo& info, observation::Presence presence) override {
+  void on_endpoint(const diagnostics::EndpointInfo& info, diagnostics::Presence presence) override {
     const std::lock_guard lock(mutex_);
-    if (presence != observation::Presence::kAppeared) graph_.remove(info.guid);
-    if (presence == observation::Presence::kAppeared && info.writer) graph_.put(info);
+    if (presence != diagnostics::Presence::kAppeared) graph_.remove(info.guid);
+    if (presence == diagnostics::Presence::kAppeared && info.writer) graph_.put(info);
   }
   /// Returns the process that writes the topic in one of the partitions: "slave_io (process 12)"; empty if
   /// there is none.

@@ -15,8 +15,8 @@ const auto& stamped_topics() {
   static const auto topics =
       std::tie(dds::kMasterState, dds::kSlaveState, dds::kDragField, dds::kPercept, dds::kInterestPoints,
                dds::kSkinPercept, dds::kHitAlert, dds::kSensingCommand, dds::kSensingReply,
-               dds::kOperatorCommand, dds::kOperatorReply, dds::kViewPose, dds::kWorkspaceCommand,
-               dds::kWorkspaceReply, dds::kComponentStatus);
+               dds::kOperatorCommand, dds::kRecordingRequest, dds::kOperatorReply, dds::kViewPose,
+               dds::kWorkspaceCommand, dds::kWorkspaceReply, dds::kComponentStatus);
   return topics;
 }
 

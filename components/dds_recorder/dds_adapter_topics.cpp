@@ -3,35 +3,14 @@
 #include <charconv>
 
 #include "common/dds/cdr.hpp"
+#include "common/observation/contract_qos.hpp"
 #include "components/dds_recorder/idl_text.hpp"
 
 namespace phantom::dds_recorder {
 namespace {
 
-constexpr std::int64_t kNsPerMillisecond = 1'000'000;
-
 std::string number_or_none(std::int64_t ns) {
   return ns == diagnostics::kInfinite_ns ? "none" : std::to_string(ns);
-}
-
-std::int64_t from_milliseconds(int ms) {
-  return ms == 0 ? diagnostics::kInfinite_ns : ms * kNsPerMillisecond;
-}
-
-diagnostics::EndpointQos qos_of(const dds::QosContract& contract) {
-  diagnostics::EndpointQos qos;
-  qos.reliability = contract.reliability == dds::Reliability::kReliable
-                        ? diagnostics::Reliability::kReliable
-                        : diagnostics::Reliability::kBestEffort;
-  qos.durability = contract.durability == dds::Durability::kTransientLocal
-                       ? diagnostics::Durability::kTransientLocal
-                       : diagnostics::Durability::kVolatile;
-  qos.deadline_ns = from_milliseconds(contract.deadline_ms);
-  qos.lease_ns = from_milliseconds(contract.liveliness_ms);
-  qos.liveliness = contract.liveliness_ms > 0 ? diagnostics::Liveliness::kManualByTopic
-                                              : diagnostics::Liveliness::kAutomatic;
-  qos.lifespan_ns = from_milliseconds(contract.lifespan_ms);
-  return qos;
 }
 
 void describe_type(TopicInfo& info) {
@@ -77,7 +56,7 @@ Value value_named(const std::string& text, std::initializer_list<Value> values, 
 TopicInfo topic_info(const dds::TopicDescription& topic) {
   TopicInfo info{.name = topic.name, .type = topic.type_name, .keyed = dds::CdrCodec(topic).keyed()};
   describe_type(info);
-  describe_qos(info, qos_of(topic.qos), topic.qos.history_depth);
+  describe_qos(info, observation::contract_qos(topic.qos), topic.qos.history_depth);
   return info;
 }
 
@@ -88,18 +67,16 @@ TopicInfo topic_info(const diagnostics::EndpointInfo& writer) {
   return info;
 }
 
-observation::PayloadQos reader_qos(const TopicInfo& topic) {
-  const diagnostics::EndpointQos offered = writer_qos(topic);
-  observation::PayloadQos qos;
-  qos.reliable = offered.reliability == diagnostics::Reliability::kReliable;
-  qos.transient_local = topic.durable;
-  qos.depth = topic.durable ? 0 : 1024;  // 0: all, so that a late joiner's burst is complete
+diagnostics::EndpointQos reader_qos(const TopicInfo& topic) {
+  diagnostics::EndpointQos qos;
+  qos.reliability = writer_qos(topic).reliability;
+  if (topic.durable) qos.durability = diagnostics::Durability::kTransientLocal;
   return qos;
 }
 
 diagnostics::EndpointQos writer_qos(const TopicInfo& topic) {
   // For the project's own topics the present contract holds, because present readers request it.
-  if (const auto* known = dds::topic_of_type(topic.type)) return qos_of(known->qos);
+  if (const auto* known = dds::topic_of_type(topic.type)) return observation::contract_qos(known->qos);
   using namespace diagnostics;
   EndpointQos qos;
   qos.reliability = value_named(policy(topic, "reliability"),

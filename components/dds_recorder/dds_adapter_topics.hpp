@@ -4,7 +4,6 @@
 
 #include "common/dds/topics.hpp"
 #include "common/diagnostics/graph.hpp"
-#include "common/observation/payload_reader.hpp"
 #include "components/dds_recorder/sample.hpp"
 
 namespace phantom::dds_recorder {
@@ -15,7 +14,7 @@ TopicInfo topic_info(const dds::TopicDescription& topic);
 /// project's.
 TopicInfo topic_info(const diagnostics::EndpointInfo& writer);
 /// Returns a QoS for a reader that matches the topic's writers and loses as few samples as possible.
-observation::PayloadQos reader_qos(const TopicInfo& topic);
+diagnostics::EndpointQos reader_qos(const TopicInfo& topic);
 /// Returns the QoS of a writer that replaces the recorded ones; history_depth() is the number of samples per
 /// instance that it keeps.
 diagnostics::EndpointQos writer_qos(const TopicInfo& topic);

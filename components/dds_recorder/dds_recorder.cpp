@@ -1,7 +1,6 @@
 #include "components/dds_recorder/dds_recorder.hpp"
 
-#include <algorithm>
-#include <ctime>
+#include <spdlog/fmt/chrono.h>
 
 namespace phantom::dds_recorder {
 namespace {
@@ -11,18 +10,7 @@ constexpr core::Nanoseconds kLossesPeriod_ns = core::kNsPerSecond;  // between r
 constexpr std::uint64_t kLookAfterBytes = 32'000'000;  // checks the disk before kLookPeriod_ns is over
 
 std::string utc_name(std::uint64_t utc_ns) {
-  const auto seconds = static_cast<std::time_t>(utc_ns / core::kNsPerSecond);
-  std::tm parts{};
-  gmtime_r(&seconds, &parts);
-  char text[32];
-  std::strftime(text, sizeof text, "%Y%m%dT%H%M%SZ", &parts);
-  return text;
-}
-
-std::string numbered(const std::string& series, int number) {
-  std::string digits = std::to_string(number);
-  if (digits.size() < 3) digits.insert(0, 3 - digits.size(), '0');
-  return series + "_" + digits + ".mcap";
+  return fmt::format("{:%Y%m%dT%H%M%SZ}", fmt::gmtime(static_cast<std::time_t>(utc_ns / core::kNsPerSecond)));
 }
 
 std::string in_MB(std::uint64_t bytes) { return std::to_string(bytes / 1'000'000) + " MB"; }
@@ -45,24 +33,15 @@ TopicNumber Recorder::add_topic(TopicInfo topic) {
   return static_cast<TopicNumber>(topics_.size() - 1);
 }
 
-void Recorder::count(TopicNumber topic, std::uint64_t overflow, std::uint64_t dds_lost,
-                     std::uint64_t dds_rejected) {
-  losses_[topic].overflow = overflow;
-  losses_[topic].dds_lost = dds_lost;
-  losses_[topic].dds_rejected = dds_rejected;
+void Recorder::count(TopicNumber topic, const TopicLosses& input) {
+  losses_[topic].overflow = input.overflow;
+  losses_[topic].dds_lost = input.dds_lost;
+  losses_[topic].dds_rejected = input.dds_rejected;
 }
 
 std::vector<TopicLosses> Recorder::losses_of_file() const {
   std::vector<TopicLosses> since = losses_;
-  for (std::size_t i = 0; i < losses_at_start_.size(); ++i) {
-    const TopicLosses& start = losses_at_start_[i];
-    since[i].missing -= start.missing;
-    since[i].superseded -= start.superseded;
-    since[i].overflow -= start.overflow;
-    since[i].dds_lost -= start.dds_lost;
-    since[i].dds_rejected -= start.dds_rejected;
-    since[i].unwritten -= start.unwritten;
-  }
+  for (std::size_t i = 0; i < losses_at_start_.size(); ++i) since[i] -= losses_at_start_[i];
   return since;
 }
 
@@ -125,11 +104,11 @@ bool Recorder::open(core::Nanoseconds now_ns) {
     series_ = settings_.name + "_" + utc_name(clocks_.utc_of(now_ns));
     number_ = 0;
   }
-  auto path = settings_.folder / numbered(series_, number_);
+  auto path = settings_.folder / fmt::format("{}_{:03}.mcap", series_, number_);
   auto sink = ports_.create(path);
   for (int other = 2; !sink && sink.status().code() == core::ErrorCode::kFailedPrecondition && other < 1000;
        ++other) {
-    path = settings_.folder / numbered(series_ + "-" + std::to_string(other), number_);  // two in one second
+    path = settings_.folder / fmt::format("{}-{}_{:03}.mcap", series_, other, number_);  // two in one second
     sink = ports_.create(path);
   }
   if (!sink) return fail(sink.status(), now_ns), false;
@@ -270,14 +249,7 @@ RecorderFigures Recorder::figures() const {
   figures.bytes = bytes_ + (file_ ? file_->bytes() : 0);
   figures.files = files_;
   figures.events = events_;
-  for (const TopicLosses& topic : losses_) {
-    figures.losses.missing += topic.missing;
-    figures.losses.superseded += topic.superseded;
-    figures.losses.overflow += topic.overflow;
-    figures.losses.dds_lost += topic.dds_lost;
-    figures.losses.dds_rejected += topic.dds_rejected;
-    figures.losses.unwritten += topic.unwritten;
-  }
+  for (const TopicLosses& topic : losses_) figures.losses += topic;
   figures.window_samples = window_.size();
   figures.window_bytes = window_.bytes();
   figures.durable_samples = durable_.size();

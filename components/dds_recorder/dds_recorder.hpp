@@ -81,8 +81,8 @@ class Recorder {
 
   /// Takes the next sample, in the order of arrival.
   void take(const SampleView& sample);
-  /// Sets a topic's counts so far that the queue and DDS keep.
-  void count(TopicNumber topic, std::uint64_t overflow, std::uint64_t dds_lost, std::uint64_t dds_rejected);
+  /// Sets a topic's counts so far that the queue and DDS keep: those of `input`.
+  void count(TopicNumber topic, const TopicLosses& input);
   /// Notes an event at `now_ns`. In mode on_event it writes the window, and recording continues for
   /// `after_ns`.
   void trigger(const std::string& reason, core::Nanoseconds now_ns);

@@ -1,12 +1,13 @@
 #include "components/dds_recorder/info.hpp"
 
+#include <spdlog/fmt/chrono.h>
+
 #include <charconv>
-#include <ctime>
-#include <iomanip>
 #include <nlohmann/json.hpp>
 #include <ostream>
 #include <set>
 
+#include "common/core/clock.hpp"
 #include "common/recording/mcap_check.hpp"
 #include "common/runtime/process.hpp"
 #include "components/dds_recorder/recording_file.hpp"
@@ -17,14 +18,8 @@ namespace {
 constexpr std::size_t kMostEvents = 8;  // shown in the table
 
 std::string utc_text(std::uint64_t ns) {
-  const auto seconds = static_cast<std::time_t>(ns / 1'000'000'000);
-  std::tm parts{};
-  gmtime_r(&seconds, &parts);
-  char text[40];
-  std::strftime(text, sizeof text, "%Y-%m-%d %H:%M:%S", &parts);
-  char fraction[8];
-  std::snprintf(fraction, sizeof fraction, ".%03d", static_cast<int>(ns / 1'000'000 % 1000));
-  return text + std::string(fraction) + " UTC";
+  const auto seconds = static_cast<std::time_t>(ns / core::kNsPerSecond);
+  return fmt::format("{:%Y-%m-%d %H:%M:%S}.{:03} UTC", fmt::gmtime(seconds), ns / 1'000'000 % 1000);
 }
 
 /// Adds the counts of a losses record, "TOPIC.what" → n, to their topics.
@@ -36,12 +31,9 @@ void add_losses(const recording::StringMap& losses, std::map<std::string, TopicF
     std::from_chars(value.data(), value.data() + value.size(), count);
     TopicFigures& topic = topics[key.substr(0, dot)];
     const std::string what = key.substr(dot + 1);
-    if (what == "missing") topic.missing = count;
-    if (what == "superseded") topic.superseded = count;
-    if (what == "queue_overflow") topic.queue_overflow = count;
-    if (what == "dds_lost") topic.dds_lost = count;
-    if (what == "dds_rejected") topic.dds_rejected = count;
-    if (what == "unwritten") topic.unwritten = count;
+    for (const auto& [reason, member] : kLossReasons) {
+      if (what == reason) topic.losses.*member = count;
+    }
   }
 }
 
@@ -96,13 +88,8 @@ nlohmann::ordered_json json_of(const FileFigures& figures) {
                     {"samples", topic.samples},
                     {"carried_over", topic.carried_over},
                     {"writers", topic.writers},
-                    {"rate_hz", topic.rate_hz},
-                    {"missing", topic.missing},
-                    {"superseded", topic.superseded},
-                    {"queue_overflow", topic.queue_overflow},
-                    {"dds_lost", topic.dds_lost},
-                    {"dds_rejected", topic.dds_rejected},
-                    {"unwritten", topic.unwritten}};
+                    {"rate_hz", topic.rate_hz}};
+    for (const auto& [reason, count] : kLossReasons) topics[name][reason] = topic.losses.*count;
   }
   return {{"file", figures.path},
           {"bytes", figures.bytes},
@@ -121,39 +108,35 @@ nlohmann::ordered_json json_of(const FileFigures& figures) {
 }
 
 void print(const FileFigures& figures, std::ostream& out) {
-  out << figures.path << '\n';
-  out << "  " << figures.samples << " samples, " << std::fixed << std::setprecision(3) << figures.seconds()
-      << " s, " << std::setprecision(1) << 1e-6 * static_cast<double>(figures.bytes) << " MB, "
-      << figures.chunks << " chunks\n";
+  out << fmt::format("{}\n  {} samples, {:.3f} s, {:.1f} MB, {} chunks\n", figures.path, figures.samples,
+                     figures.seconds(), 1e-6 * static_cast<double>(figures.bytes), figures.chunks);
   if (figures.samples > 0)
     out << "  from " << utc_text(figures.start_ns) << " to " << utc_text(figures.end_ns) << '\n';
-  if (!figures.about.empty()) {
-    out << "  recorded on " << value_of(figures.about, "host") << ", domain "
-        << value_of(figures.about, "domain") << ", mode " << value_of(figures.about, "mode") << ", file "
-        << value_of(figures.about, "number") << " of its series"
-        << (figures.ended.empty() ? "" : "; ended: " + figures.ended) << '\n';
+  if (const auto& about = figures.about; !about.empty()) {
+    out << fmt::format("  recorded on {}, domain {}, mode {}, file {} of its series{}\n",
+                       value_of(about, "host"), value_of(about, "domain"), value_of(about, "mode"),
+                       value_of(about, "number"), figures.ended.empty() ? "" : "; ended: " + figures.ended);
   }
   for (std::size_t i = 0; i < std::min(figures.triggers.size(), kMostEvents); ++i)
     out << "  event: " << value_of(figures.triggers[i], "reason") << '\n';
   if (figures.triggers.size() > kMostEvents)
-    out << "  … and " << figures.triggers.size() - kMostEvents << " more events (--json tells all)\n";
+    out << "  … and " << figures.triggers.size() - kMostEvents << " more events (--json lists all)\n";
   if (!figures.complete)
     out << "  not finished (still being written, or its recorder was killed): read as far as it is whole\n";
   for (const std::string& problem : figures.problems) out << "  problem: " << problem << '\n';
   std::size_t width = 5;
   for (const auto& [name, topic] : figures.topics) width = std::max(width, name.size());
-  out << "\n  " << std::left << std::setw(static_cast<int>(width)) << "topic" << std::right << std::setw(10)
-      << "samples" << std::setw(10) << "rate Hz" << std::setw(8) << "earlier" << std::setw(9) << "missing"
-      << std::setw(9) << "writers"
-      << "  type\n";
+  constexpr const char* kRow = "  {:<{}}{:>10}{:>10}{:>8}{:>9}{:>9}  {}\n";
+  out << '\n'
+      << fmt::format(kRow, "topic", width, "samples", "rate Hz", "earlier", "missing", "writers", "type");
   for (const auto& [name, topic] : figures.topics) {
-    out << "  " << std::left << std::setw(static_cast<int>(width)) << name << std::right << std::setw(10)
-        << topic.samples << std::setw(10) << std::setprecision(1) << topic.rate_hz << std::setw(8)
-        << topic.carried_over << std::setw(9) << topic.missing + topic.unwritten << std::setw(9)
-        << topic.writers << "  " << topic.type << '\n';
-    if (topic.queue_overflow + topic.dds_rejected + topic.unwritten > 0)
-      out << "    lost in the recorder: " << topic.queue_overflow << " for want of room in its queue, "
-          << topic.dds_rejected << " in DDS, " << topic.unwritten << " not written\n";
+    const TopicLosses& losses = topic.losses;
+    out << fmt::format(kRow, name, width, topic.samples, fmt::format("{:.1f}", topic.rate_hz),
+                       topic.carried_over, losses.missing + losses.unwritten, topic.writers, topic.type);
+    if (losses.overflow + losses.dds_rejected + losses.unwritten > 0)
+      out << fmt::format(
+          "    lost in the recorder: {} for want of room in its queue, {} in DDS, {} not written\n",
+          losses.overflow, losses.dds_rejected, losses.unwritten);
   }
   out << '\n';
 }

@@ -5,6 +5,7 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "components/dds_recorder/files.hpp"
+#include "components/dds_recorder/losses.hpp"
 
 namespace phantom::dds_recorder {
 
@@ -13,8 +14,7 @@ struct TopicFigures {
   std::string type;
   std::uint64_t samples = 0, carried_over = 0, writers = 0;
   double rate_hz = 0.0;  ///< samples ÷ the file's length
-  std::uint64_t missing = 0, superseded = 0, queue_overflow = 0, dds_lost = 0, dds_rejected = 0,
-                unwritten = 0;
+  TopicLosses losses;
 };
 
 struct FileFigures {

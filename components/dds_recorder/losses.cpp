@@ -3,8 +3,8 @@
 namespace phantom::dds_recorder {
 
 std::uint64_t GapCounter::gap_before(const SampleHead& sample) {
-  const auto [writer, first] = last_.emplace(std::pair{sample.topic, sample.writer}, sample.sequence_number);
-  std::uint64_t& last = writer->second;
+  const auto [last, first] =
+      last_.find_or_add(std::pair{sample.topic, sample.writer}, sample.sequence_number);
   if (first || sample.sequence_number <= last) return 0;
   const std::uint64_t gap = sample.sequence_number - last - 1;
   last = sample.sequence_number;

@@ -1,7 +1,6 @@
 #pragma once
 
-#include <map>
-
+#include "common/core/recent_map.hpp"
 #include "components/dds_recorder/sample.hpp"
 
 namespace phantom::dds_recorder {
@@ -16,16 +15,34 @@ struct TopicLosses {
   std::uint64_t unwritten = 0;     ///< arrived while nothing could be written (disk)
   bool any() const { return missing + overflow + dds_lost + dds_rejected + unwritten > 0; }
   bool operator==(const TopicLosses&) const = default;
+  TopicLosses& operator+=(const TopicLosses& other);
+  TopicLosses& operator-=(const TopicLosses& other);
 };
 
-/// Counts the gaps in the sequence numbers of every writer. Not thread-safe.
+/// The reasons with their names in records and JSON.
+inline constexpr std::pair<const char*, std::uint64_t TopicLosses::*> kLossReasons[] = {
+    {"missing", &TopicLosses::missing},           {"superseded", &TopicLosses::superseded},
+    {"queue_overflow", &TopicLosses::overflow},   {"dds_lost", &TopicLosses::dds_lost},
+    {"dds_rejected", &TopicLosses::dds_rejected}, {"unwritten", &TopicLosses::unwritten}};
+
+inline TopicLosses& TopicLosses::operator+=(const TopicLosses& other) {
+  for (const auto& [name, count] : kLossReasons) this->*count += other.*count;
+  return *this;
+}
+inline TopicLosses& TopicLosses::operator-=(const TopicLosses& other) {
+  for (const auto& [name, count] : kLossReasons) this->*count -= other.*count;
+  return *this;
+}
+
+/// Counts the gaps in the sequence numbers of every writer, of the kMost heard last. Not thread-safe.
 class GapCounter {
  public:
+  static constexpr std::size_t kMost = 16384;
   /// Returns how many samples of this writer are missing before this one; 0 for its first.
   std::uint64_t gap_before(const SampleHead& sample);
 
  private:
-  std::map<std::pair<TopicNumber, Guid>, std::uint64_t> last_;
+  core::RecentMap<std::pair<TopicNumber, Guid>, std::uint64_t> last_{kMost};
 };
 
 }  // namespace phantom::dds_recorder

@@ -1,32 +1,16 @@
 #include "components/dds_recorder/recording_file.hpp"
 
-#include <cstdio>
+#include "common/diagnostics/graph.hpp"
 
 namespace phantom::dds_recorder {
-
-std::string guid_text(const Guid& guid) {
-  std::string text;
-  char octet[4];
-  for (std::size_t i = 0; i < guid.size(); ++i) {
-    std::snprintf(octet, sizeof octet, "%s%02x", i == 0 ? "" : i == 12 ? "|" : ".", guid[i]);
-    text += octet;
-  }
-  return text;
-}
 
 recording::StringMap losses_record(const std::vector<TopicInfo>& topics,
                                    const std::vector<TopicLosses>& losses) {
   recording::StringMap record;
   for (std::size_t i = 0; i < losses.size() && i < topics.size(); ++i) {
-    const auto put = [&](const char* what, std::uint64_t count) {
-      if (count > 0) record[topics[i].name + "." + what] = std::to_string(count);
-    };
-    put("missing", losses[i].missing);
-    put("superseded", losses[i].superseded);
-    put("queue_overflow", losses[i].overflow);
-    put("dds_lost", losses[i].dds_lost);
-    put("dds_rejected", losses[i].dds_rejected);
-    put("unwritten", losses[i].unwritten);
+    for (const auto& [reason, count] : kLossReasons) {
+      if (losses[i].*count > 0) record[topics[i].name + "." + reason] = std::to_string(losses[i].*count);
+    }
   }
   return record;
 }
@@ -58,7 +42,7 @@ core::Expected<std::uint16_t> RecordingFile::channel(const SampleHead& sample, b
   const WriterInfo writer = describe_(sample.writer);
   recording::StringMap about{{"type", topic.type},
                              {"keyed", topic.keyed ? "yes" : "no"},
-                             {"writer", guid_text(sample.writer)},
+                             {"writer", diagnostics::to_string(sample.writer)},
                              {"component", writer.component},
                              {"host", writer.host},
                              {"process", writer.process}};

@@ -70,7 +70,5 @@ class RecordingFile {
 /// "TOPIC.superseded" …
 recording::StringMap losses_record(const std::vector<TopicInfo>& topics,
                                    const std::vector<TopicLosses>& losses);
-/// Returns the GUID as DDS tools write it: "01.0f.…".
-std::string guid_text(const Guid& guid);
 
 }  // namespace phantom::dds_recorder

@@ -41,8 +41,8 @@ TopicInfo topic_of(const recording::McapReader& reader, const recording::Channel
   return topic;
 }
 
-bool is_meant(const recording::Channel& channel, const diagnostics::NameFilter& wanted,
-              const ReplayRequest& request) {
+bool is_selected(const recording::Channel& channel, const diagnostics::NameFilter& wanted,
+                 const ReplayRequest& request) {
   return wanted.keeps(channel.topic) && channel.message_encoding == "cdr" &&
          (request.commands || !is_command(channel.topic));
 }
@@ -88,7 +88,7 @@ class Replay {
     const recording::McapReader& reader = recordings_[number].reader;
     recording::MessageFilter filter = part.filter;
     filter.channel = [&](const recording::Channel& channel) {
-      return is_meant(channel, wanted_, request_) && (number == 0 || !is_carried_over(channel)) &&
+      return is_selected(channel, wanted_, request_) && (number == 0 || !is_carried_over(channel)) &&
              (!part.durable_only || is_durable(channel));
     };
     recording::MessageCursor cursor(reader, filter);
@@ -125,7 +125,7 @@ std::map<std::string, TopicInfo> topics_to_replay(const std::vector<OpenedRecord
   std::map<std::string, TopicInfo> topics;
   for (const auto& opened : recordings) {
     for (const auto& [id, channel] : opened.reader.channels()) {
-      if (is_meant(channel, wanted, request))
+      if (is_selected(channel, wanted, request))
         topics.emplace(channel.topic, topic_of(opened.reader, channel, remap));
     }
   }

@@ -35,11 +35,11 @@ void SampleQueue::swap() noexcept {
   std::swap(filled_, drained_);
 }
 
-SampleView SampleQueue::at(std::size_t offset, std::size_t& next) const noexcept {
+SampleView SampleQueue::next(std::size_t& offset) const noexcept {
   Entry entry;
   const std::uint8_t* from = drained_->bytes.data() + offset;
   std::memcpy(&entry, from, sizeof entry);
-  next = offset + sizeof entry + static_cast<std::size_t>(entry.size);
+  offset += sizeof entry + static_cast<std::size_t>(entry.size);
   return {entry.head, {from + sizeof entry, static_cast<std::size_t>(entry.size)}};
 }
 

@@ -27,7 +27,7 @@ class SampleQueue {
   std::size_t drain(Take&& take) {
     swap();
     std::size_t count = 0;
-    for (std::size_t at = 0; at < drained_->used; ++count) at = visit(at, take);
+    for (std::size_t offset = 0; offset < drained_->used; ++count) take(next(offset));
     return count;
   }
 
@@ -41,13 +41,8 @@ class SampleQueue {
     std::uint64_t size = 0;
   };
   void swap() noexcept;
-  SampleView at(std::size_t offset, std::size_t& next) const noexcept;
-  template <class Take>
-  std::size_t visit(std::size_t offset, Take& take) {
-    std::size_t next = 0;
-    take(at(offset, next));
-    return next;
-  }
+  /// Returns the drained sample at `offset`, which becomes that of the next one.
+  SampleView next(std::size_t& offset) const noexcept;
 
   Arena arenas_[2];
   std::mutex mutex_;

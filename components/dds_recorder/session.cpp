@@ -3,13 +3,12 @@
 #include <spdlog/spdlog.h>
 #include <sys/resource.h>
 #include <sys/statvfs.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cstring>
 #include <fstream>
-#include <sstream>
 
+#include "common/core/host_interfaces.hpp"
 #include "common/core/progress.hpp"
 #include "common/diagnostics/name_filter.hpp"
 #include "components/dds_recorder/dds_adapter.hpp"
@@ -22,7 +21,8 @@ constexpr core::Nanoseconds kStatusPeriod_ns = core::kNsPerSecond / 2,
                             kLogPeriod_ns = 10 * core::kNsPerSecond;
 constexpr double kHangsAfter_s = 5.0;  // one turn may wait for a slow disk
 constexpr int kNiceness = 10;          // leaves the CPU to processes that control an arm
-constexpr const char* kEventTopics[] = {"hit_alert", "component_status", "operator_command"};
+constexpr const char* kEventTopics[] = {"hit_alert", "component_status", "operator_command",
+                                        "recording_request"};
 
 recording::Attachment attachment_of(const std::filesystem::path& file) {
   std::ifstream stream(file, std::ios::binary);
@@ -36,29 +36,26 @@ recording::Attachment attachment_of(const std::filesystem::path& file) {
 }
 
 RecordingContext context_of(const runtime::Deployment& deployment, const Config& config) {
-  char host[65] = {};
-  gethostname(host, sizeof host - 1);
-  std::string topics;
-  for (const std::string& pattern : config.topics) topics += (topics.empty() ? "" : " ") + pattern;
   RecordingContext context;
-  context.about = {{"host", host},
-                   {"domain", std::to_string(deployment.network.domain)},
-                   {"topology", deployment.name},
-                   {"topics", topics.empty() ? "*" : topics}};
+  context.about = {
+      {"host", core::host_name()},
+      {"domain", std::to_string(deployment.network.domain)},
+      {"topology", deployment.name},
+      {"topics", config.topics.empty() ? "*" : fmt::format("{}", fmt::join(config.topics, " "))}};
   context.attachments = {attachment_of(deployment.file)};
   if (!deployment.cell.empty()) context.attachments.push_back(attachment_of(deployment.cell));
   return context;
 }
 
 std::string in_words(const RecorderFigures& figures) {
-  std::ostringstream text;
-  text << figures.samples << " samples, " << figures.bytes / 1'000'000 << " MB in " << figures.files
-       << (figures.files == 1 ? " file" : " files");
-  if (figures.losses.any()) text << ", " << figures.losses.missing << " samples missing";
-  if (figures.losses.overflow > 0)
-    text << " (" << figures.losses.overflow << " of them for want of room in the queue)";
-  if (figures.losses.unwritten > 0) text << ", " << figures.losses.unwritten << " not written";
-  return text.str();
+  const TopicLosses& losses = figures.losses;
+  std::string text = fmt::format("{} samples, {} MB in {} file{}", figures.samples, figures.bytes / 1'000'000,
+                                 figures.files, figures.files == 1 ? "" : "s");
+  if (losses.any()) text += fmt::format(", {} samples missing", losses.missing);
+  if (losses.overflow > 0)
+    text += fmt::format(" ({} of them for want of room in the queue)", losses.overflow);
+  if (losses.unwritten > 0) text += fmt::format(", {} not written", losses.unwritten);
+  return text;
 }
 
 core::Health health_of(const RecorderFigures& figures, const Recorder& recorder, bool on_event) {
@@ -175,10 +172,7 @@ class RecordSession {
   }
 
   void count_losses() {
-    for (TopicNumber i = 0; i < recorder_.topics().size(); ++i) {
-      const InputLosses losses = adapter_.losses(i);
-      recorder_.count(i, losses.overflow, losses.dds_lost, losses.dds_rejected);
-    }
+    for (TopicNumber i = 0; i < recorder_.topics().size(); ++i) recorder_.count(i, adapter_.losses(i));
   }
 
   void turn(core::Nanoseconds now_ns) {
@@ -200,8 +194,8 @@ class RecordSession {
     health.loops = {progress_.statistics()};
     adapter_.publish_status(health);
     log_losses(figures);
-    if (now_ns - told_ns_ < kLogPeriod_ns) return;
-    told_ns_ = now_ns;
+    if (now_ns - logged_ns_ < kLogPeriod_ns) return;
+    logged_ns_ = now_ns;
     spdlog::info("{}", in_words(figures));
   }
 
@@ -211,12 +205,12 @@ class RecordSession {
 
   /// Warns when the recorder itself has lost samples, at most once per kStatusPeriod_ns.
   void log_losses(const RecorderFigures& figures) {
-    if (figures.losses.overflow == overflow_told_) return;
+    if (figures.losses.overflow == overflow_logged_) return;
     spdlog::warn(
         "{} samples found no room in the queue so far; "
         "allowed: a larger queue_MB, fewer topics, a faster disk",
         figures.losses.overflow);
-    overflow_told_ = figures.losses.overflow;
+    overflow_logged_ = figures.losses.overflow;
   }
 
   const RecordRequest& request_;
@@ -229,8 +223,8 @@ class RecordSession {
   Recorder recorder_;
   core::Progress progress_{"record", 0.0, kHangsAfter_s};
   std::uint32_t signals_ = runtime::emergency_stop_signals();
-  std::uint64_t overflow_told_ = 0;
-  core::Nanoseconds counted_ns_ = 0, status_ns_ = 0, told_ns_ = core::monotonic_ns();
+  std::uint64_t overflow_logged_ = 0;
+  core::Nanoseconds counted_ns_ = 0, status_ns_ = 0, logged_ns_ = core::monotonic_ns();
 };
 
 }  // namespace

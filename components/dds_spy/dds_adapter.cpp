@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/dds/topic_list.hpp"
+#include "common/observation/contract_qos.hpp"
 #include "common/observation/observer.hpp"
 #include "common/observation/payload_reader.hpp"
 #include "common/observation/type_catalogue.hpp"
@@ -12,23 +13,6 @@ namespace {
 
 using diagnostics::Guid;
 using Json = nlohmann::ordered_json;
-
-std::int64_t from_milliseconds(int value_ms) {
-  return value_ms == 0 ? diagnostics::kInfinite_ns : value_ms * core::kNsPerMillisecond;
-}
-
-SystemView::Change change_of(observation::Presence presence) {
-  switch (presence) {
-    case observation::Presence::kAppeared:
-      return SystemView::Change::kAppeared;
-    case observation::Presence::kChanged:
-      return SystemView::Change::kChanged;
-    case observation::Presence::kLeft:
-      return SystemView::Change::kLeft;
-    default:
-      return SystemView::Change::kLost;
-  }
-}
 
 /// Returns the stamp of a decoded sample, or none if it has no valid one.
 std::optional<SampleStamp> stamp_of(const Json& sample) {
@@ -50,14 +34,7 @@ const std::map<std::string, TopicContract>& contracts() {
   static const auto all = [] {
     std::map<std::string, TopicContract> map;
     for (const dds::TopicDescription* topic : dds::all_topics()) {
-      diagnostics::EndpointQos qos;
-      qos.reliability = static_cast<diagnostics::Reliability>(topic->qos.reliability);
-      qos.durability = static_cast<diagnostics::Durability>(topic->qos.durability);
-      qos.deadline_ns = from_milliseconds(topic->qos.deadline_ms);
-      qos.lifespan_ns = from_milliseconds(topic->qos.lifespan_ms);
-      qos.lease_ns = from_milliseconds(topic->qos.liveliness_ms);
-      if (topic->qos.liveliness_ms > 0) qos.liveliness = diagnostics::Liveliness::kManualByTopic;
-      map[topic->name] = {topic->type_name, qos};
+      map[topic->name] = {topic->type_name, observation::contract_qos(topic->qos)};
     }
     return map;
   }();
@@ -94,17 +71,17 @@ struct DdsAdapter::Impl : observation::DiscoveryListener {
       readers;  // by topic; used by the thread of follow_writers() only
 
   void on_participant(const diagnostics::ParticipantInfo& participant,
-                      observation::Presence presence) override {
+                      diagnostics::Presence presence) override {
     const std::lock_guard lock(mutex);
-    view.on_participant(participant, change_of(presence), core::utc_ns());
+    view.on_participant(participant, presence, core::utc_ns());
   }
-  void on_endpoint(const diagnostics::EndpointInfo& endpoint, observation::Presence presence) override {
+  void on_endpoint(const diagnostics::EndpointInfo& endpoint, diagnostics::Presence presence) override {
     const std::lock_guard lock(mutex);
-    view.on_endpoint(endpoint, change_of(presence), core::utc_ns());
+    view.on_endpoint(endpoint, presence, core::utc_ns());
   }
 
   void take(const TopicReader& from, const observation::Payload& payload) {
-    HeardSample sample;
+    ReceivedSample sample;
     sample.topic = from.topic;
     sample.writer = payload.writer;
     sample.gone = payload.instance != observation::InstanceState::kAlive;
@@ -167,14 +144,9 @@ struct DdsAdapter::Impl : observation::DiscoveryListener {
       const std::lock_guard lock(mutex);
       view.on_reader_made(topic);
     }
-    const observation::PayloadQos qos{.reliable = plan.reliable,
-                                      .transient_local = plan.transient_local,
-                                      .liveliness = plan.liveliness,
-                                      .lease_ns = plan.lease_ns,
-                                      .ownership = plan.ownership};
     auto& kept = *(readers[topic] = std::move(made));
     kept.reader = std::make_unique<observation::PayloadReader>(
-        observer.participant(), observation::PayloadTopic{topic, plan.type, plan.keyed}, qos, kept);
+        observer.participant(), observation::PayloadTopic{topic, plan.type, plan.keyed}, plan.qos, kept);
   }
 };
 
@@ -187,18 +159,18 @@ DdsAdapter::~DdsAdapter() { impl_->readers.clear(); }
 std::unique_lock<std::mutex> DdsAdapter::lock() { return std::unique_lock(impl_->mutex); }
 
 std::vector<std::string> DdsAdapter::follow_writers() {
-  std::vector<std::string> complaints;
-  if (!impl_->reading.read_topics) return complaints;
+  std::vector<std::string> problems;
+  if (!impl_->reading.read_topics) return problems;
   for (const auto& [topic, plan] : impl_->plans()) {
     const auto known = impl_->readers.find(topic);
     if (known != impl_->readers.end() && known->second->plan == plan) continue;
     try {
       impl_->make_reader(topic, plan);
     } catch (const dds::DdsError& problem) {
-      complaints.emplace_back(problem.what());  // stays without reader until its plan changes
+      problems.emplace_back(problem.what());  // stays without reader until its plan changes
     }
   }
-  return complaints;
+  return problems;
 }
 
 }  // namespace phantom::dds_spy

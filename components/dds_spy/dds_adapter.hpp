@@ -35,7 +35,7 @@ const std::map<std::string, TopicContract>& contracts();
 /// Joins the domain and passes discovery and samples to a SystemView.
 class DdsAdapter {
  public:
-  using OnSample = std::function<void(const HeardSample&)>;
+  using OnSample = std::function<void(const ReceivedSample&)>;
   /// `on_sample`: called on a middleware thread, with the lock held, for each sample that the filters keep,
   /// after the view has taken it. Throws DdsError.
   DdsAdapter(const core::NetworkOptions& network, const Reading& reading, SystemView& view,

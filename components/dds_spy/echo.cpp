@@ -9,7 +9,7 @@
 namespace phantom::dds_spy {
 namespace {
 
-std::string in_json(const HeardSample& sample, const std::string& who, const std::string& type) {
+std::string in_json(const ReceivedSample& sample, const std::string& who, const std::string& type) {
   nlohmann::ordered_json line{{"topic", sample.topic},
                               {"type", type},
                               {"writer", who},
@@ -27,7 +27,7 @@ std::string in_json(const HeardSample& sample, const std::string& who, const std
   return diagnostics::to_line(line) + "\n";
 }
 
-std::string in_text(const HeardSample& sample, const std::string& who, const std::string& type) {
+std::string in_text(const ReceivedSample& sample, const std::string& who, const std::string& type) {
   std::string text = fmt::format("--- {} from {}, number {}, {} octets\n", sample.topic, who,
                                  sample.facts.sequence_number, sample.facts.octets);
   if (!sample.problem.empty()) text += "cannot be decoded: " + sample.problem + "\n";
@@ -41,13 +41,13 @@ std::string in_text(const HeardSample& sample, const std::string& who, const std
 Echo::Echo(bool json, double every_s, std::uint64_t most)
     : json_(json), every_ns_(core::from_seconds(every_s)), most_(most) {}
 
-std::optional<std::string> Echo::take(const HeardSample& sample, const diagnostics::Graph& graph) {
+std::optional<std::string> Echo::take(const ReceivedSample& sample, const diagnostics::Graph& graph) {
   if (complete()) return std::nullopt;
   if (every_ns_ > 0) {
     const auto [last, first] =
-        last_ns_.try_emplace({sample.writer, sample.instance}, sample.facts.received_ns);
-    if (!first && sample.facts.received_ns - last->second < every_ns_) return std::nullopt;
-    last->second = sample.facts.received_ns;
+        last_ns_.find_or_add({sample.writer, sample.instance}, sample.facts.received_ns);
+    if (!first && sample.facts.received_ns - last < every_ns_) return std::nullopt;
+    last = sample.facts.received_ns;
   }
   ++shown_;
   const auto* endpoint = graph.endpoint(sample.writer);

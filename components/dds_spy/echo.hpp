@@ -1,10 +1,10 @@
 #pragma once
 
 #include <cstdint>
-#include <map>
 #include <optional>
 #include <string>
 
+#include "common/core/recent_map.hpp"
 #include "common/diagnostics/graph.hpp"
 #include "components/dds_spy/system_view.hpp"
 
@@ -17,7 +17,7 @@ class Echo {
   /// samples in all, 0: no limit.
   Echo(bool json, double every_s, std::uint64_t most);
   /// Returns the sample's text with its line feed; none if the sample is not to be shown.
-  std::optional<std::string> take(const HeardSample& sample, const diagnostics::Graph& graph);
+  std::optional<std::string> take(const ReceivedSample& sample, const diagnostics::Graph& graph);
   std::uint64_t shown() const { return shown_; }
   bool complete() const { return most_ != 0 && shown_ >= most_; }
 
@@ -25,7 +25,8 @@ class Echo {
   bool json_;
   core::Nanoseconds every_ns_;
   std::uint64_t most_, shown_ = 0;
-  std::map<std::pair<diagnostics::Guid, std::string>, core::Nanoseconds> last_ns_;
+  static constexpr std::size_t kMost = 65536;  // instances that are remembered
+  core::RecentMap<std::pair<diagnostics::Guid, std::string>, core::Nanoseconds> last_ns_{kMost};
 };
 
 }  // namespace phantom::dds_spy

@@ -3,49 +3,38 @@
 #include <spdlog/fmt/chrono.h>
 #include <spdlog/fmt/fmt.h>
 
-#include <array>
 #include <ctime>
 #include <nlohmann/json.hpp>
 
 namespace phantom::dds_spy {
 namespace {
 
-constexpr std::array kNames{"participant_joined",
-                            "participant_left",
-                            "participant_lost",
-                            "writer_joined",
-                            "writer_left",
-                            "reader_joined",
-                            "reader_left",
-                            "qos_mismatch",
-                            "gap",
-                            "skip",
-                            "restart",
-                            "deadline_missed",
-                            "deadline_met",
-                            "liveliness_lost",
-                            "liveliness_back",
-                            "undecodable",
-                            "instance_gone",
-                            "component_state",
-                            "component_counter"};
+struct Kind {
+  const char* name;
+  bool bursts = false;  // can come at a topic's rate
+};
+constexpr Kind kKinds[] = {  // in the order of EventKind
+    {"participant_joined"},
+    {"participant_left"},
+    {"participant_lost"},
+    {"writer_joined"},
+    {"writer_left"},
+    {"reader_joined"},
+    {"reader_left"},
+    {"qos_mismatch"},
+    {"gap", true},
+    {"skip", true},
+    {"restart"},
+    {"deadline_missed", true},
+    {"deadline_met", true},
+    {"liveliness_lost", true},
+    {"liveliness_back", true},
+    {"undecodable", true},
+    {"instance_gone", true},
+    {"component_state"},
+    {"component_counter"}};
 
-/// Returns whether events of this kind can come at a topic's rate.
-bool comes_in_bursts(EventKind kind) {
-  switch (kind) {
-    case EventKind::kGap:
-    case EventKind::kSkip:
-    case EventKind::kDeadlineMissed:
-    case EventKind::kDeadlineMet:
-    case EventKind::kLivelinessLost:
-    case EventKind::kLivelinessBack:
-    case EventKind::kUndecodable:
-    case EventKind::kInstanceGone:
-      return true;
-    default:
-      return false;
-  }
-}
+const Kind& kind_of(EventKind kind) { return kKinds[static_cast<std::size_t>(kind)]; }
 
 std::string clock_text(core::Nanoseconds utc_ns) {
   const std::time_t seconds = utc_ns / core::kNsPerSecond;
@@ -56,9 +45,13 @@ std::string clock_text(core::Nanoseconds utc_ns) {
 
 }  // namespace
 
-const char* name_of(EventKind kind) { return kNames[static_cast<std::size_t>(kind)]; }
+const char* name_of(EventKind kind) { return kind_of(kind).name; }
 
-std::vector<std::string> event_kind_names() { return {kNames.begin(), kNames.end()}; }
+std::vector<std::string> event_kind_names() {
+  std::vector<std::string> names;
+  for (const Kind& kind : kKinds) names.emplace_back(kind.name);
+  return names;
+}
 
 std::string event_line(const Event& event) {
   std::string line = fmt::format("{}  {:<18}  ", clock_text(event.utc_ns), name_of(event.kind));
@@ -78,26 +71,26 @@ EventLog::EventLog(std::size_t most, double quiet_s, Report report)
 
 void EventLog::add(Event event) {
   totals_[event.kind] += event.count;
-  if (!comes_in_bursts(event.kind)) return report(event);
+  if (!kind_of(event.kind).bursts) return report(event);
   Held& held = held_[{event.kind, event.topic, event.who}];
-  if (held.told_ns != 0 && event.utc_ns - held.told_ns < quiet_ns_) {
+  if (held.reported_ns != 0 && event.utc_ns - held.reported_ns < quiet_ns_) {
     held.count += event.count;
     held.event = std::move(event);
     return;
   }
   release(held);
-  held.told_ns = event.utc_ns;
+  held.reported_ns = event.utc_ns;
   report(event);
 }
 
 void EventLog::look(core::Nanoseconds utc_ns) {
   for (auto item = held_.begin(); item != held_.end();) {
     Held& held = item->second;
-    if (utc_ns - held.told_ns < quiet_ns_) {
+    if (utc_ns - held.reported_ns < quiet_ns_) {
       ++item;
     } else if (held.count > 0) {
       release(held);
-      held.told_ns = utc_ns;
+      held.reported_ns = utc_ns;
       ++item;
     } else {
       item = held_.erase(item);

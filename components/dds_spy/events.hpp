@@ -71,7 +71,7 @@ class EventLog {
  private:
   using Key = std::tuple<EventKind, std::string, std::string>;
   struct Held {
-    core::Nanoseconds told_ns = 0;
+    core::Nanoseconds reported_ns = 0;
     Event event;
     std::uint64_t count = 0;
   };

@@ -6,7 +6,7 @@
 #include <sstream>
 #include <utility>
 
-#include "components/dds_spy/table.hpp"
+#include "common/core/utf8.hpp"
 
 namespace phantom::dds_spy {
 namespace {
@@ -120,7 +120,7 @@ std::vector<std::string> LiveView::screen(const std::string& title, const std::s
     keys += fmt::format("  lines {}–{} of {}", top_ + 1, std::min(top_ + room, lines.size()), lines.size());
   screen.push_back(keys);
   screen.resize(std::min(screen.size(), rows));
-  for (std::string& line : screen) line = cut_to(line, columns);
+  for (std::string& line : screen) line = core::cut_to_columns(line, columns);
   return screen;
 }
 
@@ -136,7 +136,7 @@ std::string LiveView::help() {
          "r  set counts to zero    space  hold the picture    q  quit\n"
          "\n"
          "The spy reads best effort and volatile: no writer waits for it. What it misses, others may have got:\n"
-         "what the components themselves counted is told under events (component_counter).\n";
+         "what the components themselves counted is listed under events (component_counter).\n";
 }
 
 }  // namespace phantom::dds_spy

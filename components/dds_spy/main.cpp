@@ -20,10 +20,7 @@ int main(int argc, char** argv) {
     const auto config = dds_spy::load_config(options.config);
     const auto deployment = runtime::load_deployment(options);
     dds::check_qos_profiles(deployment.network.qos_profiles);
-    if (options.check) {
-      std::cout << "configuration is valid\n";
-      return static_cast<int>(runtime::kExitDone);
-    }
+    if (options.check) return runtime::configuration_is_valid();
     return dds_spy::run(request, config, deployment.network, std::cout);
   };
   return runtime::process_main(argc, argv, description);

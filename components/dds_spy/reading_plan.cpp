@@ -11,18 +11,18 @@ std::optional<ReadingPlan> plan_reading(const std::vector<const diagnostics::End
   ReadingPlan plan;
   plan.type = first.type;
   plan.keyed = first.keyed;
-  plan.ownership = first.qos.ownership;
-  plan.reliable = options.reliable || options.history;
-  plan.transient_local = options.history;
-  plan.liveliness = diagnostics::Liveliness::kManualByTopic;
-  plan.lease_ns = 0;
+  diagnostics::EndpointQos& qos = plan.qos;
+  qos.ownership = first.qos.ownership;
+  if (options.reliable || options.history) qos.reliability = diagnostics::Reliability::kReliable;
+  if (options.history) qos.durability = diagnostics::Durability::kTransientLocal;
+  qos.liveliness = diagnostics::Liveliness::kManualByTopic;
+  qos.lease_ns = 0;
   for (const auto* writer : writers) {
     if (writer->type != plan.type || writer->keyed != plan.keyed) continue;
-    plan.reliable = plan.reliable && writer->qos.reliability == diagnostics::Reliability::kReliable;
-    plan.transient_local =
-        plan.transient_local && writer->qos.durability >= diagnostics::Durability::kTransientLocal;
-    plan.liveliness = std::min(plan.liveliness, writer->qos.liveliness);
-    plan.lease_ns = std::max(plan.lease_ns, writer->qos.lease_ns);
+    qos.reliability = std::min(qos.reliability, writer->qos.reliability);
+    qos.durability = std::min(qos.durability, writer->qos.durability);
+    qos.liveliness = std::min(qos.liveliness, writer->qos.liveliness);
+    qos.lease_ns = std::max(qos.lease_ns, writer->qos.lease_ns);
   }
   return plan;
 }

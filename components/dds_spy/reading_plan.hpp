@@ -13,10 +13,7 @@ namespace phantom::dds_spy {
 struct ReadingPlan {
   std::string type;
   bool keyed = false;
-  bool reliable = false, transient_local = false;
-  diagnostics::Liveliness liveliness = diagnostics::Liveliness::kAutomatic;
-  std::int64_t lease_ns = diagnostics::kInfinite_ns;
-  diagnostics::Ownership ownership = diagnostics::Ownership::kShared;
+  diagnostics::EndpointQos qos;
   bool operator==(const ReadingPlan&) const = default;
 };
 

@@ -17,21 +17,24 @@ std::vector<std::string> departures(const ReportInput& input, const EndpointInfo
   std::vector<std::string> found;
   const auto contract = input.contracts.find(endpoint.topic);
   if (contract == input.contracts.end()) return found;
-  const auto compare = [&](const char* policy, const std::string& is, const std::string& ought) {
-    if (is != ought) found.push_back(fmt::format("{} {} (contract: {})", policy, is, ought));
+  const auto compare = [&](const char* policy, const std::string& actual, const std::string& required) {
+    if (actual != required) found.push_back(fmt::format("{} {} (contract: {})", policy, actual, required));
   };
-  const auto &is = endpoint.qos, &ought = contract->second.qos;
+  const auto &actual = endpoint.qos, &required = contract->second.qos;
   compare("type", endpoint.type, contract->second.type);
-  compare("reliability", diagnostics::to_string(is.reliability), diagnostics::to_string(ought.reliability));
-  compare("durability", diagnostics::to_string(is.durability), diagnostics::to_string(ought.durability));
-  compare("deadline", diagnostics::duration_text(is.deadline_ns),
-          diagnostics::duration_text(ought.deadline_ns));
-  compare("liveliness", diagnostics::to_string(is.liveliness), diagnostics::to_string(ought.liveliness));
-  compare("liveliness lease", diagnostics::duration_text(is.lease_ns),
-          diagnostics::duration_text(ought.lease_ns));
+  compare("reliability", diagnostics::to_string(actual.reliability),
+          diagnostics::to_string(required.reliability));
+  compare("durability", diagnostics::to_string(actual.durability),
+          diagnostics::to_string(required.durability));
+  compare("deadline", diagnostics::duration_text(actual.deadline_ns),
+          diagnostics::duration_text(required.deadline_ns));
+  compare("liveliness", diagnostics::to_string(actual.liveliness),
+          diagnostics::to_string(required.liveliness));
+  compare("liveliness lease", diagnostics::duration_text(actual.lease_ns),
+          diagnostics::duration_text(required.lease_ns));
   if (endpoint.writer)
-    compare("lifespan", diagnostics::duration_text(is.lifespan_ns),
-            diagnostics::duration_text(ought.lifespan_ns));
+    compare("lifespan", diagnostics::duration_text(actual.lifespan_ns),
+            diagnostics::duration_text(required.lifespan_ns));
   return found;
 }
 

@@ -1,6 +1,7 @@
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
+#include <array>
 #include <nlohmann/json.hpp>
 
 #include "components/dds_spy/reports.hpp"
@@ -14,7 +15,7 @@ using Json = nlohmann::ordered_json;
 
 struct Row {
   const Guid* guid;
-  const HeardWriter* writer;
+  const ObservedWriter* writer;
   StreamFigures figures;
 };
 
@@ -31,24 +32,23 @@ std::vector<Row> rows_of(const ReportInput& input) {
 
 /// Returns the topics that have writers but no samples.
 std::vector<std::string> silent_topics(const ReportInput& input) {
-  std::map<std::string, bool> heard;
+  std::map<std::string, bool> has_samples;
   for (const auto& [guid, endpoint] : input.view.graph().endpoints()) {
     if (!endpoint.writer || !input.topics.keeps(endpoint.topic)) continue;
     const auto found = input.view.writers().find(guid);
-    heard[endpoint.topic] |=
+    has_samples[endpoint.topic] |=
         found != input.view.writers().end() && found->second.stream.figures().samples > 0;
   }
   std::vector<std::string> silent;
-  for (const auto& [topic, any] : heard) {
+  for (const auto& [topic, any] : has_samples) {
     if (!any) silent.push_back(topic);
   }
   return silent;
 }
 
 std::string silent_line(const ReportInput& input) {
-  std::string text;
-  for (const auto& topic : silent_topics(input)) text += (text.empty() ? "" : ", ") + topic;
-  return text.empty() ? "" : "nothing came on: " + text + "\n";
+  const auto topics = silent_topics(input);
+  return topics.empty() ? "" : fmt::format("nothing came on: {}\n", fmt::join(topics, ", "));
 }
 
 std::string type_note(const ReportInput& input, const Row& row) {
@@ -67,20 +67,15 @@ std::string sizes(const StreamFigures& f) {
 }
 
 const char* clock_name(LatencyClock clock) {
-  switch (clock) {
-    case LatencyClock::kMonotonic:
-      return "monotonic";
-    case LatencyClock::kStampUtc:
-      return "utc";
-    case LatencyClock::kSourceTimestamp:
-      return "source_timestamp";
-    default:
-      return "none";
-  }
+  constexpr std::array kNames{"none", "monotonic", "utc", "source_timestamp"};
+  return kNames[static_cast<std::size_t>(clock)];
 }
 
-Json head(const ReportInput& input) {
-  return {{"domain", input.domain}, {"seconds", input.seconds}, {"silent", silent_topics(input)}};
+Json report_of(const ReportInput& input, Json streams) {
+  return {{"domain", input.domain},
+          {"seconds", input.seconds},
+          {"silent", silent_topics(input)},
+          {"streams", std::move(streams)}};
 }
 
 Json row_head(const ReportInput& input, const Row& row) {
@@ -126,9 +121,7 @@ Json rates_json(const ReportInput& input) {
     if (!note.empty()) entry["foreign_type"] = input.view.graph().endpoint(*row.guid)->type;
     list.push_back(std::move(entry));
   }
-  Json report = head(input);
-  report["streams"] = std::move(list);
-  return report;
+  return report_of(input, std::move(list));
 }
 
 std::string rates_text(const ReportInput& input) {
@@ -170,9 +163,7 @@ Json latency_json(const ReportInput& input) {
                     {"max", f.latency_max_s}}}});
     list.push_back(std::move(entry));
   }
-  Json report = head(input);
-  report["streams"] = std::move(list);
-  return report;
+  return report_of(input, std::move(list));
 }
 
 std::string latency_text(const ReportInput& input) {
@@ -194,7 +185,8 @@ std::string latency_text(const ReportInput& input) {
       "Age of a sample when it is taken here, from its stamp; this process's own wake-up is part of it.\n"
       "monotonic: one clock, of this host. source_timestamp: UTC of the writer's host, by its DDS.\n";
   if (two_clocks)
-    text += "utc: the UTC clocks of two hosts; wrong by as much as these differ (chronyc tracking tells).\n";
+    text +=
+        "utc: the UTC clocks of two hosts; wrong by as much as these differ (chronyc tracking shows it).\n";
   if (negative) text += "A latency below zero shows that a clock is wrong by at least as much.\n";
   return text;
 }

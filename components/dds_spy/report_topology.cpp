@@ -30,12 +30,6 @@ std::map<std::string, TopicEnds> topics_of(const ReportInput& input) {
   return topics;
 }
 
-std::string joined(const std::set<std::string>& names, const char* between) {
-  std::string text;
-  for (const auto& name : names) text += (text.empty() ? "" : between) + name;
-  return text;
-}
-
 std::string names(const ReportInput& input, const std::vector<const EndpointInfo*>& endpoints) {
   std::map<std::string, int> counts;
   for (const auto* endpoint : endpoints) {
@@ -46,7 +40,7 @@ std::string names(const ReportInput& input, const std::vector<const EndpointInfo
   std::set<std::string> texts;
   for (const auto& [name, count] : counts)
     texts.insert(count == 1 ? name : fmt::format("{} (×{})", name, count));
-  return texts.empty() ? "–" : joined(texts, ", ");
+  return texts.empty() ? "–" : fmt::format("{}", fmt::join(texts, ", "));
 }
 
 std::set<std::string> topics_at(const ReportInput& input, const ParticipantInfo& participant, bool writer) {
@@ -155,20 +149,22 @@ std::string topology_text(const ReportInput& input) {
           fmt::format("  {:<18} {}{}, {}, {}\n", participant->name.empty() ? "(no name)" : participant->name,
                       participant->process.empty() ? "process unknown" : "process " + participant->process,
                       participant->user.empty() ? "" : " of " + participant->user, participant->vendor,
-                      joined(locators, " "));
+                      fmt::join(locators, " "));
       if (const auto partitions = partitions_of(input, *participant); !partitions.empty())
-        text += fmt::format("    in partition {}\n", joined(partitions, ", "));
+        text += fmt::format("    in partition {}\n", fmt::join(partitions, ", "));
       for (const bool writer : {true, false}) {
         const auto names_there = topics_at(input, *participant, writer);
         if (!names_there.empty())
-          text += fmt::format("    {} {}\n", writer ? "writes" : "reads ", joined(names_there, ", "));
+          text += fmt::format("    {} {}\n", writer ? "writes" : "reads ", fmt::join(names_there, ", "));
       }
     }
   }
   Table table({"TOPIC", "TYPE", "WRITERS", "READERS"});
   for (const auto& [name, ends] : topics) {
     const auto& first = ends.writers.empty() ? *ends.readers.front() : *ends.writers.front();
-    table.add({name, joined(ends.types, " | ") + (is_project_type(input, first.type) ? "" : " (foreign)"),
+    table.add({name,
+               fmt::format("{}{}", fmt::join(ends.types, " | "),
+                           is_project_type(input, first.type) ? "" : " (foreign)"),
                names(input, ends.writers), names(input, ends.readers)});
   }
   if (!table.empty()) text.append("\n").append(table.text());

@@ -3,7 +3,6 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
-#include <iostream>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -27,7 +26,7 @@ constexpr double kLook_s = 0.02;  // between two checks for new writers and miss
 constexpr std::size_t kMostLines = 20'000;
 
 // Returns whether the patterns name a type: by its full name, its name without modules, or its topic's name.
-bool is_asked_for(const std::string& topic, const std::string& type,
+bool is_requested(const std::string& topic, const std::string& type,
                   const std::vector<std::string>& patterns) {
   const auto module_end = type.rfind("::");
   const std::string names[] = {topic, type,
@@ -48,7 +47,7 @@ bool is_asked_for(const std::string& topic, const std::string& type,
 int print_types(const Request& request, std::ostream& out) {
   bool any = false;
   for (const auto& [topic, contract] : contracts()) {
-    if (!is_asked_for(topic, contract.type, request.topics)) continue;
+    if (!is_requested(topic, contract.type, request.topics)) continue;
     const auto type = observation::type_of(contract.type);
     const std::string text = diagnostics::idl_text(*type);
     if (request.json) {
@@ -102,22 +101,22 @@ class Session {
 
   DdsAdapter::OnSample sample_handler() {
     if (request_.command != Command::kEcho) return {};
-    return [this](const HeardSample& sample) {
+    return [this](const ReceivedSample& sample) {
       if (auto text = echo_.take(sample, view_.graph())) lines_.put(std::move(*text));
     };
   }
 
   void report(const Event& event) {
-    const bool asked =
+    const bool requested =
         request_.command == Command::kEvents || (request_.command == Command::kLive && !on_screen_);
-    if (!asked || !event_kinds_.keeps(name_of(event.kind))) return;
+    if (!requested || !event_kinds_.keeps(name_of(event.kind))) return;
     if (!event.topic.empty() && !topics_.keeps(event.topic)) return;
     lines_.put(request_.json ? to_line(event_json(event)) + "\n" : event_line(event) + "\n");
   }
 
   /// Runs one round of the periodic work. Returns false when the session is to end.
   bool look() {
-    for (const auto& complaint : adapter_.follow_writers()) spdlog::warn("{}", complaint);
+    for (const auto& problem : adapter_.follow_writers()) spdlog::warn("{}", problem);
     {
       const auto lock = adapter_.lock();
       view_.look(core::monotonic_ns(), core::utc_ns());
@@ -170,9 +169,7 @@ class Session {
     const bool there =
         std::any_of(known.begin(), known.end(), [&](const auto& name) { return topics_.keeps(name); });
     if (known.empty() || there) return missing("no sample of these topics");
-    std::string names;
-    for (const auto& name : known) names += (names.empty() ? "" : ", ") + name;
-    spdlog::error("no topic in domain {} has such a name; there are: {}", domain_, names);
+    spdlog::error("no topic in domain {} has such a name; there are: {}", domain_, fmt::join(known, ", "));
     return runtime::kExitMissing;
   }
 

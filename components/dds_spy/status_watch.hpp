@@ -7,22 +7,32 @@
 #include <tuple>
 #include <vector>
 
+#include "common/core/recent_map.hpp"
 #include "components/dds_spy/events.hpp"
 
 namespace phantom::dds_spy {
 
-/// Finds events in component_status: changes of a component's state, and of the DDS counts of its own
-/// endpoints. An observer's reader cannot see the latter: whether a component, and not the spy, missed a
-/// deadline.
+/// Finds events in component_status: changes of a component's state, of the DDS counts of its own
+/// endpoints, and of the datagrams that it refused. An observer's reader cannot see the latter: whether a
+/// component, and not the spy, missed a deadline.
 class StatusWatch {
  public:
   /// Returns the events of a decoded phantom::msg::ComponentStatus, without time; none for any other content.
   std::vector<Event> take(const nlohmann::ordered_json& status);
 
  private:
-  std::map<std::string, std::string> states_;  // by component and host
-  std::map<std::tuple<std::string, std::string, bool, std::string>, std::uint64_t>
-      counters_;  // by component and host, topic, writer, name
+  static constexpr std::size_t kMost = 256;  // components that are remembered
+  using Counters =
+      std::map<std::tuple<std::string, bool, std::string>, std::uint64_t>;  // topic, writer, name
+  struct Known {
+    std::string state;
+    Counters counters;
+  };
+  static void add_refused_datagrams(const std::string& who, const nlohmann::ordered_json& status,
+                                    const Known& known, bool first_look, Counters& counters,
+                                    std::vector<Event>& events);
+
+  core::RecentMap<std::string, Known> known_{kMost};  // by component and host
 };
 
 }  // namespace phantom::dds_spy

@@ -110,19 +110,19 @@ std::optional<DeadlineWatch::Miss> DeadlineWatch::take(core::Nanoseconds receive
   const core::Nanoseconds pause_ns = received_ns - last_ns_;
   if (last_ns_ != 0 && pause_ns > period_ns_) {
     miss = Miss{static_cast<std::uint64_t>(pause_ns / period_ns_), pause_ns,
-                made_ns != 0 && last_made_ns_ != 0 ? core::elapsed_ns(last_made_ns_, made_ns) : 0, told_};
+                made_ns != 0 && last_made_ns_ != 0 ? core::elapsed_ns(last_made_ns_, made_ns) : 0, reported_};
     missed_ += miss->periods;
   }
   last_ns_ = received_ns;
   last_made_ns_ = made_ns;
-  told_ = false;
+  reported_ = false;
   return miss;
 }
 
 std::optional<DeadlineWatch::Miss> DeadlineWatch::look(core::Nanoseconds now_ns) {
   const core::Nanoseconds pause_ns = now_ns - last_ns_;
-  if (last_ns_ == 0 || told_ || pause_ns <= period_ns_) return std::nullopt;
-  told_ = true;
+  if (last_ns_ == 0 || reported_ || pause_ns <= period_ns_) return std::nullopt;
+  reported_ = true;
   return Miss{static_cast<std::uint64_t>(pause_ns / period_ns_), pause_ns, 0, false};
 }
 

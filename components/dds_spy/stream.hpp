@@ -89,7 +89,7 @@ class DeadlineWatch {
     std::uint64_t periods = 0;  ///< deadlines that passed without a sample
     core::Nanoseconds pause_ns = 0;
     core::Nanoseconds made_apart_ns = 0;  ///< difference of the two samples' own times; 0: not known
-    bool told = false;                    ///< look() has returned its beginning
+    bool reported = false;                ///< look() has returned its beginning
   };
 
   explicit DeadlineWatch(core::Nanoseconds period_ns) : period_ns_(period_ns) {}
@@ -104,7 +104,7 @@ class DeadlineWatch {
  private:
   core::Nanoseconds period_ns_, last_ns_ = 0, last_made_ns_ = 0;
   std::uint64_t missed_ = 0;
-  bool told_ = false;
+  bool reported_ = false;
 };
 
 }  // namespace phantom::dds_spy

@@ -15,7 +15,7 @@
 namespace phantom::dds_spy {
 
 /// A sample as the adapter delivers it.
-struct HeardSample {
+struct ReceivedSample {
   std::string topic;
   diagnostics::Guid writer{};
   SampleFacts facts;
@@ -27,9 +27,14 @@ struct HeardSample {
 };
 
 /// A writer and the statistics of its samples.
-struct HeardWriter {
+struct ObservedWriter {
   std::string topic;
   Stream stream;
+  /// Greatest number of instances that are told apart; what comes of further ones is counted as kOthers, and
+  /// their deadlines are not watched.
+  static constexpr std::size_t kMostInstances = 4096;
+  static constexpr const char* kOthers = "(others)";
+
   std::map<std::string, std::uint64_t> instances;  ///< number of samples by instance; empty name: no key
   std::map<std::string, DeadlineWatch> deadlines;  ///< by instance, if the writer offers a deadline
   std::uint64_t deadlines_missed = 0, undecodable = 0, liveliness_lost = 0;
@@ -43,11 +48,11 @@ class SystemView {
   SystemView(std::size_t most_events, double quiet_s, EventLog::Report report)
       : events_(most_events, quiet_s, std::move(report)) {}
 
-  enum class Change { kAppeared, kChanged, kLeft, kLost };
-  void on_participant(const diagnostics::ParticipantInfo& participant, Change change,
+  void on_participant(const diagnostics::ParticipantInfo& participant, diagnostics::Presence presence,
                       core::Nanoseconds utc_ns);
-  void on_endpoint(const diagnostics::EndpointInfo& endpoint, Change change, core::Nanoseconds utc_ns);
-  void on_sample(const HeardSample& sample);
+  void on_endpoint(const diagnostics::EndpointInfo& endpoint, diagnostics::Presence presence,
+                   core::Nanoseconds utc_ns);
+  void on_sample(const ReceivedSample& sample);
   void on_liveliness(const diagnostics::Guid& writer, bool alive, core::Nanoseconds utc_ns);
   /// Notes that the topic's reader is new: its writers' next numbers are not compared with the last ones.
   void on_reader_made(const std::string& topic);
@@ -57,21 +62,21 @@ class SystemView {
   void reset_counts();
 
   const diagnostics::Graph& graph() const { return graph_; }
-  const std::map<diagnostics::Guid, HeardWriter>& writers() const { return writers_; }
+  const std::map<diagnostics::Guid, ObservedWriter>& writers() const { return writers_; }
   const EventLog& events() const { return events_; }
   EventLog& events() { return events_; }
 
  private:
   using Pair = std::pair<diagnostics::Guid, diagnostics::Guid>;
-  void say(EventKind kind, core::Nanoseconds utc_ns, const std::string& topic, const std::string& who,
-           std::string text);
-  HeardWriter& writer(const HeardSample& sample);
-  void watch_deadline(HeardWriter& writer, const HeardSample& sample);
-  void report_arrival(const HeardSample& sample, const Arrival& arrival);
+  void report(EventKind kind, core::Nanoseconds utc_ns, const std::string& topic, const std::string& who,
+              std::string text);
+  ObservedWriter& writer(const ReceivedSample& sample);
+  void watch_deadline(ObservedWriter& writer, const ReceivedSample& sample);
+  void report_arrival(const ReceivedSample& sample, const Arrival& arrival);
   void report_disagreements(core::Nanoseconds utc_ns);
 
   diagnostics::Graph graph_;
-  std::map<diagnostics::Guid, HeardWriter> writers_;
+  std::map<diagnostics::Guid, ObservedWriter> writers_;
   std::map<Pair, bool> disagreeing_;  // already reported
   StatusWatch status_;
   EventLog events_;

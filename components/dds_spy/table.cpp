@@ -2,25 +2,9 @@
 
 #include <algorithm>
 
+#include "common/core/utf8.hpp"
+
 namespace phantom::dds_spy {
-namespace {
-
-bool begins_character(char c) { return (static_cast<unsigned char>(c) & 0xC0U) != 0x80U; }
-
-}  // namespace
-
-std::size_t width_of(const std::string& text) {
-  return static_cast<std::size_t>(std::count_if(text.begin(), text.end(), begins_character));
-}
-
-std::string cut_to(const std::string& text, std::size_t columns) {
-  std::size_t seen = 0;
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    if (begins_character(text[i]) && seen++ == columns) return text.substr(0, i);
-  }
-  return text;
-}
-
 Table::Table(std::vector<std::string> headings) : headings_(std::move(headings)) {
   for (std::string& heading : headings_) {
     right_.push_back(heading.starts_with('>'));
@@ -31,14 +15,14 @@ Table::Table(std::vector<std::string> headings) : headings_(std::move(headings))
 std::string Table::text() const {
   std::vector<std::size_t> widths(headings_.size());
   for (std::size_t c = 0; c < headings_.size(); ++c) {
-    widths[c] = width_of(headings_[c]);
-    for (const auto& row : rows_) widths[c] = std::max(widths[c], width_of(row[c]));
+    widths[c] = core::columns_of(headings_[c]);
+    for (const auto& row : rows_) widths[c] = std::max(widths[c], core::columns_of(row[c]));
   }
   std::string text;
   const auto append = [&](const std::vector<std::string>& row) {
     std::string line;
     for (std::size_t c = 0; c < row.size(); ++c) {
-      const std::string blanks(widths[c] - width_of(row[c]), ' ');
+      const std::string blanks(widths[c] - core::columns_of(row[c]), ' ');
       line += (c == 0 ? "" : "  ") + (right_[c] ? blanks + row[c] : row[c] + blanks);
     }
     line.erase(line.find_last_not_of(' ') + 1);

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <cstddef>
 #include <string>
 #include <vector>
 
@@ -21,10 +20,5 @@ class Table {
   std::vector<bool> right_;
   std::vector<std::vector<std::string>> rows_;
 };
-
-/// Returns the terminal columns of the text, if every character takes one.
-std::size_t width_of(const std::string& text);
-/// Returns the text's first `columns` characters.
-std::string cut_to(const std::string& text, std::size_t columns);
 
 }  // namespace phantom::dds_spy

@@ -97,8 +97,9 @@ void read_can(const Fields& section, const robot::SerialArm& arm, Config& config
   config.can = runtime::read_drives(section, arm, config.device.torque_limit_Nm, config.period_s);
   for (const can::AxisConfig& axis : config.can->group.axes) {
     if (axis.mode != can::DriveMode::kTorque)
-      throw section.section("drives").section(axis.name).error(
-          "mode", "does not let the master render torques; allowed: torque");
+      throw section.section("drives")
+          .section(axis.name, "NAME")
+          .error("mode", "does not let the master render torques; allowed: torque");
   }
 }
 
@@ -137,6 +138,7 @@ Config load_config(const std::filesystem::path& path, const std::filesystem::pat
   config.period_s = runtime::read_servo_loop(file, config.scheduling, config.measure_bare_loop);
   const Fields link = file.section("link");
   runtime::read_link(link, config.link);
+  runtime::read_loop_guard(file.section("loop"), config.period_s, config.loop);
   config.align_tolerance =
       by_joint_type(arm, link.value("tolerance_rad", 0.02), link.value("tolerance_m", 0.008));
   choose_law(file, choices.law, config.feedback.law);

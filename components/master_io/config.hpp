@@ -43,6 +43,7 @@ struct Config {
   DeskConfig desk;
   std::optional<runtime::DrivesConfig> can;  ///< always set for driver can
   teleop::LinkTiming link;
+  teleop::LoopGuardParameters loop;
   core::JointArray align_tolerance{};  ///< rad or m
   simulation::MasterPlantParameters device;
   int command_delay_samples = 1;  ///< from computing a torque to its effect

@@ -5,12 +5,12 @@
 #include <atomic>
 #include <mutex>
 
-#include "common/dds/operator_responder.hpp"
 #include "common/dds/participant.hpp"
-#include "common/dds/stamp.hpp"
-#include "common/dds/status_reporter.hpp"
 #include "common/messages/checked_reader.hpp"
+#include "common/messages/operator_responder.hpp"
 #include "common/messages/percept_codec.hpp"
+#include "common/messages/publisher.hpp"
+#include "common/messages/status_reporter.hpp"
 #include "common/messages/teleoperation_codec.hpp"
 #include "components/master_io/dds_adapter_convert.hpp"
 
@@ -36,32 +36,6 @@ double RoundTrip::measure(const messages::DragField& field, core::Nanoseconds re
   return core::seconds(received_ns - made_ns);
 }
 
-core::Status take_setting(const msg::OperatorCommand& command, const GainRules& rules, double round_trip_s,
-                          Settings& settings) {
-  const double value = command.value();
-  std::string why;
-  switch (command.kind()) {
-    case msg::COMMAND_SET_PERCEPT_GAIN:
-      why = set_percept_gain(value, command.joint(), rules, settings);
-      break;
-    case msg::COMMAND_SET_FEEDBACK_GAIN:
-      why = set_feedback_gain(value, command.joint(), rules, round_trip_s, settings);
-      break;
-    case msg::COMMAND_ENABLE_PERCEPT:
-      if (value != 0.0 && value != 1.0)
-        why = "percept is neither on nor off; allowed: 0 or 1";
-      else
-        settings.percept_enabled = value == 1.0;
-      break;
-    case msg::COMMAND_SET_LAW:
-      why = set_law(value, settings);
-      break;
-    default:
-      why = "this command is not for master_io";
-  }
-  return why.empty() ? core::Status::ok() : core::Status::invalid_argument(why);
-}
-
 struct DdsAdapter::Impl {
   Impl(const core::NetworkOptions& network, const Expectations& expectations, const Settings& initial,
        Inbox& into)
@@ -70,11 +44,8 @@ struct DdsAdapter::Impl {
         settings(initial),
         participant("master_io", network),
         round_trip(participant.session()),
-        stamper(participant),
-        own_stamper(participant),
         status(participant),
         master(participant, dds::kMasterState),
-        own_commands(participant, dds::kOperatorCommand),
         slave(participant, dds::kSlaveState, expected.arm,
               [this](const messages::SlaveState& state, core::Nanoseconds received_ns) {
                 slave_stop.store(state.stop.id, std::memory_order_relaxed);
@@ -91,7 +62,7 @@ struct DdsAdapter::Impl {
                   inbox.phantom.write(contact_of(sample, received_ns));
                 }),
         responder(participant, core::Side::kMaster, inbox.stops,
-                  [this](const msg::OperatorCommand& sample) { return on_setting(sample); }) {
+                  [this](const messages::OperatorCommand& command) { return on_setting(command); }) {
     inbox.settings.write(settings);
   }
 
@@ -110,46 +81,23 @@ struct DdsAdapter::Impl {
     return slave.has_rival(now_ns) ? "slave_state" : field.has_rival(now_ns) ? "drag_field" : nullptr;
   }
 
-  core::Status on_setting(const msg::OperatorCommand& sample) {
+  core::Status on_setting(const messages::OperatorCommand& command) {
     const std::lock_guard lock(settings_mutex);
-    const core::Status taken = take_setting(sample, expected.gains, feedback_delay_s, settings);
-    if (taken.is_ok()) inbox.settings.write(settings);
-    log_setting(sample, taken);
-    return taken;
-  }
-
-  static void log_setting(const msg::OperatorCommand& sample, const core::Status& taken) {
-    const std::string who = sample.issuer().to_string();
-    if (!taken.is_ok()) return spdlog::warn("{} asked for what is refused: {}", who, taken.message());
-    switch (sample.kind()) {
-      case msg::COMMAND_SET_PERCEPT_GAIN:
-        return spdlog::info("percept gain {} by {}", sample.value(), who);
-      case msg::COMMAND_SET_FEEDBACK_GAIN:
-        return spdlog::info("feedback gain {} by {}", sample.value(), who);
-      case msg::COMMAND_SET_LAW:
-        return spdlog::info("law {} by {}",
-                            teleop::name_of(static_cast<teleop::BilateralLaw>(sample.value())), who);
-      default:
-        return spdlog::info("percept {} by {}", sample.value() != 0.0 ? "on" : "off", who);
+    const core::Status applied = apply_setting(command, expected.gains, feedback_delay_s, settings);
+    if (applied) inbox.settings.write(settings);
+    if (!applied) {
+      spdlog::warn("{} asked for what is refused: {}", command.issuer, applied.message());
+    } else if (command.kind == core::CommandKind::kSetLaw) {
+      spdlog::info("law {} by {}", teleop::name_of(settings.law), command.issuer);
+    } else {
+      spdlog::info("{} {} by {}", core::rule_of(command.kind).name, command.value, command.issuer);
     }
-  }
-
-  // Publishes what this process requests of the others; it has applied its own part already.
-  void announce(msg::CommandKind kind, const std::string& issuer, const core::StopReset& names = {}) {
-    msg::OperatorCommand sample;
-    sample.kind(kind);
-    sample.joint(-1);
-    sample.master_stop(names.own);
-    sample.slave_stop(names.partner);
-    sample.issuer(issuer);
-    const std::lock_guard lock(own_mutex);
-    sample.stamp(own_stamper.next());
-    own_commands.write(sample);
+    return applied;
   }
 
   Expectations expected;
   Inbox& inbox;
-  std::mutex settings_mutex, own_mutex;
+  std::mutex settings_mutex;
   Settings settings;
   std::atomic<teleop::StopId> stop_in_force{0}, slave_stop{0};
   std::atomic<double> feedback_delay_s{0.0};  // delay in force in the servo
@@ -157,14 +105,12 @@ struct DdsAdapter::Impl {
   core::DurationHistogram round_trips;
   dds::Participant participant;
   RoundTrip round_trip;
-  dds::Stamper stamper, own_stamper;
-  dds::StatusReporter status;
-  dds::Writer<msg::MasterState> master;
-  dds::Writer<msg::OperatorCommand> own_commands;
+  messages::StatusReporter status;
+  messages::Publisher<messages::MasterState> master;
   messages::CheckedReader<msg::SlaveState> slave;
   messages::CheckedReader<msg::DragField> field;
   messages::CheckedReader<msg::Percept> percept;
-  dds::OperatorResponder responder;
+  messages::OperatorResponder responder;
 };
 
 DdsAdapter::DdsAdapter(const core::NetworkOptions& network, const Expectations& expectations,
@@ -174,9 +120,7 @@ DdsAdapter::~DdsAdapter() = default;
 
 void DdsAdapter::publish(const MasterReport& report) {
   impl_->feedback_delay_s = report.outputs.feedback_delay_s;
-  msg::MasterState sample = messages::to_idl(report);
-  sample.stamp(impl_->stamper.next());
-  impl_->master.write(sample);
+  impl_->master.publish(report);
   impl_->responder.on_report(report.stop_requests, report.outputs.stop.id != 0);
   impl_->stop_in_force.store(report.outputs.stop.id, std::memory_order_relaxed);
 }
@@ -188,7 +132,7 @@ void DdsAdapter::emergency_stop(const std::string& issuer) {
 
 void DdsAdapter::announce_stop(const std::string& issuer) {
   spdlog::warn("emergency stop by {}", issuer);
-  impl_->announce(msg::COMMAND_EMERGENCY_STOP, issuer);
+  impl_->responder.announce({.kind = core::CommandKind::kEmergencyStop, .issuer = issuer});
 }
 
 void DdsAdapter::reset(const std::string& issuer) {
@@ -196,7 +140,10 @@ void DdsAdapter::reset(const std::string& issuer) {
                               impl_->slave_stop.load(std::memory_order_relaxed)};
   spdlog::info("reset by {}", issuer);
   impl_->inbox.stops.reset(names);
-  impl_->announce(msg::COMMAND_RESET, issuer, names);
+  impl_->responder.announce({.kind = core::CommandKind::kReset,
+                             .master_stop = names.own,
+                             .slave_stop = names.partner,
+                             .issuer = issuer});
 }
 
 void DdsAdapter::publish_health(const core::Health& health) {

@@ -1,8 +1,6 @@
 #pragma once
 
-#include "common/core/status.hpp"
 #include "components/master_io/dds_adapter.hpp"
-#include "phantom_idl/teleoperation.h"
 
 namespace phantom::master_io {
 
@@ -23,10 +21,5 @@ class RoundTrip {
  private:
   std::uint64_t session_, last_ = 0;
 };
-
-/// Applies to `settings` a command that is neither stop nor reset. A refusal names what is allowed and leaves
-/// the settings unchanged. `round_trip_s`: the delay in force, with which 1/A must be stable.
-core::Status take_setting(const msg::OperatorCommand& command, const GainRules& rules, double round_trip_s,
-                          Settings& settings);
 
 }  // namespace phantom::master_io

@@ -187,8 +187,8 @@ struct DeskInput::Impl {
 
   void report(const DeskState& now, const DeskEvents& events) {
     progress.tick();
-    for (; told.stops != events.stops; ++told.stops) listener.on_stop();
-    for (; told.resets != events.resets; ++told.resets) listener.on_reset();
+    for (; handled.stops != events.stops; ++handled.stops) listener.on_stop();
+    for (; handled.resets != events.resets; ++handled.resets) listener.on_reset();
     state.write(now);
   }
 
@@ -238,7 +238,7 @@ struct DeskInput::Impl {
   std::string name;
   std::unique_ptr<OpenDevice> device;
   std::atomic<double> strength{0.0};
-  DeskEvents told;
+  DeskEvents handled;
   core::Progress progress{"desk"};
   std::jthread thread;
 };

@@ -24,6 +24,7 @@ struct DeviceDemand {
   core::JointArray hand_Nm{};   ///< torque of a simulated hand
   bool power = false;           ///< its drives may have power
   bool reset = false;           ///< a reset that releases the stop was requested since the last tick
+  bool late = false;            ///< the tick is late: commands must act at once
 };
 
 /// Interface of the device that the hand holds: simulated, or with drives. sense() and move() belong to the
@@ -85,7 +86,9 @@ class CanDevice final : public Device {
     return sense_;
   }
   void move(const DeviceDemand& demand, double, core::Nanoseconds now_ns) noexcept override {
-    drives_.step({.enable = demand.power, .reset = demand.reset, .torque = demand.motor_Nm}, now_ns);
+    drives_.step(
+        {.enable = demand.power, .reset = demand.reset, .hasten = demand.late, .torque = demand.motor_Nm},
+        now_ns);
   }
   void end(core::Nanoseconds now_ns) noexcept override { drives_.end(now_ns); }
   bool makes_up_periods() const noexcept override { return false; }

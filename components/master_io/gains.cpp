@@ -2,15 +2,14 @@
 
 #include <spdlog/fmt/fmt.h>
 
-#include <algorithm>
-#include <cmath>
-
 #include "common/runtime/drives_config.hpp"
 
 namespace phantom::master_io {
 namespace {
 
-constexpr double kGreatestPerceptGain = 1000.0, kGreatestInverseA = 10.0;
+using core::CommandKind;
+
+constexpr std::int32_t kAllJoints = -1;
 
 std::string wrong_joint(std::int32_t joint, const GainRules& rules) {
   if (joint == kAllJoints || (joint >= 0 && static_cast<std::size_t>(joint) < rules.joints.size())) return "";
@@ -26,39 +25,41 @@ void set(core::JointArray& values, std::int32_t joint, double value) {
   }
 }
 
+std::string why_not_stable(const messages::OperatorCommand& command, const GainRules& rules,
+                           double round_trip_s, const Settings& settings) {
+  core::JointArray asked{};  // joints that are not addressed get 0, which is always stable
+  set(asked, command.joint, command.value);
+  return teleop::why_feedback_is_unstable(rules.limits, settings.law, asked, rules.contact_ratio,
+                                          round_trip_s, rules.joints);
+}
+
 }  // namespace
 
 GainRules gain_rules(const Config& config, const robot::SerialArm& arm) {
   return {runtime::joint_names(arm), config.feedback.limits, config.feedback.contact_gain_ratio};
 }
 
-std::string set_percept_gain(double gain, std::int32_t joint, const GainRules& rules, Settings& settings) {
-  if (!(gain >= 0.0 && gain <= kGreatestPerceptGain))
-    return fmt::format("G {} cannot be; allowed: 0 to {}", gain, kGreatestPerceptGain);
-  if (std::string why = wrong_joint(joint, rules); !why.empty()) return why;
-  set(settings.percept_gain, joint, gain);
-  return "";
-}
-
-std::string set_feedback_gain(double inverse_a, std::int32_t joint, const GainRules& rules,
-                              double round_trip_s, Settings& settings) {
-  if (!(inverse_a >= 0.0 && inverse_a <= kGreatestInverseA))
-    return fmt::format("1/A {} cannot be; allowed: 0 to {}", inverse_a, kGreatestInverseA);
-  if (std::string why = wrong_joint(joint, rules); !why.empty()) return why;
-  core::JointArray asked{};  // joints that are not addressed get 0, which is always stable
-  set(asked, joint, inverse_a);
-  std::string why = teleop::why_feedback_is_unstable(rules.limits, settings.law, asked, rules.contact_ratio,
-                                                     round_trip_s, rules.joints);
-  if (why.empty()) set(settings.feedback_gain, joint, inverse_a);
-  return why;
-}
-
-std::string set_law(double law, Settings& settings) {
-  if (!(law >= 0.0 && law < teleop::kBilateralLaws && law == std::floor(law)))
-    return fmt::format("law {} is not known; allowed: 0 (pf) to {} (peff)", law, teleop::kBilateralLaws - 1);
-  settings.law = static_cast<teleop::BilateralLaw>(law);
-  settings.feedback_gain = teleop::everywhere(teleop::kLawsOwnGain);
-  return "";
+core::Status apply_setting(const messages::OperatorCommand& command, const GainRules& rules,
+                           double round_trip_s, Settings& settings) {
+  const bool percept_gain = command.kind == CommandKind::kSetPerceptGain;
+  const bool feedback_gain = command.kind == CommandKind::kSetFeedbackGain;
+  std::string why = core::value_refusal(command.kind, command.value);
+  if (why.empty() && (percept_gain || feedback_gain)) why = wrong_joint(command.joint, rules);
+  if (why.empty() && feedback_gain) why = why_not_stable(command, rules, round_trip_s, settings);
+  if (!why.empty()) return core::Status::invalid_argument(why);
+  if (percept_gain) {
+    set(settings.percept_gain, command.joint, command.value);
+  } else if (feedback_gain) {
+    set(settings.feedback_gain, command.joint, command.value);
+  } else if (command.kind == CommandKind::kEnablePercept) {
+    settings.percept_enabled = command.value == 1.0;
+  } else if (command.kind == CommandKind::kSetLaw) {
+    settings.law = static_cast<teleop::BilateralLaw>(command.value);
+    settings.feedback_gain = teleop::everywhere(teleop::kLawsOwnGain);
+  } else {
+    return core::Status::invalid_argument("this command is not for master_io");
+  }
+  return core::Status::ok();
 }
 
 }  // namespace phantom::master_io

@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "common/core/status.hpp"
+#include "common/messages/teleoperation.hpp"
 #include "components/master_io/master_io.hpp"
 
 namespace phantom::master_io {
@@ -17,17 +19,11 @@ struct GainRules {
 
 GainRules gain_rules(const Config& config, const robot::SerialArm& arm);
 
-/// Addresses all joints instead of one.
-inline constexpr std::int32_t kAllJoints = -1;
-
-/// Each function changes `settings` and returns "", or leaves them unchanged and returns why, with what is
-/// allowed. `joint`: from 0, or kAllJoints. The functions allocate memory; not for the servo thread.
-std::string set_percept_gain(double gain, std::int32_t joint, const GainRules& rules, Settings& settings);
-/// Refuses gains that are not stable with `round_trip_s`, the delay in force, and names the joint with the
-/// lowest limit.
-std::string set_feedback_gain(double inverse_a, std::int32_t joint, const GainRules& rules,
-                              double round_trip_s, Settings& settings);
-/// `law` is the number of a BilateralLaw. 1/A becomes the value configured for the law.
-std::string set_law(double law, Settings& settings);
+/// Applies a command that is neither stop nor reset, or leaves `settings` unchanged and returns why, with
+/// what is allowed. Refuses gains 1/A that are not stable with `round_trip_s`, the delay in force, and names
+/// the joint with the lowest limit. A new law gets the 1/A that is configured for it. Not for the servo
+/// thread.
+core::Status apply_setting(const messages::OperatorCommand& command, const GainRules& rules,
+                           double round_trip_s, Settings& settings);
 
 }  // namespace phantom::master_io

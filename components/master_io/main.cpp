@@ -1,14 +1,15 @@
 #include <iostream>
 #include <optional>
 
-#include "common/dds/operator_command_line.hpp"
 #include "common/dds/participant.hpp"
+#include "common/messages/operator_command_line.hpp"
 #include "common/runtime/cell.hpp"
 #include "common/runtime/deployment.hpp"
 #include "common/runtime/operator_options.hpp"
 #include "common/runtime/process.hpp"
 #include "components/master_io/config.hpp"
 #include "components/master_io/desk_input.hpp"
+#include "components/master_io/reaches.hpp"
 #include "components/master_io/session.hpp"
 
 int main(int argc, char** argv) {
@@ -43,6 +44,8 @@ int main(int argc, char** argv) {
     app.option("--driver", choices.driver,
                "who moves the master, instead of the configured one: sim, desk or can")
         .one_of({"sim", "desk", "can"});
+    app.text_flag("--help-reaches", master_io::kReachKeys,
+                  "print every key of a reaches file with its meaning");
     app.option("--desk-device", choices.desk_device,
                "driver desk: auto (first gamepad or joystick), a file of /dev/input, or terminal (keys)");
   };
@@ -56,14 +59,13 @@ int main(int argc, char** argv) {
       starting.emplace(runtime::kExitFailed);  // a command that is interrupted has failed
       request.joint = master_io::joint_index(model, request.joint_name);
       return static_cast<int>(runtime::exit_code(
-          dds::run_operator_request(deployment.network, "master_io command", request, std::cout)));
+          messages::run_operator_request(deployment.network, "master_io command", request, std::cout)));
     }
     const auto config = master_io::load_config(options.config, cell.file, model.arm, model.home, choices);
     dds::check_qos_profiles(deployment.network.qos_profiles);
     if (options.check) {
       if (config.driver == master_io::Driver::kDesk) master_io::check_device(config.desk);
-      std::cout << "configuration is valid\n";
-      return static_cast<int>(runtime::kExitDone);
+      return runtime::configuration_is_valid();
     }
     starting.reset();
     return master_io::run_session(cell, model, config, deployment.network, runtime::state_path(options),

@@ -26,6 +26,7 @@ MasterIo::MasterIo(const Config& config, const teleop::StopLatch& latch)
       align_tolerance_(config.align_tolerance),
       percept_staleness_s_(config.percept_staleness_s),
       round_trip_limit_s_(config.link.round_trip_limit_s),
+      period_s_(config.period_s),
       link_(config.link, latch),
       percept_(config.percept),
       feedback_(config.feedback),
@@ -42,12 +43,18 @@ MasterOutputs MasterIo::step(const MasterInputs& in, double dt_s) noexcept {
   const bool coupled = out.state == LinkState::kCoupled;
   out.percept_enabled = in.percept_wanted && in.settings.percept_enabled;
   const bool fresh = in.drag_age_s <= percept_staleness_s_ && in.drag_round_trip_s <= round_trip_limit_s_;
-  const auto percept = percept_.step(in.drag.drag, fresh, coupled && out.percept_enabled,
-                                     in.settings.percept_gain, in.velocity, dt_s);
+  auto percept = percept_.step(in.drag.drag, fresh, coupled && out.percept_enabled, in.settings.percept_gain,
+                               in.velocity, dt_s);
   out.percept_gain = fresh ? percept.gain : least(in.settings.percept_gain, count_);
   out.damping_limited = percept.damping_limited;
   out.torque_limited = percept.torque_limited;
   render_feedback(in, dt_s, out);
+  // Stable gains are inversely proportional to the time that a torque acts unchanged.
+  const double share = in.loop.share_within(teleop::kPunctual * period_s_);
+  for (std::size_t j = 0; j < count_; ++j) {
+    percept.torque_Nm[j] *= share;
+    out.feedback_Nm[j] *= share;
+  }
   const teleop::SlewedTorque& felt = slew_.step(percept.torque_Nm, out.feedback_Nm, in.velocity, dt_s);
   out.percept_Nm = felt.percept_Nm;
   out.feedback_Nm = felt.feedback_Nm;

@@ -87,7 +87,7 @@ class MasterIo {
   std::size_t count_;
   ContactSource contact_source_;
   core::JointArray align_tolerance_;
-  double percept_staleness_s_, round_trip_limit_s_;
+  double percept_staleness_s_, round_trip_limit_s_, period_s_;
   teleop::LinkMonitor link_;
   teleop::PerceptRenderer percept_;
   teleop::FeedbackRenderer feedback_;

@@ -3,22 +3,22 @@
 namespace phantom::master_io {
 namespace {
 
-using runtime::ConfigReader;
+using runtime::Fields;
 
-core::JointArray read_pose(const ConfigReader& reach, const std::string& key, const robot::SerialArm& arm) {
-  const auto values = reach.numbers(key);
+core::JointArray read_pose(const Fields& reach, const std::string& key, const robot::SerialArm& arm) {
+  std::vector<double> values;
+  reach.numbers(key, values);
   const std::size_t count = arm.joint_count();
-  if (values.size() != count) {
-    throw reach.error(key, "has " + std::to_string(values.size()) + " values; allowed: " +
-                               std::to_string(count) + ", one per moving joint of the arm");
-  }
+  reach.check(values.size() == count, key,
+              "has " + std::to_string(values.size()) + " values; allowed: " + std::to_string(count) +
+                  ", one per moving joint of the arm");
   core::JointArray pose{};
   for (std::size_t j = 0; j < count; ++j) {
     const auto& joint = arm.joints()[j];
     pose[j] = values[j];
-    if (values[j] >= joint.lower && values[j] <= joint.upper) continue;
-    throw reach.error(key, "has " + std::to_string(values[j]) + " for " + joint.name + "; allowed: " +
-                               std::to_string(joint.lower) + " to " + std::to_string(joint.upper));
+    reach.check(values[j] >= joint.lower && values[j] <= joint.upper, key,
+                "has " + std::to_string(values[j]) + " for " + joint.name +
+                    "; allowed: " + std::to_string(joint.lower) + " to " + std::to_string(joint.upper));
   }
   return pose;
 }
@@ -26,20 +26,20 @@ core::JointArray read_pose(const ConfigReader& reach, const std::string& key, co
 }  // namespace
 
 std::vector<NamedReach> load_reaches(const std::filesystem::path& path, const robot::SerialArm& arm) {
-  const ConfigReader file = ConfigReader::from_file(path);
+  const Fields file(path, {kReachKeys});
   std::vector<NamedReach> all;
-  for (const auto& item : file.sections("reaches")) {
-    all.push_back({{item.text("name"), item.text("object", "")},
+  for (const Fields& item : file.sections("reaches"))
+    all.push_back({{item.text("name"), item.text("object")},
                    {read_pose(item, "from", arm), read_pose(item, "target", arm)}});
-  }
-  if (all.empty())
-    throw file.error("reaches", "is missing or empty; allowed: at least one {name, object, from, target}");
+  file.check(!all.empty(), "reaches",
+             "is missing or empty; allowed: at least one {name, object, from, target}");
   file.finish();
   return all;
 }
 
-std::vector<NamedReach> choose_reaches(const ConfigReader& sequence, const std::vector<NamedReach>& all) {
-  const auto names = sequence.has("only") ? sequence.texts("only") : std::vector<std::string>{};
+std::vector<NamedReach> choose_reaches(const Fields& sequence, const std::vector<NamedReach>& all) {
+  std::vector<std::string> names;
+  sequence.texts("only", names);
   if (names.empty()) return all;
   std::vector<NamedReach> chosen;
   for (const auto& name : names) {
@@ -49,8 +49,8 @@ std::vector<NamedReach> choose_reaches(const ConfigReader& sequence, const std::
       if (candidate.label.name == name) chosen.push_back(candidate);
       known += (known.empty() ? "" : ", ") + candidate.label.name;
     }
-    if (chosen.size() == before)
-      throw sequence.error("only", "names '" + name + "', which is no reach; allowed: " + known);
+    sequence.check(chosen.size() > before, "only",
+                   "names '" + name + "', which is no reach; allowed: " + known);
   }
   return chosen;
 }

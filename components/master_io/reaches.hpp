@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "common/robot/serial_arm.hpp"
-#include "common/runtime/config_reader.hpp"
+#include "common/runtime/fields.hpp"
 #include "common/simulation/reach_script.hpp"
 #include "components/master_io/config.hpp"
 
@@ -16,13 +16,13 @@ struct NamedReach {
   simulation::Reach reach;
 };
 
-/// Reads a reaches file: a list `reaches` of {name, object, from, target}. Checks joint counts and limits
-/// against `arm`. Throws ConfigError.
+extern const char* const kReachKeys;  ///< table of the keys of a reaches file (reaches.yaml)
+
+/// Reads a reaches file. Checks joint counts and limits against `arm`. Throws ConfigError.
 std::vector<NamedReach> load_reaches(const std::filesystem::path& file, const robot::SerialArm& arm);
 
 /// Returns the reaches named by the list `only` of `sequence`, in that order; all if the list is absent or
 /// empty. Throws ConfigError with the known names.
-std::vector<NamedReach> choose_reaches(const runtime::ConfigReader& sequence,
-                                       const std::vector<NamedReach>& all);
+std::vector<NamedReach> choose_reaches(const runtime::Fields& sequence, const std::vector<NamedReach>& all);
 
 }  // namespace phantom::master_io

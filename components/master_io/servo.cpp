@@ -28,6 +28,7 @@ Servo::Servo(const Config& config, const core::JointArray& home, Device& device,
       staleness_s_(config.link.staleness_s),
       controller_(config, teleop::StopLatch(seed, stops.read())),
       device_(device),
+      loop_guard_(config.loop),
       driver_(config.driver),
       stops_(inbox.stops, stops),
       desk_hand_(config.desk, config.device.joint_count),
@@ -80,8 +81,9 @@ bool Servo::step(MasterReport& report, double dt_s, core::Nanoseconds now_ns) no
   const bool released = stops_.end(inputs_, report.outputs);
   state_ = report.outputs.state;
   report.operator_torque_Nm = hand_torque(go, sense, dt_s);
-  device_.move({report.outputs.motor_Nm, report.operator_torque_Nm, report.outputs.power, released}, dt_s,
-               now_ns);
+  device_.move({report.outputs.motor_Nm, report.operator_torque_Nm, report.outputs.power, released,
+                report.outputs.loop.late},
+               dt_s, now_ns);
   log_.step({script_.number(), script_.index(), script_.percept_on(), report.outputs.percept_Nm,
              report.operator_torque_Nm},
             inputs_.slave, dt_s);
@@ -91,6 +93,8 @@ bool Servo::step(MasterReport& report, double dt_s, core::Nanoseconds now_ns) no
 void Servo::tick(double dt_s, core::Nanoseconds now_ns) noexcept {
   read_inbox(now_ns);
   MasterReport report;
+  // A device whose time is the loop's waits for it.
+  if (!device_.makes_up_periods()) inputs_.loop = loop_guard_.tick(now_ns);
   report.stop_requests = stops_.begin(inputs_, runtime::emergency_stop_signals());
   const auto steps = teleop::steps_of_tick(dt_s, period_s_, device_.makes_up_periods());
   bool known = false;

@@ -44,6 +44,7 @@ class Servo {
   teleop::LinkState state_ = teleop::LinkState::kInit;
   MasterIo controller_;
   Device& device_;
+  teleop::LoopGuard loop_guard_;
   Driver driver_;
   teleop::StopExchange stops_;
   core::JointArray no_torque_{};

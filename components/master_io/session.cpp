@@ -60,12 +60,12 @@ std::string proposal(teleop::BilateralLaw law) {
 }
 
 /// Logs changes of the law, and a percept or feedback that is reduced for stability.
-class Announcer {
+class EventLogger {
  public:
   void look(const MasterOutputs& now, core::Nanoseconds now_ns) {
-    if (now.law != law_ || !said_law_) spdlog::info(proposal(now.law));
+    if (now.law != law_ || !law_logged_) spdlog::info(proposal(now.law));
     law_ = now.law;
-    said_law_ = true;
+    law_logged_ = true;
     if (now.feedback_damped && now_ns >= damped_quiet_until_ns_) {
       damped_quiet_until_ns_ = now_ns + kAnnounceEvery_ns;
       spdlog::info("the slave's feedback gave more energy than it took: damped");
@@ -78,7 +78,7 @@ class Announcer {
 
  private:
   teleop::BilateralLaw law_ = teleop::BilateralLaw::kSctfb;
-  bool said_law_ = false;
+  bool law_logged_ = false;
   core::Nanoseconds quiet_until_ns_ = 0, damped_quiet_until_ns_ = 0;
 };
 
@@ -134,18 +134,18 @@ core::Health health_of(const MasterReport& now, const core::DurationHistogram& t
 std::vector<core::LoopStatistics> run_servo(const Config& config, Device& device, Servo& servo,
                                             runtime::StopFile& stops, DdsAdapter& adapter) {
   const auto desk = make_desk(config, servo, adapter);
-  Announcer announcer;
-  runtime::ServoTold<MasterReport> told;
-  told.report = [&](const MasterReport& report) {
-    announcer.look(report.outputs, core::monotonic_ns());
+  EventLogger event_logger;
+  runtime::ServoCallbacks<MasterReport> callbacks;
+  callbacks.report = [&](const MasterReport& report) {
+    event_logger.look(report.outputs, core::monotonic_ns());
     if (desk) desk->rumble(felt_share(report.outputs, config));
   };
-  told.health = [&adapter](const MasterReport& now, std::vector<core::LoopStatistics> loops) {
+  callbacks.health = [&adapter](const MasterReport& now, std::vector<core::LoopStatistics> loops) {
     return health_of(now, adapter.round_trips(), std::move(loops));
   };
-  if (desk) told.watched.push_back(&desk->progress());
+  if (desk) callbacks.watched.push_back(&desk->progress());
   return runtime::run_servo_session({config.period_s, config.scheduling, config.measure_bare_loop}, servo,
-                                    device, stops, adapter, runtime::LinkAnnouncer("THE SLAVE"), told);
+                                    device, stops, adapter, runtime::LinkLogger("THE SLAVE"), callbacks);
 }
 
 }  // namespace

@@ -27,15 +27,15 @@ void AlertRelay::end() {
 
 void AlertRelay::work() {
   constexpr double kLook_s = 1.0;
-  std::uint64_t told = 0;
+  std::uint64_t logged = 0;
   Event event;
   for (bool last = false; !last;) {
     progress_.tick();
     last = stop_.load(std::memory_order_acquire);
     while (waiting_.take(event)) next_.on_alert(event.alert, event.cleared);
-    if (const std::uint64_t now = left_out(); now != told) {
-      spdlog::warn("{} hit alerts found no room on their way to their topic and were left out", now - told);
-      told = now;
+    if (const std::uint64_t now = left_out(); now != logged) {
+      spdlog::warn("{} hit alerts found no room on their way to their topic and were left out", now - logged);
+      logged = now;
     }
     if (!last) wake_.wait(kLook_s);
   }

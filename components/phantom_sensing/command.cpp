@@ -4,32 +4,31 @@
 
 #include <ostream>
 
+#include "common/core/errors.hpp"
+#include "common/messages/ask.hpp"
 #include "common/runtime/process.hpp"
-#include "components/phantom_sensing/dds_adapter_client.hpp"
 
 namespace phantom::phantom_sensing {
 namespace {
 
-SensingRequest request_for(const CommandRequest& arguments) {
-  SensingRequest request;
-  if (arguments.what == "self-test") return request;
-  if (arguments.what == "list") {
-    request.what = SensingRequest::What::kListContacts;
-    return request;
-  }
-  request.what = SensingRequest::What::kContact;
+messages::SensingCommand command_for(const CommandRequest& arguments) {
+  using messages::SensingRequest;
+  if (arguments.what == "self-test") return {.request = SensingRequest::kSelfTest};
+  if (arguments.what == "list") return {.request = SensingRequest::kListContacts};
+  const bool allow = arguments.what == "allow";
   const int named =
       (arguments.object.empty() ? 0 : 1) + (arguments.id != 0 ? 1 : 0) + (arguments.all ? 1 : 0);
   if (named != 1) {
     throw core::ConfigError("command " + arguments.what + ": exactly one of --object" +
-                            (arguments.what == "forbid" ? ", --id and --all" : " and --id") +
-                            " must be given");
+                            (allow ? " and --id" : ", --id and --all") + " must be given");
   }
   if (arguments.all && !arguments.link.empty())
     throw core::ConfigError("command forbid: --link: does not go with --all; name the object instead");
-  request.contact = {arguments.what == "allow", arguments.object, static_cast<std::uint16_t>(arguments.id),
-                     arguments.link, arguments.duration_s};
-  return request;
+  return {.request = allow ? SensingRequest::kAllowContact : SensingRequest::kForbidContact,
+          .object = arguments.object,
+          .id = static_cast<std::uint16_t>(arguments.id),
+          .link = arguments.link,
+          .duration_s = arguments.duration_s};
 }
 
 }  // namespace
@@ -54,23 +53,23 @@ void add_options(runtime::Command command, CommandRequest& arguments) {
   runtime::Command forbid = sub("forbid", "take that back: the object is felt again");
   add_contact(forbid);
   forbid.flag("--all", arguments.all, "all that was allowed");
-  sub("list", "tell which contacts are allowed");
-  sub("self-test", "dip a virtual probe into every layer of every object, and say what came of it");
+  sub("list", "list the contacts that are allowed");
+  sub("self-test", "dip a virtual probe into every layer of every object, and report the result");
   command.require_subcommand(1, 1);
 }
 
 int run_command(const CommandRequest& arguments, const core::NetworkOptions& network, std::ostream& print) {
-  const SensingRequest request = request_for(arguments);
-  const auto answer = CommandClient(network).ask(request, arguments.timeout_s);
-  if (!answer) {
+  const auto reply =
+      messages::ask(network, "phantom_sensing_command", command_for(arguments), arguments.timeout_s);
+  if (!reply) {
     print << fmt::format(
-        "no word from a phantom_sensing in domain {} for {} s; is it running, and is this its deployment?\n",
+        "no answer from phantom_sensing in domain {} for {} s; is it running, and is this its deployment?\n",
         network.domain, arguments.timeout_s);
     return runtime::kExitMissing;
   }
   const bool tested = arguments.what == "self-test";
-  print << (answer->done ? "done: " : tested ? "failed: " : "refused: ") << answer->message << '\n';
-  return answer->done ? runtime::kExitDone : runtime::kExitFailed;
+  print << (reply->done ? "done: " : tested ? "failed: " : "refused: ") << reply->message << '\n';
+  return reply->done ? runtime::kExitDone : runtime::kExitFailed;
 }
 
 }  // namespace phantom::phantom_sensing

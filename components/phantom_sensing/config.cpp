@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "common/core/host_memory.hpp"
 #include "common/core/units.hpp"
 #include "common/runtime/fields.hpp"
 
@@ -115,6 +116,8 @@ Config load_config(const std::filesystem::path& path) {
   const Fields workspace = file.section("workspace");
   workspace.number("behind_after_s", config.workspace_behind_after_s);
   workspace.number("stale_after_s", config.workspace_stale_after_s);
+  workspace.number("max_mib", config.workspace_max_bytes, double{1 << 20});
+  if (config.workspace_max_bytes == 0) config.workspace_max_bytes = core::memory_of_the_machine() / 8;
   workspace.check(config.workspace_stale_after_s >= config.workspace_behind_after_s, "stale_after_s",
                   "is below behind_after_s; allowed: that or more, up to 3600 s");
   file.number("staleness_s", config.staleness_s);

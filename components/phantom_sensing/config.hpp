@@ -18,6 +18,7 @@ struct Config {
   double staleness_s = 0.1;               ///< slave_state older than this makes the percept invalid
   double workspace_behind_after_s = 1.0;  ///< an announced version incomplete for this long marks the percept
   double workspace_stale_after_s = 5.0;   ///< and for this long ends it
+  std::uint64_t workspace_max_bytes = 0;  ///< of one server's workspace
   int servo_priority = core::kServoPriority;  ///< SCHED_FIFO priority of the servos; 0: none requested
 };
 

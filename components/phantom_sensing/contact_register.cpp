@@ -7,8 +7,6 @@
 namespace phantom::phantom_sensing {
 namespace {
 
-constexpr double kLongest_s = 86400.0;
-
 Answer refused(const std::string& why) { return {false, why}; }
 
 }  // namespace
@@ -23,10 +21,8 @@ std::string ContactRegister::describe(const ContactPermit& permit) const {
   return object_name(permit.object) + " by " + (whole ? "the whole arm" : arm_.links()[permit.link].name);
 }
 
-Answer ContactRegister::allow(const ContactRequest& request, std::uint16_t id, std::size_t link,
+Answer ContactRegister::allow(const messages::SensingCommand& request, std::uint16_t id, std::size_t link,
                               core::Nanoseconds now_ns) {
-  if (!(request.duration_s >= 0.0 && request.duration_s <= kLongest_s))
-    return refused("duration_s is not from 0 (until it is forbidden) to 86400");
   ContactPermit permit{id, link};
   if (request.duration_s > 0.0) permit.until_ns = now_ns + core::from_seconds(request.duration_s);
   if (!permits_.allow(permit)) {
@@ -39,9 +35,8 @@ Answer ContactRegister::allow(const ContactRequest& request, std::uint16_t id, s
   return {true, message.str()};
 }
 
-Answer ContactRegister::handle(const ContactRequest& request, core::Nanoseconds now_ns) {
+Answer ContactRegister::handle(const messages::SensingCommand& request, core::Nanoseconds now_ns) {
   if (request.object.empty() && request.id == 0) {
-    if (request.allow) return refused("no object is named; allowed: its name, or its id from 1 to 65534");
     const std::size_t count = permits_.size();
     permits_.forbid_all();
     return {true, "all contact is felt again (" + std::to_string(count) + " had been allowed)"};
@@ -63,7 +58,7 @@ Answer ContactRegister::handle(const ContactRequest& request, core::Nanoseconds 
       return refused("the arm has no moving link called '" + request.link + "'");
     link = frame->first;
   }
-  if (request.allow) return allow(request, id, link, now_ns);
+  if (request.request == messages::SensingRequest::kAllowContact) return allow(request, id, link, now_ns);
   if (!permits_.forbid(id, link)) return refused("not allowed before: " + describe({id, link}));
   return {true, "contact felt again: " + describe({id, link})};
 }
@@ -83,10 +78,10 @@ Answer ContactRegister::list(core::Nanoseconds now_ns) const {
 }
 
 std::vector<std::string> ContactRegister::end_old(core::Nanoseconds now_ns) {
-  std::vector<std::string> said;
+  std::vector<std::string> ended;
   for (const ContactPermit& permit : permits_.take_ended(now_ns))
-    said.push_back("contact felt again, its time is over: " + describe(permit));
-  return said;
+    ended.push_back("contact felt again, its time is over: " + describe(permit));
+  return ended;
 }
 
 }  // namespace phantom::phantom_sensing

@@ -4,19 +4,11 @@
 #include <string>
 #include <vector>
 
+#include "common/messages/percept.hpp"
 #include "common/robot/serial_arm.hpp"
 #include "components/phantom_sensing/contact_permits.hpp"
 
 namespace phantom::phantom_sensing {
-
-/// A request to allow or forbid a contact, as received (idl SensingCommand).
-struct ContactRequest {
-  bool allow = false;       ///< true: allow, false: forbid
-  std::string object;       ///< name; empty: the object is given by id
-  std::uint16_t id = 0;     ///< 0 and no name: all allowed contacts (forbid only)
-  std::string link;         ///< link or frame of the arm; empty: the whole arm
-  double duration_s = 0.0;  ///< 0: until it is forbidden
-};
 
 struct Answer {
   bool done = false;
@@ -31,7 +23,8 @@ class ContactRegister {
   /// Sets the known objects' names, by id. Replaces all names set before.
   void know_objects(std::map<std::uint16_t, std::string> names) { names_ = std::move(names); }
 
-  Answer handle(const ContactRequest& request, core::Nanoseconds now_ns);
+  /// Allows or forbids a contact.
+  Answer handle(const messages::SensingCommand& request, core::Nanoseconds now_ns);
   /// Reports which contacts are allowed, and for how much longer.
   Answer list(core::Nanoseconds now_ns) const;
   /// Removes the expired permits. Returns a sentence for each.
@@ -40,7 +33,8 @@ class ContactRegister {
   std::string object_name(std::uint16_t id) const;
 
  private:
-  Answer allow(const ContactRequest& request, std::uint16_t id, std::size_t link, core::Nanoseconds now_ns);
+  Answer allow(const messages::SensingCommand& request, std::uint16_t id, std::size_t link,
+               core::Nanoseconds now_ns);
   std::string describe(const ContactPermit& permit) const;
 
   const robot::SerialArm& arm_;

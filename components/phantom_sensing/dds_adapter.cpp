@@ -3,48 +3,31 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
-#include <map>
 #include <mutex>
 #include <optional>
 #include <utility>
 #include <vector>
 
-#include "common/dds/command_service.hpp"
 #include "common/dds/refusal_log.hpp"
-#include "common/dds/status_reporter.hpp"
 #include "common/messages/checked_reader.hpp"
+#include "common/messages/command_service.hpp"
+#include "common/messages/publisher.hpp"
+#include "common/messages/status_reporter.hpp"
 #include "common/messages/workspace_codec.hpp"
 #include "components/phantom_sensing/dds_adapter_messages.hpp"
 
 namespace phantom::phantom_sensing {
 namespace {
 
-using Commands = dds::CommandService<msg::SensingCommand, msg::SensingReply>;
-
 /// DDS drops a killed server only 5 s after its last announcement. A second server is therefore reported only
 /// if both are present for longer than that.
 constexpr core::Nanoseconds kSecondServerAfter_ns = 7 * core::kNsPerSecond;
 
-Answer carry_out(const msg::SensingCommand& command, const DdsAdapter::Handlers& handlers) {
-  switch (command.request()) {
-    case msg::SENSING_ALLOW_CONTACT:
-    case msg::SENSING_FORBID_CONTACT:
-      return handlers.contact(contact_request_of(command));
-    case msg::SENSING_SELF_TEST:
-      return handlers.self_test();
-    case msg::SENSING_LIST_CONTACTS:
-      return handlers.list_contacts();
-    default:
-      return {false, "request is " + std::to_string(static_cast<int>(command.request())) +
-                         "; allowed: to allow, forbid or list contacts, or a self-test"};
-  }
-}
-
-template <class Sample, class Message>
-void publish(const Sample& sample, dds::Stamper& stamper, dds::Writer<Message>& writer) {
-  Message message = messages::to_idl(sample);
-  message.stamp(stamper.next());
-  writer.write(message);
+messages::SensingReply reply_to(const messages::SensingCommand& command, const Answer& answer) {
+  return {.requester = command.requester,
+          .request = command.request,
+          .done = answer.done,
+          .message = answer.message};
 }
 
 /// The object names announced by one wva_server.
@@ -69,18 +52,13 @@ struct DdsAdapter::Impl {
       : model(phantom),
         participant("phantom_sensing", network),
         status(participant),
-        drag_stamper(participant),
-        percept_stamper(participant),
-        alert_stamper(participant),
-        interest_stamper(participant),
-        skin_stamper(participant),
-        drag_writer(participant, dds::kDragField),
-        percept_writer(participant, dds::kPercept),
-        alert_writer(participant, dds::kHitAlert),
-        interest_writer(participant, dds::kInterestPoints),
-        skin_writer(participant, dds::kSkinPercept),
+        drag_field(participant, dds::kDragField),
+        percept(participant, dds::kPercept),
+        hit_alert(participant, dds::kHitAlert),
+        interest_points(participant, dds::kInterestPoints),
+        skin_percept(participant, dds::kSkinPercept),
         commands(participant, dds::kSensingCommand, dds::kSensingReply,
-                 {.refused = [](const msg::SensingCommand& command, const std::string& why) {
+                 {.refused = [](const messages::SensingCommand& command, const std::string& why) {
                    return reply_to(command, {false, why});
                  }}) {}
 
@@ -95,13 +73,12 @@ struct DdsAdapter::Impl {
 
   const PhantomModel& model;
   dds::Participant participant;
-  dds::StatusReporter status;
-  dds::Stamper drag_stamper, percept_stamper, alert_stamper, interest_stamper, skin_stamper;
-  dds::Writer<msg::DragField> drag_writer;
-  dds::Writer<msg::Percept> percept_writer;
-  dds::Writer<msg::HitAlert> alert_writer;
-  dds::Writer<msg::InterestPoints> interest_writer;
-  dds::Writer<msg::SkinPercept> skin_writer;
+  messages::StatusReporter status;
+  messages::Publisher<messages::DragField> drag_field;
+  messages::Publisher<messages::Percept> percept;
+  messages::Publisher<messages::HitAlert> hit_alert;
+  messages::Publisher<messages::InterestPoints> interest_points;
+  messages::Publisher<messages::SkinPercept> skin_percept;
   core::Snapshot<SlaveSample> newest_slave;
   mutable std::mutex objects_mutex;
   std::vector<NamedObjects> objects;  // one entry per server, in the order in which they were first heard
@@ -110,8 +87,8 @@ struct DdsAdapter::Impl {
   std::unique_ptr<Readers> readers;
   WorkspaceKeeper* keeper = nullptr;         // set while there are readers; guarded by readers_mutex
   core::Nanoseconds contested_since_ns = 0;  // used in publish_status() only; 0: at most one server
-  bool contest_told = false;
-  Commands commands;
+  bool contest_logged = false;
+  messages::CommandService<messages::SensingCommand, messages::SensingReply> commands;
 };
 
 DdsAdapter::Impl::Readers::Readers(Impl& owner, SensingLoop& loop, WorkspaceKeeper& workspace)
@@ -123,37 +100,43 @@ DdsAdapter::Impl::Readers::Readers(Impl& owner, SensingLoop& loop, WorkspaceKeep
             }),
       version(
           owner.participant, dds::kWorkspaceVersion,
-          [&workspace](const msg::WorkspaceVersion& sample, const dds::SampleInfo& info) {
-            workspace.commit(info.writer, description_of(sample));
+          [&workspace](const msg::WorkspaceVersion& message, const dds::SampleInfo& info) {
+            const auto received = messages::from_idl(message);
+            if (!received) return workspace.refuse(received.status());
+            workspace.commit(info.writer, received->description);
           },
           [&workspace](const dds::GuidPrefix& server) { workspace.gone(server); }),
       brick(owner.participant, dds::kWorkspaceBrick,
-            [&workspace](const msg::WorkspaceBrick& sample, const dds::SampleInfo& info) {
-              workspace.put_brick(info.writer, {sample.bx(), sample.by(), sample.bz()}, sample.version(),
-                                  sample.voxels_zstd());
+            [&workspace](const msg::WorkspaceBrick& message, const dds::SampleInfo& info) {
+              const auto received = messages::from_idl(message);
+              if (!received) return workspace.refuse(received.status());
+              workspace.put_brick(info.writer, received->key, received->version,
+                                  {received->voxels_zstd.begin(), received->voxels_zstd.end()});
             }),
       object(
           owner.participant, dds::kWorkspaceObject,
-          [&owner](const msg::WorkspaceObject& sample, const dds::SampleInfo& info) {
-            if (const auto sound = messages::from_idl(sample)) owner.take_object(*sound, info.writer);
+          [&owner](const msg::WorkspaceObject& message, const dds::SampleInfo& info) {
+            const auto sample = messages::from_idl(message);
+            if (sample) owner.take_object(*sample, info.writer);
+            return sample.has_value();
           },
           [&owner](const dds::GuidPrefix& server) { owner.server_gone(server); }) {}
 
 void DdsAdapter::Impl::take_object(const messages::WorkspaceObject& object, const dds::GuidPrefix& server) {
   const std::lock_guard lock(objects_mutex);
-  auto told = std::find_if(objects.begin(), objects.end(),
-                           [&](const NamedObjects& each) { return each.server == server; });
-  if (told == objects.end()) {
+  auto named = std::find_if(objects.begin(), objects.end(),
+                            [&](const NamedObjects& each) { return each.server == server; });
+  if (named == objects.end()) {
     if (objects.size() >= workspace::WorkspaceSources::kMost)
       std::erase_if(objects, [](const NamedObjects& each) { return each.gone; });
     if (objects.size() >= workspace::WorkspaceSources::kMost) return;
-    told = objects.insert(objects.end(), NamedObjects{server});
+    named = objects.insert(objects.end(), NamedObjects{server});
   }
-  told->gone = false;
+  named->gone = false;
   if (object.removed()) {
-    told->names.erase(object.id);
+    named->names.erase(object.id);
   } else {
-    told->names[object.id] = object.name;
+    named->names[object.id] = object.name;
   }
 }
 
@@ -173,12 +156,12 @@ bool DdsAdapter::Impl::second_server(core::Nanoseconds now_ns) {
   }
   if (!contested) {
     contested_since_ns = 0;
-    contest_told = false;
+    contest_logged = false;
     return false;
   }
   if (contested_since_ns == 0) contested_since_ns = now_ns;
   if (now_ns - contested_since_ns < kSecondServerAfter_ns) return false;
-  if (!std::exchange(contest_told, true))
+  if (!std::exchange(contest_logged, true))
     spdlog::warn("two processes send workspace_version: only the first is heeded; end one of them");
   return true;
 }
@@ -228,41 +211,37 @@ std::map<std::uint16_t, std::string> DdsAdapter::objects() const {
   return best != nullptr ? best->names : std::map<std::uint16_t, std::string>();
 }
 
-void DdsAdapter::handle_commands(const Handlers& handlers) {
+void DdsAdapter::handle_commands(const std::function<Answer(const messages::SensingCommand&)>& carry_out) {
   while (const auto command = impl_->commands.next()) {
-    const Answer answer = carry_out(*command, handlers);
-    spdlog::info("{} asked: {}", command->requester().to_string(), answer.message);
-    impl_->commands.complete(dds::id_of(command->stamp()), reply_to(*command, answer));
+    const Answer answer = carry_out(*command);
+    spdlog::info("{} asked: {}", command->requester, answer.message);
+    impl_->commands.complete(command->stamp, reply_to(*command, answer));
   }
 }
 
 bool DdsAdapter::newest_slave(SlaveSample& sample) { return impl_->newest_slave.read(sample); }
 
-void DdsAdapter::publish_skin(const messages::SkinPercept& skin) {
-  publish(skin, impl_->skin_stamper, impl_->skin_writer);
-}
+void DdsAdapter::publish_skin(const messages::SkinPercept& skin) { impl_->skin_percept.publish(skin); }
 
 void DdsAdapter::publish_status(const core::Health& health) {
-  core::Health told = health;
-  if (impl_->has_rival()) told = dds::with_rival(std::move(told), "slave_state");
+  core::Health published = health;
+  if (impl_->has_rival()) published = dds::with_rival(std::move(published), "slave_state");
   if (impl_->second_server(core::monotonic_ns()))
-    told = dds::with_rival(std::move(told), "workspace_version");
-  impl_->status.publish(told);
+    published = dds::with_rival(std::move(published), "workspace_version");
+  impl_->status.publish(published);
 }
 
 void DdsAdapter::on_drag(const StepOutputs& outputs, const TickInfo& info) {
-  publish(drag_field_of(outputs, info, impl_->model.arm.joint_count()), impl_->drag_stamper,
-          impl_->drag_writer);
+  impl_->drag_field.publish(drag_field_of(outputs, info, impl_->model.arm.joint_count()));
 }
 
 void DdsAdapter::on_percept(const StepOutputs& outputs, const TickInfo& info) {
-  publish(percept_of(outputs, info, impl_->model.arm.joint_count()), impl_->percept_stamper,
-          impl_->percept_writer);
-  publish(interest_points_of(outputs, info, impl_->model), impl_->interest_stamper, impl_->interest_writer);
+  impl_->percept.publish(percept_of(outputs, info, impl_->model.arm.joint_count()));
+  impl_->interest_points.publish(interest_points_of(outputs, info, impl_->model));
 }
 
 void DdsAdapter::on_alert(const percept::Alert& alert, bool cleared) {
-  publish(hit_alert_of(alert, cleared, impl_->model), impl_->alert_stamper, impl_->alert_writer);
+  impl_->hit_alert.publish(hit_alert_of(alert, cleared, impl_->model));
 }
 
 }  // namespace phantom::phantom_sensing

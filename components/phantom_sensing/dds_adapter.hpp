@@ -33,15 +33,9 @@ class DdsAdapter : public PerceptSink {
   /// Returns the names, by id, of the objects announced by the wva_server whose workspace is in use.
   /// Thread-safe.
   std::map<std::uint16_t, std::string> objects() const;
-  /// The functions that carry out each kind of sensing_command.
-  struct Handlers {
-    std::function<Answer(const ContactRequest&)> contact;
-    std::function<Answer()> list_contacts;
-    std::function<Answer()> self_test;
-  };
   /// Carries out the commands received so far, on the calling thread, and answers them. A repeated command is
   /// answered again but not carried out again.
-  void handle_commands(const Handlers& handlers);
+  void handle_commands(const std::function<Answer(const messages::SensingCommand&)>& carry_out);
   /// Counts a brick or version that the workspace keeper refused, and logs why. Thread-safe.
   void count_refused_workspace(const std::string& why);
   /// Reads the newest valid slave_state. Returns false if none came since the last call. One thread.

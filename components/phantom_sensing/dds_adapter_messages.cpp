@@ -1,5 +1,7 @@
 #include "components/phantom_sensing/dds_adapter_messages.hpp"
 
+#include "common/core/utf8.hpp"
+
 namespace phantom::phantom_sensing {
 namespace {
 
@@ -31,21 +33,6 @@ void take_place(const PlacePercept& place, Message& message) {
 }
 
 }  // namespace
-
-workspace::VersionDescription description_of(const msg::WorkspaceVersion& version) {
-  workspace::VersionDescription description;
-  description.version = version.version();
-  const msg::Vector3& origin = version.origin_m();
-  description.grid = {
-      {origin.x(), origin.y(), origin.z()},
-      version.voxel_size_m(),
-      {static_cast<std::int32_t>(version.size_x_vox()), static_cast<std::int32_t>(version.size_y_vox()),
-       static_cast<std::int32_t>(version.size_z_vox())}};
-  description.palette_Pa_s_per_m = version.palette();
-  description.brick_count = version.brick_count();
-  description.content_hash = version.content_hash();
-  return description;
-}
 
 messages::DragField drag_field_of(const StepOutputs& outputs, const TickInfo& info, std::size_t joint_count) {
   auto field = of_tick<messages::DragField>(outputs, info);
@@ -101,39 +88,6 @@ messages::HitAlert hit_alert_of(const percept::Alert& alert, bool cleared, const
   if (alert.at.interest_point >= 0)
     message.interest_point = model.interest_points[static_cast<std::size_t>(alert.at.interest_point)].name;
   return message;
-}
-
-ContactRequest contact_request_of(const msg::SensingCommand& command) {
-  return {command.request() == msg::SENSING_ALLOW_CONTACT, command.object().to_string(), command.id(),
-          command.link().to_string(), command.duration_s()};
-}
-
-msg::SensingCommand to_message(const SensingRequest& request, const std::string& requester) {
-  constexpr std::size_t kNameBound = 64;  // as in the idl
-  for (const std::string& name : {request.contact.object, request.contact.link}) {
-    if (name.size() > kNameBound)
-      throw core::ConfigError("'" + name + "': allowed: a name of at most 64 bytes");
-  }
-  msg::SensingCommand command;
-  command.requester(requester.substr(0, kNameBound));
-  command.request(request.what == SensingRequest::What::kSelfTest       ? msg::SENSING_SELF_TEST
-                  : request.what == SensingRequest::What::kListContacts ? msg::SENSING_LIST_CONTACTS
-                  : request.contact.allow                               ? msg::SENSING_ALLOW_CONTACT
-                                                                        : msg::SENSING_FORBID_CONTACT);
-  command.object(request.contact.object);
-  command.id(request.contact.id);
-  command.link(request.contact.link);
-  command.duration_s(request.contact.duration_s);
-  return command;
-}
-
-msg::SensingReply reply_to(const msg::SensingCommand& command, const Answer& answer) {
-  msg::SensingReply reply;
-  reply.requester(command.requester());
-  reply.request(command.request());
-  reply.done(answer.done);
-  reply.message(answer.message.substr(0, 1024));
-  return reply;
 }
 
 }  // namespace phantom::phantom_sensing

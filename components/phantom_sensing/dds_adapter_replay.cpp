@@ -9,6 +9,7 @@
 
 #include "common/core/errors.hpp"
 #include "common/dds/cdr.hpp"
+#include "common/messages/workspace_codec.hpp"
 #include "common/recording/mcap_reader.hpp"
 #include "common/runtime/cell.hpp"
 #include "common/runtime/process.hpp"
@@ -49,19 +50,21 @@ class Replay {
 
   void take(const std::string& topic, const recording::Message& message) {
     if (topic == dds::kSlaveState.name) {
-      if (const auto state = decoded(dds::kSlaveState, message)) keep_state(*state);
+      if_sound(dds::kSlaveState, message, [this](const messages::SlaveState& state) { keep_state(state); });
     } else if (topic == dds::kWorkspaceBrick.name) {
-      if (const auto brick = decoded(dds::kWorkspaceBrick, message))
-        (void)assembler_.put_brick({brick->bx(), brick->by(), brick->bz()}, brick->version(),
-                                   brick->voxels_zstd());
+      if_sound(dds::kWorkspaceBrick, message, [this](const messages::WorkspaceBrick& brick) {
+        (void)assembler_.put_brick(brick.key, brick.version, brick.voxels_zstd);
+      });
       keep_version();
     } else if (topic == dds::kWorkspaceVersion.name) {
-      if (const auto version = decoded(dds::kWorkspaceVersion, message))
-        (void)assembler_.commit(description_of(*version));
+      if_sound(dds::kWorkspaceVersion, message, [this](const messages::WorkspaceVersion& version) {
+        (void)assembler_.commit(version.description);
+      });
       keep_version();
     } else if (topic == dds::kSensingCommand.name) {
-      if (const auto command = decoded(dds::kSensingCommand, message))
-        commands_[{command->stamp().session(), command->stamp().sequence_number()}] = *command;
+      if_sound(dds::kSensingCommand, message, [this](const messages::SensingCommand& command) {
+        commands_[{command.stamp.session, command.stamp.sequence_number}] = command;
+      });
     } else if (!await(dds::kDragField, topic, message) && !await(dds::kPercept, topic, message) &&
                !await(dds::kInterestPoints, topic, message)) {
       await(dds::kSensingReply, topic, message);
@@ -83,11 +86,17 @@ class Replay {
     return sample;
   }
 
-  void keep_state(const msg::SlaveState& state) {
-    const auto sound = messages::from_idl(state);
-    if (!sound) return;
-    const Name name{sound->stamp.session, sound->stamp.sequence_number};
-    if (states_.emplace(name, SlaveSample(*sound, 0)).second) state_order_.push_back(name);
+  /// Passes a recorded sample to `use` if it is valid.
+  template <class T, class Use>
+  static void if_sound(const dds::TopicSpec<T>& topic, const recording::Message& message, Use use) {
+    const auto recorded = decoded(topic, message);
+    if (!recorded) return;
+    if (const auto sample = messages::from_idl(*recorded)) use(*sample);
+  }
+
+  void keep_state(const messages::SlaveState& state) {
+    const Name name{state.stamp.session, state.stamp.sequence_number};
+    if (states_.emplace(name, SlaveSample(state, 0)).second) state_order_.push_back(name);
     if (state_order_.size() <= kMostStates) return;
     states_.erase(state_order_.front());
     state_order_.pop_front();
@@ -122,12 +131,13 @@ class Replay {
     waiting_.erase(waiting_.begin(), waiting_.begin() + static_cast<std::ptrdiff_t>(done));
   }
 
-  void process(const msg::SensingReply& reply, const Output&) {
-    const auto command = commands_.find({reply.command().session(), reply.command().sequence_number()});
-    const bool contact =
-        reply.request() == msg::SENSING_ALLOW_CONTACT || reply.request() == msg::SENSING_FORBID_CONTACT;
-    if (reply.done() && contact && command != commands_.end())
-      contacts_.handle(contact_request_of(command->second), reply.stamp().monotonic_ns());
+  void process(const msg::SensingReply& message, const Output&) {
+    const auto reply = messages::from_idl(message);
+    if (!reply || !reply->done) return;
+    const auto command = commands_.find({reply->command.session, reply->command.sequence_number});
+    if (command != commands_.end() && (reply->request == messages::SensingRequest::kAllowContact ||
+                                       reply->request == messages::SensingRequest::kForbidContact))
+      contacts_.handle(command->second, reply->stamp.monotonic_ns);
   }
 
   void process(const msg::DragField& field, const Output& output) {
@@ -237,7 +247,7 @@ class Replay {
   std::deque<Version> versions_;
   std::map<Name, SlaveSample> states_;
   std::deque<Name> state_order_;
-  std::map<Name, msg::SensingCommand> commands_;
+  std::map<Name, messages::SensingCommand> commands_;
   std::deque<Output> waiting_;
   std::uint64_t session_ = 0;
   std::optional<Name> ticked_;  // the tick that produced outputs_ and info_

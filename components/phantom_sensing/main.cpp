@@ -59,11 +59,11 @@ int main(int argc, char** argv) {
     if (options.check) {
       const auto tested = phantom_sensing::test_step(config.percept);
       if (!tested.passed) throw std::runtime_error(tested.message);
-      std::cout << "configuration is valid: " << model.skin.size() << " sensors and "
-                << model.interest_points.size() << " interest points on " << model.arm.joint_count()
-                << " joints\n"
-                << phantom_sensing::words_for(phantom_sensing::predict_tick(cell, config, model)) << '\n';
-      return static_cast<int>(runtime::kExitDone);
+      return runtime::configuration_is_valid(
+          ": " + std::to_string(model.skin.size()) + " sensors and " +
+          std::to_string(model.interest_points.size()) + " interest points on " +
+          std::to_string(model.arm.joint_count()) + " joints\n" +
+          phantom_sensing::describe(phantom_sensing::predict_tick(cell, config, model)));
     }
     starting.reset();
     return phantom_sensing::run_service(options, deployment, cell, config, model);

@@ -8,8 +8,6 @@
 #include "common/layers/live_workspace.hpp"
 #include "common/runtime/arm_model.hpp"
 #include "common/runtime/cell_bodies.hpp"
-#include "common/workspace/palette.hpp"
-#include "components/phantom_sensing/contact_register.hpp"
 
 namespace phantom::phantom_sensing {
 namespace {
@@ -59,7 +57,9 @@ ContactRegister contacts_of_cell(const runtime::CellConfig& cell, const Config& 
     names[static_cast<std::uint16_t>(i + 1)] = cell.objects[i].name;
   contacts.know_objects(std::move(names));
   for (const auto& contact : cell.arm(config.arm).allowed_contact) {
-    const Answer answer = contacts.handle({.allow = true, .object = contact.object, .link = contact.link}, 0);
+    const Answer answer = contacts.handle(
+        {.request = messages::SensingRequest::kAllowContact, .object = contact.object, .link = contact.link},
+        0);
     if (!answer.done) throw ConfigError(cell.file.string() + ": allowed_contact: " + answer.message);
   }
   return contacts;

@@ -1,6 +1,5 @@
 #pragma once
 
-#include "common/core/network.hpp"
 #include "common/runtime/cell.hpp"
 #include "components/phantom_sensing/config.hpp"
 #include "components/phantom_sensing/contact_register.hpp"

@@ -1,10 +1,10 @@
 #include "components/phantom_sensing/probe.hpp"
 
+#include <array>
 #include <charconv>
 #include <cmath>
 #include <fstream>
 #include <iostream>
-#include <sstream>
 
 #include "common/core/clock.hpp"
 #include "common/core/errors.hpp"
@@ -18,17 +18,8 @@ using core::ConfigError;
 
 /// Returns the name as written in the CSV.
 const char* name_of(percept::MotionClass motion) {
-  switch (motion) {
-    case percept::MotionClass::kSafe:
-      return "safe";
-    case percept::MotionClass::kNeutral:
-      return "neutral";
-    case percept::MotionClass::kDangerous:
-      return "dangerous";
-    case percept::MotionClass::kNone:
-      break;
-  }
-  return "none";
+  constexpr std::array kNames{"none", "safe", "neutral", "dangerous"};
+  return kNames[static_cast<std::size_t>(motion)];
 }
 
 std::vector<std::string> split(const std::string& line) {

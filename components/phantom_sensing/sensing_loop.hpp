@@ -67,8 +67,6 @@ class SensingLoop {
   /// All arguments must outlive this.
   SensingLoop(const PhantomModel& model, const Config& config, WorkspaceKeeper& workspace, PerceptSink& sink);
   ~SensingLoop();
-  SensingLoop(const SensingLoop&) = delete;
-  SensingLoop& operator=(const SensingLoop&) = delete;
 
   /// Passes a new state to the loop. One thread. Real-time safe: yes.
   void offer(const SlaveSample& sample) noexcept;

@@ -2,6 +2,7 @@
 
 #include <spdlog/spdlog.h>
 
+#include <array>
 #include <fstream>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -31,50 +32,32 @@ struct Situation {
   SelfTestResult self_test;
 };
 
-std::string words_for(PerceptCondition condition) {
-  switch (condition) {
-    case PerceptCondition::kNoWorkspace:
-      return "waiting for the workspace";
-    case PerceptCondition::kNoState:
-      return "waiting for slave_state";
-    case PerceptCondition::kStateStale:
-      return "slave_state is stale: no percept";
-    case PerceptCondition::kWorkspaceUnattended:
-      return "no wva_server is there: the workspace stays as it was";
-    case PerceptCondition::kWorkspaceBehind:
-      return "a newer workspace was announced and is not whole yet";
-    case PerceptCondition::kWorkspaceStale:
-      return "the workspace is stale, a newer one does not become whole: no percept";
-    case PerceptCondition::kSelfTestFailed:
-      return "no percept";
-    case PerceptCondition::kFresh:
-      break;
-  }
-  return "";
-}
+struct ConditionReport {
+  const char* text;
+  core::ComponentState state;
+};
 
-core::ComponentState state_for(PerceptCondition condition, bool state_seen) {
-  switch (condition) {
-    case PerceptCondition::kNoWorkspace:
-      return core::ComponentState::kStarting;
-    case PerceptCondition::kNoState:
-      return core::ComponentState::kReady;
-    case PerceptCondition::kFresh:
-      return core::ComponentState::kRunning;
-    case PerceptCondition::kSelfTestFailed:
-      return core::ComponentState::kFault;
-    case PerceptCondition::kWorkspaceUnattended:
-      return state_seen ? core::ComponentState::kRunning : core::ComponentState::kReady;
-    default:
-      return core::ComponentState::kDegraded;
-  }
-}
+/// What component_status says of each PerceptCondition, in its order.
+constexpr std::array<ConditionReport, 8> kReports{{
+    {"", core::ComponentState::kRunning},
+    {"no wva_server is there: the workspace stays as it was", core::ComponentState::kRunning},
+    {"a newer workspace was announced and is not whole yet", core::ComponentState::kDegraded},
+    {"the workspace is stale, a newer one does not become whole: no percept",
+     core::ComponentState::kDegraded},
+    {"waiting for the workspace", core::ComponentState::kStarting},
+    {"waiting for slave_state", core::ComponentState::kReady},
+    {"slave_state is stale: no percept", core::ComponentState::kDegraded},
+    {"no percept", core::ComponentState::kFault},
+}};
+static_assert(static_cast<std::size_t>(PerceptCondition::kSelfTestFailed) + 1 == kReports.size());
 
 core::Health health_of(const Situation& now, const PhantomModel& model) {
   const LoopFigures& figures = now.figures;
   core::Health health;
-  health.state = state_for(figures.condition, figures.state_seen);
-  health.message = words_for(figures.condition);
+  const ConditionReport& report = kReports[static_cast<std::size_t>(figures.condition)];
+  const bool waits = figures.condition == PerceptCondition::kWorkspaceUnattended && !figures.state_seen;
+  health.state = waits ? core::ComponentState::kReady : report.state;
+  health.message = report.text;
   if (figures.condition == PerceptCondition::kSelfTestFailed) health.message += ", " + now.self_test.message;
   if (now.allowed_contacts > 0) {
     health.message += (health.message.empty() ? "" : "; ") + std::to_string(now.allowed_contacts) +
@@ -136,11 +119,10 @@ class Service {
         patches_(model.arm, model.skin) {
     know_objects();
     for (const auto& contact : cell.arm(config.arm).allowed_contact) {
-      ContactRequest request;
-      request.allow = true;
-      request.object = contact.object;
-      request.link = contact.link;
-      const Answer answer = contacts_.handle(request, core::monotonic_ns());
+      const Answer answer = contacts_.handle({.request = messages::SensingRequest::kAllowContact,
+                                              .object = contact.object,
+                                              .link = contact.link},
+                                             core::monotonic_ns());
       if (!answer.done) throw core::ConfigError(cell.file.string() + ": allowed_contact: " + answer.message);
       spdlog::info("{}", answer.message);
     }
@@ -154,10 +136,8 @@ class Service {
     know_objects();
     loop_.workspace_watch().attended(adapter_.workspace_attended());
     if (!tested_ && workspace_.version() != 0) self_test();
-    adapter_.handle_commands({[this](const ContactRequest& request) { return handle(request); },
-                              [this] { return contacts_.list(core::monotonic_ns()); },
-                              [this] { return self_test(); }});
-    for (const std::string& said : contacts_.end_old(core::monotonic_ns())) spdlog::info("{}", said);
+    adapter_.handle_commands([this](const messages::SensingCommand& command) { return carry_out(command); });
+    for (const std::string& ended : contacts_.end_old(core::monotonic_ns())) spdlog::info("{}", ended);
     loop_.permit(contacts_.permits());
   }
 
@@ -211,8 +191,11 @@ class Service {
     contacts_.know_objects(std::move(names));
   }
 
-  Answer handle(const ContactRequest& request) {
-    const Answer answer = contacts_.handle(request, core::monotonic_ns());
+  Answer carry_out(const messages::SensingCommand& command) {
+    if (command.request == messages::SensingRequest::kSelfTest) return self_test();
+    if (command.request == messages::SensingRequest::kListContacts)
+      return contacts_.list(core::monotonic_ns());
+    const Answer answer = contacts_.handle(command, core::monotonic_ns());
     loop_.permit(contacts_.permits());
     return answer;
   }
@@ -250,8 +233,6 @@ class Sensing {
  public:
   Sensing(DdsAdapter& adapter, SensingLoop& loop) : adapter_(adapter), loop_(loop) {}
   ~Sensing() { end(); }
-  Sensing(const Sensing&) = delete;
-  Sensing& operator=(const Sensing&) = delete;
 
   void begin(WorkspaceKeeper& workspace) {
     thread_ = std::jthread([this] { loop_.run(); });
@@ -276,7 +257,8 @@ int run_service(const runtime::ProcessOptions& options, const runtime::Deploymen
   if (const SelfTestResult tested = test_step(config.percept); !tested.passed)
     throw std::runtime_error(tested.message);
   DdsAdapter adapter(core::in_haptic_path(deployment.network, config.servo_priority), model);
-  WorkspaceKeeper workspace([&adapter](const std::string& why) { adapter.count_refused_workspace(why); });
+  WorkspaceKeeper workspace([&adapter](const std::string& why) { adapter.count_refused_workspace(why); },
+                            config.workspace_max_bytes);
   HitLog hits(adapter, model);
   AlertRelay relay(hits, config.servo_priority);
   // Made here because its workers inherit their scheduling from the thread that creates them.
@@ -296,7 +278,7 @@ int run_service(const runtime::ProcessOptions& options, const runtime::Deploymen
     spdlog::warn("{}", refused);
 
   core::Nanoseconds next_status_ns = start_ns;
-  PerceptCondition said = PerceptCondition::kNoWorkspace;
+  PerceptCondition logged = PerceptCondition::kNoWorkspace;
   do {
     service.poll();
     hits.log_new(object_name);
@@ -308,9 +290,9 @@ int run_service(const runtime::ProcessOptions& options, const runtime::Deploymen
     core::Health health = health_of(now, model);
     health.loops = {loop.progress().statistics(), relay.progress().statistics(),
                     workspace.progress().statistics()};
-    if (now.figures.condition != said)
+    if (now.figures.condition != logged)
       spdlog::info("{}", health.message.empty() ? "sensing" : health.message);
-    said = now.figures.condition;
+    logged = now.figures.condition;
     adapter.publish_status(health);
   } while (runtime::sleep_unless_stopped(kPoll_s));
 

@@ -112,7 +112,7 @@ TickTime time_tick(const PhantomModel& model, const PerceptSettings& settings, c
   return time;
 }
 
-std::string words_for(const TickTime& time) {
+std::string describe(const TickTime& time) {
   std::ostringstream words;
   words << std::fixed;
   words.precision(0);

@@ -32,6 +32,6 @@ TickTime time_tick(const PhantomModel& model, const PerceptSettings& settings, c
                    double duration_s);
 
 /// Returns the timing in one sentence, compared with kStatePeriod_s.
-std::string words_for(const TickTime& time);
+std::string describe(const TickTime& time);
 
 }  // namespace phantom::phantom_sensing

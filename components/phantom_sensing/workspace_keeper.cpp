@@ -1,13 +1,17 @@
 #include "components/phantom_sensing/workspace_keeper.hpp"
 
 #include <chrono>
+#include <utility>
 
 #include "common/core/thread_place.hpp"
 
 namespace phantom::phantom_sensing {
 
-WorkspaceKeeper::WorkspaceKeeper(std::function<void(const std::string&)> on_refused)
-    : on_refused_(std::move(on_refused)), thread_([this] { work(); }) {}
+WorkspaceKeeper::WorkspaceKeeper(std::function<void(const std::string&)> on_refused, std::size_t most_bytes)
+    : on_refused_(std::move(on_refused)),
+      most_waiting_bytes_(most_bytes / 4),
+      sources_(most_bytes),
+      thread_([this] { work(); }) {}
 
 WorkspaceKeeper::~WorkspaceKeeper() {
   {
@@ -18,9 +22,15 @@ WorkspaceKeeper::~WorkspaceKeeper() {
   thread_.join();
 }
 
-void WorkspaceKeeper::enqueue(Job job) {
+void WorkspaceKeeper::enqueue(Job job, std::size_t bytes) {
   {
     const std::lock_guard lock(mutex_);
+    bytes += kJobBytes;
+    if (jobs_.size() >= kMostWaiting || waiting_bytes_ + bytes > most_waiting_bytes_) {
+      ++lost_;
+      return;
+    }
+    waiting_bytes_ += bytes;
     jobs_.push_back(std::move(job));
   }
   wake_.notify_one();
@@ -28,22 +38,26 @@ void WorkspaceKeeper::enqueue(Job job) {
 
 void WorkspaceKeeper::put_brick(const workspace::SourceId& source, workspace::BrickKey key,
                                 std::uint64_t version, std::vector<std::uint8_t> bytes) {
-  enqueue(Brick{source, key, version, std::move(bytes)});
+  const std::size_t size = bytes.size();
+  enqueue(
+      [source, key, version, bytes = std::move(bytes)](workspace::WorkspaceSources& sources) {
+        return sources.put_brick(source, key, version, bytes);
+      },
+      size);
 }
 void WorkspaceKeeper::commit(const workspace::SourceId& source, workspace::VersionDescription description) {
-  enqueue(Version{source, std::move(description)});
+  enqueue([source, description = std::move(description)](workspace::WorkspaceSources& sources) {
+    return sources.commit(source, description);
+  });
 }
-void WorkspaceKeeper::gone(const workspace::SourceId& source) { enqueue(Gone{source}); }
-
-core::Status WorkspaceKeeper::apply(const Brick& brick) {
-  return sources_.put_brick(brick.source, brick.key, brick.version, brick.bytes);
+void WorkspaceKeeper::refuse(const core::Status& why) {
+  enqueue([why](workspace::WorkspaceSources&) { return why; });
 }
-core::Status WorkspaceKeeper::apply(const Version& version) {
-  return sources_.commit(version.source, version.description);
-}
-core::Status WorkspaceKeeper::apply(const Gone& gone) {
-  sources_.gone(gone.source);
-  return core::Status::ok();
+void WorkspaceKeeper::gone(const workspace::SourceId& source) {
+  enqueue([source](workspace::WorkspaceSources& sources) {
+    sources.gone(source);
+    return core::Status::ok();
+  });
 }
 
 void WorkspaceKeeper::hand_over() {
@@ -94,11 +108,15 @@ void WorkspaceKeeper::work() {
     progress_.tick();
     std::deque<Job> jobs;
     jobs.swap(jobs_);
+    waiting_bytes_ = 0;
+    const std::uint64_t lost = std::exchange(lost_, 0);
     lock.unlock();
+    if (lost > 0)
+      on_refused_(std::to_string(lost) + " samples came while too many were waiting; allowed: " +
+                  std::to_string(most_waiting_bytes_ >> 20) + " MiB");
     let_go();
     for (const Job& job : jobs) {
-      const core::Status status = std::visit([this](const auto& each) { return apply(each); }, job);
-      if (!status) on_refused_(status.message());
+      if (const core::Status status = job(sources_); !status) on_refused_(status.message());
       hand_over();
       progress_.tick();
     }

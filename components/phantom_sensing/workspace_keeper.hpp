@@ -10,7 +10,6 @@
 #include <optional>
 #include <string>
 #include <thread>
-#include <variant>
 #include <vector>
 
 #include "common/core/progress.hpp"
@@ -27,16 +26,19 @@ namespace phantom::phantom_sensing {
 /// bricks costs only those: it is handed over within milliseconds of its last brick.
 class WorkspaceKeeper {
  public:
-  /// `on_refused` is called on the keeper's thread for each unusable sample, with the reason.
-  explicit WorkspaceKeeper(std::function<void(const std::string&)> on_refused);
+  /// `on_refused` is called on the keeper's thread for each unusable sample, with the reason, and once for
+  /// all samples for which there was no room. `most_bytes`: of a server's workspace; samples that wait take a
+  /// quarter of that.
+  explicit WorkspaceKeeper(std::function<void(const std::string&)> on_refused,
+                           std::size_t most_bytes = SIZE_MAX);
   ~WorkspaceKeeper();
-  WorkspaceKeeper(const WorkspaceKeeper&) = delete;
-  WorkspaceKeeper& operator=(const WorkspaceKeeper&) = delete;
 
   // Called on middleware threads; they queue and return.
   void put_brick(const workspace::SourceId& source, workspace::BrickKey key, std::uint64_t version,
                  std::vector<std::uint8_t> bytes);
   void commit(const workspace::SourceId& source, workspace::VersionDescription description);
+  /// Takes a sample that its codec refused, with the reason.
+  void refuse(const core::Status& why);
   /// Reports that a server has ended or is no longer heard.
   void gone(const workspace::SourceId& source);
 
@@ -63,20 +65,7 @@ class WorkspaceKeeper {
   std::size_t versions_kept() const noexcept { return kept_.load(std::memory_order_relaxed); }
 
  private:
-  struct Brick {
-    workspace::SourceId source;
-    workspace::BrickKey key;
-    std::uint64_t version;
-    std::vector<std::uint8_t> bytes;
-  };
-  struct Version {
-    workspace::SourceId source;
-    workspace::VersionDescription description;
-  };
-  struct Gone {
-    workspace::SourceId source;
-  };
-  using Job = std::variant<Brick, Version, Gone>;
+  using Job = std::function<core::Status(workspace::WorkspaceSources&)>;
   struct HandOver {
     SensedWorkspace workspace;
     std::uint64_t generation = 0;
@@ -87,18 +76,21 @@ class WorkspaceKeeper {
     workspace::SourceId source;
   };
   static constexpr double kHangsAfter_s = 10.0;  // checking a version of a large cell takes seconds
-  void enqueue(Job job);
+  void enqueue(Job job, std::size_t bytes = 0);
   void work();
-  core::Status apply(const Brick& brick);
-  core::Status apply(const Version& version);
-  core::Status apply(const Gone& gone);
   void hand_over();
   void let_go();
 
+  static constexpr std::size_t kMostWaiting = 2 * workspace::kMostBricksInAll;
+  static constexpr std::size_t kJobBytes = 128;  // of a sample besides its content
+
   std::function<void(const std::string&)> on_refused_;
+  const std::size_t most_waiting_bytes_;
   std::mutex mutex_;
   std::condition_variable wake_;
   std::deque<Job> jobs_;
+  std::size_t waiting_bytes_ = 0;
+  std::uint64_t lost_ = 0;  // samples that found no room since the thread last looked
   bool stop_ = false;
 
   // Used on the keeper's thread only.

@@ -68,6 +68,7 @@ std::string Collector::object_name(int object) const {
 }
 
 void Collector::begin_reach(const MasterSample& sample) {
+  if (reaches_.size() >= kMostEvents) return;
   reaches_.push_back({.number = sample.reach, .percept = sample.percept_enabled, .start_s = sample.t_s});
   narrate(sample.t_s,
           format("reach %d begins, percept %s", sample.reach, sample.percept_enabled ? "on" : "off"));
@@ -134,7 +135,7 @@ std::string Collector::live_line() const {
 
 void Collector::on_hit(const HitSample& sample) {
   if (sample.cleared) return;
-  hits_.push_back(sample);
+  if (hits_.size() < kMostEvents) hits_.push_back(sample);
   narrate_hit(sample);
 }
 
@@ -143,15 +144,21 @@ void Collector::on_status(const StatusSample& sample) {
   const bool news =
       !sample.message.empty() && (known == statuses_.end() || known->second.message != sample.message);
   // The progress of a start is narrated every kProgressInterval_s, everything else at once.
-  const auto told = told_s_.find(sample.component);
-  const bool soon = sample.state == core::ComponentState::kStarting && told != told_s_.end() &&
-                    sample.t_s - told->second < kProgressInterval_s;
+  const auto narrated = narrated_s_.find(sample.component);
+  const bool soon = sample.state == core::ComponentState::kStarting && narrated != narrated_s_.end() &&
+                    sample.t_s - narrated->second < kProgressInterval_s;
   if (news && !soon) {
     narrate(sample.t_s, sample.component + ": " + sample.message);
-    told_s_[sample.component] = sample.t_s;
+    narrated_s_[sample.component] = sample.t_s;
   }
   narrate_until(sample.t_s);
   statuses_[sample.component] = sample;
+  if (statuses_.size() <= kMostComponents) return;
+  const auto oldest = std::min_element(statuses_.begin(), statuses_.end(), [](const auto& a, const auto& b) {
+    return a.second.t_s < b.second.t_s;
+  });
+  narrated_s_.erase(oldest->first);
+  statuses_.erase(oldest);
 }
 
 bool Collector::all_ready(const std::vector<std::string>& components, std::string* missing) const {

@@ -90,6 +90,9 @@ struct Row {
 class Collector {
  public:
   using Narrate = std::function<void(const std::string&)>;
+  /// Greatest numbers of components, and of reaches and hits that are kept. Further hits are told, not kept;
+  /// of the components the one that was silent longest is forgotten.
+  static constexpr std::size_t kMostComponents = 256, kMostEvents = 100'000;
   static constexpr double kSameHit_s = 0.25;
 
   /// `onset_threshold_Nm`: percept torque that counts as felt. `row_interval_s`: spacing of the time series.
@@ -152,7 +155,7 @@ class Collector {
   std::vector<HitSample> hits_;
   std::deque<Line> waiting_;  // the first one is a hit's
   std::map<std::string, StatusSample> statuses_;
-  std::map<std::string, double> told_s_;  // when a component's message was last narrated
+  std::map<std::string, double> narrated_s_;  // when a component's message was last narrated; of statuses_
 };
 
 }  // namespace phantom::phantom_session

@@ -11,6 +11,7 @@ Config load_config(const std::filesystem::path& path) {
   file.number("stop_grace_s", config.stop_grace_s);
   file.number("onset_threshold_Nm", config.onset_threshold_Nm);
   file.number("row_interval_s", config.row_interval_s);
+  if (!file.text("page_secrets").empty()) config.page_secrets = file.path("page_secrets");
   file.finish();
   return config;
 }

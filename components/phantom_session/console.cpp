@@ -5,6 +5,8 @@
 
 #include <sstream>
 
+#include "common/core/utf8.hpp"
+
 namespace phantom::phantom_session {
 namespace {
 
@@ -17,15 +19,6 @@ std::size_t columns() {
 }
 
 }  // namespace
-
-std::string cut(const std::string& text, std::size_t columns) {
-  std::size_t seen = 0;
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    const bool begins = (static_cast<unsigned char>(text[i]) & 0xC0U) != 0x80U;
-    if (begins && seen++ == columns) return text.substr(0, i);
-  }
-  return text;
-}
 
 Console::Console() : out_(STDOUT_FILENO), terminal_(isatty(STDOUT_FILENO) == 1) {}
 
@@ -50,7 +43,7 @@ void Console::show(const std::string& lines) {
   std::string text = clear();
   std::istringstream split(lines);
   for (std::string line; std::getline(split, line); ++shown_)
-    text.append(shown_ > 0 ? "\n" : "").append(cut(line, columns()));
+    text.append(shown_ > 0 ? "\n" : "").append(core::cut_to_columns(line, columns()));
   out_.put(std::move(text));
 }
 

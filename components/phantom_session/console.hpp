@@ -29,7 +29,4 @@ class Console {
   int shown_ = 0;  // number of lines below
 };
 
-/// Returns the first `columns` characters (code points) of a UTF-8 text.
-std::string cut(const std::string& text, std::size_t columns);
-
 }  // namespace phantom::phantom_session

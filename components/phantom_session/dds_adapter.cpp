@@ -1,12 +1,14 @@
 #include "components/phantom_session/dds_adapter.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "common/core/clock.hpp"
+#include "common/core/host_interfaces.hpp"
 #include "common/dds/endpoint.hpp"
-#include "common/dds/status_reporter.hpp"
 #include "common/messages/percept_codec.hpp"
+#include "common/messages/status_codec.hpp"
 #include "common/messages/teleoperation_codec.hpp"
 #include "common/messages/workspace_codec.hpp"
 
@@ -20,29 +22,13 @@ double greatest(const core::JointArray& values) {
 }
 
 const char* words_for(percept::HitRule rule) {
-  switch (rule) {
-    case percept::HitRule::kVeryClose:
-      return "very close";
-    case percept::HitRule::kModerateMoving:
-      return "close and moving";
-    case percept::HitRule::kFarNearing:
-      return "nearing fast";
-    default:
-      return "none";
-  }
+  constexpr std::array kWords{"none", "very close", "close and moving", "nearing fast"};
+  return kWords.at(static_cast<std::size_t>(rule));
 }
 
 const char* words_for(percept::MotionClass motion) {
-  switch (motion) {
-    case percept::MotionClass::kSafe:
-      return "leaving";
-    case percept::MotionClass::kNeutral:
-      return "passing";
-    case percept::MotionClass::kDangerous:
-      return "nearing";
-    default:
-      return "";
-  }
+  constexpr std::array kWords{"", "leaving", "passing", "nearing"};
+  return kWords.at(static_cast<std::size_t>(motion));
 }
 
 MasterSample sample_of(const messages::MasterState& m, double t_s) {
@@ -78,37 +64,13 @@ PerceptSample sample_of(const messages::Percept& percept, double t_s) {
           percept.muted_sensors};
 }
 
-core::ComponentState state_of(msg::ComponentState state) {
-  switch (state) {
-    case msg::COMPONENT_STARTING:
-      return core::ComponentState::kStarting;
-    case msg::COMPONENT_READY:
-      return core::ComponentState::kReady;
-    case msg::COMPONENT_RUNNING:
-      return core::ComponentState::kRunning;
-    case msg::COMPONENT_DEGRADED:
-      return core::ComponentState::kDegraded;
-    case msg::COMPONENT_STOPPED:
-      return core::ComponentState::kStopped;
-    default:
-      return core::ComponentState::kFault;
-  }
-}
-
-StatusSample status_of(const msg::ComponentStatus& status, double t_s) {
-  StatusSample out{
-      t_s, status.component_name().to_string(), state_of(status.state()), status.message().to_string(), {},
-      {}};
+StatusSample status_of(const messages::ComponentStatus& status, double t_s) {
+  StatusSample out{t_s, status.component, status.state, status.message, status.loops, {}, {}};
   // Another host may serve its page on its own loopback address only.
-  if (status.host() == dds::host_name()) out.page = status.page().to_string();
-  for (const auto& loop : status.loops()) {
-    out.loops.push_back({loop.name().to_string(), loop.period_s(), loop.rate_hz(), loop.wakeup_p50_us(),
-                         loop.wakeup_p99_us(), loop.wakeup_max_us(), loop.work_p50_us(), loop.work_max_us(),
-                         loop.ticks(), loop.slips()});
-  }
-  for (const auto& figure : status.figures()) out.figures[figure.name().to_string()] = figure.value();
-  for (const auto& topic : status.topics()) {
-    if (!topic.writer()) out.deadline_missed[topic.topic().to_string()] += topic.deadline_missed();
+  if (status.host == core::host_name()) out.page = status.page;
+  for (const auto& figure : status.figures) out.figures[figure.name] = figure.value;
+  for (const auto& topic : status.topics) {
+    if (!topic.writer) out.deadline_missed[topic.topic] += topic.deadline_missed;
   }
   return out;
 }
@@ -129,20 +91,15 @@ struct DdsAdapter::Impl {
   dds::Reader<msg::HitAlert> hits;
   dds::Reader<msg::ComponentStatus> status;
 
-  // Passes a sample to `take` under the lock.
+  // Passes a converted sample to `take` under the lock. Invalid samples are skipped.
   template <class Take>
   auto into(Take take) {
-    return [this, take](const auto& sample, const dds::SampleInfo& info) {
+    return [this, take](const auto& message, const dds::SampleInfo& info) {
+      const auto sample = messages::from_idl(message);
+      if (!sample) return;
       const std::lock_guard guard(mutex);
-      take(sample, core::seconds(info.received_ns - start_ns));
+      take(*sample, core::seconds(info.received_ns - start_ns));
     };
-  }
-  // Likewise, after conversion by the topic's codec. Invalid samples are skipped.
-  template <class Take>
-  auto sound_into(Take take) {
-    return into([take](const auto& message, double t_s) {
-      if (const auto sample = messages::from_idl(message)) take(*sample, t_s);
-    });
   }
 
   Impl(const core::NetworkOptions& network, Collector& into_collector, JointLog& into_joints)
@@ -150,26 +107,27 @@ struct DdsAdapter::Impl {
         collector(into_collector),
         joints(into_joints),
         objects(participant, dds::kWorkspaceObject,
-                sound_into([this](const messages::WorkspaceObject& object, double) {
+                into([this](const messages::WorkspaceObject& object, double) {
                   if (!object.removed()) collector.on_object_name(object.id, object.name);
                 })),
-        master(participant, dds::kMasterState, sound_into([this](const messages::MasterState& m, double t_s) {
+        master(participant, dds::kMasterState, into([this](const messages::MasterState& m, double t_s) {
                  collector.on_master(sample_of(m, t_s));
                  joints.on_master(m.joint_count, row_of(m, t_s));
                })),
-        slave(participant, dds::kSlaveState, sound_into([this](const messages::SlaveState& s, double t_s) {
+        slave(participant, dds::kSlaveState, into([this](const messages::SlaveState& s, double t_s) {
                 collector.on_slave(
                     {t_s, s.contact, s.contact_force_N, s.contact_object, s.tool_speed_m_s, s.clearance_m});
                 joints.on_slave(s.position);
               })),
-        percept(participant, dds::kPercept, sound_into([this](const messages::Percept& p, double t_s) {
+        percept(participant, dds::kPercept, into([this](const messages::Percept& p, double t_s) {
                   collector.on_percept(sample_of(p, t_s));
                 })),
-        hits(participant, dds::kHitAlert, sound_into([this](const messages::HitAlert& h, double t_s) {
+        hits(participant, dds::kHitAlert, into([this](const messages::HitAlert& h, double t_s) {
                collector.on_hit(
                    {t_s, h.alert, words_for(h.rule), h.link_name, h.interest_point, h.object, h.cleared});
              })),
-        status(participant, dds::kComponentStatus, into([this](const msg::ComponentStatus& s, double t_s) {
+        status(participant, dds::kComponentStatus,
+               into([this](const messages::ComponentStatus& s, double t_s) {
                  collector.on_status(status_of(s, t_s));
                })) {}
 };

@@ -1,6 +1,6 @@
-#include <iostream>
 
 #include "common/dds/participant.hpp"
+#include "common/runtime/role_secrets.hpp"
 #include "components/phantom_session/argument_check.hpp"
 #include "components/phantom_session/session.hpp"
 
@@ -37,6 +37,10 @@ int main(int argc, char** argv) {
     if (!driver.empty()) request.master_options.insert(request.master_options.end(), {"--driver", driver});
     const auto config = phantom_session::load_config(options.config);
     const auto deployment = runtime::load_deployment(options);
+    // A check makes nothing.
+    if (!config.page_secrets.empty() && !options.check) runtime::make_role_secrets(config.page_secrets);
+    if (std::filesystem::exists(config.page_secrets))
+      request.page_secrets = std::filesystem::absolute(config.page_secrets);
     if (options.check && options.host.empty()) {  // no --host: check all hosts
       for (const auto& host : deployment.hosts) {
         options.host = host.name;
@@ -47,10 +51,7 @@ int main(int argc, char** argv) {
       phantom_session::check_arguments(planned, phantom_session::component_folder());
     }
     dds::check_qos_profiles(deployment.network.qos_profiles);
-    if (options.check) {
-      std::cout << "configuration is valid\n";
-      return static_cast<int>(runtime::kExitDone);
-    }
+    if (options.check) return runtime::configuration_is_valid();
     std::filesystem::create_directories(options.report_dir);
     return phantom_session::run_session(options, deployment, config, request);
   };

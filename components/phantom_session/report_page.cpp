@@ -11,22 +11,12 @@ using Json = nlohmann::ordered_json;
 std::string escaped(const std::string& text) {
   std::string out;
   for (const char c : text) {
-    switch (c) {
-      case '<':
-        out += "&lt;";
-        break;
-      case '>':
-        out += "&gt;";
-        break;
-      case '&':
-        out += "&amp;";
-        break;
-      case '"':
-        out += "&quot;";
-        break;
-      default:
-        out += c;
-    }
+    const char* name = c == '<'   ? "&lt;"
+                       : c == '>' ? "&gt;"
+                       : c == '&' ? "&amp;"
+                       : c == '"' ? "&quot;"
+                                  : nullptr;
+    out += name != nullptr ? std::string(name) : std::string(1, c);
   }
   return out;
 }

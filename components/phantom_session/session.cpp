@@ -6,7 +6,7 @@
 #include "common/core/errors.hpp"
 #include "common/runtime/arm_model.hpp"
 #include "common/runtime/cell.hpp"
-#include "common/runtime/config_reader.hpp"
+#include "common/runtime/named.hpp"
 #include "components/phantom_session/argument_check.hpp"
 #include "components/phantom_session/collector.hpp"
 #include "components/phantom_session/console.hpp"
@@ -23,16 +23,10 @@ constexpr int kPollsPerLiveLine = 5;
 
 const runtime::DeployedHost& find_host(const runtime::Deployment& deployment, const std::string& name) {
   if (name.empty() && deployment.hosts.size() == 1) return deployment.hosts.front();
-  std::string known;
-  for (const auto& host : deployment.hosts) {
-    if (host.name == name) return host;
-    known += (known.empty() ? "" : ", ") + host.name;
-  }
-  if (name.empty())
-    throw runtime::ConfigError(deployment.file.string() +
-                               ": hosts: say by --host which of them this is; allowed: " + known);
-  throw runtime::ConfigError(deployment.file.string() + ": hosts: no host called '" + name +
-                             "'; allowed: " + known);
+  return runtime::find_named(
+      deployment.hosts, name,
+      deployment.file.string() + ": hosts: " +
+          (name.empty() ? "say by --host which of them this is" : "no host called '" + name + "'"));
 }
 
 // Runs one session from start to report; holds what the steps share.
@@ -212,7 +206,7 @@ std::vector<PlannedProcess> plan(const runtime::Deployment& deployment,
       find_host(deployment, options.host.empty() ? deployment.host : options.host).processes;
   for (const std::string& name : request.without) {
     if (std::none_of(processes.begin(), processes.end(), [&](const auto& p) { return p.name == name; }))
-      throw runtime::ConfigError("--without " + name + ": no such process in " + deployment.file.string());
+      throw core::ConfigError("--without " + name + ": no such process in " + deployment.file.string());
   }
   for (const auto& process : processes) {
     if (std::find(request.without.begin(), request.without.end(), process.name) != request.without.end())
@@ -233,6 +227,8 @@ std::vector<PlannedProcess> plan(const runtime::Deployment& deployment,
       entry.arguments.insert(entry.arguments.end(), request.master_options.begin(),
                              request.master_options.end());
     }
+    if (process.component == "synthetic_viewer" && !request.page_secrets.empty())
+      entry.arguments.insert(entry.arguments.end(), {"--page-secrets", request.page_secrets.string()});
     entry.own_arguments =
         !process.arguments.empty() || (process.component == "master_io" && !request.master_options.empty());
     planned.push_back(std::move(entry));

@@ -14,6 +14,7 @@ struct SessionRequest {
   double seconds = 0.0;                     ///< from when all components are ready; 0: until Ctrl-C
   std::vector<std::string> without;         ///< components that the user runs otherwise
   std::vector<std::string> master_options;  ///< passed on to master_io (operator model, law)
+  std::filesystem::path page_secrets;       ///< passed on to synthetic_viewer; empty: none
 };
 
 /// A process to start, with its arguments.

@@ -34,6 +34,7 @@ void read_drive(const runtime::Fields& drive, DriveOptions& options) {
               "is below start_rad; allowed: that or more");
   drive.number("following_window_rad", options.following_window_rad);
   drive.number("quick_stop_rad_s2", options.quick_stop_rad_s2);
+  drive.flag("keeps_max_speed", options.keeps_max_speed);
 }
 
 }  // namespace

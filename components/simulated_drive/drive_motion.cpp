@@ -50,8 +50,13 @@ MotionDemand SimulatedDrive::demand(double dt_s) {
     case kCyclicVelocity:
       return {Kind::kVelocity, 0.0, static_cast<double>(od_.value(0x60FF)),
               static_cast<double>(od_.value(0x60B2))};
-    case kCyclicTorque:
-      return {Kind::kTorque, 0.0, 0.0, static_cast<double>(od_.value(0x6071))};
+    case kCyclicTorque: {
+      const auto target = static_cast<double>(od_.value(0x6071));
+      const double most_counts_s =
+          static_cast<double>(od_.value(0x6080)) / 60.0 * options_.motor.counts_per_turn;
+      const bool too_fast = motor().counts_per_s() * (target < 0.0 ? -1.0 : 1.0) > most_counts_s;
+      return {Kind::kTorque, 0.0, 0.0, too_fast && !misbehaviour.ignore_max_speed ? 0.0 : target};
+    }
     default:
       return {};
   }

@@ -12,59 +12,12 @@ constexpr std::int64_t kOff = 0x80000000;
 
 // Creates the communication objects, as after NMT reset communication: the profile's objects keep their
 // values.
-void SimulatedDrive::build_communication_objects() {
-  const auto node = static_cast<std::int64_t>(options_.node);
-  od_.add(0x1000, 0, 4, 0x00020192, false);  // CiA 402, servo drive
-  od_.add(0x1001, 0, 1, 0, false);
-  od_.add(0x1005, 0, 4, 0x80, true);
-  od_.add(0x1014, 0, 4, 0x80 + node, false);
-  od_.add_text(0x1008, options_.device_name, false);
-  od_.add(0x1016, 0, 1, 1, false);
-  od_.add(0x1016, 1, 4, 0, true);
-  od_.add(0x1017, 0, 2, 0, true);
-  od_.add(0x1018, 0, 1, 1, false);
-  od_.add(0x1018, 1, 4, 0, false);
-  for (std::uint16_t i = 0; i < 4; ++i) {
-    for (const int first : {0x1400, 0x1800}) {
-      const auto communication = static_cast<std::uint16_t>(first + i);
-      const std::int64_t cob = (first == 0x1400 ? 0x200 : 0x180) + 0x100 * i + node;
-      od_.add(communication, 0, 1, 2, false);
-      od_.add(communication, 1, 4, i == 0 ? cob : cob | kOff, true);
-      od_.add(communication, 2, 1, 255, true);
-      const auto mapping = static_cast<std::uint16_t>(communication + 0x200);
-      od_.add(mapping, 0, 1, i == 0 ? 1 : 0, true);
-      for (std::uint8_t sub = 1; sub <= 8; ++sub) od_.add(mapping, sub, 4, 0, true);
-      if (i == 0) od_.set(mapping, 1, first == 0x1400 ? 0x60400010 : 0x60410010);
-    }
-  }
-}
+void SimulatedDrive::build_communication_objects() { od_.add_from_sheet(0x1000, 0x1FFF, options_.node); }
 
 void SimulatedDrive::build_profile_objects() {
-  od_.add_text(0x2000, "", true);  // a label for the user
-  od_.add(0x6007, 0, 2, 1, true, false, true);
-  od_.limit(0x6007, 0, 0, 3);
-  od_.add(0x603F, 0, 2, 0, false, true);
-  od_.add(0x6040, 0, 2, 0, true, true);
-  od_.add(0x6041, 0, 2, 0, false, true);
-  od_.add(0x605A, 0, 2, 2, true, false, true);
-  od_.add(0x605E, 0, 2, 2, true, false, true);
-  od_.add(0x6060, 0, 1, 0, true, true, true);
-  od_.add(0x6061, 0, 1, 0, false, true, true);
-  od_.add(0x6064, 0, 4, 0, false, true, true);
-  od_.add(0x6066, 0, 2, 10, true);
-  od_.add(0x606C, 0, 4, 0, false, true, true);
-  od_.add(0x6071, 0, 2, 0, true, true, true);
-  od_.add(0x6072, 0, 2, std::llround(1e3 * options_.motor.peak_share), true, true);
-  od_.add(0x6076, 0, 4, std::llround(1e3 * options_.motor.rated_torque_Nm), false);
-  od_.add(0x6077, 0, 2, 0, false, true, true);
-  od_.add(0x607A, 0, 4, 0, true, true, true);
-  od_.add(0x60B2, 0, 2, 0, true, true, true);
-  od_.add(0x60C2, 0, 1, 2, false);
-  od_.add(0x60C2, 1, 1, 1, true);
-  od_.add(0x60C2, 2, 1, -3, true, false, true);
-  od_.limit(0x60C2, 2, -6, 0);
-  od_.add(0x60FF, 0, 4, 0, true, true, true);
-  od_.add(0x6502, 0, 4, 0x380, false);  // cyclic synchronous position, velocity, torque
+  od_.add_from_sheet(0x2000, 0xFFFF, options_.node);
+  od_.set(0x6072, 0, std::llround(1e3 * options_.motor.peak_share));
+  od_.set(0x6076, 0, std::llround(1e3 * options_.motor.rated_torque_Nm));
 }
 
 // Filters for this drive's frames: a bus carries many times more, which the controller can reject.

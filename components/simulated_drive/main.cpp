@@ -2,14 +2,16 @@
 
 #include <algorithm>
 #include <iostream>
+#include <optional>
+#include <utility>
 
 #include "common/can/user_bus.hpp"
 #include "common/core/thread_place.hpp"
 #include "common/runtime/process.hpp"
 #include "common/simulation/user_bus_hub.hpp"
 #include "components/simulated_drive/config.hpp"
-#include "components/simulated_drive/eds.hpp"
 #include "components/simulated_drive/faults.hpp"
+#include "components/simulated_drive/motion_record.hpp"
 
 namespace {
 
@@ -19,6 +21,7 @@ struct Options {
   std::string bus;
   std::vector<int> nodes;
   std::vector<std::string> faults;
+  std::filesystem::path record;
   simulation::FaultRule bus_fault;
   double delay_ms = 0.0, jitter_ms = 0.0;
   bool serve_only = false, eds = false;
@@ -28,6 +31,9 @@ void add_options(runtime::Command app, Options& o) {
   app.option("--bus", o.bus, "can0 or another SocketCAN interface, or user:NAME; instead of the file's");
   app.option("--nodes", o.nodes, "only these of the file's node ids").separated_by(',');
   app.option("--fault", o.faults, "KIND@SECONDS[:NODE]: a fault that begins then; may be given again");
+  app.option("--record", o.record,
+             "append each drive's torque and motion to this file of comma-separated values: CLOCK_MONOTONIC "
+             "(ns), node, power state, torque at the joint (N·m), angle (rad), speed (rad/s)");
   app.option("--drop", o.bus_fault.drop, "share of frames that the bus loses (userspace bus only)")
       .between(0.0, 1.0);
   app.option("--duplicate", o.bus_fault.duplicate,
@@ -65,9 +71,34 @@ std::vector<std::unique_ptr<simulated_drive::SimulatedDrive>> make_drives(
   return drives;
 }
 
+// The record that --record asks for.
+class Record {
+ public:
+  explicit Record(const std::filesystem::path& path) {
+    if (path.empty()) return;
+    auto file = simulated_drive::MotionRecord::open(path);
+    if (!file) throw core::MissingError(file.status().message());
+    file_ = std::move(file).value();
+  }
+  void note(const std::vector<std::unique_ptr<simulated_drive::SimulatedDrive>>& drives,
+            core::Nanoseconds now_ns) {
+    if (!file_) return;
+    for (std::size_t i = 0; i < drives.size(); ++i) file_->note(i, *drives[i], now_ns);
+    if (now_ns - flushed_ns_ < kFlushPeriod_ns) return;
+    flushed_ns_ = now_ns;
+    if (!file_->flush() && !std::exchange(lost_, true)) spdlog::warn("--record: rows are lost");
+  }
+
+ private:
+  static constexpr core::Nanoseconds kFlushPeriod_ns = 100 * core::kNsPerMillisecond;
+  std::optional<simulated_drive::MotionRecord> file_;
+  core::Nanoseconds flushed_ns_ = 0;
+  bool lost_ = false;
+};
+
 int run(const runtime::ProcessOptions& options, Options o) {
   if (o.eds) {
-    std::cout << simulated_drive::eds_text({});
+    std::cout << simulated_drive::kDataSheet << '\n';
     return runtime::kExitDone;
   }
   simulated_drive::Config config = simulated_drive::load_config(options.config);
@@ -76,15 +107,13 @@ int run(const runtime::ProcessOptions& options, Options o) {
   o.bus_fault.jitter_ns = core::from_seconds(o.jitter_ms * 1e-3);
   std::vector<simulated_drive::TimedFault> faults;
   for (const std::string& text : o.faults) faults.push_back(simulated_drive::parse_fault(text));
-  if (options.check) {
-    std::cout << "configuration is valid\n";
-    return runtime::kExitDone;
-  }
+  if (options.check) return runtime::configuration_is_valid();
   const auto hub = serve(config.bus, config, o);
   if (hub) spdlog::info("serving {}", config.bus);
   while (o.serve_only && runtime::sleep_unless_stopped(1.0)) {
   }
   if (o.serve_only) return runtime::kExitDone;
+  Record record(o.record);
   auto drives = make_drives(config, o);
   spdlog::info("{} drives on {}", drives.size(), config.bus);
   if (const std::string refused = core::take_place(core::ThreadRole::kDrives, core::kServoPriority);
@@ -94,6 +123,7 @@ int run(const runtime::ProcessOptions& options, Options o) {
   while (!runtime::stop_requested()) {
     const core::Nanoseconds now_ns = core::monotonic_ns();
     for (std::size_t i = 0; i < drives.size(); ++i) drives[i]->step(now_ns);
+    record.note(drives, now_ns);
     for (auto& fault : faults) {
       if (fault.done || core::seconds(now_ns - start_ns) < fault.at_s) continue;
       fault.done = true;

@@ -20,6 +20,9 @@ enum AbortCode : std::uint32_t {
   kAbortState = 0x08000022,
 };
 
+/// The drive's electronic data sheet (CiA 306), simulated_drive.eds: declares every object of its dictionary.
+extern const char* const kDataSheet;
+
 /// Object dictionary of one device: every value with its size, access rights and limits.
 class ObjectDictionary {
  public:
@@ -32,10 +35,9 @@ class ObjectDictionary {
     bool is_signed = false;
   };
 
-  void add(std::uint16_t index, std::uint8_t sub, std::size_t size, std::int64_t value, bool writable,
-           bool mappable = false, bool is_signed = false);
-  void add_text(std::uint16_t index, const std::string& text, bool writable);
-  void limit(std::uint16_t index, std::uint8_t sub, std::int64_t least, std::int64_t most);
+  /// Creates the objects of the data sheet with an index from `first` to `last`, with their default values
+  /// for `node`.
+  void add_from_sheet(std::uint16_t first, std::uint16_t last, int node);
 
   const Object* find(std::uint16_t index, std::uint8_t sub) const;
   AbortCode missing(std::uint16_t index) const;

@@ -16,6 +16,7 @@ SimulatedDrive::SimulatedDrive(const DriveOptions& options, std::unique_ptr<can:
       bus_(std::move(bus)),
       sdo_(od_, [this](auto index, auto sub, const auto& bytes) { return write_object(index, sub, bytes); }),
       loops_(options.motor) {
+  misbehaviour.ignore_max_speed = !options.keeps_max_speed;
   build_communication_objects();
   build_profile_objects();
 }
@@ -32,7 +33,8 @@ void SimulatedDrive::boot() {
   nmt_ = Nmt::kPreOperational;
   sdo_.forget();
   for (auto& latch : latched_) latch.clear();
-  master_heard_ns_ = -1;
+  rpdo_ns_ = {};
+  master_heartbeat_ns_ = -1;
   build_communication_objects();
   listen_to_own();
   booted_ = true;
@@ -48,14 +50,10 @@ void SimulatedDrive::power_cycle() {
 }
 
 void SimulatedDrive::warn(std::uint16_t code) {
-  const std::vector<std::uint8_t> bytes{static_cast<std::uint8_t>(code),
-                                        static_cast<std::uint8_t>(code >> 8),
-                                        static_cast<std::uint8_t>(code != 0 ? 1 : 0),
-                                        0,
-                                        0,
-                                        0,
-                                        0,
-                                        0};
+  std::vector<std::uint8_t> bytes(8);
+  bytes[0] = static_cast<std::uint8_t>(code);
+  bytes[1] = static_cast<std::uint8_t>(code >> 8);
+  bytes[2] = code != 0 ? 1 : 0;
   if (nmt_ != Nmt::kStopped) send(0x80U + static_cast<std::uint32_t>(options_.node), bytes);
 }
 
@@ -80,7 +78,7 @@ void SimulatedDrive::take(const can::CanFrame& frame) {
     return take_nmt(frame.data[0]);
   const std::int64_t consumer = od_.value(0x1016, 1);
   if (frame.id == 0x700U + (consumer >> 16 & 0x7F) && frame.length == 1) {
-    master_heard_ns_ = now_ns_;
+    master_heartbeat_ns_ = now_ns_;
     return;
   }
   if (nmt_ == Nmt::kStopped) return;
@@ -99,6 +97,7 @@ void SimulatedDrive::take(const can::CanFrame& frame) {
       warn(0x8210);  // PDO not processed due to length error
       continue;
     }
+    rpdo_ns_[i] = now_ns_;
     latched_[i].assign(frame.data.begin(), frame.data.begin() + static_cast<long>(due));
     if (rpdo.transmission > 240) take_rpdo(rpdo, frame);
   }
@@ -128,10 +127,14 @@ void SimulatedDrive::take_nmt(std::uint8_t command) {
   }
 }
 
-// Applies the abort connection option code, because nobody commands the drive any more.
 void SimulatedDrive::leave_operational() {
-  if (nmt_ != Nmt::kOperational) return;
+  if (nmt_ == Nmt::kOperational) abort_connection();
+}
+
+// Applies the abort connection option code, because nobody commands the drive any more.
+void SimulatedDrive::abort_connection() {
   for (auto& latch : latched_) latch.clear();
+  rpdo_ns_ = {};
   const std::int64_t option = od_.value(0x6007);
   if (option == 1) trip(0x8130);
   if (state_ != Power::kEnabled) return;
@@ -191,24 +194,9 @@ void SimulatedDrive::send_tpdo(std::uint16_t communication) {
 // ---- the power state machine (CiA 402)
 
 std::uint16_t SimulatedDrive::statusword() const {
-  constexpr std::uint16_t kRemote = 0x0200, kVoltage = 0x0010, kFollows = 0x1000;
-  switch (state_) {
-    case Power::kSwitchOnDisabled:
-      return kRemote | kVoltage | 0x40;
-    case Power::kReady:
-      return kRemote | kVoltage | 0x21;
-    case Power::kSwitchedOn:
-      return kRemote | kVoltage | 0x23;
-    case Power::kEnabled:
-      return kRemote | kVoltage | kFollows | 0x27;
-    case Power::kQuickStop:
-      return kRemote | kVoltage | 0x07;
-    case Power::kFaultReaction:
-      return kRemote | kVoltage | 0x0F;
-    case Power::kFault:
-      break;
-  }
-  return kRemote | kVoltage | 0x08;
+  constexpr std::uint16_t kRemoteAndVoltage = 0x0210, kFollows = 0x1000;
+  constexpr std::array<std::uint16_t, 7> kOfState{0x40, 0x21, 0x23, kFollows | 0x27, 0x07, 0x0F, 0x08};
+  return static_cast<std::uint16_t>(kRemoteAndVoltage | kOfState.at(static_cast<std::size_t>(state_)));
 }
 
 // Makes one transition per controlword, as in the figure of the state machine.
@@ -217,7 +205,7 @@ void SimulatedDrive::obey_controlword() {
   const bool reset_edge = (word & 0x80) != 0 && (last_controlword_ & 0x80) == 0;
   last_controlword_ = word;
   if (state_ == Power::kFault) {
-    if (!reset_edge) return;
+    if (!reset_edge || misbehaviour.refuse_reset) return;
     state_ = Power::kSwitchOnDisabled;
     od_.set(0x603F, 0, 0);
     od_.set(0x1001, 0, 0);
@@ -257,18 +245,26 @@ void SimulatedDrive::leave_enabled(std::int64_t option) {
 void SimulatedDrive::watch() {
   const std::int64_t consumer = od_.value(0x1016, 1);
   const core::Nanoseconds longest_ns = (consumer & 0xFFFF) * core::kNsPerMillisecond;
-  if (longest_ns > 0 && master_heard_ns_ >= 0 && now_ns_ - master_heard_ns_ > longest_ns) {
-    master_heard_ns_ = -1;
+  if (longest_ns > 0 && master_heartbeat_ns_ >= 0 && now_ns_ - master_heartbeat_ns_ > longest_ns) {
+    master_heartbeat_ns_ = -1;
     warn(0x8130);
     leave_operational();
     if (nmt_ == Nmt::kOperational) nmt_ = Nmt::kPreOperational;
+  }
+  for (std::uint16_t i = 0; i < 4; ++i) {  // the event timers of RPDOs: deadline monitoring of CiA 301
+    const std::int64_t most_ns =
+        od_.value(static_cast<std::uint16_t>(0x1400 + i), 5) * core::kNsPerMillisecond;
+    if (most_ns == 0 || rpdo_ns_[i] == 0 || now_ns_ - rpdo_ns_[i] <= most_ns) continue;
+    warn(0x8250);
+    abort_connection();
+    od_.set(0x6040, 0, 0x02);  // quick stop; the old word would enable again what has just stopped
   }
   const std::int64_t producer_ns = od_.value(0x1017) * core::kNsPerMillisecond;
   if (producer_ns > 0 && now_ns_ - heartbeat_ns_ >= producer_ns) {
     const bool far_behind = now_ns_ - heartbeat_ns_ > 2 * producer_ns;
     heartbeat_ns_ = far_behind ? now_ns_ : heartbeat_ns_ + producer_ns;
-    const std::uint8_t told = nmt_ == Nmt::kOperational ? 5 : nmt_ == Nmt::kStopped ? 4 : 127;
-    if (!misbehaviour.mute_heartbeat) send(0x700U + static_cast<std::uint32_t>(options_.node), {told});
+    const std::uint8_t state = nmt_ == Nmt::kOperational ? 5 : nmt_ == Nmt::kStopped ? 4 : 127;
+    if (!misbehaviour.mute_heartbeat) send(0x700U + static_cast<std::uint32_t>(options_.node), {state});
   }
 }
 

@@ -18,7 +18,7 @@ struct DriveOptions {
   MotorParameters motor;
   double following_window_rad = 0.2;  ///< position error, at the joint, above which the drive goes into fault
   double quick_stop_rad_s2 = 20.0;    ///< deceleration at the joint
-  std::string device_name = "Phantom simulated drive";
+  bool keeps_max_speed = true;        ///< object 0x6080 limits it in torque mode
 };
 
 /// Faults that can be injected into a drive.
@@ -30,7 +30,9 @@ struct Misbehaviour {
   std::int8_t shown_mode = 0;      ///< displayed mode of operation, if not the true one; 0: the true one
   std::uint8_t cut_pdo_bytes = 0;  ///< number of bytes by which its PDOs are too short
   bool refuse_enable = false;
-  bool refuse_sdo = false;  ///< every write is refused
+  bool refuse_reset = false;      ///< its fault lasts
+  bool refuse_sdo = false;        ///< every write is refused
+  bool ignore_max_speed = false;  ///< as a drive that has no object 0x6080
 };
 
 /// Simulates a CiA 402 servo drive as seen from the bus: CiA 301 services, the power state machine, cyclic
@@ -85,6 +87,7 @@ class SimulatedDrive {
   void send_tpdo(std::uint16_t communication);
   void send(std::uint32_t cob, const std::vector<std::uint8_t>& bytes);
   void leave_operational();
+  void abort_connection();
   void obey_controlword();
   void leave_enabled(std::int64_t option);
   void watch();
@@ -102,10 +105,12 @@ class SimulatedDrive {
   Power state_ = Power::kSwitchOnDisabled;
   Nmt nmt_ = Nmt::kPreOperational;
   bool booted_ = false;
-  core::Nanoseconds now_ns_ = 0, moved_ns_ = 0, heartbeat_ns_ = 0, master_heard_ns_ = -1, off_track_ns_ = -1;
+  core::Nanoseconds now_ns_ = 0, moved_ns_ = 0, heartbeat_ns_ = 0, master_heartbeat_ns_ = -1,
+                    off_track_ns_ = -1;
   std::uint16_t last_controlword_ = 0;
   std::array<std::vector<std::uint8_t>, 4> latched_;  // RPDOs waiting for the next SYNC
   std::array<int, 4> syncs_{};                        // SYNCs since each TPDO was sent
+  std::array<core::Nanoseconds, 4> rpdo_ns_{};        // when each RPDO came last; 0: its timer does not run
   double demand_counts_ = 0.0,
          demand_speed_ = 0.0;  // interpolated position; velocity that is ramped down
   double torque_mille_ = 0.0;

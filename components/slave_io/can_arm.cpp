@@ -6,6 +6,7 @@ CanArm::CanArm(const ArmModel& model, const Config& config, std::vector<std::uni
     : model_(model),
       axes_(config.can.value().group.axes),
       feed_forward_(config.gravity_feed_forward),
+      held_(config.held),
       drives_(config.can->group, config.align_tolerance, std::move(buses)) {
   for (std::size_t j = 0; j < axes_.size(); ++j) {
     const auto& gains = config.gains[j];
@@ -30,12 +31,14 @@ void CanArm::move(const ArmDemand& demand, double, core::Nanoseconds now_ns) noe
   can::DriveCommand command{.enable = demand.outputs.power && !demand.stop,
                             .quick_stop = demand.stop,
                             .reset = demand.reset,
+                            .hasten = demand.outputs.loop.late,
                             .position = demand.outputs.reference};
   for (std::size_t j = 0; j < axes_.size(); ++j) {
     const bool by_torque = axes_[j].mode == can::DriveMode::kTorque;
     command.torque[j] = by_torque ? demand.outputs.torque.drive_Nm[j] : sense_.gravity_Nm[j];
+    const double share = demand.outputs.loop.share_within(held_[j].longest_s);
     command.velocity[j] = demand.outputs.reference_velocity[j] +
-                          velocity_per_error_[j] * (demand.outputs.reference[j] - sense_.position[j]);
+                          share * velocity_per_error_[j] * (demand.outputs.reference[j] - sense_.position[j]);
   }
   drives_.step(command, now_ns);
 }

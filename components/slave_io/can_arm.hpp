@@ -28,6 +28,7 @@ class CanArm final : public ArmDriver {
   const ArmModel& model_;
   std::vector<can::AxisConfig> axes_;
   bool feed_forward_;
+  std::array<teleop::HeldTorque, core::kMaxJoints> held_;
   core::JointArray velocity_per_error_{};
   can::ArmDrives drives_;
   ArmSense sense_;

@@ -1,5 +1,7 @@
 #include "components/slave_io/config.hpp"
 
+#include <algorithm>
+
 #include "common/robot/joint_values.hpp"
 #include "common/runtime/drives_config.hpp"
 #include "common/runtime/servo_check.hpp"
@@ -80,14 +82,26 @@ void read_can(const Fields& section, const robot::SerialArm& arm, Config& config
 constexpr double kDelayOnCan_periods = 2.5;
 constexpr double kDelaySimulated_periods = 0.5;
 
+// Sets what the joints bear while the loop is held up; simulated ones wait for it. A tick that is late by
+// half a period costs nothing.
+void set_held(const robot::SerialArm& arm, Config& config) {
+  if (config.driver != Driver::kCan) return;
+  for (std::size_t j = 0; j < arm.joint_count(); ++j) {
+    if (config.can->group.axes[j].mode == can::DriveMode::kPosition) continue;
+    config.held[j] = teleop::held_torque(config.gains[j], config.plant.joints[j].inertia,
+                                         arm.joints()[j].max_speed, kDelayOnCan_periods);
+    config.held[j].longest_s = std::max(config.held[j].longest_s, teleop::kPunctual * config.period_s);
+  }
+}
+
 // Checks that the position loops computed here are stable with the delay at their rate.
 void check_loops(const Fields& servo, const robot::SerialArm& arm, const Config& config) {
   const bool on_can = config.driver == Driver::kCan;
   const double delay_periods = on_can ? kDelayOnCan_periods : kDelaySimulated_periods;
   for (std::size_t j = 0; j < arm.joint_count(); ++j) {
     if (on_can && config.can->group.axes[j].mode != can::DriveMode::kTorque) continue;
-    const std::string why = runtime::why_it_swings(config.gains[j], config.plant.joints[j].inertia,
-                                                   config.period_s, delay_periods);
+    const std::string why = runtime::oscillation_reason(config.gains[j], config.plant.joints[j].inertia,
+                                                        config.period_s, delay_periods);
     if (why.empty()) continue;
     const std::string& name = arm.joints()[j].name;
     const bool own = servo.section("joints").has(name);
@@ -105,6 +119,7 @@ Config load_config(const std::filesystem::path& path, const robot::SerialArm& ar
   config.period_s = runtime::read_servo_loop(file, config.scheduling, config.measure_bare_loop);
   file.flag("force_sensor", config.force_sensor);
   runtime::read_link(file.section("link"), config.link);
+  runtime::read_loop_guard(file.section("loop"), config.period_s, config.loop);
   read_plant(file.section("plant"), arm, home, config.plant);
   const Fields servo = file.section("servo");
   read_servo(servo, arm, config);
@@ -113,6 +128,7 @@ Config load_config(const std::filesystem::path& path, const robot::SerialArm& ar
     read_contact(file.section("contact"), config);
   if (config.driver == Driver::kCan || file.has("can")) read_can(file.section("can"), arm, config);
   check_loops(servo, arm, config);
+  set_held(arm, config);
   file.finish();
   return config;
 }

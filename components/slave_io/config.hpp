@@ -33,6 +33,8 @@ struct Config {
   bool measure_bare_loop = false;
   teleop::LinkTiming link;
   std::array<teleop::JointServoGains, core::kMaxJoints> gains{};
+  std::array<teleop::HeldTorque, core::kMaxJoints> held{};  ///< of joints whose loop is closed here, on CAN
+  teleop::LoopGuardParameters loop;
   bool gravity_feed_forward = false;
   bool force_sensor = false;  ///< the arm measures the external forces on it (F_e, laws c and e)
   core::JointArray align_tolerance{}, align_speed{}, align_range{};  ///< rad, rad/s, rad; or m, m/s, m

@@ -2,11 +2,11 @@
 
 #include <spdlog/spdlog.h>
 
-#include "common/dds/operator_responder.hpp"
 #include "common/dds/participant.hpp"
-#include "common/dds/stamp.hpp"
-#include "common/dds/status_reporter.hpp"
 #include "common/messages/checked_reader.hpp"
+#include "common/messages/operator_responder.hpp"
+#include "common/messages/publisher.hpp"
+#include "common/messages/status_reporter.hpp"
 #include "common/messages/teleoperation_codec.hpp"
 
 namespace phantom::slave_io {
@@ -14,10 +14,7 @@ namespace phantom::slave_io {
 struct DdsAdapter::Impl {
   Impl(const core::NetworkOptions& network, const messages::ArmBounds& arm, Inbox& inbox)
       : participant("slave_io", network),
-        stamper(participant),
-        own_stamper(participant),
         status(participant),
-        own_commands(participant, dds::kOperatorCommand),
         slave(participant, dds::kSlaveState),
         master(participant, dds::kMasterState, arm,
                [this, &inbox](const messages::MasterState& state, core::Nanoseconds received_ns) {
@@ -26,12 +23,10 @@ struct DdsAdapter::Impl {
         responder(participant, core::Side::kSlave, inbox.stops) {}
 
   dds::Participant participant;
-  dds::Stamper stamper, own_stamper;
-  dds::StatusReporter status;
-  dds::Writer<msg::OperatorCommand> own_commands;
-  dds::Writer<msg::SlaveState> slave;
+  messages::StatusReporter status;
+  messages::Publisher<messages::SlaveState> slave;
   messages::CheckedReader<msg::MasterState> master;
-  dds::OperatorResponder responder;
+  messages::OperatorResponder responder;
 };
 
 DdsAdapter::DdsAdapter(const core::NetworkOptions& network, const messages::ArmBounds& arm, Inbox& inbox)
@@ -39,19 +34,13 @@ DdsAdapter::DdsAdapter(const core::NetworkOptions& network, const messages::ArmB
 DdsAdapter::~DdsAdapter() = default;
 
 void DdsAdapter::publish(const SlaveReport& report) {
-  msg::SlaveState sample = messages::to_idl(report);
-  sample.stamp(impl_->stamper.next());
-  impl_->slave.write(sample);
+  impl_->slave.publish(report);
   impl_->responder.on_report(report.stop_requests, report.outputs.stop.id != 0);
 }
 
 void DdsAdapter::announce_stop(const std::string& issuer) {
   spdlog::warn("emergency stop by {}", issuer);
-  msg::OperatorCommand sample;
-  sample.kind(msg::COMMAND_EMERGENCY_STOP);
-  sample.issuer(issuer);
-  sample.stamp(impl_->own_stamper.next());
-  impl_->own_commands.write(sample);
+  impl_->responder.announce({.kind = core::CommandKind::kEmergencyStop, .issuer = issuer});
 }
 
 void DdsAdapter::publish_health(const core::Health& health) {

@@ -1,8 +1,8 @@
 #include <iostream>
 #include <optional>
 
-#include "common/dds/operator_command_line.hpp"
 #include "common/dds/participant.hpp"
+#include "common/messages/operator_command_line.hpp"
 #include "common/runtime/cell_bodies.hpp"
 #include "common/runtime/deployment.hpp"
 #include "common/runtime/operator_options.hpp"
@@ -39,7 +39,7 @@ int main(int argc, char** argv) {
     if (command.given()) {
       starting.emplace(runtime::kExitFailed);  // a command that is interrupted has failed
       return static_cast<int>(runtime::exit_code(
-          dds::run_operator_request(deployment.network, "slave_io command", request, std::cout)));
+          messages::run_operator_request(deployment.network, "slave_io command", request, std::cout)));
     }
     const auto cell = runtime::load_cell(deployment.cell);
     const auto model = slave_io::load_arm(cell, runtime::arm_name(options.config));
@@ -51,8 +51,7 @@ int main(int argc, char** argv) {
     dds::check_qos_profiles(deployment.network.qos_profiles);
     if (options.check) {
       if (simulated) runtime::load_real_bodies(cell);
-      std::cout << "configuration is valid\n";
-      return static_cast<int>(runtime::kExitDone);
+      return runtime::configuration_is_valid();
     }
     starting.reset();
     return slave_io::run_session(cell, model, config, deployment.network, runtime::state_path(options),

@@ -11,12 +11,15 @@ Servo::Servo(const ArmModel& model, const Config& config, ArmDriver& arm, Inbox&
       period_s_(config.period_s),
       controller_(model.arm, config, model.home, teleop::StopLatch(seed, stops.read())),
       arm_(arm),
+      loop_guard_(config.loop),
       stops_(inbox.stops, stops) {}
 
 void Servo::tick(double dt_s, core::Nanoseconds now_ns) noexcept {
   SlaveReport report;
   inbox_.master.read(inputs_.master);
   teleop::age_partner(inputs_, inputs_.master, now_ns);
+  // An arm whose time is the loop's waits for it.
+  if (!arm_.makes_up_periods()) inputs_.loop = loop_guard_.tick(now_ns);
   report.stop_requests = stops_.begin(inputs_, runtime::emergency_stop_signals());
   const auto steps = teleop::steps_of_tick(dt_s, period_s_, arm_.makes_up_periods());
   bool known = false;

@@ -32,6 +32,7 @@ class Servo {
   SlaveInputs inputs_;
   SlaveIo controller_;
   ArmDriver& arm_;
+  teleop::LoopGuard loop_guard_;
   teleop::StopExchange stops_;
 };
 

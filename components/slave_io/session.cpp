@@ -74,12 +74,13 @@ void write_report(const std::filesystem::path& file, const std::vector<core::Loo
 std::vector<core::LoopStatistics> run_servo(const ArmModel& model, const Config& config, ArmDriver& arm,
                                             Inbox& inbox, runtime::StopFile& stops, DdsAdapter& adapter) {
   Servo servo(model, config, arm, inbox, core::random_number(), stops);
-  runtime::ServoTold<SlaveReport> told;
-  told.health = [&model](const SlaveReport& now, std::vector<core::LoopStatistics> loops) -> core::Health {
+  runtime::ServoCallbacks<SlaveReport> callbacks;
+  callbacks.health = [&model](const SlaveReport& now,
+                              std::vector<core::LoopStatistics> loops) -> core::Health {
     return {component_state(now.outputs.state), sentence(now.outputs, model.arm), std::move(loops), {}};
   };
   return runtime::run_servo_session({config.period_s, config.scheduling, config.measure_bare_loop}, servo,
-                                    arm, stops, adapter, runtime::LinkAnnouncer("THE MASTER"), told);
+                                    arm, stops, adapter, runtime::LinkLogger("THE MASTER"), callbacks);
 }
 
 // Returns null if the process has to end meanwhile.

@@ -35,7 +35,7 @@ SlaveIo::SlaveIo(const robot::SerialArm& arm, const Config& config, const core::
       align_speed_(config.align_speed),
       align_range_(config.align_range),
       link_(config.link, latch),
-      servo_(arm.joint_count(), config.gains),
+      servo_(arm.joint_count(), config.gains, config.held),
       limiter_(arm.joint_count(), lower_, upper_) {
   limiter_.reset(start_q);
 }
@@ -49,7 +49,7 @@ SlaveOutputs SlaveIo::step(const SlaveInputs& in, double dt_s) noexcept {
   out.reference_velocity = lead_reference(in, out.far_joint < 0, dt_s);
   out.reference = limiter_.reference();
   out.torque = servo_.step(out.reference, out.reference_velocity, in.position, in.velocity,
-                           gravity_feed_forward_ ? in.gravity_Nm : core::JointArray{});
+                           gravity_feed_forward_ ? in.gravity_Nm : core::JointArray{}, in.loop);
   limit_speed(in.velocity, out.torque.drive_Nm);
   return out;
 }

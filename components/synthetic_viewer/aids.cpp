@@ -38,17 +38,9 @@ Colour closeness_colour(double closeness) {
 }
 
 Colour motion_colour(MotionClass motion) {
-  switch (motion) {
-    case MotionClass::kSafe:
-      return {0.06F, 0.55F, 0.16F};
-    case MotionClass::kNeutral:
-      return {0.90F, 0.52F, 0.03F};
-    case MotionClass::kDangerous:
-      return {0.90F, 0.06F, 0.05F};
-    case MotionClass::kNone:
-      break;
-  }
-  return {0.45F, 0.47F, 0.50F};
+  constexpr std::array<Colour, 4> kColours{
+      {{0.45F, 0.47F, 0.50F}, {0.06F, 0.55F, 0.16F}, {0.90F, 0.52F, 0.03F}, {0.90F, 0.06F, 0.05F}}};
+  return kColours.at(static_cast<std::size_t>(motion));
 }
 
 void add_arrows(Frame& frame, const Aids& aids) {

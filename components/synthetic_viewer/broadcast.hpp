@@ -41,6 +41,12 @@ class Broadcast {
     return content_;
   }
 
+  /// Returns a copy of the newest value; T() if there is none.
+  T newest_or_default() const {
+    const Content content = newest();
+    return content ? *content : T();
+  }
+
   /// Discards the content, so that a new follower does not get an old value.
   void clear() {
     const std::lock_guard lock(mutex_);

@@ -28,6 +28,11 @@ Eigen::Matrix4d projection_matrix(const Camera& camera, double aspect) {
   return projection;
 }
 
+Eigen::Vector3d corner_of(const Eigen::Vector3d& min_m, const Eigen::Vector3d& max_m, int number) {
+  return {(number & 1 ? max_m : min_m).x(), (number & 2 ? max_m : min_m).y(),
+          (number & 4 ? max_m : min_m).z()};
+}
+
 Camera frame_box(const Eigen::Vector3d& min_m, const Eigen::Vector3d& max_m, double azimuth_rad,
                  double elevation_rad, double vertical_fov_rad, double aspect, double margin) {
   Camera camera;
@@ -38,9 +43,8 @@ Camera frame_box(const Eigen::Vector3d& min_m, const Eigen::Vector3d& max_m, dou
   const double tan_y = std::tan(vertical_fov_rad / 2) / margin, tan_x = tan_y * aspect;
   double distance_m = 0, reach_m = 0;
   for (int corner = 0; corner < 8; ++corner) {
-    const Eigen::Vector3d p((corner & 1 ? max_m : min_m).x(), (corner & 2 ? max_m : min_m).y(),
-                            (corner & 4 ? max_m : min_m).z());
-    const Eigen::Vector3d c = rows * (p - camera.target_m);  // c.z: towards the camera
+    const Eigen::Vector3d c =  // c.z: towards the camera
+        rows * (corner_of(min_m, max_m, corner) - camera.target_m);
     distance_m = std::max({distance_m, c.z() + std::abs(c.x()) / tan_x, c.z() + std::abs(c.y()) / tan_y});
     reach_m = std::max(reach_m, c.norm());
   }

@@ -20,6 +20,9 @@ Eigen::Matrix4d view_matrix(const Camera& camera);
 /// Returns the OpenGL perspective matrix (camera → clip). `aspect` = width ÷ height.
 Eigen::Matrix4d projection_matrix(const Camera& camera, double aspect);
 
+/// Returns one of the eight corners of a box.
+Eigen::Vector3d corner_of(const Eigen::Vector3d& min_m, const Eigen::Vector3d& max_m, int number);
+
 /// Returns a camera that looks at the middle of a box of W from a direction (azimuth from x towards y,
 /// elevation above the floor). It is as close as possible with all eight corners in the picture and a border
 /// of `margin` (1 = none).

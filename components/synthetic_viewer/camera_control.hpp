@@ -2,9 +2,11 @@
 
 #include <array>
 #include <cstddef>
+#include <opencv2/core/types.hpp>
 #include <optional>
 #include <string>
 
+#include "common/percept/view_node.hpp"
 #include "components/synthetic_viewer/camera.hpp"
 #include "components/synthetic_viewer/ray_scene.hpp"
 
@@ -49,7 +51,7 @@ class CameraControl {
 };
 
 /// A camera position with a free view, and what blocked the wanted one.
-struct SettledCamera {
+struct UnobstructedCamera {
   Camera camera;
   std::optional<RayScene::BodyName> blocked_by;  ///< the body at the wanted position; none if that was free
   double wanted_m = 0.0, distance_m = 0.0;       ///< distances from the looked-at point
@@ -57,6 +59,18 @@ struct SettledCamera {
 
 /// Moves a camera that is inside a body, or too close to a surface to see past it, along its line of sight to
 /// the nearest free distance. If there is none, the camera stays. Pure.
-SettledCamera settled(const Camera& camera, const RayScene& bodies);
+UnobstructedCamera unobstructed(const Camera& camera, const RayScene& bodies);
+
+/// Returns the request for a pointer drag: a drag over the picture's whole height turns the view by half a
+/// turn.
+ViewRequest drag_request(View view, double dx_px, double dy_px, double height_px);
+/// Returns the request for turning the wheel. Positive notches, away from the user, bring the view closer.
+ViewRequest wheel_request(View view, double notches);
+/// Returns the look-from node for a key: 'N' 'S' 'E' 'W' 'T' 'B', '1' to '8', 'A' automatic. Upper case.
+std::optional<percept::ViewNode> node_of_key(char key);
+
+/// Returns the rectangle of a view in a window, in the window's coordinates (y down). The main view fills the
+/// window as far as its shape (width ÷ height) allows; the others overlap its right edge, a third as wide.
+cv::Rect2d place_in_window(View view, double width, double height, double aspect);
 
 }  // namespace phantom::synthetic_viewer

@@ -1,6 +1,7 @@
 #include "components/synthetic_viewer/cell_scene.hpp"
 
 #include <algorithm>
+#include <set>
 
 #include "components/synthetic_viewer/aids.hpp"
 
@@ -22,11 +23,22 @@ void add_box_outline(Frame& frame, const Eigen::Vector3f& low, const Eigen::Vect
 }  // namespace
 
 MeshBody uploaded(const geometry::TriangleMesh& mesh, Renderer& renderer) {
-  return {renderer.upload(mesh), std::make_shared<RayMesh>(mesh)};
+  return {renderer.upload(mesh), std::make_shared<RayMesh>(mesh), mesh.triangles.size(), 0};
 }
 
 LinkBody uploaded(const LinkMeshData& part, Renderer& renderer) {
   return {part.link, part.X_link_mesh, part.colour, uploaded(part.mesh, renderer), part.mesh.bounding_box()};
+}
+
+std::map<std::uint64_t, MeshBody>::iterator CellScene::oldest_unnamed(const ViewerState& state) {
+  std::set<std::uint64_t> named;
+  for (const auto& [id, object] : state.objects) named.insert(object.mesh_hash);
+  auto oldest = meshes.end();
+  for (auto mesh = meshes.begin(); mesh != meshes.end(); ++mesh) {
+    if (named.contains(mesh->first)) continue;
+    if (oldest == meshes.end() || mesh->second.order < oldest->second.order) oldest = mesh;
+  }
+  return oldest;
 }
 
 Frame CellScene::frame(const ViewerState& state, const Staleness& staleness, core::Nanoseconds now_ns) const {
@@ -63,11 +75,10 @@ std::vector<geometry::BoundingBox> CellScene::link_boxes() const {
   std::vector<geometry::BoundingBox> boxes(arm_.links().size());
   for (const LinkBody& part : links) {
     if (part.box.empty()) continue;
-    for (int corner = 0; corner < 8; ++corner) {
-      const Eigen::Vector3d p((corner & 1 ? part.box.max_m : part.box.min_m).x(),
-                              (corner & 2 ? part.box.max_m : part.box.min_m).y(),
-                              (corner & 4 ? part.box.max_m : part.box.min_m).z());
-      boxes[part.link].extend((part.X_link_mesh * p).cast<float>());
+    for (int i = 0; i < 8; ++i) {
+      const Eigen::Vector3d corner =
+          corner_of(part.box.min_m.cast<double>(), part.box.max_m.cast<double>(), i);
+      boxes[part.link].extend((part.X_link_mesh * corner).cast<float>());
     }
   }
   return boxes;
@@ -99,9 +110,7 @@ std::string CellScene::body_name(const ViewerState& state, const RayScene::BodyN
 }
 
 bool CellScene::complete(const ViewerState& state) const {
-  return !state.objects.empty() &&
-         std::all_of(state.objects.begin(), state.objects.end(),
-                     [this](const auto& object) { return meshes.count(object.second.mesh_hash) > 0; });
+  return !state.objects.empty() && missing(state).empty();
 }
 
 std::vector<std::string> CellScene::missing(const ViewerState& state) const {
@@ -114,14 +123,13 @@ std::vector<std::string> CellScene::missing(const ViewerState& state) const {
 
 std::string missing_text(const ViewerState& state, const CellScene& scene, const Staleness& staleness,
                          core::Nanoseconds now_ns) {
-  constexpr double kPatience_s = 5.0;
   if (state.arm.received_ns == 0) return "waiting for the slave";
   if (age_s(state.arm.received_ns, now_ns) > staleness.slave_s)
     return "the slave is silent: the arm is shown where it was last";
   if (state.objects.empty()) return "waiting for the cell's objects";
   const std::vector<std::string> missing = scene.missing(state);
   if (missing.empty()) return state.recording.problem.empty() ? "" : "recording: " + state.recording.problem;
-  std::string text = core::seconds(now_ns - state.first_object_ns) < kPatience_s
+  std::string text = core::seconds(now_ns - state.first_object_ns) < staleness.meshes_s
                          ? "waiting for the meshes of "
                          : "shown without what has no mesh: ";
   for (std::size_t i = 0; i < missing.size() && i < 4; ++i) text += (i == 0 ? "" : ", ") + missing[i];

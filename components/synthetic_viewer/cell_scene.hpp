@@ -18,6 +18,8 @@ namespace phantom::synthetic_viewer {
 struct MeshBody {
   MeshHandle picture = kNoMesh;
   std::shared_ptr<const RayMesh> obstacle;
+  std::size_t triangles = 0;
+  std::uint64_t order = 0;  ///< rises with each mesh that is uploaded
 };
 
 /// A mesh that moves with a link.
@@ -48,6 +50,10 @@ class CellScene {
   /// the skin's percept is fresh. It is translucent if its pose is out of date, and not drawn if no pose is
   /// known.
   Frame frame(const ViewerState& state, const Staleness& staleness, core::Nanoseconds now_ns) const;
+
+  /// Returns the mesh that was uploaded longest ago among those that no object names; the end if each is
+  /// named.
+  std::map<std::uint64_t, MeshBody>::iterator oldest_unnamed(const ViewerState& state);
 
   /// Returns the bounding boxes of the links' bodies, in the links' frames, by link; empty for a link without
   /// a body.

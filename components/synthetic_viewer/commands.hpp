@@ -8,10 +8,6 @@
 
 namespace phantom::synthetic_viewer {
 
-/// Checks a command's value against the range that the topic operator_command allows. The error message names
-/// the command, the value and what is allowed.
-core::Status check_command(const Command& command);
-
 /// Parses {"kind": "set_percept_gain", "value": 1.5} as the operator's page posts it. `value` may be omitted
 /// where a command needs none. The error message says what is wrong and what is allowed.
 core::Expected<Command> parse_command(const std::string& json);

@@ -1,7 +1,8 @@
 #include "components/synthetic_viewer/compositor.hpp"
 
+#include <fmt/format.h>
+
 #include <cmath>
-#include <cstdio>
 
 namespace phantom::synthetic_viewer {
 namespace {
@@ -11,32 +12,25 @@ constexpr double kGapUnknown_m = 0.10, kGapReach_m = 0.30;
 constexpr double kHitZone_m = 0.02;  // radius of the region that a view of a hit zone should show
 
 std::string age_text(double age_s) {
-  char text[32];
   if (!std::isfinite(age_s)) return "-";
   if (age_s < 0.01) return "< 10 ms";  // an exact number would change with every picture and say no more
-  std::snprintf(text, sizeof text, age_s < 1 ? "%.0f ms" : "%.1f s",
-                age_s < 1 ? std::floor(age_s * 100) * 10 : age_s);
-  return text;
+  return age_s < 1 ? fmt::format("{:.0f} ms", std::floor(age_s * 100) * 10) : fmt::format("{:.1f} s", age_s);
 }
 
 /// Returns "99.8 % 1.2 ms": the share of slave_state that arrives, and the haptic round trip.
 std::string link_text(const ViewerState& state) {
-  char share[32] = "-", trip[32] = "";
   const double quality = state.link_quality.share();
   // Rounded down, so that 100 % means that nothing was lost.
-  if (quality >= 0) std::snprintf(share, sizeof share, "%.1f %%", std::floor(1000 * quality) / 10);
-  if (state.master.received_ns != 0 && state.master.round_trip_s >= 0)
-    std::snprintf(trip, sizeof trip, " %.1f ms", 1e3 * state.master.round_trip_s);
-  return std::string(share) + trip;
+  const std::string share = quality < 0 ? "-" : fmt::format("{:.1f} %", std::floor(1000 * quality) / 10);
+  if (state.master.received_ns == 0 || state.master.round_trip_s < 0) return share;
+  return share + fmt::format(" {:.1f} ms", 1e3 * state.master.round_trip_s);
 }
 
 /// Returns half a voxel's diagonal as text: a surface passes anywhere through its boundary voxels, whose
 /// centres represent it.
 std::string voxel_error_text(const WorkspaceSample& workspace) {
-  if (workspace.version == 0) return "-";
-  char text[32];
-  std::snprintf(text, sizeof text, "%.1f mm", 1e3 * workspace.voxel_size_m * std::sqrt(3.0) / 2);
-  return text;
+  return workspace.version == 0 ? "-"
+                                : fmt::format("{:.1f} mm", 1e3 * workspace.voxel_size_m * std::sqrt(3.0) / 2);
 }
 
 }  // namespace
@@ -47,7 +41,7 @@ VisibleShare visible_among(const RayScene& bodies) {
     camera.eye_m = eye_m;
     camera.target_m = situation.look_at_m;
     return bodies.visible_share(situation.look_at_m, situation.pgv, kHitZone_m,
-                                settled(camera, bodies).camera.eye_m);
+                                unobstructed(camera, bodies).camera.eye_m);
   };
 }
 
@@ -104,14 +98,12 @@ Frame Compositor::frame_from(const Moment& moment, View view, const Camera& came
   Frame frame = scene_.frame(moment.state, config_.staleness, moment.now_ns);
   // The camera on the arm is meant to be close to it, so the arm does not block it.
   const RayScene& bodies = view == View::kTool ? moment.objects : moment.bodies;
-  const SettledCamera place = settled(moment.state.cameras.moved(camera, view), bodies);
+  const UnobstructedCamera place = unobstructed(moment.state.cameras.moved(camera, view), bodies);
   frame.camera = place.camera;
   if (place.blocked_by) {
-    char text[64];
-    std::snprintf(text, sizeof text, " is in the way at %.2f m: seen from %.2f m", place.wanted_m,
-                  place.distance_m);
     hud.subtitle +=
-        (hud.subtitle.empty() ? "" : " - ") + scene_.body_name(moment.state, *place.blocked_by) + text;
+        fmt::format("{}{} is in the way at {:.2f} m: seen from {:.2f} m", hud.subtitle.empty() ? "" : " - ",
+                    scene_.body_name(moment.state, *place.blocked_by), place.wanted_m, place.distance_m);
   }
   const RecordingState& recording = moment.state.recording;
   hud.recording = recording.running && recording.view == view;
@@ -140,11 +132,11 @@ Camera Compositor::hit_home(const HitView& hit) const {
 }
 
 Camera Compositor::main_camera(const Moment& moment) const {
-  return settled(moment.state.cameras.moved(main_home(), View::kMain), moment.bodies).camera;
+  return unobstructed(moment.state.cameras.moved(main_home(), View::kMain), moment.bodies).camera;
 }
 
 Camera Compositor::hit_camera(const Moment& moment, const HitView& hit) const {
-  return settled(moment.state.cameras.moved(hit_home(hit), View::kHit), moment.bodies).camera;
+  return unobstructed(moment.state.cameras.moved(hit_home(hit), View::kHit), moment.bodies).camera;
 }
 
 Compositor::Picture Compositor::main_picture(const Moment& moment, const HitView& hit) const {

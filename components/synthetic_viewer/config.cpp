@@ -1,6 +1,8 @@
 #include "components/synthetic_viewer/config.hpp"
 
 #include "common/runtime/fields.hpp"
+#include "components/synthetic_viewer/request_origin.hpp"
+#include "components/synthetic_viewer/tls_context.hpp"
 
 namespace phantom::synthetic_viewer {
 namespace {
@@ -43,20 +45,39 @@ void read_tool_view(const Fields& view, ToolViewConfig& config) {
              "must not be the place of eye_m itself");
 }
 
-void read_page(const Fields& page, PageConfig& config) {
+void read_page(const Fields& page, const std::filesystem::path& page_secrets, PageConfig& config) {
   page.flag("enabled", config.enabled);
   page.text("address", config.address);
   page.number("port", config.port);
   page.number("stream_port", config.stream_port);
   page.check(config.stream_port == 0 || config.stream_port != config.port, "stream_port",
              "must not be page.port itself: pictures must not hold up a stop");
+  page.texts("host_names", config.host_names);
+  for (const std::string& name : config.host_names) {
+    const auto parsed = parse_authority(name);
+    page.check(parse_address(name) || (parsed && parsed->port.empty()), "host_names",
+               "'" + name + "' is not a host name or an address without port, such as viewer.example");
+  }
+  const bool named = !page.text("secrets").empty();
+  if (named || !page_secrets.empty())
+    config.secrets = runtime::load_role_secrets(named ? page.path("secrets") : page_secrets);
+  const auto address = parse_address(config.address);
+  page.check(config.secrets || config.address == "localhost" || (address && address->is_loopback()),
+             "address", "is not of loopback: there, page.secrets must name who may watch and command");
+  const bool certificate = !page.text("certificate").empty(), key = !page.text("key").empty();
+  page.check(certificate || !key, "certificate",
+             "is missing; a key is for the certificate that it belongs to");
+  page.check(key || !certificate, "key", "is missing; a certificate needs the file with its private key");
+  if (certificate) config.tls = std::make_shared<TlsContext>(page.path("certificate"), page.path("key"));
   page.flag("allow_commands", config.allow_commands);
   page.number("max_streams", config.max_streams);
+  page.number("max_connections", config.max_connections);
+  page.number("max_connections_per_address", config.max_connections_per_address);
 }
 
 }  // namespace
 
-ViewerConfig load_config(const std::filesystem::path& path) {
+ViewerConfig load_config(const std::filesystem::path& path, const std::filesystem::path& page_secrets) {
   const runtime::Fields file(path, {kParameters});
   ViewerConfig config;
   using enum GraphicsPlatform;
@@ -76,7 +97,7 @@ ViewerConfig load_config(const std::filesystem::path& path) {
   stale.number("slave_s", config.staleness.slave_s);
   stale.number("percept_s", config.staleness.percept_s);
   stale.number("component_s", config.staleness.component_s);
-  read_page(file.section("page"), config.page);
+  read_page(file.section("page"), page_secrets, config.page);
   file.flag("window", config.window.wanted);
   const Fields recording = file.section("recording");
   recording.text("folder", config.recording.folder);

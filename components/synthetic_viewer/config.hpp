@@ -2,15 +2,21 @@
 
 #include <Eigen/Core>
 #include <filesystem>
+#include <memory>
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "common/core/units.hpp"
+#include "common/runtime/role_secrets.hpp"
 #include "components/synthetic_viewer/recorder.hpp"
 #include "components/synthetic_viewer/renderer.hpp"
 #include "components/synthetic_viewer/state.hpp"
 #include "components/synthetic_viewer/synthetic_viewer.hpp"
 
 namespace phantom::synthetic_viewer {
+
+class TlsContext;
 
 struct MainViewConfig {
   PictureFormat format{1280, 720, 1, true};
@@ -39,10 +45,16 @@ struct ToolViewConfig {
 struct PageConfig {
   bool enabled = true;
   std::string address = "127.0.0.1";
-  int port = 8080;             ///< 0: any free port
-  int stream_port = 0;         ///< port of pictures and events; 0: any free port
-  bool allow_commands = true;  ///< whether the page may send commands
-  int max_streams = 24;        ///< number of streams (pictures and events) at once, all pages together
+  int port = 8080;      ///< 0: any free port
+  int stream_port = 0;  ///< port of pictures and events; 0: any free port
+  /// Further host names and addresses under which the page may be asked for.
+  std::vector<std::string> host_names;
+  std::optional<runtime::RoleSecrets> secrets;  ///< none: everybody may watch and command
+  std::shared_ptr<const TlsContext> tls;        ///< none: HTTP without encryption
+  bool allow_commands = true;                   ///< whether the page may send commands
+  int max_streams = 24;      ///< number of streams (pictures and events) at once, all pages together
+  int max_connections = 64;  ///< on each port, whose request has not come yet
+  int max_connections_per_address = 32;  ///< of these, from one address
 };
 
 /// A window on this host's desktop, beside the page.
@@ -71,7 +83,7 @@ struct ViewerConfig {
 extern const char* const kParameters;  ///< the shipped synthetic_viewer.yaml, which defines the parameters
 
 /// Reads and checks a configuration. Throws core::ConfigError with file, line, key, value and what is
-/// allowed.
-ViewerConfig load_config(const std::filesystem::path& path);
+/// allowed. `page_secrets`: stands for page.secrets where that is empty; may be empty itself.
+ViewerConfig load_config(const std::filesystem::path& path, const std::filesystem::path& page_secrets = {});
 
 }  // namespace phantom::synthetic_viewer

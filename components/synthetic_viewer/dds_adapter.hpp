@@ -1,25 +1,16 @@
 #pragma once
 
 #include <memory>
-#include <optional>
 #include <string>
 
 #include "common/core/health.hpp"
 #include "common/core/network.hpp"
-#include "common/core/status.hpp"
-#include "common/dds/endpoint.hpp"
 #include "common/messages/arm_bounds.hpp"
 #include "components/synthetic_viewer/inbox.hpp"
 #include "components/synthetic_viewer/samples.hpp"
 
 namespace phantom::synthetic_viewer {
 
-// Convert a message to the viewer's own type; they return nothing if a field is not finite or out of its
-// range. The caller sets `received_ns`. Pure.
-std::optional<WorkspaceSample> convert(const msg::WorkspaceVersion& message);
-std::optional<MeshChunkSample> convert(const msg::MeshChunk& message);
-std::optional<ComponentSample> convert(const msg::ComponentStatus& message);
-std::optional<Command> convert(const msg::OperatorCommand& message);
 /// Returns the skin's percept in the form used for painting.
 SkinSample skin_of(const messages::SkinPercept& percept, core::Nanoseconds received_ns);
 

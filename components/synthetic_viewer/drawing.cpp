@@ -23,8 +23,30 @@ core::Status Drawing::take(MeshChunkSample chunk) {
   if (scene_.meshes.count(hash) > 0) return {};  // a hash stands for one content
   auto mesh = assembler_.add(std::move(chunk));
   if (!mesh) return mesh.status();
-  if (mesh->has_value()) scene_.meshes[hash] = uploaded(**mesh, renderer_);
+  if (!mesh->has_value()) return {};
+  const std::size_t triangles = (*mesh)->triangles.size();
+  if (!make_room(triangles))
+    return core::Status(
+        core::ErrorCode::kResourceExhausted,
+        "the meshes of all objects have too many triangles; allowed: " + std::to_string(kMostTriangles) +
+            " in " + std::to_string(kMostMeshes) + " meshes");
+  MeshBody& body = scene_.meshes[hash] = uploaded(**mesh, renderer_);
+  body.order = next_order_++;
+  triangles_ += triangles;
   return {};
+}
+
+/// Returns whether one more mesh of so many triangles has room.
+bool Drawing::make_room(std::size_t triangles) {
+  while (scene_.meshes.size() >= kMostMeshes || triangles_ + triangles > kMostTriangles) {
+    const auto oldest = scene_.oldest_unnamed(state_);
+    if (oldest == scene_.meshes.end()) return false;
+    renderer_.drop(oldest->second.picture);
+    triangles_ -= oldest->second.triangles;
+    scene_.meshes.erase(oldest);
+    ++given_up_;
+  }
+  return true;
 }
 
 void Drawing::take(const HitSample& hit) {
@@ -73,15 +95,9 @@ ViewPoseSample Drawing::view_pose() const {
 }
 
 Compositor::Picture Drawing::picture(View view) const {
-  switch (view) {
-    case View::kMain:
-      break;
-    case View::kHit:
-      return compositor_.hit_picture(now(), hit_);
-    case View::kTool:
-      return compositor_.tool_picture(now());
-  }
-  return compositor_.main_picture(now(), hit_);
+  return view == View::kMain  ? compositor_.main_picture(now(), hit_)
+         : view == View::kHit ? compositor_.hit_picture(now(), hit_)
+                              : compositor_.tool_picture(now());
 }
 
 Drawing::AlertPicture Drawing::picture(const HitSample& hit) const {
@@ -108,7 +124,7 @@ const PictureFormat& Drawing::format(View view) const {
                               : config_.tool_view.format;
 }
 
-std::optional<Image> Drawing::photograph(Compositor::Picture picture, const GiveUp& give_up) {
+std::optional<Image> Drawing::report_picture(Compositor::Picture picture, const GiveUp& give_up) {
   PictureFormat format = config_.main_view.format;
   format.samples = config_.report_samples;
   picture.hud.recording = false;

@@ -20,8 +20,14 @@ class Drawing {
   Drawing(const ViewerConfig& config, const runtime::CellConfig& cell, robot::SerialArm arm,
           const std::vector<LinkMeshData>& arm_meshes, const ViewerState& state);
 
-  /// Takes a part of a mesh. Returns an error if it is refused; a part of a complete mesh is ignored.
+  /// Greatest number of meshes, and of their triangles in all.
+  static constexpr std::size_t kMostMeshes = 65536, kMostTriangles = std::size_t{1} << 25;
+
+  /// Takes a part of a mesh. Returns an error if it is refused; a part of a complete mesh is ignored. If
+  /// there is no room for a mesh, those that no object names are given up for it, the oldest first.
   core::Status take(MeshChunkSample chunk);
+  /// Returns the number of meshes that were given up for others, complete or not.
+  std::uint64_t meshes_given_up() const { return given_up_ + assembler_.given_up(); }
   /// Takes a raised alert, whose hit zone is to be shown, or a cleared one.
   void take(const HitSample& hit);
   /// Repaints the links on which any patch feels something in `skin`, or did in the skin of the state.
@@ -52,11 +58,12 @@ class Drawing {
   const PictureFormat& format(View view) const;
   /// Renders a picture for the report at its higher quality. Returns nothing if `give_up` returned true
   /// meanwhile.
-  std::optional<Image> photograph(Compositor::Picture picture, const GiveUp& give_up);
+  std::optional<Image> report_picture(Compositor::Picture picture, const GiveUp& give_up);
 
   Renderer& renderer() { return renderer_; }
 
  private:
+  bool make_room(std::size_t triangles);
   Compositor::Moment now() const { return {state_, objects_, bodies_, now_ns_}; }
 
   const ViewerConfig& config_;
@@ -66,6 +73,8 @@ class Drawing {
   Compositor compositor_;
   std::vector<geometry::BoundingBox> link_boxes_;
   MeshAssembler assembler_;
+  std::size_t triangles_ = 0;  // of all meshes of the scene
+  std::uint64_t next_order_ = 0, given_up_ = 0;
   SyntheticViewer viewer_;
   HitView hit_;
   RayScene objects_, bodies_;  // present obstacles, without and with the arm

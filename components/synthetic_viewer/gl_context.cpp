@@ -5,60 +5,11 @@
 
 #include <array>
 #include <cstring>
-#include <map>
-#include <mutex>
 #include <vector>
 
 #include "common/core/errors.hpp"
 
 namespace phantom::synthetic_viewer {
-
-namespace {
-
-/// A platform's EGL display is shared by the whole process. Terminating it ends the contexts of all its
-/// users, so the last user does it.
-class SharedDisplay {
- public:
-  /// Returns null if the display cannot be had.
-  static std::unique_ptr<SharedDisplay> open(EGLDisplay display) {
-    const std::lock_guard lock(mutex());
-    if (display == EGL_NO_DISPLAY || !eglInitialize(display, nullptr, nullptr)) return nullptr;
-    ++users()[display];
-    return std::unique_ptr<SharedDisplay>(new SharedDisplay(display));
-  }
-  ~SharedDisplay() {
-    const std::lock_guard lock(mutex());
-    if (--users()[display_] == 0) eglTerminate(display_);
-  }
-  EGLDisplay get() const { return display_; }
-
- private:
-  explicit SharedDisplay(EGLDisplay display) : display_(display) {}
-  static std::mutex& mutex() {
-    static std::mutex the_one;
-    return the_one;
-  }
-  static std::map<EGLDisplay, int>& users() {
-    static std::map<EGLDisplay, int> the_one;
-    return the_one;
-  }
-  EGLDisplay display_;
-};
-
-}  // namespace
-
-struct GlContext::Handles {
-  std::unique_ptr<SharedDisplay> display;
-  EGLContext context = EGL_NO_CONTEXT;
-
-  ~Handles() {
-    if (!display) return;
-    eglMakeCurrent(display->get(), EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
-    if (context != EGL_NO_CONTEXT) eglDestroyContext(display->get(), context);
-    display.reset();
-    eglReleaseThread();
-  }
-};
 
 namespace {
 
@@ -99,7 +50,7 @@ std::vector<Candidate> candidates_for(GraphicsPlatform platform) {
 }
 
 /// Makes the context current. Returns an empty string, or what went wrong.
-std::string make_current(EGLDisplay display, EGLContext& context) {
+std::string make_current(EGLDisplay display, void*& context) {
   if (!epoxy_has_egl_extension(display, "EGL_KHR_surfaceless_context"))
     return "cannot work without a surface";
   if (!eglBindAPI(EGL_OPENGL_API)) return "has no desktop OpenGL";
@@ -110,18 +61,13 @@ std::string make_current(EGLDisplay display, EGLContext& context) {
     if (!eglChooseConfig(display, wanted, &config, 1, &count) || count < 1)
       return "has no OpenGL configuration";
   }
-  const EGLint version[] = {EGL_CONTEXT_MAJOR_VERSION,
-                            3,
-                            EGL_CONTEXT_MINOR_VERSION,
-                            3,
-                            EGL_CONTEXT_OPENGL_PROFILE_MASK,
-                            EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT,
-                            EGL_NONE};
+  // The core profile is what EGL gives unless another is asked for.
+  const EGLint version[] = {EGL_CONTEXT_MAJOR_VERSION, 3, EGL_CONTEXT_MINOR_VERSION, 3, EGL_NONE};
   context = eglCreateContext(display, config, EGL_NO_CONTEXT, version);
   if (context == EGL_NO_CONTEXT) return "offers no OpenGL 3.3 core context";
-  if (!eglMakeCurrent(display, EGL_NO_SURFACE, EGL_NO_SURFACE, context))
-    return "refused to make its context current";
-  return {};
+  if (eglMakeCurrent(display, EGL_NO_SURFACE, EGL_NO_SURFACE, context)) return {};
+  eglDestroyContext(display, context);
+  return "refused to make its context current";
 }
 
 std::string text(GLenum name) {
@@ -134,12 +80,12 @@ std::string text(GLenum name) {
 GlContext::GlContext(GraphicsPlatform platform) {
   std::string tried;
   for (const Candidate& candidate : candidates_for(platform)) {
-    auto handles = std::make_unique<Handles>();
-    std::string problem = "is not there";
-    handles->display = SharedDisplay::open(candidate.display);
-    if (handles->display) problem = make_current(handles->display->get(), handles->context);
+    // A platform's display is shared by all contexts of the process and is kept until the process ends.
+    const bool there =
+        candidate.display != EGL_NO_DISPLAY && eglInitialize(candidate.display, nullptr, nullptr);
+    const std::string problem = there ? make_current(candidate.display, context_) : "is not there";
     if (problem.empty()) {
-      handles_ = std::move(handles);
+      display_ = candidate.display;
       description_ = text(GL_RENDERER) + ", OpenGL " + text(GL_VERSION);
       return;
     }
@@ -150,6 +96,10 @@ GlContext::GlContext(GraphicsPlatform platform) {
       ". Software rendering needs the Debian packages libegl1 and libgl1-mesa-dri.");
 }
 
-GlContext::~GlContext() = default;
+GlContext::~GlContext() {
+  eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
+  eglDestroyContext(display_, context_);
+  eglReleaseThread();
+}
 
 }  // namespace phantom::synthetic_viewer

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <memory>
 #include <string>
 
 namespace phantom::synthetic_viewer {
@@ -28,8 +27,7 @@ class GlContext {
   const std::string& description() const { return description_; }
 
  private:
-  struct Handles;
-  std::unique_ptr<Handles> handles_;
+  void *display_ = nullptr, *context_ = nullptr;  // of EGL
   std::string description_;
 };
 

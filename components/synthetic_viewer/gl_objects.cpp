@@ -25,8 +25,8 @@ GLuint compile(GLenum kind, const char* source, const char* defines) {
   return shader;
 }
 
-void attach_buffer(GLuint& buffer, GLenum format, GLenum attachment, int width_px, int height_px,
-                   int samples) {
+void attach_buffer(GLenum format, GLenum attachment, int width_px, int height_px, int samples) {
+  GLuint buffer = 0;
   glGenRenderbuffers(1, &buffer);
   glBindRenderbuffer(GL_RENDERBUFFER, buffer);
   glRenderbufferStorageMultisample(GL_RENDERBUFFER, samples > 1 ? samples : 0, format, width_px, height_px);
@@ -53,8 +53,17 @@ GLuint link_program(const char* vertex_source, const char* fragment_source, cons
 void set(GLuint program, const char* name, const Eigen::Matrix4f& value) {
   glUniformMatrix4fv(glGetUniformLocation(program, name), 1, GL_FALSE, value.data());
 }
+void set(GLuint program, const char* name, const Eigen::Matrix3f& value) {
+  glUniformMatrix3fv(glGetUniformLocation(program, name), 1, GL_FALSE, value.data());
+}
+void set(GLuint program, const char* name, const Eigen::Vector4f& value) {
+  glUniform4fv(glGetUniformLocation(program, name), 1, value.data());
+}
 void set(GLuint program, const char* name, const Eigen::Vector3f& value) {
   glUniform3fv(glGetUniformLocation(program, name), 1, value.data());
+}
+void set(GLuint program, const char* name, float value) {
+  glUniform1f(glGetUniformLocation(program, name), value);
 }
 
 Mesh Mesh::make(const ShadedMesh& source) {
@@ -95,8 +104,8 @@ void Mesh::drop() const {
 Target::Target(int width_px, int height_px, int samples) {
   glGenFramebuffers(1, &frame);
   glBindFramebuffer(GL_FRAMEBUFFER, frame);
-  attach_buffer(colour, GL_RGBA8, GL_COLOR_ATTACHMENT0, width_px, height_px, samples);
-  attach_buffer(depth, GL_DEPTH24_STENCIL8, GL_DEPTH_STENCIL_ATTACHMENT, width_px, height_px, samples);
+  attach_buffer(GL_RGBA8, GL_COLOR_ATTACHMENT0, width_px, height_px, samples);
+  attach_buffer(GL_DEPTH24_STENCIL8, GL_DEPTH_STENCIL_ATTACHMENT, width_px, height_px, samples);
   if (glCheckFramebufferStatus(GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE) {
     throw std::runtime_error("the OpenGL driver cannot draw pictures of " + std::to_string(width_px) + " x " +
                              std::to_string(height_px) + " with " + std::to_string(samples) + " samples");
@@ -104,14 +113,7 @@ Target::Target(int width_px, int height_px, int samples) {
   if (samples == 1) return;
   glGenFramebuffers(1, &plain_frame);
   glBindFramebuffer(GL_FRAMEBUFFER, plain_frame);
-  attach_buffer(plain_colour, GL_RGBA8, GL_COLOR_ATTACHMENT0, width_px, height_px, 1);
-}
-
-Target::~Target() {
-  const std::array<GLuint, 2> frames{frame, plain_frame};
-  const std::array<GLuint, 3> buffers{colour, depth, plain_colour};
-  glDeleteFramebuffers(static_cast<GLsizei>(frames.size()), frames.data());
-  glDeleteRenderbuffers(static_cast<GLsizei>(buffers.size()), buffers.data());
+  attach_buffer(GL_RGBA8, GL_COLOR_ATTACHMENT0, width_px, height_px, 1);
 }
 
 void Paint::load(const PaintVolume& volume) {

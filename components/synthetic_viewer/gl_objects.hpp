@@ -1,6 +1,7 @@
 #pragma once
 
-// OpenGL objects of the renderer. Used by renderer.cpp only; a context must be current for every call.
+// OpenGL objects of the renderer. Used by renderer.cpp only; a context must be current for every call, and
+// destroys them with itself.
 
 #include <epoxy/gl.h>
 
@@ -15,8 +16,12 @@ namespace phantom::synthetic_viewer::gl {
 /// std::runtime_error with the driver's message.
 GLuint link_program(const char* vertex_source, const char* fragment_source, const char* defines = "");
 
+// Set a uniform of the program in use.
 void set(GLuint program, const char* name, const Eigen::Matrix4f& value);
+void set(GLuint program, const char* name, const Eigen::Matrix3f& value);
+void set(GLuint program, const char* name, const Eigen::Vector4f& value);
 void set(GLuint program, const char* name, const Eigen::Vector3f& value);
+void set(GLuint program, const char* name, float value);
 
 /// Indexed triangles in the graphics card's memory.
 struct Mesh {
@@ -31,14 +36,10 @@ struct Mesh {
 /// Buffers that a picture is drawn into. With several samples per pixel, there is a second pair into which
 /// they are averaged.
 struct Target {
-  GLuint frame = 0, colour = 0, depth = 0;
-  GLuint plain_frame = 0, plain_colour = 0;
+  GLuint frame = 0, plain_frame = 0;
 
   /// Creates the buffers. Throws std::runtime_error if the driver cannot.
   Target(int width_px, int height_px, int samples);
-  ~Target();
-  Target(const Target&) = delete;
-  Target& operator=(const Target&) = delete;
 };
 
 /// A paint volume as a texture, and the matrix from its frame to texture coordinates.

@@ -1,8 +1,9 @@
 #include "components/synthetic_viewer/hud.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
@@ -15,19 +16,15 @@ namespace {
 const cv::Scalar kText(236, 232, 226), kFaint(176, 166, 152), kDark(24, 20, 17), kTrack(62, 54, 47),
     kRed(56, 52, 226), kAmber(30, 160, 245), kBlue(214, 160, 86);
 
-cv::Mat wrap(const Image& image) {
-  return cv::Mat(image.height_px, image.width_px, CV_8UC3, const_cast<std::uint8_t*>(image.bgr.data()));
-}
-
 /// Draws on a picture; lengths are in pixels of a picture 720 high.
 class Brush {
  public:
-  explicit Brush(cv::Mat picture) : Brush(picture, std::max(0.72, picture.rows / 720.0)) {}
-  Brush(cv::Mat picture, double unit_px) : picture_(picture), unit_(unit_px) {}
+  explicit Brush(const cv::Mat& on) : Brush(on, std::max(0.72, on.rows / 720.0)) {}
+  Brush(const cv::Mat& on, double unit_px) : picture(on), unit_(unit_px) {}
 
   int px(double units) const { return static_cast<int>(std::lround(units * unit_)); }
-  int width() const { return picture_.cols; }
-  int height() const { return picture_.rows; }
+  int width() const { return picture.cols; }
+  int height() const { return picture.rows; }
 
   cv::Size size_of(const std::string& text, double size) const {
     int baseline = 0;
@@ -35,29 +32,20 @@ class Brush {
   }
   void write(const std::string& text, cv::Point left_base, double size, const cv::Scalar& colour) {
     const int thickness = size * unit_ > 32 ? 2 : 1;
-    cv::putText(picture_, text, left_base, cv::FONT_HERSHEY_DUPLEX, size * unit_ / 30, colour, thickness,
+    cv::putText(picture, text, left_base, cv::FONT_HERSHEY_DUPLEX, size * unit_ / 30, colour, thickness,
                 cv::LINE_AA);
   }
   /// Blends a colour into a rectangle.
   void shade(cv::Rect area, const cv::Scalar& colour, double share) {
-    area &= cv::Rect(0, 0, picture_.cols, picture_.rows);
+    area &= cv::Rect(0, 0, picture.cols, picture.rows);
     if (area.empty()) return;
-    cv::Mat part = picture_(area);
+    cv::Mat part = picture(area);
     cv::addWeighted(part, 1 - share, cv::Mat(part.size(), part.type(), colour), share, 0, part);
   }
-  void fill(cv::Rect area, const cv::Scalar& colour) { cv::rectangle(picture_, area, colour, cv::FILLED); }
-  void line(cv::Point from, cv::Point to, const cv::Scalar& colour) {
-    cv::line(picture_, from, to, colour, 1, cv::LINE_AA);
-  }
-  void dot(cv::Point middle, int radius, const cv::Scalar& colour) {
-    cv::circle(picture_, middle, radius, colour, cv::FILLED, cv::LINE_AA);
-  }
-  void frame(const cv::Scalar& colour, int thickness) {
-    cv::rectangle(picture_, {0, 0, picture_.cols, picture_.rows}, colour, 2 * thickness);
-  }
+
+  cv::Mat picture;
 
  private:
-  cv::Mat picture_;
   double unit_;
 };
 
@@ -72,32 +60,28 @@ int write_pair(Brush& brush, int x, const std::string& label, const std::string&
 
 cv::Scalar bar_colour(double closeness) { return closeness < 0.4 ? kBlue : closeness < 0.75 ? kAmber : kRed; }
 
-std::string number(const char* format, double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, format, value);
-  return text;
-}
-
 int draw_closeness(Brush& brush, const Hud& hud, int x) {
   const int width = brush.px(150), base = brush.height() - brush.px(14), height = brush.px(13);
   brush.write("CLOSENESS", {x, base - brush.px(24)}, 13, kFaint);
   const cv::Rect track(x, base - height, width, height);
-  brush.fill(track, kTrack);
+  cv::rectangle(brush.picture, track, kTrack, cv::FILLED);
   if (hud.closeness_known) {
     const double share = std::clamp(hud.closeness, 0.0, 1.0);
-    brush.fill({track.x, track.y, static_cast<int>(track.width * share), track.height}, bar_colour(share));
+    const cv::Rect bar(track.x, track.y, static_cast<int>(track.width * share), track.height);
+    cv::rectangle(brush.picture, bar, bar_colour(share), cv::FILLED);
   } else {
-    brush.line(track.tl(), track.br(), kFaint);
+    cv::line(brush.picture, track.tl(), track.br(), kFaint, 1, cv::LINE_AA);
   }
-  brush.write(hud.closeness_known ? number("%.2f", hud.closeness) : "-", {x + width + brush.px(10), base}, 18,
-              kText);
+  brush.write(hud.closeness_known ? fmt::format("{:.2f}", hud.closeness) : "-",
+              {x + width + brush.px(10), base}, 18, kText);
   return x + width + brush.px(74);
 }
 
 void draw_gauges(Brush& brush, const Hud& hud) {
   brush.shade({0, brush.height() - brush.px(62), brush.width(), brush.px(62)}, kDark, 0.62);
   int x = draw_closeness(brush, hud, brush.px(22));
-  x = write_pair(brush, x, "SPEED", hud.closeness_known ? number("%.3f m/s", hud.speed_m_s) : "-", kText);
+  x = write_pair(brush, x, "SPEED", hud.closeness_known ? fmt::format("{:.3f} m/s", hud.speed_m_s) : "-",
+                 kText);
   const cv::Scalar motion_colour = hud.motion == "dangerous" ? kRed
                                    : hud.motion == "neutral" ? kAmber
                                                              : kText;
@@ -142,7 +126,7 @@ void draw_titles(Brush& brush, const Hud& hud) {
 
 std::string encode(const Image& image, const char* kind, const std::vector<int>& parameters) {
   std::vector<std::uint8_t> bytes;
-  if (!cv::imencode(kind, wrap(image), bytes, parameters)) {
+  if (!cv::imencode(kind, image, bytes, parameters)) {
     throw std::runtime_error(std::string("cannot encode a picture as ") + kind);
   }
   return {bytes.begin(), bytes.end()};
@@ -151,22 +135,21 @@ std::string encode(const Image& image, const char* kind, const std::vector<int>&
 }  // namespace
 
 void draw_hud(Image& image, const Hud& hud) {
-  Brush brush(wrap(image));
+  Brush brush(image);
   if (hud.gauges) draw_gauges(brush, hud);
   draw_titles(brush, hud);
-  if (hud.recording) brush.dot({image.width_px - brush.px(28), brush.px(28)}, brush.px(9), kRed);
-  if (hud.alarm) brush.frame(kRed, brush.px(4));
+  if (hud.recording) {
+    cv::circle(image, {image.cols - brush.px(28), brush.px(28)}, brush.px(9), kRed, cv::FILLED, cv::LINE_AA);
+  }
+  if (hud.alarm) cv::rectangle(image, {0, 0, image.cols, image.rows}, kRed, 2 * brush.px(4));
 }
 
 Image banner_image(const std::string& text, int width_px, bool alarm) {
   const cv::Scalar ground = alarm ? cv::Scalar(30, 24, 190) : cv::Scalar(24, 20, 120);
-  const auto lines = 1 + std::count(text.begin(), text.end(), '\n');
-  Image image{width_px, static_cast<int>(74 + 53 * (lines - 1)), {}};
-  image.bgr.resize(static_cast<std::size_t>(3 * image.width_px * image.height_px));
-  cv::Mat picture = wrap(image);
-  picture.setTo(ground);
+  const auto lines = static_cast<int>(1 + std::count(text.begin(), text.end(), '\n'));
+  Image image(74 + 53 * (lines - 1), width_px, CV_8UC3, ground);
   // The same scale as on a picture of this width.
-  Brush brush(picture, 1.0);
+  Brush brush(image, 1.0);
   draw_banner(brush, text, 0);
   return image;
 }

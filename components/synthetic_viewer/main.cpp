@@ -1,14 +1,104 @@
+#include <spdlog/spdlog.h>
+#include <unistd.h>
+
 #include <iostream>
 #include <optional>
 
+#include "common/core/errors.hpp"
 #include "common/dds/participant.hpp"
 #include "common/runtime/arm_model.hpp"
 #include "common/runtime/deployment.hpp"
+#include "common/runtime/line_writer.hpp"
 #include "common/runtime/process.hpp"
 #include "components/synthetic_viewer/arm_meshes.hpp"
+#include "components/synthetic_viewer/dds_adapter.hpp"
 #include "components/synthetic_viewer/gl_context.hpp"
-#include "components/synthetic_viewer/session.hpp"
+#include "components/synthetic_viewer/publishing_schedule.hpp"
 #include "components/synthetic_viewer/sheet.hpp"
+#include "components/synthetic_viewer/tls_context.hpp"
+#include "components/synthetic_viewer/viewer_loop.hpp"
+#include "components/synthetic_viewer/web_server.hpp"
+#include "components/synthetic_viewer/window.hpp"
+
+namespace phantom::synthetic_viewer {
+namespace {
+
+constexpr double kTurn_s = core::seconds(PublishingSchedule::kViewPeriod_ns);  // period of the loop below
+
+/// Runs the viewer until a stop is requested: drawing thread, topics, page and, if one is wanted and there is
+/// a display, window. Throws core::MissingError if there is no OpenGL, no port for the page, or a link's mesh
+/// is missing.
+void run_session(ViewerConfig config, const runtime::CellConfig& cell, const core::NetworkOptions& network,
+                 const std::filesystem::path& report_dir) {
+  robot::SerialArm arm = runtime::load_arm(cell.arm(config.arm));
+  const messages::ArmBounds shape{.joint_count = arm.joint_count(), .link_count = arm.links().size()};
+  std::vector<LinkMeshData> arm_meshes = load_arm_meshes(arm, runtime::load_skin(cell.arm(config.arm), arm));
+  if (config.recording.folder.empty()) config.recording.folder = report_dir;
+  Inbox inbox;
+  PageContent content;
+  ViewerLoop viewer(config, cell, std::move(arm), std::move(arm_meshes), inbox, content, report_dir);
+  DdsAdapter adapter(network, shape, inbox);
+  content.stops = [&inbox] { return inbox.stops.at(core::monotonic_ns()); };
+  const auto move = [&inbox](const ViewRequest& request) {
+    return inbox.put(request)
+               ? core::Status::ok()
+               : core::Status(core::ErrorCode::kUnavailable, "the viewer is too busy to take this");
+  };
+  runtime::LineWriter out(STDOUT_FILENO);
+  std::unique_ptr<WebServer> server;
+  std::string url;
+  if (config.page.enabled) {
+    server = std::make_unique<WebServer>(
+        config.page, content, [&adapter](const Command& command) { return adapter.ask(command); }, move);
+    url = server->url();
+    out.put("operator's page: " + url + '\n');
+    if (!config.page.secrets)
+      spdlog::info("page.secrets is empty: everybody on this host may watch and command");
+    if (config.page.tls) {
+      const std::string fault = config.page.tls->date_fault(std::time(nullptr));
+      if (!fault.empty()) spdlog::warn("page.certificate {}: browsers will refuse it", fault);
+    } else if (config.page.secrets) {
+      spdlog::info("page.certificate is empty: secrets and commands are sent without encryption");
+    }
+    spdlog::info("its live pictures and events: port {}", server->stream_port());
+  }
+  viewer.start();
+  std::unique_ptr<Window> window;
+  if (config.window.wanted) try {
+      window = std::make_unique<Window>("Phantom - " + cell.name, content, move, [&](const Command& command) {
+        if (!config.page.allow_commands)
+          return spdlog::warn("this viewer only shows: page.allow_commands is false");
+        adapter.send(command);
+      });
+    } catch (const core::MissingError& problem) {
+      spdlog::warn("{}; the viewer goes on without a window", problem.what());
+    }
+  PublishingSchedule schedule(config.page.allow_commands, config.frame_rate_hz);
+  while (viewer.running() && !runtime::stop_requested()) {
+    if (window && !window->turn(kTurn_s)) {
+      spdlog::info("window closed; the viewer goes on without it");
+      window.reset();
+    } else if (!window && !runtime::sleep_unless_stopped(kTurn_s)) {
+      break;
+    }
+    const ViewPoseSample view = content.view_pose.newest_or_default();
+    const PublishingSchedule::Due due = schedule.at(core::monotonic_ns(), view.made_ns);
+    if (due.view_pose) adapter.publish(view);
+    if (due.status) {
+      core::Health health = viewer.health();
+      health.page = url;
+      if (server)
+        for (core::LoopStatistics& loop : server->progress()) health.loops.push_back(std::move(loop));
+      adapter.publish(health);
+    }
+  }
+  window.reset();
+  server.reset();
+  viewer.finish(url);
+}
+
+}  // namespace
+}  // namespace phantom::synthetic_viewer
 
 int main(int argc, char** argv) {
   using namespace phantom;
@@ -16,6 +106,7 @@ int main(int argc, char** argv) {
   SheetRequest sheet;
   runtime::Command sheet_command;
   bool window = false;
+  std::filesystem::path page_secrets;
   runtime::ProcessDescription description;
   description.name = "synthetic_viewer";
   description.summary =
@@ -29,11 +120,12 @@ int main(int argc, char** argv) {
       "Example without DDS: synthetic_viewer sheet --cell deploy/cells/two_plates/cell.yaml --out sheet.png";
   description.add_options = [&](runtime::Command app) {
     app.flag("--window", window, "open a window on this host's desktop as well");
+    app.option("--page-secrets", page_secrets, "folder of the page's secrets, where page.secrets names none");
     sheet_command = add_sheet_command(app, sheet);
   };
   description.parameters = {kParameters};
   description.run = [&](const runtime::ProcessOptions& options) {
-    ViewerConfig config = load_config(options.config);
+    ViewerConfig config = load_config(options.config, page_secrets);
     std::optional<runtime::EndsAtOnce> starting;
     if (sheet_command.given()) starting.emplace(runtime::kExitFailed);
     if (sheet_command.given()) return run_sheet(sheet, config);
@@ -46,8 +138,7 @@ int main(int argc, char** argv) {
       const robot::SerialArm arm = runtime::load_arm(cell.arm(config.arm));
       load_arm_meshes(arm, runtime::load_skin(cell.arm(config.arm), arm));
       const GlContext graphics(config.graphics);
-      std::cout << "configuration is valid; graphics: " << graphics.description() << '\n';
-      return static_cast<int>(runtime::kExitDone);
+      return runtime::configuration_is_valid("; graphics: " + graphics.description());
     }
     starting.reset();
     run_session(std::move(config), cell, deployment.network, options.report_dir);

@@ -7,10 +7,7 @@
 namespace phantom::synthetic_viewer {
 namespace {
 
-constexpr std::uint32_t kMaxChunks = 4096;
-constexpr std::size_t kMaxChunkBytes = 256 * 1024;
-constexpr std::uint32_t kMaxVertices = 20'000'000;
-constexpr std::uint32_t kMaxTriangles = 20'000'000;
+constexpr std::size_t kChunkOverhead = 128;  // bytes: a node of a map and a block of memory
 
 core::Status refuse(std::uint64_t hash, const std::string& problem) {
   std::ostringstream text;
@@ -18,52 +15,59 @@ core::Status refuse(std::uint64_t hash, const std::string& problem) {
   return core::Status::invalid_argument(text.str());
 }
 
-std::string out_of_range(const char* field, std::uint64_t value, std::uint64_t greatest) {
-  return std::string(field) + " " + std::to_string(value) + " is not within 1.." + std::to_string(greatest);
-}
-
 }  // namespace
 
-core::Status check_chunk(const MeshChunkSample& chunk) {
-  const auto count_fault = [&](const char* field, std::uint64_t value, std::uint64_t greatest) {
-    return value >= 1 && value <= greatest ? std::string() : out_of_range(field, value, greatest);
-  };
-  std::string problem = count_fault("chunk_count", chunk.chunk_count, kMaxChunks);
-  if (problem.empty()) problem = count_fault("vertex_count", chunk.vertex_count, kMaxVertices);
-  if (problem.empty()) problem = count_fault("triangle_count", chunk.triangle_count, kMaxTriangles);
-  if (problem.empty()) problem = count_fault("chunk's size in bytes", chunk.data.size(), kMaxChunkBytes);
-  if (problem.empty() && chunk.chunk >= chunk.chunk_count) {
-    problem =
-        "chunk " + std::to_string(chunk.chunk) + " of " + std::to_string(chunk.chunk_count) + " cannot be";
-  }
-  return problem.empty() ? core::Status::ok() : refuse(chunk.mesh_hash, problem);
-}
-
 core::Expected<std::optional<geometry::TriangleMesh>> MeshAssembler::add(MeshChunkSample chunk) {
-  if (core::Status status = check_chunk(chunk); !status.is_ok()) return status;
-  Pending& pending = pending_[chunk.mesh_hash];
-  if (pending.chunks.empty()) {
-    pending = {chunk.vertex_count, chunk.triangle_count, {}, chunk.chunk_count};
-    pending.chunks.resize(chunk.chunk_count);
-  }
-  if (pending.chunks.size() != chunk.chunk_count || pending.vertex_count != chunk.vertex_count ||
+  const auto [place, begins] = pending_.try_emplace(chunk.mesh_hash);
+  Pending& pending = place->second;
+  if (begins) pending = {chunk.vertex_count, chunk.triangle_count, chunk.chunk_count, {}, next_order_++, 0};
+  if (pending.chunk_count != chunk.chunk_count || pending.vertex_count != chunk.vertex_count ||
       pending.triangle_count != chunk.triangle_count) {
-    pending_.erase(chunk.mesh_hash);
+    forget(place);
     return refuse(chunk.mesh_hash, "its chunks disagree about its counts");
   }
-  std::vector<std::uint8_t>& place = pending.chunks[chunk.chunk];
-  if (place.empty()) --pending.missing;
-  place = std::move(chunk.data);
-  if (pending.missing > 0) return std::optional<geometry::TriangleMesh>();
+  const auto [piece, is_new] = pending.chunks.try_emplace(chunk.chunk);
+  const std::size_t before = is_new ? 0 : piece->second.size() + kChunkOverhead,
+                    after = chunk.data.size() + kChunkOverhead;
+  piece->second = std::move(chunk.data);
+  pending.bytes += after - before;
+  bytes_ += after - before;
+  if (pending.chunks.size() < pending.chunk_count) {
+    make_room(chunk.mesh_hash);
+    return std::optional<geometry::TriangleMesh>();
+  }
   const Pending complete = std::move(pending);
-  pending_.erase(chunk.mesh_hash);
+  bytes_ -= complete.bytes;
+  pending_.erase(place);
   return unpack(chunk.mesh_hash, complete);
+}
+
+void MeshAssembler::forget(Meshes::iterator mesh) {
+  bytes_ -= mesh->second.bytes;
+  pending_.erase(mesh);
+}
+
+/// Gives up the oldest meshes, but not the one that a chunk has just come for, while there are too many.
+void MeshAssembler::make_room(std::uint64_t newest) {
+  while (pending_.size() > 1 && (pending_.size() > kMostPending || bytes_ > kMostBytes)) {
+    auto oldest = pending_.end();
+    for (auto mesh = pending_.begin(); mesh != pending_.end(); ++mesh) {
+      if (mesh->first == newest) continue;
+      if (oldest == pending_.end() || mesh->second.order < oldest->second.order) oldest = mesh;
+    }
+    forget(oldest);
+    ++given_up_;
+  }
+  if (bytes_ > kMostBytes) {
+    forget(pending_.begin());
+    ++given_up_;
+  }
 }
 
 core::Expected<std::optional<geometry::TriangleMesh>> MeshAssembler::unpack(std::uint64_t hash,
                                                                             const Pending& pending) {
   std::vector<std::uint8_t> packed;
-  for (const auto& chunk : pending.chunks) packed.insert(packed.end(), chunk.begin(), chunk.end());
+  for (const auto& [number, chunk] : pending.chunks) packed.insert(packed.end(), chunk.begin(), chunk.end());
   const std::size_t size = 12 * (static_cast<std::size_t>(pending.vertex_count) + pending.triangle_count);
   // The zstd frame states its size, so that a wrong size is found before memory is allocated for it.
   if (ZSTD_getFrameContentSize(packed.data(), packed.size()) != size) {

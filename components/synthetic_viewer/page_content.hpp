@@ -26,6 +26,8 @@ struct ViewOutput {
 struct PageContent {
   std::array<ViewOutput, kViews.size()> views;
   Broadcast<std::string> state_json;  ///< page_state_json()
+  Broadcast<ViewSwitches> switches;
+  Broadcast<ViewPoseSample> view_pose;  ///< of the view that the operator looks at
   ViewOutput& view(View which) { return views[static_cast<std::size_t>(which)]; }
   /// Returns the newest main picture as PNG; empty if there is none yet. Called on a server thread.
   std::function<std::string()> main_png;

@@ -111,41 +111,34 @@ Json components_json(const ViewerState& state, const Staleness& staleness, core:
   Json components = Json::array();
   for (const auto& [key, component] : state.components) {
     const double age = age_s(component.received_ns, now_ns);
-    components.push_back({{"name", component.name},
+    const auto summed = [&component](std::uint64_t core::EndpointStatistics::*count) {
+      std::uint64_t sum = 0;
+      for (const core::EndpointStatistics& endpoint : component.topics) sum += endpoint.*count;
+      return sum;
+    };
+    components.push_back({{"name", component.component},
                           {"host", component.host},
-                          {"state", age > staleness.component_s ? "SILENT" : name_of(component.state)},
+                          {"state", age > staleness.component_s ? "SILENT" : label_of(component.state)},
                           {"message", component.message},
                           {"age_s", number_or_null(age)},
                           {"loops", loops_json(component)},
-                          {"refused", component.refused},
-                          {"deadline_missed", component.deadline_missed},
-                          {"incompatible_qos", component.incompatible_qos}});
+                          {"refused", summed(&core::EndpointStatistics::refused)},
+                          {"deadline_missed", summed(&core::EndpointStatistics::deadline_missed)},
+                          {"incompatible_qos", summed(&core::EndpointStatistics::incompatible_qos)}});
   }
   return components;
 }
 
-const char* name_of(SideView::Level level) {
-  switch (level) {
-    case SideView::Level::kQuiet:
-      return "quiet";
-    case SideView::Level::kWaiting:
-      return "waiting";
-    case SideView::Level::kStopped:
-      return "stopped";
-    case SideView::Level::kAlarm:
-      return "alarm";
-  }
-  return "quiet";
-}
+constexpr std::array kLevelNames{"quiet", "waiting", "stopped", "alarm"};  // of SideView::Level
 
 }  // namespace
 
 std::string stop_json(const StopView& view) {
   Json sides = Json::object();
   for (const core::Side side : core::kSides) {
-    const SideView& words = view.sides[static_cast<std::size_t>(side)];
-    sides[side == core::Side::kMaster ? "master" : "slave"] = {{"level", name_of(words.level)},
-                                                               {"text", words.text}};
+    const SideView& shown = view.sides[static_cast<std::size_t>(side)];
+    sides[side == core::Side::kMaster ? "master" : "slave"] = {
+        {"level", kLevelNames[static_cast<std::size_t>(shown.level)]}, {"text", shown.text}};
   }
   const Json json{{"in_force", view.in_force},
                   {"alarm", view.alarm},

@@ -1,15 +1,47 @@
 #include "components/synthetic_viewer/publisher.hpp"
 
 #include <chrono>
-#include <utility>
 
 namespace phantom::synthetic_viewer {
-namespace {
-
-constexpr std::size_t kHitJpegs = ViewerState::kMaxHits;
 constexpr int kFirstPicturesARound = 3;
 
-}  // namespace
+bool ViewPainter::draw(Renderer& renderer, const Compositor::Picture& picture, const PictureFormat& format,
+                       const GiveUp& give_up) {
+  const bool other = !last_ || !same_picture(last_->frame, picture.frame);
+  if (other) {
+    auto drawn = renderer.render_unless(picture.frame, format, give_up);
+    if (!drawn) return false;
+    bare_ = std::move(*drawn);
+  }
+  if (!other && last_->hud == picture.hud) return true;
+  Image image = bare_.clone();
+  draw_hud(image, picture.hud);
+  image_ = std::make_shared<Image>(std::move(image));
+  jpeg_.reset();
+  // Compares with the frame last drawn, so that small steps cannot add up unseen.
+  if (other) last_ = picture;
+  last_->hud = picture.hud;
+  return true;
+}
+
+const std::shared_ptr<const std::string>& ViewPainter::jpeg(int quality) {
+  if (!jpeg_ && image_) jpeg_ = std::make_shared<const std::string>(encode_jpeg(*image_, quality));
+  return jpeg_;
+}
+
+void ViewPainter::publish(ViewOutput& output, int quality) {
+  if (!image_) return;
+  if (output.image.followers == 0) {
+    output.image.clear();
+  } else if (output.image.newest() != image_) {
+    output.image.publish(image_);
+  }
+  if (output.jpeg.followers == 0) {
+    output.jpeg.clear();
+  } else if (output.jpeg.newest() != jpeg(quality)) {
+    output.jpeg.publish(jpeg(quality));
+  }
+}
 
 Publisher::Publisher(const ViewerConfig& config, PageContent& page)
     : config_(config), page_(page), recorder_(config.recording) {
@@ -40,27 +72,26 @@ void Publisher::show_first(Drawing& drawing, const HitSample& hit) {
   alert_to_picture_.record(last_alert_to_picture_ns_);
   const std::lock_guard lock(mutex_);
   hit_jpegs_[hit.alert] = encoded;
-  while (hit_jpegs_.size() > kHitJpegs) hit_jpegs_.erase(hit_jpegs_.begin());
+  while (hit_jpegs_.size() > ViewerState::kMaxHits) hit_jpegs_.erase(hit_jpegs_.begin());
 }
 
 void Publisher::show_threats(Drawing& drawing) {
   // A burst of alerts must not stop the live views: a round draws only some of them, and skips those that
   // have left the page's list.
-  while (unseen_.size() > ViewerState::kMaxHits) unseen_.pop_front();
+  while (unpictured_.size() > ViewerState::kMaxHits) unpictured_.pop_front();
   const std::uint32_t shown = drawing.hit_view().alert;
   bool just_drawn = false;  // whether the present state of the shown alert has just been drawn
-  for (int k = 0; k < kFirstPicturesARound && !unseen_.empty(); ++k) {
-    const HitSample& hit = unseen_.front();
+  for (int k = 0; k < kFirstPicturesARound && !unpictured_.empty(); ++k) {
+    const HitSample& hit = unpictured_.front();
     show_first(drawing, hit);
     just_drawn = just_drawn || (hit.alert == shown &&
                                 age_s(hit.received_ns, core::monotonic_ns()) <= config_.staleness.slave_s);
-    unseen_.pop_front();
+    unpictured_.pop_front();
   }
   ViewOutput& output = page_.view(View::kHit);
   if (shown == 0) {
     output.jpeg.clear();
-    output.image.clear();
-    return;
+    return output.image.clear();
   }
   show(drawing, View::kHit, output.followed() && !just_drawn, {});
 }
@@ -76,62 +107,27 @@ bool Publisher::show(Drawing& drawing, View view, bool drawn, const GiveUp& give
 }
 
 bool Publisher::show_views(Drawing& drawing, bool arm_known, const GiveUp& give_up) {
-  std::uint64_t wanted = 0;  // number of the newest requested snapshot; 0: none is waited for
-  {
-    const std::lock_guard lock(mutex_);
-    if (snapshots_made_ != snapshots_wanted_) wanted = snapshots_wanted_;
-  }
-  if (!show(drawing, View::kMain, page_.view(View::kMain).followed() || wanted != 0, give_up)) return false;
-  if (wanted != 0) {
-    const std::lock_guard lock(mutex_);
-    snapshot_ = painter(View::kMain).image();
-    snapshots_made_ = wanted;
-    snapshot_made_.notify_all();
-  }
-  return !config_.tool_view.enabled || !arm_known ||
-         show(drawing, View::kTool, page_.view(View::kTool).followed(), give_up);
+  return show(drawing, View::kMain, page_.view(View::kMain).followed(), give_up) &&
+         (!config_.tool_view.enabled || !arm_known ||
+          show(drawing, View::kTool, page_.view(View::kTool).followed(), give_up));
 }
 
-/// Requests a picture and waits for it. Called on a server thread.
+/// Follows the main view until it has a picture. Called on a server thread.
 std::string Publisher::snapshot() {
-  std::unique_lock lock(mutex_);
-  const std::uint64_t mine = ++snapshots_wanted_;
-  snapshot_made_.wait_for(lock, std::chrono::seconds(2), [&] { return snapshots_made_ >= mine || ended_; });
-  const std::shared_ptr<const Image> image = snapshot_;
-  lock.unlock();
+  constexpr int kTries = 20;
+  Broadcast<Image>& main = page_.view(View::kMain).image;
+  main.followers.fetch_add(1);
+  std::uint64_t seen = 0;
+  Broadcast<Image>::Content image;
+  for (int k = 0; k < kTries && !image && (k == 0 || !ended_); ++k)
+    image = main.next(seen, std::chrono::milliseconds(100));
+  main.followers.fetch_sub(1);
   return image ? encode_png(*image) : std::string();
 }
 
-void Publisher::publish(core::Health health, const ViewSwitches& switches) {
-  const std::lock_guard lock(mutex_);
-  health_ = std::move(health);
-  switches_ = switches;
-}
-
-void Publisher::publish(const ViewPoseSample& pose) {
-  const std::lock_guard lock(mutex_);
-  view_pose_ = pose;
-}
-
 void Publisher::end() {
-  const std::lock_guard lock(mutex_);
   ended_ = true;
-  snapshot_made_.notify_all();
-}
-
-core::Health Publisher::health() const {
-  const std::lock_guard lock(mutex_);
-  return health_;
-}
-
-ViewSwitches Publisher::switches() const {
-  const std::lock_guard lock(mutex_);
-  return switches_;
-}
-
-ViewPoseSample Publisher::view_pose() const {
-  const std::lock_guard lock(mutex_);
-  return view_pose_;
+  if (const auto& last = painter(View::kMain).image()) page_.view(View::kMain).image.publish(last);
 }
 
 }  // namespace phantom::synthetic_viewer

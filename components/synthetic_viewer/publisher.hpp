@@ -1,32 +1,53 @@
 #pragma once
 
 #include <array>
-#include <condition_variable>
+#include <atomic>
 #include <deque>
 #include <map>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 
-#include "common/core/health.hpp"
 #include "common/core/histogram.hpp"
 #include "components/synthetic_viewer/drawing.hpp"
 #include "components/synthetic_viewer/page_content.hpp"
 #include "components/synthetic_viewer/recorder.hpp"
-#include "components/synthetic_viewer/view_painter.hpp"
 
 namespace phantom::synthetic_viewer {
 
-/// Distributes pictures and states: the views to their followers, each alert's first picture, single
-/// snapshots of the main view, recordings, and the viewer's status to other threads. Use it on the drawing's
-/// thread unless stated otherwise.
+/// Makes the pictures of one view, and only those that differ from the last: an unchanged picture is drawn,
+/// annotated and encoded once, however often and by however many followers it is requested. One thread, that
+/// of the renderer.
+class ViewPainter {
+ public:
+  /// Makes the newest picture, with its HUD. Returns false and changes nothing if `give_up` returned true
+  /// meanwhile.
+  bool draw(Renderer& renderer, const Compositor::Picture& picture, const PictureFormat& format,
+            const GiveUp& give_up = {});
+  /// Returns the newest picture; null: none yet.
+  const std::shared_ptr<const Image>& image() const { return image_; }
+  /// Returns the newest picture as JPEG; null: none yet.
+  const std::shared_ptr<const std::string>& jpeg(int quality);
+  /// Publishes the newest picture to its followers; does nothing if they have it.
+  void publish(ViewOutput& output, int quality);
+
+ private:
+  std::optional<Compositor::Picture> last_;
+  Image bare_;  // without HUD
+  std::shared_ptr<const Image> image_;
+  std::shared_ptr<const std::string> jpeg_;  // of image_
+};
+
+/// Distributes pictures: the views to their followers, each alert's first picture, and recordings. Use it on
+/// the drawing's thread unless stated otherwise.
 class Publisher {
  public:
   /// Sets `page`'s callbacks for pictures. Both arguments must outlive this.
   Publisher(const ViewerConfig& config, PageContent& page);
 
   /// Queues a raised alert for its first picture.
-  void take(const HitSample& alert) { unseen_.push_back(alert); }
+  void take(const HitSample& alert) { unpictured_.push_back(alert); }
   /// Starts or ends a recording, if the request says so.
   void take(const ViewRequest& request);
 
@@ -43,16 +64,8 @@ class Publisher {
   const core::DurationHistogram& alert_to_picture() const { return alert_to_picture_; }
   core::Nanoseconds last_alert_to_picture_ns() const { return last_alert_to_picture_ns_; }
 
-  /// Sets what health(), switches() and view_pose() return.
-  void publish(core::Health health, const ViewSwitches& switches);
-  void publish(const ViewPoseSample& pose);
   /// Wakes all threads that wait for a picture; none will come any more.
   void end();
-
-  // The values that were published last. Any thread.
-  core::Health health() const;
-  ViewSwitches switches() const;
-  ViewPoseSample view_pose() const;
 
  private:
   void show_first(Drawing& drawing, const HitSample& hit);
@@ -63,20 +76,13 @@ class Publisher {
   const ViewerConfig& config_;
   PageContent& page_;
   std::array<ViewPainter, kViews.size()> painters_;
-  std::deque<HitSample> unseen_;  // alerts without a picture yet
+  std::deque<HitSample> unpictured_;  // alerts without a picture yet
   Recorder recorder_;
   core::DurationHistogram alert_to_picture_;
   core::Nanoseconds last_alert_to_picture_ns_ = 0;
-
-  mutable std::mutex mutex_;  // guards all members below
-  std::condition_variable snapshot_made_;
-  core::Health health_;
-  ViewSwitches switches_;
-  ViewPoseSample view_pose_;
-  std::uint64_t snapshots_wanted_ = 0, snapshots_made_ = 0;
-  std::shared_ptr<const Image> snapshot_;
-  std::map<std::uint32_t, std::string> hit_jpegs_;  // by alert
-  bool ended_ = false;
+  std::atomic<bool> ended_{false};
+  std::mutex mutex_;
+  std::map<std::uint32_t, std::string> hit_jpegs_;  // by alert; guarded by mutex_
 };
 
 }  // namespace phantom::synthetic_viewer

@@ -18,6 +18,36 @@ std::optional<double> hit_triangle(const Eigen::Vector3d& origin, const Eigen::V
                                       corners[2].cast<double>());
 }
 
+struct Span {
+  double from_m, to_m;
+  RayScene::BodyName name;
+};
+
+/// Adds the intervals of a ray that lie within a body, from entry to exit. An exit without an entry starts at
+/// the beginning of the ray; an entry without an exit runs to its end.
+void add_spans(std::vector<RayMesh::Crossing>& crossings, double end_m, RayScene::BodyName name,
+               std::vector<Span>& spans) {
+  std::sort(crossings.begin(), crossings.end(),
+            [](const auto& a, const auto& b) { return a.distance_m < b.distance_m; });
+  // A ray through an edge crosses both triangles there.
+  const auto same = [](const auto& a, const auto& b) {
+    return a.entering == b.entering && b.distance_m - a.distance_m < kSameCrossing_m;
+  };
+  crossings.erase(std::unique(crossings.begin(), crossings.end(), same), crossings.end());
+  int depth = 0;
+  double entered_m = 0.0;
+  for (const RayMesh::Crossing& crossing : crossings) {
+    if (crossing.entering) {
+      if (depth++ == 0) entered_m = crossing.distance_m;
+    } else {
+      if (depth == 0) entered_m = 0.0;
+      depth = std::max(0, depth - 1);
+      if (depth == 0) spans.push_back({entered_m, crossing.distance_m, name});
+    }
+  }
+  if (depth > 0) spans.push_back({entered_m, end_m, name});
+}
+
 }  // namespace
 
 RayMesh::RayMesh(const geometry::TriangleMesh& mesh) : tree_(geometry::triangle_boxes(mesh)) {
@@ -63,40 +93,6 @@ std::optional<double> RayScene::nearest(const Eigen::Vector3d& origin_m, const E
   }
   return best;
 }
-
-namespace {
-
-struct Span {
-  double from_m, to_m;
-  RayScene::BodyName name;
-};
-
-/// Adds the intervals of a ray that lie within a body, from entry to exit. An exit without an entry starts at
-/// the beginning of the ray; an entry without an exit runs to its end.
-void add_spans(std::vector<RayMesh::Crossing>& crossings, double end_m, RayScene::BodyName name,
-               std::vector<Span>& spans) {
-  std::sort(crossings.begin(), crossings.end(),
-            [](const auto& a, const auto& b) { return a.distance_m < b.distance_m; });
-  // A ray through an edge crosses both triangles there.
-  const auto same = [](const auto& a, const auto& b) {
-    return a.entering == b.entering && b.distance_m - a.distance_m < kSameCrossing_m;
-  };
-  crossings.erase(std::unique(crossings.begin(), crossings.end(), same), crossings.end());
-  int depth = 0;
-  double entered_m = 0.0;
-  for (const RayMesh::Crossing& crossing : crossings) {
-    if (crossing.entering) {
-      if (depth++ == 0) entered_m = crossing.distance_m;
-    } else {
-      if (depth == 0) entered_m = 0.0;
-      depth = std::max(0, depth - 1);
-      if (depth == 0) spans.push_back({entered_m, crossing.distance_m, name});
-    }
-  }
-  if (depth > 0) spans.push_back({entered_m, end_m, name});
-}
-
-}  // namespace
 
 std::optional<RayScene::FreeDistance> RayScene::free_distance(const Eigen::Vector3d& origin_m,
                                                               const Eigen::Vector3d& direction,

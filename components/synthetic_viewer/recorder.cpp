@@ -8,7 +8,6 @@
 #include <chrono>
 #include <cmath>
 #include <ctime>
-#include <opencv2/core.hpp>
 #include <opencv2/videoio.hpp>
 
 #include "common/core/thread_place.hpp"
@@ -102,26 +101,21 @@ void Recorder::work(View view, Broadcast<Image>& source) {
     return fail("cannot make the folder " + config_.folder.string() + ": " + folder_problem.message());
   cv::VideoWriter writer;
   Broadcast<Image>::Content picture;
-  cv::Mat frame;  // refers to the pixels of `picture`
   std::uint64_t seen = 0;
   FramePace pace(config_.rate_hz);
   const auto write_due = [&] {
     const int frames = pace.due(clock_());
-    for (int left = frames; left > 0; --left) writer.write(frame);
+    for (int left = frames; left > 0; --left) writer.write(*picture);
     const std::lock_guard lock(mutex_);
     state_.frames += frames;
   };
   const std::chrono::milliseconds patience(std::lround(std::min(200.0, 1e3 / config_.rate_hz)));
   while (!stop_) {
-    if (auto next = source.next(seen, patience)) {
-      picture = std::move(next);
-      frame = cv::Mat(picture->height_px, picture->width_px, CV_8UC3,
-                      const_cast<std::uint8_t*>(picture->bgr.data()));
-    }
+    if (auto next = source.next(seen, patience)) picture = std::move(next);
     if (!picture) continue;
     if (!writer.isOpened()) {
       const std::filesystem::path path =
-          open(writer, config_, std::string(name_of(view)) + "_" + stamp_now(), frame.size());
+          open(writer, config_, std::string(name_of(view)) + "_" + stamp_now(), picture->size());
       if (path.empty())
         return fail("no video file can be written in " + std::filesystem::absolute(config_.folder).string());
       spdlog::info("recording the {} view to {}", name_of(view), path.string());

@@ -43,6 +43,15 @@ geometry::TriangleMesh lifted(geometry::TriangleMesh unit) {
   return unit;
 }
 
+Eigen::Vector4f with_opacity(const Colour& colour, float opacity) {
+  return {colour[0], colour[1], colour[2], opacity};
+}
+
+/// Returns by how much an item's matrix enlarges its mesh.
+float scale_of(const DrawItem& item) {
+  return item.W_from_mesh.topLeftCorner<3, 3>().colwise().norm().maxCoeff();
+}
+
 /// Returns the matrix that projects along the key light onto the plane z = floor_z.
 Eigen::Matrix4f shadow_matrix(float floor_z) {
   const Eigen::Vector3f slope = kToKeyLight / kToKeyLight.z();
@@ -55,19 +64,6 @@ Eigen::Matrix4f shadow_matrix(float floor_z) {
   matrix(2, 3) = floor_z;
   return matrix;
 }
-
-/// The mesh program, plain or painted, with the locations of the uniforms set for each item.
-struct MeshProgram {
-  GLuint program;
-  GLint world_from_mesh, normal_matrix, colour, own_light, texture_from_mesh;
-  explicit MeshProgram(const char* defines)
-      : program(gl::link_program(shaders::kMeshVertex, shaders::kMeshFragment, defines)),
-        world_from_mesh(glGetUniformLocation(program, "world_from_mesh")),
-        normal_matrix(glGetUniformLocation(program, "normal_matrix")),
-        colour(glGetUniformLocation(program, "colour")),
-        own_light(glGetUniformLocation(program, "own_light")),
-        texture_from_mesh(glGetUniformLocation(program, "texture_from_mesh")) {}
-};
 
 }  // namespace
 
@@ -107,26 +103,23 @@ struct Renderer::Shot {
 };
 
 struct Renderer::Parts {
-  MeshProgram plain{""}, painted{"#define PAINTED\n"};
+  GLuint plain = gl::link_program(shaders::kMeshVertex, shaders::kMeshFragment);
+  GLuint painted = gl::link_program(shaders::kMeshVertex, shaders::kMeshFragment, "#define PAINTED\n");
   GLuint flat = gl::link_program(shaders::kFlatVertex, shaders::kFlatFragment);
   GLuint background = gl::link_program(shaders::kBackgroundVertex, shaders::kBackgroundFragment);
   GLuint floor = gl::link_program(shaders::kFloorVertex, shaders::kFloorFragment);
   GLuint empty_array = 0, line_array = 0, line_buffer = 0;
   std::map<MeshHandle, Body> bodies;
   std::map<PaintHandle, gl::Paint> paints;
-  std::map<std::uint64_t, std::unique_ptr<gl::Target>> targets;  // by size and samples
+  std::map<std::array<int, 3>, gl::Target> targets;  // by size and samples
   MeshHandle next_handle = kFirstFreeHandle;
 
   gl::Target& target_for(const PictureFormat& format) {
     GLint most = 1;
     glGetIntegerv(GL_MAX_SAMPLES, &most);
     const int samples = std::clamp(format.samples, 1, std::max(1, static_cast<int>(most)));
-    const std::uint64_t key = static_cast<std::uint64_t>(format.width_px) << 32 |
-                              static_cast<std::uint64_t>(format.height_px) << 8 |
-                              static_cast<std::uint64_t>(samples);
-    auto& target = targets[key];
-    if (!target) target = std::make_unique<gl::Target>(format.width_px, format.height_px, samples);
-    return *target;
+    const std::array key{format.width_px, format.height_px, samples};
+    return targets.try_emplace(key, format.width_px, format.height_px, samples).first->second;
   }
 };
 
@@ -206,10 +199,8 @@ std::optional<Image> Renderer::render_unless(const Frame& frame, const PictureFo
                       GL_COLOR_BUFFER_BIT, GL_NEAREST);
     glBindFramebuffer(GL_READ_FRAMEBUFFER, target.plain_frame);
   }
-  Image image{format.width_px, format.height_px, {}};
-  image.bgr.resize(3 * static_cast<std::size_t>(format.width_px) *
-                   static_cast<std::size_t>(format.height_px));
-  glReadPixels(0, 0, format.width_px, format.height_px, GL_BGR, GL_UNSIGNED_BYTE, image.bgr.data());
+  Image image(format.height_px, format.width_px, CV_8UC3);
+  glReadPixels(0, 0, format.width_px, format.height_px, GL_BGR, GL_UNSIGNED_BYTE, image.data);
   return image;
 }
 
@@ -230,7 +221,7 @@ void Renderer::draw_floor(const Frame& frame, const Shot& view) const {
   gl::set(parts_->floor, "clip_from_world", view.clip_from_W);
   gl::set(parts_->floor, "least", frame.floor_min_m);
   gl::set(parts_->floor, "greatest", frame.floor_max_m);
-  glUniform1f(glGetUniformLocation(parts_->floor, "border"), kFloorBorder_m);
+  gl::set(parts_->floor, "border", kFloorBorder_m);
   glBindVertexArray(parts_->empty_array);
   glDrawArrays(GL_TRIANGLE_STRIP, 0, 4);
   glDisable(GL_BLEND);
@@ -247,7 +238,7 @@ void Renderer::draw_shadows(const Frame& frame, const Shot& view) const {
   glStencilFunc(GL_EQUAL, 0, 0xFF);
   glStencilOp(GL_KEEP, GL_KEEP, GL_INCR);
   glUseProgram(parts_->flat);
-  glUniform4f(glGetUniformLocation(parts_->flat, "colour"), 0.0F, 0.0F, 0.0F, 0.33F);
+  gl::set(parts_->flat, "colour", Eigen::Vector4f(0.0F, 0.0F, 0.0F, 0.33F));
   for (const DrawItem& item : frame.items) {
     const auto found = parts_->bodies.find(item.mesh);
     if (!item.casts_shadow || found == parts_->bodies.end() || found->second.shadow.index_count == 0)
@@ -266,8 +257,7 @@ void Renderer::draw_lines(const Frame& frame, const Shot& view) const {
   glEnable(GL_DEPTH_TEST);
   glUseProgram(parts_->flat);
   gl::set(parts_->flat, "clip_from_mesh", view.clip_from_W);
-  const Colour& c = frame.line_colour;
-  glUniform4f(glGetUniformLocation(parts_->flat, "colour"), c[0], c[1], c[2], 1.0F);
+  gl::set(parts_->flat, "colour", with_opacity(frame.line_colour, 1.0F));
   glBindVertexArray(parts_->line_array);
   glBindBuffer(GL_ARRAY_BUFFER, parts_->line_buffer);
   glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(frame.lines.size() * sizeof(Line)),
@@ -279,12 +269,12 @@ void Renderer::draw_lines(const Frame& frame, const Shot& view) const {
 bool Renderer::draw_items(const Frame& frame, const Shot& view, const GiveUp& give_up) const {
   if (given_up(give_up)) return false;
   glEnable(GL_DEPTH_TEST);
-  for (const MeshProgram* each : {&parts_->plain, &parts_->painted}) {
-    glUseProgram(each->program);
-    gl::set(each->program, "clip_from_world", view.clip_from_W);
-    gl::set(each->program, "eye", view.eye_m);
+  for (const GLuint program : {parts_->plain, parts_->painted}) {
+    glUseProgram(program);
+    gl::set(program, "clip_from_world", view.clip_from_W);
+    gl::set(program, "eye", view.eye_m);
   }
-  glUniform3fv(glGetUniformLocation(parts_->painted.program, "ramp"), 3, frame.paint_ramp[0].data());
+  glUniform3fv(glGetUniformLocation(parts_->painted, "ramp"), 3, frame.paint_ramp[0].data());
   std::vector<std::pair<float, const DrawItem*>> solid, see_through;  // by distance from the eye
   for (const DrawItem& item : frame.items) {
     const Body* body = in_sight(item, view);
@@ -317,8 +307,7 @@ const Renderer::Body* Renderer::in_sight(const DrawItem& item, const Shot& view)
   const auto found = parts_->bodies.find(item.mesh);
   if (found == parts_->bodies.end()) return nullptr;
   const Eigen::Vector4f middle = item.W_from_mesh * found->second.middle_m.homogeneous();
-  const float radius =
-      found->second.radius_m * item.W_from_mesh.topLeftCorner<3, 3>().colwise().norm().maxCoeff();
+  const float radius = found->second.radius_m * scale_of(item);
   for (int border = 0; border < 4; ++border) {  // clip w ± clip x, y ≥ 0 inside
     const Eigen::RowVector4f plane =
         view.clip_from_W.row(3) + (border % 2 == 0 ? 1.0F : -1.0F) * view.clip_from_W.row(border / 2);
@@ -332,19 +321,19 @@ int Renderer::draw_item(const DrawItem& item, const Shot& view) const {
   const Body& body = parts_->bodies.at(item.mesh);
   const auto paint = parts_->paints.find(item.paint);
   const bool painted = paint != parts_->paints.end();
-  const MeshProgram& program = painted ? parts_->painted : parts_->plain;
-  const float scale = item.W_from_mesh.topLeftCorner<3, 3>().colwise().norm().maxCoeff();
-  const Eigen::Matrix3f normals = item.W_from_mesh.topLeftCorner<3, 3>().inverse().transpose();
-  glUseProgram(program.program);
+  const GLuint program = painted ? parts_->painted : parts_->plain;
+  const float scale = scale_of(item);
+  glUseProgram(program);
   if (painted) {
-    const Eigen::Matrix4f texture_from_mesh = paint->second.texture_from_paint * item.paint_from_mesh;
     glBindTexture(GL_TEXTURE_3D, paint->second.texture);
-    glUniformMatrix4fv(program.texture_from_mesh, 1, GL_FALSE, texture_from_mesh.data());
+    gl::set(program, "texture_from_mesh",
+            Eigen::Matrix4f(paint->second.texture_from_paint * item.paint_from_mesh));
   }
-  glUniformMatrix4fv(program.world_from_mesh, 1, GL_FALSE, item.W_from_mesh.data());
-  glUniformMatrix3fv(program.normal_matrix, 1, GL_FALSE, normals.data());
-  glUniform4f(program.colour, item.colour[0], item.colour[1], item.colour[2], item.opacity);
-  glUniform1f(program.own_light, item.own_light);
+  gl::set(program, "world_from_mesh", item.W_from_mesh);
+  gl::set(program, "normal_matrix",
+          Eigen::Matrix3f(item.W_from_mesh.topLeftCorner<3, 3>().inverse().transpose()));
+  gl::set(program, "colour", with_opacity(item.colour, item.opacity));
+  gl::set(program, "own_light", item.own_light);
   const Eigen::Vector3f middle_m = (item.W_from_mesh * body.middle_m.homogeneous()).head<3>();
   const float nearest_m = std::max(1e-3F, (middle_m - view.eye_m).norm() - body.radius_m * scale);
   const Body::Level* level = &body.levels.front();

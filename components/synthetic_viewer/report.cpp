@@ -3,26 +3,19 @@
 #include <spdlog/spdlog.h>
 
 #include <condition_variable>
-#include <cstdio>
-#include <deque>
 #include <fstream>
 #include <mutex>
-#include <nlohmann/json.hpp>
 #include <thread>
-#include <utility>
 
 #include "common/core/errors.hpp"
 #include "common/core/thread_place.hpp"
-#include "components/synthetic_viewer/hud.hpp"
 
 namespace phantom::synthetic_viewer {
-
 namespace {
 
 void write(const std::filesystem::path& file, const std::string& content) {
-  std::ofstream out(file, std::ios::binary);
-  out.write(content.data(), static_cast<std::streamsize>(content.size()));
-  if (!out) spdlog::error("cannot write {}", file.string());
+  if (!(std::ofstream(file, std::ios::binary) << content).flush())
+    spdlog::error("cannot write {}", file.string());
 }
 
 }  // namespace
@@ -40,14 +33,15 @@ class Report::Writer {
   }
   void put(std::filesystem::path file, Image image) {
     std::unique_lock lock(mutex_);
-    changed_.wait(lock, [this] { return waiting_.size() < kMostWaiting; });
+    changed_.wait(lock, [this] { return waiting_.size() < kMaxWaiting; });
     waiting_.emplace_back(std::move(file), std::move(image));
     changed_.notify_all();
   }
 
  private:
-  static constexpr std::size_t kMostWaiting = 32;
+  static constexpr std::size_t kMaxWaiting = 32;
   void work() {
+    core::take_place(core::ThreadRole::kPictures);
     std::unique_lock lock(mutex_);
     while (true) {
       changed_.wait(lock, [this] { return ended_ || !waiting_.empty(); });
@@ -69,14 +63,13 @@ class Report::Writer {
   std::condition_variable changed_;
   std::deque<std::pair<std::filesystem::path, Image>> waiting_;
   bool ended_ = false;
-  std::thread thread_{[this] {
-    core::take_place(core::ThreadRole::kPictures);
-    work();
-  }};
+  std::thread thread_{[this] { work(); }};
 };
 
-Report::Report(std::filesystem::path folder, int most_hit_pictures)
-    : folder_(std::move(folder)), most_hit_pictures_(static_cast<std::size_t>(most_hit_pictures)) {
+Report::Report(std::filesystem::path folder, int most_hit_pictures, core::Nanoseconds begin_ns)
+    : folder_(std::move(folder)),
+      most_hit_pictures_(static_cast<std::size_t>(most_hit_pictures)),
+      begin_ns_(begin_ns) {
   if (!wanted()) return;
   std::error_code problem;
   std::filesystem::create_directories(folder_, problem);
@@ -85,47 +78,66 @@ Report::Report(std::filesystem::path folder, int most_hit_pictures)
 }
 
 Report::~Report() = default;
-Report::Report(Report&&) noexcept = default;
 
-void Report::save(const std::string& name, Image image) {
+void Report::take(const HitSample& alert) {
+  if (wants_hit_pictures()) alerts_.push_back(alert);
+}
+
+bool Report::make_alert_picture(Drawing& drawing, const GiveUp& give_up) {
+  if (!wants_hit_pictures()) alerts_.clear();
+  if (alerts_.empty()) return true;
+  const HitSample& hit = alerts_.front();
+  auto [picture, view_node] = drawing.picture(hit);
+  auto image = drawing.report_picture(std::move(picture), give_up);
+  if (!image) return false;
+  const std::string node = percept::node_name(view_node);
+  // The running number is the report's own, because alerts count from 1 again when the phantom restarts.
+  const std::string name = fmt::format("hit_{:03}_{}.png", views_.size() + 1, node);
+  writer_->put(folder_ / name, std::move(*image));
+  views_.push_back({{"t", core::seconds(hit.received_ns - begin_ns_)},
+                    {"utc_ns", hit.utc_ns},
+                    {"node", node},
+                    {"png", name},
+                    {"alert", hit.alert}});
+  alerts_.pop_front();
+  return true;
+}
+
+bool Report::make_main_picture(Drawing& drawing, const char* name, const GiveUp& give_up) {
+  auto image = drawing.report_picture(drawing.picture(View::kMain), give_up);
+  if (!image) return false;
+  const std::string file = std::string(name) + ".png";
+  writer_->put(folder_ / file, std::move(*image));
+  pictures_.push_back(file);
+  return true;
+}
+
+bool Report::make_pictures(Drawing& drawing, const ArmSample& arm, bool complete, const GiveUp& give_up) {
+  if (!wanted()) return true;
+  if (!make_alert_picture(drawing, give_up)) return false;
+  const std::array<bool, 3> reached{complete && arm.received_ns != 0, drawing.hit_view().alert != 0,
+                                    arm.contact};
+  for (std::size_t i = 0; i < milestones_.size(); ++i) {
+    if (milestones_[i].saved || !reached[i]) continue;
+    if (!make_main_picture(drawing, milestones_[i].name, give_up)) return false;
+    milestones_[i].saved = true;
+  }
+  return true;
+}
+
+void Report::make_remaining_pictures(Drawing& drawing) {
   if (!wanted()) return;
-  writer_->put(folder_ / (name + ".png"), std::move(image));
-  pictures_.push_back(name + ".png");
+  const core::Nanoseconds until_ns = core::monotonic_ns() + core::kNsPerSecond;
+  while (!alerts_.empty() && core::monotonic_ns() < until_ns) make_alert_picture(drawing, {});
+  make_main_picture(drawing, "main", {});
 }
 
-void Report::save_hit(std::uint32_t alert, const std::string& node, double t_s, std::int64_t utc_ns,
-                      Image image) {
-  if (!wants_hit_pictures()) return;
-  char name[64];
-  std::snprintf(name, sizeof name, "hit_%03zu_%s.png", views_.size() + 1, node.c_str());
-  writer_->put(folder_ / name, std::move(image));
-  views_.push_back({t_s, utc_ns, node, name, alert});
-}
-
-void Report::finish(const Summary& summary) {
+void Report::finish(nlohmann::json summary) {
   if (!wanted()) return;
   writer_.reset();
-  nlohmann::json views = nlohmann::json::array();
-  for (const View& view : views_) {
-    views.push_back({{"t", view.t_s},
-                     {"utc_ns", view.utc_ns},
-                     {"node", view.node},
-                     {"png", view.png},
-                     {"alert", view.alert}});
-  }
-  const nlohmann::json json{
-      {"frames", summary.frames},
-      {"seconds", summary.seconds},
-      {"fps", summary.seconds > 0 ? static_cast<double>(summary.frames) / summary.seconds : 0.0},
-      {"frame_p50_ms", summary.frame_p50_s * 1e3},
-      {"frame_max_ms", summary.frame_max_s * 1e3},
-      {"alerts", summary.alerts},
-      {"alert_to_picture_max_ms", summary.alert_to_picture_max_s * 1e3},
-      {"views", views},
-      {"pictures", pictures_},
-      {"page", summary.page},
-      {"graphics", summary.graphics}};
-  write(folder_ / "synthetic_viewer.json", json.dump(2) + "\n");
+  summary["views"] = views_;
+  summary["pictures"] = pictures_;
+  write(folder_ / "synthetic_viewer.json", summary.dump(2) + "\n");
 }
 
 }  // namespace phantom::synthetic_viewer

@@ -9,6 +9,7 @@
 #include "common/core/health.hpp"
 #include "common/geometry/pose.hpp"
 #include "common/messages/percept.hpp"
+#include "common/messages/status.hpp"
 #include "common/messages/teleoperation.hpp"
 #include "common/messages/workspace.hpp"
 
@@ -41,9 +42,6 @@ struct HitSample : messages::Received<messages::HitAlert> {
 };
 
 using ObjectSample = messages::WorkspaceObject;
-struct ObjectGone {
-  std::uint16_t id = 0;
-};
 
 struct WorkspaceSample {  // workspace_version
   std::uint64_t version = 0;
@@ -64,41 +62,16 @@ struct SkinSample {  // skin_percept
   std::vector<SkinPatchSample> felt;
 };
 
-struct MeshChunkSample {
-  std::uint64_t mesh_hash = 0;
-  std::uint32_t chunk = 0, chunk_count = 0, vertex_count = 0, triangle_count = 0;
-  std::vector<std::uint8_t> data;
-};
-
-struct ComponentSample {  // component_status
-  core::Nanoseconds received_ns = 0;
-  std::string name, host, message;
-  core::ComponentState state = core::ComponentState::kStarting;
-  std::vector<core::LoopStatistics> loops;
-  std::vector<core::HealthFigure> figures;
-  std::uint64_t refused = 0, deadline_missed = 0, incompatible_qos = 0;  ///< summed over its endpoints
-};
+using MeshChunkSample = messages::MeshChunk;
+using ComponentSample = messages::Received<messages::ComponentStatus>;
 
 /// The pose of the view that the operator looks at.
 struct ViewPoseSample : messages::ViewPose {
   core::Nanoseconds made_ns = 0;  ///< time of drawing, CLOCK_MONOTONIC; 0: not yet drawn
 };
 
-enum class CommandKind {
-  kEmergencyStop,
-  kReset,
-  kSetPerceptGain,
-  kSetFeedbackGain,
-  kEnablePercept,
-  kViewHold,
-  kViewNode,
-  kSetLaw,
-  kMark,
-};
-struct Command {
-  CommandKind kind = CommandKind::kEmergencyStop;
-  double value = 0.0;
-};
+using core::CommandKind;
+using Command = messages::OperatorCommand;
 
 /// The outcome of a command, for its issuer.
 struct CommandOutcome {

@@ -1,5 +1,7 @@
 #include "components/synthetic_viewer/sheet.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cstdio>
 #include <fstream>
@@ -14,31 +16,6 @@ namespace phantom::synthetic_viewer {
 namespace {
 
 constexpr int kColumns = 4, kRows = 4, kGap_px = 4;
-
-/// A picture of tiles, row by row.
-class Sheet {
- public:
-  Sheet(int width_px, int height_px) : tile_width_(width_px), tile_height_(height_px) {
-    image_ = {kColumns * (width_px + kGap_px) - kGap_px, kRows * (height_px + kGap_px) - kGap_px, {}};
-    image_.bgr.assign(
-        3 * static_cast<std::size_t>(image_.width_px) * static_cast<std::size_t>(image_.height_px), 16);
-  }
-  void add(const Image& tile) {
-    const int left = count_ % kColumns * (tile_width_ + kGap_px),
-              top = count_ / kColumns * (tile_height_ + kGap_px);
-    for (int y = 0; y < tile_height_; ++y) {
-      const auto at = 3 * (static_cast<std::size_t>(top + y) * static_cast<std::size_t>(image_.width_px) +
-                           static_cast<std::size_t>(left));
-      std::copy_n(tile.at(0, y), 3 * tile_width_, image_.bgr.begin() + static_cast<std::ptrdiff_t>(at));
-    }
-    ++count_;
-  }
-  const Image& image() const { return image_; }
-
- private:
-  int tile_width_, tile_height_, count_ = 0;
-  Image image_;
-};
 
 }  // namespace
 
@@ -72,17 +49,19 @@ int run_sheet(const SheetRequest& request, const ViewerConfig& config) {
                  bodies = still.scene.obstacles(still.state, true);
   const Compositor::Moment moment{still.state, objects, bodies, StillScene::kNow_ns};
   const VisibleShare seen_from = visible_among(bodies);
-  const Eigen::Vector3d look_at_m(hit.look_at_m[0], hit.look_at_m[1], hit.look_at_m[2]);
-  const Eigen::Vector3d pgv(hit.pgv[0], hit.pgv[1], hit.pgv[2]);
+  const Eigen::Vector3d look_at_m = eigen(hit.look_at_m), pgv = eigen(hit.pgv), towards = pgv.normalized();
   std::printf("%s near %s at %.3f %.3f %.3f m, object towards %.2f %.2f %.2f, closeness %.2f\n",
               hit.link_name.c_str(), object_name(still.state, hit.object).c_str(), look_at_m.x(),
-              look_at_m.y(), look_at_m.z(), pgv.normalized().x(), pgv.normalized().y(), pgv.normalized().z(),
+              look_at_m.y(), look_at_m.z(), towards.x(), towards.y(), towards.z(),
               still.state.percept.closeness);
-  Sheet sheet(format.width_px, format.height_px);
+  const int step_x = format.width_px + kGap_px, step_y = format.height_px + kGap_px;
+  Image sheet(kRows * step_y - kGap_px, kColumns * step_x - kGap_px, CV_8UC3, cv::Scalar::all(16));
+  int tiles = 0;
   const auto add = [&](const Compositor::Picture& picture) {
     Image image = renderer.render(picture.frame, format);
     draw_hud(image, picture.hud);
-    sheet.add(image);
+    image.copyTo(sheet({tiles % kColumns * step_x, tiles / kColumns * step_y, image.cols, image.rows}));
+    ++tiles;
   };
   Compositor::Picture whole = compositor.main_picture(moment, {});
   whole.hud.gauges = false;
@@ -93,18 +72,18 @@ int run_sheet(const SheetRequest& request, const ViewerConfig& config) {
     const auto chosen = static_cast<ViewNode>(number);
     const HitView view = viewer.step(false, chosen, seen_from, 0.0);
     Compositor::Picture picture = compositor.hit_picture(moment, view);
-    char seen[48];
-    std::snprintf(seen, sizeof seen, "sees %.0f %% of the zone", 100 * seen_from(view.situation, view.eye_m));
+    const std::string seen =
+        fmt::format("sees {:.0f} % of the zone", 100 * seen_from(view.situation, view.eye_m));
     picture.hud.title =
         (number == 0 ? "AUTOMATIC: " : "") + std::string("from ") + percept::node_name(view.node);
     picture.hud.subtitle = seen;
     picture.hud.alarm = number == 0;
     std::printf("%-4s %s %s\n", number == 0 ? "auto" : percept::node_name(chosen),
-                number == 0 ? percept::node_name(view.node) : "", seen);
+                number == 0 ? percept::node_name(view.node) : "", seen.c_str());
     add(picture);
   }
   std::ofstream file(request.out, std::ios::binary);
-  file << encode_png(sheet.image());
+  file << encode_png(sheet);
   if (!file.flush()) throw core::MissingError(request.out.string() + ": cannot be written");
   return runtime::kExitDone;
 }

@@ -39,15 +39,6 @@ void splat(PaintVolume& volume, const SkinPatchSample& patch, float reach_m) {
 
 }  // namespace
 
-std::uint8_t PaintVolume::at(const Eigen::Vector3f& p_L_m) const {
-  const Eigen::Vector3f cube = ((p_L_m - corner_m) / edge_m).array().floor();
-  for (int axis = 0; axis < 3; ++axis) {
-    if (!(cube[axis] >= 0 && cube[axis] < static_cast<float>(size[static_cast<std::size_t>(axis)]))) return 0;
-  }
-  return closeness[place(*this, static_cast<int>(cube.x()), static_cast<int>(cube.y()),
-                         static_cast<int>(cube.z()))];
-}
-
 PaintVolume paint_link(const geometry::BoundingBox& box, double patch_m,
                        const std::vector<SkinPatchSample>& patches, std::size_t link) {
   PaintVolume volume;

@@ -18,9 +18,6 @@ struct PaintVolume {
   float edge_m = 0.0F;               ///< edge length of a cube
   std::array<int, 3> size{0, 0, 0};  ///< cubes along x, y, z; 0: no volume
   std::vector<std::uint8_t> closeness;
-
-  /// Returns the closeness of the cube that contains a point; 0 outside.
-  std::uint8_t at(const Eigen::Vector3f& p_L_m) const;
 };
 
 /// Returns the paint of a link from what its patches feel. Each patch colours everything within its edge

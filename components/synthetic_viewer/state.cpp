@@ -1,10 +1,22 @@
 #include "components/synthetic_viewer/state.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
 namespace phantom::synthetic_viewer {
+namespace {
+
+/// Returns the name of an enumerator that may have come from a message unchecked.
+template <class Enumerator, std::size_t kCount>
+const char* name_in(const char* const (&names)[kCount], Enumerator value) noexcept {
+  const auto number = static_cast<std::size_t>(value);
+  return number < kCount ? names[number] : "?";
+}
+
+}  // namespace
 
 void ViewerState::take(const HitSample& hit) {
   const auto known = std::find_if(hits.rbegin(), hits.rend(), [&hit](const HitRecord& record) {
@@ -22,9 +34,23 @@ void ViewerState::take(const HitSample& hit) {
   if (hits.size() > kMaxHits) hits.pop_front();
 }
 
+void ViewerState::take(ObjectSample object, core::Nanoseconds now_ns) {
+  const std::uint16_t id = object.id;
+  if (object.removed()) {
+    objects.erase(id);
+    return;
+  }
+  if (first_object_ns == 0) first_object_ns = now_ns;
+  objects[id] = std::move(object);
+}
+
 void ViewerState::take(ComponentSample component) {
-  std::string key = component.name + "@" + component.host;
+  std::string key = component.component + "@" + component.host;
   components[std::move(key)] = std::move(component);
+  if (components.size() <= kMaxComponents) return;
+  components.erase(std::min_element(components.begin(), components.end(), [](const auto& a, const auto& b) {
+    return a.second.received_ns < b.second.received_ns;
+  }));
 }
 
 void ViewerState::take(const Command& command) {
@@ -57,11 +83,8 @@ std::string banner_text(const ViewerState& state, const Staleness& staleness, co
 std::string condition_text(const ViewerState& state, const Staleness& staleness, core::Nanoseconds now_ns) {
   const double slave_age_s = age_s(state.arm.received_ns, now_ns);
   if (state.arm.received_ns == 0) return "NO SLAVE: waiting for its first state";
-  if (slave_age_s > staleness.slave_s) {
-    const double shown_s = std::floor(slave_age_s * 10) / 10;
-    std::string number = std::to_string(shown_s);
-    return "LINK LOST: the arm's pose is " + number.substr(0, number.find('.') + 2) + " s old";
-  }
+  if (slave_age_s > staleness.slave_s)
+    return fmt::format("LINK LOST: the arm's pose is {:.1f} s old", std::floor(slave_age_s * 10) / 10);
   if (state.arm.state == LinkState::kDegraded) return "LINK DEGRADED: the slave holds";
   if (age_s(state.percept.received_ns, now_ns) > staleness.percept_s)
     return "NO PERCEPT: the phantom is silent";
@@ -75,17 +98,6 @@ std::string object_name(const ViewerState& state, std::uint16_t id) {
   return found == state.objects.end() || found->second.name.empty() ? "object " + std::to_string(id)
                                                                     : found->second.name;
 }
-
-namespace {
-
-/// Returns the name of an enumerator that may have come from a message unchecked.
-template <class Enumerator, std::size_t kCount>
-const char* name_in(const char* const (&names)[kCount], Enumerator value) noexcept {
-  const auto number = static_cast<std::size_t>(value);
-  return number < kCount ? names[number] : "?";
-}
-
-}  // namespace
 
 std::string label_of(LinkState state) {
   std::string label = teleop::name_of(state);
@@ -101,7 +113,7 @@ const char* name_of(HitRule rule) noexcept {
   return name_in({"none", "very_close", "moderate_moving", "far_nearing"}, rule);
 }
 
-const char* name_of(core::ComponentState state) noexcept {
+const char* label_of(core::ComponentState state) noexcept {
   return name_in({"STARTING", "READY", "RUNNING", "DEGRADED", "STOPPED", "FAULT"}, state);
 }
 

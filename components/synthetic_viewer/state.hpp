@@ -7,7 +7,7 @@
 #include "components/synthetic_viewer/camera_control.hpp"
 #include "components/synthetic_viewer/samples.hpp"
 #include "components/synthetic_viewer/stop_board.hpp"
-#include "components/synthetic_viewer/view_choice.hpp"
+#include "components/synthetic_viewer/synthetic_viewer.hpp"
 
 namespace phantom::synthetic_viewer {
 
@@ -16,6 +16,7 @@ struct Staleness {
   double slave_s = 0.25;
   double percept_s = 0.5;
   double component_s = 2.0;  ///< status comes at 2 Hz
+  double meshes_s = 5.0;     ///< from the first object on: meshes that are missing then are not waited for
 };
 
 /// An alert as listed on the page.
@@ -73,8 +74,10 @@ struct ViewerState {
   std::string graphics;                   ///< the renderer, as the driver calls it
 
   static constexpr std::size_t kMaxHits = 40;
+  static constexpr std::size_t kMaxComponents = 256;  ///< the one silent longest makes room for a new one
 
   void take(const HitSample& hit);
+  void take(ObjectSample object, core::Nanoseconds now_ns);
   void take(ComponentSample component);
   /// Applies a view command; all others are ignored.
   void take(const Command& command);
@@ -97,6 +100,6 @@ std::string object_name(const ViewerState& state, std::uint16_t id);
 std::string label_of(LinkState state);  ///< "COUPLED"
 const char* name_of(MotionClass motion) noexcept;
 const char* name_of(HitRule rule) noexcept;
-const char* name_of(core::ComponentState state) noexcept;
+const char* label_of(core::ComponentState state) noexcept;  ///< "RUNNING"
 
 }  // namespace phantom::synthetic_viewer

@@ -1,7 +1,8 @@
 #include "components/synthetic_viewer/stop_board.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
-#include <cstdio>
 
 #include "components/synthetic_viewer/state.hpp"
 
@@ -17,24 +18,15 @@ constexpr const char* kNotStopped = "IS NOT STOPPED";
 constexpr std::size_t index_of(Side side) { return static_cast<std::size_t>(side); }
 
 std::string stopped_text(StopCause cause) {
-  switch (cause) {
-    case StopCause::kEmergency:
-      return "stopped (emergency stop)";
-    case StopCause::kDriveFault:
-      return "stopped (its drives are in fault)";
-    case StopCause::kPartner:
-      return "stopped (because the other side is)";
-    case StopCause::kNone:
-      break;
-  }
-  return "stopped";
+  constexpr std::array<const char*, core::kStopCauses> kTexts{"stopped", "stopped (emergency stop)",
+                                                              "stopped (its drives are in fault)",
+                                                              "stopped (because the other side is)"};
+  return kTexts.at(static_cast<std::size_t>(cause));
 }
 
 std::string silent_text(core::Nanoseconds received_ns, core::Nanoseconds now_ns) {
-  if (received_ns == 0) return "never heard";
-  char text[48];
-  std::snprintf(text, sizeof text, "silent for %.0f s", core::seconds(now_ns - received_ns));
-  return text;
+  return received_ns == 0 ? "never heard"
+                          : fmt::format("silent for {:.0f} s", core::seconds(now_ns - received_ns));
 }
 
 }  // namespace
@@ -61,7 +53,8 @@ void StopBoard::take_request(const std::optional<core::CommandAnswers>& request)
 
 void StopBoard::take_second(const std::string& topic, core::Nanoseconds received_ns) {
   const std::lock_guard lock(mutex_);
-  seconds_[topic] = received_ns;
+  std::erase_if(seconds_, [&](const auto& second) { return received_ns - second.second >= kSecond_ns; });
+  if (seconds_.size() < kMostSeconds || seconds_.contains(topic)) seconds_[topic] = received_ns;
 }
 
 std::uint64_t StopBoard::stop_of(Side side) const {

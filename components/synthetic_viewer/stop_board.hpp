@@ -49,6 +49,8 @@ class StopBoard {
   static constexpr core::Nanoseconds kSilent_ns = core::kNsPerSecond / 2;
   /// A second process is reported for this long after take_second().
   static constexpr core::Nanoseconds kSecond_ns = core::kNsPerSecond;
+  /// At most so many second processes are reported at a time.
+  static constexpr std::size_t kMostSeconds = 16;
 
   /// Takes each state of a side, from the process that the viewer follows.
   void take_state(core::Side side, LinkState state, StopCause cause, std::uint64_t stop,

@@ -1,12 +1,61 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <optional>
 
-#include "components/synthetic_viewer/view_choice.hpp"
+#include "common/percept/view_node.hpp"
 
 namespace phantom::synthetic_viewer {
+
+using percept::ViewNode;
+
+struct ViewChoiceConfig {
+  double distance_m = 0.6;    ///< distance from the look-at point to the camera
+  double margin = 0.12;       ///< by how much another node's score must be better (scores are about 0 to 1)
+  double dwell_s = 0.6;       ///< for how long it must be better
+  double least_stay_s = 1.5;  ///< a node is kept at least this long, whatever happens
+};
+
+/// What the view must show.
+struct ViewSituation {
+  Eigen::Vector3d look_at_m = Eigen::Vector3d::Zero();  ///< point O, in W
+  Eigen::Vector3d pgv = Eigen::Vector3d::Zero();        ///< towards the object, in W; 0: no direction
+  ViewNode chosen = ViewNode::kAutomatic;               ///< the operator's choice
+};
+
+/// Returns the share 0…1 of a situation's hit zone that is visible from a point in W.
+using VisibleShare = std::function<double(const ViewSituation&, const Eigen::Vector3d& eye_m)>;
+
+/// Chooses the look-from node: lateral (close to the plane through the contact normal to the PGV, 6.7.1), not
+/// occluded, and steady. Time comes in as dt only. Not thread-safe; step() allocates nothing.
+class ViewChooser {
+ public:
+  explicit ViewChooser(const ViewChoiceConfig& config) : config_(config) {}
+
+  /// Advances by one frame. Returns the node to look from now.
+  ViewNode step(const ViewSituation& situation, const VisibleShare& visible, double dt_s);
+  /// Lets the next step() choose freely, because the view was off. Among equal nodes the present one is
+  /// preferred.
+  void release() noexcept { free_ = true; }
+
+  Eigen::Vector3d eye_m(const ViewSituation& situation) const {
+    return situation.look_at_m + config_.distance_m * percept::node_direction(node_);
+  }
+
+ private:
+  using Scores = std::array<double, percept::kNodeCount + 1>;  // by node number
+  Scores scores(const ViewSituation& situation, const VisibleShare& visible) const;
+  void change_to(ViewNode node) noexcept;
+
+  ViewChoiceConfig config_;
+  ViewNode node_ = ViewNode::kAutomatic;
+  bool free_ = true;
+  double stayed_s_ = 0.0;
+  double better_s_ = 0.0;  // for how long some other node has been better
+};
 
 struct HitViewConfig {
   ViewChoiceConfig choice;
@@ -16,7 +65,7 @@ struct HitViewConfig {
 };
 
 /// A hit alert in the form that the view needs.
-struct AlertNews {
+struct AlertUpdate {
   std::uint32_t alert = 0;
   bool cleared = false;
   Eigen::Vector3d look_at_m = Eigen::Vector3d::Zero();
@@ -40,23 +89,22 @@ class SyntheticViewer {
   explicit SyntheticViewer(const HitViewConfig& config) : config_(config), chooser_(config.choice) {}
 
   /// Takes a raised or cleared alert. A cleared alert that is not known is ignored.
-  void take(const AlertNews& news) noexcept;
+  void take(const AlertUpdate& update) noexcept;
 
   /// Advances by one frame. `hold`: keep the view that is shown; `chosen`: the operator's node, or automatic.
   HitView step(bool hold, ViewNode chosen, const VisibleShare& visible, double dt_s);
 
  private:
   struct Alert {
-    AlertNews news;
+    AlertUpdate update;
     bool pending = false;  // raised, and neither shown nor cleared
   };
-  void show(const AlertNews& news) noexcept;
 
   static constexpr std::size_t kRemembered = 16;
 
   HitViewConfig config_;
   ViewChooser chooser_;
-  std::optional<AlertNews> shown_;
+  std::optional<AlertUpdate> shown_;
   double shown_s_ = 0.0;
   double over_s_ = 0.0;  // since the shown alert was cleared
   std::array<Alert, kRemembered> alerts_{};

@@ -15,26 +15,26 @@ namespace {
 
 // Meshes are unpacked between pictures, within this time per round: many meshes must not stop the pictures
 // for seconds.
-constexpr core::Nanoseconds kNewsBudget_ns = 60 * core::kNsPerMillisecond;
+constexpr core::Nanoseconds kEventBudget_ns = 60 * core::kNsPerMillisecond;
 // How long the higher rate lasts after a camera was moved.
-constexpr core::Nanoseconds kLively_ns = core::kNsPerSecond;
-constexpr double kLivelyRate_hz = 30.0;
+constexpr core::Nanoseconds kInteractive_ns = core::kNsPerSecond;
+constexpr double kInteractiveRate_hz = 30.0;
 
 }  // namespace
 
 ViewerLoop::ViewerLoop(const ViewerConfig& config, const runtime::CellConfig& cell, robot::SerialArm arm,
-                       std::vector<LinkMeshData> arm_meshes, Inbox& inbox, PageContent& page, Report report)
+                       std::vector<LinkMeshData> arm_meshes, Inbox& inbox, PageContent& page,
+                       const std::filesystem::path& report_dir)
     : config_(config),
       cell_(cell),
       inbox_(inbox),
       page_(page),
       publisher_(config_, page),
-      report_(std::move(report)),
+      report_(report_dir, config_.report_pictures, start_ns_),
       arm_(std::move(arm)),
       arm_meshes_(std::move(arm_meshes)) {}
 
 void ViewerLoop::start() {
-  start_ns_ = core::monotonic_ns();
   thread_ = std::thread([this] { run(); });
 }
 
@@ -46,30 +46,31 @@ void ViewerLoop::end() {
 
 void ViewerLoop::finish(const std::string& page_url) {
   end();
-  Report::Summary summary;
-  summary.frames = rounds_.whole;
-  summary.seconds = core::seconds(core::monotonic_ns() - start_ns_);
-  summary.frame_p50_s = core::seconds(rounds_.work.quantile_ns(0.5));
-  summary.frame_max_s = core::seconds(rounds_.work.max_ns());
-  summary.alerts = state_.total_hits;
-  summary.alert_to_picture_max_s = core::seconds(publisher_.alert_to_picture().max_ns());
-  summary.page = page_url;
-  summary.graphics = state_.graphics;
-  report_.finish(summary);
+  const double seconds = core::seconds(core::monotonic_ns() - start_ns_);
+  report_.finish(
+      {{"frames", rounds_.whole},
+       {"seconds", seconds},
+       {"fps", static_cast<double>(rounds_.whole) / seconds},
+       {"frame_p50_ms", 1e-6 * static_cast<double>(rounds_.work.quantile_ns(0.5))},
+       {"frame_max_ms", 1e-6 * static_cast<double>(rounds_.work.max_ns())},
+       {"alerts", state_.total_hits},
+       {"alert_to_picture_max_ms", 1e-6 * static_cast<double>(publisher_.alert_to_picture().max_ns())},
+       {"page", page_url},
+       {"graphics", state_.graphics}});
   if (problem_) std::rethrow_exception(problem_);
 }
 
 core::Health ViewerLoop::health() const {
-  core::Health health = publisher_.health();
+  core::Health health = health_.newest_or_default();
   // Valid also while the loop hangs and before its first turn.
   core::LoopStatistics loop = progress_.statistics();
   if (!health.loops.empty()) {
-    const core::LoopStatistics& told = health.loops.front();
-    loop.wakeup_p50_us = told.wakeup_p50_us;
-    loop.wakeup_p99_us = told.wakeup_p99_us;
-    loop.wakeup_max_us = told.wakeup_max_us;
-    loop.work_p50_us = told.work_p50_us;
-    loop.work_max_us = told.work_max_us;
+    const core::LoopStatistics& measured = health.loops.front();
+    loop.wakeup_p50_us = measured.wakeup_p50_us;
+    loop.wakeup_p99_us = measured.wakeup_p99_us;
+    loop.wakeup_max_us = measured.wakeup_max_us;
+    loop.work_p50_us = measured.work_p50_us;
+    loop.work_max_us = measured.work_max_us;
   }
   health.loops = {loop};
   return health;
@@ -94,7 +95,6 @@ void ViewerLoop::run() {
 void ViewerLoop::work() {
   drawing_ = std::make_unique<Drawing>(config_, cell_, std::move(arm_), arm_meshes_, state_);
   arm_meshes_.clear();
-  report_pictures_ = std::make_unique<ReportPictures>(report_, start_ns_);
   state_.graphics = drawing_->renderer().description();
   spdlog::info("rendering with {}", state_.graphics);
   if (config_.recording.at_start) publisher_.take({.view = *config_.recording.at_start, .record = true});
@@ -106,33 +106,31 @@ void ViewerLoop::work() {
     rounds_.lateness.record(std::max<core::Nanoseconds>(0, begin_ns - due_ns));
     const double dt_s = core::seconds(begin_ns - now_ns_);
     now_ns_ = begin_ns;
-    take_news();
+    take_events();
     const bool whole = round(dt_s);
     ++(whole ? rounds_.whole : rounds_.broken_off);
     rounds_.work.record(core::monotonic_ns() - begin_ns);
     progress_.tick();
-    publisher_.publish(health_now(), {state_.hold, state_.recording.running});
+    health_.publish(health_now());
+    page_.switches.publish({state_.hold, state_.recording.running});
     due_ns = std::max(whole ? due_ns + period_ns() : begin_ns, core::monotonic_ns());
     // After a round that was given up for an alert, the next round's views are drawn to the end, so that a
     // burst of alerts cannot stop them.
     views_give_up_ = whole ? GiveUp([this] { return inbox_.urgent(); }) : GiveUp();
   }
   publisher_.end_recording();
-  report_pictures_->finish(*drawing_);
+  report_.make_remaining_pictures(*drawing_);
 }
 
-void ViewerLoop::take_news() {
+void ViewerLoop::take_events() {
   if (inbox_.arm.read(state_.arm)) state_.link_quality.take(state_.arm, now_ns_);
   inbox_.percept.read(state_.percept);
   inbox_.master.read(state_.master);
   state_.stops = inbox_.stops.at(now_ns_);
-  std::deque<Event> news = inbox_.take_events();
   // Alerts are taken before meshes.
-  const auto others = std::stable_partition(
-      news.begin(), news.end(), [](const Event& event) { return std::holds_alternative<HitSample>(event); });
-  std::for_each(news.begin(), others, [this](Event& hit) { take(hit); });
-  std::move(others, news.end(), std::back_inserter(backlog_));
-  while (!backlog_.empty() && !stop_ && core::monotonic_ns() - now_ns_ < kNewsBudget_ns) {
+  for (Event& hit : inbox_.take_hits()) take(hit);
+  if (backlog_.empty()) backlog_ = inbox_.take_events();
+  while (!backlog_.empty() && !stop_ && core::monotonic_ns() - now_ns_ < kEventBudget_ns) {
     take(backlog_.front());
     backlog_.pop_front();
   }
@@ -144,17 +142,13 @@ void ViewerLoop::take(Event& event) {
     drawing_->take(*hit);
     if (hit->cleared) return;
     publisher_.take(*hit);
-    report_pictures_->take(*hit);
+    report_.take(*hit);
   } else if (auto* object = std::get_if<ObjectSample>(&event)) {
-    if (state_.first_object_ns == 0) state_.first_object_ns = now_ns_;
-    const std::uint16_t id = object->id;
-    state_.objects[id] = std::move(*object);
-  } else if (auto* gone = std::get_if<ObjectGone>(&event)) {
-    state_.objects.erase(gone->id);
+    state_.take(std::move(*object), now_ns_);
   } else if (auto* chunk = std::get_if<MeshChunkSample>(&event)) {
     const core::Status status = drawing_->take(std::move(*chunk));
     refused_meshes_ += status ? 0 : 1;
-    if (!status) spdlog::warn("{}", status.message());
+    if (!status) mesh_refusals_.refused(status.message());
   } else if (auto* component = std::get_if<ComponentSample>(&event)) {
     state_.take(std::move(*component));
   } else if (auto* workspace = std::get_if<WorkspaceSample>(&event)) {
@@ -166,16 +160,16 @@ void ViewerLoop::take(Event& event) {
     state_.take(*command);
   } else if (auto* request = std::get_if<ViewRequest>(&event)) {
     state_.cameras.take(*request);
-    lively_until_ns_ = now_ns_ + kLively_ns;
+    interactive_until_ns_ = now_ns_ + kInteractive_ns;
     publisher_.take(*request);
   }
 }
 
 /// Returns the period of the rounds, shorter while the operator moves a camera.
 core::Nanoseconds ViewerLoop::period_ns() const {
-  const bool lively = now_ns_ < lively_until_ns_;
+  const bool interactive = now_ns_ < interactive_until_ns_;
   return core::from_seconds(
-      1.0 / (lively ? std::max(kLivelyRate_hz, config_.frame_rate_hz) : config_.frame_rate_hz));
+      1.0 / (interactive ? std::max(kInteractiveRate_hz, config_.frame_rate_hz) : config_.frame_rate_hz));
 }
 
 /// Makes one round of pictures. Returns false if it was given up because an alert waits for its picture.
@@ -185,11 +179,11 @@ bool ViewerLoop::round(double dt_s) {
   if (dt_s > 0) rounds_.per_s += (1 - std::exp(-dt_s)) * (1 / dt_s - rounds_.per_s);
   // Threats come first: the operator waits for them.
   publisher_.show_threats(*drawing_);
-  publisher_.publish(drawing_->view_pose());
+  page_.view_pose.publish(drawing_->view_pose());
   publish_state();
   return publisher_.show_views(*drawing_, state_.arm.received_ns != 0, views_give_up_) &&
-         report_pictures_->photograph(*drawing_, state_.arm, drawing_->scene().complete(state_),
-                                      [this] { return inbox_.urgent(); });
+         report_.make_pictures(*drawing_, state_.arm, drawing_->scene().complete(state_),
+                               [this] { return inbox_.urgent(); });
 }
 
 void ViewerLoop::publish_state() {
@@ -223,16 +217,17 @@ core::Health ViewerLoop::health_now() const {
                           .wakeup_max_us = us(rounds_.lateness.max_ns()),
                           .work_p50_us = us(rounds_.work.quantile_ns(0.5)),
                           .work_max_us = us(rounds_.work.max_ns())});
-  health.figures = {{"objects", static_cast<double>(state_.objects.size()), ""},
-                    {"meshes", static_cast<double>(scene.meshes.size()), ""},
-                    {"meshes_refused", static_cast<double>(refused_meshes_), ""},
-                    {"events_lost", static_cast<double>(inbox_.lost()), ""},
-                    {"alerts", static_cast<double>(state_.total_hits), ""},
-                    {"alerts_pictured", static_cast<double>(alert_to_picture.count()), ""},
-                    {"rounds_broken_off", static_cast<double>(rounds_.broken_off), ""},
-                    {"alert_to_picture_last", ms(publisher_.last_alert_to_picture_ns()), "ms"},
-                    {"alert_to_picture_p50", ms(alert_to_picture.quantile_ns(0.5)), "ms"},
-                    {"alert_to_picture_max", ms(alert_to_picture.max_ns()), "ms"}};
+  health.figures = {
+      {"objects", static_cast<double>(state_.objects.size()), ""},
+      {"meshes", static_cast<double>(scene.meshes.size()), ""},
+      {"meshes_refused", static_cast<double>(refused_meshes_ + drawing_->meshes_given_up()), ""},
+      {"events_lost", static_cast<double>(inbox_.lost()), ""},
+      {"alerts", static_cast<double>(state_.total_hits), ""},
+      {"alerts_pictured", static_cast<double>(alert_to_picture.count()), ""},
+      {"rounds_broken_off", static_cast<double>(rounds_.broken_off), ""},
+      {"alert_to_picture_last", ms(publisher_.last_alert_to_picture_ns()), "ms"},
+      {"alert_to_picture_p50", ms(alert_to_picture.quantile_ns(0.5)), "ms"},
+      {"alert_to_picture_max", ms(alert_to_picture.max_ns()), "ms"}};
   return health;
 }
 

@@ -9,10 +9,11 @@
 #include <vector>
 
 #include "common/core/progress.hpp"
+#include "common/dds/refusal_log.hpp"
 #include "common/runtime/cell.hpp"
 #include "components/synthetic_viewer/inbox.hpp"
 #include "components/synthetic_viewer/publisher.hpp"
-#include "components/synthetic_viewer/report_pictures.hpp"
+#include "components/synthetic_viewer/report.hpp"
 
 namespace phantom::synthetic_viewer {
 
@@ -21,8 +22,10 @@ namespace phantom::synthetic_viewer {
 class ViewerLoop {
  public:
   /// Sets `page`'s callbacks. `inbox` and `page` must outlive the loop.
+  /// Makes its report in `report_dir`, none if that is empty. Throws core::MissingError if it cannot.
   ViewerLoop(const ViewerConfig& config, const runtime::CellConfig& cell, robot::SerialArm arm,
-             std::vector<LinkMeshData> arm_meshes, Inbox& inbox, PageContent& page, Report report);
+             std::vector<LinkMeshData> arm_meshes, Inbox& inbox, PageContent& page,
+             const std::filesystem::path& report_dir);
   /// Ends the thread if it runs.
   ~ViewerLoop() { end(); }
 
@@ -34,10 +37,6 @@ class ViewerLoop {
   bool running() const { return !ended_.load(); }
   /// Returns the health for component_status. Any thread.
   core::Health health() const;
-  /// Any thread.
-  ViewSwitches switches() const { return publisher_.switches(); }
-  /// Returns the pose of the view that the operator looks at. Any thread.
-  ViewPoseSample view_pose() const { return publisher_.view_pose(); }
 
  private:
   /// Statistics of the thread since its start.
@@ -49,7 +48,7 @@ class ViewerLoop {
   void end();
   void run();
   void work();
-  void take_news();
+  void take_events();
   void take(Event& event);
   bool round(double dt_s);
   core::Nanoseconds period_ns() const;
@@ -60,20 +59,22 @@ class ViewerLoop {
   const runtime::CellConfig cell_;
   Inbox& inbox_;
   PageContent& page_;
+  const core::Nanoseconds start_ns_ = core::monotonic_ns();
   Publisher publisher_;
   Report report_;
+  Broadcast<core::Health> health_;
 
   // Used on the viewer's thread only.
   robot::SerialArm arm_;
   std::vector<LinkMeshData> arm_meshes_;  // until they are uploaded
   ViewerState state_;
   std::unique_ptr<Drawing> drawing_;
-  std::unique_ptr<ReportPictures> report_pictures_;
   std::deque<Event> backlog_;
   GiveUp views_give_up_;  // null in a round whose views must not be given up again
-  core::Nanoseconds lively_until_ns_ = 0, start_ns_ = 0, now_ns_ = 0;
+  core::Nanoseconds interactive_until_ns_ = 0, now_ns_ = 0;
   Rounds rounds_;
   std::uint64_t refused_meshes_ = 0;
+  dds::RefusalLog mesh_refusals_{"mesh_chunk"};
 
   // Drawing a picture without a graphics card takes long, and so does starting the driver.
   static constexpr double kHangsAfter_s = 20.0;

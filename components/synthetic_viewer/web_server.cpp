@@ -1,110 +1,211 @@
 #include "components/synthetic_viewer/web_server.hpp"
 
+#include <httplib.h>
+
 #include <algorithm>
+#include <array>
 #include <atomic>
+#include <chrono>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "common/core/clock.hpp"
 #include "components/synthetic_viewer/commands.hpp"
+#include "components/synthetic_viewer/page_access.hpp"
 #include "components/synthetic_viewer/page_state.hpp"
-#include "components/synthetic_viewer/stream_server.hpp"
-#include "components/synthetic_viewer/web_files.hpp"
+#include "components/synthetic_viewer/request_gate.hpp"
+#include "components/synthetic_viewer/request_origin.hpp"
 
 namespace phantom::synthetic_viewer {
+
+namespace web {  // the files of web/
+extern const char* const kIndexHtml;
+extern const char* const kPageCss;
+extern const char* const kPageJs;
+extern const char* const kStopJs;
+extern const char* const kSessionJs;
+}  // namespace web
+
 namespace {
 
-// More threads than browsers hold idle connections, so that a stop always finds a free one.
-constexpr int kThreads = 32;
+using httplib::Request;
+using httplib::Response;
+
+constexpr int kThreads = 16;         // the stop has its own
 constexpr int kSnapshotsAtOnce = 4;  // each occupies a thread until its picture is made
+constexpr int kSpareThreads = 4;     // for refusing further followers of streams
+constexpr int kUnavailable = 503;
+constexpr int kHttpPort = 80, kHttpsPort = 443;        // left out of an origin
+constexpr std::array kStatusOfOutcome{200, 409, 504};  // by CommandOutcome::Kind
+constexpr std::chrono::milliseconds kPatience{200};
+constexpr std::chrono::milliseconds kPageWrite{5000}, kStreamWrite{15000};
+// After this many times kPatience a still picture is sent again, so that a dead connection is noticed.
+constexpr int kRepeatAfter = 5;
 
-constexpr int kConflict = 409, kUnavailable = 503, kTimedOut = 504;
-
-int status_of(CommandOutcome::Kind kind) {
-  switch (kind) {
-    case CommandOutcome::Kind::kDone:
-      return 200;
-    case CommandOutcome::Kind::kRefused:
-      return kConflict;
-    case CommandOutcome::Kind::kUnanswered:
-      return kTimedOut;
-  }
-  return kTimedOut;
+/// Returns the limits of the page's port and, with `streams`, of the other one.
+GateLimits limits_of(const PageConfig& config, bool streams) {
+  GateLimits limits;
+  limits.connections = config.max_connections;
+  limits.connections_per_address = config.max_connections_per_address;
+  limits.workers = streams ? config.max_streams + kSpareThreads : kThreads;
+  limits.write_time = streams ? kStreamWrite : kPageWrite;
+  return limits;
 }
 
-bool is_host_name(const std::string& name) {
-  return !name.empty() && std::all_of(name.begin(), name.end(), [](unsigned char c) {
-    return std::isalnum(c) != 0 || c == '.' || c == '-' || c == '[' || c == ']' || c == ':';
+/// Returns whether a request asks for the stop, which must wait for nothing else.
+bool is_stop(const RequestFrame& request) {
+  if (request.method != "POST" || request.path != "/command") return false;
+  const auto command = parse_command(std::string(request.body));
+  return command && command->kind == CommandKind::kEmergencyStop;
+}
+
+/// Gives a server what all its answers have in common.
+void set_common(httplib::Server& server) {
+  server.set_default_headers({{"Cache-Control", "no-store"}, {"X-Content-Type-Options", "nosniff"}});
+  server.set_error_handler([](const Request& request, Response& response) {
+    if (!response.body.empty()) return;
+    answer(response, response.status,
+           response.status == 404 ? "unknown path " + request.path : "request refused");
+  });
+  server.set_exception_handler([](const Request&, Response& response, std::exception_ptr) {
+    answer(response, 500, "the viewer could not answer");
   });
 }
+
+std::optional<std::string> header(const Request& request, const char* name) {
+  return request.has_header(name) ? std::optional(request.get_header_value(name)) : std::nullopt;
+}
+
+RequestOrigin origin_of(const Request& request) {
+  RequestOrigin origin{.hosts = {},
+                       .origin = header(request, "Origin"),
+                       .fetch_site = header(request, "Sec-Fetch-Site"),
+                       .served_address = request.local_addr};
+  const auto hosts = request.headers.equal_range("Host");
+  for (auto host = hosts.first; host != hosts.second; ++host) origin.hosts.push_back(host->second);
+  return origin;
+}
+
+/// Returns a part of a motion JPEG. It ends with the next boundary, because browsers show a picture only once
+/// they have its end.
+std::string jpeg_part(const std::string& jpeg) {
+  return "Content-Type: image/jpeg\r\nContent-Length: " + std::to_string(jpeg.size()) + "\r\n\r\n" + jpeg +
+         "\r\n--picture\r\n";
+}
+
+/// Returns the host of an authority with another port, as it stands in a URL.
+std::string with_port(const Authority& authority, const std::string& port) {
+  const bool brackets = authority.host.find(':') != std::string::npos;
+  return (brackets ? "[" + authority.host + "]" : authority.host) + ":" + port;
+}
+
+/// Returns whether a path of the page's port is given without a session: the page itself, its form to log in,
+/// and who is stopped.
+bool is_for_all(const std::string& path) {
+  constexpr std::array kForAll{"/", "/page.css", "/page.js", "/stop.js", "/session.js", "/stop", "/session"};
+  return std::find(kForAll.begin(), kForAll.end(), path) != kForAll.end();
+}
+
+std::string event_of(const std::string& json) { return "data: " + json + "\n\n"; }
 
 }  // namespace
 
 struct WebServer::Impl {
+  using Source = Broadcast<std::string>;
+
   PageConfig config;
   PageContent& content;
   OnCommand on_command;
   OnViewRequest on_view_request;
-  std::atomic<int> snapshots{0};
-  std::unique_ptr<StreamServer> streams;
-  HttpPort http{kThreads};
+  std::atomic<bool> stopping{false};
+  std::atomic<int> snapshots{0}, followers{0};
+  const std::string scheme{config.tls ? "https" : "http"};
+  OriginRule origins{config.host_names, scheme};
+  PageAccess access{config.secrets, config.tls != nullptr};
+  RequestGate page{"page", limits_of(config, false), is_stop, config.tls.get()};
+  RequestGate streams{"page_streams", limits_of(config, true), nullptr, config.tls.get()};
 
-  Impl(const PageConfig& page, PageContent& page_content, OnCommand command, OnViewRequest view_request)
-      : config(page),
+  Impl(const PageConfig& page_config, PageContent& page_content, OnCommand command,
+       OnViewRequest view_request)
+      : config(page_config),
         content(page_content),
         on_command(std::move(command)),
-        on_view_request(std::move(view_request)) {}
+        on_view_request(std::move(view_request)) {
+    check_readers();
+    add_files();
+    add_pictures();
+    add_states();
+    add_requests();
+    access.add_to(page.server(), [this](const Request& request) { return refusal(request); });
+    add_streams();
+    page.bind(config.address, config.port, "page.port");
+    access.name_cookie(page.port());
+    streams.bind(config.address, config.stream_port, "page.stream_port");
+    page.start();
+    streams.start();
+  }
+  ~Impl() {
+    stopping = true;
+    page.stop();
+    streams.stop();
+  }
 
-  void set_up();
-  void page(const httplib::Request& request, httplib::Response& response) const;
+  void check_readers();
+  void add_files();
   void add_pictures();
   void add_states();
-  void command(const httplib::Request& request, httplib::Response& response);
-  void view_request(const httplib::Request& request, httplib::Response& response);
-  /// Returns whether a request that may change something is allowed. If not, fills the response with the
-  /// refusal.
-  bool permitted(const httplib::Request& request, httplib::Response& response) const;
-  /// Returns why a request that may change something does not come from the page itself; empty if it does.
-  std::string foreign(const httplib::Request& request) const;
+  void add_requests();
+  void add_streams();
+  /// Returns why a request that changes something is refused, whoever makes it; empty if it is not.
+  std::string refusal(const Request& request) const;
+  void follow(const Request& request, Response& response, const char* type, Source& source,
+              std::string opening, std::string (*packed)(const std::string&));
 };
 
-void WebServer::Impl::set_up() {
-  http.server.Get(
-      "/", [this](const httplib::Request& request, httplib::Response& response) { page(request, response); });
-  const auto serve = [this](const char* path, const char* text, const char* type) {
-    http.server.Get(path, [text, type](const httplib::Request&, httplib::Response& response) {
-      response.set_content(text, type);
+/// Lets no request pass to the handlers whose host is not this page's, or that a page from elsewhere makes.
+void WebServer::Impl::check_readers() {
+  for (RequestGate* served : {&page, &streams}) {
+    set_common(served->server());
+    served->server().set_pre_routing_handler([this, served](const Request& request, Response& response) {
+      using enum httplib::Server::HandlerResponse;
+      if (request.method == "POST") return Unhandled;  // refusal() decides, once the body has been read
+      const RequestOrigin origin = origin_of(request);
+      Authority own = origins.host_of(origin).value_or(Authority());
+      const bool usual = page.port() == (config.tls ? kHttpsPort : kHttpPort);
+      if (served == &streams) own.port = usual ? "" : std::to_string(page.port());
+      const std::string refused = origins.read_refusal(origin, own, request.path != "/");
+      if (!refused.empty()) return answer(response, 403, refused), Handled;
+      const bool for_all = served == &page && is_for_all(request.path);
+      return for_all || access.may(request, response, Role::kWatch) ? Unhandled : Handled;
     });
+  }
+}
+
+void WebServer::Impl::add_files() {
+  // The page comes with the address of its streams, and with a policy that allows the browser to load from
+  // there and nowhere else.
+  page.server().Get("/", [this](const Request& request, Response& response) {
+    const std::string port = std::to_string(streams.port());
+    const auto asked = origins.host_of(origin_of(request));
+    const std::string from = asked ? " " + scheme + "://" + with_port(*asked, port) : "";
+    response.set_header("Content-Security-Policy", "default-src 'self'; img-src 'self' data:" + from +
+                                                       "; connect-src 'self'" + from +
+                                                       "; frame-ancestors 'none'");
+    std::string text = web::kIndexHtml;
+    const std::string place = "{stream_port}";
+    response.set_content(text.replace(text.find(place), place.size(), port), "text/html; charset=utf-8");
+  });
+  const auto serve = [this](const char* path, const char* text, const char* type) {
+    page.server().Get(path, [=](const Request&, Response& response) { response.set_content(text, type); });
   };
   serve("/page.css", web::kPageCss, "text/css; charset=utf-8");
   serve("/page.js", web::kPageJs, "text/javascript; charset=utf-8");
   serve("/stop.js", web::kStopJs, "text/javascript; charset=utf-8");
-  add_pictures();
-  add_states();
-  http.server.Post("/command", [this](const httplib::Request& request, httplib::Response& response) {
-    command(request, response);
-  });
-  http.server.Post("/view", [this](const httplib::Request& request, httplib::Response& response) {
-    view_request(request, response);
-  });
-}
-
-/// Sends the page with the address of its streams, and a policy that allows the browser to load from there
-/// and nowhere else.
-void WebServer::Impl::page(const httplib::Request& request, httplib::Response& response) const {
-  const std::string port = std::to_string(streams->port());
-  const std::string host = host_name_of(request.get_header_value("Host"));
-  const std::string from = is_host_name(host) ? " http://" + host + ":" + port : "";
-  response.set_header("Content-Security-Policy", "default-src 'self'; img-src 'self' data:" + from +
-                                                     "; connect-src 'self'" + from +
-                                                     "; frame-ancestors 'none'");
-  std::string text = web::kIndexHtml;
-  const std::string place = "{stream_port}";
-  text.replace(text.find(place), place.size(), port);
-  response.set_content(text, "text/html; charset=utf-8");
+  serve("/session.js", web::kSessionJs, "text/javascript; charset=utf-8");
 }
 
 void WebServer::Impl::add_pictures() {
-  http.server.Get("/snapshot/main.png", [this](const httplib::Request&, httplib::Response& response) {
+  page.server().Get("/snapshot/main.png", [this](const Request&, Response& response) {
     struct Place {
       std::atomic<int>& taken;
       const bool free = taken.fetch_add(1) < kSnapshotsAtOnce;
@@ -115,21 +216,19 @@ void WebServer::Impl::add_pictures() {
     if (png.empty()) return answer(response, kUnavailable, "there is no picture yet");
     response.set_content(png, "image/png");
   });
-  http.server.Get(R"(/hits/(\d{1,9})\.jpg)",
-                  [this](const httplib::Request& request, httplib::Response& response) {
-                    const auto alert = static_cast<std::uint32_t>(std::stoul(request.matches[1].str()));
-                    const std::string jpeg = content.hit_picture ? content.hit_picture(alert) : std::string();
-                    if (jpeg.empty())
-                      return answer(response, 404, "there is no picture of alert " + std::to_string(alert));
-                    response.set_content(jpeg, "image/jpeg");
-                  });
+  page.server().Get(R"(/hits/(\d{1,9})\.jpg)", [this](const Request& request, Response& response) {
+    const auto alert = static_cast<std::uint32_t>(std::stoul(request.matches[1].str()));
+    const std::string jpeg = content.hit_picture ? content.hit_picture(alert) : std::string();
+    if (jpeg.empty()) return answer(response, 404, "there is no picture of alert " + std::to_string(alert));
+    response.set_content(jpeg, "image/jpeg");
+  });
 }
 
 void WebServer::Impl::add_states() {
-  http.server.Get("/stop", [this](const httplib::Request&, httplib::Response& response) {
+  page.server().Get("/stop", [this](const Request&, Response& response) {
     response.set_content(stop_json(content.stops ? content.stops() : StopView()), "application/json");
   });
-  http.server.Get("/state", [this](const httplib::Request&, httplib::Response& response) {
+  page.server().Get("/state", [this](const Request&, Response& response) {
     content.ask_state(core::monotonic_ns());
     const auto newest = content.state_json.newest();
     if (!newest) return answer(response, kUnavailable, "there is no state yet");
@@ -137,68 +236,112 @@ void WebServer::Impl::add_states() {
   });
 }
 
-std::string WebServer::Impl::foreign(const httplib::Request& request) const {
-  const std::string host = request.get_header_value("Host"), origin = request.get_header_value("Origin");
-  // A page from elsewhere in the same browser must not control the arm. It cannot send this content type
-  // without a preflight request, its origin differs, and a DNS name rebound to this host is not a loopback
-  // name.
-  if (request.get_header_value("Content-Type").rfind("application/json", 0) != 0) {
+void WebServer::Impl::add_requests() {
+  const auto take = [this](const char* path, auto parse, auto role_needed, auto carry_out) {
+    page.server().Post(path, [=, this](const Request& request, Response& response) {
+      if (const std::string reason = refusal(request); !reason.empty()) return answer(response, 403, reason);
+      if (!config.allow_commands)
+        return answer(response, 403,
+                      "this viewer only shows: page.allow_commands is false in its configuration");
+      const auto parsed = parse(request.body);
+      if (!parsed) return answer(response, 400, parsed.status().message());
+      const std::optional<Role> role = role_needed(*parsed);
+      if (role && !access.may(request, response, *role)) return;
+      carry_out(*parsed, response);
+    });
+  };
+  const auto needed_for_command = [](const Command& command) { return role_for(command.kind); };
+  const auto needed_for_view = [](const ViewRequest&) { return std::optional(Role::kOperate); };
+  take("/command", parse_command, needed_for_command, [this](const Command& command, Response& response) {
+    const CommandOutcome outcome = on_command(command);
+    answer(response, kStatusOfOutcome[static_cast<std::size_t>(outcome.kind)], outcome.message);
+  });
+  take("/view", parse_view_request, needed_for_view, [this](const ViewRequest& request, Response& response) {
+    const core::Status done = on_view_request(request);
+    answer(response, done ? 200 : kUnavailable, done ? "done" : done.message());
+  });
+}
+
+std::string WebServer::Impl::refusal(const Request& request) const {
+  // A page from elsewhere cannot send this content type without a preflight request.
+  if (request.get_header_value("Content-Type").rfind("application/json", 0) != 0)
     return "the content type must be application/json";
-  }
-  if (!origin.empty() && origin != "http://" + host)
-    return "commands are taken from the operator's page only";
-  if (is_loopback_address(config.address) && !is_loopback_name(host))
-    return "commands must name this host as " + config.address;
-  return {};
+  return origins.command_refusal(origin_of(request));
 }
 
-bool WebServer::Impl::permitted(const httplib::Request& request, httplib::Response& response) const {
-  if (const std::string reason = foreign(request); !reason.empty()) {
-    answer(response, 403, reason);
-    return false;
+void WebServer::Impl::add_streams() {
+  for (const View view : kViews) {
+    streams.server().Get(std::string("/stream/") + name_of(view),
+                         [this, view](const Request& request, Response& response) {
+                           follow(request, response, "multipart/x-mixed-replace; boundary=picture",
+                                  content.view(view).jpeg, "--picture\r\n", jpeg_part);
+                         });
   }
-  if (!config.allow_commands) {
-    answer(response, 403, "this viewer only shows: page.allow_commands is false in its configuration");
-    return false;
-  }
-  return true;
+  streams.server().Get("/events", [this](const Request& request, Response& response) {
+    follow(request, response, "text/event-stream", content.state_json, ": phantom\n\n", event_of);
+  });
 }
 
-void WebServer::Impl::command(const httplib::Request& request, httplib::Response& response) {
-  if (!permitted(request, response)) return;
-  const auto parsed = parse_command(request.body);
-  if (!parsed) return answer(response, 400, parsed.status().message());
-  const CommandOutcome outcome = on_command(*parsed);
-  answer(response, status_of(outcome.kind), outcome.message);
-}
-
-void WebServer::Impl::view_request(const httplib::Request& request, httplib::Response& response) {
-  if (!permitted(request, response)) return;
-  const auto parsed = parse_view_request(request.body);
-  if (!parsed) return answer(response, 400, parsed.status().message());
-  const core::Status done = on_view_request(*parsed);
-  answer(response, done.is_ok() ? 200 : kUnavailable, done.is_ok() ? "done" : done.message());
+/// Sends `opening`, and then each new content of `source` as `packed` returns it, for as long as the follower
+/// is connected and its session lasts.
+void WebServer::Impl::follow(const Request& request, Response& response, const char* type, Source& source,
+                             std::string opening, std::string (*packed)(const std::string&)) {
+  if (followers.fetch_add(1) >= config.max_streams) {
+    followers.fetch_sub(1);
+    return answer(response, kUnavailable,
+                  "all " + std::to_string(config.max_streams) + " streams are taken (page.max_streams)");
+  }
+  // The page's port is another origin; only that one may read streams, and others were refused.
+  if (const auto origin = header(request, "Origin")) {
+    response.set_header("Access-Control-Allow-Origin", *origin);
+    response.set_header("Access-Control-Allow-Credentials", "true");  // the session's cookie
+    response.set_header("Vary", "Origin");
+  }
+  source.followers.fetch_add(1);
+  response.set_content_provider(
+      type,
+      [this, &source, packed, token = access.token_of(request), text = std::move(opening),
+       last = Source::Content(), seen = std::uint64_t{0},
+       idle = 0](std::size_t, httplib::DataSink& sink) mutable {
+        if (stopping || !access.lasts(token)) {
+          sink.done();
+          return true;
+        }
+        if (auto next = source.next(seen, text.empty() ? kPatience : std::chrono::milliseconds(0))) {
+          last = std::move(next);
+          idle = 0;
+          text += packed(*last);
+        } else if (text.empty()) {
+          if (++idle % kRepeatAfter != 0 || !last) return true;
+          text = packed(*last);
+        }
+        const std::string sent = std::exchange(text, {});
+        return sink.write(sent.data(), sent.size());
+      },
+      [this, &source](bool) {
+        source.followers.fetch_sub(1);
+        followers.fetch_sub(1);
+      });
 }
 
 WebServer::WebServer(const PageConfig& config, PageContent& content, OnCommand on_command,
                      OnViewRequest on_view_request)
-    : impl_(std::make_unique<Impl>(config, content, std::move(on_command), std::move(on_view_request))) {
-  impl_->set_up();
-  impl_->http.bind(config.address, config.port, "page.port");
-  impl_->streams = std::make_unique<StreamServer>(config, impl_->http.port(), content);
-  impl_->http.start();
+    : impl_(std::make_unique<Impl>(config, content, std::move(on_command), std::move(on_view_request))) {}
+
+WebServer::~WebServer() = default;
+
+int WebServer::port() const { return impl_->page.port(); }
+int WebServer::stream_port() const { return impl_->streams.port(); }
+
+std::vector<core::LoopStatistics> WebServer::progress() const {
+  return {impl_->page.progress(), impl_->streams.progress()};
 }
-
-WebServer::~WebServer() { impl_->http.stop(); }
-
-int WebServer::port() const { return impl_->http.port(); }
-int WebServer::stream_port() const { return impl_->streams->port(); }
 
 std::string WebServer::url() const {
   const bool everywhere = impl_->config.address == "0.0.0.0" || impl_->config.address == "::";
   std::string host = everywhere ? "127.0.0.1" : impl_->config.address;
   if (host.find(':') != std::string::npos) host = "[" + host + "]";
-  return "http://" + host + ":" + std::to_string(port()) + "/";
+  return impl_->scheme + "://" + host + ":" + std::to_string(port()) + "/";
 }
 
 }  // namespace phantom::synthetic_viewer

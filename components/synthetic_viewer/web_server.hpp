@@ -3,7 +3,9 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <vector>
 
+#include "common/core/health.hpp"
 #include "common/core/status.hpp"
 #include "components/synthetic_viewer/config.hpp"
 #include "components/synthetic_viewer/page_content.hpp"
@@ -11,16 +13,23 @@
 
 namespace phantom::synthetic_viewer {
 
-/// Serves the operator's page over HTTP, and takes its commands. The requests to page.port are answered at
+/// Serves the operator's page by HTTP, or by HTTPS where the configuration has a certificate, and takes its
+/// commands. The requests to page.port are answered at
 /// once:
-///   GET  /                      the page (/page.css, /page.js, /stop.js)
+///   GET  /                      the page (/page.css, /page.js, /stop.js, /session.js)
 ///   GET  /stop                  stop_json(): which sides are stopped
 ///   GET  /state                 the newest page_state_json(), for a page that receives no events
 ///   GET  /snapshot/main.png, /hits/<alert>.jpg
 ///   POST /command               {"kind": …, "value": …} as JSON, from the page itself only
+///   GET  /session               which role this browser has; POST /login, /logout
 ///   POST /view                  {"view": …, "orbit_deg": …, "zoom": …, "home": …, "record": …}, likewise
-/// Live pictures and events have their own port, see StreamServer, so that no number of windows can delay a
-/// stop. The server has its own threads and shares nothing with the servo path.
+/// Live pictures and events have their own port:
+///   GET  /stream/main|hit|tool  motion JPEG
+///   GET  /events                server-sent events with page_state_json()
+/// A browser opens at most six connections to a host and port, and further requests wait, so that streams on
+/// the page's port would delay a stop. Requests pass RequestGate (sizes, times, numbers), OriginRule (hosts
+/// and origins) and PageSessions (roles), in that order. The server has its own threads and shares nothing
+/// with the servo path.
 class WebServer {
  public:
   /// Carries out a checked command and returns its outcome within half a second. Called on a server thread.
@@ -38,6 +47,8 @@ class WebServer {
 
   int port() const;
   int stream_port() const;
+  /// Returns the progress of the threads that read the requests to each port. Any thread.
+  std::vector<core::LoopStatistics> progress() const;
   /// Returns the page's address, such as "http://127.0.0.1:8080/".
   std::string url() const;
 

@@ -8,14 +8,6 @@
 
 namespace phantom::synthetic_viewer {
 
-/// Callbacks of the window, each called on the window's thread.
-struct WindowActions {
-  std::function<void(const ViewRequest&)> move;
-  std::function<void(const Command&)> command;
-  std::function<ViewSwitches()> switches;
-  std::function<StopView()> stops;  ///< returns what to show of a stop
-};
-
 /// A window on this host's desktop: the main view and, over it, the hit zone (top right) and the
 /// end-effector's view (bottom right) where there are any. Dragging turns the view under the pointer, the
 /// wheel zooms it, and a double click resets it; keys: see kWindowHelp. Above all views a banner shows which
@@ -23,9 +15,12 @@ struct WindowActions {
 /// pictures only, so that a slow desktop costs the drawing thread nothing.
 class Window {
  public:
-  /// Opens the window. Use the class on the main thread only. Throws core::MissingError if there is no
-  /// display.
-  Window(const std::string& title, PageContent& content, WindowActions actions);
+  using OnViewRequest = std::function<void(const ViewRequest&)>;
+  using OnCommand = std::function<void(const Command&)>;
+
+  /// Opens the window. Use the class on the main thread only; it calls the callbacks there. Throws
+  /// core::MissingError if there is no display.
+  Window(const std::string& title, PageContent& content, OnViewRequest on_view_request, OnCommand on_command);
   ~Window();
   Window(const Window&) = delete;
   Window& operator=(const Window&) = delete;

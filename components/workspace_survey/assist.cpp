@@ -231,8 +231,8 @@ class Assistant {
     const auto measurement = registered(complete());
     if (!measurement) return;
     result_ = survey::survey_object(library_.models, *measurement, config_.options);
-    const Told told{config_, library_, *measurement, result_, setup_.voxel_size_m};
-    out_ << measured_text(told) << candidates_text(told) << fit_text(told);
+    const SurveyReport report{config_, library_, *measurement, result_, setup_.voxel_size_m};
+    out_ << measured_text(report) << candidates_text(report) << fit_text(report);
   }
 
   bool fitted() const { return result_.object.has_value(); }
@@ -264,19 +264,17 @@ class Assistant {
       out_ << "  the simulated head has shown all that it sees of the part\n";
       return;
     }
-    const PracticeShot& shot = setup_.practice[next_shot_];
-    if (shot.known) {
-      out_ << "  the corner is node " << shot.node << " again\n";
+    const Targeting& shot = setup_.practice[next_shot_];
+    if (shot.reading) {
+      out_ << fmt::format("  the head reads {:.1f} {:.4f} {:.4f}\n", 1e3 * shot.reading->range_m,
+                          shot.reading->pan_rad / core::kRadPerDegree,
+                          shot.reading->tilt_rad / core::kRadPerDegree);
     } else {
-      out_ << fmt::format("  the head reads {:.1f} {:.4f} {:.4f}\n", 1e3 * shot.reading.range_m,
-                          shot.reading.pan_rad / core::kRadPerDegree,
-                          shot.reading.tilt_rad / core::kRadPerDegree);
+      out_ << "  the corner is node " << shot.node << " again\n";
     }
-    if (!take({face_name(), true, shot.node, shot.known ? std::nullopt : std::optional(shot.reading),
-               "practice"}))
-      return;
+    if (!take({face_name(), true, shot.node, shot.reading, "practice"})) return;
     ++next_shot_;
-    if (shot.last_of_face)
+    if (next_shot_ == setup_.practice.size() || setup_.practice[next_shot_].face != shot.face)
       out_ << "  that was the last corner of this face that is seen; type: "
            << (shot.closed ? "done\n" : "part\n");
   }

@@ -2,7 +2,6 @@
 
 #include <functional>
 #include <iosfwd>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -10,21 +9,13 @@
 
 namespace phantom::workspace_survey {
 
-/// The next corner that a simulated head targets, for practice.
-struct PracticeShot {
-  std::string face, node;
-  bool closed = true;
-  bool known = false;  ///< the corner was targeted on an earlier face, too
-  survey::Reading reading;
-  bool last_of_face = false;
-};
-
 struct AssistSetup {
   double voxel_size_m = 0.01;
-  std::vector<PracticeShot> practice;  ///< an empty line takes the next one; empty: no simulated head
+  /// What a simulated head targets, for practice: an empty line takes the next one. Empty: no simulated head.
+  std::vector<survey::Targeting> practice;
   /// Sends the fitted object to the workspace and returns a message for the person. Null: sending is not
   /// possible.
-  std::function<std::string(const Told& told)> send;
+  std::function<std::string(const SurveyReport& report)> send;
   /// Writes the targetings to a file and returns a message for the person.
   std::function<std::string(const std::string& file, const std::vector<survey::Targeting>&)> save;
 };

@@ -5,15 +5,14 @@
 
 #include <algorithm>
 #include <fstream>
-#include <map>
+#include <optional>
 #include <ostream>
-#include <set>
 
+#include "common/messages/ask.hpp"
 #include "common/runtime/pose_text.hpp"
 #include "common/runtime/process.hpp"
 #include "common/survey/visible.hpp"
 #include "components/workspace_survey/assist.hpp"
-#include "components/workspace_survey/dds_adapter.hpp"
 #include "components/workspace_survey/measurement_file.hpp"
 #include "components/workspace_survey/object_text.hpp"
 #include "components/workspace_survey/picture.hpp"
@@ -44,7 +43,8 @@ geometry::Pose pose_of(const Request& request) {
 }
 
 /// Adds the requested errors to ranges, to try the error aid.
-void spoil(const std::vector<std::string>& range_errors, std::vector<survey::Targeting>& targetings) {
+void add_range_errors(const std::vector<std::string>& range_errors,
+                      std::vector<survey::Targeting>& targetings) {
   for (const std::string& text : range_errors) {
     const auto at = text.find('=');
     const double error_mm = at == std::string::npos
@@ -73,7 +73,7 @@ std::vector<survey::Targeting> simulated(const Request& request, const Config& c
   std::mt19937_64 random(request.seed);
   auto targetings = survey::simulate_targetings(part, X_WO, faces, config.head, config.errors, random);
   if (!targetings) throw ConfigError("--pose: " + targetings.status().message());
-  spoil(request.range_errors, *targetings);
+  add_range_errors(request.range_errors, *targetings);
   return *targetings;
 }
 
@@ -98,38 +98,48 @@ int simulate(const Request& request, const Config& config, std::ostream& print) 
   return runtime::kExitDone;
 }
 
-/// Sends a fitted object to the server.
-std::optional<ServerWord> send_object(const Request& request, const Workspace& workspace, const Told& told) {
-  const survey::FittedObject& object = *told.result.object;
-  const LibraryPart& part = told.library.parts[object.part];
-  const int guard = guard_of(told);
+/// Sends a fitted object to wva_server; returns its final reply, or none if it does not answer.
+std::optional<messages::WorkspaceReply> send_object(const Request& request, const Workspace& workspace,
+                                                    const SurveyReport& report) {
+  const survey::FittedObject& object = *report.result.object;
+  const LibraryPart& part = report.library.parts[object.part];
+  const int guard = guard_of(report);
   if (guard > 100)
     throw ConfigError(fmt::format("the guard is {} voxels of {:.3g} mm; allowed: at most 100", guard,
-                                  1e3 * told.voxel_size_m));
-  if (!request.move.empty())
-    return WorkspaceClient(workspace.network).move(request.move, object.fit.X_WO, guard, request.timeout_s);
-  const std::string name = request.name.empty() ? part.name : request.name;
-  return WorkspaceClient(workspace.network)
-      .add(object_text(part, told.library.models[object.part], name, object.fit.X_WO, guard),
-           request.timeout_s);
-}
-
-std::string silence(const Request& request, const Workspace& workspace) {
-  return fmt::format(
-      "no word from a wva_server in domain {} for {} s; is it running, and is this its deployment?",
-      workspace.network.domain, request.timeout_s);
-}
-
-int send(const Request& request, const Workspace& workspace, const Told& told, std::ostream& print) {
-  const auto word = send_object(request, workspace, told);
-  if (!word) {
-    print << silence(request, workspace) << '\n';
-    return runtime::kExitMissing;
+                                  1e3 * report.voxel_size_m));
+  messages::WorkspaceCommand command;
+  if (request.move.empty()) {
+    command.operation = messages::WorkspaceOperation::kAdd;
+    command.description =
+        object_text(part, report.library.models[object.part], request.name.empty() ? part.name : request.name,
+                    object.fit.X_WO, guard);
+  } else {
+    command.operation = messages::WorkspaceOperation::kMove;
+    command.object = request.move;
+    command.X_WO = object.fit.X_WO;
+    command.guard_vox = static_cast<std::uint16_t>(guard);
   }
-  print << (word->done ? "workspace:   " : "workspace refused: ") << word->message;
-  if (word->done) print << fmt::format("\nversion {}", word->version);
-  print << '\n';
-  return word->done ? runtime::kExitDone : runtime::kExitFailed;
+  return messages::ask(workspace.network, "workspace_survey", command, request.timeout_s);
+}
+
+std::string reply_text(const std::optional<messages::WorkspaceReply>& reply, const Request& request,
+                       const Workspace& workspace, const char* done = "workspace: ") {
+  if (!reply)
+    return fmt::format(
+        "no answer from wva_server in domain {} for {} s; is it running, and is this its deployment?",
+        workspace.network.domain, request.timeout_s);
+  return (reply->outcome == messages::WorkspaceOutcome::kDone ? done : "workspace refused: ") +
+         reply->message;
+}
+
+int send(const Request& request, const Workspace& workspace, const SurveyReport& report,
+         std::ostream& print) {
+  const auto reply = send_object(request, workspace, report);
+  print << reply_text(reply, request, workspace, "workspace:   ") << '\n';  // below the report's other lines
+  if (!reply) return runtime::kExitMissing;
+  if (reply->outcome != messages::WorkspaceOutcome::kDone) return runtime::kExitFailed;
+  print << "version " << reply->version << '\n';
+  return runtime::kExitDone;
 }
 
 int fit(const Request& request, const Config& config, const Workspace& workspace, std::ostream& print) {
@@ -143,50 +153,39 @@ int fit(const Request& request, const Config& config, const Workspace& workspace
       survey::register_nodes(config.head, config.errors, read_measurements(request.measurements));
   if (!measurement) throw ConfigError(measurement.status().message());
   const auto result = survey::survey_object(library.models, *measurement, config.options);
-  const Told told{config, library, *measurement, result,
-                  request.voxel_size_mm > 0 ? 1e-3 * request.voxel_size_mm : workspace.voxel_size_m};
+  const SurveyReport report{
+      config, library, *measurement, result,
+      request.voxel_size_mm > 0 ? 1e-3 * request.voxel_size_mm : workspace.voxel_size_m};
   if (request.json == "-") {
-    print << json_text(told);
+    print << json_text(report);
   } else {
-    print << measured_text(told) << candidates_text(told);
-    if (request.what == "fit" || !result.refusal.empty()) print << fit_text(told);
-    if (!request.json.empty()) write_file(request.json, json_text(told));
+    print << measured_text(report) << candidates_text(report);
+    if (request.what == "fit" || !result.refusal.empty()) print << fit_text(report);
+    if (!request.json.empty()) write_file(request.json, json_text(report));
   }
   if (request.what == "identify")
     return result.identification.candidates.empty() ? runtime::kExitFailed : runtime::kExitDone;
   if (!result.object) return runtime::kExitFailed;
   if (!request.picture.empty()) {
-    const auto png = residual_picture(told);
+    const auto png = residual_picture(report);
     write_file(request.picture, {png.begin(), png.end()});
   }
-  return request.send ? send(request, workspace, told, print) : runtime::kExitDone;
+  return request.send ? send(request, workspace, report, print) : runtime::kExitDone;
 }
 
-std::vector<PracticeShot> practice(const std::vector<survey::Targeting>& targetings) {
-  std::vector<PracticeShot> shots;
-  for (const survey::Targeting& t : targetings) {
-    if (!shots.empty()) shots.back().last_of_face = shots.back().face != t.face;
-    shots.push_back({t.face, t.node, t.closed, !t.reading, t.reading.value_or(survey::Reading{}), false});
-  }
-  if (!shots.empty()) shots.back().last_of_face = true;
-  return shots;
-}
-
-int lead(const Request& request, const Config& config, const Workspace& workspace, std::istream& in,
-         std::ostream& print) {
+int run_assistant(const Request& request, const Config& config, const Workspace& workspace, std::istream& in,
+                  std::ostream& print) {
   const Library library = read_library(request.library);
   AssistSetup setup;
   setup.voxel_size_m = request.voxel_size_mm > 0 ? 1e-3 * request.voxel_size_mm : workspace.voxel_size_m;
-  if (!request.part.empty()) setup.practice = practice(simulated(request, config, library));
+  if (!request.part.empty()) setup.practice = simulated(request, config, library);
   setup.save = [](const std::string& file, const std::vector<survey::Targeting>& targetings) {
     std::ofstream stream(file);
     write_measurements(stream, targetings, "measured with workspace_survey assist");
     return stream.flush() ? "kept in " + file : file + " cannot be written";
   };
-  setup.send = [&](const Told& told) {
-    const auto word = send_object(request, workspace, told);
-    return !word ? silence(request, workspace)
-                 : (word->done ? "workspace: " : "workspace refused: ") + word->message;
+  setup.send = [&](const SurveyReport& report) {
+    return reply_text(send_object(request, workspace, report), request, workspace);
   };
   return assist(config, library, setup, in, print) ? runtime::kExitDone : runtime::kExitFailed;
 }
@@ -205,7 +204,7 @@ void add_send_options(runtime::Command app, Request& request) {
   app.option("--name", request.name, "what the object is called in the workspace; default: as the part");
   app.option("--move", request.move,
              "an object of the workspace that this is: it is moved, instead of adding one");
-  app.option("--timeout-s", request.timeout_s, "how long to wait for a word of wva_server")
+  app.option("--timeout-s", request.timeout_s, "how long to wait for an answer of wva_server")
       .between(0.1, 3600.0);
   app.option("--voxel-size-mm", request.voxel_size_mm,
              "for the guard; default: that of the deployment's cell")
@@ -215,6 +214,7 @@ void add_send_options(runtime::Command app, Request& request) {
 }  // namespace
 
 void add_options(runtime::Command app, Request& request) {
+  app.text_flag("--help-library", kPartKeys, "print every key of a library of parts with range and meaning");
   const auto sub = [&](const char* name, const char* summary) {
     runtime::Command added = app.subcommand(name, summary);
     added.on_use([&request, name] { request.what = name; });
@@ -228,7 +228,7 @@ void add_options(runtime::Command app, Request& request) {
   for (const char* name : {"identify", "fit"}) {
     const bool is_fit = std::string(name) == "fit";
     runtime::Command reads =
-        sub(name, is_fit ? "find what was measured and where it stands; send_object the workspace with --send"
+        sub(name, is_fit ? "find what was measured and where it stands; tell the workspace with --send"
                          : "list the parts that agree with what was measured");
     reads
         .option("--measurements", request.measurements,
@@ -253,7 +253,7 @@ int run(const Request& request, const Config& config, const Workspace& workspace
   Request whole = request;
   if (whole.library.empty()) whole.library = runtime::share_path("deploy/parts");
   if (whole.what == "simulate") return simulate(whole, config, print);
-  if (whole.what == "assist") return lead(whole, config, workspace, in, print);
+  if (whole.what == "assist") return run_assistant(whole, config, workspace, in, print);
   return fit(whole, config, workspace, print);
 }
 

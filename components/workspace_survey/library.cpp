@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <array>
-#include <set>
 
-#include "common/runtime/config_reader.hpp"
+#include "common/runtime/fields.hpp"
+#include "common/runtime/named.hpp"
 
 namespace phantom::workspace_survey {
 namespace {
@@ -14,21 +14,16 @@ using core::ConfigError;
 constexpr std::array kMeshEndings{".stl", ".obj", ".ply", ".off", ".gltf", ".glb", ".dae", ".3mf", ".x"};
 
 std::vector<LibraryPart> listed_parts(const std::filesystem::path& list) {
-  const auto file = runtime::ConfigReader::from_file(list);
+  const runtime::Fields file(list, {kPartKeys});
   std::vector<LibraryPart> parts;
-  std::set<std::string> names;
-  for (const auto& entry : file.sections("parts")) {
-    LibraryPart part;
-    part.name = entry.text("name");
-    part.mesh = entry.path("mesh");
-    part.import.scale = entry.number("mesh_scale", {1e-6, 1e3, "m per mesh unit"});
-    part.import.y_up = entry.choice("up_axis", "z", {"z", "y"}) == "y";
-    part.cell_mesh = entry.text("cell_mesh", "");
-    if (part.name.empty() || part.name.size() > 64)
-      throw entry.error("name", "has " + std::to_string(part.name.size()) + " bytes; allowed: 1 to 64");
-    if (!names.insert(part.name).second) throw entry.error("name", "is another part's, too");
-    if (!std::filesystem::is_regular_file(part.mesh))
-      throw entry.error("mesh", "is not a file (" + part.mesh.string() + ")");
+  for (const runtime::Fields& entry : file.sections("parts")) {
+    LibraryPart part{.name = entry.text("name"), .mesh = entry.existing_file("mesh")};
+    entry.number("mesh_scale", part.import.scale);
+    part.import.y_up = false;
+    entry.choice("up_axis", part.import.y_up, {{"z", false}, {"y", true}});
+    entry.text("cell_mesh", part.cell_mesh);
+    entry.check(std::ranges::find(parts, part.name, &LibraryPart::name) == parts.end(), "name",
+                "is another part's, too");
     parts.push_back(std::move(part));
   }
   file.finish();
@@ -76,12 +71,9 @@ Library load_library(const std::filesystem::path& folder) {
 }
 
 std::size_t find_part(const Library& library, const std::string& name) {
-  std::string known;
-  for (std::size_t i = 0; i < library.parts.size(); ++i) {
-    if (library.parts[i].name == name) return i;
-    known += (known.empty() ? "" : ", ") + library.parts[i].name;
-  }
-  throw ConfigError("part '" + name + "' is not in the library; allowed: " + known);
+  const LibraryPart& found =
+      runtime::find_named(library.parts, name, "part '" + name + "' is not in the library");
+  return static_cast<std::size_t>(&found - library.parts.data());
 }
 
 }  // namespace phantom::workspace_survey

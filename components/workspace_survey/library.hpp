@@ -24,6 +24,8 @@ struct Library {
   std::vector<survey::PartModel> models;
 };
 
+extern const char* const kPartKeys;  ///< table of the keys of a library.yaml (library.yaml here)
+
 /// Reads a folder: the parts that its library.yaml lists or, without one, every mesh file in it (unit and up
 /// axis as declared or guessed, with notes). Throws core::ConfigError that names the file and the fault,
 /// MissingError for a folder that does not exist.

@@ -36,8 +36,8 @@ int main(int argc, char** argv) {
     if (options.check) {
       const auto library = workspace_survey::load_library(
           request.library.empty() ? runtime::share_path("deploy/parts") : request.library);
-      std::cout << "configuration is valid: " << library.parts.size() << " parts in the library\n";
-      return static_cast<int>(runtime::kExitDone);
+      return runtime::configuration_is_valid(": " + std::to_string(library.parts.size()) +
+                                             " parts in the library");
     }
     if (request.what.empty())
       throw core::ConfigError("what shall be done? allowed: simulate, identify, fit, assist (see --help)");

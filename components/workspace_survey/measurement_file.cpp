@@ -7,7 +7,6 @@
 #include <charconv>
 #include <cmath>
 #include <fstream>
-#include <map>
 #include <ostream>
 #include <sstream>
 

@@ -32,10 +32,10 @@ struct View {
 
 class Drawing {
  public:
-  explicit Drawing(const Told& told)
-      : told_(told),
-        object_(*told.result.object),
-        part_(told.library.models[object_.part]),
+  explicit Drawing(const SurveyReport& report)
+      : report_(report),
+        object_(*report.result.object),
+        part_(report.library.models[object_.part]),
         image_(
             std::max(kTop + kView + 60, kTop + 60 + kRow * static_cast<int>(object_.fit.nodes.size()) + 60),
             kWidth, CV_8UC3, kPaper) {
@@ -45,7 +45,7 @@ class Drawing {
       high = high.cwiseMax(object_.fit.X_WO * p);
     }
     view_.centre_m = 0.5 * (low + high);
-    view_.away = (view_.centre_m - told.measurement.eye_W_m).normalized();
+    view_.away = (view_.centre_m - report.measurement.eye_W_m).normalized();
     view_.right = view_.away.cross(Eigen::Vector3d::UnitZ());
     view_.right = view_.right.norm() > 1e-6 ? view_.right.normalized().eval() : view_.away.unitOrthogonal();
     view_.down = view_.away.cross(view_.right);
@@ -58,12 +58,12 @@ class Drawing {
   }
 
   std::vector<std::uint8_t> png() {
-    write(fmt::format("{}: fitted pose against {} measured nodes", told_.library.parts[object_.part].name,
+    write(fmt::format("{}: fitted pose against {} measured nodes", report_.library.parts[object_.part].name,
                       object_.fit.nodes.size()),
           {kMargin, 28}, 0.62);
     write(fmt::format("probability {:.2g}, worst point within {:.1f} mm ({:.0f} %), guard {} x {:.3g} mm",
                       object_.fit.probability(), 1e3 * object_.worst_displacement_m,
-                      100 * told_.config.options.confidence, guard_of(told_), 1e3 * told_.voxel_size_m),
+                      100 * report_.config.options.confidence, guard_of(report_), 1e3 * report_.voxel_size_m),
           {kMargin, 52}, 0.46);
     cv::rectangle(image_, {kMargin, kTop, kView, kView}, kLine);
     model();
@@ -100,7 +100,7 @@ class Drawing {
   /// Draws the borders of faces: strong if the face is turned to the head, otherwise pale.
   void model() {
     const auto sharp = sharp_edges();
-    const Eigen::Vector3d eye_O = object_.fit.X_WO.inverse() * told_.measurement.eye_W_m;
+    const Eigen::Vector3d eye_O = object_.fit.X_WO.inverse() * report_.measurement.eye_W_m;
     for (const bool facing : {false, true}) {
       for (const survey::BorderLoop& loop : part_.loops) {
         const bool faces =
@@ -119,7 +119,7 @@ class Drawing {
   /// Draws each node at its place on the model, with its 2σ ellipse and its residual, both magnified equally.
   void nodes() {
     for (std::size_t i = 0; i < object_.fit.nodes.size(); ++i) {
-      const survey::MeasuredNode& node = told_.measurement.nodes[object_.fit.nodes[i]];
+      const survey::MeasuredNode& node = report_.measurement.nodes[object_.fit.nodes[i]];
       const Eigen::Vector3d model = node.p_W_m - object_.fit.residual_W_m[i];
       std::vector<cv::Point> ellipse;
       const Eigen::Matrix3d& C = node.covariance_m2;
@@ -156,7 +156,7 @@ class Drawing {
     const auto& fit = object_.fit;
     double most_m = 1e-4;
     for (std::size_t i = 0; i < fit.nodes.size(); ++i) {
-      const survey::MeasuredNode& node = told_.measurement.nodes[fit.nodes[i]];
+      const survey::MeasuredNode& node = report_.measurement.nodes[fit.nodes[i]];
       most_m = std::max({most_m, fit.residual_W_m[i].norm(),
                          2 * std::sqrt(node.beam_W.dot(node.covariance_m2 * node.beam_W))});
     }
@@ -165,7 +165,7 @@ class Drawing {
     write("residual along the beam (red: too long to the right), across it (green)", {kBars - 30, kTop + 14});
     int y = kTop + 40;
     for (std::size_t i = 0; i < fit.nodes.size(); ++i, y += kRow) {
-      const survey::MeasuredNode& node = told_.measurement.nodes[fit.nodes[i]];
+      const survey::MeasuredNode& node = report_.measurement.nodes[fit.nodes[i]];
       const double along = fit.residual_W_m[i].dot(node.beam_W),
                    across = (fit.residual_W_m[i] - along * node.beam_W).norm();
       const int two_sigma =
@@ -188,7 +188,7 @@ class Drawing {
                   cv::FILLED);
   }
 
-  const Told& told_;
+  const SurveyReport& report_;
   const survey::FittedObject& object_;
   const survey::PartModel& part_;
   View view_;
@@ -197,6 +197,6 @@ class Drawing {
 
 }  // namespace
 
-std::vector<std::uint8_t> residual_picture(const Told& told) { return Drawing(told).png(); }
+std::vector<std::uint8_t> residual_picture(const SurveyReport& report) { return Drawing(report).png(); }
 
 }  // namespace phantom::workspace_survey

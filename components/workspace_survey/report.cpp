@@ -18,7 +18,8 @@ using survey::Placement;
 
 constexpr std::size_t kMostPoses = 12;
 
-std::string poses_line(const Told& told, const survey::Candidate& candidate, const Placement& placement) {
+std::string poses_line(const SurveyReport& report, const survey::Candidate& candidate,
+                       const Placement& placement) {
   std::string pose =
       placement.fit ? "pose \"" + runtime::pose_text(placement.fit->X_WO) + "\"" : "not determined yet";
   const auto same = static_cast<std::size_t>(
@@ -28,8 +29,8 @@ std::string poses_line(const Told& told, const survey::Candidate& candidate, con
   std::string nodes;
   for (std::size_t i = 0; i < placement.map.size(); ++i) {
     if (placement.map[i] == survey::kNotMapped) continue;
-    nodes +=
-        (nodes.empty() ? "" : " ") + told.measurement.nodes[i].name + "=" + std::to_string(placement.map[i]);
+    nodes += (nodes.empty() ? "" : " ") + report.measurement.nodes[i].name + "=" +
+             std::to_string(placement.map[i]);
   }
   return fmt::format("chi2 {:.1f}, {}, nodes {}\n", placement.chi2, pose, nodes);
 }
@@ -50,12 +51,12 @@ nlohmann::json pose_json(const geometry::Pose& X) {
 
 }  // namespace
 
-int guard_of(const Told& told) {
-  return survey::guard_voxels(told.result.object->worst_displacement_m, told.voxel_size_m);
+int guard_of(const SurveyReport& report) {
+  return survey::guard_voxels(report.result.object->worst_displacement_m, report.voxel_size_m);
 }
 
-std::string measured_text(const Told& told) {
-  const auto& m = told.measurement;
+std::string measured_text(const SurveyReport& report) {
+  const auto& m = report.measurement;
   std::string text = fmt::format("measured: {} nodes on {} faces\n", m.nodes.size(), m.faces.size());
   for (std::size_t f = 0; f < m.faces.size(); ++f) {
     const MeasuredFace& face = m.faces[f];
@@ -64,7 +65,7 @@ std::string measured_text(const Told& told) {
         fmt::format("  face {} ({}, {} corners{})\n", face.name, face.closed ? "whole" : "a part",
                     face.nodes.size(), face.closed ? fmt::format(", {:.1f} cm2", 1e4 * metrics.area_m2) : "");
     const bool checked =
-        f < told.result.checks.size() && told.result.checks[f].nodes.size() == face.nodes.size();
+        f < report.result.checks.size() && report.result.checks[f].nodes.size() == face.nodes.size();
     for (std::size_t i = 0; i < face.nodes.size(); ++i) {
       text += fmt::format("    {:<8}", m.nodes[face.nodes[i]].name);
       if (metrics.angle_rad[i] != 0)
@@ -73,8 +74,8 @@ std::string measured_text(const Told& told) {
         text += fmt::format("  edge to {:<6} {:7.1f} mm",
                             m.nodes[face.nodes[(i + 1) % face.nodes.size()]].name, 1e3 * metrics.edge_m[i]);
       }
-      if (checked && told.result.checks[f].redundant) {
-        const survey::NodeCheck& check = told.result.checks[f].nodes[i];
+      if (checked && report.result.checks[f].redundant) {
+        const survey::NodeCheck& check = report.result.checks[f].nodes[i];
         text += fmt::format("  normal {:4.1f} deg off, range {:+5.1f} mm off the plane{}",
                             check.normal_departs_rad / core::kRadPerDegree, 1e3 * check.off_plane_m,
                             check.suspect ? "  <- suspect" : "");
@@ -85,38 +86,38 @@ std::string measured_text(const Told& told) {
   return text;
 }
 
-std::string candidates_text(const Told& told) {
-  const auto& found = told.result.identification.candidates;
-  std::string text = fmt::format("candidates: {} of {} parts\n", found.size(), told.library.parts.size());
+std::string candidates_text(const SurveyReport& report) {
+  const auto& found = report.result.identification.candidates;
+  std::string text = fmt::format("candidates: {} of {} parts\n", found.size(), report.library.parts.size());
   for (const survey::Candidate& candidate : found) {
     const Placement& best = candidate.placements.front();
     text += fmt::format("  {:<20} {}{} placement{}, worst length {:.1f} sigma off, {}",
-                        told.library.parts[candidate.part].name, candidate.all_found ? "" : "at least ",
+                        report.library.parts[candidate.part].name, candidate.all_found ? "" : "at least ",
                         candidate.placements.size(), candidate.placements.size() == 1 ? "" : "s",
-                        best.worst_sigmas, poses_line(told, candidate, best));
+                        best.worst_sigmas, poses_line(report, candidate, best));
   }
-  if (told.result.choice.placements.size() > 1) {
+  if (report.result.choice.placements.size() > 1) {
     text += "poses that cannot be told apart:\n";
-    const auto& open = told.result.choice.placements;
+    const auto& open = report.result.choice.placements;
     for (std::size_t i = 0; i < std::min(kMostPoses, open.size()); ++i)
-      text += "  " + poses_line(told, found.front(), found.front().placements[open[i]]);
+      text += "  " + poses_line(report, found.front(), found.front().placements[open[i]]);
     if (open.size() > kMostPoses) text += fmt::format("  and {} more\n", open.size() - kMostPoses);
   }
   return text;
 }
 
-std::string fit_text(const Told& told) {
+std::string fit_text(const SurveyReport& report) {
   std::string text;
-  if (told.result.object) {
-    const survey::FittedObject& object = *told.result.object;
+  if (report.result.object) {
+    const survey::FittedObject& object = *report.result.object;
     text += fmt::format("part:        {}\npose:        \"{}\"  (x y z in m, roll pitch yaw in deg)\n",
-                        told.library.parts[object.part].name, runtime::pose_text(object.fit.X_WO));
+                        report.library.parts[object.part].name, runtime::pose_text(object.fit.X_WO));
     if (object.symmetric > 1)
       text += fmt::format("             {} more poses occupy the same space\n", object.symmetric - 1);
     if (object.four_steps_WO) {
       text += fmt::format("             the four steps alone: \"{}\", {:.1f} mm from it at the worst point\n",
                           runtime::pose_text(*object.four_steps_WO),
-                          1e3 * survey::displacement_between_m(told.library.models[object.part],
+                          1e3 * survey::displacement_between_m(report.library.models[object.part],
                                                                *object.four_steps_WO, object.fit.X_WO));
     }
     text += fmt::format("fit:         probability {:.2g} (chi2 {:.1f} of {} degrees)\n",
@@ -125,48 +126,48 @@ std::string fit_text(const Told& told) {
         "uncertainty: {:.1f} mm, {:.2f} deg (one sigma, worst direction); "
         "no point off by more than {:.1f} mm ({:.1f} %)\n",
         1e3 * object.fit.position_sigma_m(), object.fit.orientation_sigma_rad() / core::kRadPerDegree,
-        1e3 * object.worst_displacement_m, 100 * told.config.options.confidence);
-    text += fmt::format("guard:       j = {} (skin voxels of {:.3g} mm)\nresiduals:   ", guard_of(told),
-                        1e3 * told.voxel_size_m);
+        1e3 * object.worst_displacement_m, 100 * report.config.options.confidence);
+    text += fmt::format("guard:       j = {} (skin voxels of {:.3g} mm)\nresiduals:   ", guard_of(report),
+                        1e3 * report.voxel_size_m);
     for (std::size_t i = 0; i < object.fit.nodes.size(); ++i) {
-      const survey::MeasuredNode& node = told.measurement.nodes[object.fit.nodes[i]];
+      const survey::MeasuredNode& node = report.measurement.nodes[object.fit.nodes[i]];
       const auto [along, across] = along_and_across_m(node, object.fit.residual_W_m[i]);
       text += fmt::format("{}{} {:+.1f}/{:.1f}", i == 0 ? "" : ", ", node.name, 1e3 * along, 1e3 * across);
     }
     text += "  (mm along/across the beam)\n";
   } else {
-    text += "refused:     " + told.result.refusal + "\n";
+    text += "refused:     " + report.result.refusal + "\n";
   }
-  for (const std::string& said : told.result.advice) text += "advice:      " + said + "\n";
+  for (const std::string& said : report.result.advice) text += "advice:      " + said + "\n";
   return text;
 }
 
-std::string json_text(const Told& told) {
+std::string json_text(const SurveyReport& report) {
   nlohmann::json all, candidates = nlohmann::json::array(), nodes = nlohmann::json::array();
-  for (const survey::Candidate& candidate : told.result.identification.candidates) {
+  for (const survey::Candidate& candidate : report.result.identification.candidates) {
     const Placement& best = candidate.placements.front();
-    candidates.push_back({{"part", told.library.parts[candidate.part].name},
+    candidates.push_back({{"part", report.library.parts[candidate.part].name},
                           {"placements", candidate.placements.size()},
                           {"chi2", best.chi2},
                           {"worst_sigmas", best.worst_sigmas}});
   }
-  for (const survey::MeasuredNode& node : told.measurement.nodes)
+  for (const survey::MeasuredNode& node : report.measurement.nodes)
     nodes.push_back({{"name", node.name},
                      {"p_W_m", {node.p_W_m.x(), node.p_W_m.y(), node.p_W_m.z()}},
                      {"times", node.times}});
   all = {{"nodes", nodes},
          {"candidates", candidates},
-         {"accepted", told.result.object.has_value()},
-         {"advice", told.result.advice}};
-  if (!told.result.object) {
-    all["refusal"] = told.result.refusal;
+         {"accepted", report.result.object.has_value()},
+         {"advice", report.result.advice}};
+  if (!report.result.object) {
+    all["refusal"] = report.result.refusal;
     return all.dump(2) + "\n";
   }
-  const survey::FittedObject& object = *told.result.object;
+  const survey::FittedObject& object = *report.result.object;
   nlohmann::json residuals = nlohmann::json::object(), covariance = nlohmann::json::array();
   for (std::size_t i = 0; i < object.fit.nodes.size(); ++i) {
     const Eigen::Vector3d& r = object.fit.residual_W_m[i];
-    residuals[told.measurement.nodes[object.fit.nodes[i]].name] = {r.x(), r.y(), r.z()};
+    residuals[report.measurement.nodes[object.fit.nodes[i]].name] = {r.x(), r.y(), r.z()};
   }
   for (int row = 0; row < 6; ++row) {
     nlohmann::json line = nlohmann::json::array();
@@ -174,18 +175,18 @@ std::string json_text(const Told& told) {
     covariance.push_back(line);
   }
   all["object"] = {
-      {"part", told.library.parts[object.part].name},
+      {"part", report.library.parts[object.part].name},
       {"X_WO", pose_json(object.fit.X_WO)},
       {"centre_W_m", {object.fit.centre_W_m.x(), object.fit.centre_W_m.y(), object.fit.centre_W_m.z()}},
       {"covariance_rad_m", covariance},
       {"position_sigma_m", object.fit.position_sigma_m()},
       {"orientation_sigma_rad", object.fit.orientation_sigma_rad()},
       {"worst_displacement_m", object.worst_displacement_m},
-      {"confidence", told.config.options.confidence},
+      {"confidence", report.config.options.confidence},
       {"probability", object.fit.probability()},
       {"symmetric_poses", object.symmetric},
-      {"guard_vox", guard_of(told)},
-      {"voxel_size_m", told.voxel_size_m},
+      {"guard_vox", guard_of(report)},
+      {"voxel_size_m", report.voxel_size_m},
       {"residuals_W_m", residuals}};
   if (object.four_steps_WO) all["object"]["four_steps_X_WO"] = pose_json(*object.four_steps_WO);
   return all.dump(2) + "\n";

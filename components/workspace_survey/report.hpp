@@ -8,7 +8,7 @@
 namespace phantom::workspace_survey {
 
 /// A measurement and its result, for the reports.
-struct Told {
+struct SurveyReport {
   const Config& config;
   const Library& library;
   const survey::Measurement& measurement;
@@ -17,15 +17,15 @@ struct Told {
 };
 
 /// Returns the measurement, face by face: edges, angles, area, and what the error aid reports.
-std::string measured_text(const Told& told);
+std::string measured_text(const SurveyReport& report);
 /// Returns the candidates, ranked, and what they leave undecided.
-std::string candidates_text(const Told& told);
+std::string candidates_text(const SurveyReport& report);
 /// Returns pose, uncertainty, residuals and guard of the fitted object; or why there is none, and what to do.
-std::string fit_text(const Told& told);
+std::string fit_text(const SurveyReport& report);
 /// Returns all of it as JSON, for programs.
-std::string json_text(const Told& told);
+std::string json_text(const SurveyReport& report);
 
 /// Returns the guard of a fitted object, in voxels.
-int guard_of(const Told& told);
+int guard_of(const SurveyReport& report);
 
 }  // namespace phantom::workspace_survey

@@ -12,7 +12,8 @@
 #include <iterator>
 #include <nlohmann/json.hpp>
 
-#include "common/runtime/config_reader.hpp"
+#include "common/core/file_sync.hpp"
+#include "common/runtime/fields.hpp"
 
 namespace phantom::wva_server {
 namespace {
@@ -20,7 +21,7 @@ namespace {
 using core::ConfigError;
 
 /// Returns the FNV-1a 64 hash of the cell file's bytes.
-std::string file_mark(const std::filesystem::path& file) {
+std::string file_hash(const std::filesystem::path& file) {
   std::ifstream stream(file, std::ios::binary);
   std::uint64_t hash = 0xcbf29ce484222325ULL;
   for (std::istreambuf_iterator<char> byte(stream), end; byte != end; ++byte)
@@ -33,7 +34,7 @@ auto find_object(runtime::CellConfig& cell, std::uint16_t id) {
                       [id](const auto& object) { return object.id == id; });
 }
 
-ConfigError misfit(const ObjectChange& change, const runtime::CellConfig& cell) {
+ConfigError mismatch(const ObjectChange& change, const runtime::CellConfig& cell) {
   return ConfigError(fmt::format("the kept changes name '{}' (object {}), which cell {} does not have",
                                  change.name, change.id, cell.name));
 }
@@ -46,26 +47,40 @@ nlohmann::json pose_json(const geometry::Pose& X) {
   return {{"xyz_m", {X.translation_m.x(), X.translation_m.y(), X.translation_m.z()}}, {"rotation", rotation}};
 }
 
-geometry::Pose read_pose(const runtime::ConfigReader& reader) {
+/// Table of the keys of a file of kept changes.
+constexpr const char* kChangeKeys = R"(
+cell: bench            # [required]
+cell_file: 0123        # [required] file_hash() of the cell's file
+next_id: 1             # [required: 1 to 65535]
+objects:
+  - id: 1              # [required: 1 to 65534]
+    name: drum         # [required]
+    added: ""          # description of the object
+    removed: false
+    moved:
+      xyz_m: []        # [required]
+      rotation: []     # [required: -1.000001 to 1.000001] row by row
+    guard_vox: 0       # [0 to 100 voxels]
+)";
+
+geometry::Pose read_pose(const runtime::Fields& fields) {
   geometry::Pose X;
-  X.translation_m = reader.vector3("xyz_m");
-  const auto rotation = reader.numbers("rotation", {-1.000001, 1.000001, ""});
-  if (rotation.size() != 9)
-    throw reader.error("rotation", "needs nine numbers, a rotation matrix row by row");
-  for (int i = 0; i < 9; ++i) X.rotation(i / 3, i % 3) = rotation[static_cast<std::size_t>(i)];
-  const bool turns = (X.rotation * X.rotation.transpose()).isIdentity(1e-9) && X.rotation.determinant() > 0;
-  if (!turns) throw reader.error("rotation", "is no rotation matrix");
+  fields.vector3("xyz_m", X.translation_m);
+  std::vector<double> rotation;
+  fields.numbers("rotation", rotation);
+  fields.check(rotation.size() == 9, "rotation", "needs nine numbers, a rotation matrix row by row");
+  X.rotation = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(rotation.data());
+  fields.check((X.rotation * X.rotation.transpose()).isIdentity(1e-9) && X.rotation.determinant() > 0,
+               "rotation", "is no rotation matrix");
   return X;
 }
 
-ObjectChange read_change(const runtime::ConfigReader& reader) {
-  ObjectChange change;
-  change.id = static_cast<std::uint16_t>(reader.integer("id", {1, 65534, ""}));
-  change.name = reader.text("name");
-  change.description = reader.text("added", "");
-  change.removed = reader.flag("removed", false);
-  if (reader.has("moved")) change.X_WO = read_pose(reader.section("moved"));
-  if (reader.has("guard_vox")) change.guard_vox = reader.integer("guard_vox", {0, 100, "voxels"});
+ObjectChange read_change(const runtime::Fields& fields) {
+  ObjectChange change{.name = fields.text("name"), .description = fields.text("added")};
+  fields.number("id", change.id);
+  fields.flag("removed", change.removed);
+  if (fields.has("moved")) change.X_WO = read_pose(fields.section("moved"));
+  if (fields.has("guard_vox")) fields.number("guard_vox", change.guard_vox.emplace());
   return change;
 }
 
@@ -81,7 +96,7 @@ void replace_file(const std::filesystem::path& file, const std::string& text) {
   ok = ok && fsync(fd) == 0;
   const int problem = errno;
   if (fd >= 0) close(fd);
-  if (ok && std::rename(fresh.c_str(), file.c_str()) == 0) return;
+  if (ok && std::rename(fresh.c_str(), file.c_str()) == 0 && core::sync_folder_of(file)) return;
   const std::string reason = std::strerror(ok ? errno : problem);
   unlink(fresh.c_str());
   throw ConfigError(file.string() + ": the cell's changes cannot be kept: " + reason);
@@ -129,7 +144,7 @@ void apply(const CellChanges& changes, runtime::CellConfig& cell) {
     runtime::ObjectConfig object;
     if (change.description.empty()) {
       const auto found = find_object(cell, change.id);
-      if (found == cell.objects.end() || found->name != change.name) throw misfit(change, cell);
+      if (found == cell.objects.end() || found->name != change.name) throw mismatch(change, cell);
       object = std::move(*found);
       cell.objects.erase(found);
     } else {
@@ -155,7 +170,7 @@ void write_changes(const CellChanges& changes, const runtime::CellConfig& cell,
     objects.push_back(std::move(object));
   }
   const nlohmann::json all = {{"cell", cell.name},
-                              {"cell_file", file_mark(cell.file)},
+                              {"cell_file", file_hash(cell.file)},
                               {"next_id", changes.next_id},
                               {"objects", objects}};
   replace_file(file, all.dump(1) + '\n');
@@ -163,13 +178,14 @@ void write_changes(const CellChanges& changes, const runtime::CellConfig& cell,
 
 std::optional<CellChanges> read_changes(const runtime::CellConfig& cell, const std::filesystem::path& file) {
   if (!std::filesystem::exists(file)) return std::nullopt;
-  const auto reader = runtime::ConfigReader::from_file(file);
+  const runtime::Fields reader(file, {kChangeKeys});
   CellChanges changes;
-  changes.next_id = static_cast<std::uint32_t>(reader.integer("next_id", {1, 65535, ""}));
-  for (const auto& object : reader.sections("objects")) changes.objects.push_back(read_change(object));
+  reader.number("next_id", changes.next_id);
+  for (const runtime::Fields& object : reader.sections("objects"))
+    changes.objects.push_back(read_change(object));
   const std::string cell_name = reader.text("cell"), mark = reader.text("cell_file");
   reader.finish();
-  if (cell_name != cell.name || mark != file_mark(cell.file)) {
+  if (cell_name != cell.name || mark != file_hash(cell.file)) {
     throw ConfigError(
         fmt::format("{}: was kept for cell {} as its file was then, and {} is another or was changed since; "
                     "remove the first to serve the cell as its file has it now",

@@ -6,6 +6,8 @@
 #include <fstream>
 #include <iostream>
 
+#include "common/core/errors.hpp"
+#include "common/messages/ask.hpp"
 #include "common/runtime/pose_text.hpp"
 #include "common/runtime/process.hpp"
 #include "components/wva_server/dds_adapter_client.hpp"
@@ -14,6 +16,8 @@ namespace phantom::wva_server {
 namespace {
 
 using core::ConfigError;
+using messages::WorkspaceCommand;
+using messages::WorkspaceOperation;
 
 std::string text_of(const std::string& file) {
   constexpr std::size_t kMost = 1 << 20;  // bytes; far more than a command may hold
@@ -29,30 +33,30 @@ std::string text_of(const std::string& file) {
   return text;
 }
 
-CellCommand command_of(const ChangeRequest& request) {
-  CellCommand command;
+WorkspaceCommand command_of(const ChangeRequest& request) {
+  WorkspaceCommand command;
   if (request.what == "add") {
-    command.operation = Operation::kAdd;
+    command.operation = WorkspaceOperation::kAdd;
     command.description = text_of(request.file);
     return command;
   }
-  command.operation = request.what == "move" ? Operation::kMove : Operation::kRemove;
+  command.operation = request.what == "move" ? WorkspaceOperation::kMove : WorkspaceOperation::kRemove;
   if (request.object.empty() == (request.id == 0))
     throw ConfigError("command " + request.what + ": exactly one of --object and --id must be given");
   command.object = request.object;
   command.id = static_cast<std::uint16_t>(request.id);
-  if (command.operation == Operation::kMove) {
+  if (command.operation == WorkspaceOperation::kMove) {
     const auto pose = runtime::parse_pose(request.pose);
     if (!pose) throw ConfigError("command move: --pose: " + pose.status().message());
     command.X_WO = *pose;
-    if (request.guard_vox >= 0) command.guard_vox = request.guard_vox;
+    if (request.guard_vox >= 0) command.guard_vox = static_cast<std::uint16_t>(request.guard_vox);
   }
   return command;
 }
 
 int missing(std::ostream& print, const core::NetworkOptions& network, double timeout_s) {
   print << fmt::format(
-      "no word from a wva_server in domain {} for {} s; is it running, and is this its deployment?\n",
+      "no answer from wva_server in domain {} for {} s; is it running, and is this its deployment?\n",
       network.domain, timeout_s);
   return runtime::kExitMissing;
 }
@@ -74,7 +78,9 @@ void add_object_options(runtime::Command command, ChangeRequest& request) {
 }  // namespace
 
 void add_options(runtime::Command command, ChangeRequest& request) {
-  command.option("--timeout-s", request.timeout_s, "how long to wait for a word of wva_server")
+  command
+      .option("--timeout-s", request.timeout_s,
+              "how long to wait for the result, in all; wva_server may need longer, and goes on then")
       .between(0.1, 3600.0);
   const auto sub = [&](const char* name, const char* summary) {
     runtime::Command app = command.subcommand(name, summary);
@@ -93,21 +99,30 @@ void add_options(runtime::Command command, ChangeRequest& request) {
   move.option("--guard-vox", request.guard_vox, "its guard skin from now on, in voxels; default: as before")
       .between(0, 100);
   add_object_options(sub("remove", "remove an object from the workspace"), request);
-  sub("list", "tell what stands where");
+  sub("list", "list the objects and their poses");
   command.require_subcommand(1, 1);
 }
 
 int run_change(const ChangeRequest& request, const core::NetworkOptions& network, std::ostream& print) {
-  CommandClient client(network);
   if (request.what == "list") {
-    const auto listing = client.list(request.timeout_s);
+    const auto listing = list_objects(network, request.timeout_s);
     return listing ? list(*listing, print) : missing(print, network, request.timeout_s);
   }
-  const auto reply = client.ask(command_of(request), request.timeout_s, [&print](const Reply& accepted) {
-    print << "accepted: " << accepted.message << std::endl;
-  });
+  bool was_accepted = false;
+  const auto reply = messages::ask(network, "wva_server_command", command_of(request), request.timeout_s,
+                                   [&](const messages::WorkspaceReply& accepted) {
+                                     print << "accepted: " << accepted.message << std::endl;
+                                     was_accepted = true;
+                                   });
+  if (!reply && was_accepted) {
+    print << fmt::format(
+        "no result within {} s; wva_server goes on (its component_status shows the progress); a command to "
+        "remove the object ends what adds it\n",
+        request.timeout_s);
+    return runtime::kExitFailed;
+  }
   if (!reply) return missing(print, network, request.timeout_s);
-  if (reply->outcome == Outcome::kRefused) {
+  if (reply->outcome == messages::WorkspaceOutcome::kRefused) {
     print << "refused: " << reply->message << '\n';
     return runtime::kExitFailed;
   }

@@ -23,8 +23,8 @@ struct ChangeRequest {
 void add_options(runtime::Command command, ChangeRequest& request);
 
 /// Sends the command to the wva_server of the data space, waits for its reply and prints it in words on
-/// `print`. Returns the exit code: done, failed (the command was refused) or missing (nobody answers). Throws
-/// core::ConfigError for arguments that cannot be used.
+/// `print`. Returns the exit code: done, failed (refused, or not done in time) or missing (nobody answers).
+/// Throws core::ConfigError for arguments that cannot be used.
 int run_change(const ChangeRequest& request, const core::NetworkOptions& network, std::ostream& print);
 
 }  // namespace phantom::wva_server

@@ -1,21 +1,15 @@
 #include "components/wva_server/config.hpp"
 
-#include <unistd.h>
-
 #include <algorithm>
 #include <thread>
 
+#include "common/core/host_memory.hpp"
 #include "common/runtime/fields.hpp"
 
 namespace phantom::wva_server {
 namespace {
 
 constexpr double kKibibyte = 1 << 10, kMebibyte = 1 << 20;
-
-std::uint64_t memory_of_the_machine() {
-  return static_cast<std::uint64_t>(::sysconf(_SC_PHYS_PAGES)) *
-         static_cast<std::uint64_t>(::sysconf(_SC_PAGESIZE));
-}
 
 }  // namespace
 
@@ -30,11 +24,17 @@ WvaServerConfig load_config(const std::filesystem::path& path) {
   file.number("status_rate_hz", config.status_rate_hz);
   file.flag("accept_commands", config.accept_commands);
   file.number("max_voxels_mib", config.max_voxel_bytes, kMebibyte);
+  const auto commands = file.section("commands");
+  commands.number("max_steps_millions", config.command_steps, 1e6);
+  commands.number("max_triangles", config.command_triangles);
+  commands.number("max_import_cpu_s", config.command_import_s);
+  commands.number("max_meshes_mib", config.command_mesh_bytes, kMebibyte);
+  commands.number("max_objects", config.command_objects);
   file.number("threads", config.threads);
   file.finish();
   if (config.threads == 0)
     config.threads = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
-  if (config.max_voxel_bytes == 0) config.max_voxel_bytes = memory_of_the_machine() / 2;
+  if (config.max_voxel_bytes == 0) config.max_voxel_bytes = core::memory_of_the_machine() / 2;
   return config;
 }
 

@@ -16,6 +16,11 @@ struct WvaServerConfig {
   bool accept_commands = true;
   int threads = 0;                    ///< of an activation; at least 1 after loading
   std::uint64_t max_voxel_bytes = 0;  ///< above it commands add no more objects; above 0 after loading
+  /// Limits for commands, besides mesh_import's.
+  std::uint64_t command_steps = 1'000'000'000, command_mesh_bytes = std::uint64_t{1} << 30;
+  std::uint32_t command_triangles = 500'000;
+  std::size_t command_objects = 4096;
+  int command_import_s = 10;
 };
 
 extern const char* const kParameters;  ///< the parameter table: the shipped wva_server.yaml

@@ -7,17 +7,18 @@
 #include <stdexcept>
 
 #include "common/core/parallel.hpp"
-#include "common/dds/command_service.hpp"
 #include "common/dds/source_guard.hpp"
-#include "common/dds/status_reporter.hpp"
+#include "common/messages/command_service.hpp"
+#include "common/messages/status_reporter.hpp"
+#include "common/messages/workspace_codec.hpp"
 #include "common/workspace/brick_codec.hpp"
-#include "components/wva_server/dds_adapter_convert.hpp"
 #include "components/wva_server/mesh_chunks.hpp"
 
 namespace phantom::wva_server {
 namespace {
 
-constexpr std::size_t kBricksAtOnce = 1024;  // encoded before any of them is written; bounds the memory
+// Encoded before any of them is written: bounds the memory, and how long nobody is asked whether it goes on.
+constexpr std::size_t kBricksAtOnce = 128;
 
 template <class T>
 void write(dds::Writer<T>& writer, const T& sample, const char* topic) {
@@ -25,35 +26,38 @@ void write(dds::Writer<T>& writer, const T& sample, const char* topic) {
     throw std::runtime_error(std::string("topic ") + topic + ": Fast DDS did not take a sample");
 }
 
-using Commands = dds::CommandService<msg::WorkspaceCommand, msg::WorkspaceReply>;
+using messages::WorkspaceCommand;
+using messages::WorkspaceOutcome;
+using messages::WorkspaceReply;
+using Commands = messages::CommandService<WorkspaceCommand, WorkspaceReply>;
 
-msg::WorkspaceReply at_once(const msg::WorkspaceCommand& command, Outcome outcome,
-                            const std::string& message) {
-  const Request request = to_request(command);
-  Reply reply;
-  reply.outcome = outcome;
-  reply.object = request.command.object;
-  reply.object_id = request.command.id;
-  reply.message = message;
-  return to_message(request, reply);
+/// Returns a reply before the command is carried out, or instead of that.
+WorkspaceReply reply_to(const WorkspaceCommand& command, WorkspaceOutcome outcome,
+                        const std::string& message) {
+  return {.requester = command.requester,
+          .operation = command.operation,
+          .object = command.object,
+          .id = command.id,
+          .outcome = outcome,
+          .message = message};
 }
 
 Commands::Rules rules(bool accept_commands) {
-  return {.refusal =
-              [accept_commands](const msg::WorkspaceCommand& command) {
-                std::string why = refusal(command);
-                if (why.empty() && !accept_commands)
-                  why = "this wva_server takes no commands (accept_commands is false in its configuration)";
-                return why;
-              },
-          .refused = [](const msg::WorkspaceCommand& command,
-                        const std::string& why) { return at_once(command, Outcome::kRefused, why); },
-          .accepted =
-              [](const msg::WorkspaceCommand& command, std::size_t before) {
-                return at_once(
-                    command, Outcome::kAccepted,
-                    before == 0 ? "taken up" : "waits for " + std::to_string(before) + " commands before it");
-              }};
+  return {
+      .refusal =
+          [accept_commands](const WorkspaceCommand&) {
+            return accept_commands ? ""
+                                   : "this wva_server takes no commands (accept_commands is false in its "
+                                     "configuration)";
+          },
+      .refused = [](const WorkspaceCommand& command,
+                    const std::string& why) { return reply_to(command, WorkspaceOutcome::kRefused, why); },
+      .accepted =
+          [](const WorkspaceCommand& command, std::size_t before) {
+            return reply_to(command, WorkspaceOutcome::kAccepted,
+                            before == 0 ? "is being carried out"
+                                        : "waits for " + std::to_string(before) + " commands before it");
+          }};
 }
 
 }  // namespace
@@ -70,7 +74,7 @@ struct DdsAdapter::Impl {
   dds::Writer<msg::WorkspaceVersion> versions{participant, dds::kWorkspaceVersion};
   dds::Writer<msg::WorkspaceObject> objects{participant, dds::kWorkspaceObject};
   dds::Writer<msg::MeshChunk> chunks{participant, dds::kMeshChunk};
-  dds::StatusReporter status{participant};
+  messages::StatusReporter status{participant};
   std::set<std::uint64_t> meshes;  // content hashes of the published meshes
   Commands commands;
   mutable std::mutex others_mutex;
@@ -90,15 +94,14 @@ struct DdsAdapter::Impl {
 
 void DdsAdapter::Impl::publish_mesh(const ServedObject& object, std::size_t chunk_bytes) {
   const auto pieces = mesh_chunks(object.mesh_O, chunk_bytes);
-  msg::MeshChunk message;
-  message.mesh_hash(object.mesh_hash);
-  message.chunk_count(static_cast<std::uint32_t>(pieces.size()));
-  message.vertex_count(static_cast<std::uint32_t>(object.mesh_O.vertices_m.size()));
-  message.triangle_count(static_cast<std::uint32_t>(object.mesh_O.triangles.size()));
-  for (std::size_t i = 0; i < pieces.size(); ++i) {
-    message.chunk(static_cast<std::uint32_t>(i));
-    message.data(pieces[i]);
-    write(chunks, message, "mesh_chunk");
+  messages::MeshChunk chunk{.mesh_hash = object.mesh_hash,
+                            .chunk_count = static_cast<std::uint32_t>(pieces.size()),
+                            .vertex_count = static_cast<std::uint32_t>(object.mesh_O.vertices_m.size()),
+                            .triangle_count = static_cast<std::uint32_t>(object.mesh_O.triangles.size())};
+  for (const auto& piece : pieces) {
+    chunk.data = piece;
+    write(chunks, messages::to_idl(chunk), "mesh_chunk");
+    ++chunk.chunk;
   }
   meshes.insert(object.mesh_hash);
 }
@@ -109,43 +112,39 @@ DdsAdapter::~DdsAdapter() = default;
 
 void DdsAdapter::publish_object(const ServedObject& object, std::size_t chunk_bytes) {
   if (!impl_->meshes.contains(object.mesh_hash)) impl_->publish_mesh(object, chunk_bytes);
-  const messages::WorkspaceObject told{object.id, object.config.name, object.mesh_hash, object.config.X_WO,
-                                       object.config.colour};
-  write(impl_->objects, messages::to_idl(told), "workspace_object");
+  const messages::WorkspaceObject sample{object.id, object.config.name, object.mesh_hash, object.config.X_WO,
+                                         object.config.colour};
+  write(impl_->objects, messages::to_idl(sample), "workspace_object");
 }
 
 void DdsAdapter::withdraw_object(std::uint16_t id) {
   write(impl_->objects, messages::to_idl(messages::WorkspaceObject{.id = id}), "workspace_object");
 }
 
-void DdsAdapter::publish_change(const LiveCell& cell, const layers::WorkspaceChange& change, int threads) {
-  msg::WorkspaceBrick brick;
-  const auto put_key = [&brick](workspace::BrickKey key) {
-    brick.bx(key.x);
-    brick.by(key.y);
-    brick.bz(key.z);
+bool DdsAdapter::publish_change(const LiveCell& cell, const layers::WorkspaceChange& change, int threads,
+                                const std::function<bool()>& go_on) {
+  const auto write_brick = [&](workspace::BrickKey key, std::span<const std::uint8_t> voxels) {
+    write(impl_->bricks, messages::to_idl(messages::WorkspaceBrick{key, change.version, voxels}),
+          "workspace_brick");
   };
-  brick.version(change.version);
   std::vector<std::vector<std::uint8_t>> encoded(std::min(kBricksAtOnce, change.changed.size()));
   for (std::size_t first = 0; first < change.changed.size(); first += kBricksAtOnce) {
+    if (first > 0 && go_on && !go_on()) return false;
     const auto keys =
         std::span(change.changed).subspan(first, std::min(kBricksAtOnce, change.changed.size() - first));
     core::parallel_for(threads, keys.size(), [&](std::size_t i, std::size_t) {
       encoded[i] = workspace::encode_brick(cell.workspace().brick(keys[i]));
     });
-    for (std::size_t i = 0; i < keys.size(); ++i) {
-      put_key(keys[i]);
-      brick.voxels_zstd(std::move(encoded[i]));
-      write(impl_->bricks, brick, "workspace_brick");
-    }
+    for (std::size_t i = 0; i < keys.size(); ++i) write_brick(keys[i], encoded[i]);
   }
-  brick.voxels_zstd({});
-  for (const workspace::BrickKey key : change.removed) {
-    put_key(key);
-    write(impl_->bricks, brick, "workspace_brick");
+  for (std::size_t i = 0; i < change.removed.size(); ++i) {
+    if (i % kBricksAtOnce == 0 && go_on && !go_on()) return false;
+    write_brick(change.removed[i], {});
   }
-  write(impl_->versions, version_message(cell.cell().name, cell.workspace(), cell.content_hash()),
-        "workspace_version");
+  const messages::WorkspaceVersion version{cell.cell().name,
+                                           workspace::description_of(cell.workspace(), cell.content_hash())};
+  write(impl_->versions, messages::to_idl(version), "workspace_version");
+  return true;
 }
 
 bool DdsAdapter::has_rival() const {
@@ -157,13 +156,18 @@ void DdsAdapter::report(const core::Health& health) {
   impl_->status.publish(has_rival() ? dds::with_rival(health, "workspace_version") : health);
 }
 
-std::optional<Request> DdsAdapter::next_command(double wait_s) {
-  const auto command = impl_->commands.next(wait_s);
-  return command ? std::optional(to_request(*command)) : std::nullopt;
+std::optional<WorkspaceCommand> DdsAdapter::next_command(double wait_s) {
+  return impl_->commands.next(wait_s);
 }
 
-void DdsAdapter::reply(const Request& request, const Reply& reply) {
-  impl_->commands.complete(request.id, to_message(request, reply));
+void DdsAdapter::notify(const WorkspaceCommand& command, const std::string& message) {
+  impl_->commands.notify(command.stamp, reply_to(command, WorkspaceOutcome::kAccepted, message));
+}
+
+void DdsAdapter::reply(const WorkspaceCommand& command, WorkspaceReply reply) {
+  reply.requester = command.requester;
+  reply.operation = command.operation;
+  impl_->commands.complete(command.stamp, std::move(reply));
 }
 
 }  // namespace phantom::wva_server

@@ -1,11 +1,13 @@
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <optional>
 
 #include "common/core/health.hpp"
 #include "common/core/network.hpp"
-#include "components/wva_server/cell_request.hpp"
+#include "common/messages/workspace.hpp"
+#include "components/wva_server/wva_server.hpp"
 
 namespace phantom::wva_server {
 
@@ -23,8 +25,11 @@ class DdsAdapter {
   /// Publishes that an object is gone. Its mesh stays published, for objects added later with the same mesh.
   void withdraw_object(std::uint16_t id);
   /// Publishes a change of the workspace: changed bricks, removed bricks, then the version that commits them.
-  /// Compresses bricks on `threads` threads.
-  void publish_change(const LiveCell& cell, const layers::WorkspaceChange& change, int threads);
+  /// Compresses bricks on `threads` threads. `go_on`, if not empty, is called after some bricks, again and
+  /// again: publishing a whole workspace takes seconds. Once it returns false, publishing ends without a
+  /// version, and so does this, with false.
+  bool publish_change(const LiveCell& cell, const layers::WorkspaceChange& change, int threads,
+                      const std::function<bool()>& go_on = {});
   /// Returns whether another process publishes a workspace in this domain, too. Consumers keep to the first
   /// server. Thread-safe.
   bool has_rival() const;
@@ -33,8 +38,11 @@ class DdsAdapter {
 
   /// Returns the next command; waits for one for at most `wait_s`. Its requester has been sent "accepted" and
   /// expects reply().
-  std::optional<Request> next_command(double wait_s);
-  void reply(const Request& request, const Reply& reply);
+  std::optional<messages::WorkspaceCommand> next_command(double wait_s);
+  /// Tells the requester of a command that is being carried out how far it is.
+  void notify(const messages::WorkspaceCommand& command, const std::string& message);
+  /// Sends the final reply to a command; sets what names the command.
+  void reply(const messages::WorkspaceCommand& command, messages::WorkspaceReply reply);
 
  private:
   struct Impl;

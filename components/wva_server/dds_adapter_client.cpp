@@ -6,83 +6,57 @@
 #include <mutex>
 
 #include "common/dds/endpoint.hpp"
-#include "common/dds/requester.hpp"
-#include "components/wva_server/dds_adapter_convert.hpp"
+#include "common/messages/status_codec.hpp"
+#include "common/messages/workspace_codec.hpp"
 
 namespace phantom::wva_server {
 
-struct CommandClient::Impl {
-  explicit Impl(const core::NetworkOptions& network) : participant("wva_server_command", network) {}
-
-  dds::Participant participant;
-  dds::Requester<msg::WorkspaceCommand, msg::WorkspaceReply> requester{participant, dds::kWorkspaceCommand,
-                                                                       dds::kWorkspaceReply};
-};
-
-CommandClient::CommandClient(const core::NetworkOptions& network) : impl_(std::make_unique<Impl>(network)) {}
-CommandClient::~CommandClient() = default;
-
-std::optional<Reply> CommandClient::ask(const CellCommand& command, double timeout_s,
-                                        const std::function<void(const Reply&)>& on_accepted) {
-  std::optional<Reply> last;
-  impl_->requester.ask(to_message(command, dds::requester_name("wva_server command")), timeout_s,
-                       [&](const msg::WorkspaceReply& reply) {
-                         const Reply heard = to_reply(reply);
-                         if (heard.outcome != Outcome::kAccepted) {
-                           last = heard;
-                           return true;
-                         }
-                         on_accepted(heard);
-                         return false;
-                       });
-  return last;
-}
-
-std::optional<Listing> CommandClient::list(double timeout_s) {
+std::optional<Listing> list_objects(const core::NetworkOptions& network, double timeout_s) {
   std::mutex mutex;
   std::condition_variable changed;
   Listing listing;
   std::map<std::uint16_t, messages::WorkspaceObject> objects;
   double served_version = 0.0, served_objects = -1.0;  // from wva_server's component_status
   const auto under_lock = [&](auto take) {
-    return [&, take](const auto& sample, const dds::SampleInfo&) {
+    return [&, take](const auto& message, const dds::SampleInfo&) {
+      const auto sample = messages::from_idl(message);
+      if (!sample) return;
       {
         const std::lock_guard lock(mutex);
-        take(sample);
+        take(*sample);
       }
       changed.notify_one();
     };
   };
-  dds::Reader<msg::WorkspaceVersion> versions(impl_->participant, dds::kWorkspaceVersion,
-                                              under_lock([&](const msg::WorkspaceVersion& version) {
-                                                listing.cell = version.cell().c_str();
-                                                listing.version = version.version();
-                                                listing.bricks = version.brick_count();
-                                              }));
-  dds::Reader<msg::WorkspaceObject> objects_reader(impl_->participant, dds::kWorkspaceObject,
-                                                   under_lock([&](const msg::WorkspaceObject& object) {
-                                                     const auto told = messages::from_idl(object);
-                                                     if (!told) return;
-                                                     objects.erase(told->id);
-                                                     if (!told->removed()) objects[told->id] = *told;
+  dds::Participant participant("wva_server_command", network);
+  const dds::Reader<msg::WorkspaceVersion> versions(
+      participant, dds::kWorkspaceVersion, under_lock([&](const messages::WorkspaceVersion& version) {
+        listing.cell = version.cell;
+        listing.version = version.description.version;
+        listing.bricks = version.description.brick_count;
+      }));
+  const dds::Reader<msg::WorkspaceObject> objects_reader(
+      participant, dds::kWorkspaceObject, under_lock([&](const messages::WorkspaceObject& object) {
+        objects.erase(object.id);
+        if (!object.removed()) objects[object.id] = object;
+      }));
+  const dds::Reader<msg::ComponentStatus> statuses(participant, dds::kComponentStatus,
+                                                   under_lock([&](const messages::ComponentStatus& status) {
+                                                     if (status.component != "wva_server") return;
+                                                     for (const core::HealthFigure& figure : status.figures) {
+                                                       if (figure.name == "version")
+                                                         served_version = figure.value;
+                                                       if (figure.name == "objects")
+                                                         served_objects = figure.value;
+                                                     }
                                                    }));
-  dds::Reader<msg::ComponentStatus> statuses(impl_->participant, dds::kComponentStatus,
-                                             under_lock([&](const msg::ComponentStatus& status) {
-                                               if (status.component_name() != "wva_server") return;
-                                               for (const msg::Figure& figure : status.figures()) {
-                                                 if (figure.name() == "version")
-                                                   served_version = figure.value();
-                                                 if (figure.name() == "objects")
-                                                   served_objects = figure.value();
-                                               }
-                                             }));
   std::unique_lock lock(mutex);
   const bool whole = changed.wait_for(lock, std::chrono::duration<double>(timeout_s), [&] {
     return listing.version != 0 && served_version == static_cast<double>(listing.version) &&
            served_objects == static_cast<double>(objects.size());
   });
   if (!whole) return std::nullopt;
-  for (auto& [id, object] : objects) listing.objects.push_back(object);
+  for (const auto& [id, object] : objects) listing.objects.push_back(object);
   return listing;
 }
 

@@ -53,11 +53,9 @@ int main(int argc, char** argv) {
     auto profiles = std::async(std::launch::async, dds::check_qos_profiles, deployment.network.qos_profiles);
     auto served = wva_server::load_served_cell(deployment.cell, changes_file, config.mesh_import);
     profiles.get();
-    if (options.check) {
-      std::cout << "configuration is valid: " << served.bodies.size() << " objects in cell "
-                << served.cell.name << '\n';
-      return static_cast<int>(runtime::kExitDone);
-    }
+    if (options.check)
+      return runtime::configuration_is_valid(": " + std::to_string(served.bodies.size()) +
+                                             " objects in cell " + served.cell.name);
     starting.reset();
     served.report_dir = options.report_dir;
     wva_server::run_service(config, deployment.network, std::move(served));

@@ -4,20 +4,32 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <deque>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "common/core/clock.hpp"
 #include "common/core/errors.hpp"
 #include "common/runtime/process.hpp"
+#include "components/wva_server/change_under_way.hpp"
 #include "components/wva_server/dds_adapter.hpp"
 
 namespace phantom::wva_server {
 namespace {
 
 constexpr double kLongestWait_s = 0.2;  // bounds the delay of a requested stop
+constexpr double kLook_s = 0.02;        // at commands and the clock, while a change is under way
 
 double now_s() { return core::seconds(core::monotonic_ns()); }
+
+AddLimits add_limits(const WvaServerConfig& config) {
+  AddLimits limits{config.mesh_import, config.max_voxel_bytes, config.command_mesh_bytes,
+                   config.command_steps, config.command_objects};
+  limits.mesh.max_triangles = std::min(limits.mesh.max_triangles, config.command_triangles);
+  limits.mesh.max_cpu_s = std::min(limits.mesh.max_cpu_s, config.command_import_s);
+  return limits;
+}
 
 void warn_of(const ServedObject& object) {
   for (const std::string& note : object.notes) spdlog::warn("{}: {}", object.config.name, note);
@@ -30,7 +42,7 @@ class Service {
  public:
   Service(const WvaServerConfig& config, const core::NetworkOptions& network, const ServedCell& served)
       : config_(config),
-        cell_(served.cell, {config.mesh_import, config.max_voxel_bytes}, served.changes),
+        cell_(served.cell, add_limits(config), served.changes),
         adapter_(network, config.accept_commands),
         changes_file_(served.changes_file),
         report_dir_(served.report_dir) {}
@@ -40,10 +52,18 @@ class Service {
     if (!activate(std::move(bodies))) return;
     leave_report();
     while (!runtime::stop_requested()) {
-      if (now_s() >= next_report_s_) report(health("", 1.0));
-      const double wait_s = std::clamp(next_report_s_ - now_s(), 0.0, kLongestWait_s);
-      if (const auto request = adapter_.next_command(wait_s)) carry_out(*request);
+      if (now_s() >= next_report_s_) report_serving();
+      if (change_) {
+        if (change_->wait(kLook_s)) finish_change();
+        if (const auto command = adapter_.next_command(0.0)) take(*command);
+      } else if (!waiting_.empty()) {
+        begin_change();
+      } else if (const auto command =
+                     adapter_.next_command(std::clamp(next_report_s_ - now_s(), 0.0, kLongestWait_s))) {
+        take(*command);
+      }
     }
+    change_.reset();  // ends it
     leave_report();
     core::Health stopped = health("stopped on request", 1.0);
     stopped.state = core::ComponentState::kStopped;
@@ -52,7 +72,15 @@ class Service {
 
  private:
   bool activate(std::vector<runtime::CellBody> bodies);
-  void carry_out(const Request& request);
+  void take(const WorkspaceCommand& command);
+  void end_add(const WorkspaceCommand& add, const std::string& doing, const WorkspaceCommand& later);
+  void begin_change();
+  void finish_change();
+  bool publish_bricks(const layers::WorkspaceChange& change, const std::string& doing);
+  void publish(const WorkspaceCommand& command, CellChange change);
+  void refuse(const WorkspaceCommand& command, const std::string& doing, const std::string& why);
+  void report_serving();
+  void note_figures();
   std::string keep_changes();
   layers::ActivationOptions options(const std::string& doing);
   std::uint64_t next_version() const;
@@ -66,7 +94,13 @@ class Service {
   DdsAdapter adapter_;
   std::filesystem::path changes_file_, report_dir_;
   double build_s_ = 0.0, next_report_s_ = 0.0;
+  double begun_s_ = 0.0;  // when the change under way began
   std::size_t changes_ = 0;
+  std::vector<core::HealthFigure> figures_;  // of the cell between two changes
+  std::string published_;                    // likewise, in words
+  std::uint64_t version_ = 0;                // likewise
+  std::deque<WorkspaceCommand> waiting_;
+  std::optional<ChangeUnderWay> change_;
 };
 
 /// Returns milliseconds since 1970, or more where that would not rise. Versions rise across restarts, too, so
@@ -101,7 +135,8 @@ bool Service::activate(std::vector<runtime::CellBody> bodies) {
   if (!change && runtime::stop_requested()) return false;
   if (!change) throw core::ConfigError("object " + change.status().message());
   build_s_ = now_s() - from_s;
-  adapter_.publish_change(cell_, *change, config_.threads);
+  if (!publish_bricks(*change, "publishing the workspace")) return false;
+  note_figures();
   const workspace::Workspace& workspace = cell_.workspace();
   spdlog::info(
       "workspace of cell {}: {} objects, {} bricks, {:.1f} MiB, built in {:.2f} s; "
@@ -111,47 +146,122 @@ bool Service::activate(std::vector<runtime::CellBody> bodies) {
   return true;
 }
 
-void Service::carry_out(const Request& request) {
-  const double from_s = now_s();
-  const CellCommand& command = request.command;
-  const std::string doing = fmt::format("{} {}", name_of(command.operation),
-                                        command.object.empty() ? "an object" : "'" + command.object + "'");
-  const auto change = cell_.apply(command, next_version(), options(doing));
-  Reply reply;
-  reply.object = command.object;
-  reply.object_id = command.id;
+/// Takes a command, to be carried out after those before it. A change that it overtakes is ended. An object
+/// that waits to be added and is to be removed is not added at all.
+void Service::take(const WorkspaceCommand& command) {
+  if (change_ && change_->is_overtaken_by(command)) change_->end();
+  const auto adds_it = [&](const WorkspaceCommand& earlier) {
+    return command.operation == WorkspaceOperation::kRemove && !command.object.empty() &&
+           earlier.operation == WorkspaceOperation::kAdd && cell_.name_in(earlier) == command.object;
+  };
+  const auto earlier = std::find_if(waiting_.begin(), waiting_.end(), adds_it);
+  if (earlier == waiting_.end()) return waiting_.push_back(command);
+  end_add(*earlier, "add '" + command.object + "'", command);
+  waiting_.erase(earlier);
+}
+
+/// Answers the command to add an object, which a later one has ended, and that one.
+void Service::end_add(const WorkspaceCommand& add, const std::string& doing, const WorkspaceCommand& later) {
+  refuse(add, doing, "was ended by a later command for the same object");
+  adapter_.reply(later, {.object = later.object,
+                         .outcome = messages::WorkspaceOutcome::kDone,
+                         .message = "ended what was to " + doing + ": it was not added",
+                         .version = version_});
+}
+
+void Service::begin_change() {
+  begun_s_ = now_s();
+  const WorkspaceCommand command = std::move(waiting_.front());
+  waiting_.pop_front();
+  layers::ActivationOptions options;
+  options.threads = config_.threads;
+  options.stopwatch = now_s;
+  change_.emplace(cell_, command, next_version(), std::move(options), runtime::stop_requested);
+}
+
+void Service::finish_change() {
+  const WorkspaceCommand command = change_->command();
+  const std::string doing = change_->doing();
+  const bool was_ended = change_->was_ended();
+  auto change = change_->take();
+  // A command to remove what was being added is done with that.
+  const auto overtaking =
+      std::find_if(waiting_.begin(), waiting_.end(),
+                   [this](const WorkspaceCommand& later) { return change_->is_overtaken_by(later); });
+  change_.reset();
   if (change) {
-    adapter_.publish_change(cell_, change->workspace, config_.threads);
-    if (command.operation == Operation::kRemove) {
-      adapter_.withdraw_object(change->id);
-    } else {
-      adapter_.publish_object(cell_.objects().at(change->id), config_.mesh_chunk_bytes);
-    }
-    ++changes_;
-    if (command.operation == Operation::kAdd) warn_of(cell_.objects().at(change->id));
-    const std::string said = change->said + keep_changes();
-    reply = {Outcome::kDone,
-             said,
-             change->id,
-             change->name,
-             change->workspace.version,
-             change->workspace.changed.size(),
-             change->workspace.removed.size(),
-             0.0};
+    publish(command, *std::move(change));
+  } else if (!was_ended) {
+    refuse(command, doing, change.status().message());
+  } else if (command.operation == WorkspaceOperation::kAdd && overtaking != waiting_.end()) {
+    end_add(command, doing, *overtaking);
+    waiting_.erase(overtaking);
   } else {
-    reply.outcome = Outcome::kRefused;
-    reply.message = change.status().message();
+    refuse(command, doing, "was ended by a later command for the same object");
   }
-  reply.seconds = now_s() - from_s;
-  adapter_.reply(request, reply);
-  if (change) {
-    spdlog::info("{} (asked by {}): {} bricks changed, {} removed; version {} published after {:.0f} ms",
-                 reply.message, request.requester, reply.changed_bricks, reply.removed_bricks, reply.version,
-                 1e3 * reply.seconds);
-  } else {
-    spdlog::warn("refused to {} (asked by {}): {}", doing, request.requester, reply.message);
-  }
+  note_figures();
   report(health("", 1.0));
+}
+
+/// Reports meanwhile. Returns false if a stop was requested: then no version tells of the bricks that went
+/// out, and who asked is not answered.
+bool Service::publish_bricks(const layers::WorkspaceChange& change, const std::string& doing) {
+  return adapter_.publish_change(cell_, change, config_.threads, [&] {
+    report_progress(1.0, doing);
+    return !runtime::stop_requested();
+  });
+}
+
+void Service::publish(const WorkspaceCommand& command, CellChange change) {
+  if (!publish_bricks(change.workspace, "publishing: " + change.message)) return;
+  if (command.operation == WorkspaceOperation::kRemove) {
+    adapter_.withdraw_object(change.id);
+  } else {
+    adapter_.publish_object(cell_.objects().at(change.id), config_.mesh_chunk_bytes);
+  }
+  ++changes_;
+  if (command.operation == WorkspaceOperation::kAdd) warn_of(cell_.objects().at(change.id));
+  const messages::WorkspaceReply reply{
+      .object = change.name,
+      .id = change.id,
+      .outcome = messages::WorkspaceOutcome::kDone,
+      .message = change.message + keep_changes(),
+      .version = change.workspace.version,
+      .changed_bricks = static_cast<std::uint32_t>(change.workspace.changed.size()),
+      .removed_bricks = static_cast<std::uint32_t>(change.workspace.removed.size()),
+      .seconds = now_s() - begun_s_};
+  adapter_.reply(command, reply);
+  spdlog::info("{} (asked by {}): {} bricks changed, {} removed; version {} published after {:.0f} ms",
+               reply.message, command.requester, reply.changed_bricks, reply.removed_bricks, reply.version,
+               1e3 * reply.seconds);
+}
+
+void Service::refuse(const WorkspaceCommand& command, const std::string& doing, const std::string& why) {
+  adapter_.reply(command,
+                 {.object = command.object, .id = command.id, .message = why, .seconds = now_s() - begun_s_});
+  spdlog::warn("refused to {} (asked by {}): {}", doing, command.requester, why);
+}
+
+/// Reports how far the change under way is, also to who asked for it.
+void Service::report_serving() {
+  if (!change_) return report(health("", 1.0));
+  const double share = change_->share();
+  if (now_s() - begun_s_ > 0.5)
+    adapter_.notify(change_->command(), fmt::format("is being carried out: {:.0f} %", 1e2 * share));
+  report(health(change_->doing(), share));
+}
+
+void Service::note_figures() {
+  const workspace::Workspace& workspace = cell_.workspace();
+  const auto figure = [](const char* name, auto value, const char* unit) {
+    return core::HealthFigure{name, static_cast<double>(value), unit};
+  };
+  version_ = workspace.version;
+  published_ =
+      fmt::format("{} objects in {} bricks are published", cell_.objects().size(), workspace.brick_count());
+  figures_ = {figure("version", workspace.version, ""),      figure("objects", cell_.objects().size(), ""),
+              figure("bricks", workspace.brick_count(), ""), figure("bytes", workspace.bytes(), "B"),
+              figure("build_seconds", build_s_, "s"),        figure("changes", changes_, "")};
 }
 
 /// Writes the changes to their file. Returns an addition to the reply if that fails, otherwise "".
@@ -167,21 +277,11 @@ std::string Service::keep_changes() {
 }
 
 core::Health Service::health(const std::string& doing, double progress) const {
-  const workspace::Workspace& workspace = cell_.workspace();
-  if (workspace.version == 0)
-    return {core::ComponentState::kStarting, doing, {}, {{"progress", progress, ""}}};
-  const auto figure = [](const char* name, auto value, const char* unit) {
-    return core::HealthFigure{name, static_cast<double>(value), unit};
-  };
-  return {core::ComponentState::kRunning,
-          doing.empty() ? fmt::format("{} objects in {} bricks are published", cell_.objects().size(),
-                                      workspace.brick_count())
-                        : doing,
-          {},
-          {figure("progress", progress, ""), figure("version", workspace.version, ""),
-           figure("objects", cell_.objects().size(), ""), figure("bricks", workspace.brick_count(), ""),
-           figure("bytes", workspace.bytes(), "B"), figure("build_seconds", build_s_, "s"),
-           figure("changes", changes_, "")}};
+  core::Health health{
+      core::ComponentState::kRunning, doing.empty() ? published_ : doing, {}, {{"progress", progress, ""}}};
+  if (figures_.empty()) health.state = core::ComponentState::kStarting;
+  health.figures.insert(health.figures.end(), figures_.begin(), figures_.end());
+  return health;
 }
 
 void Service::report_progress(double share, const std::string& doing) {

@@ -48,13 +48,13 @@ ServedObject served(const runtime::ObjectConfig& config, runtime::CellBody&& bod
 
 }  // namespace
 
-const char* name_of(Operation operation) {
+const char* name_of(WorkspaceOperation operation) {
   switch (operation) {
-    case Operation::kAdd:
+    case WorkspaceOperation::kAdd:
       return "add";
-    case Operation::kMove:
+    case WorkspaceOperation::kMove:
       return "move";
-    case Operation::kRemove:
+    case WorkspaceOperation::kRemove:
       return "remove";
   }
   return "?";
@@ -82,22 +82,30 @@ core::Expected<layers::WorkspaceChange> LiveCell::activate(std::vector<runtime::
                           });
   if (!change) return change;
   objects_ = std::move(objects);
+  for (const auto& [id, object] : objects_) note_mesh(object);
   return change;
 }
 
-core::Expected<CellChange> LiveCell::apply(const CellCommand& command, std::uint64_t version,
-                                           const layers::ActivationOptions& options) {
+core::Expected<CellChange> LiveCell::apply(const WorkspaceCommand& command, std::uint64_t version,
+                                           const layers::ActivationOptions& given) {
+  // What is there may always be taken away.
+  const bool bounded = command.operation != WorkspaceOperation::kRemove;
+  core::WorkBudget budget(bounded ? limits_.steps : UINT64_MAX, given.keep_going);
+  layers::ActivationOptions options = given;
+  options.budget = &budget;
   try {
     switch (command.operation) {
-      case Operation::kAdd:
+      case WorkspaceOperation::kAdd:
         return add(command, version, options);
-      case Operation::kMove:
+      case WorkspaceOperation::kMove:
         return move(command, version, options);
-      case Operation::kRemove:
+      case WorkspaceOperation::kRemove:
         return remove(command, version, options);
     }
     return core::Status::invalid_argument("no such operation; allowed: add, move, remove");
   } catch (const ConfigError& problem) {
+    if (budget.ended() && !budget.exceeded())
+      return core::Status(core::ErrorCode::kUnavailable, "was ended while it was being carried out");
     return core::Status::invalid_argument(problem.what());
   } catch (const std::bad_alloc&) {
     return core::Status(core::ErrorCode::kResourceExhausted, "not enough memory for this change");
@@ -106,7 +114,19 @@ core::Expected<CellChange> LiveCell::apply(const CellCommand& command, std::uint
   }
 }
 
-core::Expected<std::uint16_t> LiveCell::find(const CellCommand& command) const {
+std::string LiveCell::name_in(const WorkspaceCommand& command) const {
+  if (command.operation == WorkspaceOperation::kAdd) {
+    try {
+      return runtime::read_object_text(command.description, cell_).name;
+    } catch (const std::exception&) {
+      return "";  // refused when it is carried out
+    }
+  }
+  const auto object = command.object.empty() ? objects_.find(command.id) : objects_.end();
+  return object != objects_.end() ? object->second.config.name : command.object;
+}
+
+core::Expected<std::uint16_t> LiveCell::find(const WorkspaceCommand& command) const {
   if (command.object.empty()) {
     if (objects_.contains(command.id)) return command.id;
     return core::Status::not_found(fmt::format("no object {} in cell {}", command.id, cell_.name));
@@ -121,10 +141,20 @@ core::Expected<std::uint16_t> LiveCell::find(const CellCommand& command) const {
 }
 
 /// The grid bounds what one more object can take, so a limit on what is there already bounds the total.
-void LiveCell::check_memory() const {
+void LiveCell::check_room() const {
+  if (objects_.size() >= limits_.objects)
+    throw ConfigError(
+        fmt::format("there are {} objects already; allowed: {} (commands.max_objects in wva_server's "
+                    "configuration); remove some first",
+                    objects_.size(), limits_.objects));
   const std::uint64_t bytes = live_.object_bytes() + live_.workspace().bytes();
-  if (bytes <= limits_.voxel_bytes) return;
   const auto mib = [](std::uint64_t amount) { return static_cast<double>(amount) / (1 << 20); };
+  if (mesh_bytes_ > limits_.mesh_bytes)
+    throw ConfigError(
+        fmt::format("the meshes of all objects that were ever there take {:.0f} MiB, and stay published; "
+                    "allowed: none is added above {:.0f} MiB; start wva_server anew",
+                    mib(mesh_bytes_), mib(limits_.mesh_bytes)));
+  if (bytes <= limits_.voxel_bytes) return;
   throw ConfigError(
       fmt::format("the voxels of the {} objects take {:.0f} MiB; "
                   "allowed: none is added above {:.0f} MiB (max_voxels_mib in wva_server's configuration); "
@@ -132,9 +162,15 @@ void LiveCell::check_memory() const {
                   objects_.size(), mib(bytes), mib(limits_.voxel_bytes)));
 }
 
-CellChange LiveCell::add(const CellCommand& command, std::uint64_t version,
+void LiveCell::note_mesh(const ServedObject& object) {
+  constexpr std::size_t kPartBytes = 12;  // of a vertex or a triangle
+  if (meshes_.insert(object.mesh_hash).second)
+    mesh_bytes_ += kPartBytes * (object.mesh_O.vertices_m.size() + object.mesh_O.triangles.size());
+}
+
+CellChange LiveCell::add(const WorkspaceCommand& command, std::uint64_t version,
                          const layers::ActivationOptions& options) {
-  check_memory();
+  check_room();
   runtime::ObjectConfig config = runtime::read_object_text(command.description, cell_);
   for (const auto& [id, object] : objects_) {
     if (object.config.name == config.name)
@@ -145,19 +181,22 @@ CellChange LiveCell::add(const CellCommand& command, std::uint64_t version,
   if (changes_.next_id > kGreatestId)
     throw ConfigError("all 65534 object ids were given away; start wva_server anew");
   const auto id = config.id = static_cast<std::uint16_t>(changes_.next_id);
-  runtime::CellBody body = runtime::load_body(config, cell_, limits_.mesh);
+  geometry::MeshImportOptions import = limits_.mesh;
+  import.keep_going = options.keep_going;
+  runtime::CellBody body = runtime::load_body(config, cell_, import, options.budget);
   const layers::LiveBody added[] = {{&body.body, config.priority}};
   layers::WorkspaceChange change = value_or_throw(live_.add(added, version, options));
   ServedObject object = served(config, std::move(body));
   object.report = change.reports.front();
-  const std::string said =
+  const std::string message =
       fmt::format("added {} at {}: {}", label_of(config.name, id), place_text(config.X_WO), describe(object));
+  note_mesh(object);
   objects_.emplace(id, std::move(object));
   changes_.note_added(id, config.name, command.description);
-  return {id, config.name, said, std::move(change)};
+  return {id, config.name, message, std::move(change)};
 }
 
-CellChange LiveCell::move(const CellCommand& command, std::uint64_t version,
+CellChange LiveCell::move(const WorkspaceCommand& command, std::uint64_t version,
                           const layers::ActivationOptions& options) {
   ServedObject& object = objects_.at(value_or_throw(find(command)));
   runtime::ObjectConfig config = object.config;
@@ -178,7 +217,7 @@ CellChange LiveCell::move(const CellCommand& command, std::uint64_t version,
           std::move(change)};
 }
 
-CellChange LiveCell::remove(const CellCommand& command, std::uint64_t version,
+CellChange LiveCell::remove(const WorkspaceCommand& command, std::uint64_t version,
                             const layers::ActivationOptions& options) {
   const std::uint16_t id = value_or_throw(find(command));
   layers::WorkspaceChange change = value_or_throw(live_.remove(id, version, options));

@@ -4,27 +4,21 @@
 #include <functional>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
 #include "common/geometry/mesh_io.hpp"
 #include "common/layers/live_workspace.hpp"
+#include "common/messages/workspace.hpp"
 #include "common/runtime/cell_bodies.hpp"
 #include "components/wva_server/cell_changes.hpp"
 
 namespace phantom::wva_server {
 
-/// A command that changes the cell while it is served: adds, moves or removes one object.
-enum class Operation { kAdd, kMove, kRemove };
-struct CellCommand {
-  Operation operation = Operation::kMove;
-  std::string object;                 ///< move, remove: the object's name; empty: `id` names the object
-  std::uint16_t id = 0;               ///< move, remove: the object's id, where the name is empty
-  geometry::Pose X_WO;                ///< move: the object's new pose
-  std::string description;            ///< add: the object in YAML, as in a cell file's `objects`
-  std::optional<int> guard_vox = {};  ///< move: new guard skin, 0 … 100 voxels; none: unchanged
-};
-const char* name_of(Operation operation);
+using messages::WorkspaceCommand;
+using messages::WorkspaceOperation;
+const char* name_of(WorkspaceOperation operation);
 
 /// An object as it is served: what viewers show and what reports say about it.
 struct ServedObject {
@@ -40,14 +34,18 @@ struct ServedObject {
 struct CellChange {
   std::uint16_t id = 0;
   std::string name;
-  std::string said;  ///< the change in words, for the requester and the log
+  std::string message;  ///< the change in words, for the requester and the log
   layers::WorkspaceChange workspace;
 };
 
-/// Limits for objects that commands add.
+/// Limits for commands.
 struct AddLimits {
   geometry::MeshImportOptions mesh;
   std::uint64_t voxel_bytes = UINT64_MAX;  ///< above this size of all voxels in memory no object is added
+  std::uint64_t mesh_bytes = UINT64_MAX;   ///< above this size of all meshes ever served none is added
+  /// Greatest work of a command, moves included, in steps of a formula (core::WorkBudget).
+  std::uint64_t steps = UINT64_MAX;
+  std::size_t objects = SIZE_MAX;  ///< as soon as there are so many none is added
 };
 
 /// Holds the cell that is served: the objects of the cell file, changed by commands that add, move and remove
@@ -69,9 +67,13 @@ class LiveCell {
                                                    const layers::ActivationOptions& options,
                                                    const OnObject& on_object);
   /// Carries out a command. Otherwise returns why not and what is allowed, and leaves everything unchanged.
-  core::Expected<CellChange> apply(const CellCommand& command, std::uint64_t version,
+  /// The work is bounded by AddLimits. options.keep_going is called on several threads; once it returns
+  /// false, the command ends soon with kUnavailable.
+  core::Expected<CellChange> apply(const WorkspaceCommand& command, std::uint64_t version,
                                    const layers::ActivationOptions& options);
 
+  /// Returns the name of the object that a command is about; empty if it has none that can be read.
+  std::string name_in(const WorkspaceCommand& command) const;
   /// Returns the cell as it was when it was activated.
   const runtime::CellConfig& cell() const { return cell_; }
   /// Returns how the cell now differs from its file.
@@ -83,18 +85,22 @@ class LiveCell {
   workspace::Workspace take_workspace() && { return std::move(live_).take(); }
 
  private:
-  core::Expected<std::uint16_t> find(const CellCommand& command) const;
-  void check_memory() const;
-  CellChange add(const CellCommand& command, std::uint64_t version, const layers::ActivationOptions& options);
-  CellChange move(const CellCommand& command, std::uint64_t version,
+  core::Expected<std::uint16_t> find(const WorkspaceCommand& command) const;
+  void check_room() const;
+  void note_mesh(const ServedObject& object);
+  CellChange add(const WorkspaceCommand& command, std::uint64_t version,
+                 const layers::ActivationOptions& options);
+  CellChange move(const WorkspaceCommand& command, std::uint64_t version,
                   const layers::ActivationOptions& options);
-  CellChange remove(const CellCommand& command, std::uint64_t version,
+  CellChange remove(const WorkspaceCommand& command, std::uint64_t version,
                     const layers::ActivationOptions& options);
 
   runtime::CellConfig cell_;
   AddLimits limits_;
   layers::LiveWorkspace live_;
   std::map<std::uint16_t, ServedObject> objects_;
+  std::set<std::uint64_t> meshes_;  // hashes of all meshes that were ever served: they stay published
+  std::uint64_t mesh_bytes_ = 0;    // of these
   CellChanges changes_;
 };
 

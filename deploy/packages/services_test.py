@@ -4,6 +4,7 @@ what systemd does when one is killed, hangs, is wrongly configured, or misses it
 and calls it.
 """
 import fcntl
+import http.client
 import os
 import pwd
 import signal
@@ -15,6 +16,7 @@ import time
 from pathlib import Path
 
 LIMIT_S = 180  # only bounds a failing test
+MAKE_SECURITY = "/usr/share/phantom/deploy/security/make"
 
 
 def systemctl(*words):
@@ -94,6 +96,55 @@ def waits_for_a_link(unit):
     eventually(lambda: running(unit), f"{unit} runs once there is a link")
 
 
+def is_confined(unit, pid):
+    """An account of its own, no capability and no way to one, a filter of system calls, a bound of memory, and nobody's key but its own."""
+    account = unit.removesuffix(".service")
+    status = dict(line.split(":\t", 1) for line in Path(f"/proc/{pid}/status").read_text().splitlines() if ":\t" in line)
+    owner = pwd.getpwuid(int(status["Uid"].split()[0]))
+    assert owner.pw_name == account, f"{unit} runs as {owner.pw_name}"
+    assert status["NoNewPrivs"] == "1" and status["Seccomp"] == "2", status
+    assert int(status["CapBnd"], 16) == 0 and int(status["CapEff"], 16) == 0, status
+    assert int(systemctl("show", unit, "--property", "MemoryMax", "--value")) <= 8 << 30
+    own = "phantom_sensing" if account == "phantom-sensing" else account.removeprefix("phantom-").replace("-", "_")
+    other = "slave_io" if own != "slave_io" else "master_io"
+    security = Path("/run/security_of_" + own)
+    for name in (own, other):
+        (security / name).mkdir(parents=True)
+        (security / name / "key.pem").write_text("secret")
+    for name in ("identity_ca.pem", "permissions_ca.pem", "governance.p7s"):
+        (security / name).write_text("public")
+    made = subprocess.run([MAKE_SECURITY, "own", str(security)], capture_output=True, text=True)
+    assert made.returncode == 0, made.stderr
+    for name, allowed in ((own, True), (other, False)):
+        read = subprocess.run(["setpriv", f"--reuid={account}", f"--regid={account}", "--init-groups", "cat", str(security / name / "key.pem")],
+                              capture_output=True, text=True)
+        assert (read.returncode == 0) == allowed, f"{account} and the key of {name}: {read.stdout}{read.stderr}"
+
+
+def ask_page(method, path, body=None, cookie=""):
+    """Status and headers of the operator's page's answer."""
+    connection = http.client.HTTPConnection("127.0.0.1", 8080, timeout=LIMIT_S)
+    connection.request(method, path, body, {"Content-Type": "application/json", "Cookie": cookie})
+    answer = connection.getresponse()
+    answer.read()
+    return answer.status, answer.headers
+
+
+def page_has_its_roles():
+    """As installed, who reaches the page sees and commands nothing without a secret, which root may read."""
+    folder = Path("/etc/phantom/page")
+    secrets = {role: (folder / role).read_text().strip() for role in ("watch", "operate", "configure")}
+    assert len(set(secrets.values())) == 3 and all(len(secret) == 32 for secret in secrets.values())
+    assert all((folder / role).stat().st_mode & 0o777 == 0o600 for role in secrets)
+    assert ask_page("GET", "/state")[0] == 401 and ask_page("POST", "/command", '{"kind": "reset"}')[0] == 401
+    assert ask_page("POST", "/login", '{"secret": "0123456789abcdef"}')[0] == 401
+    status, headers = ask_page("POST", "/login", f'{{"secret": "{secrets["watch"]}"}}')
+    assert status == 200, status
+    cookie = headers["Set-Cookie"].split(";")[0]
+    assert ask_page("GET", "/state", cookie=cookie)[0] in (200, 503)  # 503: no state yet
+    assert ask_page("POST", "/command", '{"kind": "reset"}', cookie)[0] == 403, "watch may reset"
+
+
 def main():
     assert Path("/proc/1/comm").read_text().strip() == "systemd"
     names = [line.split()[0] for line in systemctl("list-unit-files", "phantom-*.service", "--no-legend").splitlines()]
@@ -104,11 +155,12 @@ def main():
     for unit in units:
         eventually(lambda: running(unit), f"{unit} runs")
         now = show(unit)
-        owner = Path(f"/proc/{now['MainPID']}").stat().st_uid
-        assert pwd.getpwuid(owner).pw_name == "phantom", f"{unit} runs as {owner}"
+        is_confined(unit, now["MainPID"])
         assert now["NRestarts"] == "0", f"{unit} did not start at once: {now}"
         eventually(lambda: show(unit)["StatusText"], f"{unit} says how it is")
         print(f"{unit}: {show(unit)['StatusText']}", flush=True)
+    page_has_its_roles()
+    print("the operator's page: nothing is seen or commanded without a secret", flush=True)
     hit(units, signal.SIGKILL, "signal")
     print("killed: all were started again", flush=True)
     hit(units, signal.SIGSTOP, "watchdog")

@@ -17,6 +17,7 @@
 
 #include "common/core/clock.hpp"
 #include "common/dds/endpoint.hpp"
+#include "common/messages/workspace_codec.hpp"
 #include "components/phantom_sensing/workspace_keeper.hpp"
 
 namespace phantom::bench {
@@ -111,23 +112,20 @@ class Joiner {
 
  private:
   static constexpr workspace::SourceId kServer{1};  // there is but one
-  static workspace::VersionDescription description(const msg::WorkspaceVersion& v) {
-    const workspace::GridSpec grid{{v.origin_m().x(), v.origin_m().y(), v.origin_m().z()},
-                                   v.voxel_size_m(),
-                                   {static_cast<int>(v.size_x_vox()), static_cast<int>(v.size_y_vox()),
-                                    static_cast<int>(v.size_z_vox())}};
-    return {v.version(), grid, v.palette(), v.brick_count(), v.content_hash()};
-  }
-
   phantom_sensing::WorkspaceKeeper workspace_{
       [](const std::string& problem) { std::cerr << "late_joiner_bench: " << problem << '\n'; }};
   dds::Participant participant_;
-  dds::Reader<msg::WorkspaceVersion> versions_{
-      participant_, dds::kWorkspaceVersion,
-      [this](const auto& v, const dds::SampleInfo&) { workspace_.commit(kServer, description(v)); }};
+  dds::Reader<msg::WorkspaceVersion> versions_{participant_, dds::kWorkspaceVersion,
+                                               [this](const auto& message, const dds::SampleInfo&) {
+                                                 if (const auto version = messages::from_idl(message))
+                                                   workspace_.commit(kServer, version->description);
+                                               }};
   dds::Reader<msg::WorkspaceBrick> bricks_{
-      participant_, dds::kWorkspaceBrick, [this](const auto& b, const dds::SampleInfo&) {
-        workspace_.put_brick(kServer, {b.bx(), b.by(), b.bz()}, b.version(), b.voxels_zstd());
+      participant_, dds::kWorkspaceBrick, [this](const auto& message, const dds::SampleInfo&) {
+        const auto brick = messages::from_idl(message);
+        if (brick)
+          workspace_.put_brick(kServer, brick->key, brick->version,
+                               {brick->voxels_zstd.begin(), brick->voxels_zstd.end()});
       }};
 };
 

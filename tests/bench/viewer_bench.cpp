@@ -17,9 +17,9 @@
 #include "common/runtime/arm_model.hpp"
 #include "common/runtime/cell_bodies.hpp"
 #include "components/synthetic_viewer/compositor.hpp"
+#include "components/synthetic_viewer/publisher.hpp"
 #include "components/synthetic_viewer/still_scene.hpp"
 #include "components/synthetic_viewer/tests/mesh_chunks.hpp"
-#include "components/synthetic_viewer/view_painter.hpp"
 #include "components/synthetic_viewer/viewer_loop.hpp"
 
 // Last: it brings a macro (_res) that Eigen's names do not survive.
@@ -93,7 +93,7 @@ void encode(benchmark::State& state) {
   const Compositor::Picture picture = here.picture();
   const Image bare = here.renderer.render(picture.frame, here.views.main_view.format);
   for (auto _ : state) {
-    Image image = bare;
+    Image image = bare.clone();
     draw_hud(image, picture.hud);
     benchmark::DoNotOptimize(encode_jpeg(image, here.views.jpeg_quality));
   }
@@ -134,9 +134,9 @@ void serve(benchmark::State& state) {
   PageConfig page;
   page.port = 0;
   WebServer server(
-      page, content, [](const Command&) { return core::Status::ok(); },
+      page, content, [](const Command&) { return CommandOutcome(); },
       [](const ViewRequest&) { return core::Status::ok(); });
-  const Browsers browsers(server.port());
+  const Browsers browsers(server.stream_port());
   auto& jpeg = content.view(View::kMain).jpeg;
   while (jpeg.followers < kBrowsers) std::this_thread::sleep_for(std::chrono::milliseconds(5));
   double used_s = 0;
@@ -146,7 +146,7 @@ void serve(benchmark::State& state) {
     auto due = std::chrono::steady_clock::now();
     for (int frame = 0; frame < static_cast<int>(kFrameRate_hz); ++frame, ++frames) {
       due += std::chrono::nanoseconds(core::from_seconds(1 / kFrameRate_hz));
-      Image image = bare;
+      Image image = bare.clone();
       draw_hud(image, picture.hud);
       jpeg.publish(encode_jpeg(image, here.views.jpeg_quality));
       std::this_thread::sleep_until(due);
@@ -167,7 +167,7 @@ class RunningViewer {
     robot::SerialArm arm = runtime::load_arm(cell_.arm());
     auto meshes = load_arm_meshes(arm, runtime::load_skin(cell_.arm(), arm));
     loop_ = std::make_unique<ViewerLoop>(config_, cell_, std::move(arm), std::move(meshes), inbox_, content_,
-                                         Report(folder_, 1000));
+                                         folder_);
     loop_->start();
     for (const runtime::CellBody& body : runtime::load_bodies(cell_)) {
       ObjectSample object = still_.state.objects.at(body.body.id);

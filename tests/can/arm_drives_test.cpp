@@ -132,6 +132,19 @@ TEST_P(Reactions, PermissionGivesNoPowerToAnArmThatIsOutOfItsRange) {
   EXPECT_THAT(rig.arm->health().message, HasSubstr("outside its range"));
 }
 
+TEST_P(Reactions, AnArmIsKnownOnceEveryDriveHasSaidWhereItStands) {
+  ArmRig rig(config());
+  rig.drives.front()->misbehaviour.mute_pdos = true;
+  rig.command.enable = true;
+  ASSERT_TRUE(rig.run_until([&] { return rig.arm->report().drives[kDrives - 1].has_position; }));
+  for (int i = 0; i < 50; ++i) {
+    rig.cycle();
+    ASSERT_FALSE(rig.arm->sense().known) << "the first drive has said nothing";
+  }
+  rig.drives.front()->misbehaviour.mute_pdos = false;
+  ASSERT_TRUE(rig.run_until([&] { return rig.arm->sense().known; }));
+}
+
 TEST_P(Reactions, TheStepUsesNoHeap) {
   ArmRig rig(config());
   for (int i = 0; i < 2000; ++i) {

@@ -7,6 +7,8 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
@@ -70,11 +72,16 @@ class Processes {
     }
     for (std::string* arm : {&slave, &master}) {  // silence for a second or two is no fault on a busy machine
       *arm = replaced(*arm, "heartbeat_timeout_s: 0.5", "heartbeat_timeout_s: 3");
+      *arm = replaced(*arm, "target_timeout_s: 0.5", "target_timeout_s: 3");
+      *arm += "\nloop: {late_limit_s: 0.2, window_s: 3, most_late_s: 1}\n";
       *arm = replaced(*arm, "most_missed: 100", "most_missed: 1000");
       *arm = replaced(*arm, "staleness_s: 0.06", "staleness_s: 0.5");
       *arm = replaced(*arm, "round_trip_limit_s: 0.15", "round_trip_limit_s: 1");
       *arm = replaced(*arm, "state_timeout_s: 2", "state_timeout_s: 10");
     }
+    // Nobody leads the simulated hand back to an arm that it has left behind.
+    slave = replaced(slave, "range_rad: 0.5", "range_rad: 3");
+    slave = replaced(slave, "range_m: 0.2", "range_m: 0.9");
     write("slave_io.yaml", slave);
     write("master_io.yaml", master);
     for (const char* name : drives) start(name, "simulated_drive", std::string(name) + ".yaml");
@@ -227,7 +234,7 @@ class ArmOnCan : public testing::TestWithParam<std::string> {
   void ask_for_reset(std::uint64_t master_stop, std::uint64_t slave_stop) {
     msg::OperatorCommand command;
     command.issuer("arm_on_can_test");
-    command.kind(msg::COMMAND_RESET);
+    command.kind(msg::CommandKind::COMMAND_RESET);
     command.master_stop(master_stop);
     command.slave_stop(slave_stop);
     command.stamp(stamper_->next());
@@ -240,7 +247,10 @@ class ArmOnCan : public testing::TestWithParam<std::string> {
       waiter_.change([&] { of_master = master_->stop(), of_slave = slave_->stop(); });
       ask_for_reset(of_master, of_slave);
       if (waiter_.wait(
-              [&] { return slave_->state() == msg::LINK_COUPLED && master_->state() == msg::LINK_COUPLED; },
+              [&] {
+                return slave_->state() == msg::LinkState::LINK_COUPLED &&
+                       master_->state() == msg::LinkState::LINK_COUPLED;
+              },
               std::chrono::seconds(4)))
         return true;
     }
@@ -264,35 +274,38 @@ class ArmOnCan : public testing::TestWithParam<std::string> {
 };
 
 TEST_P(ArmOnCan, TheArmFollowsTheHandAndFaultsOfEitherSidesDrivesStopItUntilAReset) {
-  ASSERT_TRUE(both(msg::LINK_COUPLED)) << standing();
+  ASSERT_TRUE(both(msg::LinkState::LINK_COUPLED)) << standing();
   core::JointArray before{};
   waiter_.change([&] { before = master_->position_rad(), greatest_step_ = 0.0; });
   EXPECT_TRUE(eventually([&] {
     const double moved = std::abs(master_->position_rad()[1] - before[1]);
     const double apart = std::abs(master_->position_rad()[1] - slave_->position_rad()[1]);
-    return moved > 0.1 && apart < 0.03 && slave_->state() == msg::LINK_COUPLED;
+    return moved > 0.1 && apart < 0.03 && slave_->state() == msg::LinkState::LINK_COUPLED;
   })) << "the hand moves the master, and the arm follows";
 
   processes_->signal("hot_cell_master_drives_a", SIGSTOP);
   EXPECT_TRUE(eventually([&] {
-    return master_->stop_cause() == msg::STOP_DRIVE_FAULT && slave_->stop_cause() == msg::STOP_PARTNER;
+    return master_->stop_cause() == msg::StopCause::STOP_DRIVE_FAULT &&
+           slave_->stop_cause() == msg::StopCause::STOP_PARTNER;
   }));
-  EXPECT_TRUE(told("master_io", msg::COMPONENT_FAULT, "the drives coast until a reset"));
+  EXPECT_TRUE(told("master_io", msg::ComponentState::COMPONENT_FAULT, "the drives coast until a reset"));
   processes_->signal("hot_cell_master_drives_a", SIGCONT);
   ASSERT_TRUE(couples_after_a_reset()) << standing();
 
   processes_->signal("hot_cell_drives_b", SIGSTOP);
   EXPECT_TRUE(eventually([&] {
-    return slave_->stop_cause() == msg::STOP_DRIVE_FAULT && master_->stop_cause() == msg::STOP_PARTNER;
+    return slave_->stop_cause() == msg::StopCause::STOP_DRIVE_FAULT &&
+           master_->stop_cause() == msg::StopCause::STOP_PARTNER;
   }));
-  EXPECT_TRUE(told("slave_io", msg::COMPONENT_FAULT, "the drives hold until a reset"));
+  EXPECT_TRUE(told("slave_io", msg::ComponentState::COMPONENT_FAULT, "the drives hold until a reset"));
   processes_->signal("hot_cell_drives_b", SIGCONT);
   ASSERT_TRUE(couples_after_a_reset()) << standing();
 
   processes_->signal("slave_io", SIGUSR1);
-  EXPECT_TRUE(both(msg::LINK_STOPPED));
+  EXPECT_TRUE(both(msg::LinkState::LINK_STOPPED));
   EXPECT_TRUE(eventually([&] {
-    return slave_->stop_cause() == msg::STOP_EMERGENCY && master_->stop_cause() == msg::STOP_EMERGENCY;
+    return slave_->stop_cause() == msg::StopCause::STOP_EMERGENCY &&
+           master_->stop_cause() == msg::StopCause::STOP_EMERGENCY;
   }));
   ASSERT_TRUE(couples_after_a_reset()) << standing();
   waiter_.change([&] { EXPECT_LT(greatest_step_, 0.1) << "nothing jumped"; });
@@ -300,13 +313,39 @@ TEST_P(ArmOnCan, TheArmFollowsTheHandAndFaultsOfEitherSidesDrivesStopItUntilARes
     EXPECT_EQ(processes_->end(name), 0) << name;
 }
 
+// The whole process stands still for 0.3 s, again and again: less than its partner's patience, and the
+// drives'.
+TEST_P(ArmOnCan, AServoThatIsHeldUpAgainAndAgainUncouplesTellsItAndCouplesAgainByItself) {
+  ASSERT_TRUE(both(msg::LinkState::LINK_COUPLED)) << standing();
+  double fastest = 0.0;  // of the joints' speeds, as a share of the limit in the URDF
+  constexpr std::array kLimit{0.4, 1.2, 1.2, 1.2, 1.4, 1.4, 1.5};
+  bool uncoupled = false;
+  for (int i = 0; i < 100 && !uncoupled; ++i) {
+    processes_->signal("slave_io", SIGSTOP);
+    std::this_thread::sleep_for(std::chrono::milliseconds(300));
+    processes_->signal("slave_io", SIGCONT);
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    waiter_.change([&] {
+      uncoupled = slave_->state() != msg::LinkState::LINK_COUPLED;
+      for (std::size_t j = 0; j < kLimit.size(); ++j)
+        fastest = std::max(fastest, std::abs(slave_->velocity_rad_s()[j]) / kLimit[j]);
+    });
+  }
+  EXPECT_TRUE(uncoupled);
+  EXPECT_TRUE(told("slave_io", msg::ComponentState::COMPONENT_DEGRADED, "the servo loop was held up "))
+      << standing();
+  EXPECT_LT(fastest, 1.25);
+  waiter_.change([&] { EXPECT_EQ(slave_->stop(), 0U) << "it is no stop"; });
+  EXPECT_TRUE(both(msg::LinkState::LINK_COUPLED)) << "without a reset: " << standing();
+}
+
 // kill -9 of a stopped slave_io and its restart: its drives get no power and nothing moves, until a reset
 // that names the stop.
 TEST_P(ArmOnCan, AStopOutlivesTheProcessAndNoDriveIsPoweredUntilAResetThatNamesIt) {
-  ASSERT_TRUE(both(msg::LINK_COUPLED)) << standing();
+  ASSERT_TRUE(both(msg::LinkState::LINK_COUPLED)) << standing();
   PowerWatch power(buses_);
   processes_->signal("slave_io", SIGUSR1);
-  ASSERT_TRUE(both(msg::LINK_STOPPED)) << standing();
+  ASSERT_TRUE(both(msg::LinkState::LINK_STOPPED)) << standing();
   // Its drives have been told, and stand.
   ASSERT_TRUE(eventually([&] {
     double fastest = 0.0;
@@ -331,7 +370,7 @@ TEST_P(ArmOnCan, AStopOutlivesTheProcessAndNoDriveIsPoweredUntilAResetThatNamesI
     int from = 0;
     waiter_.change([&] { from = slave_samples_; });
     ASSERT_TRUE(eventually([&] {
-      others += slave_->state() == msg::LINK_STOPPED && slave_->stop() == stop ? 0 : 1;
+      others += slave_->state() == msg::LinkState::LINK_STOPPED && slave_->stop() == stop ? 0 : 1;
       return slave_samples_ > from + 300;
     }));
   }

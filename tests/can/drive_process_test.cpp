@@ -92,7 +92,9 @@ TEST_F(DriveProcess, AFrozenProcessIsFoundAndTakenBackAfterAReset) {
   ASSERT_TRUE(reaches(DriveGroupState::kEnabled)) << group_->sentence();
   process_->signal(SIGSTOP);
   ASSERT_TRUE(reaches(DriveGroupState::kFault));
-  EXPECT_THAT(group_->report().drives[0].fault, kSilent);
+  // Whichever drive's next message was due first is found first.
+  const auto drives = group_->report().drives;
+  EXPECT_TRUE(testing::Matches(kSilent)(drives[0].fault) || testing::Matches(kSilent)(drives[1].fault));
   process_->signal(SIGCONT);
   reaches(DriveGroupState::kEnabled,
           0.5);  // what had piled up goes over the bus; nothing follows without a reset
@@ -143,7 +145,9 @@ TEST_P(DriveOnSocketCan, FollowsAndIsFoundWhenFrozenAndWhenKilled) {
   EXPECT_NEAR(group_->report().position[0], 0.2, 1e-3);
   process_->signal(SIGSTOP);
   ASSERT_TRUE(reaches(DriveGroupState::kFault));
-  EXPECT_THAT(group_->report().drives[0].fault, kSilent);
+  // Whichever drive's next message was due first is found first.
+  const auto drives = group_->report().drives;
+  EXPECT_TRUE(testing::Matches(kSilent)(drives[0].fault) || testing::Matches(kSilent)(drives[1].fault));
   process_->signal(SIGCONT);
   reaches(DriveGroupState::kEnabled, 0.5);
   ASSERT_TRUE(recovers()) << group_->sentence();

@@ -113,7 +113,9 @@ TEST(Drives, VelocityModeTurnsAtTheCommandedSpeedAndStopsAtTheRange) {
 TEST(Drives, TorqueModeExertsTheCommandedTorqueAtTheJoint) {
   simulated_drive::DriveOptions options;
   options.motor.joint = {.inertia = 0.5, .viscous = 0.0, .coulomb = 0.0};
-  Rig rig(group_config(DriveMode::kTorque, 1), options);
+  auto config = group_config(DriveMode::kTorque, 1);
+  config.axes[0].max_speed = 10.0;
+  Rig rig(config, options);
   ASSERT_TRUE(rig.bring_up());
   rig.command.torque[0] = 1.0;
   rig.run(0.5);
@@ -173,6 +175,53 @@ TEST(Drives, NumbersThatAreNoneMoveNothing) {
   }
 }
 
+TEST(Drives, APositionThatIsNoneIsForgottenOnceThereIsOneAgain) {
+  Rig rig(group_config(DriveMode::kPosition, 1));
+  ASSERT_TRUE(rig.bring_up());
+  rig.command.position[0] = 0.5;
+  rig.run(1.5);
+  ASSERT_NEAR(rig.drives[0]->motor().joint_rad(), 0.5, 1e-3);
+  rig.command.position[0] = std::nan("");
+  for (int i = 0; i < 250; ++i) {
+    rig.cycle();
+    ASSERT_NEAR(rig.drives[0]->motor().joint_rad(), 0.5, 1e-3);
+  }
+  rig.command.position[0] = 0.6;
+  rig.run(1.0);
+  EXPECT_NEAR(rig.drives[0]->motor().joint_rad(), 0.6, 1e-3);
+}
+
+TEST(Drives, SR05_TheWayToPowerNeverResetsAFault) {
+  using can::PowerState;
+  for (int state = 0; state <= static_cast<int>(PowerState::kFault); ++state)
+    EXPECT_EQ(can::towards_enabled(static_cast<PowerState>(state)) & can::kCommandFaultReset, 0) << state;
+  EXPECT_EQ(can::towards_enabled(PowerState::kFault), can::kCommandDisableVoltage);
+}
+
+// What a drive has as its target in the moment in which it gets power.
+TEST(Drives, ADriveThatDoesNotFollowYetHasWhereItStandsAsItsTargetAndNoTorque) {
+  for (const DriveMode mode : {DriveMode::kPosition, DriveMode::kTorque}) {
+    simulated_drive::DriveOptions options;
+    options.motor.start_rad = 1.0;
+    Rig rig(group_config(mode, 1), options);
+    rig.command.torque[0] = mode == DriveMode::kTorque ? 3.0 : 0.0;
+    int powered = 0;
+    rig.on_cycle = [&] {
+      if (rig.drive(0).phase == DrivePhase::kEnabled) return;
+      const auto& drive = *rig.drives[0];
+      EXPECT_EQ(drive.dictionary().value(0x6071), 0);
+      if (drive.power() != Power::kEnabled) return;
+      ++powered;
+      if (mode == DriveMode::kPosition) {
+        EXPECT_NEAR(static_cast<double>(drive.dictionary().value(0x607A)),
+                    static_cast<double>(drive.motor().counts()), 50.0);
+      }
+    };
+    ASSERT_TRUE(rig.bring_up());
+    EXPECT_GT(powered, 0) << "it has power some cycles before it follows";
+  }
+}
+
 // A position loop that sees no more how the joint moves asks for ever more torque.
 TEST(Drives, TorqueStaysWhatItWasWhileADriveDoesNotAnswer) {
   auto config = group_config(DriveMode::kTorque, 1);
@@ -206,6 +255,7 @@ TEST(Drives, QuickStopHoldsAgainstAWeightAndLetsGoOn) {
   rig.run(0.3);
   const double held = rig.drives[0]->motor().joint_rad();
   EXPECT_EQ(rig.state(), DriveGroupState::kQuickStop);
+  EXPECT_EQ(rig.drives[0]->power(), Power::kQuickStop) << "it holds by itself, whatever comes next";
   rig.run(1.0);
   EXPECT_NEAR(rig.drives[0]->motor().joint_rad(), held, 1e-3);
   rig.command.quick_stop = false;
@@ -238,7 +288,7 @@ TEST(Drives, SixDrivesFitAtFiveHundredHertzWithOneMeasurementInFive) {
   EXPECT_EQ(rig.group->report().not_sent, 0U);
 }
 
-TEST(Drives, RandomFramesNeverMoveAnArm) {
+TEST(Drives, SR12_RandomFramesNeverMoveAnArm) {
   for (const bool enabled : {false, true}) {
     auto config = group_config(DriveMode::kPosition, 2);
     Rig rig(config);

@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "common/can/drive_group.hpp"
-#include "common/simulation/local_bus.hpp"
 #include "components/simulated_drive/simulated_drive.hpp"
+#include "tests/support/local_bus.hpp"
 
 namespace phantom::test {
 

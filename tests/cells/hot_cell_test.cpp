@@ -13,7 +13,7 @@
 #include "common/robot/serial_arm.hpp"
 #include "common/robot/skin.hpp"
 #include "common/runtime/cell_bodies.hpp"
-#include "common/runtime/config_reader.hpp"
+#include "common/runtime/fields.hpp"
 #include "common/voxelise/distance_field.hpp"
 
 namespace phantom {
@@ -27,10 +27,13 @@ struct Reach {
 };
 
 std::vector<Reach> load_reaches() {
-  const auto file = runtime::ConfigReader::from_file(kFolder / "reaches.yaml");
+  const runtime::Fields file(kFolder / "reaches.yaml",
+                             {"reaches:\n  - name: x\n    object: x\n    from: []\n    target: []"});
   std::vector<Reach> reaches;
-  for (const auto& item : file.sections("reaches")) {
-    reaches.push_back({item.text("name"), item.text("object"), item.numbers("from"), item.numbers("target")});
+  for (const runtime::Fields& item : file.sections("reaches")) {
+    Reach& reach = reaches.emplace_back(Reach{item.text("name"), item.text("object"), {}, {}});
+    item.numbers("from", reach.from);
+    item.numbers("target", reach.target);
   }
   file.finish();
   return reaches;

@@ -33,7 +33,7 @@ class CanDrives : public testing::Test {
                      [this](const msg::MasterState& m, const dds::SampleInfo&) {
                        const std::lock_guard lock(mutex_);
                        master_ = m;
-                       if (m.state() != msg::LINK_COUPLED) return;
+                       if (m.state() != msg::LinkState::LINK_COUPLED) return;
                        for (std::size_t j = 0; j < 7; ++j) {
                          const double power_W = m.percept_torque_Nm()[j] * m.velocity_rad_s()[j];
                          greatest_drag_power_W_ = std::max(greatest_drag_power_W_, power_W);
@@ -86,7 +86,7 @@ class CanDrives : public testing::Test {
     ASSERT_TRUE(eventually([&] { return commands_->matched() >= 2; })) << "master_io and slave_io listen";
     msg::OperatorCommand command;
     command.issuer("can_drives_test");
-    command.kind(msg::COMMAND_RESET);
+    command.kind(msg::CommandKind::COMMAND_RESET);
     {
       const std::lock_guard lock(mutex_);
       if (master_) command.master_stop(master_->stop());
@@ -114,7 +114,7 @@ class CanDrives : public testing::Test {
 
 TEST_F(CanDrives, ASessionRunsToItsEndAndTheReachesFollow) {
   run(15.0);
-  ASSERT_TRUE(slave_reaches(msg::LINK_COUPLED));
+  ASSERT_TRUE(slave_reaches(msg::LinkState::LINK_COUPLED));
   {
     const std::lock_guard lock(mutex_);
     EXPECT_EQ(slave_->clearance_m(), -1.0);
@@ -130,9 +130,9 @@ TEST_F(CanDrives, ASessionRunsToItsEndAndTheReachesFollow) {
 
 TEST_F(CanDrives, DrivesThatDieStopTheArmWithoutAJumpAndAResetBringsThemBack) {
   run(0.0, "drives_b");
-  EXPECT_TRUE(told(msg::COMPONENT_STARTING, "nobody serves this bus"));
+  EXPECT_TRUE(told(msg::ComponentState::COMPONENT_STARTING, "nobody serves this bus"));
   start_drives();
-  ASSERT_TRUE(slave_reaches(msg::LINK_COUPLED));
+  ASSERT_TRUE(slave_reaches(msg::LinkState::LINK_COUPLED));
   core::JointArray before{};
   {
     const std::lock_guard lock(mutex_);
@@ -140,12 +140,12 @@ TEST_F(CanDrives, DrivesThatDieStopTheArmWithoutAJumpAndAResetBringsThemBack) {
     before = slave_->position_rad();
   }
   end_drives();
-  ASSERT_TRUE(slave_reaches(msg::LINK_STOPPED));
+  ASSERT_TRUE(slave_reaches(msg::LinkState::LINK_STOPPED));
   {
     const std::lock_guard lock(mutex_);
-    EXPECT_EQ(slave_->stop_cause(), msg::STOP_DRIVE_FAULT);
+    EXPECT_EQ(slave_->stop_cause(), msg::StopCause::STOP_DRIVE_FAULT);
   }
-  EXPECT_TRUE(told(msg::COMPONENT_FAULT, "the drives hold until a reset"));
+  EXPECT_TRUE(told(msg::ComponentState::COMPONENT_FAULT, "the drives hold until a reset"));
   {
     const std::lock_guard lock(mutex_);
     for (std::size_t j = 0; j < 7; ++j) EXPECT_NEAR(slave_->position_rad()[j], before[j], 0.1) << j;
@@ -155,7 +155,7 @@ TEST_F(CanDrives, DrivesThatDieStopTheArmWithoutAJumpAndAResetBringsThemBack) {
   ASSERT_TRUE(eventually([&] {
     reset();
     const std::lock_guard lock(mutex_);
-    return slave_->state() != msg::LINK_STOPPED;
+    return slave_->state() != msg::LinkState::LINK_STOPPED;
   })) << "the drives are there again";
   system_->stop();
   EXPECT_EQ(system_->wait(), 0) << system_->output();
@@ -163,12 +163,12 @@ TEST_F(CanDrives, DrivesThatDieStopTheArmWithoutAJumpAndAResetBringsThemBack) {
 
 TEST_F(CanDrives, TheSessionTellsThatItsDrivesDied) {
   run(0.0);
-  ASSERT_TRUE(slave_reaches(msg::LINK_COUPLED));
+  ASSERT_TRUE(slave_reaches(msg::LinkState::LINK_COUPLED));
   const pid_t drives = system_->process("hot_cell_drives_a");
   ASSERT_GT(drives, 0);
   kill(drives, SIGSTOP);
-  EXPECT_TRUE(slave_reaches(msg::LINK_STOPPED));
-  EXPECT_TRUE(told(msg::COMPONENT_FAULT, "the drives hold until a reset"));
+  EXPECT_TRUE(slave_reaches(msg::LinkState::LINK_STOPPED));
+  EXPECT_TRUE(told(msg::ComponentState::COMPONENT_FAULT, "the drives hold until a reset"));
   kill(drives, SIGKILL);
   EXPECT_EQ(system_->wait(), 1);
   EXPECT_THAT(system_->output(), HasSubstr("drives_a ended unexpectedly with code 137"));
@@ -178,7 +178,7 @@ TEST_F(CanDrives, TheSessionTellsThatItsDrivesDied) {
 // felt.
 TEST_F(CanDrives, AMasterArmWithDrivesMovesTheArmAndRendersTheDrag) {
   run(0.0, "", "can_master");
-  ASSERT_TRUE(slave_reaches(msg::LINK_COUPLED));
+  ASSERT_TRUE(slave_reaches(msg::LinkState::LINK_COUPLED));
   core::JointArray before{};
   {
     const std::lock_guard lock(mutex_);
@@ -197,15 +197,17 @@ TEST_F(CanDrives, AMasterArmWithDrivesMovesTheArmAndRendersTheDrag) {
   kill(drives, SIGSTOP);
   EXPECT_TRUE(eventually([&] {
     const std::lock_guard lock(mutex_);
-    return master_->state() == msg::LINK_STOPPED && master_->stop_cause() == msg::STOP_DRIVE_FAULT;
+    return master_->state() == msg::LinkState::LINK_STOPPED &&
+           master_->stop_cause() == msg::StopCause::STOP_DRIVE_FAULT;
   }));
-  EXPECT_TRUE(slave_reaches(msg::LINK_STOPPED)) << "a master in fault stops the arm";
+  EXPECT_TRUE(slave_reaches(msg::LinkState::LINK_STOPPED)) << "a master in fault stops the arm";
   kill(drives, SIGCONT);
   EXPECT_TRUE(eventually(
       [&] {
         reset();
         const std::lock_guard lock(mutex_);
-        return master_->state() == msg::LINK_COUPLED && slave_->state() == msg::LINK_COUPLED;
+        return master_->state() == msg::LinkState::LINK_COUPLED &&
+               slave_->state() == msg::LinkState::LINK_COUPLED;
       },
       60.0));
   {

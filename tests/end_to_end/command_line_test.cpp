@@ -108,11 +108,28 @@ TEST_P(Parameters, HelpConfigIsTheShippedFile) {
                                                              GetParam() + "/" + GetParam() + ".yaml")));
 }
 
+TEST_P(Parameters, HelpTellsTheKeysOfTheFilesThatAreShared) {
+  const auto text = [](const char* name) {
+    return test::text_of(std::string(PHANTOM_SOURCE_DIR "/common/runtime/") + name);
+  };
+  EXPECT_EQ(run(GetParam(), "--help-deployment").output, text("topology.yaml"));
+  EXPECT_EQ(run(GetParam(), "--help-cell").output, text("cell.yaml") + "\n" + text("arm.yaml"));
+}
+
 INSTANTIATE_TEST_SUITE_P(Every, Parameters,
                          testing::Values("wva_server", "slave_io", "phantom_sensing", "master_io",
                                          "audio_percept", "synthetic_viewer", "phantom_session",
                                          "dds_recorder", "dds_spy", "workspace_survey", "simulated_drive"),
                          [](const auto& name) { return std::string(name.param); });
+
+TEST(KeysOfFiles, ThoseThatOneComponentReadsAreShownByIt) {
+  EXPECT_EQ(run("master_io", "--help-reaches").output,
+            test::text_of(PHANTOM_SOURCE_DIR "/components/master_io/reaches.yaml"));
+  EXPECT_EQ(run("workspace_survey", "--help-library").output,
+            test::text_of(PHANTOM_SOURCE_DIR "/components/workspace_survey/library.yaml"));
+  EXPECT_EQ(run("simulated_drive", "--eds").output,
+            test::text_of(PHANTOM_SOURCE_DIR "/components/simulated_drive/simulated_drive.eds"));
+}
 
 // A cell whose mesh, URDF or unit is wrong ends everyone who needs it, with its place named.
 class BrokenCell : public testing::Test {

@@ -42,7 +42,7 @@ class Fault : public testing::Test {
   bool coupled() {
     return eventually([this] {
       const std::lock_guard lock(mutex_);
-      return master_ && master_->state() == msg::LINK_COUPLED && field_ && field_->valid() &&
+      return master_ && master_->state() == msg::LinkState::LINK_COUPLED && field_ && field_->valid() &&
              pids_.contains("slave_io");
     });
   }
@@ -67,7 +67,7 @@ class Fault : public testing::Test {
   msg::OperatorCommand reset_of_now() {
     const std::lock_guard lock(mutex_);
     msg::OperatorCommand reset;
-    reset.kind(msg::COMMAND_RESET);
+    reset.kind(msg::CommandKind::COMMAND_RESET);
     reset.master_stop(master_->stop());
     reset.slave_stop(slave_->stop());
     reset.issuer("fault_test");
@@ -80,7 +80,7 @@ class Fault : public testing::Test {
       msg::OperatorCommand reset = reset_of_now();
       reset.stamp(stamper.next());
       commands.write(reset);
-      if (master_reaches(msg::LINK_COUPLED, 6.0)) return true;
+      if (master_reaches(msg::LinkState::LINK_COUPLED, 6.0)) return true;
     }
     return false;
   }
@@ -119,7 +119,7 @@ TEST_F(Fault, AFrozenSlaveMakesTheMasterRampItsTorqueToZeroAndThePerceptInvalid)
   ASSERT_TRUE(coupled());
   const pid_t slave = pid("slave_io");
   kill(slave, SIGSTOP);
-  EXPECT_TRUE(master_reaches(msg::LINK_DEGRADED));
+  EXPECT_TRUE(master_reaches(msg::LinkState::LINK_DEGRADED));
   EXPECT_TRUE(eventually([this] {
     const std::lock_guard lock(mutex_);
     double torque_Nm = 0.0;
@@ -128,7 +128,7 @@ TEST_F(Fault, AFrozenSlaveMakesTheMasterRampItsTorqueToZeroAndThePerceptInvalid)
     return torque_Nm == 0.0 && !field_->valid();
   }));
   kill(slave, SIGCONT);
-  EXPECT_TRUE(master_reaches(msg::LINK_COUPLED))
+  EXPECT_TRUE(master_reaches(msg::LinkState::LINK_COUPLED))
       << "it recovers by itself once the slave is back and aligned";
   system_.stop();
   EXPECT_EQ(system_.wait(), 0);
@@ -141,11 +141,11 @@ TEST_F(Fault, AnEmergencyStopTakesTheTorqueAndStaysUntilAResetThatNamesIt) {
   dds::Stamper stamper(participant_);
   msg::OperatorCommand command;
   command.issuer("fault_test");
-  command.kind(msg::COMMAND_EMERGENCY_STOP);
+  command.kind(msg::CommandKind::COMMAND_EMERGENCY_STOP);
   command.stamp(stamper.next());
   commands.write(command);
-  EXPECT_TRUE(master_reaches(msg::LINK_STOPPED));
-  EXPECT_TRUE(slave_reaches(msg::LINK_STOPPED));
+  EXPECT_TRUE(master_reaches(msg::LinkState::LINK_STOPPED));
+  EXPECT_TRUE(slave_reaches(msg::LinkState::LINK_STOPPED));
   EXPECT_TRUE(reset_until_coupled(commands, stamper));
   system_.stop();
   EXPECT_EQ(system_.wait(), 0);
@@ -158,8 +158,8 @@ TEST_F(Fault, ASignalToEitherSideStopsBoth) {
   dds::Stamper stamper(participant_);
   for (const char* side : {"slave_io", "master_io"}) {
     kill(pid(side), SIGUSR1);
-    EXPECT_TRUE(master_reaches(msg::LINK_STOPPED)) << side;
-    EXPECT_TRUE(slave_reaches(msg::LINK_STOPPED)) << side;
+    EXPECT_TRUE(master_reaches(msg::LinkState::LINK_STOPPED)) << side;
+    EXPECT_TRUE(slave_reaches(msg::LinkState::LINK_STOPPED)) << side;
     EXPECT_TRUE(reset_until_coupled(commands, stamper)) << side;
   }
   system_.stop();

@@ -14,6 +14,7 @@
 
 #include "common/dds/endpoint.hpp"
 #include "common/dds/stamp.hpp"
+#include "common/messages/workspace_codec.hpp"
 #include "common/workspace/workspace_assembler.hpp"
 #include "tests/end_to_end/running_system.hpp"
 
@@ -107,22 +108,15 @@ TEST_F(System, EndsInOrderWithAllSixComponents) {
 
 TEST_F(System, TheWorkspaceArrivesWholeAndItsHashAgrees) {
   ASSERT_TRUE(seen_->version.has_value());
-  const auto& v = *seen_->version;
+  const auto version = messages::from_idl(*seen_->version);
+  ASSERT_TRUE(version) << version.status().message();
   workspace::WorkspaceAssembler assembler;
-  for (const auto& brick : seen_->bricks) {
-    ASSERT_TRUE(
-        assembler.put_brick({brick.bx(), brick.by(), brick.bz()}, brick.version(), brick.voxels_zstd()));
+  for (const auto& message : seen_->bricks) {
+    const auto brick = messages::from_idl(message);
+    ASSERT_TRUE(brick) << brick.status().message();
+    ASSERT_TRUE(assembler.put_brick(brick->key, brick->version, brick->voxels_zstd));
   }
-  workspace::VersionDescription description;
-  description.version = v.version();
-  description.grid = {
-      {v.origin_m().x(), v.origin_m().y(), v.origin_m().z()},
-      v.voxel_size_m(),
-      {static_cast<int>(v.size_x_vox()), static_cast<int>(v.size_y_vox()), static_cast<int>(v.size_z_vox())}};
-  description.palette_Pa_s_per_m = v.palette();
-  description.brick_count = v.brick_count();
-  description.content_hash = v.content_hash();
-  ASSERT_TRUE(assembler.commit(description));
+  ASSERT_TRUE(assembler.commit(version->description));
   const auto workspace = assembler.current();
   ASSERT_NE(workspace, nullptr) << "count and hash must agree";
   EXPECT_GE(workspace->grid().size_vox[0] * workspace->grid().voxel_size_m, 2.0);
@@ -149,7 +143,8 @@ TEST_F(System, TheSlaveFollowsTheMaster) {
   std::map<std::uint32_t, std::array<double, 2>> ranges;
   for (const auto& slave : seen_->slaves) {
     const auto master = by_number.find(slave.master_echo().sequence_number());
-    if (slave.state() != msg::LINK_COUPLED || slave.contact() || master == by_number.end()) continue;
+    if (slave.state() != msg::LinkState::LINK_COUPLED || slave.contact() || master == by_number.end())
+      continue;
     apart.push_back(0.0);
     for (std::uint32_t j = 0; j < slave.joint_count(); ++j) {
       const double q = master->second->position_rad()[j];

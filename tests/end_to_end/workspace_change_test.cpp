@@ -238,6 +238,11 @@ class CutOff : public Processes {
     for (const std::string& step : steps) {
       if (const Said said = run_line(step); said.exit_code != 0) GTEST_SKIP() << step << ": " << said.output;
     }
+    // The kernel says a little later that there is a link.
+    ASSERT_TRUE(eventually([&] {
+      return run_line(in_space + "-o link show up dev " + far_end_).output.find("state UP") !=
+             std::string::npos;
+    }));
   }
   void TearDown() override {
     Processes::TearDown();

@@ -10,6 +10,7 @@
 
 #include "common/core/clock.hpp"
 #include "common/dds/endpoint.hpp"
+#include "common/messages/workspace_codec.hpp"
 #include "common/workspace/workspace_assembler.hpp"
 
 namespace phantom::end_to_end {
@@ -107,17 +108,11 @@ class WorkspaceObserver {
     };
   }
   void commit(const msg::WorkspaceVersion& v, core::Nanoseconds at_ns) {
-    workspace::VersionDescription d;
-    d.version = v.version();
-    d.grid = {{v.origin_m().x(), v.origin_m().y(), v.origin_m().z()},
-              v.voxel_size_m(),
-              {static_cast<int>(v.size_x_vox()), static_cast<int>(v.size_y_vox()),
-               static_cast<int>(v.size_z_vox())}};
-    d.palette_Pa_s_per_m = v.palette();
-    d.brick_count = v.brick_count();
-    d.content_hash = v.content_hash();
+    const auto version = messages::from_idl(v);
+    if (!version) throw std::runtime_error(version.status().message());
     committed_.try_emplace(v.version(), Noted{at_ns, waited_s()});
-    if (!assembler_.commit(d)) throw std::runtime_error("a version that contradicts itself");
+    if (!assembler_.commit(version->description))
+      throw std::runtime_error("a version that contradicts itself");
   }
 
   struct Noted {
@@ -147,9 +142,10 @@ class WorkspaceObserver {
   dds::Reader<msg::WorkspaceBrick> brick_reader_{
       participant_, dds::kWorkspaceBrick,
       under_lock<msg::WorkspaceBrick>([this](const auto& b, core::Nanoseconds) {
-        bricks_[{b.bx(), b.by(), b.bz()}] = b.version();
-        if (!assembler_.put_brick({b.bx(), b.by(), b.bz()}, b.version(), b.voxels_zstd()))
+        const auto brick = messages::from_idl(b);
+        if (!brick || !assembler_.put_brick(brick->key, brick->version, brick->voxels_zstd))
           throw std::runtime_error("a brick that is none");
+        bricks_[brick->key] = brick->version;
       })};
   dds::Reader<msg::WorkspaceVersion> version_reader_{
       participant_, dds::kWorkspaceVersion,

@@ -194,9 +194,8 @@ viewer::DrawItem gap_bar(const Eigen::Vector3d& from_m, const Eigen::Vector3d& t
 /// Pixels in which two pictures differ.
 double differing(const viewer::Image& a, const viewer::Image& b) {
   double count = 0.0;
-  for (int y = 0; y < a.height_px; ++y) {
-    for (int x = 0; x < a.width_px; ++x)
-      count += std::equal(a.at(x, y), a.at(x, y) + 3, b.at(x, y)) ? 0.0 : 1.0;
+  for (int y = 0; y < a.rows; ++y) {
+    for (int x = 0; x < a.cols; ++x) count += a.at<cv::Vec3b>(y, x) == b.at<cv::Vec3b>(y, x) ? 0.0 : 1.0;
   }
   return count;
 }

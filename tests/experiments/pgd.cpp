@@ -121,7 +121,7 @@ double strength_ratio(const std::vector<Reading>& readings) {
 /// gives them. A motion nearer to a threshold than the stated angle may be of either class, and is not
 /// judged.
 struct Classes {
-  int right = 0, judged = 0;
+  int right = 0, assessed = 0;
   std::array<int, 4> counts{};  // by MotionClass
 };
 
@@ -137,7 +137,7 @@ void classify(const std::vector<Reading>& readings, Table& table, Classes& class
       ++classes.counts[static_cast<std::size_t>(by_detector)];
       table.row({angle_deg, static_cast<double>(by_detector)});
       if (std::min(std::abs(angle_deg - 60.0), std::abs(angle_deg - 120.0)) <= kStated_deg) continue;
-      ++classes.judged;
+      ++classes.assessed;
       if (by_detector == by_truth) ++classes.right;
     }
   });
@@ -227,7 +227,7 @@ void run(Report& report, const Settings& settings) {
                20, "");
   // As many as the detector's direction is true for.
   report.check("share of motions classed as by the true direction, those near a threshold aside",
-               static_cast<double>(classes.right) / classes.judged, 0.95, 1, "");
+               static_cast<double>(classes.right) / classes.assessed, 0.95, 1, "");
   report.check("least number of motions of a class (safe, neutral, dangerous)",
                std::min({classes.counts[1], classes.counts[2], classes.counts[3]}), 20, 1e6, "");
 }

@@ -155,19 +155,19 @@ void run(Report& report, const Settings& settings) {
   std::filesystem::remove_all(folder);
   std::filesystem::create_directories(folder);
   const std::string topology = write_deployment(folder, settings).string();
-  const auto [session_code, session_said] = run_shipped(
+  const auto [session_code, session_output] = run_shipped(
       settings, folder / "session.log",
       {"phantom_session", "--deployment", topology, "--seconds", settings.fast ? "14" : "36", "--operator",
        "constant_velocity", "--law", "pf", "--report-dir", (folder / "report").string()});
-  if (session_code != 0) throw std::runtime_error("phantom_session: " + session_said);
+  if (session_code != 0) throw std::runtime_error("phantom_session: " + session_output);
   const auto recordings = (folder / "recordings").string(), lines = (folder / "samples.jsonl").string();
-  const auto [checked, check_said] =
+  const auto [checked, check_output] =
       run_shipped(settings, folder / "check.log", {"dds_recorder", "check", recordings});
-  const auto [converted, convert_said] =
+  const auto [converted, convert_output] =
       run_shipped(settings, folder / "convert.log",
                   {"dds_recorder", "convert", recordings, "--out", lines, "--topics", "master_state",
                    "slave_state", "drag_field"});
-  if (converted != 0) throw std::runtime_error("dds_recorder: " + convert_said);
+  if (converted != 0) throw std::runtime_error("dds_recorder: " + convert_output);
   const auto ticks = ticks_of(lines);
   const Measured measured = measured_of(ticks);
 

@@ -102,8 +102,8 @@ struct TeleopRig::Parts {
   phantom_sensing::SensedWorkspace workspace;
   core::Nanoseconds now_ns = core::kNsPerSecond;
   std::uint64_t ticks = 0;
-  master_io::MasterReport master_said;
-  slave_io::SlaveReport slave_said;
+  master_io::MasterReport master_output;
+  slave_io::SlaveReport slave_output;
   Moment moment;
 
   Parts(const TeleopSetup& s, const Settings& settings)
@@ -119,20 +119,20 @@ struct TeleopRig::Parts {
 
   void tick_master() {
     master.tick(kTick_s, now_ns);
-    master.outbox.read(master_said);
-    master_said.stamp = {ticks, now_ns, kMasterSession};
-    slave_inbox.master.write({master_said, master_said.slave_echo, now_ns, kSlaveSession});
+    master.outbox.read(master_output);
+    master_output.stamp = {ticks, now_ns, kMasterSession};
+    slave_inbox.master.write({master_output, master_output.slave_echo, now_ns, kSlaveSession});
   }
   void tick_slave() {
     slave.tick(kTick_s, now_ns);
-    slave.outbox.read(slave_said);
-    slave_said.stamp = {ticks, now_ns, kSlaveSession};
-    master_inbox.slave.write({slave_said, slave_said.master_echo, now_ns, kMasterSession});
+    slave.outbox.read(slave_output);
+    slave_output.stamp = {ticks, now_ns, kSlaveSession};
+    master_inbox.slave.write({slave_output, slave_output.master_echo, now_ns, kMasterSession});
   }
   void tick_phantom() {
     phantom_sensing::StepInputs in;
-    in.position = slave_said.position;
-    in.velocity = sabotaged(slave_said.velocity, sabotage);
+    in.position = slave_output.position;
+    in.velocity = sabotaged(slave_output.velocity, sabotage);
     in.dt_s = kTick_s;
     in.workspace = workspace;
     in.state_valid = true;
@@ -141,25 +141,25 @@ struct TeleopRig::Parts {
     moment.mu = out.percept.mu;
     master_io::DragSample drag;
     drag.received_ns = now_ns;
-    drag.answers_ns = slave_said.master_echo.monotonic_ns;
+    drag.answers_ns = slave_output.master_echo.monotonic_ns;
     drag.drag = {out.drag, out.valid};
     master_inbox.drag.write(drag);
   }
   void note() {
     moment.t_s += kTick_s;
-    moment.master_rad = master_said.position[kTheta];
-    moment.master_rad_s = master_said.velocity[kTheta];
-    moment.slave_rad = slave_said.position[kTheta];
-    moment.slave_rad_s = slave_said.velocity[kTheta];
-    moment.reference_rad = slave_said.outputs.reference[kTheta];
-    moment.mlt_Nm = master_said.operator_torque_Nm[kTheta];
-    moment.pffb_Nm = -master_said.outputs.percept_Nm[kTheta];
-    moment.sffb_Nm = -master_said.outputs.feedback_Nm[kTheta];
-    moment.loop_Nm = slave_said.outputs.torque.loop_Nm[kTheta];
-    moment.contact = slave_said.contact;
-    moment.force_N = slave_said.contact_force_N;
-    moment.swinging = master_said.reach >= 0;
-    moment.percept = master_said.outputs.percept_enabled;
+    moment.master_rad = master_output.position[kTheta];
+    moment.master_rad_s = master_output.velocity[kTheta];
+    moment.slave_rad = slave_output.position[kTheta];
+    moment.slave_rad_s = slave_output.velocity[kTheta];
+    moment.reference_rad = slave_output.outputs.reference[kTheta];
+    moment.mlt_Nm = master_output.operator_torque_Nm[kTheta];
+    moment.pffb_Nm = -master_output.outputs.percept_Nm[kTheta];
+    moment.sffb_Nm = -master_output.outputs.feedback_Nm[kTheta];
+    moment.loop_Nm = slave_output.outputs.torque.loop_Nm[kTheta];
+    moment.contact = slave_output.contact;
+    moment.force_N = slave_output.contact_force_N;
+    moment.swinging = master_output.reach >= 0;
+    moment.percept = master_output.outputs.percept_enabled;
   }
 };
 

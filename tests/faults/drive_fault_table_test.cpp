@@ -211,7 +211,7 @@ std::string row(const DriveFault& fault, LinkState state, const DriveOutcome& ou
 
 class DriveFaultTable : public testing::TestWithParam<FaultReaction> {};
 
-TEST_P(DriveFaultTable, EveryFaultInEveryStateIsNamedAndHeldOrCoastedWithoutAJump) {
+TEST_P(DriveFaultTable, SR05_SR10_EveryFaultInEveryStateIsNamedAndHeldOrCoastedWithoutAJump) {
   const bool hold = GetParam() == FaultReaction::kHold;
   std::ostringstream table;
   table << "Drives on CAN at 500 Hz, reaction " << (hold ? "hold" : "coast")

@@ -135,10 +135,11 @@ core::JointArray greatest_accepted(const Pair& pair, BilateralLaw law) {
     master_io::Settings settings;
     settings.law = law;
     const double delay_s = pair.master_now.outputs.feedback_delay_s;
-    const auto joint = static_cast<std::int32_t>(j);
-    const std::string why = master_io::set_feedback_gain(10.0, joint, rules, delay_s, settings);
-    gains[j] = why.empty() ? 10.0 : std::stod(why.substr(why.rfind(' ')));
-    EXPECT_EQ(master_io::set_feedback_gain(gains[j], joint, rules, delay_s, settings), "") << why;
+    messages::OperatorCommand command{
+        .kind = core::CommandKind::kSetFeedbackGain, .value = 10.0, .joint = static_cast<std::int32_t>(j)};
+    const std::string why = master_io::apply_setting(command, rules, delay_s, settings).message();
+    gains[j] = command.value = why.empty() ? 10.0 : std::stod(why.substr(why.rfind(' ')));
+    EXPECT_TRUE(master_io::apply_setting(command, rules, delay_s, settings)) << why;
   }
   return gains;
 }

@@ -23,6 +23,7 @@
 #include "components/slave_io/servo.hpp"
 #include "components/slave_io/simulated_arm.hpp"
 #include "components/slave_io/tests/drive_rig.hpp"
+#include "tests/faults/link_trace.hpp"
 
 namespace phantom::faults {
 
@@ -112,6 +113,7 @@ class Pair {
   void signal_slave() { slave_inbox_->stops.stop(); }
   /// A person resets what is seen to be stopped.
   void reset() {
+    if (trace != nullptr) trace->put_reset(seen_master_stop_, seen_slave_stop_);
     if (master_life != Life::kGone && !person_off_master)
       master_inbox_->stops.reset({.own = seen_master_stop_, .partner = seen_slave_stop_});
     if (slave_life != Life::kGone && !person_off_slave)
@@ -175,6 +177,7 @@ class Pair {
   master_io::MasterReport master_now;
   slave_io::SlaveReport slave_now;
   std::unique_ptr<slave_io::DriveRig> rig;  ///< none: the arm is simulated
+  LinkTrace* trace = nullptr;               ///< takes what both say; null: nobody does
 
  private:
   struct Numbers {
@@ -210,6 +213,7 @@ class Pair {
     if (wrong_joints) message.joint_count(6);
     message.stamp(master_numbers_.next(now_ns));
     if (person_looks && !person_off_master) seen_master_stop_ = message.stop();
+    if (trace != nullptr) trace->put(message);
     if (spoil_master) message.position_rad()[3] = std::numeric_limits<double>::quiet_NaN();
     up.send(message, now_ns);
     if (!second_master) return;
@@ -229,6 +233,7 @@ class Pair {
     if (wrong_joints) message.joint_count(6);
     message.stamp(slave_numbers_.next(now_ns));
     if (person_looks && !person_off_slave) seen_slave_stop_ = message.stop();
+    if (trace != nullptr) trace->put(message);
     if (spoil_slave) message.position_rad()[3] = std::numeric_limits<double>::infinity();
     down.send(message, now_ns);
     if (!second_slave) return;

@@ -1,10 +1,10 @@
-// A cable between two interfaces that can be bad: it loses, delays and jitters frames, is cut and healed. It
-// does what `tc netem` does, on every Linux: many kernels (also in containers and small virtual machines)
-// come without netem.
+// A cable between two interfaces that can be bad: it loses, delays, jitters and repeats frames, is cut and
+// healed. It does what `tc netem` does, on every Linux: many kernels (also in containers and small virtual
+// machines) come without netem.
 //
 // cable INTERFACE_A INTERFACE_B; then a line on standard input for each change:
-//   set LOSS DELAY_MS JITTER_MS     share of frames lost, 0…1; each way; evenly spread around the delay,
-//   never overtaking
+//   set LOSS DELAY_MS JITTER_MS [REPEATED]   share of frames lost, 0…1; each way; evenly spread around the
+//   delay, never overtaking; share of frames that come a second time, each after a delay of its own
 //   cut | cut a | cut b | heal      both ways, or only what comes from INTERFACE_A or from INTERFACE_B
 // After each line it says "ok" and how many frames it carried and lost so far. It ends with its standard
 // input.
@@ -27,6 +27,7 @@
 #include <sstream>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 namespace {
@@ -59,7 +60,7 @@ int open_end(const char* name) {
 }
 
 struct Quality {
-  double loss = 0.0, delay_ms = 0.0, jitter_ms = 0.0;
+  double loss = 0.0, delay_ms = 0.0, jitter_ms = 0.0, repeated = 0.0;
   bool cut_a = false, cut_b = false;  // what comes from there is lost
 };
 
@@ -81,11 +82,8 @@ class Way {
         ++lost;
         continue;
       }
-      const double delay_ms =
-          std::max(0.0, quality.delay_ms + (2.0 * share(random) - 1.0) * quality.jitter_ms);
-      const auto due = Clock::now() + std::chrono::microseconds(static_cast<std::int64_t>(delay_ms * 1000.0));
-      latest_ = std::max(latest_, due);
-      frames_.push_back({latest_, {buffer_.begin(), buffer_.begin() + size}});
+      const int times = share(random) < quality.repeated ? 2 : 1;
+      for (int i = 0; i < times; ++i) put({buffer_.begin(), buffer_.begin() + size}, quality, share(random));
     }
   }
   void pass_on() {
@@ -109,6 +107,14 @@ class Way {
   std::uint64_t carried = 0, lost = 0;
 
  private:
+  // `where`: in the spread of the jitter, 0…1.
+  void put(std::vector<char> frame, const Quality& quality, double where) {
+    const double delay_ms = std::max(0.0, quality.delay_ms + (2.0 * where - 1.0) * quality.jitter_ms);
+    const auto due = Clock::now() + std::chrono::microseconds(static_cast<std::int64_t>(delay_ms * 1000.0));
+    latest_ = std::max(latest_, due);
+    frames_.push_back({latest_, std::move(frame)});
+  }
+
   int from_, to_;
   std::vector<char> buffer_;
   std::deque<Frame> frames_;
@@ -126,9 +132,10 @@ bool obey(const std::string& line, Quality& quality) {
     quality.cut_b = word == "cut" && from != "a";
     return from.empty() || (word == "cut" && (from == "a" || from == "b"));
   }
-  Quality asked = quality;
-  if (word != "set" || !(words >> asked.loss >> asked.delay_ms >> asked.jitter_ms)) return false;
-  quality = asked;
+  Quality requested = quality;
+  if (word != "set" || !(words >> requested.loss >> requested.delay_ms >> requested.jitter_ms)) return false;
+  if (!(words >> requested.repeated)) requested.repeated = 0.0;
+  quality = requested;
   return true;
 }
 

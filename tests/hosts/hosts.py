@@ -136,7 +136,8 @@ class Watch:
         self.process = subprocess.Popen(words, stdout=subprocess.PIPE, stderr=open(log, "w"), stdin=subprocess.DEVNULL, text=True)
         self.newest, self.count, self.lock = {}, {}, threading.Lock()
         self.keep = keep or (lambda line: line.get("topic"))
-        threading.Thread(target=self._read, daemon=True).start()
+        self.reader = threading.Thread(target=self._read, daemon=True)
+        self.reader.start()
 
     def _read(self):
         for text in self.process.stdout:
@@ -173,8 +174,8 @@ class Cable:
         assert word == "ok", line
         return int(carried), int(lost)
 
-    def set(self, loss=0.0, delay_ms=0.0, jitter_ms=0.0):
-        return self.tell(f"set {loss} {delay_ms} {jitter_ms}")
+    def set(self, loss=0.0, delay_ms=0.0, jitter_ms=0.0, repeated=0.0):
+        return self.tell(f"set {loss} {delay_ms} {jitter_ms} {repeated}")
 
     def cut(self, lost=""):
         """Both ways; or `lost` is "from" (what the host sends) or "to" (what is sent to it)."""

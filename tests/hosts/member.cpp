@@ -41,7 +41,8 @@ int main(int argc, char** argv) {
     std::list<dds::RawReader> readers;
     for (const auto& topic : writes) writers.emplace_back(participant, topic_called(topic));
     for (const auto& topic : reads)
-      readers.emplace_back(participant, topic_called(topic), [](const void*, const dds::SampleInfo&) {});
+      readers.emplace_back(participant, topic_called(topic),
+                           [](const void*, const dds::SampleInfo&) { return true; });
     std::cout << "up" << std::endl;
     for (std::string line; std::getline(std::cin, line);) {
       std::uint64_t matched = 0;

@@ -1,11 +1,14 @@
 #!/usr/bin/env python3
 """A stop that holds: the cable is out while somebody stops the master, processes are killed and started again; nothing moves
-until a reset that names what is stopped. Also in the shell: exit codes, and who has not confirmed.
+until a reset that names what is stopped; the model of the link judges what both sides said. Also in the shell: exit codes, and who has not confirmed.
 
 stop_test.py --bin DIR --cable EXECUTABLE
 """
+import json
 import shutil
 import signal
+import subprocess
+import sys
 import tempfile
 import threading
 import time
@@ -49,6 +52,26 @@ class Motion:
         with self.lock:
             seen, self.states = self.states, self.states[-1:]
             return seen
+
+
+class Record:
+    """What the slave's host hears of both sides and of commands, for the model of the link to judge."""
+
+    def __init__(self, site, words, folder):
+        self.path = folder / "trace.jsonl"
+        self.file = open(self.path, "w", encoding="utf-8")
+        # The shell's command may have ended before the recorder knew of it: its reset is then not in the trace.
+        print(json.dumps({"event": "commands", "complete": False}), file=self.file)
+        self.watch = site["slave"].watch(words, folder / "record.log", lambda line: print(json.dumps(line), file=self.file))
+
+    def judge(self):
+        self.watch.process.send_signal(signal.SIGINT)
+        self.watch.process.wait(30)
+        self.watch.reader.join(30)
+        self.file.close()
+        done = subprocess.run([sys.executable, SOURCE / "scripts/check_link_trace", self.path], capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stdout + done.stderr
+        print("the model accepts it:", done.stdout.strip())
 
 
 class Cell:
@@ -139,7 +162,7 @@ def stop_while_the_cable_is_out(cell, motion):
 def stop_and_kill(cell, motion, sides):
     code, words = cell.command("master", "stop")
     assert code == 0 and "stopped: master_io, slave_io" in words, (code, words)
-    motion.since()
+    eventually(lambda: motion.since()[-1:] == ["LINK_STOPPED"], LIMIT_S, "the spy hears of the stop")
     for side in sides:
         cell.kill(side)
     for side in sides:
@@ -182,11 +205,14 @@ def main():
             motion = Motion(cell.site, cell.words("slave", "dds_spy", "echo", "slave_state", "--json", "--every", "0", "--seconds", "0"),
                             cell.folder / "spy.log")
             eventually(motion.since, LIMIT_S, "the spy hears the slave")
+            record = Record(cell.site, cell.words("slave", "dds_spy", "echo", "master_state", "slave_state", "operator_command", "--json",
+                                                  "--every", "0", "--seconds", "0"), cell.folder)
             stop_while_the_cable_is_out(cell, motion)
             stop_and_kill(cell, motion, ["slave"])
             stop_and_kill(cell, motion, ["master"])
             stop_and_kill(cell, motion, ["master", "slave"])
             a_signal_stops_both(cell)
+            record.judge()
             settings_from_the_shell(cell)
     finally:
         cell.close()

@@ -19,7 +19,7 @@ using namespace phantom;
 constexpr std::chrono::milliseconds kPeriod{5};
 constexpr int kCommandTicks = 10, kStatusTicks = 100;
 
-class Heard {
+class Received {
  public:
   void count(const char* topic, std::uint64_t session) {
     const std::lock_guard lock(mutex_);
@@ -88,11 +88,11 @@ class Talk {
 };
 
 template <class T>
-dds::Reader<T> hear(dds::Participant& participant, const dds::TopicSpec<T>& topic, Heard& heard,
-                    std::chrono::microseconds work) {
+dds::Reader<T> read_counting(dds::Participant& participant, const dds::TopicSpec<T>& topic,
+                             Received& received, std::chrono::microseconds work) {
   return dds::Reader<T>(participant, topic,
-                        [&heard, work, name = topic.name](const T& sample, const dds::SampleInfo&) {
-                          heard.count(name, sample.stamp().session());
+                        [&received, work, name = topic.name](const T& sample, const dds::SampleInfo&) {
+                          received.count(name, sample.stamp().session());
                           const auto end = std::chrono::steady_clock::now() + work;
                           while (std::chrono::steady_clock::now() < end) continue;
                         });
@@ -112,19 +112,19 @@ int main(int argc, char** argv) {
   };
   description.run = [&](const runtime::ProcessOptions& options) {
     const auto deployment = runtime::load_deployment(options);
-    Heard heard;
+    Received received;
     dds::Participant participant(name, deployment.network);
     const std::chrono::microseconds work(work_us);
-    const auto states = hear(participant, dds::kMasterState, heard, work);
-    const auto commands = hear(participant, dds::kOperatorCommand, heard, work);
-    const auto statuses = hear(participant, dds::kComponentStatus, heard, work);
+    const auto states = read_counting(participant, dds::kMasterState, received, work);
+    const auto commands = read_counting(participant, dds::kOperatorCommand, received, work);
+    const auto statuses = read_counting(participant, dds::kComponentStatus, received, work);
     Talk talk(participant);
     std::atomic<bool> stop{false};
     std::thread talking([&] {
       for (; !stop; std::this_thread::sleep_for(kPeriod)) talk.tick();
     });
     std::cout << participant.session() << std::endl;
-    for (std::string line; std::getline(std::cin, line);) heard.print(talk.longest_write_ms());
+    for (std::string line; std::getline(std::cin, line);) received.print(talk.longest_write_ms());
     stop = true;
     talking.join();
     return static_cast<int>(runtime::kExitDone);

@@ -36,7 +36,7 @@ TEST_P(Interop, IsReadAndWrittenByAnotherVendorInEveryMember) {
   std::vector<std::uint8_t> came;
   dds::RawReader reader(receiver, topic, [&](const void* sample, const dds::SampleInfo&) {
     const std::lock_guard lock(mutex);
-    codec_of_reader.encode(sample, came);
+    return codec_of_reader.encode(sample, came);
   });
   dds::RawWriter writer(sender, topic);
   CycloneMirror mirror(topic, here.domain, there.domain);

@@ -54,7 +54,8 @@ std::vector<std::uint8_t> octets(std::size_t size) {
 }
 
 void set(msg::MasterState& s) {
-  s.stamp(stamp()), s.state(msg::LINK_DEGRADED), s.stop(long_count()), s.joint_count(7), s.reach(-42);
+  s.stamp(stamp()), s.state(msg::LinkState::LINK_DEGRADED), s.stop(long_count()), s.joint_count(7),
+      s.reach(-42);
   fill(s.position_rad()), fill(s.velocity_rad_s()), fill(s.percept_torque_Nm());
   fill(s.feedback_torque_Nm()), fill(s.operator_torque_Nm());
   s.percept_gain(number()), s.feedback_gain(number()), s.percept_enabled(true), s.feedback_damped(true),
@@ -62,15 +63,15 @@ void set(msg::MasterState& s) {
   s.slave_echo(echo()), s.drag_echo(echo()), s.round_trip_s(number());
 }
 void set(msg::SlaveState& s) {
-  s.stamp(stamp()), s.master_echo(echo()), s.state(msg::LINK_STOPPED), s.stop_cause(msg::STOP_PARTNER),
-      s.stop(long_count()), s.joint_count(6);
+  s.stamp(stamp()), s.master_echo(echo()), s.state(msg::LinkState::LINK_STOPPED),
+      s.stop_cause(msg::StopCause::STOP_PARTNER), s.stop(long_count()), s.joint_count(6);
   fill(s.position_rad()), fill(s.velocity_rad_s()), fill(s.loop_torque_Nm()), fill(s.external_torque_Nm());
   s.external_torque_measured(true), s.contact(true), s.contact_force_N(number()), s.contact_object(65500);
   s.contact_point_m(vector()), s.tool_speed_m_s(number()), s.clearance_m(-1.0);
 }
 void set(msg::DragField& s) {
   s.stamp(stamp()), s.slave_echo(echo()), s.master_echo(echo()), s.workspace_version(long_count()),
-      s.mode(msg::DRAG_COUPLED), s.joint_count(16);
+      s.mode(msg::DragMode::DRAG_COUPLED), s.joint_count(16);
   fill(s.coefficient_plus()), fill(s.coefficient_minus()), fill(s.coupled()), s.valid(true),
       s.model_age_s(number());
 }
@@ -114,15 +115,15 @@ void set(msg::SensingReply& s) {
       s.message("17 °C · τ = 1,5 N·m");
 }
 void set(msg::OperatorCommand& s) {
-  s.stamp(stamp()), s.kind(msg::COMMAND_RESET), s.value(number()), s.joint(-1), s.master_stop(long_count()),
-      s.slave_stop(long_count()), s.issuer("page");
+  s.stamp(stamp()), s.kind(msg::CommandKind::COMMAND_RESET), s.value(number()), s.joint(-1),
+      s.master_stop(long_count()), s.slave_stop(long_count()), s.issuer("page");
 }
 void set(msg::OperatorReply& s) {
-  s.stamp(stamp()), s.command(echo()), s.component_name("slave_io"), s.kind(msg::COMMAND_RESET), s.done(true),
-      s.message("Halt gelöst");
+  s.stamp(stamp()), s.command(echo()), s.component_name("slave_io"), s.kind(msg::CommandKind::COMMAND_RESET),
+      s.done(true), s.message("Halt gelöst");
 }
 void set(msg::ViewPose& s) {
-  s.stamp(stamp()), s.view(msg::VIEW_HIT), s.node(count()), s.automatic(true), s.X_WC(pose()),
+  s.stamp(stamp()), s.view(msg::ViewKind::VIEW_HIT), s.node(count()), s.automatic(true), s.X_WC(pose()),
       s.look_at_m(vector());
 }
 void set(msg::WorkspaceBrick& s) {
@@ -152,7 +153,7 @@ void set(msg::WorkspaceReply& s) {
 }
 void set(msg::ComponentStatus& s) {
   s.component_name("slave_io"), s.host("cell-7"), s.stamp(stamp()), s.process_id(count()),
-      s.state(msg::COMPONENT_DEGRADED);
+      s.state(msg::ComponentState::COMPONENT_DEGRADED);
   s.message("holding: the master is silent"), s.page("http://127.0.0.1:8080/");
   for (int i = 0; i < 8; ++i) {
     msg::LoopStatistics loop;
@@ -186,10 +187,10 @@ void with_sample(const dds::TopicDescription& topic, const std::function<void(vo
       entry(dds::kMasterState),     entry(dds::kSlaveState),       entry(dds::kDragField),
       entry(dds::kPercept),         entry(dds::kInterestPoints),   entry(dds::kSkinPercept),
       entry(dds::kHitAlert),        entry(dds::kSensingCommand),   entry(dds::kSensingReply),
-      entry(dds::kOperatorCommand), entry(dds::kOperatorReply),    entry(dds::kViewPose),
-      entry(dds::kWorkspaceBrick),  entry(dds::kWorkspaceVersion), entry(dds::kWorkspaceObject),
-      entry(dds::kMeshChunk),       entry(dds::kWorkspaceCommand), entry(dds::kWorkspaceReply),
-      entry(dds::kComponentStatus)};
+      entry(dds::kOperatorCommand), entry(dds::kRecordingRequest), entry(dds::kOperatorReply),
+      entry(dds::kViewPose),        entry(dds::kWorkspaceBrick),   entry(dds::kWorkspaceVersion),
+      entry(dds::kWorkspaceObject), entry(dds::kMeshChunk),        entry(dds::kWorkspaceCommand),
+      entry(dds::kWorkspaceReply),  entry(dds::kComponentStatus)};
   const auto builder = builders.find(topic.name);
   if (builder == builders.end())
     throw std::runtime_error(std::string(topic.name) + ": no sample of it here; add one to samples.cpp");

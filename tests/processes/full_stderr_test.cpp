@@ -47,7 +47,8 @@ class FullStderr : public testing::Test {
   }
   bool coupled() {
     const std::lock_guard lock(mutex_);
-    return slave_ && master_ && slave_->state() == msg::LINK_COUPLED && master_->state() == msg::LINK_COUPLED;
+    return slave_ && master_ && slave_->state() == msg::LinkState::LINK_COUPLED &&
+           master_->state() == msg::LinkState::LINK_COUPLED;
   }
   int states(const int& which) {
     const std::lock_guard lock(mutex_);

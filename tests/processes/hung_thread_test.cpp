@@ -61,10 +61,15 @@ class HungThread : public testing::TestWithParam<Case> {
                     ++statuses_seen_;
                   }),
         process_(GetParam().component,
-                 {.arguments = {"--deployment", write_topology(folder_).string(), "--domain",
-                                std::to_string(network_.domain)},
-                  .environment = {{"NOTIFY_SOCKET", notify_.name()}}},
-                 folder_) {}
+                 {.arguments = arguments(), .environment = {{"NOTIFY_SOCKET", notify_.name()}}}, folder_) {}
+
+  std::vector<std::string> arguments() const {
+    std::vector<std::string> all{"--deployment", write_topology(folder_).string(), "--domain",
+                                 std::to_string(network_.domain)};
+    if (GetParam().component == std::string("synthetic_viewer"))
+      all.insert(all.end(), {"--config", (folder_ / "synthetic_viewer.yaml").string()});
+    return all;
+  }
 
   msg::ComponentStatus status() {
     const std::lock_guard lock(mutex_);
@@ -105,7 +110,7 @@ TEST_P(HungThread, IsSeenInTheStatusAndStarvesTheServiceManagersWatchdogUntilItR
   using testing::HasSubstr;
   using testing::Not;
   ASSERT_TRUE(eventually([&] {
-    return loop() && loop()->ticks() > 20 && status().state() != msg::COMPONENT_FAULT;
+    return loop() && loop()->ticks() > 20 && status().state() != msg::ComponentState::COMPONENT_FAULT;
   })) << process_.log();
   const auto healthy = heard_while(3);
   ASSERT_FALSE(healthy.empty());
@@ -115,18 +120,21 @@ TEST_P(HungThread, IsSeenInTheStatusAndStarvesTheServiceManagersWatchdogUntilItR
     const pid_t thread = process_.thread(GetParam().thread);
     ASSERT_NE(thread, 0) << GetParam().thread;
     const FrozenThread frozen(thread);
-    ASSERT_TRUE(eventually([&] { return status().state() == msg::COMPONENT_FAULT; })) << status().message();
+    ASSERT_TRUE(eventually([&] { return status().state() == msg::ComponentState::COMPONENT_FAULT; }))
+        << status().message();
     EXPECT_THAT(status().message().to_string(), HasSubstr(sentence));
     ASSERT_TRUE(eventually([&] { return loop()->idle_s() > 3.0; }));
     EXPECT_EQ(loop()->rate_hz(), 0.0) << "none of its ticks is of the last second";
-    EXPECT_EQ(status().state(), msg::COMPONENT_FAULT);
+    EXPECT_EQ(status().state(), msg::ComponentState::COMPONENT_FAULT);
     const auto hung = heard_while(3);
     ASSERT_FALSE(hung.empty()) << "it still says what is wrong";
     EXPECT_THAT(hung, Each(Not(HasSubstr("WATCHDOG=1"))));
     EXPECT_THAT(hung, Each(HasSubstr(sentence)));
   }
-  EXPECT_TRUE(eventually([&] { return status().state() != msg::COMPONENT_FAULT && loop()->rate_hz() > 0.0; }))
-      << "it was only held up: " << status().message();
+  EXPECT_TRUE(eventually([&] {
+    return status().state() != msg::ComponentState::COMPONENT_FAULT && loop()->rate_hz() > 0.0;
+  })) << "it was only held up: "
+      << status().message();
   EXPECT_THAT(heard_while(3), Each(HasSubstr("WATCHDOG=1")));
 }
 
@@ -135,7 +143,8 @@ INSTANTIATE_TEST_SUITE_P(
     testing::Values(Case{"slave_io", "servo", "servo"}, Case{"slave_io", "publisher", "publisher"},
                     Case{"master_io", "servo", "servo"}, Case{"master_io", "publisher", "publisher"},
                     Case{"phantom_sensing", "sensing", "sensing"},
-                    Case{"phantom_sensing", "alerts", "alerts"}, Case{"audio_percept", "audio", "audio"}),
+                    Case{"phantom_sensing", "alerts", "alerts"}, Case{"audio_percept", "audio", "audio"},
+                    Case{"synthetic_viewer", "page_reader", "page"}),
     [](const auto& tested) { return std::string(tested.param.component) + "_" + tested.param.thread; });
 
 }  // namespace

@@ -231,7 +231,7 @@ TEST_F(OtherReaders, FindTheSameSamplesAndDecodeThemByTheSchemasInTheFile) {
     fields.write(field);
     msg::InterestPoints sensed;
     sensed.stamp(stamper.next());
-    sensed.condition(msg::PERCEPT_WORKSPACE_BEHIND);
+    sensed.condition(msg::PerceptCondition::PERCEPT_WORKSPACE_BEHIND);
     sensed.points().resize(static_cast<std::size_t>(i % 4));
     for (auto& point : sensed.points()) point.name("elbow"), point.mu(0.5 * i);
     points.write(sensed);
@@ -239,7 +239,7 @@ TEST_F(OtherReaders, FindTheSameSamplesAndDecodeThemByTheSchemasInTheFile) {
       msg::HitAlert alert;
       alert.stamp(stamper.next());
       alert.alert(static_cast<std::uint32_t>(i));
-      alert.rule(msg::HIT_FAR_NEARING);
+      alert.rule(msg::HitRule::HIT_FAR_NEARING);
       alert.link_name("gripper");
       alerts.write(alert);
       msg::WorkspaceBrick brick;
@@ -265,8 +265,9 @@ TEST_F(OtherReaders, FindTheSameSamplesAndDecodeThemByTheSchemasInTheFile) {
   const auto files = files_in(folder / "out");
   ASSERT_EQ(files.size(), 1u);
   EXPECT_TRUE(recording::check(files[0])->ok());
-  std::string said;
-  ASSERT_EQ(run("convert", {files[0].string(), "--out", (folder / "out.jsonl").string()}, &said), 0) << said;
+  std::string output;
+  ASSERT_EQ(run("convert", {files[0].string(), "--out", (folder / "out.jsonl").string()}, &output), 0)
+      << output;
   setenv("READERS", PHANTOM_READERS, 1);
   Process reader({PHANTOM_NODE, PHANTOM_SOURCE_DIR "/tests/recording/read_recording.mjs", files[0].string(),
                   (folder / "out.jsonl").string()},
@@ -292,8 +293,8 @@ TEST_F(Signalled, OnEventNothingIsWrittenUntilACommandOrASignalComes) {
   const std::uint32_t heard = writer.written();
   ASSERT_TRUE(eventually([&] { return writer.written() > heard + 100; }));
   EXPECT_TRUE(files_in(folder / "out").empty());
-  std::string said;
-  ASSERT_EQ(run("trigger", {"--by", "the test"}, &said), 0) << said;
+  std::string output;
+  ASSERT_EQ(run("trigger", {"--by", "the test"}, &output), 0) << output;
   ASSERT_TRUE(eventually([&] { return files_in(folder / "out").size() == 1; }, std::chrono::seconds(60)))
       << recorder.output();
   ASSERT_TRUE(eventually([&] { return recorder.output().find("event over") != std::string::npos; },
@@ -332,9 +333,9 @@ TEST_F(ReplayedProcess, WhatWasRecordedComesAgainToTypedReadersAsIfNew) {
     const AlertWriter writer(std::chrono::microseconds(2000));
     file = record(writer);
     ASSERT_FALSE(file.empty());
-    std::string said;
-    EXPECT_EQ(run("replay", {file.string()}, &said), 3) << "while the writer is there";
-    EXPECT_THAT(said, HasSubstr("hit_alert is written by"));
+    std::string output;
+    EXPECT_EQ(run("replay", {file.string()}, &output), 3) << "while the writer is there";
+    EXPECT_THAT(output, HasSubstr("hit_alert is written by"));
   }
   const auto recorded = alerts_in(*recording::McapReader::open(file));
   dds::Participant here("viewer", test_network());
@@ -351,8 +352,9 @@ TEST_F(ReplayedProcess, WhatWasRecordedComesAgainToTypedReadersAsIfNew) {
                                     });
   // As fast as it goes, and more than the 64 alerts that a writer keeps: this reader is waited for.
   ASSERT_GT(recorded.size(), 100U);
-  std::string said;
-  ASSERT_EQ(run("replay", {file.string(), "--loops", "2", "--rate", "0", "--wait", "30"}, &said), 0) << said;
+  std::string output;
+  ASSERT_EQ(run("replay", {file.string(), "--loops", "2", "--rate", "0", "--wait", "30"}, &output), 0)
+      << output;
   ASSERT_TRUE(waiter.wait([&] { return got.size() >= 2 * recorded.size(); }));
   EXPECT_TRUE(in_order) << "receivers that refuse what is not newer accept all, in both turns";
   for (std::size_t i = 0; i < recorded.size(); ++i) {
@@ -418,9 +420,9 @@ TEST(CommandLine, WrongRequestsAreNamed) {
   EXPECT_EQ(run({"replay", "/nowhere.mcap"}).first, 3);
   EXPECT_EQ(run({"replay", "/nowhere.mcap", "--remap", "x"}).first, 2);
   EXPECT_EQ(run({"replay", "/nowhere.mcap", "--rate", "-1"}).first, 2);
-  const auto [code, said] = run({"record", "--folder", "/proc/nowhere"});
+  const auto [code, output] = run({"record", "--folder", "/proc/nowhere"});
   EXPECT_EQ(code, 3);
-  EXPECT_THAT(said, HasSubstr("/proc/nowhere"));
+  EXPECT_THAT(output, HasSubstr("/proc/nowhere"));
   std::filesystem::remove(log);
 }
 

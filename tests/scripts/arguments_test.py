@@ -10,12 +10,15 @@ SCRIPTS = Path(__file__).resolve().parents[2] / "scripts"
 NO_SCRIPTS = {"cmake_build.py", "tsan.supp"}
 REFUSED = {
     "bench": ["no-such-table"],
+    "bill_of_materials": ["--staged", "nowhere", "--build", "nowhere", "--output", "none"],
     "check_layers": ["--nonsense"],
     "demo": ["--nonsense"],
     "doctor": ["--topology", "no-such-file.yaml"],
     "experiments": ["--nonsense"],
     "fidelity_table": ["a", "b"],
     "format": ["--nonsense"],
+    "reproducible_packages": ["--nonsense"],
+    "seeded_faults": ["no-such-fault"],
     "fuzz": ["soon"],
     "scale": ["no-such-table"],
     "setup": ["--nonsense"],

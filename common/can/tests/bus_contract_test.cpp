@@ -8,8 +8,8 @@
 #include <sstream>
 
 #include "common/can/socket_can.hpp"
-#include "common/simulation/local_bus.hpp"
 #include "common/simulation/user_bus_hub.hpp"
+#include "tests/support/local_bus.hpp"
 
 namespace phantom::can {
 namespace {
@@ -243,18 +243,18 @@ TEST_P(BusContract, ANodeThatDoesNotListenIsToldWhatItLost) {
   }
   Received received;
   std::uint64_t frames = 0;
-  bool told = false;
+  bool reported = false;
   const auto drain = [&] {
     pair_->let_pass();
     while (b().wait(200 * core::kNsPerMillisecond) && b().receive(received)) {
       frames += received.is_frame() ? 1 : 0;
-      told = told || (received.errors & kErrorOverflow) != 0;
+      reported = reported || (received.errors & kErrorOverflow) != 0;
     }
   };
   drain();
   ASSERT_EQ(a().send(frame(2, {})), SendResult::kSent);  // the news comes with the next frame
   drain();
-  EXPECT_TRUE(told);
+  EXPECT_TRUE(reported);
   EXPECT_GT(b().counters().lost, 0U);
   EXPECT_EQ(frames + b().counters().lost, sent + 1);
 }

@@ -18,7 +18,7 @@ CanFrame reply(const Bytes& data) { return {.id = 0x585, .length = 8, .data = da
 
 class Sdo : public testing::Test {
  protected:
-  Bytes asked() {
+  Bytes sent_request() {
     const auto frame = client.poll(now);
     EXPECT_TRUE(frame.has_value());
     if (!frame) return {};
@@ -33,14 +33,14 @@ class Sdo : public testing::Test {
 TEST_F(Sdo, ExpeditedWrite) {
   const std::uint8_t value[] = {0xF4, 0x01};
   client.start_write(0x1017, 0, value, now);
-  EXPECT_EQ(asked(), (Bytes{0x2B, 0x17, 0x10, 0x00, 0xF4, 0x01, 0, 0}));
+  EXPECT_EQ(sent_request(), (Bytes{0x2B, 0x17, 0x10, 0x00, 0xF4, 0x01, 0, 0}));
   EXPECT_TRUE(client.on_frame(reply({0x60, 0x17, 0x10, 0}), now));
   EXPECT_EQ(client.state(), State::kDone);
 }
 
 TEST_F(Sdo, ExpeditedRead) {
   client.start_read(0x1000, 0, now);
-  EXPECT_EQ(asked(), (Bytes{0x40, 0x00, 0x10, 0x00}));
+  EXPECT_EQ(sent_request(), (Bytes{0x40, 0x00, 0x10, 0x00}));
   EXPECT_TRUE(client.on_frame(reply({0x43, 0x00, 0x10, 0x00, 0x92, 0x01, 0x02, 0x00}), now));
   ASSERT_EQ(client.data().size(), 4U);
   EXPECT_EQ(get_le(client.data(), 4), 0x00020192U);
@@ -48,11 +48,11 @@ TEST_F(Sdo, ExpeditedRead) {
 
 TEST_F(Sdo, SegmentedRead) {
   client.start_read(0x1008, 0, now);
-  asked();
+  sent_request();
   client.on_frame(reply({0x41, 0x08, 0x10, 0, 9, 0, 0, 0}), now);
-  EXPECT_EQ(asked(), (Bytes{0x60}));
+  EXPECT_EQ(sent_request(), (Bytes{0x60}));
   client.on_frame(reply({0x00, 'P', 'h', 'a', 'n', 't', 'o', 'm'}), now);
-  EXPECT_EQ(asked(), (Bytes{0x70}));
+  EXPECT_EQ(sent_request(), (Bytes{0x70}));
   client.on_frame(reply({0x1B, '0', '1'}), now);
   ASSERT_EQ(client.state(), State::kDone);
   EXPECT_EQ(std::string(client.data().begin(), client.data().end()), "Phantom01");
@@ -62,11 +62,11 @@ TEST_F(Sdo, SegmentedWrite) {
   const std::string text = "Phantom01";
   const std::vector<std::uint8_t> bytes(text.begin(), text.end());
   client.start_write(0x2000, 0, bytes, now);
-  EXPECT_EQ(asked(), (Bytes{0x21, 0x00, 0x20, 0, 9}));
+  EXPECT_EQ(sent_request(), (Bytes{0x21, 0x00, 0x20, 0, 9}));
   client.on_frame(reply({0x60, 0x00, 0x20, 0}), now);
-  EXPECT_EQ(asked(), (Bytes{0x00, 'P', 'h', 'a', 'n', 't', 'o', 'm'}));
+  EXPECT_EQ(sent_request(), (Bytes{0x00, 'P', 'h', 'a', 'n', 't', 'o', 'm'}));
   client.on_frame(reply({0x20}), now);
-  EXPECT_EQ(asked(), (Bytes{0x1B, '0', '1'}));
+  EXPECT_EQ(sent_request(), (Bytes{0x1B, '0', '1'}));
   EXPECT_EQ(client.state(), State::kBusy);
   client.on_frame(reply({0x30}), now);
   EXPECT_EQ(client.state(), State::kDone);
@@ -74,7 +74,7 @@ TEST_F(Sdo, SegmentedWrite) {
 
 TEST_F(Sdo, AbortHasWords) {
   client.start_read(0x5FFF, 1, now);
-  asked();
+  sent_request();
   client.on_frame(reply({0x80, 0xFF, 0x5F, 1, 0x00, 0x00, 0x02, 0x06}), now);
   EXPECT_EQ(client.state(), State::kAborted);
   EXPECT_STREQ(sdo_abort_text(client.abort_code()), "no such object");
@@ -82,16 +82,16 @@ TEST_F(Sdo, AbortHasWords) {
 
 TEST_F(Sdo, SilenceTimesOutAndIsToldToTheDrive) {
   client.start_read(0x1000, 0, now);
-  asked();
+  sent_request();
   now = core::from_seconds(0.101);
-  EXPECT_EQ(asked(), (Bytes{0x80, 0x00, 0x10, 0, 0x00, 0x00, 0x04, 0x05}));
+  EXPECT_EQ(sent_request(), (Bytes{0x80, 0x00, 0x10, 0, 0x00, 0x00, 0x04, 0x05}));
   EXPECT_EQ(client.state(), State::kTimedOut);
   EXPECT_FALSE(client.on_frame(reply({0x43, 0x00, 0x10, 0x00, 1}), now));  // too late
 }
 
 TEST_F(Sdo, AnswersToOtherQuestionsAreNotTaken) {
   client.start_read(0x1000, 0, now);
-  asked();
+  sent_request();
   EXPECT_FALSE(client.on_frame(reply({0x43, 0x01, 0x10, 0x00, 1}), now));
   EXPECT_FALSE(client.on_frame({.id = 0x585, .length = 4, .data = {0x43, 0x00, 0x10, 0x00}}, now));
   EXPECT_EQ(client.state(), State::kBusy);
@@ -99,11 +99,11 @@ TEST_F(Sdo, AnswersToOtherQuestionsAreNotTaken) {
 
 TEST_F(Sdo, ASegmentThatComesTwiceIsNoticed) {
   client.start_read(0x1008, 0, now);
-  asked();
+  sent_request();
   client.on_frame(reply({0x41, 0x08, 0x10, 0, 20}), now);
-  asked();
+  sent_request();
   client.on_frame(reply({0x00, 1, 2, 3, 4, 5, 6, 7}), now);
-  asked();
+  sent_request();
   client.on_frame(reply({0x00, 1, 2, 3, 4, 5, 6, 7}), now);
   EXPECT_EQ(client.state(), State::kAborted);
   EXPECT_EQ(client.abort_code(), kAbortToggle);

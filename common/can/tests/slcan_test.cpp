@@ -56,11 +56,11 @@ class Adapter {
     const std::string text = line + '\r';
     ASSERT_EQ(write(far_, text.data(), text.size()), static_cast<ssize_t>(text.size()));
   }
-  bool was_told(const std::string& line) {
+  bool was_sent(const std::string& line) {
     for (int i = 0; i < 2000; ++i) {
       {
         const std::lock_guard lock(mutex_);
-        if (told_.find(line + '\r') != std::string::npos) return true;
+        if (received_.find(line + '\r') != std::string::npos) return true;
       }
       usleep(1000);
     }
@@ -81,7 +81,7 @@ class Adapter {
         continue;
       }
       const std::lock_guard lock(mutex_);
-      told_.append(bytes, static_cast<std::size_t>(size));
+      received_.append(bytes, static_cast<std::size_t>(size));
     }
   }
   void set_up() {
@@ -96,7 +96,7 @@ class Adapter {
 
   int far_ = -1, near_ = -1;
   std::mutex mutex_;
-  std::string told_;
+  std::string received_;
   std::jthread reader_;
 };
 
@@ -134,7 +134,7 @@ TEST_F(SlCan, FramesGoBothWays) {
   ASSERT_TRUE(received.is_frame());
   EXPECT_EQ(received.frame, (CanFrame{.id = 0x123, .length = 2, .data = {0xAA, 0xBB}}));
   EXPECT_EQ(bus_->send({.id = 0x321, .length = 1, .data = {0x5C}}), SendResult::kSent);
-  EXPECT_TRUE(adapter_->was_told("t32115C"));
+  EXPECT_TRUE(adapter_->was_sent("t32115C"));
 }
 
 TEST_F(SlCan, BusErrorsAreToldByTheirKind) {
@@ -171,7 +171,7 @@ TEST_F(SlCan, BusOffTakesNoFrameAndIsLeftByARestart) {
   ASSERT_TRUE(bus_->restart().is_ok());
   EXPECT_EQ(bus_->state(), BusState::kActive);
   EXPECT_EQ(bus_->send({.id = 0x77, .length = 1, .data = {1}}), SendResult::kSent);
-  EXPECT_TRUE(adapter_->was_told("t077101"));
+  EXPECT_TRUE(adapter_->was_sent("t077101"));
   adapter_->says("t0550");
   for (Received r = next();; r = next()) {
     if (HasFailure()) break;

@@ -68,10 +68,10 @@ TEST(Health, ALoopThatHangsIsAFaultThatSaysWhichAndForHowLong) {
   Health health{ComponentState::kRunning, "coupled", {}, {}};
   health.loops = {{.name = "servo", .idle_s = 3.21, .limit_s = 1.0},
                   {.name = "publisher", .idle_s = 0.1, .limit_s = 1.0}};
-  const Health told = with_hung_loops(health);
-  EXPECT_EQ(told.state, ComponentState::kFault);
-  EXPECT_EQ(told.message, "the servo loop has not run for 3.2 s; coupled");
-  EXPECT_TRUE(any_hangs(told));
+  const Health faulty = with_hung_loops(health);
+  EXPECT_EQ(faulty.state, ComponentState::kFault);
+  EXPECT_EQ(faulty.message, "the servo loop has not run for 3.2 s; coupled");
+  EXPECT_TRUE(any_hangs(faulty));
   health.loops[1].idle_s = 7.0;
   EXPECT_EQ(with_hung_loops(health).message,
             "the servo loop has not run for 3.2 s; the publisher loop has not run for 7.0 s; coupled");

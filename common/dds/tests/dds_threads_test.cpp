@@ -1,7 +1,5 @@
 #include "common/dds/dds_threads.hpp"
 
-#include <fastrtps/attributes/LibrarySettingsAttributes.h>
-#include <fastrtps/xmlparser/XMLProfileManager.h>
 #include <gtest/gtest.h>
 #include <pthread.h>
 #include <sched.h>
@@ -16,6 +14,8 @@
 #include "common/dds/endpoint.hpp"
 #include "common/dds/stamp.hpp"
 #include "common/dds/tests/test_network.hpp"
+#include "fast_dds/participants.hpp"
+#include "fast_dds/threads.hpp"
 
 namespace phantom::dds {
 namespace {
@@ -61,9 +61,7 @@ bool permitted() {
 
 core::NetworkOptions network(int servo_priority) {
   // As between processes: else a writer calls the readers of its own process itself.
-  eprosima::fastrtps::LibrarySettingsAttributes settings;
-  settings.intraprocess_delivery = eprosima::fastrtps::INTRAPROCESS_OFF;
-  eprosima::fastrtps::xmlparser::XMLProfileManager::library_settings(settings);
+  fast_dds::deliver_by_transport();
   auto made = test_network();
   made.servo_priority = servo_priority;
   return made;
@@ -98,22 +96,27 @@ class DdsThreads : public testing::Test {
     return static_cast<int>(std::count_if(threads.begin(), threads.end(),
                                           [&](const auto& thread) { return thread.second.name == name; }));
   }
+  static bool of_dds(const Scheduling& thread) { return fast_dds::is_own_thread(thread.name, "dds"); }
+  static int count_of_dds(const std::map<std::string, Scheduling>& threads) {
+    return static_cast<int>(std::count_if(threads.begin(), threads.end(),
+                                          [](const auto& thread) { return of_dds(thread.second); }));
+  }
 };
 
 TEST_F(DdsThreads, OnlyWhatReceivesSamplesIsAboveAllOrdinaryThreads) {
   if (!permitted()) GTEST_SKIP() << "no right to SCHED_FIFO here";
   const auto started = after_a_sample(20);
   EXPECT_EQ(count(started, "receiver"), 1);
-  EXPECT_GE(count(started, "dds"), 6) << "two participants: events, discovery";
+  EXPECT_GE(count_of_dds(started), 6) << "two participants: events, discovery";
   int preferred = 0;
   for (const auto& [id, thread] : started) {
     const bool receives = thread.name == "receiver";
     EXPECT_EQ(thread.policy, receives ? SCHED_FIFO : SCHED_OTHER) << thread.name << ' ' << id;
     EXPECT_EQ(thread.priority, receives ? 16 : 0) << thread.name << ' ' << id;
-    if (thread.name == "dds") preferred += thread.niceness == kHapticNiceness ? 1 : 0;
+    if (of_dds(thread)) preferred += thread.niceness == kHapticNiceness ? 1 : 0;
   }
   EXPECT_GE(preferred, 3) << "those of one of the two";
-  EXPECT_LT(preferred, count(started, "dds"));
+  EXPECT_LT(preferred, count_of_dds(started));
   int policy = SCHED_FIFO;
   sched_param parameters{};
   pthread_getschedparam(pthread_self(), &policy, &parameters);

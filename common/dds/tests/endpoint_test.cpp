@@ -8,7 +8,6 @@
 
 #include "common/dds/participant_impl.hpp"
 #include "common/dds/stamp.hpp"
-#include "common/dds/status_reporter.hpp"
 #include "common/dds/tests/test_network.hpp"
 
 namespace phantom::dds {
@@ -133,35 +132,6 @@ TEST(Endpoint, AMismatchingQosIsCountedAtBothEndsAndNothingFlows) {
   msg::Percept sample;
   foreign->write(&sample);
   publisher->delete_datawriter(foreign);
-}
-
-TEST(StatusReporter, TellsHealthLoopsAndEndpoints) {
-  Participant there("phantom_sensing", test_network()), here("watcher", test_network());
-  StatusReporter reporter(there);
-  Waiter waiter;
-  std::vector<msg::ComponentStatus> got;
-  Reader<msg::ComponentStatus> reader(here, kComponentStatus,
-                                      [&](const msg::ComponentStatus& sample, const SampleInfo&) {
-                                        waiter.change([&] { got.push_back(sample); });
-                                      });
-  core::Health health;
-  health.state = core::ComponentState::kDegraded;
-  health.message = std::string(400, 'x');
-  health.loops.push_back({.name = "servo", .period_s = 0.001, .rate_hz = 999.5, .ticks = 10, .slips = 2});
-  health.figures.push_back({"sensors", 8000, ""});
-  health.page = "http://127.0.0.1:8080/";
-  reporter.publish(health);
-  ASSERT_TRUE(waiter.wait([&] { return !got.empty(); }));
-  EXPECT_EQ(got[0].component_name(), "phantom_sensing");
-  EXPECT_EQ(got[0].state(), msg::COMPONENT_DEGRADED);
-  EXPECT_EQ(got[0].message().size(), 256u) << "cut to the bound of the type, not refused";
-  ASSERT_EQ(got[0].loops().size(), 1u);
-  EXPECT_EQ(got[0].loops()[0].slips(), 2u);
-  ASSERT_EQ(got[0].topics().size(), 1u);
-  EXPECT_EQ(got[0].topics()[0].topic(), "component_status");
-  EXPECT_EQ(got[0].figures()[0].value(), 8000);
-  EXPECT_EQ(got[0].page(), "http://127.0.0.1:8080/");
-  EXPECT_EQ(got[0].host(), host_name());
 }
 
 }  // namespace

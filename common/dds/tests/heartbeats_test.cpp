@@ -1,11 +1,4 @@
 // What a late joiner costs: bricks are sent again, heartbeats are not sent with each of them.
-#include <fastdds/rtps/network/SenderResource.h>
-#include <fastdds/rtps/transport/ChainingTransport.h>
-#include <fastdds/rtps/transport/ChainingTransportDescriptor.h>
-#include <fastdds/rtps/transport/TransportReceiverInterface.h>
-#include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
-#include <fastrtps/attributes/LibrarySettingsAttributes.h>
-#include <fastrtps/xmlparser/XMLProfileManager.h>
 #include <gtest/gtest.h>
 
 #include <atomic>
@@ -18,21 +11,25 @@
 #include "common/dds/qos.hpp"
 #include "common/dds/tests/test_network.hpp"
 #include "common/dds/topic_list.hpp"
+#include "fast_dds/endpoints.hpp"
+#include "fast_dds/participants.hpp"
+#include "fast_dds/transport.hpp"
 
 namespace phantom::dds {
 namespace {
 
 namespace edds = eprosima::fastdds::dds;
-namespace transport = eprosima::fastdds::rtps;
-using eprosima::fastrtps::rtps::Locator_t;
-using eprosima::fastrtps::rtps::octet;
+namespace transport = fast_dds::rtps;
+using fast_dds::rtps::Locator_t;
+using fast_dds::rtps::octet;
 
 std::atomic<int> g_heartbeats{0};  // of users' writers, sent by participants with CountingDescriptor
 
 /// Counts the heartbeats in an RTPS message (OMG DDSI-RTPS 2.3, 8.3.3, 9.4.5) that are not of built-in
 /// writers.
-int heartbeats_in(const octet* message, std::uint32_t size) {
+int heartbeats_in(const std::vector<std::uint8_t>& message) {
   int found = 0;
+  const auto size = static_cast<std::uint32_t>(message.size());
   for (std::uint32_t at = 20; at + 4 <= size;) {
     const bool little = (message[at + 1] & 1) != 0;
     const std::uint32_t length =
@@ -51,17 +48,14 @@ struct CountingDescriptor : transport::ChainingTransportDescriptor {
   [[nodiscard]] transport::TransportInterface* create_transport() const override;
 };
 
-class CountingTransport final : public transport::ChainingTransport {
+class CountingTransport final : public fast_dds::MessageTransport {
  public:
   explicit CountingTransport(const CountingDescriptor& descriptor)
-      : ChainingTransport(descriptor), descriptor_(descriptor) {}
+      : MessageTransport(descriptor), descriptor_(descriptor) {}
   transport::TransportDescriptorInterface* get_configuration() override { return &descriptor_; }
-  bool send(eprosima::fastrtps::rtps::SenderResource* below, const octet* message, std::uint32_t size,
-            eprosima::fastrtps::rtps::LocatorsIterator* first,
-            eprosima::fastrtps::rtps::LocatorsIterator* last,
-            const std::chrono::steady_clock::time_point& timeout) override {
-    g_heartbeats += heartbeats_in(message, size);
-    return below->send(message, size, first, last, timeout);
+  bool send_on(transport::SenderResource& below, const fast_dds::OutgoingMessage& message) override {
+    g_heartbeats += heartbeats_in(message.octets());
+    return message.send_by(below);
   }
   void receive(transport::TransportReceiverInterface* above, const octet* message, std::uint32_t size,
                const Locator_t& local, const Locator_t& remote) override {
@@ -78,10 +72,8 @@ transport::TransportInterface* CountingDescriptor::create_transport() const {
 
 TEST(Heartbeats, AreNotSentWithEachBrickToALateJoiner) {
   constexpr int kBricks = 500, kLateJoiners = 3;
-  constexpr std::size_t kBytes = 12000;                    // 6 MB for each who joins
-  eprosima::fastrtps::LibrarySettingsAttributes settings;  // as between processes
-  settings.intraprocess_delivery = eprosima::fastrtps::INTRAPROCESS_OFF;
-  eprosima::fastrtps::xmlparser::XMLProfileManager::library_settings(settings);
+  constexpr std::size_t kBytes = 12000;  // 6 MB for each who joins
+  fast_dds::deliver_by_transport();
   const core::NetworkOptions network = test_network();
   const Participant loads_profiles("profiles", network);
 
@@ -96,10 +88,10 @@ TEST(Heartbeats, AreNotSentWithEachBrickToALateJoiner) {
   ASSERT_NE(server, nullptr);
   const TopicDescription& topic = kWorkspaceBrick;
   edds::TypeSupport type = topic.make_type();
-  ASSERT_EQ(type.register_type(server), ReturnCode_t::RETCODE_OK);
+  ASSERT_TRUE(fast_dds::ok(type.register_type(server)));
   auto* publisher = server->create_publisher(edds::PUBLISHER_QOS_DEFAULT);
   edds::DataWriterQos qos = writer_qos(*publisher, topic);
-  qos.reliable_writer_qos().times.heartbeatPeriod = {0, 500'000'000};
+  fast_dds::set_heartbeats(qos, {0, 500'000'000}, {0, 0});
   auto* writer = publisher->create_datawriter(
       server->create_topic(topic.name, topic.type_name, edds::TOPIC_QOS_DEFAULT), qos);
   ASSERT_NE(writer, nullptr);
@@ -107,7 +99,7 @@ TEST(Heartbeats, AreNotSentWithEachBrickToALateJoiner) {
     msg::WorkspaceBrick brick;
     brick.bx(i);
     brick.voxels_zstd().resize(kBytes, static_cast<std::uint8_t>(i));
-    ASSERT_TRUE(writer->write(&brick));
+    ASSERT_TRUE(fast_dds::ok(writer->write(&brick)));
   }
 
   const auto start = std::chrono::steady_clock::now();

@@ -14,7 +14,7 @@ msg::Stamp stamp(std::uint64_t session, std::uint64_t number) {
   return out;
 }
 
-TEST(SourceGuard, TwoWritersAreNeverFollowedInTurn) {
+TEST(SourceGuard, SR11_TwoWritersAreNeverFollowedInTurn) {
   SourceGuard guard;
   for (std::uint64_t n = 1; n <= 2000; ++n) {
     const auto now_ns = static_cast<core::Nanoseconds>(n) * core::kNsPerMillisecond;
@@ -110,7 +110,7 @@ TEST(SourceGuard, ARivalOfASlowTopicIsRememberedAsLongAsItsSource) {
   EXPECT_FALSE(guard.has_rival(12000 * core::kNsPerMillisecond));
 }
 
-TEST(SourceGuard, ASecondWriterIsToldWithoutHidingAFault) {
+TEST(SourceGuard, SR15_ASecondWriterIsToldWithoutHidingAFault) {
   const core::Health running = with_rival({core::ComponentState::kRunning, "", {}, {}}, "slave_state");
   EXPECT_EQ(running.state, core::ComponentState::kDegraded);
   EXPECT_EQ(running.message, "two processes send slave_state: only the first is heeded; end one of them");

@@ -125,7 +125,7 @@ TEST(Decode, TheInstanceIsNamedByItsKey) {
 struct BadPayload {
   const char* name;
   std::vector<std::uint8_t> bytes;
-  const char* said;
+  const char* message;
 };
 
 class DecodeBad : public testing::TestWithParam<BadPayload> {};
@@ -137,7 +137,7 @@ TEST_P(DecodeBad, IsRefusedWithItsPlaceAndReason) {
                            {"list", sequence(structure("m::P", {{"x", of(Kind::kFloat64)}}), 3)}});
   const auto sample = decode(*type, GetParam().bytes);
   ASSERT_FALSE(sample);
-  EXPECT_THAT(sample.status().message(), HasSubstr(GetParam().said));
+  EXPECT_THAT(sample.status().message(), HasSubstr(GetParam().message));
 }
 
 INSTANTIATE_TEST_SUITE_P(
@@ -196,7 +196,7 @@ TEST(Decode, NoDamageIsFatal) {
   }
 }
 
-TEST(Type, IsSaidInIdl) {
+TEST(Type, IsPrintedAsIdl) {
   EXPECT_EQ(idl_name(*sequence(text(8), 4)), "sequence<string<8>, 4>");
   EXPECT_EQ(idl_name(*array(array(of(Kind::kInt32), 2), 3)), "long[3][2]");
   EXPECT_EQ(idl_text(*structure("m::S", {{"c", colour(), true}, {"d", array(of(Kind::kFloat64), 16)}})),

@@ -1,8 +1,5 @@
-#include "common/geometry/importer/assimp_mesh.hpp"
-
 #include <assimp/scene.h>
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <array>
 #include <assimp/Importer.hpp>
@@ -10,11 +7,10 @@
 #include <cmath>
 #include <fstream>
 
-#include "common/geometry/importer/assimp_scene.hpp"
-#include "common/geometry/importer/scene_frame.hpp"
-#include "common/geometry/joined_corners.hpp"
+#include "common/geometry/importer/importer.hpp"
 #include "common/geometry/mesh_import.hpp"
 #include "common/geometry/stl.hpp"
+#include "common/geometry/vertex_welder.hpp"
 
 namespace phantom::geometry::detail {
 namespace {
@@ -78,10 +74,10 @@ bool import_by_assimp(const std::filesystem::path& path, const MeshImportOptions
   const aiScene* scene = read_scene(importer, path, options.max_memory_bytes, mesh.notes, problem);
   if (scene == nullptr) return false;
   const SceneFrame frame = scene_frame(*scene, path);
-  settle_frame(
+  resolve_frame(
       options, frame.format, frame.declared, [&] { return scene_extents(*scene, frame.to_file); }, mesh);
   const Eigen::Matrix3d to_metres = mesh.scale * to_z_up(mesh.up) * frame.to_file;
-  JoinedCorners corners(mesh);
+  VertexWelder corners(mesh);
   std::uint64_t left = options.max_triangles;
   const auto vertex = [&](const Eigen::Vector3d& p) { return corners.vertex((to_metres * p).cast<float>()); };
   if (!for_each_triangle(*scene, *scene->mRootNode, {}, left, problem,
@@ -91,7 +87,7 @@ bool import_by_assimp(const std::filesystem::path& path, const MeshImportOptions
     if (left == 0) problem = too_many_triangles(options);
     return false;
   }
-  return settle(corners.finite(), corners.collapsed(), mesh, problem);
+  return finish_import(corners.finite(), corners.collapsed(), mesh, problem);
 }
 
 /// Returns whether a text STL has its last line. assimp reads a truncated file up to the point where it ends.
@@ -135,7 +131,7 @@ bool import_stl_text(const std::filesystem::path& path, const MeshImportOptions&
 
 bool import_mesh(const std::filesystem::path& path, const MeshImportOptions& options, LoadedMesh& mesh,
                  std::string& problem) {
-  if (ending_of(path) != "stl") return import_by_assimp(path, options, mesh, problem);
+  if (extension_of(path) != "stl") return import_by_assimp(path, options, mesh, problem);
   if (const auto read = import_binary_stl(path, options, UINT32_MAX, mesh, problem)) return *read;
   return import_stl_text(path, options, mesh, problem);
 }

@@ -1,5 +1,3 @@
-#include "common/geometry/importer/assimp_scene.hpp"
-
 #include <assimp/config.h>
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
@@ -10,21 +8,18 @@
 #include <assimp/Logger.hpp>
 #include <cstring>
 #include <fstream>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <string_view>
 #include <utility>
 
+#include "common/geometry/importer/importer.hpp"
 #include "common/geometry/mesh_import.hpp"
 
 namespace phantom::geometry::detail {
 namespace {
 
 using nlohmann::json;
-
-bool starts_with_any(std::string_view text, std::initializer_list<std::string_view> starts) {
-  return std::any_of(starts.begin(), starts.end(),
-                     [&](std::string_view start) { return text.starts_with(start); });
-}
 
 /// Returns whether the shape is read correctly although the file requires this extension: assimp supports it,
 /// or it concerns appearance and motion only.
@@ -82,65 +77,56 @@ bool is_sound(const aiScene& scene) {
 }
 
 /// Collects the errors that assimp logs although it continues: parts of the shape that it left out or
-/// invented. Replaces assimp's logger in the whole process while this object lives.
-class Complaints {
+/// invented.
+class ErrorLog : public Assimp::Logger {
  public:
-  explicit Complaints(std::vector<std::string>& notes) { Assimp::DefaultLogger::set(new Ear(notes)); }
-  ~Complaints() { Assimp::DefaultLogger::set(nullptr); }  // restores the default, deletes the logger
-  Complaints(const Complaints&) = delete;
-  Complaints& operator=(const Complaints&) = delete;
+  explicit ErrorLog(std::vector<std::string>& notes) : notes_(notes) {}
+  bool attachStream(Assimp::LogStream*, unsigned) override { return false; }
+  bool detachStream(Assimp::LogStream*, unsigned) override { return false; }
 
  private:
-  class Ear : public Assimp::Logger {
-   public:
-    explicit Ear(std::vector<std::string>& notes) : notes_(notes) {}
-    bool attachStream(Assimp::LogStream*, unsigned) override { return false; }
-    bool detachStream(Assimp::LogStream*, unsigned) override { return false; }
+  static constexpr std::size_t kMost = 5;  // enough: a damaged file repeats its errors
 
-   private:
-    static constexpr std::size_t kMost = 5;  // enough: a damaged file repeats its errors
+  void OnDebug(const char*) override {}
+  void OnVerboseDebug(const char*) override {}
+  void OnInfo(const char*) override {}
+  void OnWarn(const char*) override {}
+  void OnError(const char* message) override {
+    std::string note = std::string("its importer says: ") + message;
+    std::replace(note.begin(), note.end(), '\n', ' ');
+    constexpr std::string_view kLooksOrMotion[] = {"material", "texture",   "tangent",
+                                                   "binormal", "Bone",      "light",
+                                                   "camera",   "animation", "unsupported chunk"};
+    if (notes_.size() >= kMost || std::find(notes_.begin(), notes_.end(), note) != notes_.end() ||
+        std::any_of(std::begin(kLooksOrMotion), std::end(kLooksOrMotion),
+                    [&](std::string_view word) { return note.find(word) != std::string::npos; }))
+      return;
+    notes_.push_back(std::move(note));
+  }
 
-    void OnDebug(const char*) override {}
-    void OnVerboseDebug(const char*) override {}
-    void OnInfo(const char*) override {}
-    void OnWarn(const char*) override {}
-    void OnError(const char* message) override {
-      std::string note = std::string("its importer says: ") + message;
-      std::replace(note.begin(), note.end(), '\n', ' ');
-      if (is_of_looks_or_motion(note) || notes_.size() >= kMost) return;
-      if (std::find(notes_.begin(), notes_.end(), note) == notes_.end()) notes_.push_back(std::move(note));
-    }
-    static bool is_of_looks_or_motion(std::string_view text) {
-      constexpr std::string_view kWords[] = {"material", "texture", "tangent",   "binormal",         "Bone",
-                                             "light",    "camera",  "animation", "unsupported chunk"};
-      return std::any_of(std::begin(kWords), std::end(kWords),
-                         [&](std::string_view word) { return text.find(word) != std::string_view::npos; });
-    }
-
-    std::vector<std::string>& notes_;
-  };
+  std::vector<std::string>& notes_;
 };
 
 /// Returns a message about a failed import that tells the user what to do.
 std::string refusal(const Assimp::Importer& importer, const std::filesystem::path& path,
                     std::uint64_t max_memory_bytes) {
-  const std::string ending = ending_of(path), said = importer.GetErrorString();
-  if (ending.empty() || !importer.IsExtensionSupported("." + ending)) {
-    return "is in no format that is read (by its ending '" + ending +
+  const std::string extension = extension_of(path), reason = importer.GetErrorString();
+  if (extension.empty() || !importer.IsExtensionSupported("." + extension)) {
+    return "is in no format that is read (by its ending '" + extension +
            "'); allowed: STL, OBJ, PLY, OFF, glTF, COLLADA, 3MF, X, X3D, AMF, FBX and what else assimp reads";
   }
-  if (said.find("bad_alloc") != std::string::npos)
+  if (reason.find("bad_alloc") != std::string::npos)
     return "needs more memory than the " + std::to_string(max_memory_bytes >> 20) + " MiB allowed";
-  if (said.find("No suitable reader") != std::string::npos)
-    return "holds something else than its ending '" + ending + "' says, or a version of it that is not read";
-  return "is not a readable mesh" + (said.empty() ? ", the importer does not say why" : ": " + said);
+  if (reason.find("No suitable reader") != std::string::npos)
+    return "holds something else than its ending '" + extension +
+           "' says, or a version of it that is not read";
+  return "is not a readable mesh" + (reason.empty() ? ", the importer does not say why" : ": " + reason);
 }
 
 /// Returns a glTF 2 extension on which the shape of this file (.gltf, .glb) depends and which assimp ignores.
 /// Empty if there is none, or if the file has another format.
 std::string unread_gltf_extension(const std::filesystem::path& path) {
-  const std::string ending = ending_of(path);
-  if (ending != "gltf" && ending != "glb") return {};
+  if (const std::string format = extension_of(path); format != "gltf" && format != "glb") return {};
   const json lists = extension_lists(path);
   if (!lists.is_object()) return {};  // not JSON: the importer reports it
   for (const auto& [list, names] : lists.items()) {
@@ -166,7 +152,10 @@ const aiScene* read_scene(Assimp::Importer& importer, const std::filesystem::pat
     problem = "depends on the glTF extension " + extension + ", which is not read: export it without";
     return nullptr;
   }
-  const Complaints complaints(notes);
+  // Replaces assimp's logger in the whole process; null restores and deletes.
+  Assimp::DefaultLogger::set(new ErrorLog(notes));
+  const std::unique_ptr<void, void (*)(void*)> until_return(
+      &importer, [](void*) { Assimp::DefaultLogger::set(nullptr); });
   // Only the shape is needed. Normals and the like would also keep equal vertices apart.
   importer.SetPropertyInteger(AI_CONFIG_PP_RVC_FLAGS,
                               aiComponent_NORMALS | aiComponent_TANGENTS_AND_BITANGENTS | aiComponent_COLORS |

@@ -17,7 +17,8 @@
 #include <string>
 #include <string_view>
 
-#include "common/geometry/importer/assimp_mesh.hpp"
+#include "common/geometry/importer/confinement.hpp"
+#include "common/geometry/importer/importer.hpp"
 #include "common/geometry/mesh_answer.hpp"
 
 namespace phantom::geometry {
@@ -111,6 +112,7 @@ int main(int count, char** words) {
   const int answer = dup(STDOUT_FILENO);
   const int nowhere = open("/dev/null", O_WRONLY);
   if (answer < 0 || nowhere < 0 || dup2(nowhere, STDOUT_FILENO) < 0) return 1;
+  if (!confine_this_process()) return 1;
   const bool sent = import_and_send(words[1], options, answer);
   _exit(sent ? 0 : 1);  // no destructors: freeing the scene of a damaged file could crash
 }

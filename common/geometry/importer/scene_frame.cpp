@@ -1,5 +1,3 @@
-#include "common/geometry/importer/scene_frame.hpp"
-
 #include <assimp/commonMetaData.h>
 #include <assimp/scene.h>
 #include <unzip.h>
@@ -9,6 +7,7 @@
 #include <fstream>
 #include <memory>
 
+#include "common/geometry/importer/importer.hpp"
 #include "common/geometry/mesh_import.hpp"
 
 namespace phantom::geometry::detail {

@@ -134,5 +134,20 @@ TEST(Polygonise, NothingInsideGivesNothing) {
   EXPECT_TRUE(polygonise(*implicit_intersection({implicit_sphere(0.1), apart})).mesh.triangles.empty());
 }
 
+TEST(Polygonise, EndsWithoutAMeshWhenItsBudgetIsUsedUp) {
+  const auto f = Formula::parse("sin(900*x)*sin(900*y)*sin(900*z)", {"x", "y", "z"});
+  ASSERT_TRUE(f);
+  const auto solid = implicit_formula(*f, {Vector3d::Constant(-0.3), Vector3d::Constant(0.3)});
+  core::WorkBudget budget(10'000'000);
+  EXPECT_TRUE(polygonise(*solid, {.budget = &budget}).mesh.triangles.empty());
+  EXPECT_TRUE(budget.exceeded());
+  EXPECT_LE(budget.spent(), 10'000'000 + 4 * core::WorkMeter::kEvery);
+  core::WorkBudget enough;
+  const auto ball =
+      implicit_placed(implicit_union({implicit_sphere(0.1), implicit_box({0.1, 0.1, 0.3})}), {});
+  EXPECT_FALSE(polygonise(*ball, {.budget = &enough}).mesh.triangles.empty());
+  EXPECT_GT(enough.spent(), 0U);
+}
+
 }  // namespace
 }  // namespace phantom::geometry

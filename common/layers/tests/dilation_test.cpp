@@ -1,9 +1,8 @@
-#include "common/layers/dilation.hpp"
-
 #include <gtest/gtest.h>
 #include <hwy/targets.h>
 
 #include "common/geometry/primitives.hpp"
+#include "common/layers/layers.hpp"
 #include "common/layers/tests/method_twins.hpp"
 #include "common/voxelise/tests/random_solid.hpp"
 

@@ -1,10 +1,7 @@
-#include "common/layers/layer_methods.hpp"
-
 #include <gtest/gtest.h>
 
 #include "common/geometry/primitives.hpp"
-#include "common/layers/inside.hpp"
-#include "common/layers/surface_layers.hpp"
+#include "common/layers/layers.hpp"
 #include "common/layers/tests/method_twins.hpp"
 #include "common/voxelise/tests/random_solid.hpp"
 
@@ -54,6 +51,48 @@ TEST(SurfaceLayers, EqualTheLiteralTwinOfABodyThatHangsOverTheGrid) {
   const auto mesh = geometry::make_box({0.3F, 0.2F, 0.1F})
                         .transformed({geometry::rotation_from_rpy(1.0, 0.2, 0.3), {-0.12, 0.1, 0.49}});
   expect_surface_like_the_twin(mesh, profile_with(1));
+}
+
+TEST(LayerSteps, AreCountedBeforeAnyWorkAndForEachSearch) {
+  const auto mesh = tilted_cylinder();
+  for (const auto method : {workspace::LayerMethod::kDistance, workspace::LayerMethod::kDilation,
+                            workspace::LayerMethod::kSurface}) {
+    auto profile = profile_with(1);
+    profile.method = method;
+    const voxelise::SolidVoxels solid = *voxelise::voxelise(mesh, kOffGrid, voxelise_clip(kOffGrid, profile));
+    const workspace::VoxelBox part = workspace::VoxelBox::of(kOffGrid);
+    const std::uint64_t least = layer_steps(solid, profile, part);
+    EXPECT_GT(least, 1000U);
+    core::WorkBudget enough;
+    EXPECT_FALSE(lay_layers(mesh, solid, profile, kOffGrid, part, {2, {}, &enough}).keys().empty());
+    EXPECT_GE(enough.spent(), least);
+    if (method == workspace::LayerMethod::kSurface) {
+      EXPECT_GT(enough.spent(), 50 * least) << "its searches are not counted";
+    }
+    for (const std::uint64_t most : {std::uint64_t{0}, least - 1, enough.spent() / 2}) {
+      if (most >= enough.spent()) continue;
+      core::WorkBudget little(most);
+      EXPECT_TRUE(lay_layers(mesh, solid, profile, kOffGrid, part, {2, {}, &little}).keys().empty() ||
+                  little.exceeded());
+      EXPECT_TRUE(little.exceeded());
+      if (method == workspace::LayerMethod::kSurface) {
+        EXPECT_LT(little.spent(), most + 100 * core::WorkMeter::kEvery + least);
+      }
+    }
+  }
+}
+
+TEST(LayerSteps, RiseWithEachLayerThatDilationGrows) {
+  const auto mesh = tilted_cylinder();
+  auto one = profile_with(0);
+  one.method = workspace::LayerMethod::kDilation;
+  const voxelise::SolidVoxels solid = *voxelise::voxelise(mesh, kOffGrid, voxelise_clip(kOffGrid, one));
+  auto distance = one;
+  distance.method = workspace::LayerMethod::kDistance;
+  const workspace::VoxelBox part = workspace::VoxelBox::of(kOffGrid);
+  const std::uint64_t passes = 1 + one.thickness_vox.size();
+  EXPECT_NEAR(static_cast<double>(layer_steps(solid, one, part)),
+              static_cast<double>(passes * layer_steps(solid, distance, part)), static_cast<double>(passes));
 }
 
 TEST(SurfaceLayers, KnowTheExactDistanceOfASphere) {

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <climits>
 #include <cstring>
 #include <random>
 
@@ -253,6 +254,68 @@ TEST_F(Live, EndsWhenAskedToAndStaysAsItWas) {
   ASSERT_FALSE(ended);
   EXPECT_EQ(ended.status().code(), core::ErrorCode::kUnavailable);
   expect_as_before();
+}
+
+/// Merging, which follows activation, is asked again and again. Whenever it ends, in place or with other
+/// codes, everything is as it was.
+class MergingEnds : public testing::TestWithParam<workspace::LayerProfile> {};
+
+TEST_P(MergingEnds, WheneverItIsAskedToAndStaysAsItWas) {
+  const workspace::GridSpec grid{{-1.5, -1.5, -1.5}, 0.01, {300, 300, 300}};
+  const Body ball{"ball", 1, geometry::make_sphere(0.5, 3), kCell};
+  const Body next{"next", 2,
+                  geometry::make_box({1.6, 1.6, 1.6}).transformed({Eigen::Matrix3d::Identity(), {0.3, 0, 0}}),
+                  GetParam()};
+  LiveWorkspace live(grid, MergeLaw::kHighestViscosity);
+  const LiveBody first[] = {{&ball, 0}}, second[] = {{&next, 0}};
+  ASSERT_TRUE(live.add(first, 1));
+  const workspace::Workspace before = live.workspace();
+  int asked = 0, until = INT_MAX;
+  ActivationOptions options;
+  options.keep_going = [&] { return ++asked <= until; };
+  int activating = 0;
+  options.on_progress = [&](double) { activating = asked; };
+  LiveWorkspace whole = live;
+  ASSERT_TRUE(whole.add(second, 2, options));
+  const int all = asked;
+  ASSERT_GE(all, activating + 4) << "merging is not asked often enough for this test";
+  for (until = activating; until < all; ++until) {
+    asked = 0;
+    const auto ended = live.add(second, 2, options);
+    ASSERT_FALSE(ended) << until;
+    EXPECT_EQ(ended.status().code(), core::ErrorCode::kUnavailable);
+    EXPECT_EQ(live.content_hash(), before.content_hash());
+    EXPECT_EQ(live.workspace().content_hash(), before.content_hash());
+    EXPECT_EQ(live.object_count(), 1U);
+  }
+  until = INT_MAX;
+  ASSERT_TRUE(live.add(second, 2, options));
+  EXPECT_EQ(live.content_hash(), whole.workspace().content_hash());
+}
+
+INSTANTIATE_TEST_SUITE_P(CodesStayOrShift, MergingEnds, testing::Values(kCell, kOwn));
+
+TEST_F(Live, WorkOfAChangeIsCountedAndOneStepTooFewRefusesIt) {
+  const Body again = ball(1, {0.1, 0.1, 0.3}, kOwn);
+  const workspace::Workspace before = live_.workspace();
+  core::WorkBudget enough;
+  LiveWorkspace copy = live_;
+  ASSERT_TRUE(copy.move(again, 99, {.budget = &enough}));
+  core::WorkBudget exact(enough.spent()), little(enough.spent() - 1);
+  copy = live_;
+  EXPECT_TRUE(copy.move(again, 99, {.budget = &exact}));
+  const auto refused = live_.move(again, 99, {.budget = &little});
+  ASSERT_FALSE(refused);
+  EXPECT_THAT(refused.status().message(), HasSubstr("merging its layers takes more than"));
+  EXPECT_EQ(live_.workspace().content_hash(), before.content_hash());
+}
+
+TEST(MergeSteps, RiseWithBricksAndObjects) {
+  const std::uint64_t million = 1'000'000;
+  EXPECT_LT(LiveWorkspace::merge_steps(937, 17, 2 * 937), 10 * million);        // the shipped cell, all of it
+  EXPECT_GT(LiveWorkspace::merge_steps(262'144, 1, 262'144), 1000 * million);   // the largest workspace
+  EXPECT_GT(LiveWorkspace::merge_steps(64'000, 4096, 64'000), 1000 * million);  // many bricks of many objects
+  EXPECT_LT(LiveWorkspace::merge_steps(27, 4096, 27 * 4096), 100 * million);    // a small one among many
 }
 
 TEST(LiveProgress, RisesOverAllBodiesAndTellsOfEach) {

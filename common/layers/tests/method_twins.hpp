@@ -3,7 +3,7 @@
 // Slow, literal statements of the dilation and surface methods and of the layers inside a body.
 
 #include "common/geometry/point_triangle.hpp"
-#include "common/layers/dilation.hpp"
+#include "common/layers/layers.hpp"
 #include "common/layers/tests/object_voxels.hpp"
 #include "common/voxelise/tests/literal_twins.hpp"
 

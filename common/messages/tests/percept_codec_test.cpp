@@ -12,24 +12,29 @@ namespace phantom::messages {
 namespace {
 
 // Enumerations travel as numbers: both lists must count alike.
-static_assert(static_cast<int>(teleop::DragMode::kSeparable) == msg::DRAG_SEPARABLE);
-static_assert(static_cast<int>(teleop::DragMode::kCoupled) == msg::DRAG_COUPLED);
-static_assert(static_cast<int>(percept::MotionClass::kNone) == msg::MOTION_NONE);
-static_assert(static_cast<int>(percept::MotionClass::kSafe) == msg::MOTION_SAFE);
-static_assert(static_cast<int>(percept::MotionClass::kNeutral) == msg::MOTION_NEUTRAL);
-static_assert(static_cast<int>(percept::MotionClass::kDangerous) == msg::MOTION_DANGEROUS);
-static_assert(static_cast<int>(percept::HitRule::kNone) == msg::HIT_NONE);
-static_assert(static_cast<int>(percept::HitRule::kVeryClose) == msg::HIT_VERY_CLOSE);
-static_assert(static_cast<int>(percept::HitRule::kModerateMoving) == msg::HIT_MODERATE_MOVING);
-static_assert(static_cast<int>(percept::HitRule::kFarNearing) == msg::HIT_FAR_NEARING);
-static_assert(static_cast<int>(PerceptCondition::kFresh) == msg::PERCEPT_FRESH);
-static_assert(static_cast<int>(PerceptCondition::kWorkspaceUnattended) == msg::PERCEPT_WORKSPACE_UNATTENDED);
-static_assert(static_cast<int>(PerceptCondition::kWorkspaceBehind) == msg::PERCEPT_WORKSPACE_BEHIND);
-static_assert(static_cast<int>(PerceptCondition::kWorkspaceStale) == msg::PERCEPT_WORKSPACE_STALE);
-static_assert(static_cast<int>(PerceptCondition::kNoWorkspace) == msg::PERCEPT_NO_WORKSPACE);
-static_assert(static_cast<int>(PerceptCondition::kNoState) == msg::PERCEPT_NO_STATE);
-static_assert(static_cast<int>(PerceptCondition::kStateStale) == msg::PERCEPT_STATE_STALE);
-static_assert(static_cast<int>(PerceptCondition::kSelfTestFailed) == msg::PERCEPT_SELF_TEST_FAILED);
+static_assert(static_cast<int>(teleop::DragMode::kSeparable) == msg::DragMode::DRAG_SEPARABLE);
+static_assert(static_cast<int>(teleop::DragMode::kCoupled) == msg::DragMode::DRAG_COUPLED);
+static_assert(static_cast<int>(percept::MotionClass::kNone) == msg::MotionClass::MOTION_NONE);
+static_assert(static_cast<int>(percept::MotionClass::kSafe) == msg::MotionClass::MOTION_SAFE);
+static_assert(static_cast<int>(percept::MotionClass::kNeutral) == msg::MotionClass::MOTION_NEUTRAL);
+static_assert(static_cast<int>(percept::MotionClass::kDangerous) == msg::MotionClass::MOTION_DANGEROUS);
+static_assert(static_cast<int>(percept::HitRule::kNone) == msg::HitRule::HIT_NONE);
+static_assert(static_cast<int>(percept::HitRule::kVeryClose) == msg::HitRule::HIT_VERY_CLOSE);
+static_assert(static_cast<int>(percept::HitRule::kModerateMoving) == msg::HitRule::HIT_MODERATE_MOVING);
+static_assert(static_cast<int>(percept::HitRule::kFarNearing) == msg::HitRule::HIT_FAR_NEARING);
+static_assert(static_cast<int>(PerceptCondition::kFresh) == msg::PerceptCondition::PERCEPT_FRESH);
+static_assert(static_cast<int>(PerceptCondition::kWorkspaceUnattended) ==
+              msg::PerceptCondition::PERCEPT_WORKSPACE_UNATTENDED);
+static_assert(static_cast<int>(PerceptCondition::kWorkspaceBehind) ==
+              msg::PerceptCondition::PERCEPT_WORKSPACE_BEHIND);
+static_assert(static_cast<int>(PerceptCondition::kWorkspaceStale) ==
+              msg::PerceptCondition::PERCEPT_WORKSPACE_STALE);
+static_assert(static_cast<int>(PerceptCondition::kNoWorkspace) ==
+              msg::PerceptCondition::PERCEPT_NO_WORKSPACE);
+static_assert(static_cast<int>(PerceptCondition::kNoState) == msg::PerceptCondition::PERCEPT_NO_STATE);
+static_assert(static_cast<int>(PerceptCondition::kStateStale) == msg::PerceptCondition::PERCEPT_STATE_STALE);
+static_assert(static_cast<int>(PerceptCondition::kSelfTestFailed) ==
+              msg::PerceptCondition::PERCEPT_SELF_TEST_FAILED);
 
 using testing::HasSubstr;
 
@@ -146,7 +151,7 @@ TEST(DragFieldCodec, WhatCannotBeTrueIsRefused) {
   EXPECT_THAT(refusal([](auto& m) { m.coupled()[27] = kNoNumbers[0]; }), HasSubstr("matrix"));
   EXPECT_EQ(refusal([](auto& m) { m.coupled()[27] = -0.1; }), "") << "off the diagonal anything may be";
   EXPECT_EQ(refusal([](auto& m) {
-              m.mode(msg::DRAG_SEPARABLE);
+              m.mode(msg::DragMode::DRAG_SEPARABLE);
               m.coupled()[27] = kNoNumbers[0];
             }),
             "")

@@ -14,19 +14,20 @@ namespace phantom::messages {
 namespace {
 
 // Enumerations travel as numbers: both lists must count alike.
-static_assert(static_cast<int>(teleop::LinkState::kInit) == msg::LINK_INIT);
-static_assert(static_cast<int>(teleop::LinkState::kReady) == msg::LINK_READY);
-static_assert(static_cast<int>(teleop::LinkState::kAligned) == msg::LINK_ALIGNED);
-static_assert(static_cast<int>(teleop::LinkState::kCoupled) == msg::LINK_COUPLED);
-static_assert(static_cast<int>(teleop::LinkState::kDegraded) == msg::LINK_DEGRADED);
-static_assert(static_cast<int>(teleop::LinkState::kStopped) == msg::LINK_STOPPED);
-static_assert(static_cast<int>(teleop::StopCause::kNone) == msg::STOP_NONE);
-static_assert(static_cast<int>(teleop::StopCause::kEmergency) == msg::STOP_EMERGENCY);
-static_assert(static_cast<int>(teleop::StopCause::kDriveFault) == msg::STOP_DRIVE_FAULT);
-static_assert(static_cast<int>(teleop::StopCause::kPartner) == msg::STOP_PARTNER);
-static_assert(static_cast<int>(teleop::BilateralLaw::kPf) == msg::LAW_PF);
-static_assert(static_cast<int>(teleop::BilateralLaw::kPeff) == msg::LAW_PEFF);
-static_assert(static_cast<int>(false) == msg::VIEW_MAIN && static_cast<int>(true) == msg::VIEW_HIT);
+static_assert(static_cast<int>(teleop::LinkState::kInit) == msg::LinkState::LINK_INIT);
+static_assert(static_cast<int>(teleop::LinkState::kReady) == msg::LinkState::LINK_READY);
+static_assert(static_cast<int>(teleop::LinkState::kAligned) == msg::LinkState::LINK_ALIGNED);
+static_assert(static_cast<int>(teleop::LinkState::kCoupled) == msg::LinkState::LINK_COUPLED);
+static_assert(static_cast<int>(teleop::LinkState::kDegraded) == msg::LinkState::LINK_DEGRADED);
+static_assert(static_cast<int>(teleop::LinkState::kStopped) == msg::LinkState::LINK_STOPPED);
+static_assert(static_cast<int>(teleop::StopCause::kNone) == msg::StopCause::STOP_NONE);
+static_assert(static_cast<int>(teleop::StopCause::kEmergency) == msg::StopCause::STOP_EMERGENCY);
+static_assert(static_cast<int>(teleop::StopCause::kDriveFault) == msg::StopCause::STOP_DRIVE_FAULT);
+static_assert(static_cast<int>(teleop::StopCause::kPartner) == msg::StopCause::STOP_PARTNER);
+static_assert(static_cast<int>(teleop::BilateralLaw::kPf) == msg::BilateralLaw::LAW_PF);
+static_assert(static_cast<int>(teleop::BilateralLaw::kPeff) == msg::BilateralLaw::LAW_PEFF);
+static_assert(static_cast<int>(false) == msg::ViewKind::VIEW_MAIN &&
+              static_cast<int>(true) == msg::ViewKind::VIEW_HIT);
 
 using testing::HasSubstr;
 
@@ -82,8 +83,8 @@ TEST(SlaveStateCodec, TheMessageSaysItFieldByField) {
   EXPECT_TRUE(slave.external_torque_measured());
   EXPECT_EQ(slave.external_torque_Nm()[2], -4.5 * 3);
   EXPECT_EQ(slave.joint_count(), 7U);
-  EXPECT_EQ(slave.state(), msg::LINK_DEGRADED);
-  EXPECT_EQ(slave.stop_cause(), msg::STOP_DRIVE_FAULT);
+  EXPECT_EQ(slave.state(), msg::LinkState::LINK_DEGRADED);
+  EXPECT_EQ(slave.stop_cause(), msg::StopCause::STOP_DRIVE_FAULT);
   EXPECT_EQ(slave.stop(), 44U);
   EXPECT_EQ(slave.loop_torque_Nm()[1], 3.5 * 2);
   EXPECT_EQ(slave.master_echo().sequence_number(), 41U);
@@ -104,10 +105,10 @@ TEST(MasterStateCodec, TheMessageSaysItFieldByField) {
   EXPECT_EQ(master.stamp().sequence_number(), 7U);
   EXPECT_EQ(master.stamp().monotonic_ns(), 123);
   EXPECT_EQ(master.stamp().session(), 99U);
-  EXPECT_EQ(master.state(), msg::LINK_COUPLED);
-  EXPECT_EQ(master.stop_cause(), msg::STOP_EMERGENCY);
+  EXPECT_EQ(master.state(), msg::LinkState::LINK_COUPLED);
+  EXPECT_EQ(master.stop_cause(), msg::StopCause::STOP_EMERGENCY);
   EXPECT_EQ(master.stop(), 44U);
-  EXPECT_EQ(master.law(), msg::LAW_PFFF);
+  EXPECT_EQ(master.law(), msg::BilateralLaw::LAW_PFFF);
   EXPECT_TRUE(master.feedback_damped());
   EXPECT_TRUE(master.feedback_limited());
   EXPECT_TRUE(master.force_missing());
@@ -158,7 +159,7 @@ void expect_side_is_checked(const Message& good) {
   EXPECT_EQ(refusal([](auto& m) { m.position_rad()[6] = 1e3; }), "") << "that joint has no limits";
 }
 
-TEST(SlaveStateCodec, WhatCannotBeTrueIsRefused) {
+TEST(SlaveStateCodec, SR11_WhatCannotBeTrueIsRefused) {
   const msg::SlaveState good = to_idl(a_slave_state());
   expect_side_is_checked(good);
   const Refusals<msg::SlaveState> refusal{good};
@@ -175,7 +176,7 @@ TEST(SlaveStateCodec, WhatCannotBeTrueIsRefused) {
             "contact_point_m is 1e+09; allowed: -10000 to 10000");
 }
 
-TEST(MasterStateCodec, WhatCannotBeTrueIsRefused) {
+TEST(MasterStateCodec, SR11_WhatCannotBeTrueIsRefused) {
   const msg::MasterState good = to_idl(a_master_state());
   expect_side_is_checked(good);
   const Refusals<msg::MasterState> refusal{good};

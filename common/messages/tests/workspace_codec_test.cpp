@@ -5,6 +5,7 @@
 
 #include <Eigen/Geometry>
 #include <cmath>
+#include <vector>
 
 #include "common/messages/tests/codec_cases.hpp"
 
@@ -45,6 +46,88 @@ TEST(WorkspaceObjectCodec, WhatCannotBeTrueIsRefused) {
             "X_WO.position_m is not finite");
   EXPECT_EQ(refusal([](auto& m) { m.green(1.5F); }), "green is 1.5; allowed: 0 to 1");
   EXPECT_THAT(refusal([](auto& m) { m.blue(std::nanf("")); }), HasSubstr("blue is not finite"));
+}
+
+WorkspaceVersion a_version() {
+  WorkspaceVersion version;
+  version.cell = "hot cell";
+  version.description.version = 7;
+  version.description.grid = {{-1.0, 2.0, 0.5}, 0.005, {80, 90, 100}};
+  version.description.palette_Pa_s_per_m = {0, 9, 32};
+  version.description.brick_count = 12;
+  version.description.content_hash = 0xfedcba9876543210U;
+  return version;
+}
+
+TEST(WorkspaceVersionCodec, ThereAndBackItIsTheSame) {
+  const WorkspaceVersion version = a_version();
+  const auto back = from_idl(to_idl(version));
+  ASSERT_TRUE(back) << back.status().message();
+  EXPECT_EQ(back->cell, "hot cell");
+  EXPECT_EQ(back->description.version, 7U);
+  EXPECT_EQ(back->description.grid.origin_m, version.description.grid.origin_m);
+  EXPECT_EQ(back->description.grid.voxel_size_m, 0.005);
+  EXPECT_EQ(back->description.grid.size_vox, version.description.grid.size_vox);
+  EXPECT_EQ(back->description.palette_Pa_s_per_m, version.description.palette_Pa_s_per_m);
+  EXPECT_EQ(back->description.brick_count, 12U);
+  EXPECT_EQ(back->description.content_hash, 0xfedcba9876543210U);
+}
+
+TEST(WorkspaceVersionCodec, WhatCannotBeTrueIsRefused) {
+  const Refusals<msg::WorkspaceVersion> refusal{to_idl(a_version())};
+  EXPECT_EQ(refusal([](auto&) {}), "");
+  EXPECT_EQ(refusal([](auto& m) { m.version(0); }), "version is 0; allowed: 1 or more");
+  EXPECT_THAT(refusal([](auto& m) { m.origin_m().y(kNoNumbers[0]); }), HasSubstr("origin_m is not finite"));
+  for (const double size_m : {0.0, -0.005, kNoNumbers[0], kNoNumbers[1]})
+    EXPECT_THAT(refusal([&](auto& m) { m.voxel_size_m(size_m); }), HasSubstr("voxel size is not above 0"));
+  for (const std::uint32_t size_vox : {0U, 8193U, 4'294'967'295U}) {
+    EXPECT_THAT(refusal([&](auto& m) { m.size_x_vox(size_vox); }), HasSubstr("allowed: 1 to 8192"));
+    EXPECT_THAT(refusal([&](auto& m) { m.size_y_vox(size_vox); }), HasSubstr("allowed: 1 to 8192"));
+    EXPECT_THAT(refusal([&](auto& m) { m.size_z_vox(size_vox); }), HasSubstr("allowed: 1 to 8192"));
+  }
+  EXPECT_NE(refusal([](auto& m) { m.palette({}); }), "");
+  EXPECT_NE(refusal([](auto& m) { m.palette({0, 32, 9}); }), "") << "a palette rises";
+  EXPECT_NE(refusal([](auto& m) { m.palette({1, 2}); }), "") << "its first entry is free space";
+}
+
+TEST(WorkspaceBrickCodec, ThereAndBackItIsTheSame) {
+  const std::vector<std::uint8_t> octets{1, 2, 3};
+  const msg::WorkspaceBrick message = to_idl(WorkspaceBrick{{1, 0, 255}, 4, octets});
+  const auto back = from_idl(message);
+  ASSERT_TRUE(back) << back.status().message();
+  EXPECT_EQ(back->key.x, 1);
+  EXPECT_EQ(back->key.y, 0);
+  EXPECT_EQ(back->key.z, 255);
+  EXPECT_EQ(back->version, 4U);
+  EXPECT_EQ(back->voxels_zstd.data(), message.voxels_zstd().data()) << "nothing is copied";
+  EXPECT_EQ(back->voxels_zstd.size(), 3U);
+  EXPECT_TRUE(from_idl(to_idl(WorkspaceBrick{{0, 0, 0}, 5, {}}))) << "a brick that does not exist any more";
+}
+
+TEST(WorkspaceBrickCodec, WhatCannotBeTrueIsRefused) {
+  const Refusals<msg::WorkspaceBrick> refusal{to_idl(WorkspaceBrick{{1, 2, 3}, 4, {}})};
+  EXPECT_EQ(refusal([](auto& m) { m.bx(-1); }), "bx is -1; allowed: 0 to 255");
+  EXPECT_EQ(refusal([](auto& m) { m.by(256); }), "by is 256; allowed: 0 to 255");
+  EXPECT_EQ(refusal([](auto& m) { m.bz(2'000'000'000); }), "bz is 2e+09; allowed: 0 to 255");
+}
+
+TEST(MeshChunkCodec, ThereAndBackItIsTheSame) {
+  expect_same_after_round_trip(MeshChunk{0xfedcba9876543210U, 2, 3, 9, 3, {1, 2, 3}});
+}
+
+TEST(MeshChunkCodec, WhatCannotBeTrueIsRefused) {
+  const Refusals<msg::MeshChunk> refusal{to_idl(MeshChunk{1, 2, 3, 9, 3, {1}})};
+  EXPECT_EQ(refusal([](auto&) {}), "");
+  EXPECT_EQ(refusal([](auto& m) { m.chunk(3); }), "chunk is 3; allowed: 0 to 2");
+  for (const std::uint32_t count : {0U, 4097U})
+    EXPECT_THAT(refusal([&](auto& m) { m.chunk_count(count); }), HasSubstr("allowed: 1 to 4096"));
+  for (const std::uint32_t count : {0U, 20'000'001U}) {
+    EXPECT_THAT(refusal([&](auto& m) { m.vertex_count(count); }), HasSubstr("vertex_count is"));
+    EXPECT_THAT(refusal([&](auto& m) { m.triangle_count(count); }), HasSubstr("triangle_count is"));
+  }
+  for (const std::size_t size : {std::size_t{0}, std::size_t{256 * 1024 + 1}})
+    EXPECT_THAT(refusal([&](auto& m) { m.data(std::vector<std::uint8_t>(size)); }),
+                HasSubstr("allowed: 1 to 262144"));
 }
 
 TEST(WorkspaceObjectCodec, OfARemovedOneOnlyItsIdIsLookedAt) {

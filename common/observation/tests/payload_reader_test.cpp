@@ -75,7 +75,9 @@ TEST(PayloadReader, GetsWhatAKeyedDurableWriterKeptForLateJoiners) {
   }
   Received notes;
   PayloadReader reader(here, {"workspace_object", "phantom::msg::WorkspaceObject", true},
-                       {.reliable = true, .transient_local = true, .depth = 0}, notes);
+                       {.reliability = diagnostics::Reliability::kReliable,
+                        .durability = diagnostics::Durability::kTransientLocal},
+                       notes, 0);
   EXPECT_TRUE(dds::eventually([&] { return notes.count() == 300; }));
   EXPECT_EQ(reader.rejected(), 0u);
 }
@@ -99,9 +101,9 @@ TEST(PayloadReader, ReadsOnePartitionIfAskedTo) {
   dds::Participant there("there", dds::test_network()), here("here", dds::test_network());
   Received own, other;
   const PayloadTopic topic{"acme", "acme::Note", false};
-  PayloadReader reader(here, topic, {.partition = "cell_7"}, own);
+  PayloadReader reader(here, topic, {.partitions = {"cell_7"}}, own);
   dds::Participant elsewhere("elsewhere", dds::test_network());
-  PayloadReader apart(elsewhere, topic, {.partition = "cell_8"}, other);
+  PayloadReader apart(elsewhere, topic, {.partitions = {"cell_8"}}, other);
   diagnostics::EndpointQos qos;
   qos.partitions = {"cell_7"};
   PayloadWriter writer(there, topic, qos, 1);
@@ -141,7 +143,7 @@ TEST(PayloadReader, CanGoWhileSamplesCome) {
   msg::SlaveState state;
   for (int i = 0; i < 5; ++i) {
     std::optional<Received> notes(std::in_place);
-    std::optional<PayloadReader> reader(std::in_place, here, kSlaveTopic, PayloadQos{}, *notes);
+    std::optional<PayloadReader> reader(std::in_place, here, kSlaveTopic, diagnostics::EndpointQos{}, *notes);
     ASSERT_TRUE(dds::eventually([&] {
       writer.write(state);
       return notes->count() > 0;
@@ -150,6 +152,27 @@ TEST(PayloadReader, CanGoWhileSamplesCome) {
     notes.reset();
     for (int more = 0; more < 10; ++more) writer.write(state);
   }
+}
+
+TEST(PayloadWriter, KeepsInstancesApartInAParticipantThatReadsTheSameType) {
+  dds::Participant here("here", dds::test_network()), late("late", dds::test_network());
+  const PayloadTopic topic{"state", "acme::State", true};
+  Received own, notes;
+  PayloadReader reader(here, topic, {}, own);  // knows the type first, without its key
+  diagnostics::EndpointQos qos;
+  qos.reliability = diagnostics::Reliability::kReliable;
+  qos.durability = diagnostics::Durability::kTransientLocal;
+  PayloadWriter writer(here, topic, qos, 1, [](std::span<const std::uint8_t> bytes, auto& instance) {
+    instance[0] = bytes[4];
+    return bytes[4] != 0;
+  });
+  for (const std::uint8_t id : std::vector<std::uint8_t>{1, 2, 1, 2})
+    EXPECT_TRUE(writer.write(std::vector<std::uint8_t>{0, 1, 0, 0, static_cast<std::uint8_t>(id)}));
+  EXPECT_FALSE(writer.write(std::vector<std::uint8_t>{0, 1, 0, 0, 0})) << "a sample without a key";
+  PayloadReader later(late, topic, qos, notes, 0);
+  ASSERT_TRUE(dds::eventually([&] { return notes.count() >= 2; }));
+  const std::lock_guard lock(notes.mutex);
+  EXPECT_EQ(notes.samples[0].bytes[4] + notes.samples[1].bytes[4], 3) << "the newest of each instance";
 }
 
 TEST(PayloadReader, ATopicOfAnotherTypeInThisParticipantIsRefusedInWords) {

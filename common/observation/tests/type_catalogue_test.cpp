@@ -51,8 +51,8 @@ TEST(TypeCatalogue, APerceptComesBackWithNamesOfItsEnums) {
   msg::Percept percept;
   percept.stamp().sequence_number(42);
   percept.stamp().session(0xfedcba9876543210U);
-  percept.condition(msg::PERCEPT_WORKSPACE_STALE);
-  percept.motion(msg::MOTION_DANGEROUS);
+  percept.condition(msg::PerceptCondition::PERCEPT_WORKSPACE_STALE);
+  percept.motion(msg::MotionClass::MOTION_DANGEROUS);
   percept.closeness(std::nan(""));
   percept.pgv().y(-0.25);
   percept.drag_torque_Nm()[2] = 1.5;
@@ -71,7 +71,7 @@ TEST(TypeCatalogue, SequencesOfStructsComeBack) {
   msg::ComponentStatus status;
   status.component_name("slave_io");
   status.host("desk");
-  status.state(msg::COMPONENT_DEGRADED);
+  status.state(msg::ComponentState::COMPONENT_DEGRADED);
   for (int i = 0; i < 3; ++i) {
     msg::Figure figure;
     figure.name("figure " + std::to_string(i));

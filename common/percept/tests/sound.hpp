@@ -10,9 +10,11 @@ namespace phantom::percept {
 
 inline constexpr double kRate_Hz = 48000.0;
 
+/// Returns percept and alarm added together.
 inline std::vector<float> render(ToneSynthesizer& synthesizer, double duration_s) {
-  std::vector<float> samples(static_cast<std::size_t>(std::lround(duration_s * kRate_Hz)));
-  synthesizer.render(samples);
+  std::vector<float> samples(static_cast<std::size_t>(std::lround(duration_s * kRate_Hz))), alarm(samples);
+  synthesizer.render(samples, alarm);
+  for (std::size_t i = 0; i < samples.size(); ++i) samples[i] += alarm[i];
   return samples;
 }
 

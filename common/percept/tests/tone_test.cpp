@@ -57,7 +57,7 @@ TEST(ToneLaw, ExponentialStepsOfClosenessAreEqualIntervals) {
 
 TEST(ToneLaw, LinearStepsOfClosenessAreEqualFrequencySteps) {
   ToneLaw law;
-  law.pitch = PitchLaw::kLinear;
+  law.pitch = MappingLaw::kLinear;
   EXPECT_NEAR(tone_of(law, 0.5, 0.1).frequency_Hz, 990.0, 1e-9);
   EXPECT_NEAR(tone_of(law, 0.25, 0.1).frequency_Hz, 605.0, 1e-9);
 }
@@ -90,7 +90,7 @@ TEST(ToneLaw, NotANumberIsSilence) {
 
 TEST(ToneLaw, PowerStepsLieAsTheirExponentHasThem) {
   ToneLaw law;
-  law.pitch = PitchLaw::kPower;
+  law.pitch = MappingLaw::kPower;
   law.pitch_exponent = 2.0;
   EXPECT_NEAR(tone_of(law, 0.5, 0.1).frequency_Hz, 220.0 + 1540.0 * 0.25, 1e-9);
   law.pitch_exponent = 0.5;
@@ -98,8 +98,8 @@ TEST(ToneLaw, PowerStepsLieAsTheirExponentHasThem) {
 }
 
 TEST(ToneLaw, EveryLawRunsFromEndToEndAndRises) {
-  for (const PitchLaw pitch : {PitchLaw::kExponential, PitchLaw::kPower, PitchLaw::kLinear}) {
-    for (const LevelLaw level : {LevelLaw::kPower, LevelLaw::kExponential, LevelLaw::kLinear}) {
+  for (const MappingLaw pitch : {MappingLaw::kExponential, MappingLaw::kPower, MappingLaw::kLinear}) {
+    for (const MappingLaw level : {MappingLaw::kPower, MappingLaw::kExponential, MappingLaw::kLinear}) {
       ToneLaw law;
       law.pitch = pitch;
       law.level = level;
@@ -121,10 +121,10 @@ TEST(ToneLaw, EveryLawRunsFromEndToEndAndRises) {
 
 TEST(ToneLaw, ExponentialStepsOfSpeedAreEqualStepsInDecibels) {
   ToneLaw law;
-  law.level = LevelLaw::kExponential;
+  law.level = MappingLaw::kExponential;
   const auto gain = [&](double speed_m_s) { return tone_of(law, 0.5, speed_m_s).gain; };
   EXPECT_NEAR(gain(0.10) / gain(0.05), gain(0.25) / gain(0.20), 1e-9);
-  law.level = LevelLaw::kLinear;
+  law.level = MappingLaw::kLinear;
   EXPECT_NEAR(gain(0.10) - gain(0.05), gain(0.25) - gain(0.20), 1e-9);
 }
 
@@ -237,12 +237,12 @@ TEST(ToneSynthesizer, NoClickAcrossPeriods) {
 
 TEST(ToneSynthesizer, UsesNoHeap) {
   ToneSynthesizer synthesizer;
-  std::array<float, 240> period{};
+  std::array<float, 240> period{}, alarm{};
   const test::HeapGuard guard;
   for (int i = 0; i < 1000; ++i) {
     synthesizer.set_tone(tone_of({}, i % 100 * 0.01, i % 7 * 0.05));
     if (i % 100 == 0) synthesizer.start_alarm(static_cast<Alarm>(i / 130));
-    synthesizer.render(period);
+    synthesizer.render(period, alarm);
   }
 }
 

@@ -2,7 +2,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "common/recording/checksum.hpp"
 #include "common/recording/mcap_check.hpp"
 #include "common/recording/tests/memory_file.hpp"
 

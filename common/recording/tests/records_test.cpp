@@ -1,7 +1,6 @@
 // Every kind of record comes back from its bytes, and no cut of them is taken for one.
 #include <gtest/gtest.h>
 
-#include "common/recording/checksum.hpp"
 #include "common/recording/mcap_records.hpp"
 
 namespace phantom::recording {

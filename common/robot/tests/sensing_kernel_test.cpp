@@ -9,8 +9,9 @@
 #include <set>
 #include <string>
 
-#include "common/robot/aligned.hpp"
+#include "common/robot/tests/sensing_kernel_twin.hpp"
 #include "common/robot/tests/test_worlds.hpp"
+#include "common/workspace/aligned.hpp"
 
 namespace phantom::robot::kernel {
 namespace {
@@ -58,10 +59,10 @@ struct Case {
 
   workspace::Workspace world;
   Field field;
-  AlignedVector<double> x, y, z, weight, mu;
+  workspace::AlignedVector<double> x, y, z, weight, mu;
   Points points;
   std::vector<Block> blocks;
-  AlignedVector<std::int32_t> x_steps, y_steps, z_steps;
+  workspace::AlignedVector<std::int32_t> x_steps, y_steps, z_steps;
   Offsets offsets{};
   ToVoxels to;
   std::vector<float> palette;

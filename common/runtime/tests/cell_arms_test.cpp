@@ -12,7 +12,7 @@
 #include "common/core/units.hpp"
 #include "common/runtime/arm_model.hpp"
 #include "common/runtime/cell.hpp"
-#include "common/runtime/config_reader.hpp"
+#include "common/runtime/fields.hpp"
 #include "tests/support/files.hpp"
 
 namespace phantom::runtime {

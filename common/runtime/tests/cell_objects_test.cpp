@@ -9,7 +9,7 @@
 
 #include "common/geometry/primitives.hpp"
 #include "common/runtime/cell_bodies.hpp"
-#include "common/runtime/config_reader.hpp"
+#include "common/runtime/fields.hpp"
 #include "tests/support/files.hpp"
 
 namespace phantom::runtime {
@@ -312,6 +312,21 @@ TEST_F(CellObjects, RealBodiesStandWhereTheirDeviationPutsThem) {
       read("primitive: {sphere: {radius_m: 0.1}}\nreal_deviation: {xyz_m: [0.01, 0, 0]}"));
   EXPECT_NEAR(load_real_bodies(cell_).at(0).mesh_W.bounding_box().max_m.x(), 0.11, 1e-4);
   EXPECT_NEAR(load_bodies(cell_).at(0).body.mesh_W.bounding_box().max_m.x(), 0.1, 1e-4);
+}
+
+TEST_F(CellObjects, AliasesThatMakeMuchOfLittleAreRefused) {
+  std::string text = "csg_0: &s0 {sphere: {radius_m: 0.1}}\n";
+  std::string last = "s0";
+  for (int level = 1; level <= 5; ++level) {
+    const std::string name = "s" + std::to_string(level);
+    text += "k" + name + ": &" + name + " {union: [";
+    for (int i = 0; i < 6; ++i) text += (i == 0 ? "*" : ", *") + last;
+    text += "]}\n";
+    last = name;
+  }
+  EXPECT_THAT([&] { read(text + "csg: *" + last); },
+              ThrowsMessage<ConfigError>(AllOf(HasSubstr("aliases"), HasSubstr("allowed: at most"))));
+  EXPECT_THAT([&] { read("csg: &a {union: [*a]}"); }, ThrowsMessage<ConfigError>(HasSubstr("cell.yaml")));
 }
 
 }  // namespace

@@ -6,7 +6,7 @@
 
 #include <fstream>
 
-#include "common/runtime/config_reader.hpp"
+#include "common/runtime/fields.hpp"
 #include "tests/support/files.hpp"
 
 namespace phantom::runtime {

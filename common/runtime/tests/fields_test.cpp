@@ -8,6 +8,7 @@
 namespace phantom::runtime {
 namespace {
 
+using testing::AllOf;
 using testing::HasSubstr;
 using testing::ThrowsMessage;
 
@@ -119,9 +120,9 @@ TEST(Fields, TheTableIsAFileItself) {
 }
 
 TEST(Fields, EveryFaultNamesFileLineKeyValueAndWhatTheTableAllows) {
-  const auto refused = [](const std::string& yaml, const std::string& told) {
+  const auto refused = [](const std::string& yaml, const std::string& expected) {
     EXPECT_THAT([&] { cart("angle_deg: 1\n" + yaml); },
-                ThrowsMessage<ConfigError>(HasSubstr(".yaml:2: " + told)));
+                ThrowsMessage<ConfigError>(HasSubstr(".yaml:2: " + expected)));
   };
   refused("length_mm: 0.5", "length_mm: '0.5' is out of range; allowed: 1 to 1000 mm");
   refused("weights: [2]", "weights: is out of range; allowed: 0 to 1 kg");
@@ -147,6 +148,121 @@ TEST(Fields, WhatTheTableDoesNotHaveIsAMistakeOfTheCode) {
   EXPECT_THROW(file.number("seats", number), std::logic_error)
       << "it stands in section ride, and in a comment";
   EXPECT_THROW(file.section("ride").choice("mood", number, {{"brisk", 1}, {"calm", 2}}), std::logic_error);
+}
+
+Fields read_text(const std::string& yaml) {
+  return Fields::from_text(yaml, "arm.yaml", {R"(
+rate_hz: 1    # [required: 1 to 4000 Hz]
+name: ""      # [required]
+long: ""      # [1 to 8 bytes]
+on: true
+list: []
+point: []
+mount: {}
+parts: []
+  - a: 1
+mesh: a.stl   # [or: box, ball]
+box: 1
+ball: 2
+mode: slow    # [slow, quick]
+gone: 1       # [required]
+nan: 1
+text: 1
+half: 1
+a: 1
+loop:
+  rate_hz: 1
+)"});
+}
+
+TEST(StrictYaml, ReadsEveryKind) {
+  const Fields file = read_text(
+      "rate_hz: 1000\nname: wall\non: true\nlist: [1, 2]\npoint: [1, 2, 3]\n"
+      "mount: {xyz_m: [1, 0, 0], rpy_deg: [0, 0, 90]}\nparts: [{a: 1}, {a: 2}]\nmesh: m/a.stl\n");
+  EXPECT_EQ(file.value("rate_hz"), 1000.0);
+  EXPECT_EQ(file.value("half", 7), 7);
+  EXPECT_EQ(file.text("name"), "wall");
+  bool on = false;
+  file.flag("on", on);
+  EXPECT_TRUE(on);
+  std::vector<int> list;
+  file.numbers("list", list);
+  EXPECT_EQ(list.size(), 2u);
+  EXPECT_EQ(file.vector3("point").z(), 3.0);
+  const auto mount = file.pose("mount");
+  EXPECT_NEAR((mount * Eigen::Vector3d(1, 0, 0) - Eigen::Vector3d(1, 1, 0)).norm(), 0.0, 1e-12);
+  std::vector<double> parts;
+  for (const Fields& part : file.sections("parts")) parts.push_back(part.value("a"));
+  EXPECT_EQ(parts, (std::vector<double>{1, 2}));
+  EXPECT_EQ(file.path("mesh"), std::filesystem::path("m/a.stl"));
+  EXPECT_EQ(file.one_of("mesh"), "mesh");
+  EXPECT_NO_THROW(file.finish());
+}
+
+TEST(StrictYaml, EveryFaultNamesFileLineKeyValueAndWhatIsAllowed) {
+  const Fields file = read_text(
+      "a: 1\nrate_hz: 9000\nname: [1]\nmode: fast\npoint: [1, 2]\nnan: .nan\ntext: abc\nhalf: 0.5\n"
+      "box: 1\nball: 2\nlong: far too long\n");
+  EXPECT_THAT(
+      [&] { file.value("rate_hz"); },
+      ThrowsMessage<ConfigError>("arm.yaml:2: rate_hz: '9000' is out of range; allowed: 1 to 4000 Hz"));
+  EXPECT_THAT([&] { file.value("gone"); },
+              ThrowsMessage<ConfigError>(AllOf(HasSubstr("gone"), HasSubstr("missing"))));
+  EXPECT_THAT([&] { file.text("name"); }, ThrowsMessage<ConfigError>(HasSubstr("arm.yaml:3: name:")));
+  EXPECT_THAT([&] { file.text("long"); },
+              ThrowsMessage<ConfigError>(HasSubstr("has 12 bytes; allowed: 1 to 8 bytes")));
+  int mode = 0;
+  EXPECT_THAT(
+      [&] {
+        file.choice("mode", mode, {{"slow", 1}, {"quick", 2}});
+      },
+      ThrowsMessage<ConfigError>("arm.yaml:4: mode: 'fast' is not known; allowed: slow, quick"));
+  EXPECT_THAT([&] { file.vector3("point"); },
+              ThrowsMessage<ConfigError>(HasSubstr("has 2 numbers; allowed: three")));
+  EXPECT_THAT([&] { file.one_of("mesh"); },
+              ThrowsMessage<ConfigError>(
+                  "arm.yaml:10: ball: '2' stands beside box; allowed: one of mesh, box, ball"));
+  EXPECT_THAT([] { read_text("a: 1").one_of("mesh", "shape"); },
+              ThrowsMessage<ConfigError>("arm.yaml:1: names no shape; allowed: one of mesh, box, ball"));
+  EXPECT_THROW(file.value("nan"), ConfigError);
+  EXPECT_THROW(file.value("text"), ConfigError);
+  int half = 0;
+  EXPECT_THROW(file.number("half", half), ConfigError);
+}
+
+TEST(StrictYaml, TextMustBeUtf8) {
+  EXPECT_EQ(read_text("name: gefäß 部品\n").text("name"), "gefäß 部品");
+  // Latin 1; cut short; overlong; a surrogate; beyond Unicode.
+  for (const char* bytes : {"caf\xe9", "\xe9\x83", "\xc0\xaf", "\xed\xa0\x80", "\xf4\x90\x80\x80"}) {
+    EXPECT_THAT([&] { read_text("name: part\nnote: " + std::string(bytes) + "\n"); },
+                ThrowsMessage<ConfigError>("arm.yaml:2: holds a byte that is no text; allowed: UTF-8"))
+        << bytes;
+  }
+}
+
+TEST(StrictYaml, WhatIsNoFileIsRefusedAsThat) {
+  const FieldTable none{};
+  EXPECT_THAT([&] { Fields("/", none); }, ThrowsMessage<ConfigError>("/: is a folder; allowed: a file"));
+  EXPECT_THAT([&] { Fields("/dev/zero", none); }, ThrowsMessage<ConfigError>(HasSubstr("64 MiB")));
+  EXPECT_THAT([&] { Fields("/nowhere/x.yaml", none); },
+              ThrowsMessage<ConfigError>(HasSubstr("/nowhere/x.yaml: cannot be read")));
+}
+
+TEST(StrictYaml, UnknownAndRepeatedKeysAreRefusedAlsoWhenNested) {
+  const Fields file = read_text("half: 1\nloop: {rat_hz: 3}\n");
+  file.value("half");
+  file.section("loop").value("rate_hz", 1.0);
+  EXPECT_THAT([&] { file.finish(); },
+              ThrowsMessage<ConfigError>(
+                  "arm.yaml:2: loop.rat_hz: unknown key (did you mean rate_hz?); allowed: rate_hz"));
+  const Fields twice = read_text("a: 1\na: 2\n");
+  twice.value("a");
+  EXPECT_THAT([&] { twice.finish(); }, ThrowsMessage<ConfigError>(HasSubstr("stands twice")));
+}
+
+TEST(StrictYaml, BrokenFilesAreRefused) {
+  EXPECT_THAT([] { read_text("a: [1, 2\nb: 3"); }, ThrowsMessage<ConfigError>(HasSubstr("not valid YAML")));
+  EXPECT_THAT([] { read_text("- 1\n- 2\n"); }, ThrowsMessage<ConfigError>(HasSubstr("must be a mapping")));
 }
 
 }  // namespace

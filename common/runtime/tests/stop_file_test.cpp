@@ -55,7 +55,7 @@ TEST_F(StopFileTest, WhatWasWrittenIsReadByTheNext) {
 }
 
 // As kill -9 does it: no destructor, no flush.
-TEST_F(StopFileTest, OutlivesAKilledProcess) {
+TEST_F(StopFileTest, SR03_OutlivesAKilledProcess) {
   const StopRecord stop{42, StopCause::kEmergency};
   const pid_t child = fork();
   if (child == 0) {
@@ -76,7 +76,7 @@ TEST_F(StopFileTest, WritingIsRealTimeSafe) {
   file.write({});
 }
 
-TEST_F(StopFileTest, WhatIsDamagedCountsAsAStop) {
+TEST_F(StopFileTest, SR03_WhatIsDamagedCountsAsAStop) {
   std::filesystem::create_directories(folder_);
   const std::string unknown_cause("PHSTOP1\0\1\0\0\0\0\0\0\0\377\0\0\0", 20);
   for (const std::string& content :
@@ -131,7 +131,7 @@ TEST_F(StopFileTest, ADamagedFileOfAnotherProcessCountsAsAStop) {
   EXPECT_EQ(open().read(), StopRecord{});
 }
 
-TEST_F(StopFileTest, AFolderThatCannotBeWrittenIsToldBeforeAnythingStarts) {
+TEST_F(StopFileTest, SR03_AFolderThatCannotBeWrittenIsToldBeforeAnythingStarts) {
   try {
     const StopFile file("/proc/nothing", "slave_io", network_);
     FAIL() << "opened";

@@ -52,7 +52,7 @@ TEST(FeedbackRendering, EveryLawSettlesAtItsOwnGain) {
 }
 
 // Bumpless: laws, gains, contact and coupling change at random; no step of the torque exceeds the ramps'.
-TEST(FeedbackRendering, NothingThatIsSwitchedMakesAJump) {
+TEST(FeedbackRendering, SR10_NothingThatIsSwitchedMakesAJump) {
   auto p = parameters();
   p.contact_gain_ratio = 3.0;
   FeedbackRenderer renderer(p);
@@ -112,7 +112,7 @@ TEST(FeedbackRendering, ALawThatNeedsAMissingForceSensorIsSaidAndSilent) {
   EXPECT_NEAR(out.torque_Nm[0], -1.5, 1e-9);
 }
 
-TEST(FeedbackRendering, FadesOutWithinTheRampWhenUncoupled) {
+TEST(FeedbackRendering, SR07_FadesOutWithinTheRampWhenUncoupled) {
   FeedbackRenderer renderer(parameters());
   FeedbackInputs in = pushing();
   run(renderer, in, 1.0);
@@ -120,7 +120,23 @@ TEST(FeedbackRendering, FadesOutWithinTheRampWhenUncoupled) {
   EXPECT_EQ(run(renderer, in, 0.1 + 2 * kDt).torque_Nm[0], 0.0);
 }
 
-TEST(FeedbackRendering, NumbersThatAreNoneGiveNoTorque) {
+TEST(FeedbackRendering, WhatASlaveReportsAfterUncouplingIsNotFelt) {
+  FeedbackRenderer renderer(parameters());
+  FeedbackInputs in = pushing();
+  double before_Nm = run(renderer, in, 1.0).torque_Nm[0];
+  ASSERT_LT(before_Nm, -0.5);
+  in.coupled = false;
+  in.effort.loop_torque_Nm[0] = -400.0;  // it holds against something
+  for (int i = 0; before_Nm != 0.0; ++i) {
+    const double now_Nm = renderer.step(in, kDt).torque_Nm[0];
+    ASSERT_GT(now_Nm, before_Nm) << "it fades";
+    ASSERT_LE(now_Nm, 0.0) << "and does not change sides";
+    before_Nm = now_Nm;
+    ASSERT_LT(i, 200);
+  }
+}
+
+TEST(FeedbackRendering, SR08_SR11_NumbersThatAreNoneGiveNoTorque) {
   FeedbackRenderer renderer(parameters());
   FeedbackInputs in = pushing();
   run(renderer, in, 1.0);
@@ -144,7 +160,7 @@ TEST(FeedbackRendering, AGainThatIsNoneIsTheLawsOwn) {
 }
 
 // 6.97 N·m were felt where the cap is 4: the guard's damping came after the cap.
-TEST(FeedbackRendering, TheCapHoldsAfterThePassivityGuardsDamping) {
+TEST(FeedbackRendering, SR08_TheCapHoldsAfterThePassivityGuardsDamping) {
   auto p = parameters();
   p.passivity.enabled = true;
   p.passivity.damping_limit[0] = 10.0;  // no allowance, no store: it damps as soon as energy is given
@@ -172,7 +188,7 @@ FeedbackLoop shoulder() {
   return {.master_inertia = 0.05, .slave_inertia = 3.35, .slave_k_p = 8464, .slave_k_v = 337};
 }
 
-TEST(FeedbackRendering, AGrowingDelayHoldsTheGainAtWhatIsStableThenAndSaysSo) {
+TEST(FeedbackRendering, SR13_AGrowingDelayHoldsTheGainAtWhatIsStableThenAndSaysSo) {
   auto p = parameters();
   p.limits = FeedbackLimits({shoulder()});
   p.inverse_a[static_cast<std::size_t>(BilateralLaw::kSctfb)] = everywhere(0.01);

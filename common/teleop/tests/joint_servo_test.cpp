@@ -56,7 +56,7 @@ TEST(JointServo, BelowItsDelayMarginALoopComesToRestAndAboveItSwings) {
   EXPECT_EQ(delay_margin_s({}, 0.7), std::numeric_limits<double>::infinity());
 }
 
-TEST(JointServo, TorqueStaysWithinTheLimitWhateverComes) {
+TEST(JointServo, SR12_TorqueStaysWithinTheLimitWhateverComes) {
   std::mt19937 random(3);
   std::uniform_real_distribution<double> any(-1e6, 1e6);
   std::array<JointServoGains, core::kMaxJoints> gains{};
@@ -80,6 +80,64 @@ TEST(JointServo, TorqueStaysWithinTheLimitWhateverComes) {
       ASSERT_EQ(torque.drive_Nm[0], 0.0);
     }
   }
+}
+
+TEST(JointServo, AFeedForwardThatIsNotFiniteGivesNoTorque) {
+  const JointServo servo(1, {JointServoGains{1000, 50, 12}});
+  for (const double bad :
+       {kNan, std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()}) {
+    const auto torque = servo.step({0.001}, {}, {}, {}, {bad});
+    EXPECT_EQ(torque.drive_Nm[0], 0.0);
+    EXPECT_EQ(torque.loop_Nm[0], 0.0);
+  }
+  EXPECT_EQ(servo.step({0.001}, {}, {}, {}, {0.5}).drive_Nm[0], 1.5);
+}
+
+// Sampled as on a bus: the answer to one tick is in the next one's torque, which acts from the one after
+// that.
+double swing_after(const JointServo& servo, double inertia, double gap_s, double duration_s) {
+  double q = 0.1, v = 0.0, seen_q = q, seen_v = v, torque_Nm = 0.0, next_Nm = 0.0, most = 0.0;
+  for (double t = 0.0; t < duration_s; t += gap_s) {
+    torque_Nm = next_Nm;
+    next_Nm = servo.step({}, {}, {seen_q}, {seen_v}, {}, {.held_s = gap_s}).drive_Nm[0];
+    seen_q = q, seen_v = v;
+    q += v * gap_s + 0.5 * torque_Nm / inertia * gap_s * gap_s;
+    v += torque_Nm / inertia * gap_s;
+    if (t > 0.7 * duration_s) most = std::max(most, std::abs(q));
+  }
+  return most;
+}
+
+TEST(JointServo, SR18_HoweverLongTorquesActTheLoopComesToRestAndWithoutTheGuardItSwings) {
+  constexpr double kInertia = 2.0, kMaxSpeed = 1.2, kDelayPeriods = 2.5;
+  std::array<JointServoGains, core::kMaxJoints> gains{};
+  gains[0] = gains_for(kInertia, 8.0, 1.0, 60.0);
+  const JointServo plain(1, gains);
+  const HeldTorque held = held_torque(gains[0], kInertia, kMaxSpeed, kDelayPeriods);
+  EXPECT_NEAR(held.longest_s, 0.5 * delay_margin_s(gains[0], kInertia) / 2.5, 1e-12);
+  EXPECT_NEAR(held.longest_s, 0.00257, 0.00005) << "8 Hz: a gap of two and a half milliseconds";
+  const JointServo guarded(1, gains, {held});
+  for (const double gap_s : {0.004, 0.02, 0.05, 0.08}) {
+    EXPECT_LT(swing_after(guarded, kInertia, gap_s, 400.0 * gap_s), 1e-3) << gap_s;
+    if (gap_s > 0.01) {
+      EXPECT_GT(swing_after(plain, kInertia, gap_s, 400.0 * gap_s), 0.1) << gap_s;
+    }
+  }
+}
+
+TEST(JointServo, SR18_WhileTorquesActLongTheirImpulseIsBoundedAndTheFeedForwardIsNot) {
+  constexpr double kInertia = 2.0, kMaxSpeed = 1.2, kDelayPeriods = 2.5;
+  std::array<JointServoGains, core::kMaxJoints> gains{};
+  gains[0] = gains_for(kInertia, 8.0, 1.0, 60.0);
+  const JointServo servo(1, gains, {held_torque(gains[0], kInertia, kMaxSpeed, kDelayPeriods)});
+  for (const double held_s : {0.003, 0.01, 0.05, 0.5}) {
+    const auto torque = servo.step({100.0}, {}, {}, {}, {7.0}, {.held_s = held_s});
+    EXPECT_LE(torque.loop_Nm[0] * 3.0 * held_s / kInertia, 0.25 * kMaxSpeed + 1e-12) << held_s;
+    EXPECT_NEAR(torque.drive_Nm[0], std::min(torque.loop_Nm[0] + 7.0, 60.0), 1e-12) << "the weight is borne";
+    const auto none = servo.step({100.0}, {}, {std::nan("")}, {}, {7.0}, {.held_s = held_s});
+    EXPECT_EQ(none.drive_Nm[0], 0.0);
+  }
+  EXPECT_EQ(servo.step({100.0}, {}, {}, {}, {}, {.held_s = 0.002}).loop_Nm[0], 60.0) << "a punctual tick";
 }
 
 TEST(JointServo, LoopTorqueLeavesTheFeedForwardOut) {
@@ -115,7 +173,7 @@ TEST(JointServo, SettlesOnAStepThroughEncoders) {
   EXPECT_LT(overshoot, 0.03);
 }
 
-TEST(ReferenceLimiter, NeverFasterThanAllowedNeverOutsideTheLimits) {
+TEST(ReferenceLimiter, SR10_SR12_NeverFasterThanAllowedNeverOutsideTheLimits) {
   core::JointArray lower{}, upper{}, speed{};
   lower[0] = -1, upper[0] = 2, speed[0] = 0.5;
   ReferenceLimiter limiter(1, lower, upper);

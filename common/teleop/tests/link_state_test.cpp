@@ -55,7 +55,7 @@ LinkState by_table(LinkState state, const LinkConditions& c) {
   return kStopped;
 }
 
-TEST(LinkState, EveryTransitionIsAsTheTableSays) {
+TEST(LinkState, SR06_SR07_EveryTransitionIsAsTheTableSays) {
   int cases = 0;
   for (const LinkState state : kAll) {
     for (const LinkState partner : kAll) {
@@ -74,7 +74,7 @@ TEST(LinkState, EveryTransitionIsAsTheTableSays) {
   EXPECT_EQ(cases, 6 * 6 * 16);
 }
 
-TEST(LinkState, CouplingIsReachedOnlyFromAligned) {
+TEST(LinkState, SR06_CouplingIsReachedOnlyFromAligned) {
   for (const LinkState state : kAll) {
     for (int bits = 0; bits < 16; ++bits) {
       for (const LinkState partner : kAll) {
@@ -147,7 +147,7 @@ TEST(LinkMonitor, TwoSidesCoupleAndRecoverFromALoss) {
   EXPECT_EQ(pair.slave.state(), kCoupled);
 }
 
-TEST(LinkMonitor, StalenessIsNoticedWithinTheLimitAndTwoPeriods) {
+TEST(LinkMonitor, SR07_StalenessIsNoticedWithinTheLimitAndTwoPeriods) {
   Pair pair;
   pair.run(0.5, true, true);
   ASSERT_EQ(pair.slave.state(), kCoupled);
@@ -173,7 +173,7 @@ TEST(LinkMonitor, AfterALossThePartnerMustBeHeardAnew) {
   EXPECT_EQ(monitor.state(), kReady);
 }
 
-TEST(LinkMonitor, AgesThatAreNotNumbersAreStale) {
+TEST(LinkMonitor, SR07_SR11_AgesThatAreNotNumbersAreStale) {
   LinkMonitor monitor(LinkTiming{}, StopLatch(1, {}));
   const double nan = std::numeric_limits<double>::quiet_NaN();
   LinkObservation seen{.partner_age_s = nan, .partner = kCoupled, .poses_agree = true};
@@ -183,7 +183,7 @@ TEST(LinkMonitor, AgesThatAreNotNumbersAreStale) {
   EXPECT_EQ(monitor.step(seen, 0.001).state, kInit);
 }
 
-TEST(LinkState, PosesThatAreNotNumbersNeverAgree) {
+TEST(LinkState, SR06_SR11_PosesThatAreNotNumbersNeverAgree) {
   const core::JointArray tolerance{0.1, 0.1, 0.1};
   const double nan = std::numeric_limits<double>::quiet_NaN();
   EXPECT_NEAR(pose_difference({1.0, 2.0}, {1.05, 2.2}, tolerance, 2), 2.0, 1e-12);
@@ -192,7 +192,7 @@ TEST(LinkState, PosesThatAreNotNumbersNeverAgree) {
   EXPECT_EQ(pose_difference({1.0, nan}, {1.0, 2.0}, tolerance, 1), 0.0) << "beyond the arm's joints";
 }
 
-TEST(LinkMonitor, SamplesThatComeRegularlyButLateAreStale) {
+TEST(LinkMonitor, SR07_SamplesThatComeRegularlyButLateAreStale) {
   const LinkTiming timing{.staleness_s = 0.02, .round_trip_limit_s = 0.1};
   for (const bool late : {false, true}) {
     LinkMonitor monitor(timing, StopLatch(1, {}));
@@ -206,7 +206,45 @@ TEST(LinkMonitor, SamplesThatComeRegularlyButLateAreStale) {
   }
 }
 
-TEST(LinkMonitor, NothingIsCoupledWhileTheDrivesDoNotFollow) {
+// As a lost partner; but power, too, is withdrawn, as long as it lasts.
+TEST(LinkMonitor, SR18_AStarvedLoopUncouplesWithoutPowerAndRecoversAsAfterALoss) {
+  LinkMonitor monitor({.staleness_s = 0.02, .align_hold_s = 0.01, .recovery_s = 0.1}, StopLatch(1, {}));
+  LinkObservation seen{.partner_age_s = 0.001, .partner = kReady, .poses_agree = true};
+  LinkDecision now;
+  const auto run = [&](double duration_s) {
+    for (double t = 0; t < duration_s; t += 0.001) now = monitor.step(seen, 0.001);
+  };
+  run(0.05);
+  ASSERT_EQ(now.state, kAligned);
+  seen.partner = kAligned;
+  run(0.01);
+  ASSERT_EQ(now.state, kCoupled);
+  ASSERT_TRUE(now.power);
+  seen.loop_starved = true;
+  run(0.001);
+  EXPECT_EQ(now.state, kDegraded) << "in the same tick";
+  EXPECT_FALSE(now.power);
+  seen.partner = kReady;
+  run(1.0);
+  EXPECT_EQ(now.state, kDegraded);
+  EXPECT_FALSE(now.power);
+  EXPECT_EQ(now.stop.id, 0U) << "it is no stop";
+  seen.loop_starved = false;
+  run(0.09);
+  EXPECT_EQ(now.state, kDegraded) << "the time of recovery begins anew";
+  EXPECT_TRUE(now.power);
+  run(0.05);
+  EXPECT_EQ(now.state, kAligned) << "through ready, with poses that agree";
+  seen.partner = kAligned;
+  run(0.002);
+  EXPECT_EQ(now.state, kCoupled);
+  seen.loop_starved = true;
+  seen.stop_requests = 1;
+  run(0.001);
+  EXPECT_EQ(now.state, kStopped) << "a stop takes precedence";
+}
+
+TEST(LinkMonitor, SR06_NothingIsCoupledWhileTheDrivesDoNotFollow) {
   LinkMonitor monitor{LinkTiming{}, StopLatch(1, {})};
   LinkObservation seen{
       .partner_age_s = 0.001, .partner = kCoupled, .poses_agree = true, .drives_follow = false};
@@ -218,7 +256,7 @@ TEST(LinkMonitor, NothingIsCoupledWhileTheDrivesDoNotFollow) {
   EXPECT_EQ(monitor.step(seen, 0.001).state, LinkState::kDegraded);
 }
 
-TEST(LinkMonitor, AFaultOfTheDrivesStopsUntilItIsGoneAndResetAndPosesAreAlignedAnew) {
+TEST(LinkMonitor, SR05_AFaultOfTheDrivesStopsUntilItIsGoneAndResetAndPosesAreAlignedAnew) {
   LinkMonitor monitor{LinkTiming{}, StopLatch(1, {})};
   LinkObservation seen{.partner_age_s = 0.001, .partner = kCoupled, .poses_agree = true};
   for (int i = 0; i < 500; ++i) monitor.step(seen, 0.001);
@@ -239,7 +277,7 @@ TEST(LinkMonitor, AFaultOfTheDrivesStopsUntilItIsGoneAndResetAndPosesAreAlignedA
 }
 
 // Nobody has power before he knows that the other side is not stopped, and nobody keeps it after.
-TEST(LinkMonitor, PowerIsForASideWhosePartnerIsHeardAndNotStopped) {
+TEST(LinkMonitor, SR04_PowerIsForASideWhosePartnerIsHeardAndNotStopped) {
   LinkMonitor monitor{LinkTiming{}, StopLatch(1, {})};
   LinkObservation seen{.partner = kInit, .drives_follow = false};
   EXPECT_FALSE(monitor.step(seen, 0.001).power) << "nobody is heard";
@@ -258,6 +296,18 @@ TEST(LinkMonitor, PowerIsForASideWhosePartnerIsHeardAndNotStopped) {
   seen.reset = nullptr;
   seen.partner = kInit;
   EXPECT_TRUE(monitor.step(seen, 0.001).power);
+  seen.stop_requests = 1;
+  EXPECT_FALSE(monitor.step(seen, 0.001).power) << "stopped itself, with a partner that does not know it yet";
+}
+
+TEST(LinkMonitor, TheHoldTimeOfTheAlignmentCountsOnlyWhileThePartnerIsFresh) {
+  LinkMonitor monitor{LinkTiming{.staleness_s = 0.02, .align_hold_s = 0.05}, StopLatch(1, {})};
+  LinkObservation seen{.partner_age_s = 10.0, .partner = kReady, .poses_agree = true};
+  for (int i = 0; i < 200; ++i) EXPECT_EQ(monitor.step(seen, 0.001).state, kInit);
+  seen.partner_age_s = 0.001;
+  for (int i = 0; i < 49; ++i) EXPECT_EQ(monitor.step(seen, 0.001).state, kReady) << i;
+  for (int i = 0; i < 3; ++i) monitor.step(seen, 0.001);
+  EXPECT_EQ(monitor.state(), kAligned);
 }
 
 TEST(LinkMonitor, WithAPartnerThatIsStoppedNothingIsAlignedAlsoIfItsStopWasReleasedHere) {
@@ -271,7 +321,7 @@ TEST(LinkMonitor, WithAPartnerThatIsStoppedNothingIsAlignedAlsoIfItsStopWasRelea
   for (int i = 0; i < 1000; ++i) EXPECT_EQ(monitor.step(seen, 0.001).state, kInit);
 }
 
-TEST(LinkMonitor, AStopThatThePartnerDoesNotConfirmIsTold) {
+TEST(LinkMonitor, SR15_AStopThatThePartnerDoesNotConfirmIsTold) {
   LinkMonitor monitor{LinkTiming{}, StopLatch(1, {})};
   LinkObservation seen{.partner_age_s = 0.001, .partner = kReady, .stop_requests = 1};
   int quiet = 0;
@@ -286,7 +336,7 @@ TEST(LinkMonitor, AStopThatThePartnerDoesNotConfirmIsTold) {
   EXPECT_TRUE(monitor.step(seen, 0.001).partner_unconfirmed);
 }
 
-TEST(LinkMonitor, WhoAnswersAnotherIsNoPartner) {
+TEST(LinkMonitor, SR11_WhoAnswersAnotherIsNoPartner) {
   LinkMonitor monitor{LinkTiming{}, StopLatch(1, {})};
   LinkObservation seen{
       .partner_age_s = 0.001, .answers_another = true, .partner = kCoupled, .poses_agree = true};
@@ -298,7 +348,7 @@ TEST(LinkMonitor, WhoAnswersAnotherIsNoPartner) {
   EXPECT_EQ(monitor.step(seen, 0.001).state, LinkState::kDegraded);
 }
 
-TEST(LinkMonitor, AStopOfOneSideStopsBothUntilAResetNamesBoth) {
+TEST(LinkMonitor, SR02_SR03_AStopOfOneSideStopsBothUntilAResetNamesBoth) {
   Pair pair;
   pair.run(0.5, true, true);
   pair.master_stops = 1;
@@ -326,7 +376,7 @@ TEST(LinkMonitor, AStopFromBeforeTheStartIsNotShoutedAboutBeforeThePartnerIsHear
 }
 
 // The cable is out while somebody stops the master: the slave hears of it before it does anything else.
-TEST(LinkMonitor, AStopWhileTheCableWasOutIsInForceOnBothSidesOnceItIsBack) {
+TEST(LinkMonitor, SR02_AStopWhileTheCableWasOutIsInForceOnBothSidesOnceItIsBack) {
   Pair pair;
   pair.run(0.5, true, true);
   pair.run(8.0, false, true);

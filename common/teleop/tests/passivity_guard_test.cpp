@@ -93,7 +93,7 @@ TEST(PassivityGuard, AnEnergyThatTheAllowanceCoversPasses) {
 
 // Property: whatever the torque, what is given beyond the allowance is bounded, and the guard itself never
 // jerks.
-TEST(PassivityGuard, TheBalanceNeverFallsFarBelowTheAllowance) {
+TEST(PassivityGuard, SR13_TheBalanceNeverFallsFarBelowTheAllowance) {
   constexpr double kLimit = 8.0, kTorque_Nm = 3.0;
   std::mt19937 random(4);
   std::uniform_real_distribution<double> any(-1, 1);

@@ -138,6 +138,69 @@ TEST_P(Rendering, FadesOutInBoundedTimeWithoutAJump) {
   EXPECT_EQ(before.authority, 0.0);
 }
 
+TEST_P(Rendering, WhatIsNotSoundEndsThePerceptAsIfItWereSwitchedOff) {
+  const auto p = parameters(GetParam());
+  Random random;
+  const auto sound = random.drag(0.3);
+  const auto v = random.velocity(0.5);
+  struct Given {
+    DragCoefficients drag;
+    bool fresh;
+    core::JointArray gain;
+  };
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  const auto spoilt = [&](auto change) {
+    Given given{sound, true, all(1.0)};
+    change(given);
+    return given;
+  };
+  for (const Given& given :
+       {spoilt([](Given& g) { g.fresh = false; }), spoilt([](Given& g) { g.drag.valid = false; }),
+        spoilt([](Given& g) { g.drag.plus[1] = kInfinity; }),
+        spoilt([](Given& g) { g.drag.minus[3] = std::nan(""); }), spoilt([](Given& g) { g.gain[2] = -1.0; }),
+        spoilt([](Given& g) { g.gain[0] = std::nan(""); })}) {
+    PerceptRenderer renderer(p);
+    RenderedPercept out;
+    for (int i = 0; i < 2000; ++i) out = renderer.step(sound, true, true, all(1.0), v, kDt);
+    ASSERT_LT(power(out, v), -1e-3);
+    for (double t = 0.0; t < p.ramp_down_s + 2 * kDt; t += kDt)
+      out = renderer.step(given.drag, given.fresh, true, given.gain, v, kDt);
+    EXPECT_EQ(out.authority, 0.0);
+    for (const double torque : out.torque_Nm) EXPECT_EQ(torque, 0.0);
+  }
+}
+
+TEST(PerceptRendering, ACoefficientBelowZeroDoesNotPush) {
+  PerceptRenderer renderer(parameters(DragMode::kSeparable));
+  DragCoefficients drag;
+  drag.valid = true;
+  drag.plus[1] = drag.minus[2] = -1.0;
+  core::JointArray v{};
+  v[1] = 0.5;
+  v[2] = -0.5;
+  for (int i = 0; i < 2000; ++i) {
+    const auto out = renderer.step(drag, true, true, all(1.0), v, kDt);
+    ASSERT_EQ(out.torque_Nm[1], 0.0);
+    ASSERT_EQ(out.torque_Nm[2], 0.0);
+  }
+}
+
+TEST(PerceptRendering, AMatrixThatWouldPushIsNotRendered) {
+  DragCoefficients drag;  // not positive semi-definite: it drives joints 0 and 1 apart
+  drag.valid = true;
+  drag.coupled[triangle_index(0, 0)] = drag.coupled[triangle_index(1, 1)] = 0.1;
+  drag.coupled[triangle_index(1, 0)] = 1.0;
+  for (std::size_t j = 0; j < 2; ++j) drag.plus[j] = drag.minus[j] = 0.1;
+  for (const double second : {1.0, -1.0}) {
+    PerceptRenderer renderer(parameters(DragMode::kCoupled));
+    RenderedPercept out;
+    const core::JointArray v{1.0, second};
+    for (int i = 0; i < 2000; ++i) out = renderer.step(drag, true, true, all(0.5), v, kDt);
+    EXPECT_EQ(power(out, v) < 0.0, second > 0.0) << "where it opposes the motion it is rendered";
+    EXPECT_LE(power(out, v), 0.0);
+  }
+}
+
 TEST_P(Rendering, ComesInWithoutAKick) {
   Random random;
   const auto p = parameters(GetParam());

@@ -8,7 +8,7 @@
 namespace phantom::teleop {
 namespace {
 
-TEST(StopExchange, KeepsAStopAndAnswersTheResetOnce) {
+TEST(StopExchange, SR03_KeepsAStopAndAnswersTheResetOnce) {
   core::StopRequests requests;
   MemoryStopStore store;
   StopExchange exchange(requests, store);

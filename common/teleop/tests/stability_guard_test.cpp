@@ -28,7 +28,7 @@ bool settles(double inertia, double damping, double period_s, int delay) {
   return std::abs(v) < 1e-3;
 }
 
-TEST(StabilityGuard, DampingAtTheLimitIsStableForEveryDelay) {
+TEST(StabilityGuard, SR13_DampingAtTheLimitIsStableForEveryDelay) {
   for (int delay = 0; delay <= 6; ++delay) {
     const double limit = damping_stability_limit(0.02, 0.001, delay);
     EXPECT_TRUE(settles(0.02, 0.98 * limit, 0.001, delay)) << delay;

@@ -21,7 +21,7 @@ StopRecord after(StopLatch& latch, const StopSigns& signs) {
   return latch.record();
 }
 
-TEST(StopLatch, EachRequestAndEachFaultIsAStopOfItsOwn) {
+TEST(StopLatch, SR01_EachRequestAndEachFaultIsAStopOfItsOwn) {
   StopLatch latch(1, {});
   EXPECT_FALSE(latch.stopped());
   std::set<StopId> ids;
@@ -39,7 +39,7 @@ TEST(StopLatch, EachRequestAndEachFaultIsAStopOfItsOwn) {
       << "somebody pressed the button: that is what counts";
 }
 
-TEST(StopLatch, AResetReleasesTheStopThatItNamesAndNoOther) {
+TEST(StopLatch, SR03_AResetReleasesTheStopThatItNamesAndNoOther) {
   StopLatch latch(2, {});
   const StopId first = after(latch, {.requests = 1}).id;
   const StopId second = after(latch, {.requests = 2}).id;
@@ -55,7 +55,7 @@ TEST(StopLatch, AResetReleasesTheStopThatItNamesAndNoOther) {
 
 // Requests are read once a tick: whatever came between two ticks, a stop is never undone by what came with
 // it.
-TEST(StopLatch, AStopAndAResetInOneTickStop) {
+TEST(StopLatch, SR01_SR03_AStopAndAResetInOneTickStop) {
   StopLatch latch(3, {});
   const StopReset nothing_to_release{};
   latch.step({.requests = 1, .reset = &nothing_to_release});
@@ -65,7 +65,7 @@ TEST(StopLatch, AStopAndAResetInOneTickStop) {
   EXPECT_TRUE(latch.stopped()) << "the second stop is a later one";
 }
 
-TEST(StopLatch, AResetDuringAFaultReleasesWhenTheFaultIsGone) {
+TEST(StopLatch, SR05_AResetDuringAFaultReleasesWhenTheFaultIsGone) {
   StopLatch latch(4, {});
   const StopReset reset{.own = after(latch, {.drive_fault = true}).id};
   EXPECT_EQ(latch.step({.drive_fault = true, .reset = &reset}), ResetOutcome::kReleased);
@@ -75,7 +75,7 @@ TEST(StopLatch, AResetDuringAFaultReleasesWhenTheFaultIsGone) {
   EXPECT_TRUE(after(latch, {.drive_fault = true}).id != reset.own) << "the next fault is another stop";
 }
 
-TEST(StopLatch, APartnersStopStopsUnlessAResetHasNamedIt) {
+TEST(StopLatch, SR02_APartnersStopStopsUnlessAResetHasNamedIt) {
   StopLatch latch(5, {});
   const StopId own = after(latch, {.partner_stopped = true, .partner_stop = 77}).id;
   EXPECT_NE(own, 0U);
@@ -92,12 +92,12 @@ TEST(StopLatch, APartnersStopStopsUnlessAResetHasNamedIt) {
   EXPECT_NE(after(latch, {.partner_stopped = true, .partner_stop = 78}).id, 0U) << "that one is new";
 }
 
-TEST(StopLatch, APartnerThatIsStoppedWithoutANameStops) {
+TEST(StopLatch, SR02_APartnerThatIsStoppedWithoutANameStops) {
   StopLatch latch(6, {});
   EXPECT_NE(after(latch, {.partner_stopped = true, .partner_stop = 0}).id, 0U);
 }
 
-TEST(StopLatch, OutlivesItsProcess) {
+TEST(StopLatch, SR03_OutlivesItsProcess) {
   StopLatch before(7, {});
   const StopRecord kept = after(before, {.requests = 1});
   StopLatch now(8, kept);
@@ -239,7 +239,7 @@ class Cell {
   std::array<std::set<StopId>, 2> named_;
 };
 
-TEST(StopLatch, NoStopEverEndsUnnamedWhateverTheWireAndTheProcessesDo) {
+TEST(StopLatch, SR03_SR09_NoStopEverEndsUnnamedWhateverTheWireAndTheProcessesDo) {
   int releases = 0, couplings = 0;
   for (unsigned seed = 0; seed < 40; ++seed) {
     Cell cell(seed);

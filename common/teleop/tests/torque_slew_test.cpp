@@ -103,7 +103,7 @@ TEST_P(Slew, WhateverComesCapSlewAndPassivityHold) {
 }
 
 // With drag as the law gives it, nothing is ever let go: only the rate is felt.
-TEST(TorqueSlew, AJerkOfFeedbackComesOverTheConfiguredTime) {
+TEST(TorqueSlew, SR10_AJerkOfFeedbackComesOverTheConfiguredTime) {
   auto p = parameters(robot::DragMode::kSeparable);
   TorqueSlew slew(p);
   core::JointArray feedback{};

@@ -97,10 +97,10 @@ TEST(BadMesh, WhichWayTrianglesFaceDoesNotMatter) {
       ++turned;
     }
   }
-  const auto mended = solid_of(mixed);
-  EXPECT_EQ(differing(whole, mended), 0U);
-  EXPECT_EQ(mended.report.turned_triangles, turned);
-  EXPECT_TRUE(mended.report.closed);
+  const auto repaired = solid_of(mixed);
+  EXPECT_EQ(differing(whole, repaired), 0U);
+  EXPECT_EQ(repaired.report.turned_triangles, turned);
+  EXPECT_TRUE(repaired.report.closed);
 }
 
 TEST(BadMesh, RepeatedTrianglesDoNotMatter) {
@@ -114,11 +114,11 @@ TEST(BadMesh, RepeatedTrianglesDoNotMatter) {
     again.triangles.push_back(t);
   }
   again.triangles.push_back({3, 3, 7});
-  const auto mended = solid_of(again);
-  EXPECT_EQ(differing(whole, mended), 0U);
-  EXPECT_TRUE(mended.report.closed);
-  EXPECT_GE(mended.report.duplicate_triangles, 60U);
-  EXPECT_EQ(mended.report.degenerate_triangles, 1U);
+  const auto repaired = solid_of(again);
+  EXPECT_EQ(differing(whole, repaired), 0U);
+  EXPECT_TRUE(repaired.report.closed);
+  EXPECT_GE(repaired.report.duplicate_triangles, 60U);
+  EXPECT_EQ(repaired.report.degenerate_triangles, 1U);
   EXPECT_EQ(differing(whole, solid_of(both(mesh, mesh))), 0U);
 }
 

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <cmath>
 #include <random>
 
@@ -310,6 +311,48 @@ TEST(VoxeliseImplicit, ABodyByFormulaIsActivatedByIt) {
   const auto in_grid = layers::activate_object(body, grid);
   ASSERT_TRUE(in_grid) << in_grid.status().message();
   EXPECT_EQ(in_grid->report.boundary_voxels, alone->second.boundary_voxels);
+}
+
+// Interval bounds of these exclude nothing: every voxel of the box would be divided to the end.
+const char* const kHopeless[] = {"x*x - x*x + 1e-300", "sin(900*x)*sin(900*y)*sin(900*z)",
+                                 "(x-x)*(y-y)*(z-z) + sin(1/x)*sin(1/y)*sin(1/z)"};
+
+TEST(ImplicitBudget, WorkEndsAtItsBoundWhateverTheFormulaAndTheThreads) {
+  for (const char* text : kHopeless) {
+    const ImplicitPtr solid = formula_solid(text, 0.2);
+    for (const int threads : {1, 4}) {
+      core::WorkBudget budget(5'000'000);
+      const auto grid = lattice(0.002);
+      const auto made =
+          voxelise(*solid, grid, voxel_bounds(*solid, grid), {.threads = threads, .budget = &budget});
+      ASSERT_FALSE(made) << text;
+      EXPECT_EQ(made.status().code(), core::ErrorCode::kResourceExhausted);
+      EXPECT_NE(made.status().message().find("more than 5 million steps"), std::string::npos);
+      EXPECT_LE(budget.spent(), 5'000'000 + 64 * core::WorkMeter::kEvery) << text;
+    }
+  }
+}
+
+TEST(ImplicitBudget, WorkIsTheSameForAnyNumberOfThreads) {
+  for (const ImplicitPtr& solid : small_solids()) {
+    const auto grid = lattice(0.004);
+    core::WorkBudget one, four;
+    ASSERT_TRUE(voxelise(*solid, grid, voxel_bounds(*solid, grid), {.threads = 1, .budget = &one}));
+    ASSERT_TRUE(voxelise(*solid, grid, voxel_bounds(*solid, grid), {.threads = 4, .budget = &four}));
+    EXPECT_EQ(one.spent(), four.spent());
+    EXPECT_GT(one.spent(), 0U);
+  }
+}
+
+TEST(ImplicitBudget, EndsSoonOnceItIsToldTo) {
+  const ImplicitPtr solid = formula_solid(kHopeless[0], 0.2);
+  std::atomic<int> asked = 0;
+  core::WorkBudget budget(UINT64_MAX, [&asked] { return ++asked < 10; });
+  const auto grid = lattice(0.002);
+  const auto made = voxelise(*solid, grid, voxel_bounds(*solid, grid), {.threads = 2, .budget = &budget});
+  ASSERT_FALSE(made);
+  EXPECT_EQ(made.status().code(), core::ErrorCode::kUnavailable);
+  EXPECT_LE(budget.spent(), 80 * core::WorkMeter::kEvery);
 }
 
 }  // namespace

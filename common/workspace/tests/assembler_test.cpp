@@ -360,5 +360,40 @@ TEST(WorkspaceAssembler, RefusesCodesThatThePaletteDoesNotHave) {
   EXPECT_EQ(assembler.current(), nullptr);
 }
 
+/// A brick that is full of one thing, as it travels.
+std::vector<std::uint8_t> uniform_brick(std::uint8_t code, std::uint16_t object) {
+  Workspace workspace({Eigen::Vector3d::Zero(), 0.01, {kBrickEdge, kBrickEdge, kBrickEdge}},
+                      {0.0F, 1.0F, 2.0F});
+  workspace.fill_brick({0, 0, 0}, code, 1, object);
+  return encode_brick(workspace.brick({0, 0, 0}));
+}
+
+BrickKey key_number(std::int32_t i) {
+  return {i % kMostBricks, i / kMostBricks % kMostBricks, i / (kMostBricks * kMostBricks)};
+}
+
+TEST(WorkspaceAssembler, BricksThatNoVersionNamesAreBoundedByMemory) {
+  constexpr std::size_t kMost = std::size_t{4} << 20;
+  WorkspaceAssembler assembler(kMost);
+  std::size_t refused = 0;
+  const auto bricks = std::array{uniform_brick(1, 1), uniform_brick(2, 1), uniform_brick(1, 2)};
+  for (std::int32_t i = 0; i < 30'000; ++i) {
+    refused += assembler.put_brick(key_number(i), 1 + i, bricks[i % 3]) ? 0 : 1;
+    ASSERT_LE(assembler.bytes(), kMost);
+  }
+  EXPECT_GT(refused, 0U);
+  EXPECT_LT(assembler.bricks_held(), 15'000U);
+  for (std::int32_t i = 0; i < 30'000; ++i) assembler.remove_brick(key_number(i));
+  EXPECT_EQ(assembler.bytes(), 0U);
+  EXPECT_TRUE(assembler.put_brick(key_number(7), 1, bricks[0]));
+}
+
+TEST(WorkspaceAssembler, RefusesAVersionOfMoreBricksThanTheTopicHolds) {
+  WorkspaceAssembler assembler;
+  VersionDescription description{1, {Eigen::Vector3d::Zero(), 0.01, {64, 64, 64}}, {0.0F, 1.0F}, 0, 0};
+  description.brick_count = kMostBricksInAll + 1;
+  EXPECT_FALSE(assembler.commit(description));
+}
+
 }  // namespace
 }  // namespace phantom::workspace

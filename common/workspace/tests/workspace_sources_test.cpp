@@ -156,5 +156,20 @@ TEST(WorkspaceSources, AFourthSourceIsRefusedUntilThereIsRoom) {
   expect_in_force(sources, kFirst, ours);
 }
 
+TEST(WorkspaceSources, BesidesTheOneInForceNobodyTakesMoreThanTwiceItsMemory) {
+  WorkspaceSources sources;
+  const Workspace ours = world(1);
+  send(sources, kFirst, ours);
+  const auto brick = encode_brick(ours.brick(ours.bricks().front()));
+  std::size_t refused = 0;
+  for (std::int32_t i = 0; i < 4096; ++i)
+    refused += sources.put_brick(kSecond, {i % 256, i / 256, 0}, 1, brick) ? 0 : 1;
+  EXPECT_GT(refused, 0U);
+  sources.gone(kSecond);
+  EXPECT_TRUE(sources.put_brick(kThird, {0, 0, 0}, 1, brick))
+      << "what a source took is free once it has ended";
+  expect_in_force(sources, kFirst, ours);
+}
+
 }  // namespace
 }  // namespace phantom::workspace

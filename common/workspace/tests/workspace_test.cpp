@@ -4,7 +4,7 @@
 
 #include <set>
 
-#include "common/workspace/palette.hpp"
+#include "common/workspace/profile.hpp"
 #include "common/workspace/tests/random_workspace.hpp"
 
 namespace phantom::workspace {

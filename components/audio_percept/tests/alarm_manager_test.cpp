@@ -45,7 +45,7 @@ TEST(AlarmManager, IsSilentWhileNothingHolds) {
   Rig rig;
   rig.run(100.0);
   EXPECT_TRUE(rig.bursts.empty());
-  EXPECT_EQ(rig.manager.standing(), Alarm::kNone);
+  EXPECT_EQ(rig.manager.active(), Alarm::kNone);
 }
 
 TEST(AlarmManager, WhatIsGraveSoundsAtOnce) {
@@ -63,7 +63,7 @@ TEST(AlarmManager, AShortLossDoesNotSound) {
   for (int i = 0; i < 50; ++i) {
     rig.set(Alarm::kLinkLost, true);
     rig.run(0.09);
-    EXPECT_EQ(rig.manager.standing(), Alarm::kNone);
+    EXPECT_EQ(rig.manager.active(), Alarm::kNone);
     rig.set(Alarm::kLinkLost, false);
     rig.run(0.5);
   }
@@ -146,7 +146,7 @@ TEST(AlarmManager, TheGravestMasksTheOthersAndIsFollowedByThem) {
   rig.set(Alarm::kEmergencyStop, true);
   rig.run(60.0);
   EXPECT_EQ(rig.count(Alarm::kLinkLost), 0);
-  EXPECT_EQ(rig.manager.standing(), Alarm::kEmergencyStop);
+  EXPECT_EQ(rig.manager.active(), Alarm::kEmergencyStop);
   rig.set(Alarm::kEmergencyStop, false);
   rig.run(5.0);
   EXPECT_EQ(rig.count(Alarm::kLinkLost), 1) << "it was not heard yet";

@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "common/runtime/config_reader.hpp"
+#include "common/runtime/fields.hpp"
 #include "tests/support/files.hpp"
 
 namespace phantom::audio_percept {
@@ -14,19 +14,20 @@ using testing::HasSubstr;
 const std::string kShipped = PHANTOM_SOURCE_DIR "/components/audio_percept/audio_percept.yaml";
 
 // The shipped file with one text replaced, and what the error must say.
-void expect_refused(const std::string& from, const std::string& to, const std::vector<std::string>& told) {
+void expect_refused(const std::string& from, const std::string& to,
+                    const std::vector<std::string>& reported) {
   try {
     load_config(test::changed(kShipped, from, to));
     FAIL() << "accepted: " << to;
   } catch (const runtime::ConfigError& error) {
-    for (const auto& part : told) EXPECT_THAT(error.what(), HasSubstr(part));
+    for (const auto& part : reported) EXPECT_THAT(error.what(), HasSubstr(part));
     EXPECT_THAT(error.what(), HasSubstr(".yaml:")) << "names the file and the line";
   }
 }
 
 TEST(Config, TheShippedFileIsValid) {
   const AudioPerceptConfig config = load_config(kShipped);
-  EXPECT_EQ(config.law.pitch, percept::PitchLaw::kExponential);
+  EXPECT_EQ(config.law.pitch, percept::MappingLaw::kExponential);
   EXPECT_DOUBLE_EQ(config.law.min_frequency_Hz, 220.0);
   EXPECT_DOUBLE_EQ(config.smoothing_s, 0.010);
   EXPECT_EQ(config.percept_timeout_ns, 200 * core::kNsPerMillisecond);
@@ -82,10 +83,10 @@ TEST(Config, EveryLayoutViewAndLawCanBeChosen) {
     const auto node = static_cast<percept::ViewNode>(number);
     EXPECT_EQ(with("view: main", std::string("view: ") + percept::node_name(node)).listener.view, node);
   }
-  EXPECT_EQ(with("law: exponential", "law: power").law.pitch, percept::PitchLaw::kPower);
-  EXPECT_EQ(with("law: exponential", "law: linear").law.pitch, percept::PitchLaw::kLinear);
+  EXPECT_EQ(with("law: exponential", "law: power").law.pitch, percept::MappingLaw::kPower);
+  EXPECT_EQ(with("law: exponential", "law: linear").law.pitch, percept::MappingLaw::kLinear);
   EXPECT_EQ(with("law: power               # [power, exponential", "law: power  #").law.level,
-            percept::LevelLaw::kPower);
+            percept::MappingLaw::kPower);
 }
 TEST(Config, RefusesAnExponentThatDoesNothing) {
   expect_refused("  law: power  ", "  law: linear  ", {"level.exponent", "law: power"});

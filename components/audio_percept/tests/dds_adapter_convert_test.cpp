@@ -113,7 +113,7 @@ TEST(PerceptConverter, TakesPlaceModelAndWhatIsMuted) {
   message.position_m().y(-2.0);
   message.position_m().z(0.5);
   message.muted_sensors(3);
-  message.condition(msg::PERCEPT_WORKSPACE_BEHIND);
+  message.condition(msg::PerceptCondition::PERCEPT_WORKSPACE_BEHIND);
   ASSERT_TRUE(converter.accept(message, 7, sample));
   EXPECT_EQ(sample.position_m, (Vector3{1.0, -2.0, 0.5}));
   EXPECT_TRUE(sample.muted);
@@ -148,21 +148,22 @@ TEST(CommandConverter, KeepsTheViewAndTheResetAndRefusesWhatIsNoNode) {
   CommandSample sample;
   const auto command = [&](msg::CommandKind kind, double value, core::Nanoseconds at_ns) {
     msg::OperatorCommand message;
+    message.stamp().sequence_number(1);
     message.kind(kind);
     message.value(value);
     return converter.accept(message, at_ns, sample);
   };
-  EXPECT_TRUE(command(msg::COMMAND_VIEW_NODE, 9.0, 10));
+  EXPECT_TRUE(command(msg::CommandKind::COMMAND_VIEW_NODE, 9.0, 10));
   EXPECT_EQ(sample.view, percept::ViewNode::kNorth);
-  EXPECT_TRUE(command(msg::COMMAND_RESET, 0.0, 20));
+  EXPECT_TRUE(command(msg::CommandKind::COMMAND_RESET, 0.0, 20));
   EXPECT_EQ(sample.view, percept::ViewNode::kNorth);
   EXPECT_EQ(sample.reset_ns, 20);
   for (const double value : {-1.0, 15.0, 2.5, kNan})
-    EXPECT_FALSE(command(msg::COMMAND_VIEW_NODE, value, 30)) << value;
+    EXPECT_FALSE(command(msg::CommandKind::COMMAND_VIEW_NODE, value, 30)) << value;
   EXPECT_EQ(sample.view, percept::ViewNode::kNorth);
-  EXPECT_TRUE(command(msg::COMMAND_SET_PERCEPT_GAIN, 2.0, 40));
+  EXPECT_TRUE(command(msg::CommandKind::COMMAND_SET_PERCEPT_GAIN, 2.0, 40));
   EXPECT_EQ(sample.reset_ns, 20);
-  EXPECT_TRUE(command(msg::COMMAND_VIEW_NODE, 0.0, 50)) << "automatic again";
+  EXPECT_TRUE(command(msg::CommandKind::COMMAND_VIEW_NODE, 0.0, 50)) << "automatic again";
   EXPECT_FALSE(sample.view);
 }
 
@@ -174,7 +175,7 @@ TEST(ViewConverter, TakesTheCamerasAxesAndRefusesWhatIsNoPose) {
     msg::ViewPose made;
     made.stamp().sequence_number(number);
     made.stamp().session(3);
-    made.view(msg::VIEW_HIT);
+    made.view(msg::ViewKind::VIEW_HIT);
     made.node(3);
     made.X_WC().qw(q.w());
     made.X_WC().qx(q.x());
@@ -186,7 +187,7 @@ TEST(ViewConverter, TakesTheCamerasAxesAndRefusesWhatIsNoPose) {
   ViewSample sample;
   ASSERT_TRUE(converter.accept(message(1), 77, sample));
   EXPECT_EQ(sample.received_ns, 77);
-  const EarAxes expected = ear_axes(listener, percept::ViewNode::kCorner3);
+  const ListenerAxes expected = listener_axes(listener, percept::ViewNode::kCorner3);
   for (std::size_t i = 0; i < 3; ++i) {
     for (std::size_t k = 0; k < 3; ++k) EXPECT_NEAR(sample.axes[i][k], expected[i][k], 1e-12);
   }
@@ -209,23 +210,23 @@ TEST(LinkConverter, TellsTheStatesApartAndRefusesUnknownOnes) {
   LinkConverter converter;
   LinkSample sample;
   std::uint64_t number = 0;
-  const auto state = [&](msg::LinkState value, msg::StopCause cause = msg::STOP_EMERGENCY) {
+  const auto state = [&](msg::LinkState value, msg::StopCause cause = msg::StopCause::STOP_EMERGENCY) {
     auto message = stamped<msg::SlaveState>(++number);
     message.joint_count(7);
     message.state(value);
     message.stop_cause(cause);
     return converter.accept(message, 1, sample);
   };
-  EXPECT_TRUE(state(msg::LINK_INIT));
+  EXPECT_TRUE(state(msg::LinkState::LINK_INIT));
   EXPECT_EQ(sample.state, teleop::LinkState::kInit);
-  EXPECT_TRUE(state(msg::LINK_COUPLED));
+  EXPECT_TRUE(state(msg::LinkState::LINK_COUPLED));
   EXPECT_EQ(sample.state, teleop::LinkState::kCoupled);
-  EXPECT_TRUE(state(msg::LINK_DEGRADED));
+  EXPECT_TRUE(state(msg::LinkState::LINK_DEGRADED));
   EXPECT_EQ(sample.state, teleop::LinkState::kDegraded);
-  EXPECT_TRUE(state(msg::LINK_STOPPED));
+  EXPECT_TRUE(state(msg::LinkState::LINK_STOPPED));
   EXPECT_EQ(sample.state, teleop::LinkState::kStopped);
   EXPECT_EQ(sample.cause, core::StopCause::kEmergency);
-  EXPECT_TRUE(state(msg::LINK_STOPPED, msg::STOP_DRIVE_FAULT));
+  EXPECT_TRUE(state(msg::LinkState::LINK_STOPPED, msg::StopCause::STOP_DRIVE_FAULT));
   EXPECT_EQ(sample.state, teleop::LinkState::kStopped);
   EXPECT_EQ(sample.cause, core::StopCause::kDriveFault);
   EXPECT_FALSE(state(static_cast<msg::LinkState>(99)));

@@ -44,15 +44,16 @@ TEST(DdsAdapter, BringsTheSamplesOfEveryTopicToTheInbox) {
     msg::SlaveState state;
     state.stamp(system.slave_stamp.next());
     state.joint_count(7);
-    state.state(msg::LINK_STOPPED);
+    state.state(msg::LinkState::LINK_STOPPED);
     system.slave.write(state);
     msg::HitAlert alert;
     alert.stamp(system.alert_stamp.next());
     alert.alert(3);
     system.alert.write(alert);
     msg::OperatorCommand view;
-    view.kind(msg::COMMAND_VIEW_NODE);
+    view.kind(msg::CommandKind::COMMAND_VIEW_NODE);
     view.value(11);
+    view.stamp().sequence_number(1);
     system.command.write(view);
     msg::ViewPose pose;
     pose.stamp(system.view_stamp.next());

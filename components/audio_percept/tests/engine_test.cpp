@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "common/runtime/process.hpp"
-#include "components/audio_percept/session.hpp"
 #include "components/audio_percept/tests/test_config.hpp"
 #include "tests/support/heap_guard.hpp"
 
@@ -116,7 +115,7 @@ TEST(Engine, EveryLayoutIsRecordedWithAllItsChannels) {
 TEST(Engine, TellsTheDirectionThatIsHeard) {
   AudioPerceptConfig config = test_config();
   config.listener.view = percept::ViewNode::kSouth;  // x is right
-  config.listener.ears_m = {0, 0, 0};
+  config.listener.position_m = {0, 0, 0};
   Inbox inbox;
   Engine engine(config, nullptr, inbox, nullptr);
   for (int i = 0; i < 100; ++i) {

@@ -15,7 +15,7 @@
 #include "common/recording/mcap_writer.hpp"
 #include "components/audio_percept/spectrogram.hpp"
 #include "components/audio_percept/tests/test_config.hpp"
-#include "phantom_idl/percept.h"
+#include "phantom_idl/percept.hpp"
 
 namespace phantom::audio_percept {
 namespace {
@@ -31,12 +31,12 @@ Track track_of(const std::string& csv) {
   return read_track_csv(text, "t.csv");
 }
 
-void expect_refused(const std::string& csv, const std::vector<std::string>& told) {
+void expect_refused(const std::string& csv, const std::vector<std::string>& reported) {
   try {
     track_of(csv);
     FAIL() << "accepted: " << csv;
   } catch (const core::ConfigError& error) {
-    for (const auto& part : told) EXPECT_THAT(error.what(), HasSubstr(part));
+    for (const auto& part : reported) EXPECT_THAT(error.what(), HasSubstr(part));
   }
 }
 

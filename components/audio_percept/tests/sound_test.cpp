@@ -48,7 +48,7 @@ struct SoundRig {
     percept.step(inputs, tone, alarm);
     const std::size_t at = frames.size();
     frames.resize(at + kPeriodFrames * channel_count(config.layout));
-    spatialiser.render(tone, alarm, percept.heard_from(), std::span(frames).subspan(at));
+    spatialiser.render(tone, alarm, percept.source_position(), std::span(frames).subspan(at));
   }
   std::vector<float> last(double seconds, std::size_t channel = 0) const {
     const std::size_t channels = channel_count(config.layout);
@@ -101,10 +101,10 @@ double greatest_second_difference(const std::vector<float>& frames, std::size_t 
 }
 
 TEST(Sound, FrequencyAndLevelFollowEveryLaw) {
-  for (const percept::PitchLaw pitch :
-       {percept::PitchLaw::kExponential, percept::PitchLaw::kPower, percept::PitchLaw::kLinear}) {
-    for (const percept::LevelLaw level :
-         {percept::LevelLaw::kPower, percept::LevelLaw::kExponential, percept::LevelLaw::kLinear}) {
+  for (const percept::MappingLaw pitch :
+       {percept::MappingLaw::kExponential, percept::MappingLaw::kPower, percept::MappingLaw::kLinear}) {
+    for (const percept::MappingLaw level :
+         {percept::MappingLaw::kPower, percept::MappingLaw::kExponential, percept::MappingLaw::kLinear}) {
       AudioPerceptConfig config = test_config();
       config.law.pitch = pitch;
       config.law.level = level;
@@ -170,7 +170,7 @@ TEST(Sound, NothingThatComesMakesItClick) {
 TEST(Sound, ThePerceptMovesWithItsPlaceAndWithTheView) {
   AudioPerceptConfig config = test_config(Layout::kStereo);
   config.listener.view = percept::ViewNode::kSouth;  // x is right
-  config.listener.ears_m = {0, 0, 0};
+  config.listener.position_m = {0, 0, 0};
   SoundRig rig(config);
   const auto rightness_dB = [&] {
     const double f = percept::tone_of(config.law, 0.5, 0.1).frequency_Hz;
@@ -190,7 +190,7 @@ TEST(Sound, ThePerceptMovesWithItsPlaceAndWithTheView) {
 TEST(Sound, ThePerceptMovesWithTheViewThatTheViewerTells) {
   AudioPerceptConfig config = test_config(Layout::kStereo);
   config.listener.view = percept::ViewNode::kSouth;  // x is right
-  config.listener.ears_m = {0, 0, 0};
+  config.listener.position_m = {0, 0, 0};
   config.listener.view_timeout_ns = core::from_seconds(0.5);
   SoundRig rig(config);
   const auto is_right = [&] {
@@ -198,7 +198,7 @@ TEST(Sound, ThePerceptMovesWithTheViewThatTheViewerTells) {
     return amplitude_at(rig.last(0.1, 1), f) > 2 * amplitude_at(rig.last(0.1, 0), f);
   };
   const auto turn_north = [&] {
-    rig.inputs.view = {rig.now_ns, ear_axes(config.listener, percept::ViewNode::kNorth)};
+    rig.inputs.view = {rig.now_ns, listener_axes(config.listener, percept::ViewNode::kNorth)};
   };
   turn_north();
   rig.sense(0.5, 0.1, 60, {-1, 0.3, 0});
@@ -217,9 +217,9 @@ TEST(Sound, ThePerceptMovesWithTheViewThatTheViewerTells) {
     other.listener.follow_viewer = false;
     return other;
   }());
-  deaf.inputs.view = {deaf.now_ns, ear_axes(config.listener, percept::ViewNode::kNorth)};
+  deaf.inputs.view = {deaf.now_ns, listener_axes(config.listener, percept::ViewNode::kNorth)};
   deaf.sense(0.5, 0.1, 60, {-1, 0.3, 0});
-  EXPECT_LT(deaf.percept.heard_from()[0], 0.0);
+  EXPECT_LT(deaf.percept.source_position()[0], 0.0);
 }
 
 TEST(Sound, EndsWithinATenthOfASecondAfterThePerceptIsStale) {

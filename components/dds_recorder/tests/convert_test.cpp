@@ -51,12 +51,12 @@ class Files : public testing::Test {
       std::filesystem::temp_directory_path() / ("dds_recorder_files_" + std::to_string(getpid()));
   FakeWorld world;
   std::vector<std::filesystem::path> files;
-  std::ostringstream said;
+  std::ostringstream output;
 };
 
 TEST_F(Files, InfoTellsTopicsCountsRatesRangeEventsAndLosses) {
-  EXPECT_EQ(run_info({folder}, false, said), 0);
-  EXPECT_THAT(said.str(),
+  EXPECT_EQ(run_info({folder}, false, output), 0);
+  EXPECT_THAT(output.str(),
               AllOf(HasSubstr("state"), HasSubstr("T\n"), HasSubstr("event: hit alert 3 (gripper)"),
                     HasSubstr("2023-11-14 22:13:20.000 UTC"), HasSubstr("ended: split")));
   std::ostringstream json_text;
@@ -73,8 +73,8 @@ TEST_F(Files, InfoTellsTopicsCountsRatesRangeEventsAndLosses) {
 }
 
 TEST_F(Files, CheckFindsAWrongByteAndSaysWhatHelps) {
-  EXPECT_EQ(run_check(files, false, said), 0);
-  EXPECT_THAT(said.str(), HasSubstr("all well"));
+  EXPECT_EQ(run_check(files, false, output), 0);
+  EXPECT_THAT(output.str(), HasSubstr("all well"));
   std::fstream file(files[0], std::ios::in | std::ios::out | std::ios::binary);
   file.seekp(3000);
   file.put('!');
@@ -86,22 +86,22 @@ TEST_F(Files, CheckFindsAWrongByteAndSaysWhatHelps) {
 
 TEST_F(Files, ConvertJoinsASeriesIntoOneFileThatIsWhole) {
   const auto out = folder / "all.mcap";
-  EXPECT_EQ(run_convert({.files = files, .out = out}, said), 0);
+  EXPECT_EQ(run_convert({.files = files, .out = out}, output), 0);
   EXPECT_TRUE(recording::check(out)->ok());
   const auto opened = open_recordings({out});
   EXPECT_EQ(numbers(opened[0].reader, "state").size(), 100u);
   EXPECT_EQ(numbers(opened[0].reader, "brick").size(), 1u);
   EXPECT_EQ(opened[0].reader.channels().size(), 2u) << "the same topic and writer stay one channel";
   EXPECT_EQ(opened[0].reader.metadata(kTriggerRecord).size(), 1u);
-  EXPECT_THROW(run_convert({.files = files, .out = out}, said), core::ConfigError)
+  EXPECT_THROW(run_convert({.files = files, .out = out}, output), core::ConfigError)
       << "nothing is overwritten";
 }
 
 TEST_F(Files, ConvertMakesAWholeFileOfADamagedOne) {
   std::filesystem::resize_file(files[0], std::filesystem::file_size(files[0]) / 2);
   const auto out = folder / "mended.mcap";
-  EXPECT_EQ(run_convert({.files = {files[0]}, .out = out}, said), 0);
-  EXPECT_THAT(said.str(), HasSubstr("ends in the middle of a record"));
+  EXPECT_EQ(run_convert({.files = {files[0]}, .out = out}, output), 0);
+  EXPECT_THAT(output.str(), HasSubstr("ends in the middle of a record"));
   EXPECT_TRUE(recording::check(out)->ok());
   EXPECT_GT(numbers(open_recordings({out})[0].reader, "state").size(), 10u);
 }
@@ -110,7 +110,7 @@ TEST_F(Files, ConvertTakesAPartWithTheStateThatHoldsInIt) {
   const auto out = folder / "part.mcap";
   ConvertRequest request{.files = files, .out = out};
   request.range = {2.0, 3.0};
-  EXPECT_EQ(run_convert(request, said), 0);
+  EXPECT_EQ(run_convert(request, output), 0);
   const auto opened = open_recordings({out});
   EXPECT_EQ(numbers(opened[0].reader, "state").size(), 10u);
   EXPECT_EQ(numbers(opened[0].reader, "brick").size(), 1u);
@@ -118,7 +118,7 @@ TEST_F(Files, ConvertTakesAPartWithTheStateThatHoldsInIt) {
 
 TEST_F(Files, ConvertToJsonDecodesTheProjectsTypes) {
   msg::OperatorCommand command;
-  command.kind(msg::COMMAND_SET_PERCEPT_GAIN);
+  command.kind(msg::CommandKind::COMMAND_SET_PERCEPT_GAIN);
   command.value(2.5);
   command.issuer("me");
   std::vector<std::uint8_t> bytes;
@@ -136,7 +136,7 @@ TEST_F(Files, ConvertToJsonDecodesTheProjectsTypes) {
   const auto& sink = other.files.begin()->second->bytes();
   std::ofstream(file, std::ios::binary)
       .write(reinterpret_cast<const char*>(sink.data()), static_cast<std::streamsize>(sink.size()));
-  EXPECT_EQ(run_convert({.files = {file}, .out = out}, said), 0);
+  EXPECT_EQ(run_convert({.files = {file}, .out = out}, output), 0);
   std::ifstream lines(out);
   std::string line;
   ASSERT_TRUE(std::getline(lines, line));
@@ -149,12 +149,12 @@ TEST_F(Files, ConvertToJsonDecodesTheProjectsTypes) {
 }
 
 TEST_F(Files, WhatIsMissingOrNoRecordingIsNamed) {
-  EXPECT_THROW(run_info({"/nowhere/x.mcap"}, false, said), core::MissingError);
+  EXPECT_THROW(run_info({"/nowhere/x.mcap"}, false, output), core::MissingError);
   std::filesystem::create_directories(folder / "empty");
-  EXPECT_THROW(run_info({folder / "empty"}, false, said), core::MissingError);
+  EXPECT_THROW(run_info({folder / "empty"}, false, output), core::MissingError);
   std::ofstream(folder / "text.mcap") << "this is no recording";
-  EXPECT_THROW(run_info({folder / "text.mcap"}, false, said), core::ConfigError);
-  EXPECT_THROW(run_convert({.files = files, .out = folder / "x.bag"}, said), core::ConfigError);
+  EXPECT_THROW(run_info({folder / "text.mcap"}, false, output), core::ConfigError);
+  EXPECT_THROW(run_convert({.files = files, .out = folder / "x.bag"}, output), core::ConfigError);
 }
 
 }  // namespace

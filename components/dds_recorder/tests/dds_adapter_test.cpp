@@ -162,6 +162,7 @@ TEST(Events, ComponentsThatBecomeDegradedAndEmergencyStopsAreEvents) {
   const TopicInfo statuses = topic_info(dds::kComponentStatus), commands = topic_info(dds::kOperatorCommand);
   const auto status = [&](const char* component, msg::ComponentState state) {
     msg::ComponentStatus sample;
+    sample.stamp().sequence_number(1);
     sample.component_name(component);
     sample.state(state);
     sample.message("because");
@@ -169,32 +170,35 @@ TEST(Events, ComponentsThatBecomeDegradedAndEmergencyStopsAreEvents) {
     EXPECT_TRUE(dds::CdrCodec(dds::kComponentStatus).encode(&sample, bytes));
     return watch.event_in(statuses, bytes).value_or("");
   };
-  EXPECT_EQ(status("slave_io", msg::COMPONENT_RUNNING), "");
-  EXPECT_EQ(status("slave_io", msg::COMPONENT_DEGRADED), "slave_io is degraded: because");
-  EXPECT_EQ(status("slave_io", msg::COMPONENT_FAULT), "") << "one event, not one for each sample";
-  EXPECT_EQ(status("slave_io", msg::COMPONENT_RUNNING), "");
-  EXPECT_EQ(status("slave_io", msg::COMPONENT_FAULT), "slave_io is in fault: because");
-  EXPECT_EQ(status("dds_recorder", msg::COMPONENT_DEGRADED), "") << "itself is none";
+  EXPECT_EQ(status("slave_io", msg::ComponentState::COMPONENT_RUNNING), "");
+  EXPECT_EQ(status("slave_io", msg::ComponentState::COMPONENT_DEGRADED), "slave_io is degraded: because");
+  EXPECT_EQ(status("slave_io", msg::ComponentState::COMPONENT_FAULT), "")
+      << "one event, not one for each sample";
+  EXPECT_EQ(status("slave_io", msg::ComponentState::COMPONENT_RUNNING), "");
+  EXPECT_EQ(status("slave_io", msg::ComponentState::COMPONENT_FAULT), "slave_io is in fault: because");
+  EXPECT_EQ(status("dds_recorder", msg::ComponentState::COMPONENT_DEGRADED), "") << "itself is none";
+  std::uint64_t own_number = 0;
   const auto command = [&](msg::CommandKind kind, std::uint64_t session = 0, std::uint64_t number = 0) {
     msg::OperatorCommand sample;
     sample.stamp().session(session);
-    sample.stamp().sequence_number(number);
+    sample.stamp().sequence_number(number != 0 ? number : ++own_number);
     sample.kind(kind);
     sample.issuer("me");
     std::vector<std::uint8_t> bytes;
     EXPECT_TRUE(dds::CdrCodec(dds::kOperatorCommand).encode(&sample, bytes));
     return watch.event_in(commands, bytes).value_or("");
   };
-  EXPECT_EQ(command(msg::COMMAND_MARK), "command, by me");
-  EXPECT_EQ(command(msg::COMMAND_EMERGENCY_STOP), "emergency stop, by me");
-  EXPECT_EQ(command(msg::COMMAND_RESET), "");
+  EXPECT_EQ(command(msg::CommandKind::COMMAND_MARK), "command, by me");
+  EXPECT_EQ(command(msg::CommandKind::COMMAND_EMERGENCY_STOP), "emergency stop, by me");
+  EXPECT_EQ(command(msg::CommandKind::COMMAND_RESET), "");
   // Sent again until it is confirmed: one event, not twenty a second.
-  EXPECT_EQ(command(msg::COMMAND_EMERGENCY_STOP, 8, 3), "emergency stop, by me");
-  EXPECT_EQ(command(msg::COMMAND_EMERGENCY_STOP, 9, 1), "emergency stop, by me") << "somebody else's";
-  EXPECT_EQ(command(msg::COMMAND_EMERGENCY_STOP, 8, 3), "");
-  EXPECT_EQ(command(msg::COMMAND_MARK, 8, 4), "command, by me");
-  EXPECT_EQ(command(msg::COMMAND_EMERGENCY_STOP, 8, 3), "");
-  EXPECT_EQ(command(msg::COMMAND_EMERGENCY_STOP, 8, 5), "emergency stop, by me");
+  EXPECT_EQ(command(msg::CommandKind::COMMAND_EMERGENCY_STOP, 8, 3), "emergency stop, by me");
+  EXPECT_EQ(command(msg::CommandKind::COMMAND_EMERGENCY_STOP, 9, 1), "emergency stop, by me")
+      << "somebody else's";
+  EXPECT_EQ(command(msg::CommandKind::COMMAND_EMERGENCY_STOP, 8, 3), "");
+  EXPECT_EQ(command(msg::CommandKind::COMMAND_MARK, 8, 4), "command, by me");
+  EXPECT_EQ(command(msg::CommandKind::COMMAND_EMERGENCY_STOP, 8, 3), "");
+  EXPECT_EQ(command(msg::CommandKind::COMMAND_EMERGENCY_STOP, 8, 5), "emergency stop, by me");
   EXPECT_FALSE(watch.event_in(commands, std::vector<std::uint8_t>{1, 2, 3}));
 }
 

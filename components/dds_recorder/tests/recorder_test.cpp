@@ -208,7 +208,7 @@ TEST(Losses, GapsOverflowAndDdsCountsStandInTheFile) {
       world.sample(world.state, 3, core::kNsPerMillisecond, {1}, 2));  // another writer counts by itself
   recorder.take(world.sample(world.brick, 1, core::kNsPerMillisecond, {1}));
   recorder.take(world.sample(world.brick, 9, core::kNsPerMillisecond, {1}));
-  recorder.count(world.state, 4, 5, 6);
+  recorder.count(world.state, {.overflow = 4, .dds_lost = 5, .dds_rejected = 6});
   recorder.tick(2 * FakeWorld::kSecond);
   const auto expect = [](const recording::StringMap& losses) {
     EXPECT_EQ(losses.at("state.missing"), "6");

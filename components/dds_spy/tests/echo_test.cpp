@@ -7,8 +7,8 @@
 namespace phantom::dds_spy {
 namespace {
 
-HeardSample note(core::Nanoseconds received_ns) {
-  HeardSample sample;
+ReceivedSample note(core::Nanoseconds received_ns) {
+  ReceivedSample sample;
   sample.topic = "note";
   sample.facts.received_ns = received_ns;
   sample.facts.sequence_number = 7;
@@ -39,7 +39,7 @@ TEST(Echo, ShowsASampleAsTextAndAsJson) {
 }
 
 TEST(Echo, ShowsOctetsOfWhatItCannotDecode) {
-  HeardSample foreign = note(1), broken = note(1);
+  ReceivedSample foreign = note(1), broken = note(1);
   foreign.content.reset();
   foreign.octets = broken.octets = "0001";
   broken.content.reset();
@@ -56,7 +56,7 @@ TEST(Echo, ThinsOutAndEnds) {
   Echo echo(false, 0.5, 2);
   EXPECT_TRUE(echo.take(note(0), graph));
   EXPECT_FALSE(echo.take(note(400 * core::kNsPerMillisecond), graph));
-  HeardSample other = note(450 * core::kNsPerMillisecond);
+  ReceivedSample other = note(450 * core::kNsPerMillisecond);
   other.instance = "id=2";
   EXPECT_FALSE(echo.complete());
   EXPECT_TRUE(echo.take(other, graph)) << "each instance for itself";

@@ -14,21 +14,21 @@ Event gap(core::Nanoseconds utc_ns, const std::string& text, const std::string& 
 }
 
 struct EventLogTest : testing::Test {
-  std::vector<Event> told;
-  EventLog log{3, 1.0, [this](const Event& event) { told.push_back(event); }};
+  std::vector<Event> reported;
+  EventLog log{3, 1.0, [this](const Event& event) { reported.push_back(event); }};
 };
 
 TEST_F(EventLogTest, TheFirstIsToldAtOnceTheNextOnesTogether) {
   for (int i = 0; i < 10; ++i) log.add(gap((10 + i) * core::kNsPerMillisecond, std::to_string(i)));
   log.add(gap(30 * core::kNsPerMillisecond, "other", "u"));
-  ASSERT_EQ(told.size(), 2u);
-  EXPECT_EQ(told[0].text, "0");
+  ASSERT_EQ(reported.size(), 2u);
+  EXPECT_EQ(reported[0].text, "0");
   log.look(500 * core::kNsPerMillisecond);
-  EXPECT_EQ(told.size(), 2u) << "not yet quiet for long enough";
+  EXPECT_EQ(reported.size(), 2u) << "not yet quiet for long enough";
   log.look(1100 * core::kNsPerMillisecond);
-  ASSERT_EQ(told.size(), 3u);
-  EXPECT_EQ(told[2].text, "9");
-  EXPECT_EQ(told[2].count, 9u);
+  ASSERT_EQ(reported.size(), 3u);
+  EXPECT_EQ(reported[2].text, "9");
+  EXPECT_EQ(reported[2].count, 9u);
   EXPECT_EQ(log.totals().at(EventKind::kGap), 11u);
 }
 
@@ -36,17 +36,17 @@ TEST_F(EventLogTest, NothingIsLostAtTheEnd) {
   log.add(gap(10 * core::kNsPerMillisecond, "a"));
   log.add(gap(11 * core::kNsPerMillisecond, "b"));
   log.flush();
-  ASSERT_EQ(told.size(), 2u);
-  EXPECT_EQ(told[1].text, "b");
+  ASSERT_EQ(reported.size(), 2u);
+  EXPECT_EQ(reported[1].text, "b");
   log.flush();
-  EXPECT_EQ(told.size(), 2u);
+  EXPECT_EQ(reported.size(), 2u);
 }
 
 TEST_F(EventLogTest, AfterAQuietTimeTheNextIsToldAtOnceAgain) {
   log.add(gap(10 * core::kNsPerMillisecond, "a"));
   log.look(2000 * core::kNsPerMillisecond);
   log.add(gap(2001 * core::kNsPerMillisecond, "b"));
-  EXPECT_EQ(told.size(), 2u);
+  EXPECT_EQ(reported.size(), 2u);
 }
 
 TEST_F(EventLogTest, OnlyTheNewestAreKept) {
@@ -67,6 +67,7 @@ nlohmann::ordered_json status(const std::string& state, int deadline_missed) {
           {"host", "desk"},
           {"state", state},
           {"message", ""},
+          {"figures", nlohmann::ordered_json::array()},
           {"topics",
            {{{"topic", "drag_field"},
              {"writer", false},
@@ -94,6 +95,23 @@ TEST(StatusWatch, ARestartedComponentCountsFromZeroWithoutNews) {
   watch.take(status("COMPONENT_RUNNING", 8));
   EXPECT_TRUE(watch.take(status("COMPONENT_RUNNING", 0)).empty());
   EXPECT_EQ(watch.take(status("COMPONENT_RUNNING", 1)).size(), 1u);
+}
+
+TEST(StatusWatch, ReportsDatagramsThatAComponentRefused) {
+  StatusWatch watch;
+  const auto refused = [](const char* reason, int count) {
+    auto one = status("COMPONENT_RUNNING", 0);
+    one["figures"] = {{{"name", "rate"}, {"value", 3.0}, {"unit", "Hz"}},
+                      {{"name", reason}, {"value", count}, {"unit", "datagrams"}}};
+    return one;
+  };
+  EXPECT_EQ(watch.take(refused("refused: no header of RTPS 2", 7)).size(), 1u) << "only its state is news";
+  const auto more = watch.take(refused("refused: no header of RTPS 2", 9));
+  ASSERT_EQ(more.size(), 1u);
+  EXPECT_EQ(more[0].kind, EventKind::kComponentCounter);
+  EXPECT_EQ(more[0].text, "it refused 2 datagrams: no header of RTPS 2 (9 so far)");
+  const auto other = watch.take(refused("refused: too many participants", 1));
+  ASSERT_EQ(other.size(), 1u) << "a reason that was not there before";
 }
 
 TEST(StatusWatch, AnotherTypeOfThatNameIsNoFault) {

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "common/core/utf8.hpp"
 #include "components/dds_spy/line_queue.hpp"
 #include "components/dds_spy/table.hpp"
 #include "components/dds_spy/terminal.hpp"
@@ -57,7 +58,7 @@ TEST(LiveView, TheScreenIsExactlyAsLargeAsTheTerminal) {
   for (int i = 0; i < 50; ++i) body += "µ line " + std::to_string(i) + "\n";
   const auto screen = view.screen("title", body, 20, 12);
   ASSERT_EQ(screen.size(), 12u);
-  for (const auto& line : screen) EXPECT_LE(width_of(line), 20u);
+  for (const auto& line : screen) EXPECT_LE(core::columns_of(line), 20u);
   EXPECT_EQ(screen[1], "µ line 0");
   EXPECT_EQ(screen[10], "µ line 9");
   for (int i = 0; i < 3; ++i) view.press(kDown);

@@ -18,37 +18,33 @@ EndpointInfo writer() {
   return info;
 }
 
-/// The reader that the plan makes, as the writers see it.
-diagnostics::EndpointQos reader_qos(const ReadingPlan& plan) {
-  diagnostics::EndpointQos qos;
-  if (plan.reliable) qos.reliability = diagnostics::Reliability::kReliable;
-  if (plan.transient_local) qos.durability = diagnostics::Durability::kTransientLocal;
-  qos.liveliness = plan.liveliness;
-  qos.lease_ns = plan.lease_ns;
-  qos.ownership = plan.ownership;
-  return qos;
+bool is_reliable(const ReadingPlan& plan) {
+  return plan.qos.reliability == diagnostics::Reliability::kReliable;
+}
+bool is_durable(const ReadingPlan& plan) {
+  return plan.qos.durability == diagnostics::Durability::kTransientLocal;
 }
 
 TEST(ReadingPlan, NobodyWaitsForTheSpyUnlessAsked) {
   const EndpointInfo one = writer();
   const auto plan = plan_reading({&one}, {});
   ASSERT_TRUE(plan);
-  EXPECT_FALSE(plan->reliable);
-  EXPECT_FALSE(plan->transient_local);
-  EXPECT_EQ(plan->lease_ns, 200) << "so that a loss of liveliness is told";
+  EXPECT_FALSE(is_reliable(*plan));
+  EXPECT_FALSE(is_durable(*plan));
+  EXPECT_EQ(plan->qos.lease_ns, 200) << "so that a loss of liveliness is reported";
   EXPECT_FALSE(plan_reading({}, {}));
 }
 
 TEST(ReadingPlan, HistoryIsAskedForWhereAllOfferIt) {
   const EndpointInfo one = writer();
-  EXPECT_TRUE(plan_reading({&one}, {.history = true})->transient_local);
-  EXPECT_TRUE(plan_reading({&one}, {.reliable = true})->reliable);
+  EXPECT_TRUE(is_durable(*plan_reading({&one}, {.history = true})));
+  EXPECT_TRUE(is_reliable(*plan_reading({&one}, {.reliable = true})));
   EndpointInfo other = writer();
   other.qos.reliability = diagnostics::Reliability::kBestEffort;
   other.qos.durability = diagnostics::Durability::kVolatile;
   const auto plan = plan_reading({&one, &other}, {.reliable = true, .history = true});
-  EXPECT_FALSE(plan->reliable);
-  EXPECT_FALSE(plan->transient_local);
+  EXPECT_FALSE(is_reliable(*plan));
+  EXPECT_FALSE(is_durable(*plan));
 }
 
 TEST(ReadingPlan, EveryWriterMatchesItsReader) {
@@ -64,7 +60,7 @@ TEST(ReadingPlan, EveryWriterMatchesItsReader) {
     }
     const auto plan = plan_reading(writers, {.reliable = true, .history = true});
     for (const auto* one : writers)
-      EXPECT_TRUE(diagnostics::mismatches(one->qos, reader_qos(*plan)).empty()) << chosen;
+      EXPECT_TRUE(diagnostics::mismatches(one->qos, plan->qos).empty()) << chosen;
   }
 }
 
@@ -75,7 +71,7 @@ TEST(ReadingPlan, AWriterOfAnotherTypeDoesNotWeakenIt) {
   other.qos = {};
   const auto plan = plan_reading({&one, &other}, {.history = true});
   EXPECT_EQ(plan->type, "T");
-  EXPECT_TRUE(plan->transient_local);
+  EXPECT_TRUE(is_durable(*plan));
 }
 
 }  // namespace

@@ -1,8 +1,6 @@
 // The spy in a domain of its own, with real writers and readers, over UDP on loopback.
 #include "components/dds_spy/session.hpp"
 
-#include <fastdds/rtps/transport/test_UDPv4TransportDescriptor.h>
-#include <fastrtps/xmlparser/XMLProfileManager.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -23,6 +21,8 @@
 #include "common/observation/payload_writer.hpp"
 #include "common/runtime/process.hpp"
 #include "components/dds_spy/reports.hpp"
+#include "fast_dds/participants.hpp"
+#include "fast_dds/test_transport.hpp"
 
 namespace phantom::dds_spy {
 namespace {
@@ -32,9 +32,7 @@ namespace edds = eprosima::fastdds::dds;
 
 /// Between participants of this process samples take the way that they take between processes.
 const bool kThroughTransport = [] {
-  eprosima::fastrtps::LibrarySettingsAttributes settings;
-  settings.intraprocess_delivery = eprosima::fastrtps::INTRAPROCESS_OFF;
-  eprosima::fastrtps::xmlparser::XMLProfileManager::library_settings(settings);
+  fast_dds::deliver_by_transport();
   return true;
 }();
 
@@ -58,7 +56,7 @@ class Repeating {
 struct Spy {
   explicit Spy(const Reading& reading = {}) : adapter(dds::test_network(), reading, view) {}
 
-  bool told(EventKind kind, const std::string& topic, const std::string& part) {
+  bool reports(EventKind kind, const std::string& topic, const std::string& part) {
     return dds::eventually([&] {
       adapter.follow_writers();
       const auto lock = adapter.lock();
@@ -78,7 +76,7 @@ struct Spy {
       sum += writer.topic == topic ? writer.stream.figures().samples : 0;
     return sum;
   }
-  bool hears(const std::string& topic, std::uint64_t count = 3) {
+  bool receives(const std::string& topic, std::uint64_t count = 3) {
     return dds::eventually([&] { return samples(topic) >= count; });
   }
 
@@ -118,23 +116,23 @@ TEST(Spy, SeesRateLatencyASkipAMissedDeadlineAndLostLiveliness) {
   slave.stamper.next();
   slave.stamper.next();
   slave.write();
-  EXPECT_TRUE(spy.told(EventKind::kSkip, "slave_state",
-                       "slave_io (process " + std::to_string(getpid()) + "): the writer left out"));
+  EXPECT_TRUE(spy.reports(EventKind::kSkip, "slave_state",
+                          "slave_io (process " + std::to_string(getpid()) + "): the writer left out"));
   // Nothing more is written: first the deadline of 20 ms passes, then the lease of 200 ms.
-  EXPECT_TRUE(spy.told(EventKind::kDeadlineMissed, "slave_state", "(deadline offered: 20 ms)"));
-  EXPECT_TRUE(spy.told(EventKind::kLivelinessLost, "slave_state", "lease of 200 ms"));
+  EXPECT_TRUE(spy.reports(EventKind::kDeadlineMissed, "slave_state", "(deadline offered: 20 ms)"));
+  EXPECT_TRUE(spy.reports(EventKind::kLivelinessLost, "slave_state", "lease of 200 ms"));
   slave.write();
-  EXPECT_TRUE(spy.told(EventKind::kDeadlineMet, "slave_state", "samples come again"));
-  EXPECT_TRUE(spy.told(EventKind::kLivelinessBack, "slave_state", "proves again"));
+  EXPECT_TRUE(spy.reports(EventKind::kDeadlineMet, "slave_state", "samples come again"));
+  EXPECT_TRUE(spy.reports(EventKind::kLivelinessBack, "slave_state", "proves again"));
 }
 
 /// A writer whose packets can be made to vanish on their way.
 class LossyWriter {
  public:
   LossyWriter() {
-    auto transport = std::make_shared<eprosima::fastdds::rtps::test_UDPv4TransportDescriptor>();
+    auto transport = std::make_shared<fast_dds::rtps::test_UDPv4TransportDescriptor>();
     transport->interfaceWhiteList = {"127.0.0.1"};
-    transport->drop_data_messages_filter_ = [this](eprosima::fastrtps::rtps::CDRMessage_t& message) {
+    transport->drop_data_messages_filter_ = [this](fast_dds::rtps::CDRMessage_t& message) {
       constexpr std::uint32_t kWriterEntity = 8;  // after flags, octets to inline QoS and the reader's entity
       const bool builtin = (message.buffer[message.pos + kWriterEntity + 3] & 0xc0) == 0xc0;
       return !builtin && dropping;
@@ -180,7 +178,7 @@ TEST(Spy, SeesAGapWhereSamplesVanishOnTheWay) {
   for (int i = 0; i < 7; ++i) lossy.write();
   lossy.dropping = false;
   lossy.write();
-  EXPECT_TRUE(spy.told(EventKind::kGap, "percept", "): 7 samples did not come before number"));
+  EXPECT_TRUE(spy.reports(EventKind::kGap, "percept", "): 7 samples did not come before number"));
 }
 
 TEST(Spy, ExplainsAQosMismatchBetweenOthers) {
@@ -189,7 +187,7 @@ TEST(Spy, ExplainsAQosMismatchBetweenOthers) {
   observation::PayloadWriter writer(there, topic, {}, 1);
   dds::Reader<msg::Percept> reader(here, dds::kPercept, [](const auto&, const auto&) {});
   Spy spy;
-  EXPECT_TRUE(spy.told(EventKind::kQosMismatch, "percept", "deadline, offered none, requested 100 ms"));
+  EXPECT_TRUE(spy.reports(EventKind::kQosMismatch, "percept", "deadline, offered none, requested 100 ms"));
   const auto lock = spy.adapter.lock();
   const diagnostics::NameFilter all;
   const auto text = qos_text({spy.view, contracts(), all, 1, 1.0});
@@ -227,8 +225,8 @@ TEST(Spy, GarbageUnderAProjectTypeIsSaidInWords) {
   const std::vector<std::uint8_t> bytes{0, 1, 0, 0, 1, 2, 3, 4};
   const Repeating writing([&] { writer.write(bytes); });
   Spy spy;
-  EXPECT_TRUE(spy.told(EventKind::kUndecodable, "percept",
-                       "phantom::msg::Percept.stamp.sequence_number: needs 8 octets at 0, 4 are left"));
+  EXPECT_TRUE(spy.reports(EventKind::kUndecodable, "percept",
+                          "phantom::msg::Percept.stamp.sequence_number: needs 8 octets at 0, 4 are left"));
 }
 
 TEST(Spy, EchoesOneInstanceOfADurableTopicWithItsHistory) {
@@ -255,9 +253,9 @@ TEST(Spy, ListsParticipantsThatComeAndGo) {
   Spy spy;
   {
     dds::Participant there("visitor", dds::test_network());
-    EXPECT_TRUE(spy.told(EventKind::kParticipantJoined, "", "visitor (process "));
+    EXPECT_TRUE(spy.reports(EventKind::kParticipantJoined, "", "visitor (process "));
   }
-  EXPECT_TRUE(spy.told(EventKind::kParticipantLeft, "", "visitor (process "));
+  EXPECT_TRUE(spy.reports(EventKind::kParticipantLeft, "", "visitor (process "));
 }
 
 TEST(Session, TypesAreFoundByTypeByItsShortNameAndByTopic) {
@@ -291,7 +289,7 @@ TEST(Spy, NamesTheTopicsThatThereAreWhereNoneIsCalledAsAskedFor) {
   const Request request{.command = Command::kRates, .topics = {"slave_stat"}, .seconds = 1.0};
   int code = 0;
   testing::internal::CaptureStdout();
-  const bool told = dds::eventually([&] {
+  const bool reported = dds::eventually([&] {
     code = run(request, {}, dds::test_network(), out);
     std::cout << std::flush;
     const bool there_are =
@@ -300,7 +298,7 @@ TEST(Spy, NamesTheTopicsThatThereAreWhereNoneIsCalledAsAskedFor) {
     return there_are;
   });
   testing::internal::GetCapturedStdout();
-  EXPECT_TRUE(told);
+  EXPECT_TRUE(reported);
   EXPECT_EQ(code, runtime::kExitMissing);
 }
 
@@ -309,13 +307,13 @@ TEST(Spy, FollowsAWriterWithWeakerQosThatComesLater) {
   SlaveWriter slave(there);
   const Repeating writing([&] { slave.write(); });
   Spy spy;
-  ASSERT_TRUE(spy.hears("slave_state"));
+  ASSERT_TRUE(spy.receives("slave_state"));
   observation::PayloadWriter weak(other, {dds::kSlaveState.name, dds::kSlaveState.type_name, false}, {}, 1);
   const std::vector<std::uint8_t> bytes{0, 1, 0, 0};
   const Repeating weakly([&] { weak.write(bytes); });
-  EXPECT_TRUE(spy.told(EventKind::kUndecodable, "slave_state", "acme"));
+  EXPECT_TRUE(spy.reports(EventKind::kUndecodable, "slave_state", "acme"));
   const auto before = spy.samples("slave_state");
-  EXPECT_TRUE(spy.hears("slave_state", before + 10)) << "both are heard";
+  EXPECT_TRUE(spy.receives("slave_state", before + 10)) << "both are heard";
 }
 
 /// A reader that stands still in its first sample until it is let go.
@@ -330,12 +328,13 @@ struct Standing : observation::PayloadListener {
 };
 
 TEST(Spy, AReaderOfItsThatHangsHoldsNoWriterUp) {
-  for (const bool reliable : {false, true}) {
+  for (const auto reliability :
+       {diagnostics::Reliability::kBestEffort, diagnostics::Reliability::kReliable}) {
     dds::Participant there("phantom_sensing", dds::test_network()), here("dds_spy", dds::test_network());
     dds::Writer<msg::HitAlert> writer(there, dds::kHitAlert);
     Standing standing;
     observation::PayloadReader reader(here, {dds::kHitAlert.name, dds::kHitAlert.type_name, false},
-                                      {.reliable = reliable}, standing);
+                                      {.reliability = reliability}, standing);
     ASSERT_TRUE(dds::eventually([&] { return writer.matched() == 1 && reader.matched() == 1; }));
     const msg::HitAlert alert;
     ASSERT_TRUE(writer.write(alert));
@@ -344,7 +343,7 @@ TEST(Spy, AReaderOfItsThatHangsHoldsNoWriterUp) {
       for (int i = 0; i < 1000; ++i) writer.write(alert);  // many times what its history holds
     });
     EXPECT_EQ(writing.wait_for(std::chrono::seconds(30)), std::future_status::ready)
-        << (reliable ? "reliable" : "best effort");
+        << diagnostics::to_string(reliability);
     standing.let_go.set_value();
   }
 }

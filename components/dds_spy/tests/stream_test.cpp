@@ -181,7 +181,7 @@ TEST(DeadlineWatch, CountsPeriodsWithoutASample) {
   ASSERT_TRUE(miss);
   EXPECT_EQ(miss->periods, 3u);
   EXPECT_EQ(miss->pause_ns, 65 * core::kNsPerMillisecond);
-  EXPECT_FALSE(miss->told);
+  EXPECT_FALSE(miss->reported);
   EXPECT_EQ(watch.missed(), 3u);
 }
 
@@ -194,7 +194,7 @@ TEST(DeadlineWatch, ASilenceIsToldOnceAndItsEndToo) {
   EXPECT_FALSE(watch.look(1500 * core::kNsPerMillisecond));
   const auto end = watch.take(1600 * core::kNsPerMillisecond, 6 * core::kNsPerMillisecond);
   ASSERT_TRUE(end);
-  EXPECT_TRUE(end->told);
+  EXPECT_TRUE(end->reported);
   EXPECT_EQ(end->made_apart_ns, 1 * core::kNsPerMillisecond)
       << "the writer was in time: it was held up on the way";
 }

@@ -12,7 +12,7 @@ namespace {
 using diagnostics::EndpointInfo;
 using diagnostics::Guid;
 using diagnostics::ParticipantInfo;
-using Change = SystemView::Change;
+using Change = diagnostics::Presence;
 
 constexpr core::Nanoseconds kUtc = 1'700'000'000 * core::kNsPerSecond;
 
@@ -46,17 +46,17 @@ EndpointInfo slave_end(std::uint8_t number, std::uint8_t entity, bool writer) {
   return info;
 }
 
-HeardSample sample(std::uint64_t number, core::Nanoseconds received_ns, core::Nanoseconds made_ns) {
-  HeardSample heard;
-  heard.topic = "slave_state";
-  heard.writer = guid(1, 2);
-  heard.facts.sequence_number = number;
-  heard.facts.received_ns = received_ns;
-  heard.facts.received_utc_ns = kUtc + received_ns;
-  heard.facts.octets = 660;
-  heard.facts.stamp = SampleStamp{number, made_ns, 0, 5};
-  heard.facts.same_host = true;
-  return heard;
+ReceivedSample sample(std::uint64_t number, core::Nanoseconds received_ns, core::Nanoseconds made_ns) {
+  ReceivedSample received;
+  received.topic = "slave_state";
+  received.writer = guid(1, 2);
+  received.facts.sequence_number = number;
+  received.facts.received_ns = received_ns;
+  received.facts.received_utc_ns = kUtc + received_ns;
+  received.facts.octets = 660;
+  received.facts.stamp = SampleStamp{number, made_ns, 0, 5};
+  received.facts.same_host = true;
+  return received;
 }
 
 struct SystemViewTest : testing::Test {
@@ -64,21 +64,21 @@ struct SystemViewTest : testing::Test {
     view.on_participant(participant(1, "slave_io"), Change::kAppeared, kUtc);
     view.on_participant(participant(2, "master_io"), Change::kAppeared, kUtc);
     view.on_endpoint(slave_end(1, 2, true), Change::kAppeared, kUtc);
-    told.clear();
+    reported.clear();
   }
 
   std::string all() const {
     std::string text;
-    for (const Event& event : told)
+    for (const Event& event : reported)
       text +=
           std::string(name_of(event.kind)) + " " + event.topic + " " + event.who + ": " + event.text + "\n";
     return text;
   }
   ReportInput input() const { return {view, contracts(), every_topic, 42, 2.0}; }
 
-  std::vector<Event> told;
+  std::vector<Event> reported;
   diagnostics::NameFilter every_topic;
-  SystemView view{100, 0.0, [this](const Event& event) { told.push_back(event); }};
+  SystemView view{100, 0.0, [this](const Event& event) { reported.push_back(event); }};
 };
 
 TEST_F(SystemViewTest, ALateSampleSaysWhetherTheWriterWasLate) {
@@ -98,14 +98,14 @@ TEST_F(SystemViewTest, ALateSampleSaysWhetherTheWriterWasLate) {
 TEST_F(SystemViewTest, ASilenceIsToldWhileItLasts) {
   view.on_sample(sample(1, 1000 * core::kNsPerMillisecond, 1000 * core::kNsPerMillisecond));
   view.look(1010 * core::kNsPerMillisecond, kUtc);
-  EXPECT_TRUE(told.empty());
+  EXPECT_TRUE(reported.empty());
   view.look(1500 * core::kNsPerMillisecond, kUtc);
   view.look(1600 * core::kNsPerMillisecond, kUtc);
   EXPECT_EQ(all(),
             "deadline_missed slave_state slave_io (process 1001): nothing for 500.0 ms (deadline offered: "
             "20 ms)\n");
   view.on_sample(sample(2, 2000 * core::kNsPerMillisecond, 2000 * core::kNsPerMillisecond));
-  EXPECT_EQ(told.back().kind, EventKind::kDeadlineMet);
+  EXPECT_EQ(reported.back().kind, EventKind::kDeadlineMet);
 }
 
 TEST_F(SystemViewTest, GapsSkipsAndRestartsAreTold) {
@@ -128,19 +128,19 @@ TEST_F(SystemViewTest, ANewReaderOfTheSpyMakesNoGap) {
   view.on_sample(sample(1, 1 * core::kNsPerMillisecond, 1 * core::kNsPerMillisecond));
   view.on_reader_made("slave_state");
   view.on_sample(sample(90, 900 * core::kNsPerMillisecond, 900 * core::kNsPerMillisecond));
-  EXPECT_TRUE(told.empty()) << all();
+  EXPECT_TRUE(reported.empty()) << all();
 }
 
 TEST_F(SystemViewTest, LivelinessIsToldWithItsLease) {
   view.on_liveliness(guid(1, 2), true, kUtc);
-  EXPECT_TRUE(told.empty()) << "alive is what it was";
+  EXPECT_TRUE(reported.empty()) << "alive is what it was";
   view.on_liveliness(guid(1, 2), false, kUtc);
   view.on_liveliness(guid(1, 2), true, kUtc);
-  ASSERT_EQ(told.size(), 2u);
-  EXPECT_EQ(told[0].text,
+  ASSERT_EQ(reported.size(), 2u);
+  EXPECT_EQ(reported[0].text,
             "no proof of life for the lease of 200 ms (manual by topic): "
             "the writer hangs, was killed or is cut off");
-  EXPECT_EQ(told[1].kind, EventKind::kLivelinessBack);
+  EXPECT_EQ(reported[1].kind, EventKind::kLivelinessBack);
 }
 
 TEST_F(SystemViewTest, AMismatchIsToldOnceAndAgainAfterItWasGone) {
@@ -178,7 +178,7 @@ TEST_F(SystemViewTest, WhatCannotBeDecodedIsCountedAndTold) {
   bad.problem = "phantom::msg::SlaveState.state: needs 4 octets at 72, 0 are left";
   view.on_sample(bad);
   EXPECT_EQ(view.writers().begin()->second.undecodable, 1u);
-  EXPECT_EQ(told.back().kind, EventKind::kUndecodable);
+  EXPECT_EQ(reported.back().kind, EventKind::kUndecodable);
 }
 
 TEST_F(SystemViewTest, ReportsInJsonAndTextSayTheSame) {
@@ -243,6 +243,18 @@ TEST_F(SystemViewTest, CountsCanBeSetToZero) {
   view.reset_counts();
   EXPECT_EQ(view.writers().begin()->second.stream.figures().samples, 0u);
   EXPECT_EQ(view.graph().participants().size(), 2u);
+}
+
+TEST_F(SystemViewTest, InstancesOfAWriterAreToldApartUpToANumber) {
+  for (std::uint64_t i = 0; i < 3 * ObservedWriter::kMostInstances; ++i) {
+    ReceivedSample received = sample(i + 1, 1'000'000 * static_cast<core::Nanoseconds>(i), 0);
+    received.instance = "id=" + std::to_string(i);
+    view.on_sample(received);
+  }
+  const ObservedWriter& writer = view.writers().at(guid(1, 2));
+  EXPECT_EQ(writer.instances.size(), ObservedWriter::kMostInstances + 1);
+  EXPECT_EQ(writer.instances.at(ObservedWriter::kOthers), 2 * ObservedWriter::kMostInstances);
+  EXPECT_LE(writer.deadlines.size(), ObservedWriter::kMostInstances);
 }
 
 }  // namespace

@@ -5,12 +5,11 @@
 #include <cmath>
 
 #include "common/core/errors.hpp"
-#include "common/simulation/local_bus.hpp"
-#include "common/teleop/tests/stop_store.hpp"
 #include "components/master_io/servo.hpp"
 #include "components/master_io/tests/fixture.hpp"
-#include "components/simulated_drive/simulated_drive.hpp"
+#include "components/simulated_drive/tests/drive_like.hpp"
 #include "tests/support/heap_guard.hpp"
+#include "tests/support/local_bus.hpp"
 
 namespace phantom::master_io {
 namespace {
@@ -25,7 +24,7 @@ std::string with_drives(const std::string& more = "") {
   yaml.replace(yaml.find("driver: sim"), 11, "driver: can");
   yaml.replace(yaml.find("rate_Hz: 1000"), 13, "rate_Hz: 500");
   yaml +=
-      "\ncan:\n  on_fault: coast\n  boot_timeout_s: 0.2\n  buses: [{address: \"user:a\"}, {address: "
+      "\ncan:\n  on_fault: coast\n  boot_timeout_s: 0.2\n  heartbeat_timeout_s: 0.2\n  buses: [{address: \"user:a\"}, {address: "
       "\"user:b\"}]\n  drives:\n";
   for (std::size_t j = 0; j < kBusJoints; ++j) {
     yaml += "    " + shipped_arm().arm.joints()[j].name + ": {bus: " + std::to_string(j % 2) +
@@ -41,53 +40,47 @@ Config can_config(const std::string& more = "") {
 }
 
 // A slave that follows perfectly, drag that is everywhere the same, and a hand that pushes joint 4.
-struct Bench {
+struct Bench : ServoRig {
   Bench() {
     std::vector<std::unique_ptr<can::CanBus>> ports;
     for (auto& bus : buses) ports.push_back(bus.connect("master_io"));
     const auto& axes = config.can->group.axes;
     for (std::size_t j = 0; j < kBusJoints; ++j) {
-      const double rad_per_unit = 2.0 * 3.14159265358979323846 / axes[j].units.travel_per_turn;
-      simulated_drive::DriveOptions o;
-      o.node = axes[j].node;
-      o.motor.counts_per_turn = axes[j].units.counts_per_turn;
-      o.motor.gear_ratio = axes[j].units.gear_ratio;
-      o.motor.rated_torque_Nm = axes[j].units.rated_motor_torque_Nm();
-      o.motor.start_rad = shipped_arm().home[j] * rad_per_unit;
-      o.motor.joint = {config.device.joints[j].inertia / (rad_per_unit * rad_per_unit), 0.0, 0.0, -100.0,
-                       100.0};
+      simulated_drive::DriveOptions o =
+          simulated_drive::drive_like(axes[j], shipped_arm().home[j], config.device.joints[j].inertia);
       o.motor.load_Nm = j == 3 ? push_Nm : 0.0;
       drives.push_back(
           std::make_unique<simulated_drive::SimulatedDrive>(o, buses[axes[j].bus].connect(axes[j].name)));
     }
     device = std::make_unique<CanDevice>(config, std::move(ports));
     servo = std::make_unique<Servo>(config, shipped_arm().home, *device, inbox, 1, stops);
-    slave.state = LinkState::kCoupled;
-    drag.drag.valid = true;
-    drag.drag.plus.fill(0.02);
-    drag.drag.minus.fill(0.02);
   }
   void tick() {
     now_ns += period_ns;
-    slave.received_ns = drag.received_ns = now_ns;
-    ++slave.stamp.sequence_number;
+    renew(slave);
+    renew(drag);
     if (published > 0) slave.position = last.position;
     inbox.slave.write(slave);
     inbox.drag.write(drag);
     {
       const test::HeapGuard guard;
-      servo->tick(config.period_s, now_ns);
+      ServoRig::tick(*servo, config.period_s);
     }
-    published += servo->outbox.read(last) ? 1 : 0;
+    pass();
+  }
+  /// The servo does not run for a period in which it should have; the drives do.
+  void miss() {
+    now_ns += period_ns;
+    pass();
+  }
+  void pass() {
     for (int part = 1; part <= 4; ++part) {
       for (auto& bus : buses) bus.advance_to(now_ns + period_ns * part / 4);
       for (auto& drive : drives) drive->step(now_ns + period_ns * part / 4);
     }
   }
   bool reaches(LinkState wanted, double most_s = 10.0) {
-    for (double t = 0; t < most_s && (published == 0 || last.outputs.state != wanted); t += config.period_s)
-      tick();
-    return published > 0 && last.outputs.state == wanted;
+    return ServoRig::reaches(wanted, config.period_s, most_s, [this] { tick(); });
   }
 
   static constexpr double push_Nm = 0.05;
@@ -95,16 +88,9 @@ struct Bench {
   std::array<simulation::LocalBus, 2> buses{simulation::LocalBus({.bit_rate = 1e6}),
                                             simulation::LocalBus({.bit_rate = 1e6})};
   std::vector<std::unique_ptr<simulated_drive::SimulatedDrive>> drives;
-  Inbox inbox;
   std::unique_ptr<CanDevice> device;
-  teleop::MemoryStopStore stops;
   std::unique_ptr<Servo> servo;
-  SlaveSample slave;
-  DragSample drag;
-  MasterReport last;
-  core::Nanoseconds now_ns = 1'000'000'000;
   core::Nanoseconds period_ns = core::from_seconds(config.period_s);
-  int published = 0;
 };
 
 TEST(CanDevice, RendersDragOnTheHandThroughItsDrivesAndItsEncodersAreTheMastersJoints) {
@@ -132,6 +118,34 @@ TEST(CanDevice, AFaultTakesTheTorquesUntilAReset) {
   for (const double torque_Nm : bench.last.outputs.motor_Nm) EXPECT_EQ(torque_Nm, 0.0);
   bench.inbox.stops.reset({.own = bench.stops.record.id});
   EXPECT_TRUE(bench.reaches(LinkState::kCoupled)) << bench.device->health().message;
+}
+
+TEST(CanDevice, SR18_AfterAGapTheTorqueOnTheHandIsHeldDownAndAStarvedLoopLetsTheHandGo) {
+  Bench bench;
+  ASSERT_TRUE(bench.reaches(LinkState::kCoupled)) << bench.device->health().message;
+  for (int i = 0; i < 1500; ++i) bench.tick();
+  const double before_Nm = std::abs(bench.last.outputs.motor_Nm[3]);
+  ASSERT_GT(before_Nm, 0.8 * Bench::push_Nm);
+  for (int i = 0; i < 19; ++i) bench.miss();
+  bench.tick();
+  ASSERT_TRUE(bench.last.outputs.loop.late);
+  ASSERT_EQ(bench.last.outputs.state, LinkState::kCoupled) << "one gap of 40 ms is borne";
+  EXPECT_LT(std::abs(bench.last.outputs.motor_Nm[3]), 0.2 * before_Nm);
+  for (int i = 0; i < 1500; ++i) bench.tick();
+  EXPECT_GT(std::abs(bench.last.outputs.motor_Nm[3]), 0.8 * before_Nm) << "and forgotten";
+  for (int gap = 0; gap < 2; ++gap) {
+    for (int i = 0; i < 19; ++i) bench.miss();
+    bench.tick();
+  }
+  EXPECT_EQ(bench.last.outputs.state, LinkState::kDegraded);
+  EXPECT_TRUE(bench.last.outputs.loop.starved);
+  for (int i = 0; i < 100; ++i) bench.tick();
+  EXPECT_FALSE(bench.last.outputs.power);
+  for (const auto& drive : bench.drives) {
+    EXPECT_EQ(drive->power(), simulated_drive::SimulatedDrive::Power::kSwitchOnDisabled) << "as configured";
+    EXPECT_EQ(drive->torque_mille(), 0.0);
+  }
+  EXPECT_TRUE(bench.reaches(LinkState::kCoupled)) << "by itself: " << bench.device->health().message;
 }
 
 TEST(CanDevice, WhenMasterIoEndsTheHandIsFreeAtOnce) {

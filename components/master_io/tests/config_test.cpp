@@ -178,8 +178,8 @@ TEST(MasterConfig, AMissingReachesFileIsNamed) {
 
 TEST(MasterConfig, ReachesMayBeChosenByName) {
   const auto all = load_reaches(hot_cell().file.parent_path() / "reaches.yaml", shipped_arm().arm);
-  const auto sequence = runtime::ConfigReader::from_text(
-      "only: [" + all[2].label.name + ", " + all[0].label.name + "]", "x.yaml");
+  const auto sequence = runtime::Fields::from_text(
+      "only: [" + all[2].label.name + ", " + all[0].label.name + "]", "x.yaml", {"only: []"});
   const auto chosen = choose_reaches(sequence, all);
   ASSERT_EQ(chosen.size(), 2U);
   EXPECT_EQ(chosen[0].reach.target, all[2].reach.target);

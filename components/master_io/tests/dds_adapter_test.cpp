@@ -8,11 +8,12 @@
 #include "common/dds/source_guard.hpp"
 #include "components/master_io/dds_adapter_convert.hpp"
 #include "components/master_io/tests/fixture.hpp"
-#include "phantom_idl/percept.h"
+#include "phantom_idl/percept.hpp"
 
 namespace phantom::master_io {
 namespace {
 
+using core::CommandKind;
 using testing::HasSubstr;
 constexpr double kBad[] = {std::numeric_limits<double>::quiet_NaN(),
                            -std::numeric_limits<double>::infinity()};
@@ -60,49 +61,40 @@ TEST(MasterAdapter, CommandsAreTakenWithinTheirRanges) {
   Settings settings;
   settings.percept_gain = teleop::everywhere(3);
   const GainRules rules = gain_rules(shipped_config(), shipped_arm().arm);
-  msg::OperatorCommand command;
-  command.stamp().sequence_number(1);
-  command.joint(kAllJoints);
-  const auto give = [&](msg::CommandKind kind, double value) {
-    command.kind(kind);
-    command.value(value);
-    return take_setting(command, rules, 0.004, settings).is_ok();
+  const auto give = [&](CommandKind kind, double value) {
+    return apply_setting({.kind = kind, .value = value}, rules, 0.004, settings).is_ok();
   };
-  EXPECT_TRUE(give(msg::COMMAND_SET_PERCEPT_GAIN, 7));
+  EXPECT_TRUE(give(CommandKind::kSetPerceptGain, 7));
   EXPECT_EQ(settings.percept_gain, teleop::everywhere(7));
   for (const double bad : {kBad[0], kBad[1], -1.0, 1001.0})
-    EXPECT_FALSE(give(msg::COMMAND_SET_PERCEPT_GAIN, bad));
+    EXPECT_FALSE(give(CommandKind::kSetPerceptGain, bad));
   EXPECT_EQ(settings.percept_gain, teleop::everywhere(7));
-  EXPECT_TRUE(give(msg::COMMAND_SET_FEEDBACK_GAIN, 0.012));
-  EXPECT_FALSE(give(msg::COMMAND_SET_FEEDBACK_GAIN, 11));
+  EXPECT_TRUE(give(CommandKind::kSetFeedbackGain, 0.012));
+  EXPECT_FALSE(give(CommandKind::kSetFeedbackGain, 11));
   EXPECT_EQ(settings.feedback_gain, teleop::everywhere(0.012));
-  EXPECT_TRUE(give(msg::COMMAND_ENABLE_PERCEPT, 0));
-  EXPECT_FALSE(give(msg::COMMAND_ENABLE_PERCEPT, 0.5));
+  EXPECT_TRUE(give(CommandKind::kEnablePercept, 0));
+  EXPECT_FALSE(give(CommandKind::kEnablePercept, 0.5));
   EXPECT_FALSE(settings.percept_enabled);
-  EXPECT_TRUE(give(msg::COMMAND_SET_LAW, 3));
+  EXPECT_TRUE(give(CommandKind::kSetLaw, 3));
   EXPECT_EQ(settings.law, teleop::BilateralLaw::kPe);
   EXPECT_EQ(settings.feedback_gain, teleop::everywhere(teleop::kLawsOwnGain))
       << "one law's gain is not another's";
-  for (const double bad : {kBad[0], kBad[1], -1.0, 5.0, 1.5}) EXPECT_FALSE(give(msg::COMMAND_SET_LAW, bad));
-  EXPECT_FALSE(give(static_cast<msg::CommandKind>(50), 0));
+  for (const double bad : {kBad[0], kBad[1], -1.0, 5.0, 1.5}) EXPECT_FALSE(give(CommandKind::kSetLaw, bad));
+  EXPECT_FALSE(give(static_cast<CommandKind>(50), 0));
 }
 
 // 1/A = 10 from the page swung all joints at 57 Hz, 0.1 two of them.
 TEST(MasterAdapter, AGainThatIsNotStableIsRefusedWithTheGreatestThatIs) {
   Settings settings;
   const GainRules rules = gain_rules(shipped_config(), shipped_arm().arm);
-  msg::OperatorCommand command;
-  command.stamp().sequence_number(1);
-  command.kind(msg::COMMAND_SET_FEEDBACK_GAIN);
+  CommandKind kind = CommandKind::kSetFeedbackGain;
   const auto give = [&](double value, int joint, double delay_s) {
-    command.value(value);
-    command.joint(joint);
-    return take_setting(command, rules, delay_s, settings).message();
+    return apply_setting({.kind = kind, .value = value, .joint = joint}, rules, delay_s, settings).message();
   };
-  EXPECT_THAT(give(10, kAllJoints, 0.004),
+  EXPECT_THAT(give(10, -1, 0.004),
               testing::MatchesRegex("1/A 10 is not stable on j3_shoulder with law sctfb and 4 ms delay; "
                                     "allowed: up to 0\\.01[0-9]*"));
-  EXPECT_THAT(give(0.1, kAllJoints, 0.004), HasSubstr("j3_shoulder"));
+  EXPECT_THAT(give(0.1, -1, 0.004), HasSubstr("j3_shoulder"));
   EXPECT_EQ(settings.feedback_gain, teleop::everywhere(teleop::kLawsOwnGain)) << "nothing was changed";
   EXPECT_EQ(give(0.1, 6, 0.004), "") << "the tool's roll bears it";
   EXPECT_EQ(settings.feedback_gain[6], 0.1);
@@ -110,7 +102,7 @@ TEST(MasterAdapter, AGainThatIsNotStableIsRefusedWithTheGreatestThatIs) {
   EXPECT_THAT(give(0.1, 6, 0.02), HasSubstr("j7_tool_roll with law sctfb and 20 ms delay"));
   EXPECT_THAT(give(0.01, 7, 0.004), HasSubstr("allowed: 0 to 6, or -1 for all"));
   EXPECT_THAT(give(0.01, -2, 0.004), HasSubstr("no joint -2"));
-  command.kind(msg::COMMAND_SET_PERCEPT_GAIN);
+  kind = CommandKind::kSetPerceptGain;
   EXPECT_EQ(give(5, 3, 0.004), "");
   EXPECT_EQ(settings.percept_gain[3], 5);
   EXPECT_EQ(settings.percept_gain[2], 0);

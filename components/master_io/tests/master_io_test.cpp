@@ -33,7 +33,7 @@ MasterOutputs run(MasterIo& master, const MasterInputs& in, double duration_s) {
   return out;
 }
 
-TEST(MasterIo, NoTorqueBeforeCoupling) {
+TEST(MasterIo, SR06_NoTorqueBeforeCoupling) {
   MasterIo master(shipped_config(), teleop::StopLatch(1, {}));
   MasterInputs in = coupled_inputs();
   in.slave.state = LinkState::kReady;
@@ -121,7 +121,7 @@ TEST(MasterIo, ALawWithoutItsForceSensorIsSaidAndSilent) {
 }
 
 // Whatever goes stale, torques fade out in bounded time and without a jump.
-TEST(MasterIo, StaleInputsFadeOutInBoundedTime) {
+TEST(MasterIo, SR07_StaleInputsFadeOutInBoundedTime) {
   const auto config = shipped_config();
   for (const bool slave_lost : {true, false}) {
     MasterIo master(config, teleop::StopLatch(1, {}));
@@ -150,7 +150,7 @@ TEST(MasterIo, StaleInputsFadeOutInBoundedTime) {
 }
 
 // A drag_field that comes regularly but goes back to a pose of long ago is none.
-TEST(MasterIo, DragOfLongAgoFadesOut) {
+TEST(MasterIo, SR14_DragOfLongAgoFadesOut) {
   const auto config = shipped_config();
   MasterIo master(config, teleop::StopLatch(1, {}));
   MasterInputs in = coupled_inputs();
@@ -177,7 +177,7 @@ TEST(MasterIo, ADeviceThatDoesNotFollowIsNotCoupled) {
   EXPECT_EQ(out.motor_Nm, core::JointArray{});
 }
 
-TEST(MasterIo, EmergencyStopTakesTheTorqueUntilReset) {
+TEST(MasterIo, SR04_EmergencyStopTakesTheTorqueUntilReset) {
   MasterIo master(shipped_config(), teleop::StopLatch(1, {}));
   MasterInputs in = coupled_inputs();
   in.velocity.fill(0.5);
@@ -221,7 +221,7 @@ TEST(MasterIo, GainsFollowTheirSettingsSmoothly) {
   EXPECT_NEAR(before.percept_Nm[1], -30 * 0.1 * 0.2, 1e-6);
 }
 
-TEST(MasterIo, AGainBeyondTheDevicesStabilityIsHeldBackAndSaidSo) {
+TEST(MasterIo, SR13_AGainBeyondTheDevicesStabilityIsHeldBackAndSaidSo) {
   const auto config = shipped_config();
   MasterIo master(config, teleop::StopLatch(1, {}));
   MasterInputs in = coupled_inputs();
@@ -234,7 +234,7 @@ TEST(MasterIo, AGainBeyondTheDevicesStabilityIsHeldBackAndSaidSo) {
 }
 
 // 4.9 N came on the sliding joint within 0.7 ms: a slave's torque that steps is no kick any more.
-TEST(MasterIo, NoTorqueOnTheHandChangesFasterThanConfigured) {
+TEST(MasterIo, SR10_NoTorqueOnTheHandChangesFasterThanConfigured) {
   const auto config = shipped_config();
   MasterIo master(config, teleop::StopLatch(1, {}));
   MasterInputs in = coupled_inputs();
@@ -262,7 +262,7 @@ TEST(MasterIo, NoTorqueOnTheHandChangesFasterThanConfigured) {
 }
 
 // Property: the percept takes energy, whatever comes.
-TEST(MasterIo, ThePerceptNeverDrivesTheHand) {
+TEST(MasterIo, SR14_ThePerceptNeverDrivesTheHand) {
   const auto config = shipped_config();
   MasterIo master(config, teleop::StopLatch(1, {}));
   std::mt19937 random(9);

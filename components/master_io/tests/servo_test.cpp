@@ -5,7 +5,6 @@
 #include <cmath>
 #include <optional>
 
-#include "common/teleop/tests/stop_store.hpp"
 #include "components/master_io/tests/fixture.hpp"
 #include "tests/support/heap_guard.hpp"
 
@@ -15,24 +14,19 @@ namespace {
 using teleop::LinkState;
 constexpr double kServoPeriod_s = 0.001;
 
-/// The servo on a simulated clock, with a slave that follows perfectly and a drag that is everywhere the
-/// same.
-struct ServoRig {
-  explicit ServoRig(const Config& config = shipped_config())
+/// The servo with a simulated device and a slave that follows perfectly.
+struct SimulatedRig : ServoRig {
+  explicit SimulatedRig(const Config& config = shipped_config())
       : device(config, shipped_arm().home), servo(config, shipped_arm().home, device, inbox, 1, stops) {
     slave.position = shipped_arm().home;
-    slave.state = LinkState::kCoupled;
-    drag.drag.valid = true;
-    drag.drag.plus.fill(0.02);
-    drag.drag.minus.fill(0.02);
   }
 
   void run(double duration_s) {
     for (double t = 0; t < duration_s; t += kServoPeriod_s) {
       now_ns += core::from_seconds(kServoPeriod_s);
       if (heard) {
-        slave.received_ns = drag.received_ns = now_ns;
-        ++slave.stamp.sequence_number;
+        renew(slave);
+        renew(drag);
         slave.position = stuck_at                                 ? *stuck_at
                          : last.outputs.state == LinkState::kInit ? shipped_arm().home
                                                                   : last.position;
@@ -40,29 +34,22 @@ struct ServoRig {
         inbox.slave.write(slave);
         if (drag_heard) inbox.drag.write(drag);
       }
-      servo.tick(kServoPeriod_s, now_ns);
-      servo.outbox.read(last);
+      tick(servo, kServoPeriod_s);
       double power_W = 0.0;
       for (std::size_t j = 0; j < 7; ++j) power_W += last.outputs.percept_Nm[j] * last.velocity[j];
       greatest_power_W = std::max(greatest_power_W, power_W);
     }
   }
 
-  Inbox inbox;
   SimulatedDevice device;
-  teleop::MemoryStopStore stops;
   Servo servo;
-  SlaveSample slave;
-  DragSample drag;
-  MasterReport last;
-  core::Nanoseconds now_ns = 1'000'000'000;
-  bool heard = true, drag_heard = true;
+  bool drag_heard = true;
   std::optional<core::JointArray> stuck_at;  // where something keeps the slave from following
   double greatest_power_W = -1e9;
 };
 
 TEST(MasterServo, StaysHomeWhileNobodyIsThere) {
-  ServoRig bench;
+  SimulatedRig bench;
   bench.heard = false;
   bench.run(3.0);
   EXPECT_EQ(bench.last.outputs.state, LinkState::kInit);
@@ -71,7 +58,7 @@ TEST(MasterServo, StaysHomeWhileNobodyIsThere) {
 }
 
 TEST(MasterServo, ReachesBeginOnceCoupledAndAlternateThePercept) {
-  ServoRig bench;
+  SimulatedRig bench;
   bench.run(20.0);
   const auto& log = bench.servo.reaches();
   ASSERT_GE(log.size(), 3U);
@@ -84,7 +71,7 @@ TEST(MasterServo, ReachesBeginOnceCoupledAndAlternateThePercept) {
 }
 
 TEST(MasterServo, ASlaveThatIsHeldBackIsMetWhereItIsAndCoupledAgain) {
-  ServoRig bench;
+  SimulatedRig bench;
   bench.run(4.0);
   ASSERT_EQ(bench.last.outputs.state, LinkState::kCoupled);
   bench.heard = false;
@@ -102,7 +89,7 @@ TEST(MasterServo, ASlaveThatIsHeldBackIsMetWhereItIsAndCoupledAgain) {
 }
 
 TEST(MasterServo, LosingTheSlaveStopsTheReachWhereItIs) {
-  ServoRig bench;
+  SimulatedRig bench;
   bench.run(2.5);
   ASSERT_EQ(bench.last.reach, 0);
   bench.heard = false;
@@ -116,7 +103,7 @@ TEST(MasterServo, LosingTheSlaveStopsTheReachWhereItIs) {
 
 TEST(MasterServo, ThePerceptEndsWhenThePhantomFallsSilent) {
   const Config config = shipped_config();
-  ServoRig bench(config);
+  SimulatedRig bench(config);
   const auto greatest_Nm = [&bench] {
     double most_Nm = 0.0;
     for (const double torque_Nm : bench.last.outputs.percept_Nm)
@@ -132,7 +119,7 @@ TEST(MasterServo, ThePerceptEndsWhenThePhantomFallsSilent) {
 }
 
 TEST(MasterServo, ASlaveThatAnswersWhatIsLongAgoIsLost) {
-  ServoRig bench;
+  SimulatedRig bench;
   const double limit_s = shipped_config().link.round_trip_limit_s;
   for (int i = 0; i < 500; ++i) {
     bench.slave.answers_ns = bench.now_ns - core::from_seconds(0.8 * limit_s);
@@ -144,7 +131,7 @@ TEST(MasterServo, ASlaveThatAnswersWhatIsLongAgoIsLost) {
 }
 
 TEST(MasterServo, RoundTripsAreToldOncePerNewDragField) {
-  ServoRig bench;
+  SimulatedRig bench;
   bench.run(0.1);
   EXPECT_EQ(bench.last.round_trip_s, 0.0007);
   bench.heard = false;
@@ -153,7 +140,7 @@ TEST(MasterServo, RoundTripsAreToldOncePerNewDragField) {
 }
 
 TEST(MasterServo, SameInputsSameOutputs) {
-  ServoRig one, two;
+  SimulatedRig one, two;
   one.run(6.0);
   two.run(6.0);
   EXPECT_EQ(one.last.position, two.last.position);
@@ -161,7 +148,7 @@ TEST(MasterServo, SameInputsSameOutputs) {
 }
 
 TEST(MasterServo, TheTickUsesNoHeap) {
-  ServoRig bench;
+  SimulatedRig bench;
   const test::HeapGuard guard;
   bench.run(15.0);
 }

@@ -50,7 +50,7 @@ class Gamepad {
     if (fd_ >= 0) close(fd_);
     fd_ = -1;
   }
-  void says(std::uint16_t type, std::uint16_t code, int value) {
+  void send(std::uint16_t type, std::uint16_t code, int value) {
     for (const auto& [t, c, v] : {std::tuple{type, code, value},
                                   std::tuple<std::uint16_t, std::uint16_t, int>{EV_SYN, SYN_REPORT, 0}}) {
       input_event e{};
@@ -110,12 +110,12 @@ TEST(Uinput, AGamepadIsFoundReadAndRumblesUntilItIsPulledOut) {
   core::Snapshot<DeskState> state;
   std::atomic<int> stops{0}, resets{0};
   std::mutex mutex;
-  std::string told;
+  std::string reported;
   DeskInput input(first_joints(), state,
                   {[&] { ++stops; }, [&] { ++resets; },
                    [&](const std::string& what) {
                      const std::lock_guard lock(mutex);
-                     told += what + '\n';
+                     reported += what + '\n';
                    }},
                   0);
   EXPECT_EQ(input.name().rfind("Test gamepad (/dev/input/event", 0), 0U) << input.name();
@@ -128,19 +128,19 @@ TEST(Uinput, AGamepadIsFoundReadAndRumblesUntilItIsPulledOut) {
   };
   EXPECT_TRUE(eventually([&] {
     const std::lock_guard lock(mutex);
-    return told.find("felt as rumble") != std::string::npos;
+    return reported.find("felt as rumble") != std::string::npos;
   }));
-  gamepad.says(EV_ABS, ABS_Y, -1000);
+  gamepad.send(EV_ABS, ABS_Y, -1000);
   EXPECT_TRUE(axis_is(1, 1.0)) << "up is positive";
-  gamepad.says(EV_ABS, ABS_RX, 1000);
+  gamepad.send(EV_ABS, ABS_RX, 1000);
   EXPECT_TRUE(axis_is(2, 1.0));
   input.rumble(0.5);
   EXPECT_TRUE(eventually([&] { return std::abs(gamepad.felt() - 0.5) < 1e-3; }));
   input.rumble(0.0);
   EXPECT_TRUE(eventually([&] { return gamepad.felt() == 0.0; }));
-  gamepad.says(EV_KEY, BTN_SELECT, 1);
+  gamepad.send(EV_KEY, BTN_SELECT, 1);
   EXPECT_TRUE(eventually([&] { return stops == 1; }));
-  gamepad.says(EV_KEY, BTN_START, 1);
+  gamepad.send(EV_KEY, BTN_START, 1);
   EXPECT_TRUE(eventually([&] { return resets == 1; }));
   gamepad.unplug();
   EXPECT_TRUE(eventually([&] {
@@ -148,7 +148,7 @@ TEST(Uinput, AGamepadIsFoundReadAndRumblesUntilItIsPulledOut) {
     return !now.alive;
   })) << "nothing is pushed any more";
   const std::lock_guard lock(mutex);
-  EXPECT_NE(told.find("the device is gone"), std::string::npos);
+  EXPECT_NE(reported.find("the device is gone"), std::string::npos);
 }
 
 }  // namespace

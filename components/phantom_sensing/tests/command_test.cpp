@@ -28,14 +28,13 @@ class Answering {
     adapter_.start_reading(loop_, keeper_);
     thread_ = std::jthread([this](const std::stop_token& stop) {
       while (!stop.stop_requested()) {
-        adapter_.handle_commands(
-            {[this](const ContactRequest& request) {
-               return contacts_.handle(request, core::monotonic_ns());
-             },
-             [this] { return contacts_.list(core::monotonic_ns()); },
-             [this] {
-               return Answer{sound.load(), sound ? "self-test passed" : "self-test failed: a layer"};
-             }});
+        adapter_.handle_commands([this](const messages::SensingCommand& command) -> Answer {
+          if (command.request == messages::SensingRequest::kSelfTest)
+            return {sound.load(), sound ? "self-test passed" : "self-test failed: a layer"};
+          if (command.request == messages::SensingRequest::kListContacts)
+            return contacts_.list(core::monotonic_ns());
+          return contacts_.handle(command, core::monotonic_ns());
+        });
         std::this_thread::sleep_for(std::chrono::milliseconds(5));
       }
     });
@@ -58,12 +57,12 @@ class Answering {
   std::jthread thread_;
 };
 
-struct Said {
+struct Printed {
   int code;
-  std::string words;
+  std::string text;
 };
 
-Said say(const CommandRequest& request, const core::NetworkOptions& network) {
+Printed run(const CommandRequest& request, const core::NetworkOptions& network) {
   std::ostringstream print;
   const int code = run_command(request, network, print);
   return {code, print.str()};
@@ -73,35 +72,35 @@ TEST(Command, AllowsListsForbidsAndTests) {
   const core::NetworkOptions network = dds::test_network();
   Answering component(network);
   const std::string tip = component.tip();
-  Said said = say({.what = "list"}, network);
-  EXPECT_EQ(said.code, runtime::kExitDone);
-  EXPECT_EQ(said.words, "done: no contact is allowed\n");
-  said = say({.what = "allow", .object = "vice", .link = tip}, network);
-  EXPECT_EQ(said.code, runtime::kExitDone);
-  EXPECT_EQ(said.words, "done: contact allowed: vice by " + tip + "\n");
-  EXPECT_EQ(say({.what = "allow", .id = 1, .duration_s = 3600.0}, network).words,
+  Printed printed = run({.what = "list"}, network);
+  EXPECT_EQ(printed.code, runtime::kExitDone);
+  EXPECT_EQ(printed.text, "done: no contact is allowed\n");
+  printed = run({.what = "allow", .object = "vice", .link = tip}, network);
+  EXPECT_EQ(printed.code, runtime::kExitDone);
+  EXPECT_EQ(printed.text, "done: contact allowed: vice by " + tip + "\n");
+  EXPECT_EQ(run({.what = "allow", .id = 1, .duration_s = 3600.0}, network).text,
             "done: contact allowed: wall by the whole arm for 3600 s\n");
-  said = say({.what = "list"}, network);
-  EXPECT_THAT(said.words, HasSubstr("done: allowed: vice by " + tip + ", wall by the whole arm for 3"));
-  EXPECT_EQ(say({.what = "forbid", .object = "vice", .link = tip}, network).code, runtime::kExitDone);
-  EXPECT_EQ(say({.what = "forbid", .all = true}, network).words,
+  printed = run({.what = "list"}, network);
+  EXPECT_THAT(printed.text, HasSubstr("done: allowed: vice by " + tip + ", wall by the whole arm for 3"));
+  EXPECT_EQ(run({.what = "forbid", .object = "vice", .link = tip}, network).code, runtime::kExitDone);
+  EXPECT_EQ(run({.what = "forbid", .all = true}, network).text,
             "done: all contact is felt again (1 had been allowed)\n");
 
-  said = say({.what = "allow", .object = "vise"}, network);
-  EXPECT_EQ(said.code, runtime::kExitFailed);
-  EXPECT_EQ(said.words, "refused: no object is called 'vise'; allowed: wall, vice\n");
+  printed = run({.what = "allow", .object = "vise"}, network);
+  EXPECT_EQ(printed.code, runtime::kExitFailed);
+  EXPECT_EQ(printed.text, "refused: no object is called 'vise'; allowed: wall, vice\n");
 
-  EXPECT_EQ(say({.what = "self-test"}, network).words, "done: self-test passed\n");
+  EXPECT_EQ(run({.what = "self-test"}, network).text, "done: self-test passed\n");
   component.sound = false;
-  said = say({.what = "self-test"}, network);
-  EXPECT_EQ(said.code, runtime::kExitFailed);
-  EXPECT_EQ(said.words, "failed: self-test failed: a layer\n");
+  printed = run({.what = "self-test"}, network);
+  EXPECT_EQ(printed.code, runtime::kExitFailed);
+  EXPECT_EQ(printed.text, "failed: self-test failed: a layer\n");
 }
 
 TEST(Command, SaysWhenNobodyAnswers) {
-  const Said said = say({.what = "self-test", .timeout_s = 0.3}, dds::test_network());
-  EXPECT_EQ(said.code, runtime::kExitMissing);
-  EXPECT_THAT(said.words, HasSubstr("no word from a phantom_sensing in domain"));
+  const Printed printed = run({.what = "self-test", .timeout_s = 0.3}, dds::test_network());
+  EXPECT_EQ(printed.code, runtime::kExitMissing);
+  EXPECT_THAT(printed.text, HasSubstr("no answer from phantom_sensing in domain"));
 }
 
 TEST(Command, RefusesArgumentsThatContradictEachOtherBeforeItJoins) {
@@ -111,7 +110,7 @@ TEST(Command, RefusesArgumentsThatContradictEachOtherBeforeItJoins) {
         CommandRequest{.what = "forbid"}, CommandRequest{.what = "forbid", .object = "vice", .all = true},
         CommandRequest{.what = "forbid", .link = "hand", .all = true},
         CommandRequest{.what = "allow", .object = std::string(65, 'x')}}) {
-    EXPECT_THROW(say(request, network), core::ConfigError) << request.what << ' ' << request.object;
+    EXPECT_THROW(run(request, network), core::ConfigError) << request.what << ' ' << request.object;
   }
 }
 

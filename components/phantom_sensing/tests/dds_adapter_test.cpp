@@ -15,6 +15,7 @@
 
 #include "common/dds/endpoint.hpp"
 #include "common/dds/tests/test_network.hpp"
+#include "common/messages/workspace_codec.hpp"
 #include "common/workspace/brick_codec.hpp"
 #include "components/phantom_sensing/dds_adapter_messages.hpp"
 #include "components/phantom_sensing/tests/rig.hpp"
@@ -52,24 +53,24 @@ TEST(Messages, SayWhatTheStepGave) {
   EXPECT_EQ(drag.joint_count(), 7U);
   EXPECT_EQ(drag.coefficient_plus(), out.drag.plus);
   EXPECT_EQ(drag.coupled(), out.drag.coupled);
-  EXPECT_EQ(drag.mode(), msg::DRAG_SEPARABLE);
+  EXPECT_EQ(drag.mode(), msg::DragMode::DRAG_SEPARABLE);
   PerceptSettings coupled_settings;
   coupled_settings.mode = robot::DragMode::kCoupled;
   StepOutputs coupled;
   PhantomSensing(model, coupled_settings).step(rig::hanging(0.2, 0.3), coupled);
   drag = messages::to_idl(drag_field_of(coupled, info, 7));
-  EXPECT_EQ(drag.mode(), msg::DRAG_COUPLED);
+  EXPECT_EQ(drag.mode(), msg::DragMode::DRAG_COUPLED);
   EXPECT_EQ(drag.workspace_version(), 1U);
   const msg::Percept percept = messages::to_idl(percept_of(out, info, 7));
   EXPECT_EQ(percept.mu(), out.percept.mu);
-  EXPECT_EQ(percept.motion(), msg::MOTION_DANGEROUS);
+  EXPECT_EQ(percept.motion(), msg::MotionClass::MOTION_DANGEROUS);
   EXPECT_EQ(percept.object(), 1);
   EXPECT_DOUBLE_EQ(percept.speed_m_s(), 0.3);
   EXPECT_EQ(percept.drag_torque_Nm(), out.percept.drag_torque);
   ASSERT_TRUE(out.alerts.raised);
   const msg::HitAlert alert = messages::to_idl(hit_alert_of(*out.alerts.raised, false, model));
   EXPECT_EQ(alert.alert(), 1U);
-  EXPECT_EQ(alert.rule(), msg::HIT_MODERATE_MOVING);
+  EXPECT_EQ(alert.rule(), msg::HitRule::HIT_MODERATE_MOVING);
   EXPECT_EQ(alert.link_name().to_string(), model.arm.links()[alert.link()].name);
   EXPECT_FALSE(alert.cleared());
 }
@@ -109,21 +110,19 @@ TEST(OverDds, CommandsAreCarriedOutOnceAndAnsweredEachTime) {
   int carried_out = 0, tests = 0;
   msg::SensingCommand command;
   const auto replies_now = [&] {
-    adapter.handle_commands({[&](const ContactRequest& request) {
-                               ++carried_out;
-                               EXPECT_TRUE(request.allow);
-                               EXPECT_EQ(request.object, "vice");
-                               EXPECT_EQ(request.link, "hand");
-                               EXPECT_EQ(request.duration_s, 2.5);
-                               return Answer{true, "so be it"};
-                             },
-                             [] {
-                               return Answer{true, "allowed: vice by hand"};
-                             },
-                             [&] {
-                               ++tests;
-                               return Answer{false, "broken"};
-                             }});
+    adapter.handle_commands([&](const messages::SensingCommand& request) -> Answer {
+      if (request.request == messages::SensingRequest::kListContacts) return {true, "allowed: vice by hand"};
+      if (request.request == messages::SensingRequest::kSelfTest) {
+        ++tests;
+        return {false, "broken"};
+      }
+      ++carried_out;
+      EXPECT_EQ(request.request, messages::SensingRequest::kAllowContact);
+      EXPECT_EQ(request.object, "vice");
+      EXPECT_EQ(request.link, "hand");
+      EXPECT_EQ(request.duration_s, 2.5);
+      return {true, "so be it"};
+    });
     const std::lock_guard lock(mutex);
     return replies[command.stamp().sequence_number()].size();
   };
@@ -136,7 +135,7 @@ TEST(OverDds, CommandsAreCarriedOutOnceAndAnsweredEachTime) {
   dds::Stamper stamper(outside);
   command.stamp(stamper.next());
   command.requester("test");
-  command.request(msg::SENSING_ALLOW_CONTACT);
+  command.request(msg::SensingRequest::SENSING_ALLOW_CONTACT);
   command.object("vice");
   command.link("hand");
   command.duration_s(2.5);
@@ -150,13 +149,13 @@ TEST(OverDds, CommandsAreCarriedOutOnceAndAnsweredEachTime) {
   EXPECT_TRUE(reply().done());
   EXPECT_EQ(reply().message().to_string(), "so be it");
   command.stamp(stamper.next());
-  command.request(msg::SENSING_SELF_TEST);
+  command.request(msg::SensingRequest::SENSING_SELF_TEST);
   commands.write(command);
   EXPECT_FALSE(reply().done());
   EXPECT_EQ(reply().requester().to_string(), "test");
   EXPECT_EQ(tests, 1);
   command.stamp(stamper.next());
-  command.request(msg::SENSING_LIST_CONTACTS);
+  command.request(msg::SensingRequest::SENSING_LIST_CONTACTS);
   commands.write(command);
   EXPECT_EQ(reply().message().to_string(), "allowed: vice by hand");
   command.stamp(stamper.next());
@@ -180,12 +179,12 @@ TEST(OverDds, ASecondSlaveIsToldInTheStatus) {
   dds::Participant first("first", network), second("second", network);
   dds::Writer<msg::SlaveState> first_writer(first, dds::kSlaveState), second_writer(second, dds::kSlaveState);
   dds::Stamper first_stamper(first), second_stamper(second);
-  std::atomic<bool> sound{false}, told{false};
+  std::atomic<bool> sound{false}, reported{false};
   dds::Reader<msg::ComponentStatus> status(
       first, dds::kComponentStatus, [&](const msg::ComponentStatus& s, const dds::SampleInfo&) {
         const bool rival =
             s.message().to_string().find("two processes send slave_state") != std::string::npos;
-        (rival ? told : sound) = true;
+        (rival ? reported : sound) = true;
       });
   msg::SlaveState state = good_state(model.arm);
   const auto send = [&](auto& writer, auto& stamper) {
@@ -197,11 +196,11 @@ TEST(OverDds, ASecondSlaveIsToldInTheStatus) {
     send(first_writer, first_stamper);
     return sound.load();
   }));
-  EXPECT_FALSE(told.load());
+  EXPECT_FALSE(reported.load());
   EXPECT_TRUE(dds::eventually([&] {
     send(first_writer, first_stamper);
     send(second_writer, second_stamper);
-    return told.load();
+    return reported.load();
   }));
   adapter.stop_reading();
 }
@@ -213,38 +212,18 @@ class Server {
       : participant_("wva_server", network) {
     const workspace::Workspace& wall = rig::wall();
     for (const workspace::BrickKey key : wall.bricks()) {
-      msg::WorkspaceBrick brick;
-      brick.bx(key.x);
-      brick.by(key.y);
-      brick.bz(key.z);
-      brick.version(version);
-      brick.voxels_zstd(workspace::encode_brick(wall.brick(key)));
-      bricks_.write(brick);
+      const std::vector<std::uint8_t> voxels = workspace::encode_brick(wall.brick(key));
+      bricks_.write(messages::to_idl(messages::WorkspaceBrick{key, version, voxels}));
     }
-    msg::WorkspaceObject named;
-    named.id(1);
-    named.name(object);
-    named.mesh_hash(5);
-    named.X_WO().qw(1);
-    objects_.write(named);
+    objects_.write(messages::to_idl(messages::WorkspaceObject{1, object, 5, {}, {}}));
     commit(version, wall.grid().voxel_size_m);
   }
   void commit(std::uint64_t number, double voxel_size_m) {
-    const workspace::Workspace& wall = rig::wall();
-    msg::WorkspaceVersion version;
-    version.cell("wall");
-    version.version(number);
-    version.origin_m().x(wall.grid().origin_m.x());
-    version.origin_m().y(wall.grid().origin_m.y());
-    version.origin_m().z(wall.grid().origin_m.z());
-    version.voxel_size_m(voxel_size_m);
-    version.size_x_vox(static_cast<std::uint32_t>(wall.grid().size_vox[0]));
-    version.size_y_vox(static_cast<std::uint32_t>(wall.grid().size_vox[1]));
-    version.size_z_vox(static_cast<std::uint32_t>(wall.grid().size_vox[2]));
-    version.palette(wall.palette());
-    version.brick_count(static_cast<std::uint32_t>(wall.brick_count()));
-    version.content_hash(wall.content_hash());
-    versions_.write(version);
+    messages::WorkspaceVersion version{"wall",
+                                       workspace::description_of(rig::wall(), rig::wall().content_hash())};
+    version.description.version = number;
+    version.description.grid.voxel_size_m = voxel_size_m;
+    versions_.write(messages::to_idl(version));
   }
 
  private:
@@ -263,13 +242,13 @@ TEST(OverDds, TheWorkspaceIsThatOfOneServerAndASecondIsTold) {
   WorkspaceKeeper keeper([&](const std::string&) { ++refused; });
   SensingLoop loop(model, config, keeper, adapter);
   adapter.start_reading(loop, keeper);
-  std::atomic<bool> sound{false}, told{false};
+  std::atomic<bool> sound{false}, reported{false};
   dds::Participant outside("outside", network);
   dds::Reader<msg::ComponentStatus> status(
       outside, dds::kComponentStatus, [&](const msg::ComponentStatus& s, const dds::SampleInfo&) {
-        const bool second = s.state() == msg::COMPONENT_DEGRADED &&
+        const bool second = s.state() == msg::ComponentState::COMPONENT_DEGRADED &&
                             s.message().to_string().find("two processes send workspace_version") == 0;
-        (second ? told : sound) = true;
+        (second ? reported : sound) = true;
       });
 
   auto first = std::make_unique<Server>(network, 10, "vice");
@@ -282,7 +261,7 @@ TEST(OverDds, TheWorkspaceIsThatOfOneServerAndASecondIsTold) {
   ASSERT_TRUE(dds::eventually([&] { return keeper.contested(); }));
   EXPECT_TRUE(dds::eventually([&] {
     adapter.publish_status({});
-    return told.load();
+    return reported.load();
   }));
   EXPECT_TRUE(sound) << "not told before it could be a successor";
   EXPECT_EQ(keeper.version(), 10U);
@@ -315,7 +294,7 @@ TEST(OverDds, TheSixtyFifthCommandIsRefusedAloud) {
       });
   ASSERT_TRUE(dds::eventually([&] { return commands.matched() > 0 && reader.matched() > 0; }));
   msg::SensingCommand command;
-  command.request(msg::SENSING_LIST_CONTACTS);
+  command.request(msg::SensingRequest::SENSING_LIST_CONTACTS);
   command.stamp().session(outside.session());
   const auto send = [&](std::uint64_t number) {
     command.stamp().sequence_number(number);

@@ -8,6 +8,7 @@
 
 #include "common/core/errors.hpp"
 #include "common/dds/cdr.hpp"
+#include "common/messages/workspace_codec.hpp"
 #include "common/recording/byte_sink.hpp"
 #include "common/recording/mcap_writer.hpp"
 #include "components/phantom_sensing/dds_adapter_messages.hpp"
@@ -79,32 +80,16 @@ class RecordedSession : public testing::Test {
 
   void put_workspace(Tape& tape, WorkspaceKeeper& keeper) {
     const workspace::Workspace& world = rig::wall();
-    msg::WorkspaceVersion version;
-    version.version(world.version);
-    version.origin_m().x(world.grid().origin_m.x());
-    version.origin_m().y(world.grid().origin_m.y());
-    version.origin_m().z(world.grid().origin_m.z());
-    version.voxel_size_m(world.grid().voxel_size_m);
-    version.size_x_vox(static_cast<std::uint32_t>(world.grid().size_vox[0]));
-    version.size_y_vox(static_cast<std::uint32_t>(world.grid().size_vox[1]));
-    version.size_z_vox(static_cast<std::uint32_t>(world.grid().size_vox[2]));
-    version.palette(world.palette());
-    std::uint32_t bricks = 0;
     for (const auto& key : world.bricks()) {
-      msg::WorkspaceBrick brick;
-      brick.bx(key.x);
-      brick.by(key.y);
-      brick.bz(key.z);
-      brick.version(world.version);
-      brick.voxels_zstd(workspace::encode_brick(world.brick(key)));
+      const std::vector<std::uint8_t> voxels = workspace::encode_brick(world.brick(key));
+      msg::WorkspaceBrick brick = messages::to_idl(messages::WorkspaceBrick{key, world.version, voxels});
       tape.put(dds::kWorkspaceBrick, brick);
-      keeper.put_brick({}, key, world.version, brick.voxels_zstd());
-      ++bricks;
+      keeper.put_brick({}, key, world.version, voxels);
     }
-    version.brick_count(bricks);
-    version.content_hash(world.content_hash());
+    const auto description = workspace::description_of(world, world.content_hash());
+    msg::WorkspaceVersion version = messages::to_idl(messages::WorkspaceVersion{"wall", description});
     tape.put(dds::kWorkspaceVersion, version);
-    keeper.commit({}, description_of(version));
+    keeper.commit({}, description);
     while (keeper.version() == 0) usleep(1000);
   }
 

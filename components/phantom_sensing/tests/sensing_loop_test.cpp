@@ -343,5 +343,15 @@ TEST_F(Loop, ASecondServerIsSetAsideWhileTheFirstIsThere) {
   EXPECT_FALSE(keeper_.contested());
 }
 
+TEST(WorkspaceKeeperBounds, BricksBeyondItsMemoryAreRefusedAndCounted) {
+  std::atomic<int> refused = 0;
+  WorkspaceKeeper keeper([&](const std::string&) { ++refused; }, std::size_t{1} << 20);
+  const workspace::Workspace world = rig::wall();
+  const auto brick = workspace::encode_brick(world.brick(world.bricks().front()));
+  for (std::int32_t i = 0; i < 100'000; ++i)
+    keeper.put_brick({1}, {i % 256, i / 256 % 256, i / 65536}, 1, brick);
+  EXPECT_TRUE(eventually([&] { return refused > 0; }));
+}
+
 }  // namespace
 }  // namespace phantom::phantom_sensing

@@ -35,10 +35,10 @@ TEST(TickTime, TakesAPoseOutsideOfTheGridAndJointsWithoutRange) {
 }
 
 TEST(TickTime, IsToldAgainstThePeriod) {
-  EXPECT_EQ(words_for({20e-6, 50e-6, 61e-6}),
+  EXPECT_EQ(describe({20e-6, 50e-6, 61e-6}),
             "a tick takes 20 us in free space and 50 us where it takes longest, "
             "the whole skin in mixed fluid (99 of 100: 61 us): 5 % of the 1 ms between two slave_states");
-  EXPECT_THAT(words_for({20e-6, 1.2e-3, 2e-3}), HasSubstr("longer than the 1 ms between two slave_states"));
+  EXPECT_THAT(describe({20e-6, 1.2e-3, 2e-3}), HasSubstr("longer than the 1 ms between two slave_states"));
 }
 
 }  // namespace

@@ -138,5 +138,24 @@ TEST(Collector, TellsMessagesAtOnceButProgressOfAStartNowAndThen) {
   EXPECT_EQ(lines.size(), 4u) << "the same message is told once";
 }
 
+TEST(Collector, InventedComponentsReachesAndHitsDoNotMakeItGrow) {
+  Collector collector(0.05, 1.0, {});
+  StatusSample status;
+  for (int i = 0; i < 5'000; ++i) {
+    status.component = "invented_" + std::to_string(i);
+    status.message = "is here";
+    status.t_s = 1e-3 * i;
+    collector.on_status(status);
+    ASSERT_LE(collector.statuses().size(), Collector::kMostComponents);
+  }
+  EXPECT_TRUE(collector.statuses().contains("invented_4999"));
+  for (int i = 0; i < static_cast<int>(Collector::kMostEvents) + 100; ++i) {
+    collector.on_master(master(5.0 + 1e-3 * i, i, false, 0.0));
+    collector.on_hit({.t_s = 5.0 + 1e-3 * i, .alert = static_cast<std::uint32_t>(i)});
+  }
+  EXPECT_EQ(collector.reaches().size(), Collector::kMostEvents);
+  EXPECT_EQ(collector.hits().size(), Collector::kMostEvents);
+}
+
 }  // namespace
 }  // namespace phantom::phantom_session

@@ -154,11 +154,5 @@ TEST(Console, TakesAwayWhatIsLive) {
   EXPECT_EQ(screen_after(bytes, 40)[0], "Ending the session.");
 }
 
-TEST(Console, CutsBetweenCharacters) {
-  EXPECT_EQ(cut("μm and more", 2), "μm");
-  EXPECT_EQ(cut("short", 80), "short");
-  EXPECT_EQ(cut("abc", 0), "");
-}
-
 }  // namespace
 }  // namespace phantom::phantom_session

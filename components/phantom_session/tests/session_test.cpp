@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "common/runtime/config_reader.hpp"
+#include "common/runtime/fields.hpp"
 
 namespace phantom::phantom_session {
 namespace {
@@ -32,6 +32,15 @@ TEST(Plan, GivesEachProcessTheCommonOptionsThenItsOwn) {
   EXPECT_EQ(planned[0].arguments.back(), "constant_velocity");
   EXPECT_THAT(plan(two_hosts(), {.host = "view"}, request)[0].arguments,
               testing::Not(testing::Contains("--operator")));
+}
+
+TEST(Plan, TheViewerGetsTheFolderOfThePagesSecrets) {
+  const SessionRequest request{.page_secrets = "/run/secrets"};
+  EXPECT_THAT(plan(two_hosts(), {.host = "view"}, request)[0].arguments,
+              testing::IsSupersetOf({"--page-secrets", "/run/secrets"}));
+  for (const auto& [host, given] : {std::pair{"master", request}, std::pair{"view", SessionRequest()}})
+    EXPECT_THAT(plan(two_hosts(), {.host = host}, given)[0].arguments,
+                testing::Not(testing::Contains("--page-secrets")));
 }
 
 TEST(Plan, AnUnknownHostIsNamedWithThoseThereAre) {

@@ -6,9 +6,7 @@
 
 #include <cmath>
 
-#include "common/teleop/tests/stop_store.hpp"
-#include "components/slave_io/servo.hpp"
-#include "components/slave_io/tests/drive_rig.hpp"
+#include "components/slave_io/tests/arm_bench.hpp"
 #include "tests/support/heap_guard.hpp"
 
 namespace phantom::slave_io {
@@ -19,56 +17,7 @@ using teleop::LinkState;
 using testing::HasSubstr;
 constexpr std::size_t kBusJoints = 7;
 
-struct Bench {
-  explicit Bench(Config with = can_config(), const core::JointArray& start = shipped_arm().home)
-      : rig(std::move(with), start), config(rig.config), drives(rig.drives), frozen(rig.frozen) {
-    arm = std::make_unique<CanArm>(shipped_arm(), config, rig.connect());
-    servo = std::make_unique<Servo>(shipped_arm(), config, *arm, inbox, 1, stops);
-    master.position = shipped_arm().home;
-    master.state = LinkState::kCoupled;
-  }
-
-  void tick() {
-    now_ns += period_ns;
-    if (heard) {
-      master.received_ns = now_ns;
-      ++master.stamp.sequence_number;
-      inbox.master.write(master);
-    }
-    servo->tick(config.period_s, now_ns);
-    published += servo->outbox.read(last) ? 1 : 0;
-    rig.pass(now_ns + period_ns, period_ns);
-    for (std::size_t j = 0; j < drives.size(); ++j)
-      fastest = std::max(fastest, std::abs(speed(j)) / shipped_arm().arm.joints()[j].max_speed);
-  }
-  void run(double duration_s) {
-    for (double t = 0; t < duration_s; t += config.period_s) tick();
-  }
-  bool reaches(LinkState wanted, double most_s = 10.0) {
-    for (double t = 0; t < most_s && (published == 0 || state() != wanted); t += config.period_s) tick();
-    return published > 0 && state() == wanted;
-  }
-  double joint(std::size_t j) const { return rig.position(j); }
-  double speed(std::size_t j) const { return rig.velocity(j); }
-  void reset() { inbox.stops.reset({.own = stops.record.id}); }
-  LinkState state() const { return last.outputs.state; }
-
-  DriveRig rig;
-  const Config& config;
-  std::vector<std::unique_ptr<simulated_drive::SimulatedDrive>>& drives;
-  std::vector<bool>& frozen;
-  core::Nanoseconds now_ns = 1'000'000'000;
-  core::Nanoseconds period_ns = core::from_seconds(config.period_s);
-  Inbox inbox;
-  std::unique_ptr<CanArm> arm;
-  std::unique_ptr<Servo> servo;
-  MasterSample master;
-  teleop::MemoryStopStore stops;
-  bool heard = true;
-  SlaveReport last;
-  int published = 0;
-  double fastest = 0.0;  // greatest speed of a joint ÷ its greatest speed allowed, since it was set to 0
-};
+using Bench = ArmBench;
 
 TEST(CanArm, SaysNothingBeforeItsEncodersDoAndCouplesOnlyOnceTheDrivesFollow) {
   Bench bench;

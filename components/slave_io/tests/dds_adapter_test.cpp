@@ -21,7 +21,7 @@ msg::MasterState good() {
   master.stamp().monotonic_ns(123);
   master.stamp().session(99);
   master.joint_count(7);
-  master.state(msg::LINK_COUPLED);
+  master.state(msg::LinkState::LINK_COUPLED);
   for (std::size_t j = 0; j < 7; ++j) master.position_rad()[j] = 0.1 * static_cast<double>(j);
   return master;
 }
@@ -62,11 +62,11 @@ TEST(SlaveAdapter, OfTwoMastersOnTheTopicOnlyTheFirstIsFollowed) {
   dds::Writer<msg::MasterState> second_writer(second, dds::kMasterState);
   dds::Stamper first_stamper(*first), second_stamper(second);
   std::mutex mutex;
-  std::string told;
+  std::string reported;
   dds::Reader<msg::ComponentStatus> statuses(second, dds::kComponentStatus,
                                              [&](const msg::ComponentStatus& s, const dds::SampleInfo&) {
                                                const std::lock_guard lock(mutex);
-                                               told = s.message().to_string();
+                                               reported = s.message().to_string();
                                              });
   const auto write = [](auto& writer, auto& stamper, double q) {
     auto master = good();
@@ -94,7 +94,7 @@ TEST(SlaveAdapter, OfTwoMastersOnTheTopicOnlyTheFirstIsFollowed) {
       },
       [&] {
         const std::lock_guard lock(mutex);
-        return told.find("two processes send master_state") != std::string::npos;
+        return reported.find("two processes send master_state") != std::string::npos;
       }));
   EXPECT_EQ(sample.position[0], 0.5) << "whoever came first";
   first_writer.reset();

@@ -6,9 +6,9 @@
 #include <memory>
 #include <vector>
 
-#include "common/simulation/local_bus.hpp"
-#include "components/simulated_drive/simulated_drive.hpp"
+#include "components/simulated_drive/tests/drive_like.hpp"
 #include "components/slave_io/tests/fixture.hpp"
+#include "tests/support/local_bus.hpp"
 
 namespace phantom::slave_io {
 
@@ -26,20 +26,12 @@ inline Config can_config(can::DriveMode mode = can::DriveMode::kTorque,
   return config;
 }
 
-/// Motor, gear and joint as the configuration has them: joint angle or way at the start is `home`.
-inline simulated_drive::DriveOptions drive_like(const can::AxisConfig& axis, double home, double inertia) {
-  const double rad_per_unit = 2.0 * 3.14159265358979323846 / axis.units.travel_per_turn;
-  simulated_drive::DriveOptions o;
-  o.node = axis.node;
-  o.motor.counts_per_turn = axis.units.counts_per_turn;
-  o.motor.gear_ratio = axis.units.gear_ratio;
-  o.motor.rated_torque_Nm = axis.units.rated_motor_torque_Nm();
-  o.motor.start_rad = home * rad_per_unit;
-  o.motor.joint.inertia = inertia / (rad_per_unit * rad_per_unit);
-  o.motor.joint.viscous = 2.0 * o.motor.joint.inertia;  // about what the shipped drives have
+/// A drive as simulated_drive::drive_like(), with about the friction that the shipped drives have.
+inline simulated_drive::DriveOptions drive_with_friction(const can::AxisConfig& axis, double home,
+                                                         double inertia) {
+  simulated_drive::DriveOptions o = simulated_drive::drive_like(axis, home, inertia);
+  o.motor.joint.viscous = 2.0 * o.motor.joint.inertia;
   o.motor.joint.coulomb = 0.75 * o.motor.joint.inertia;
-  o.motor.joint.lower = -100.0;
-  o.motor.joint.upper = 100.0;
   return o;
 }
 
@@ -53,7 +45,7 @@ class DriveRig {
     const auto& axes = config.can->group.axes;
     for (std::size_t j = 0; j < axes.size(); ++j) {
       drives.push_back(std::make_unique<simulated_drive::SimulatedDrive>(
-          drive_like(axes[j], start[j], config.plant.joints[j].inertia),
+          drive_with_friction(axes[j], start[j], config.plant.joints[j].inertia),
           buses[axes[j].bus]->connect(axes[j].name)));
     }
     frozen.resize(drives.size());
@@ -99,9 +91,7 @@ class DriveRig {
   std::vector<bool> frozen;
 
  private:
-  double unit(std::size_t j) const {
-    return config.can->group.axes[j].units.travel_per_turn / (2.0 * 3.14159265358979323846);
-  }
+  double unit(std::size_t j) const { return 1.0 / simulated_drive::rad_per_unit(config.can->group.axes[j]); }
 };
 
 }  // namespace phantom::slave_io

@@ -7,10 +7,10 @@
 #include <string>
 
 #include "common/core/errors.hpp"
-#include "common/runtime/cell.hpp"
 #include "components/slave_io/config.hpp"
 #include "components/slave_io/model.hpp"
 #include "tests/support/files.hpp"
+#include "tests/support/hot_cell.hpp"
 
 namespace phantom::slave_io {
 
@@ -18,10 +18,7 @@ inline const std::filesystem::path kShipped = PHANTOM_SOURCE_DIR "/components/sl
 
 inline const std::filesystem::path kCanFile = PHANTOM_SOURCE_DIR "/deploy/can/hot_cell_slave_io.yaml";
 
-inline const runtime::CellConfig& hot_cell() {
-  static const auto cell = runtime::load_cell(PHANTOM_SOURCE_DIR "/deploy/cells/hot_cell/cell.yaml");
-  return cell;
-}
+using test::hot_cell;
 inline const ArmModel& shipped_arm() {
   static const auto model = load_arm(hot_cell(), "");
   return model;

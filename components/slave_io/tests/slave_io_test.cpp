@@ -6,7 +6,7 @@
 #include <random>
 
 #include "common/simulation/tests/half_space.hpp"
-#include "common/teleop/tests/stop_store.hpp"
+#include "common/teleop/tests/servo_rig.hpp"
 #include "components/slave_io/servo.hpp"
 #include "components/slave_io/simulated_arm.hpp"
 #include "components/slave_io/tests/fixture.hpp"
@@ -19,36 +19,28 @@ using teleop::LinkState;
 constexpr double kDt = 0.001;
 constexpr std::size_t kJoints = 7;
 
-/// The servo on a simulated clock, with a master that says what the test wants.
-struct ServoRig {
+/// The servo with a simulated arm, and a master that says what the test wants.
+struct ServoRig : teleop::ServoRig<Inbox, SlaveReport> {
   simulation::HalfSpace floor{Eigen::Vector3d::UnitZ(), -5.0};
-  Inbox inbox;
   SimulatedArm arm{shipped_arm(), shipped_config(), floor};
-  teleop::MemoryStopStore stops;
   Servo servo{shipped_arm(), shipped_config(), arm, inbox, 1, stops};
-  core::Nanoseconds now_ns = 1'000'000'000;
   MasterSample master = [] {
     MasterSample sample;
     sample.position = shipped_arm().home;
     sample.state = LinkState::kCoupled;
     return sample;
   }();
-  bool heard = true;
-  SlaveReport last;
 
   void run(double duration_s) {
     for (double t = 0; t < duration_s; t += kDt) {
       now_ns += core::from_seconds(kDt);
       if (heard) {
-        master.received_ns = now_ns;
-        ++master.stamp.sequence_number;
+        renew(master);
         inbox.master.write(master);
       }
-      servo.tick(kDt, now_ns);
-      servo.outbox.read(last);
+      tick(servo, kDt);
     }
   }
-  LinkState state() const { return last.outputs.state; }
 };
 
 TEST(SlaveIo, HoldsAtHomeUntilAMasterIsHeard) {
@@ -104,7 +96,7 @@ TEST(SlaveIo, TheReferenceDoesNotShakeWithThePhaseOfTheSamples) {
   EXPECT_LT(greatest, 1e-9) << "without the hold it would be up to " << kSpeed * 0.002;
 }
 
-TEST(SlaveIo, ComesSlowlyToANearMasterBeforeCouplingAndWaitsForAFarOne) {
+TEST(SlaveIo, SR06_SR10_ComesSlowlyToANearMasterBeforeCouplingAndWaitsForAFarOne) {
   ServoRig bench;
   bench.master.position[3] += 0.3;
   bench.master.state = LinkState::kReady;
@@ -154,7 +146,7 @@ TEST(SlaveIo, WhatKeepsItFromComingIsNotPressedHarder) {
   EXPECT_EQ(out.state, LinkState::kCoupled);
 }
 
-TEST(SlaveIo, StaleMasterMeansHoldingThePositionWithinTheLimit) {
+TEST(SlaveIo, SR07_StaleMasterMeansHoldingThePositionWithinTheLimit) {
   ServoRig bench;
   bench.run(0.5);
   for (int i = 0; i < 200; ++i) {
@@ -179,7 +171,7 @@ TEST(SlaveIo, StaleMasterMeansHoldingThePositionWithinTheLimit) {
   EXPECT_EQ(bench.state(), LinkState::kCoupled);
 }
 
-TEST(SlaveIo, EmergencyStopHoldsUntilReset) {
+TEST(SlaveIo, SR04_EmergencyStopHoldsUntilReset) {
   ServoRig bench;
   bench.run(0.5);
   bench.inbox.stops.stop();
@@ -207,7 +199,7 @@ TEST(SlaveIo, EmergencyStopHoldsUntilReset) {
 }
 
 // kill -9 and a new process: what was kept is in force before anything moves.
-TEST(SlaveIo, AStopThatWasKeptIsInForceFromTheFirstTick) {
+TEST(SlaveIo, SR03_AStopThatWasKeptIsInForceFromTheFirstTick) {
   ServoRig before;
   before.run(0.5);
   before.inbox.stops.stop();
@@ -249,7 +241,7 @@ TEST(SlaveIo, AMasterThatIsStoppedStopsTheSlave) {
 }
 
 // Whatever a master commands: positions, speeds and torques stay within the arm's limits.
-TEST(SlaveIo, LimitsHoldWhateverArrives) {
+TEST(SlaveIo, SR12_LimitsHoldWhateverArrives) {
   ServoRig bench;
   bench.run(0.5);
   std::mt19937 random(4);
@@ -276,7 +268,7 @@ TEST(SlaveIo, LimitsHoldWhateverArrives) {
   }
 }
 
-TEST(SlaveIo, NumbersThatAreNoneChangeNothing) {
+TEST(SlaveIo, SR11_NumbersThatAreNoneChangeNothing) {
   const auto& model = shipped_arm();
   SlaveIo controller(model.arm, shipped_config(), model.home, teleop::StopLatch(1, {}));
   SlaveInputs in;

@@ -7,7 +7,6 @@
 #include <numbers>
 
 #include "common/geometry/primitives.hpp"
-#include "components/synthetic_viewer/pointer.hpp"
 
 namespace phantom::synthetic_viewer {
 namespace {
@@ -68,21 +67,22 @@ Camera eye_at(double x_m) {  // looks back at the origin
   return camera;
 }
 
-TEST(SettledCamera, StaysWhereItIsFree) {
+TEST(UnobstructedCamera, StaysWhereItIsFree) {
   RayScene scene;
   scene.bodies = {box({0.2, 1, 1}, {1.0, 0, 0}, 3)};
   for (const double x : {0.3, 0.8, 1.2, 2.0}) {
-    const SettledCamera settled_camera = settled(eye_at(x), scene);
-    EXPECT_FALSE(settled_camera.blocked_by) << x;
-    EXPECT_EQ(settled_camera.camera.eye_m.x(), x);
+    const UnobstructedCamera camera = unobstructed(eye_at(x), scene);
+    EXPECT_FALSE(camera.blocked_by) << x;
+    EXPECT_EQ(camera.camera.eye_m.x(), x);
   }
 }
 
 // The wall is from 0.9 to 1.1 m; 3 cm of air belong to it.
-TEST(SettledCamera, LeavesAWallOnTheNearerSideAndSaysWhichWall) {
+TEST(UnobstructedCamera, LeavesAWallOnTheNearerSideAndSaysWhichWall) {
   RayScene scene;
   scene.bodies = {box({0.2, 1, 1}, {1.0, 0, 0}, 3)};
-  const SettledCamera before = settled(eye_at(0.95), scene), behind = settled(eye_at(1.06), scene);
+  const UnobstructedCamera before = unobstructed(eye_at(0.95), scene),
+                           behind = unobstructed(eye_at(1.06), scene);
   ASSERT_TRUE(before.blocked_by && behind.blocked_by);
   EXPECT_EQ(before.blocked_by->object, 3);
   EXPECT_NEAR(before.camera.eye_m.x(), 0.87, 1e-6);
@@ -91,36 +91,36 @@ TEST(SettledCamera, LeavesAWallOnTheNearerSideAndSaysWhichWall) {
   EXPECT_NEAR(behind.camera.eye_m.x(), 1.13, 1e-6);
 }
 
-TEST(SettledCamera, GivesWayToSurfacesThatAreTooCloseToSeePast) {
+TEST(UnobstructedCamera, GivesWayToSurfacesThatAreTooCloseToSeePast) {
   RayScene scene;
   scene.bodies = {box({0.2, 1, 1}, {1.0, 0, 0}, 3)};
-  EXPECT_NEAR(settled(eye_at(0.89), scene).camera.eye_m.x(), 0.87, 1e-6);
+  EXPECT_NEAR(unobstructed(eye_at(0.89), scene).camera.eye_m.x(), 0.87, 1e-6);
 }
 
-TEST(SettledCamera, FindsTheGapBetweenTwoBodies) {
+TEST(UnobstructedCamera, FindsTheGapBetweenTwoBodies) {
   RayScene scene;
   scene.bodies = {box({0.4, 1, 1}, {0.6, 0, 0}, 1), box({0.4, 1, 1}, {1.2, 0, 0}, 2)};  // 0.4…0.8, 1.0…1.4
-  const SettledCamera camera = settled(eye_at(1.1), scene);
+  const UnobstructedCamera camera = unobstructed(eye_at(1.1), scene);
   ASSERT_TRUE(camera.blocked_by);
   EXPECT_EQ(camera.blocked_by->object, 2);
   EXPECT_NEAR(camera.camera.eye_m.x(), 0.97, 1e-6);
 }
 
-TEST(SettledCamera, ComesOutOfABodyThatHoldsWhatItLooksAt) {
+TEST(UnobstructedCamera, ComesOutOfABodyThatHoldsWhatItLooksAt) {
   RayScene scene;
   scene.bodies = {box({1, 1, 1}, {0, 0, 0}, 1)};
-  EXPECT_NEAR(settled(eye_at(0.3), scene).camera.eye_m.x(), 0.53, 1e-6);
+  EXPECT_NEAR(unobstructed(eye_at(0.3), scene).camera.eye_m.x(), 0.53, 1e-6);
 }
 
-TEST(SettledCamera, StaysWhereThereIsNoFreePlaceAtAll) {
+TEST(UnobstructedCamera, StaysWhereThereIsNoFreePlaceAtAll) {
   RayScene scene;
   scene.bodies = {box({10, 10, 10}, {0, 0, 0}, 1)};
-  EXPECT_FALSE(settled(eye_at(0.3), scene).blocked_by);
-  EXPECT_EQ(settled(eye_at(0.3), scene).camera.eye_m.x(), 0.3);
+  EXPECT_FALSE(unobstructed(eye_at(0.3), scene).blocked_by);
+  EXPECT_EQ(unobstructed(eye_at(0.3), scene).camera.eye_m.x(), 0.3);
 }
 
 // Property: whatever stands around, a settled camera is either where it was asked for or clear of every box.
-TEST(SettledCamera, IsClearOfEveryBox) {
+TEST(UnobstructedCamera, IsClearOfEveryBox) {
   for (int k = 0; k < 300; ++k) {
     RayScene scene;
     std::vector<std::pair<double, double>> spans;
@@ -131,7 +131,7 @@ TEST(SettledCamera, IsClearOfEveryBox) {
       spans.emplace_back(middle - depth / 2, middle + depth / 2);
     }
     const double wanted_m = 0.2 + 1.4 * (0.5 + 0.5 * std::sin(11.0 * k));
-    const SettledCamera camera = settled(eye_at(wanted_m), scene);
+    const UnobstructedCamera camera = unobstructed(eye_at(wanted_m), scene);
     for (const auto& [from, to] : spans) {
       EXPECT_TRUE(camera.distance_m <= from - 0.03 + 1e-6 || camera.distance_m >= to + 0.03 - 1e-6)
           << k << ": " << camera.distance_m << " is too close to " << from << "…" << to;
@@ -152,26 +152,26 @@ TEST(Pointer, TheWheelAwayFromTheUserComesCloserAndBack) {
 }
 
 TEST(Pointer, KeysNameTheNodes) {
-  EXPECT_EQ(node_of_key('N'), ViewNode::kNorth);
-  EXPECT_EQ(node_of_key('B'), ViewNode::kBottom);
-  EXPECT_EQ(node_of_key('7'), ViewNode::kCorner7);
-  EXPECT_EQ(node_of_key('A'), ViewNode::kAutomatic);
+  EXPECT_EQ(node_of_key('N'), percept::ViewNode::kNorth);
+  EXPECT_EQ(node_of_key('B'), percept::ViewNode::kBottom);
+  EXPECT_EQ(node_of_key('7'), percept::ViewNode::kCorner7);
+  EXPECT_EQ(node_of_key('A'), percept::ViewNode::kAutomatic);
   for (const char key : {'9', '0', 'H', 'R', 'n', ' '}) EXPECT_FALSE(node_of_key(key)) << key;
 }
 
 TEST(Pointer, TheMainViewFillsTheWindowInItsShapeAndTheOthersLieOverIt) {
-  const WindowPlace wide = place_in_window(View::kMain, 2000, 720, 16.0 / 9);
+  const cv::Rect2d wide = place_in_window(View::kMain, 2000, 720, 16.0 / 9);
   EXPECT_EQ(wide.width, 1280);
   EXPECT_EQ(wide.x, 360);
   for (const View view : {View::kHit, View::kTool}) {
-    const WindowPlace place = place_in_window(view, 2000, 720, 16.0 / 9);
+    const cv::Rect2d place = place_in_window(view, 2000, 720, 16.0 / 9);
     EXPECT_GT(place.x, wide.x + wide.width / 2);
     EXPECT_LE(place.x + place.width, wide.x + wide.width);
     EXPECT_GE(place.y, 0);
     EXPECT_LE(place.y + place.height, 720);
   }
-  const WindowPlace hit = place_in_window(View::kHit, 1280, 720, 16.0 / 9),
-                    tool = place_in_window(View::kTool, 1280, 720, 16.0 / 9);
+  const cv::Rect2d hit = place_in_window(View::kHit, 1280, 720, 16.0 / 9),
+                   tool = place_in_window(View::kTool, 1280, 720, 16.0 / 9);
   EXPECT_LT(hit.y + hit.height, tool.y) << "they do not cover each other";
 }
 

@@ -58,6 +58,17 @@ TEST(Config, PicturesMustNotShareThePortOfTheStop) {
   EXPECT_EQ(refusal("page: {port: 0, stream_port: 0}"), "accepted");
 }
 
+TEST(Config, ANetworkIsServedWithSecretsOnly) {
+  EXPECT_THAT(refusal("page: {address: 0.0.0.0}"), HasSubstr("page.secrets"));
+  EXPECT_THAT(refusal("page: {address: 127.attacker.example}"), HasSubstr("page.secrets"));
+  EXPECT_EQ(refusal("page: {address: 127.0.0.2}"), "accepted");
+  EXPECT_EQ(refusal("page: {address: '::1'}"), "accepted");
+  const std::filesystem::path folder = test::new_file("").string() + ".secrets";
+  EXPECT_THAT(refusal("page: {secrets: " + folder.string() + "}"), HasSubstr("watch: cannot be read"));
+  runtime::make_role_secrets(folder);
+  EXPECT_EQ(refusal("page: {address: 0.0.0.0, secrets: " + folder.string() + "}"), "accepted");
+}
+
 TEST(Config, AMissingFileIsNamed) {
   try {
     load_config("/nowhere/viewer.yaml");
@@ -102,6 +113,8 @@ INSTANTIATE_TEST_SUITE_P(
         Fault{"staleness", "staleness: {slave_s: 0}", "slave_s", "60"},
         Fault{"port", "page: {port: 70000}", "port", "65535"},
         Fault{"streams", "page: {max_streams: 1}", "max_streams", "200"},
+        Fault{"host_names", "page: {host_names: ['viewer.example:8080']}", "host_names", "without port"},
+        Fault{"host_address", "page: {host_names: [0177.0.0.1]}", "host_names", "without port"},
         Fault{"window", "window: 3", "window", "true"},
         Fault{"recording_format", "recording: {format: gif}", "format", "mp4"},
         Fault{"recording_rate", "recording: {rate_hz: 0}", "rate_hz", "60"},

@@ -85,8 +85,8 @@ TEST_F(DrawingOfACell, ThePaintCountsAsChangedOnlyIfItIs) {
 
 TEST_F(DrawingOfACell, APictureForTheReportIsGivenUpForWhatIsMoreUrgent) {
   advance();
-  EXPECT_FALSE(drawing_.photograph(drawing_.picture(View::kMain), [] { return true; }));
-  EXPECT_TRUE(drawing_.photograph(drawing_.picture(View::kMain), {}));
+  EXPECT_FALSE(drawing_.report_picture(drawing_.picture(View::kMain), [] { return true; }));
+  EXPECT_TRUE(drawing_.report_picture(drawing_.picture(View::kMain), {}));
 }
 
 }  // namespace

@@ -92,7 +92,7 @@ class Loop : public TwoPlates {
     auto arm = runtime::load_arm(cell_.arm());
     auto meshes = load_arm_meshes(arm, runtime::load_skin(cell_.arm(), arm));
     loop_ = std::make_unique<ViewerLoop>(config_, cell_, std::move(arm), std::move(meshes), inbox_, content_,
-                                         Report({}, 0));
+                                         report_dir_);
     loop_->start();
   }
   void send_pose(double turned_rad = 0.0) { inbox_.arm.write(pose(turned_rad)); }
@@ -104,6 +104,7 @@ class Loop : public TwoPlates {
   }
 
   Inbox inbox_;
+  std::filesystem::path report_dir_;
   std::unique_ptr<ViewerLoop> loop_;
 };
 

@@ -5,8 +5,10 @@
 #include <fstream>
 #include <mutex>
 
+#include "components/synthetic_viewer/tests/certificate.hpp"
 #include "components/synthetic_viewer/tests/loop_rig.hpp"
 #include "components/synthetic_viewer/tests/web_driver.hpp"
+#include "components/synthetic_viewer/tls_context.hpp"
 #include "components/synthetic_viewer/web_server.hpp"
 
 namespace phantom::synthetic_viewer {
@@ -43,7 +45,7 @@ class PageInChromium : public test::Loop {
           return core::Status::ok();
         });
     feeder_ = std::thread([this] { feed(); });
-    browser_ = std::make_unique<Browser>();
+    browser_ = std::make_unique<Browser>(browser_arguments_);
     browser_->open(server_->url());
   }
   void TearDown() override {
@@ -55,7 +57,7 @@ class PageInChromium : public test::Loop {
   /// A system that runs.
   void feed() {
     ComponentSample component;
-    component.name = "slave_io";
+    component.component = "slave_io";
     component.state = core::ComponentState::kRunning;
     component.loops.push_back({"servo", 0.001, 999.7, 55, 90, 400, 12, 40, 1000, 2});
     inbox_.put(WorkspaceSample{3, 0.005});
@@ -100,6 +102,7 @@ class PageInChromium : public test::Loop {
   }
 
   std::unique_ptr<WebServer> server_;
+  std::vector<std::string> browser_arguments_;
   std::unique_ptr<Browser> browser_;
   std::atomic<bool> stop_{false};
   std::thread feeder_;
@@ -204,6 +207,57 @@ TEST_F(PageInChromium, OnlyShowsWhereCommandsAreSwitchedOff) {
   const std::lock_guard lock(mutex_);
   EXPECT_TRUE(commands_.empty());
   EXPECT_TRUE(requests_.empty());
+}
+
+TEST_F(PageInChromium, StopsWithoutASessionAndShowsAndCommandsWithOne) {
+  config_.page.secrets = runtime::RoleSecrets({"watch-watch-watch", "operate-operate-1", "configure-config"});
+  serve(true);
+  const auto log_in = [&](const std::string& secret) {
+    ASSERT_TRUE(eventually([&] { return truth("document.getElementById('login').offsetParent"); }));
+    browser_->run("document.getElementById('secret').value = '" + secret +
+                  "'; document.querySelector('#login button').click()");
+  };
+  log_in("wrong-wrong-wrong-wrong");
+  EXPECT_TRUE(eventually([&] { return text("login-answer").find("none of the page") != std::string::npos; }));
+  EXPECT_EQ(text("slave-state"), "–");
+  browser_->type({Browser::kEscape});
+  EXPECT_TRUE(eventually([&] { return commanded(CommandKind::kEmergencyStop, 0); }));
+  log_in("watch-watch-watch");
+  ASSERT_TRUE(eventually([&] { return text("slave-state") == "COUPLED"; }));
+  EXPECT_TRUE(eventually([&] { return truth("document.getElementById('main-view').naturalWidth > 0"); }));
+  EXPECT_EQ(text("role"), "Role: watch");
+  EXPECT_TRUE(eventually([&] { return truth("document.getElementById('reset').disabled"); }));
+  EXPECT_TRUE(truth("!document.getElementById('stop').disabled"));
+  browser_->run("document.getElementById('logout').click()");
+  log_in("operate-operate-1");
+  EXPECT_TRUE(eventually([&] { return text("role") == "Role: operate"; }));
+  EXPECT_TRUE(eventually([&] {
+    return truth("!document.getElementById('reset').disabled && document.getElementById('law').disabled");
+  }));
+  if (const char* folder = std::getenv("PHANTOM_SCREENSHOTS")) {
+    std::ofstream(std::string(folder) + "/operate.png", std::ios::binary) << browser_->screenshot();
+  }
+}
+
+// The session's cookie goes by TLS alone, and to the streams' port, too.
+TEST_F(PageInChromium, ShowsAndCommandsByHttps) {
+  const test::Certificate own;
+  config_.page.tls = std::make_shared<TlsContext>(own.certificate, own.key);
+  config_.page.secrets = runtime::RoleSecrets({"watch-watch-watch", "operate-operate-1", "configure-config"});
+  browser_arguments_ = {"--ignore-certificate-errors"};  // it is signed by nobody that the browser knows
+  serve(true);
+  EXPECT_TRUE(server_->url().starts_with("https://"));
+  ASSERT_TRUE(eventually([&] { return truth("document.getElementById('login').offsetParent"); }));
+  browser_->type({Browser::kEscape});
+  EXPECT_TRUE(eventually([&] { return commanded(CommandKind::kEmergencyStop, 0); }));
+  browser_->run(
+      "document.getElementById('secret').value = 'operate-operate-1'; document.querySelector('#login button').click()");
+  ASSERT_TRUE(eventually([&] { return text("slave-state") == "COUPLED"; }));
+  EXPECT_TRUE(eventually([&] { return truth("document.getElementById('main-view').naturalWidth > 0"); }));
+  EXPECT_TRUE(eventually([&] { return truth("source.readyState === EventSource.OPEN && lastEvent > 0"); }))
+      << "events come by their own port";
+  browser_->type({"t"});
+  EXPECT_TRUE(eventually([&] { return commanded(CommandKind::kViewNode, 13); }));
 }
 
 TEST_F(PageInChromium, SaysThatTheViewerIsGone) {

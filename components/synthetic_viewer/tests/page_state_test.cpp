@@ -6,7 +6,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "components/synthetic_viewer/report.hpp"
+#include "components/synthetic_viewer/inbox.hpp"
 
 namespace phantom::synthetic_viewer {
 namespace {
@@ -55,11 +55,14 @@ TEST(PageState, StalePerceptIsNotShownAsAValue) {
 TEST(PageState, ASilentComponentIsSaidToBeSilent) {
   ViewerState state;
   ComponentSample component;
-  component.name = "slave_io";
+  component.component = "slave_io";
   component.received_ns = kPage_ns - core::kNsPerSecond / 2;
   component.state = core::ComponentState::kRunning;
   state.take(component);
+  component.topics = {{.topic = "percept", .refused = 2}, {.topic = "hit_alert", .refused = 3}};
+  state.take(component);
   EXPECT_EQ(page(state).at("components")[0].at("state"), "RUNNING");
+  EXPECT_EQ(page(state).at("components")[0].at("refused"), 5);
   component.received_ns = kPage_ns - 3 * core::kNsPerSecond;
   state.take(component);
   EXPECT_EQ(page(state).at("components")[0].at("state"), "SILENT");
@@ -100,43 +103,42 @@ TEST(PageState, TheListOfHitsIsBounded) {
 TEST(PageState, NamesFromOutsideCannotBreakTheJson) {
   ViewerState state;
   ComponentSample component;
-  component.name = "a\"b\n<script>\xFF";
+  component.component = "a\"b\n<script>\xFF";
   component.received_ns = kPage_ns;
   state.take(component);
   EXPECT_NO_THROW(page(state));
 }
 
-TEST(Report, LeavesPicturesAndFigures) {
-  const auto folder = std::filesystem::path(::testing::TempDir()) / "viewer_report";
-  std::filesystem::remove_all(folder);
-  Report report(folder, 1);
-  const Image image{4, 4, std::vector<std::uint8_t>(48, 100)};
-  report.save("main", image);
-  ASSERT_TRUE(report.wants_hit_pictures());
-  report.save_hit(7, "NE", 1.5, 12345, image);
-  EXPECT_FALSE(report.wants_hit_pictures());
-  Report::Summary summary;
-  summary.frames = 30;
-  summary.seconds = 3;
-  summary.page = "http://127.0.0.1:8080/";
-  report.finish(summary);
-  EXPECT_TRUE(std::filesystem::exists(folder / "main.png"));
-  EXPECT_TRUE(std::filesystem::exists(folder / "hit_001_NE.png"));
-  std::ifstream file(folder / "synthetic_viewer.json");
-  const auto json = nlohmann::json::parse(file);
-  EXPECT_EQ(json.at("frames"), 30);
-  EXPECT_EQ(json.at("fps"), 10.0);
-  EXPECT_EQ(json.at("page"), "http://127.0.0.1:8080/");
-  EXPECT_EQ(json.at("views")[0].at("png"), "hit_001_NE.png");
-  EXPECT_EQ(json.at("views")[0].at("alert"), 7);
-  EXPECT_EQ(json.at("views")[0].at("node"), "NE");
+TEST(ViewerStateBounds, TheComponentThatIsSilentLongestMakesRoom) {
+  ViewerState state;
+  ComponentSample sample;
+  sample.component = "slave_io";
+  for (int i = 0; i < 10'000; ++i) {
+    sample.host = "invented_" + std::to_string(i);
+    sample.received_ns = i + 1;
+    state.take(sample);
+    ASSERT_LE(state.components.size(), ViewerState::kMaxComponents);
+  }
+  EXPECT_TRUE(state.components.contains("slave_io@invented_9999"));
+  EXPECT_FALSE(state.components.contains("slave_io@invented_0"));
 }
 
-TEST(Report, DoesNothingWithoutAFolder) {
-  Report report({}, 10);
-  EXPECT_FALSE(report.wanted());
-  EXPECT_FALSE(report.wants_hit_pictures());
-  report.finish({});
+TEST(InboxBounds, WhatWaitsIsBoundedByNumberAndMemoryAndTheRestIsCounted) {
+  Inbox inbox;
+  ComponentSample status;
+  for (std::size_t i = 0; i < 2 * Inbox::kMaxStatuses; ++i)
+    EXPECT_EQ(inbox.put(status), i < Inbox::kMaxStatuses);
+  MeshChunkSample chunk;
+  chunk.data.assign(std::size_t{256} << 10, 1);
+  const std::size_t fit = Inbox::kMaxMeshBytes / chunk.data.size();
+  for (std::size_t i = 0; i < fit + 100; ++i) ASSERT_EQ(inbox.put(chunk), i < fit);
+  EXPECT_EQ(inbox.lost(), Inbox::kMaxStatuses + 100);
+  HitSample hit;
+  EXPECT_TRUE(inbox.put(hit));  // an alert is not behind any of them
+  EXPECT_TRUE(inbox.urgent());
+  EXPECT_EQ(inbox.take_hits().size(), 1U);
+  EXPECT_EQ(inbox.take_events().size(), Inbox::kMaxStatuses + fit);
+  EXPECT_TRUE(inbox.put(chunk));
 }
 
 }  // namespace

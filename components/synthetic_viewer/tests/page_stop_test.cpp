@@ -6,8 +6,8 @@
 #include <fstream>
 #include <optional>
 
-#include "common/dds/tests/stand_in_side.hpp"
 #include "common/dds/tests/test_network.hpp"
+#include "common/messages/tests/stand_in_side.hpp"
 #include "components/synthetic_viewer/dds_adapter.hpp"
 #include "components/synthetic_viewer/page_state.hpp"
 #include "components/synthetic_viewer/tests/loop_rig.hpp"
@@ -37,7 +37,7 @@ class StandInCell {
   dds::Participant master_host_{"master_io", test_network()}, slave_host_{"slave_io", test_network()};
 
  public:
-  dds::StandInSide master{master_host_, core::Side::kMaster}, slave{slave_host_, core::Side::kSlave};
+  messages::StandInSide master{master_host_, core::Side::kMaster}, slave{slave_host_, core::Side::kSlave};
   std::atomic<bool> second_slave{false};
 
  private:
@@ -67,10 +67,10 @@ class StandInCell {
       usleep(5000);
     }
   }
-  static void fill(auto& state, const dds::StandInSide& side) {
+  static void fill(auto& state, const messages::StandInSide& side) {
     state.stop(side.stop);
-    state.state(side.stop != 0 ? msg::LINK_STOPPED : msg::LINK_COUPLED);
-    state.stop_cause(side.stop != 0 ? msg::STOP_EMERGENCY : msg::STOP_NONE);
+    state.state(side.stop != 0 ? msg::LinkState::LINK_STOPPED : msg::LinkState::LINK_COUPLED);
+    state.stop_cause(side.stop != 0 ? msg::StopCause::STOP_EMERGENCY : msg::StopCause::STOP_NONE);
   }
 
   std::uint32_t joint_count_;
@@ -153,9 +153,9 @@ TEST_F(StopInChromium, PressedInTheSecondOfFourWindowsIsHeardAndConfirmedInAll) 
     EXPECT_FALSE(shown("stop-board")) << which;
   });
   browser_->switch_to(windows_[1]);
-  EXPECT_EQ(sides_->slave.heard_of(msg::COMMAND_EMERGENCY_STOP), 0U);
+  EXPECT_EQ(sides_->slave.heard_of(core::CommandKind::kEmergencyStop), 0U);
   browser_->click("#stop");
-  EXPECT_TRUE(eventually([&] { return sides_->slave.heard_of(msg::COMMAND_EMERGENCY_STOP) > 0; }));
+  EXPECT_TRUE(eventually([&] { return sides_->slave.heard_of(core::CommandKind::kEmergencyStop) > 0; }));
   EXPECT_TRUE(eventually([&] { return sides_->master.stop != 0 && sides_->slave.stop != 0; }));
   in_every_window(
       [&](const std::string& which) { EXPECT_TRUE(eventually([&] { return confirmed(); })) << which; });

@@ -86,17 +86,5 @@ TEST_F(PublisherOfACell, ASnapshotIsDrawnForTheOneWhoAsksAndNobodyWaitsPastTheEn
   EXPECT_EQ(content_.main_png(), png) << "the last one, at once";
 }
 
-TEST_F(PublisherOfACell, OthersSeeWhatWasPublishedLast) {
-  EXPECT_EQ(publisher_.view_pose().made_ns, 0);
-  advance();
-  publisher_.publish(drawing_.view_pose());
-  EXPECT_EQ(publisher_.view_pose().made_ns, now_ns_);
-  core::Health health;
-  health.message = "waiting for the slave";
-  publisher_.publish(health, {.hold = true, .recording = false});
-  EXPECT_EQ(publisher_.health().message, health.message);
-  EXPECT_TRUE(publisher_.switches().hold);
-}
-
 }  // namespace
 }  // namespace phantom::synthetic_viewer

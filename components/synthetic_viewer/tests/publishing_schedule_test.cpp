@@ -17,12 +17,12 @@ constexpr Nanoseconds kBegin_ns = 5 * kNsPerSecond;
 constexpr double kRate_hz = 30.0;
 
 /// When what was due in turns of lengths that `next_turn` tells, with a view drawn just before each.
-struct Told {
+struct Published {
   std::vector<Nanoseconds> views, statuses;
 };
 template <class NextTurn>
-Told told(PublishingSchedule schedule, Nanoseconds for_ns, const NextTurn& next_turn) {
-  Told all;
+Published published(PublishingSchedule schedule, Nanoseconds for_ns, const NextTurn& next_turn) {
+  Published all;
   for (Nanoseconds now = kBegin_ns; now < kBegin_ns + for_ns; now += next_turn()) {
     const auto due = schedule.at(now, now - kNsPerMillisecond);
     if (due.view_pose) all.views.push_back(now);
@@ -40,8 +40,8 @@ void expect_gaps(const std::vector<Nanoseconds>& times, Nanoseconds least_ns, Na
 }
 
 TEST(PublishingSchedule, TellsTheViewTenTimesASecondAndTheStatusTwice) {
-  const Told all = told(PublishingSchedule(true, kRate_hz), 10 * kNsPerSecond,
-                        [] { return PublishingSchedule::kViewPeriod_ns; });
+  const Published all = published(PublishingSchedule(true, kRate_hz), 10 * kNsPerSecond,
+                                  [] { return PublishingSchedule::kViewPeriod_ns; });
   EXPECT_EQ(all.views.size(), 100u);
   EXPECT_EQ(all.statuses.size(), 20u);
 }
@@ -51,7 +51,8 @@ TEST(PublishingSchedule, IsNeverMoreThanATurnLateNorTooOftenHoweverShortTurnsAre
   std::mt19937 random(7);
   constexpr Nanoseconds kLongestTurn_ns = 40 * kNsPerMillisecond;
   std::uniform_int_distribution<Nanoseconds> turn(1, kLongestTurn_ns);
-  const Told all = told(PublishingSchedule(true, kRate_hz), 100 * kNsPerSecond, [&] { return turn(random); });
+  const Published all =
+      published(PublishingSchedule(true, kRate_hz), 100 * kNsPerSecond, [&] { return turn(random); });
   expect_gaps(all.views, 100 * kNsPerMillisecond, 100 * kNsPerMillisecond + kLongestTurn_ns);
   expect_gaps(all.statuses, 500 * kNsPerMillisecond, 500 * kNsPerMillisecond + kLongestTurn_ns);
 }
@@ -76,7 +77,7 @@ TEST(PublishingSchedule, AViewThatIsNotYetOrWasDrawnLongAgoIsNotTold) {
   EXPECT_TRUE(schedule.at(later, later).view_pose) << "a new one at once";
 }
 
-// Otherwise the ears would turn to and fro between two pictures.
+// Otherwise the listener would turn to and fro between two pictures.
 TEST(PublishingSchedule, WherePicturesAreRareAViewCountsUntilTheSecondAfterItIsOverdue) {
   const Nanoseconds period = 5 * kNsPerSecond;
   PublishingSchedule schedule(true, 0.2);
@@ -86,8 +87,8 @@ TEST(PublishingSchedule, WherePicturesAreRareAViewCountsUntilTheSecondAfterItIsO
 }
 
 TEST(PublishingSchedule, AnOnlookersViewerTellsItsStatusOnly) {
-  const Told all = told(PublishingSchedule(false, kRate_hz), 10 * kNsPerSecond,
-                        [] { return PublishingSchedule::kViewPeriod_ns; });
+  const Published all = published(PublishingSchedule(false, kRate_hz), 10 * kNsPerSecond,
+                                  [] { return PublishingSchedule::kViewPeriod_ns; });
   EXPECT_TRUE(all.views.empty());
   EXPECT_EQ(all.statuses.size(), 20u);
 }

@@ -30,9 +30,7 @@ class Recording : public ::testing::TestWithParam<VideoFormat> {
     std::filesystem::remove_all(folder_);
   }
   ~Recording() override { std::filesystem::remove_all(folder_); }
-  void publish(std::uint8_t grey) {
-    source_.publish(Image{320, 180, std::vector<std::uint8_t>(320 * 180 * 3, grey)});
-  }
+  void publish(std::uint8_t grey) { source_.publish(Image(180, 320, CV_8UC3, cv::Scalar::all(grey))); }
 
   std::filesystem::path folder_;
   Broadcast<Image> source_;

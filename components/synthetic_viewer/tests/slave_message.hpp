@@ -21,7 +21,7 @@ inline msg::Stamp stamp(std::uint64_t number) {
 inline msg::SlaveState slave_state() {
   msg::SlaveState message;
   message.stamp(stamp(1));
-  message.state(msg::LINK_COUPLED);
+  message.state(msg::LinkState::LINK_COUPLED);
   message.joint_count(7);
   message.position_rad()[2] = 0.5;
   message.contact_force_N(-1);

@@ -36,7 +36,7 @@ TEST_F(Stops, NothingIsSaidWhileNobodyStops) {
   EXPECT_EQ(board_.at(kStart_ns + 10 * kMs), StopView());
 }
 
-TEST_F(Stops, ASideThatHasNotConfirmedIsShoutedAfterThreeTenthsOfASecondAndForAsLongAsItTakes) {
+TEST_F(Stops, SR15_ASideThatHasNotConfirmedIsShoutedAfterThreeTenthsOfASecondAndForAsLongAsItTakes) {
   both_coupled(kStart_ns);
   core::CommandAnswers request(true, true, kStart_ns);
   board_.take_request(request);
@@ -108,7 +108,7 @@ TEST_F(Stops, AResetDoesNotRaiseTheAlarmBetweenTheSides) {
   EXPECT_FALSE(board_.at(hour_ns + 40 * kMs).in_force);
 }
 
-TEST_F(Stops, ASideThatIsSilentMayNotBeStopped) {
+TEST_F(Stops, SR15_ASideThatIsSilentMayNotBeStopped) {
   both_coupled(kStart_ns);
   const core::Nanoseconds later_ns = kStart_ns + 5 * core::kNsPerSecond;
   heard(Side::kMaster, LinkState::kStopped, later_ns, StopCause::kEmergency);
@@ -118,7 +118,7 @@ TEST_F(Stops, ASideThatIsSilentMayNotBeStopped) {
   EXPECT_EQ(of(view, Side::kSlave).text, "MAY NOT BE STOPPED (silent for 5 s)");
 }
 
-TEST_F(Stops, ResetsNameTheStopsOfTheNewestStates) {
+TEST_F(Stops, SR03_ResetsNameTheStopsOfTheNewestStates) {
   EXPECT_EQ(board_.stop_of(Side::kSlave), 0U);
   heard(Side::kSlave, LinkState::kStopped, kStart_ns);
   EXPECT_EQ(board_.stop_of(Side::kSlave), 77U);
@@ -156,6 +156,15 @@ TEST_F(Stops, ThePageIsToldAllOfIt) {
   EXPECT_EQ(json.at("sides").at("slave").at("level"), "alarm");
   EXPECT_EQ(json.at("sides").at("slave").at("text"), "HAS NOT CONFIRMED THE STOP");
   EXPECT_EQ(json.at("notices").size(), 1U);
+}
+
+TEST(StopBoard, NamesFromTheNetworkDoNotMakeItGrow) {
+  StopBoard board;
+  for (int i = 0; i < 10'000; ++i) board.take_second("component_status as x@" + std::to_string(i), 1'000);
+  EXPECT_EQ(board.at(1'001).notices.size(), StopBoard::kMostSeconds);
+  const core::Nanoseconds later_ns = 1'000 + StopBoard::kSecond_ns;
+  board.take_second("percept", later_ns);
+  EXPECT_EQ(board.at(later_ns + 1).notices.size(), 1U);
 }
 
 }  // namespace

@@ -1,5 +1,3 @@
-#include "components/synthetic_viewer/view_choice.hpp"
-
 #include <gtest/gtest.h>
 
 #include "common/geometry/primitives.hpp"

@@ -38,7 +38,7 @@ std::string from_base64(const std::string& text) {
 
 bool Browser::installed() { return std::filesystem::exists(kDriver) && std::filesystem::exists(kBrowser); }
 
-Browser::Browser() {
+Browser::Browser(const std::vector<std::string>& more) {
   int pipe_ends[2];
   if (pipe(pipe_ends) != 0) throw std::runtime_error("pipe");
   driver_ = fork();
@@ -59,11 +59,12 @@ Browser::Browser() {
   }
   client_.emplace("127.0.0.1", std::atoi(said.c_str() + said.find(kReady) + std::string_view(kReady).size()));
   client_->set_read_timeout(120);
-  const json options{{"binary", kBrowser},
-                     {"args",
-                      {"--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
-                       "--disable-background-networking", "--disable-component-update", "--disable-sync",
-                       "--disable-dev-shm-usage", "--window-size=1600,1300"}}};
+  json options{{"binary", kBrowser},
+               {"args",
+                {"--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
+                 "--disable-background-networking", "--disable-component-update", "--disable-sync",
+                 "--disable-dev-shm-usage", "--window-size=1600,1300"}}};
+  for (const std::string& argument : more) options["args"].push_back(argument);
   const json answer = post(
       "/session",
       {{"capabilities", {{"alwaysMatch", {{"browserName", "chrome"}, {"goog:chromeOptions", options}}}}}});

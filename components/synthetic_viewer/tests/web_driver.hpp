@@ -12,8 +12,9 @@ namespace phantom::synthetic_viewer::test {
 
 class Browser {
  public:
-  /// Starts both. Throws std::runtime_error with chromedriver's words if that fails.
-  Browser();
+  /// Starts both. `more`: arguments of Chromium. Throws std::runtime_error with chromedriver's words if that
+  /// fails.
+  explicit Browser(const std::vector<std::string>& more = {});
   ~Browser();
   Browser(const Browser&) = delete;
   Browser& operator=(const Browser&) = delete;

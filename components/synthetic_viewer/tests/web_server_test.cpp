@@ -1,70 +1,16 @@
 #include "components/synthetic_viewer/web_server.hpp"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-#include <httplib.h>
-
-#include <nlohmann/json.hpp>
 #include <numbers>
 #include <thread>
 
 #include "common/core/errors.hpp"
-#include "components/synthetic_viewer/commands.hpp"
+#include "components/synthetic_viewer/tests/page_rig.hpp"
 
 namespace phantom::synthetic_viewer {
 namespace {
 
+using test::Page;
 using ::testing::HasSubstr;
-
-class Page : public ::testing::Test {
- protected:
-  void serve(PageConfig config = {}) {
-    config.port = 0;
-    server_ = std::make_unique<WebServer>(
-        config, content_,
-        [this](const Command& command) {
-          const std::lock_guard lock(mutex_);
-          commands_.push_back(command);
-          return outcome_;
-        },
-        [this](const ViewRequest& request) {
-          const std::lock_guard lock(mutex_);
-          requests_.push_back(request);
-          return core::Status::ok();
-        });
-  }
-  httplib::Client client() const { return client_of(server_->port()); }
-  httplib::Client stream_client() const { return client_of(server_->stream_port()); }
-  static httplib::Client client_of(int port) {
-    httplib::Client client("127.0.0.1", port);
-    client.set_read_timeout(20);
-    return client;
-  }
-  /// Status and message of a posted command.
-  std::pair<int, std::string> post(const std::string& body, const httplib::Headers& headers = {},
-                                   const char* type = "application/json",
-                                   const char* path = "/command") const {
-    const auto result = client().Post(path, headers, body, type);
-    if (!result) return {0, httplib::to_string(result.error())};
-    return {result->status, nlohmann::json::parse(result->body).at("message").get<std::string>()};
-  }
-  /// The stream's beginning, until `enough` is satisfied.
-  std::string follow(const char* path, const std::function<bool(const std::string&)>& enough) const {
-    std::string got;
-    stream_client().Get(path, [&](const char* data, std::size_t size) {
-      got.append(data, size);
-      return !enough(got);
-    });
-    return got;
-  }
-
-  PageContent content_;
-  std::mutex mutex_;
-  std::vector<Command> commands_;
-  std::vector<ViewRequest> requests_;
-  CommandOutcome outcome_;
-  std::unique_ptr<WebServer> server_;
-};
 
 int count(const std::string& text, const std::string& part) {
   int found = 0;
@@ -80,7 +26,7 @@ TEST_F(Page, IsServedWithItsFilesAndNothingFromElsewhere) {
   EXPECT_THAT(page->get_header_value("Content-Type"), HasSubstr("text/html"));
   EXPECT_THAT(page->get_header_value("Content-Security-Policy"), HasSubstr("default-src 'self'"));
   EXPECT_THAT(page->body, HasSubstr("Emergency stop"));
-  for (const char* file : {"/page.css", "/page.js", "/stop.js"}) {
+  for (const char* file : {"/page.css", "/page.js", "/stop.js", "/session.js"}) {
     const auto result = client().Get(file);
     ASSERT_TRUE(result) << file;
     EXPECT_EQ(result->status, 200);
@@ -149,6 +95,7 @@ TEST_F(Page, MoreFollowersThanAllowedAreTurnedAwayAndCommandsStillPass) {
   EXPECT_THAT(result->body, HasSubstr("page.max_streams"));
   EXPECT_EQ(post(R"({"kind":"emergency_stop"})").first, 200);
   enough = true;
+  content_.view(View::kMain).jpeg.publish(std::string("\xFF\xD8 last"));
   for (auto& follower : followers) follower.join();
 }
 
@@ -179,11 +126,11 @@ TEST_F(Page, PassesSoundCommandsOn) {
 TEST_F(Page, RefusesCommandsOutOfRangeAndSaysWhatIsAllowed) {
   serve();
   const std::vector<std::pair<const char*, const char*>> cases{
-      {R"({"kind":"set_percept_gain","value":-1})", "from 0 to 1000"},
-      {R"({"kind":"set_percept_gain","value":1001})", "from 0 to 1000"},
+      {R"({"kind":"set_percept_gain","value":-1})", "allowed: 0 to 1000"},
+      {R"({"kind":"set_percept_gain","value":1001})", "allowed: 0 to 1000"},
       {R"({"kind":"set_percept_gain","value":"much"})", "must be a number"},
       {R"({"kind":"set_percept_gain"})", "must be a number"},
-      {R"({"kind":"set_feedback_gain","value":11})", "from 0 to 10"},
+      {R"({"kind":"set_feedback_gain","value":11})", "allowed: 0 to 10"},
       {R"({"kind":"enable_percept","value":0.5})", "a whole number from 0 to 1"},
       {R"({"kind":"view_node","value":15})", "from 0 to 14"},
       {R"({"kind":"set_law","value":5})", "from 0 to 4"},
@@ -215,10 +162,42 @@ TEST_F(Page, RefusesCommandsThatAreNotThePagesOwn) {
   const std::string stop = R"({"kind":"emergency_stop"})";
   EXPECT_EQ(post(stop, {}, "text/plain").first, 403);
   EXPECT_EQ(post(stop, {{"Origin", "http://elsewhere.example"}}).first, 403);
+  EXPECT_EQ(post(stop, {{"Sec-Fetch-Site", "cross-site"}}).first, 403);
   EXPECT_EQ(post(stop, {{"Host", "elsewhere.example"}, {"Origin", "http://elsewhere.example"}}).first, 403);
   EXPECT_TRUE(commands_.empty());
   const std::string own = "127.0.0.1:" + std::to_string(server_->port());
   EXPECT_EQ(post(stop, {{"Host", own}, {"Origin", "http://" + own}}).first, 200);
+}
+
+// A hostile page reaches this port under a name of its own that resolves to this host. It neither commands
+// nor reads.
+TEST_F(Page, AReboundNameReachesNothing) {
+  serve();
+  content_.main_png = [] { return std::string("PNG"); };
+  content_.state_json.publish(std::string(R"({"t":1})"));
+  content_.view(View::kMain).jpeg.publish(std::string("\xFF\xD8 picture"));
+  const std::string port = ":" + std::to_string(server_->port());
+  for (const std::string name : {"127.attacker.example", "127.0.0.1.evil", "localhost.evil", "2130706433"}) {
+    const httplib::Headers rebound{{"Host", name + port}, {"Origin", "http://" + name + port}};
+    EXPECT_EQ(post(R"({"kind":"set_percept_gain","value":10})", rebound).first, 403) << name;
+    EXPECT_EQ(post(R"({"view":"main","zoom":2})", rebound, "application/json", "/view").first, 403) << name;
+    for (const char* path : {"/", "/page.js", "/stop", "/state", "/snapshot/main.png", "/hits/1.jpg"})
+      EXPECT_EQ(client().Get(path, {{"Host", name + port}})->status, 403) << name << path;
+    for (const char* path : {"/events", "/stream/main"})
+      EXPECT_EQ(stream_client().Get(path, {{"Host", name}})->status, 403) << name << path;
+  }
+  EXPECT_EQ(client().Get("/stop", {{"Host", "localhost"}, {"Host", "localhost"}})->status, 400);
+  EXPECT_EQ(client().Get("/stop", {{"Host", "localhost" + port}})->status, 200);
+  EXPECT_TRUE(commands_.empty());
+  EXPECT_TRUE(requests_.empty());
+}
+
+TEST_F(Page, AConfiguredNameIsServed) {
+  PageConfig config;
+  config.host_names = {"viewer.example"};
+  serve(config);
+  EXPECT_EQ(client().Get("/stop", {{"Host", "viewer.example:8080"}})->status, 200);
+  EXPECT_EQ(post(R"({"kind":"emergency_stop"})", {{"Host", "viewer.example"}}).first, 200);
 }
 
 TEST_F(Page, PassesSoundViewRequestsOn) {

@@ -11,7 +11,7 @@
 #include <functional>
 
 #include "common/core/errors.hpp"
-#include "components/synthetic_viewer/pointer.hpp"
+#include "components/synthetic_viewer/camera_control.hpp"
 
 // Last: it defines short names.
 #include <X11/Xlib.h>
@@ -25,13 +25,7 @@ constexpr const char* kServer = "/usr/bin/Xvfb";
 constexpr unsigned long kBlue = 0x0000E0;
 
 Image plain(std::uint8_t blue, std::uint8_t green, std::uint8_t red) {
-  Image image{320, 180, std::vector<std::uint8_t>(320 * 180 * 3)};
-  for (std::size_t i = 0; i < image.bgr.size(); i += 3) {
-    image.bgr[i] = blue;
-    image.bgr[i + 1] = green;
-    image.bgr[i + 2] = red;
-  }
-  return image;
+  return Image(180, 320, CV_8UC3, cv::Scalar(blue, green, red));
 }
 
 class Desktop : public ::testing::Test {
@@ -54,12 +48,10 @@ class Desktop : public ::testing::Test {
     unsetenv("DISPLAY");
   }
   void open() {
-    WindowActions actions;
-    actions.move = [this](const ViewRequest& request) { requests_.push_back(request); };
-    actions.command = [this](const Command& command) { commands_.push_back(command); };
-    actions.switches = [this] { return switches_; };
-    actions.stops = [this] { return stops_; };
-    window_ = std::make_unique<Window>("window test", content_, std::move(actions));
+    content_.stops = [this] { return stops_; };
+    window_ = std::make_unique<Window>(
+        "window test", content_, [this](const ViewRequest& request) { requests_.push_back(request); },
+        [this](const Command& command) { commands_.push_back(command); });
     ASSERT_TRUE(turn_until([this] { return (handle_ = find("window test")) != 0; }));
   }
   /// Lets the window work until the condition holds.
@@ -115,7 +107,6 @@ class Desktop : public ::testing::Test {
   PageContent content_;
   std::vector<ViewRequest> requests_;
   std::vector<Command> commands_;
-  ViewSwitches switches_;
   StopView stops_;
   std::unique_ptr<Window> window_;
   ::Window handle_ = 0;
@@ -170,7 +161,7 @@ TEST_F(Desktop, ShowsTheMainViewAndTheOthersOverIt) {
   ASSERT_TRUE(turn_until([this] { return pixel(100, 600) == kBlue; })) << std::hex << pixel(100, 600);
   EXPECT_EQ(pixel(1200, 100), kBlue) << "no hit zone is shown";
   content_.view(View::kHit).image.publish(plain(0, 0, 0xE0));
-  const WindowPlace hit = place_in_window(View::kHit, 1280, 720, 16.0 / 9);
+  const cv::Rect2d hit = place_in_window(View::kHit, 1280, 720, 16.0 / 9);
   const int x = static_cast<int>(hit.x + hit.width / 2), y = static_cast<int>(hit.y + hit.height / 2);
   ASSERT_TRUE(turn_until([&] { return pixel(x, y) == 0xE00000; })) << std::hex << pixel(x, y);
   EXPECT_EQ(pixel(100, 600), kBlue);
@@ -194,7 +185,7 @@ TEST_F(Desktop, KeysSteer) {
   EXPECT_EQ(commands_[3].kind, CommandKind::kViewHold);
   EXPECT_EQ(commands_[3].value, 1);
   EXPECT_EQ(commands_[4].kind, CommandKind::kEmergencyStop);
-  switches_ = {true, true};
+  content_.switches.publish({true, true});
   commands_.clear();
   requests_.clear();
   press(XK_h);
@@ -235,7 +226,7 @@ TEST_F(Desktop, DragAndWheelMoveTheViewUnderThePointer) {
   open();
   content_.view(View::kMain).image.publish(plain(0xE0, 0, 0));
   content_.view(View::kHit).image.publish(plain(0, 0, 0xE0));
-  const WindowPlace hit = place_in_window(View::kHit, 1280, 720, 16.0 / 9);
+  const cv::Rect2d hit = place_in_window(View::kHit, 1280, 720, 16.0 / 9);
   const int x = static_cast<int>(hit.x + 50), y = static_cast<int>(hit.y + 50);
   ASSERT_TRUE(turn_until([&] { return pixel(x, y) == 0xE00000; }));
   move_to(x, y);
@@ -278,7 +269,7 @@ TEST(NoDesktop, IsSaidWithTheReason) {
   unsetenv("WAYLAND_DISPLAY");
   PageContent content;
   try {
-    Window window("nowhere", content, {});
+    Window window("nowhere", content, {}, {});
     FAIL() << "a window without a display";
   } catch (const core::MissingError& problem) {
     EXPECT_NE(std::string(problem.what()).find("no desktop to open a window on"), std::string::npos)

@@ -1,6 +1,6 @@
 'use strict';
 // The operator's page: follows the events, shows the streams, posts commands. The fields of an event are in page_state.cpp.
-// The stop is in stop.js.
+// The stop is in stop.js, the session in session.js.
 
 const fixed = (value, digits, unit = '') => value === null || value === undefined ? '–' : value.toFixed(digits) + unit;
 const duration = s => s === null ? '–' : s < 0.001 ? (s * 1e6).toFixed(0) + ' µs' : s < 1 ? (s * 1e3).toFixed(s < 0.01 ? 2 : 0) + ' ms' : s.toFixed(1) + ' s';
@@ -14,22 +14,14 @@ let torqueScale = 1;
 // windows together, and requests to the page's port must not wait for them. A hidden page closes its streams, and
 // the hit zone's stream is open only while there is a zone to show.
 const kStreams = `${location.protocol}//${location.hostname}:${document.querySelector('meta[name=stream-port]').content}/`;
-const streams = {
-  set(id, path) {
-    const image = byId(id);
-    const wanted = path && !document.hidden ? path : '';
-    if ((image.dataset.stream || '') === wanted || performance.now() < +(image.dataset.retry || 0)) return;
-    image.dataset.stream = wanted;
-    image.dataset.since = performance.now();
-    if (wanted) image.src = kStreams + wanted + '?' + Date.now();
-    else image.removeAttribute('src');
-  }
-};
-for (const id of ['main-view', 'hit-view', 'tool-view']) {
-  byId(id).addEventListener('error', () => {
-    byId(id).dataset.stream = '';
-    byId(id).dataset.retry = performance.now() + 2000;
-  });
+function follow(id, path) {
+  const image = byId(id);
+  const wanted = path && !document.hidden ? path : '';
+  if ((image.dataset.stream || '') === wanted || performance.now() < +(image.dataset.retry || 0)) return;
+  image.dataset.stream = wanted;
+  image.dataset.since = performance.now();
+  if (wanted) image.src = kStreams + wanted + '?' + Date.now();
+  else image.removeAttribute('src');
 }
 
 function take(json) { lastState = performance.now(); state = json; show(); }
@@ -37,7 +29,7 @@ function take(json) { lastState = performance.now(); state = json; show(); }
 function connect() {
   if (source) source.close();
   connected = performance.now();
-  source = new EventSource(kStreams + 'events');
+  source = new EventSource(kStreams + 'events', { withCredentials: true });
   source.onmessage = message => { lastEvent = performance.now(); take(JSON.parse(message.data)); };
 }
 
@@ -49,6 +41,7 @@ async function pollState() {
     try {
       const response = await fetch('state', { signal: within(1000), cache: 'no-store' });
       if (response.ok) take(await response.json());
+      else if (response.status === 401 && !loggedOut()) await askSession();
     } catch (problem) { /* showBanner() reports it */ }
   }
 }
@@ -61,7 +54,7 @@ function withoutPicture(id) {
 
 function showBanner() {
   const silent = performance.now() - lastState > 2000;
-  const text = silent ? 'NO CONNECTION TO THE VIEWER: what you see is out of date' : state ? state.banner : '';
+  const text = silent && loggedOut() ? 'NOT LOGGED IN: only the emergency stop works' : silent ? 'NO CONNECTION TO THE VIEWER: what you see is out of date' : state ? state.banner : '';
   put('banner', text);
   byId('banner').hidden = !text;
 }
@@ -87,19 +80,18 @@ function show() {
   showComponents(state.components);
 }
 
-function showBar(id, share, grade) {
+function showBar(id, value, most, grade) {
   const bar = byId(id + '-bar');
-  bar.style.width = Math.max(0, Math.min(1, share)) * 100 + '%';
+  byId(id + '-meter').setAttribute('aria-valuenow', value);
+  bar.style.width = Math.max(0, Math.min(1, value / most)) * 100 + '%';
   bar.className = grade > 0.75 ? 'hot' : grade > 0.4 ? 'warm' : '';
 }
 
 function showPercept(percept, link) {
   put('closeness', fixed(percept.closeness, 2));
   put('speed', fixed(percept.speed_m_s, 3, ' m/s'));
-  showBar('closeness', percept.closeness ?? 0, percept.closeness ?? 0);
-  showBar('speed', (percept.speed_m_s ?? 0) / 0.5, 0);
-  byId('closeness-meter').setAttribute('aria-valuenow', percept.closeness ?? 0);
-  byId('speed-meter').setAttribute('aria-valuenow', percept.speed_m_s ?? 0);
+  showBar('closeness', percept.closeness ?? 0, 1, percept.closeness ?? 0);
+  showBar('speed', percept.speed_m_s ?? 0, 0.5, 0);
   put('motion', percept.known ? (percept.motion === 'none' ? 'no direction' : percept.motion) : 'no percept');
   byId('motion').className = 'chip ' + percept.motion;
   put('nearest-link', percept.known ? percept.link || 'all links free' : 'unknown');
@@ -132,7 +124,8 @@ function showJoints(joints) {
 }
 
 function showCommands(link, view, viewer) {
-  for (const e of document.querySelectorAll('#commands button, #commands input, #commands select, #stop, #node, #hold, .tools button')) e.disabled = !viewer.allow_commands;
+  for (const e of document.querySelectorAll('#commands button, #commands input, #commands select, #stop, #node, #hold, .tools button'))
+    e.disabled = !viewer.allow_commands || (e.id !== 'stop' && !may(e.closest('[data-role]')?.dataset.role ?? 'operate'));
   if (!viewer.allow_commands) say('This viewer only shows; commands are switched off in its configuration.', false);
   put('gain-now', fixed(link.percept_gain, 2) + (link.percept_limited ? ' (limited)' : ''));
   put('feedback-now', fixed(link.feedback_gain, 3) + (link.feedback_damped ? ' (damped)' : link.force_missing ? ' (no force sensor)' : ''));
@@ -145,12 +138,12 @@ function showCommands(link, view, viewer) {
 }
 
 function showViews(view, viewer) {
-  streams.set('main-view', 'stream/main');
+  follow('main-view', 'stream/main');
   const image = byId('hit-view');
   const last = state.hits[0];
   byId('hit-figure').classList.toggle('threat', view.threatening);
   if (view.alert) {
-    streams.set('hit-view', 'stream/hit');
+    follow('hit-view', 'stream/hit');
     put('hit-caption', `Alert ${view.alert}, from ${view.node}${view.threatening ? '' : ', over'}`);
   } else if (last) {
     image.dataset.stream = '';
@@ -164,7 +157,7 @@ function showViews(view, viewer) {
   image.hidden = !view.alert && !last;
   byId('hit-empty').hidden = !image.hidden;
   byId('tool-figure').hidden = !viewer.tool_view;
-  streams.set('tool-view', viewer.tool_view ? 'stream/tool' : '');
+  follow('tool-view', viewer.tool_view ? 'stream/tool' : '');
 }
 
 // The buttons of every view: back to the default camera, and recording.
@@ -177,6 +170,7 @@ for (const tools of document.querySelectorAll('[data-tools]')) {
 }
 
 function isRecording(view) { return state !== null && state.recording.running && state.recording.view === view; }
+function toggleHold() { command('view_hold', byId('hold').getAttribute('aria-pressed') === 'true' ? 0 : 1); }
 function toggleRecording(view) { moveView({ view, record: !isRecording(view) }); }
 
 function showViewTools(view, viewer) {
@@ -198,7 +192,7 @@ function showViewTools(view, viewer) {
 // Moves a view. Movements that come before the last is answered are combined.
 const waiting = {};
 async function moveView(request) {
-  if (state === null || !state.viewer.allow_commands) return;
+  if (state === null || !state.viewer.allow_commands || !may('operate')) return;
   const next = waiting[request.view] ??= { view: request.view, orbit_deg: [0, 0], zoom: 1 };
   if (request.home) Object.assign(next, { home: true, orbit_deg: [0, 0], zoom: 1 });
   if (request.orbit_deg) next.orbit_deg = next.orbit_deg.map((a, i) => Math.max(-180, Math.min(180, a + request.orbit_deg[i])));
@@ -218,6 +212,7 @@ const kKeyTurn_deg = 5, kNodes = { A: 0, N: 9, S: 10, E: 11, W: 12, T: 13, B: 14
 for (const image of document.querySelectorAll('[data-view]')) {
   const { view } = image.dataset;
   image.draggable = false;
+  image.addEventListener('error', () => Object.assign(image.dataset, { stream: '', retry: performance.now() + 2000 }));
   let from = null;
   image.addEventListener('pointerdown', event => {
     if (event.button !== 0) return;
@@ -250,7 +245,7 @@ for (const image of document.querySelectorAll('[data-view]')) {
 addEventListener('keydown', event => {
   if (event.ctrlKey || event.altKey || event.metaKey || /^(INPUT|SELECT|TEXTAREA)$/.test(event.target.tagName)) return;
   const key = event.key.toUpperCase();
-  if (key === 'H') command('view_hold', byId('hold').getAttribute('aria-pressed') === 'true' ? 0 : 1);
+  if (key === 'H') toggleHold();
   else if (key === 'R') toggleRecording(document.activeElement.dataset.view ?? 'main');
   else if (key in kNodes) command('view_node', kNodes[key]);
   else if (/^[1-8]$/.test(key)) command('view_node', +key);
@@ -264,13 +259,8 @@ function showHits(hits, total) {
   const key = hits.map(h => h.alert + (h.cleared_after_s === null ? '!' : '')).join();
   if (list.dataset.key === key && list.childElementCount) return;
   list.dataset.key = key;
-  if (!hits.length) {
-    const none = document.createElement('li');
-    none.className = 'none';
-    none.textContent = 'None so far.';
-    return list.replaceChildren(none);
-  }
-  list.replaceChildren(...hits.map(hit => {
+  if (!hits.length) list.innerHTML = '<li class="none">None so far.</li>';
+  else list.replaceChildren(...hits.map(hit => {
     const item = document.createElement('li');
     item.className = hit.cleared_after_s === null ? 'threatening' : '';
     item.innerHTML = '<a target="_blank"><img loading="lazy" alt=""></a><div><div class="what"></div><div class="why"></div></div>';
@@ -283,17 +273,17 @@ function showHits(hits, total) {
   }));
 }
 
-function rate(hz) { return hz >= 100 ? hz.toFixed(0) + ' Hz' : hz.toFixed(1) + ' Hz'; }
-
 // The rate of a hanging loop is out of date, so the time since its last tick is shown instead.
-function tempo(loop) { return loop.idle_s > 1 + 3 / loop.nominal_hz ? `no tick for ${loop.idle_s.toFixed(0)} s` : rate(loop.rate_hz); }
+function rate(loop) {
+  return loop.idle_s > 1 + 3 / loop.nominal_hz ? `no tick for ${loop.idle_s.toFixed(0)} s` : fixed(loop.rate_hz, loop.rate_hz >= 100 ? 0 : 1, ' Hz');
+}
 
 function showComponents(components) {
   const rows = [];
   for (const c of components) {
     const row = document.createElement('tr');
     const loop = c.loops[0];
-    const cells = [[c.name, ''], [c.state, 'state ' + c.state], [loop ? tempo(loop) : '–', 'number'],
+    const cells = [[c.name, ''], [c.state, 'state ' + c.state], [loop ? rate(loop) : '–', 'number'],
       [loop ? duration(loop.p99_us * 1e-6) : '–', 'number'], [`${c.refused} / ${c.deadline_missed}`, 'number']];
     for (const [text, kind] of cells) {
       const cell = document.createElement('td');
@@ -301,7 +291,7 @@ function showComponents(components) {
       if (kind) cell.className = kind;
       row.append(cell);
     }
-    row.title = c.host + c.loops.map(l => `\n${l.name}: ${tempo(l)}, ${l.slips} slips`).join('');
+    row.title = c.host + c.loops.map(l => `\n${l.name}: ${rate(l)}, ${l.slips} slips`).join('');
     rows.push(row);
     if (c.message) {
       row.className = 'with-message';
@@ -338,7 +328,7 @@ async function post(path, body, name) {
 
 byId('reset').addEventListener('click', () => { if (confirm('Reset: the arm may move again. Is the cell clear?')) command('reset'); });
 byId('percept').addEventListener('click', () => command('enable_percept', byId('percept').getAttribute('aria-pressed') === 'true' ? 0 : 1));
-byId('hold').addEventListener('click', () => command('view_hold', byId('hold').getAttribute('aria-pressed') === 'true' ? 0 : 1));
+byId('hold').addEventListener('click', toggleHold);
 byId('node').addEventListener('change', () => command('view_node', +byId('node').value));
 byId('gain-form').addEventListener('submit', event => { event.preventDefault(); command('set_percept_gain', +byId('gain').value); });
 byId('feedback-form').addEventListener('submit', event => { event.preventDefault(); command('set_feedback_gain', +byId('feedback').value); });
@@ -346,7 +336,7 @@ byId('law').addEventListener('change', () => { command('set_law', +byId('law').v
 document.addEventListener('visibilitychange', () => {
   if (document.hidden) {
     source.close();
-    for (const id of ['main-view', 'hit-view', 'tool-view']) streams.set(id, '');
+    for (const id of ['main-view', 'hit-view', 'tool-view']) follow(id, '');
   } else {
     connect();
   }

@@ -5,7 +5,7 @@
 const kStopPoll_ms = 200, kStopAnswer_ms = 1000, kStopRetry_ms = 300, kRefusal_ms = 10000, kStopStale_ms = 2000;
 const kStopUnheard_ms = 600;  // longer than the viewer waits for master and slave
 let stops = null;        // newest answer of GET /stop
-let stopWord = 0;        // when that answer came; ms, as performance.now()
+let stopAnswered = 0;        // when that answer came; ms, as performance.now()
 let stopAsked = 0;       // when a stop was pressed that the viewer has not accepted yet; 0: none
 let stopRefused = '';    // why the viewer refused it; shown for kRefusal_ms
 
@@ -48,7 +48,7 @@ async function askStop() {
     const response = await fetch('stop', { signal: within(kStopAnswer_ms), cache: 'no-store' });
     if (!response.ok) return;
     stops = await response.json();
-    stopWord = performance.now();
+    stopAnswered = performance.now();
   } catch (problem) { /* showBanner() reports it */ }
   showStop();
 }
@@ -60,7 +60,7 @@ function showSide(name, side) {
 
 function showStop() {
   const unheard = stopAsked && performance.now() - stopAsked > kStopUnheard_ms;
-  const inForce = Boolean(stops && stops.in_force), stale = performance.now() - stopWord > kStopStale_ms;
+  const inForce = Boolean(stops && stops.in_force), stale = performance.now() - stopAnswered > kStopStale_ms;
   const alarm = Boolean(unheard || stopRefused || (inForce && (stops.alarm || stale)));
   byId('stop-board').hidden = !(inForce || stopAsked || stopRefused);
   byId('stop-board').classList.toggle('alarm', alarm);
@@ -68,9 +68,9 @@ function showStop() {
     : stopRefused ? `STOP NOT SENT: ${stopRefused}. Use the hardware stop.`
       : inForce && stale ? `${stops.headline}, when last heard: the viewer does not answer`
         : inForce ? stops.headline : 'STOPPING');
-  const told = !unheard && !stopRefused && inForce && !stale;
-  byId('stop-sides').hidden = !told;
-  if (told) for (const name of ['master', 'slave']) showSide(name, stops.sides[name]);
+  const shown = !unheard && !stopRefused && inForce && !stale;
+  byId('stop-sides').hidden = !shown;
+  if (shown) for (const name of ['master', 'slave']) showSide(name, stops.sides[name]);
   const notices = stops ? stops.notices : [];
   put('notices', notices.join('\n'));
   byId('notices').hidden = !notices.length;

@@ -27,7 +27,7 @@ class Changes : public TestCell {
     EXPECT_TRUE(change) << change.status().message();
     return live;
   }
-  void carry_out(LiveCell& live, const CellCommand& command) {
+  void carry_out(LiveCell& live, const WorkspaceCommand& command) {
     const auto change = live.apply(command, live.workspace().version + 1, {});
     ASSERT_TRUE(change) << change.status().message();
     write_changes(live.changes(), live.cell(), kept());
@@ -61,24 +61,22 @@ TEST_F(Changes, WithoutAFileTheCellIsServedAsItsFileHasIt) { expect_same(started
 
 TEST_F(Changes, AServerStartedAnewServesTheCellAsItWas) {
   LiveCell live = activated(cell());
-  carry_out(live, {Operation::kMove, "ball", 0, turned(0.7, {0.1, -0.1, 0.2}), ""});
-  carry_out(live, {Operation::kRemove, "left post", 0, {}, ""});
-  carry_out(live, {Operation::kAdd,
-                   "",
-                   0,
-                   {},
-                   "# a dome\nname: \"dome \\\"2\\\"\"\nprimitive: {sphere: {radius_m: 0.06}}\npose: "
-                   "{xyz_m: [0.2, -0.2, 0.2]}\n"});
+  carry_out(live, make_command(WorkspaceOperation::kMove, "ball", 0, turned(0.7, {0.1, -0.1, 0.2})));
+  carry_out(live, make_command(WorkspaceOperation::kRemove, "left post"));
+  carry_out(live,
+            make_command(WorkspaceOperation::kAdd, "", 0, {},
+                         "# a dome\nname: \"dome \\\"2\\\"\"\nprimitive: {sphere: {radius_m: 0.06}}\npose: "
+                         "{xyz_m: [0.2, -0.2, 0.2]}\n"));
   expect_same(started_anew(), live);
-  carry_out(live, {Operation::kMove, "ball", 0, turned(0.7, {0.1, -0.1, 0.25}), "", 2});
+  carry_out(live, make_command(WorkspaceOperation::kMove, "ball", 0, turned(0.7, {0.1, -0.1, 0.25}), "", 2));
   expect_same(started_anew(), live);
-  carry_out(live, {Operation::kMove, "ball", 0, turned(0.7, {0.1, -0.1, 0.2}), ""});
+  carry_out(live, make_command(WorkspaceOperation::kMove, "ball", 0, turned(0.7, {0.1, -0.1, 0.2})));
   EXPECT_EQ(live.objects().at(1).config.profile.guard_vox, 2) << "a move without a guard leaves it as it is";
   expect_same(started_anew(), live);
-  carry_out(live, {Operation::kMove, "dome \"2\"", 0, turned(0.2, {-0.2, -0.2, 0.2}), ""});
+  carry_out(live, make_command(WorkspaceOperation::kMove, "dome \"2\"", 0, turned(0.2, {-0.2, -0.2, 0.2})));
   expect_same(started_anew(), live);
   LiveCell again = started_anew();
-  carry_out(again, {Operation::kRemove, "dome \"2\"", 0, {}, ""});
+  carry_out(again, make_command(WorkspaceOperation::kRemove, "dome \"2\""));
   EXPECT_EQ(started_anew().changes().next_id, 5U);  // 4 was given away
 }
 
@@ -91,20 +89,19 @@ TEST_F(Changes, AnySequenceOfCommandsIsKept) {
     LiveCell live = activated(cell());
     for (int step = 0; step < 30; ++step) {
       if (pick(4) == 0 || live.objects().empty()) {
-        carry_out(live, {Operation::kAdd,
-                         "",
-                         0,
-                         {},
+        carry_out(
+            live,
+            make_command(WorkspaceOperation::kAdd, "", 0, {},
                          "{name: box " + std::to_string(step) +
-                             ", primitive: {box: {size_m: [0.1, 0.1, 0.1]}}, pose: {xyz_m: [0, 0, 0.2]}}"});
+                             ", primitive: {box: {size_m: [0.1, 0.1, 0.1]}}, pose: {xyz_m: [0, 0, 0.2]}}"));
         continue;
       }
       const auto id = std::next(live.objects().begin(), pick(static_cast<int>(live.objects().size())))->first;
       if (pick(4) == 0) {
-        carry_out(live, {Operation::kRemove, "", id, {}, ""});
+        carry_out(live, make_command(WorkspaceOperation::kRemove, "", id));
       } else {
-        carry_out(live, {Operation::kMove, "", id,
-                         turned(0.1 * step, {0.02 * pick(10), 0.02 * pick(10), 0.2}), ""});
+        carry_out(live, make_command(WorkspaceOperation::kMove, "", id,
+                                     turned(0.1 * step, {0.02 * pick(10), 0.02 * pick(10), 0.2})));
       }
     }
     expect_same(started_anew(), live);
@@ -113,7 +110,7 @@ TEST_F(Changes, AnySequenceOfCommandsIsKept) {
 
 TEST_F(Changes, AreNotMixedWithAnotherCellFile) {
   LiveCell live = activated(cell());
-  carry_out(live, {Operation::kRemove, "ball", 0, {}, ""});
+  carry_out(live, make_command(WorkspaceOperation::kRemove, "ball"));
   cell_with("xyz_m: [0.0, 0.0, 0.3]", "xyz_m: [0.0, 0.0, 0.2]");
   EXPECT_THAT(refusal(),
               AllOf(HasSubstr("kept.json"), HasSubstr("cell.yaml"), HasSubstr("remove the first")));
@@ -121,7 +118,7 @@ TEST_F(Changes, AreNotMixedWithAnotherCellFile) {
 
 TEST_F(Changes, ThatAreDamagedAreRefusedByName) {
   LiveCell live = activated(cell());
-  carry_out(live, {Operation::kMove, "ball", 0, turned(0.7, {0.1, -0.1, 0.2}), ""});
+  carry_out(live, make_command(WorkspaceOperation::kMove, "ball", 0, turned(0.7, {0.1, -0.1, 0.2})));
   std::ifstream stream(kept());
   const std::string good{std::istreambuf_iterator<char>(stream), {}};
   const auto with = [&](const std::string& from, const std::string& to) {

@@ -14,11 +14,12 @@
 #include "common/dds/endpoint.hpp"
 #include "common/dds/stamp.hpp"
 #include "common/dds/tests/test_network.hpp"
+#include "common/messages/ask.hpp"
+#include "common/messages/workspace_codec.hpp"
 #include "common/workspace/workspace_assembler.hpp"
 #include "components/wva_server/dds_adapter_client.hpp"
 #include "components/wva_server/mesh_chunks.hpp"
 #include "components/wva_server/tests/test_cell.hpp"
-#include "phantom_idl/workspace.h"
 
 namespace phantom::wva_server {
 namespace {
@@ -53,37 +54,37 @@ class Consumer {
   explicit Consumer(const core::NetworkOptions& network)
       : participant_("consumer", network),
         bricks_(participant_, dds::kWorkspaceBrick,
-                [this](const msg::WorkspaceBrick& b, const dds::SampleInfo&) {
+                [this](const msg::WorkspaceBrick& message, const dds::SampleInfo&) {
                   waiter_.change([&] {
                     ++bricks_heard_;
-                    EXPECT_TRUE(assembler_.put_brick({b.bx(), b.by(), b.bz()}, b.version(), b.voxels_zstd()));
+                    const auto brick = messages::from_idl(message);
+                    ASSERT_TRUE(brick) << brick.status().message();
+                    EXPECT_TRUE(assembler_.put_brick(brick->key, brick->version, brick->voxels_zstd));
                   });
                 }),
         versions_(participant_, dds::kWorkspaceVersion,
-                  [this](const msg::WorkspaceVersion& v, const dds::SampleInfo&) {
+                  [this](const msg::WorkspaceVersion& message, const dds::SampleInfo&) {
                     waiter_.change([&] {
-                      workspace::VersionDescription d;
-                      d.version = v.version();
-                      d.grid = {{v.origin_m().x(), v.origin_m().y(), v.origin_m().z()},
-                                v.voxel_size_m(),
-                                {static_cast<std::int32_t>(v.size_x_vox()),
-                                 static_cast<std::int32_t>(v.size_y_vox()),
-                                 static_cast<std::int32_t>(v.size_z_vox())}};
-                      d.palette_Pa_s_per_m = v.palette();
-                      d.brick_count = v.brick_count();
-                      d.content_hash = v.content_hash();
-                      EXPECT_TRUE(assembler_.commit(d));
+                      const auto version = messages::from_idl(message);
+                      ASSERT_TRUE(version) << version.status().message();
+                      EXPECT_TRUE(assembler_.commit(version->description));
                     });
                   }),
         objects_(participant_, dds::kWorkspaceObject,
-                 [this](const msg::WorkspaceObject& o, const dds::SampleInfo&) {
+                 [this](const msg::WorkspaceObject& message, const dds::SampleInfo&) {
                    waiter_.change([&] {
-                     seen_objects_[o.id()] = o;
-                     if (o.mesh_hash() == 0) seen_objects_.erase(o.id());
+                     const auto object = messages::from_idl(message);
+                     ASSERT_TRUE(object) << object.status().message();
+                     seen_objects_[object->id] = *object;
+                     if (object->removed()) seen_objects_.erase(object->id);
                    });
                  }),
-        chunks_(participant_, dds::kMeshChunk, [this](const msg::MeshChunk& c, const dds::SampleInfo&) {
-          waiter_.change([&] { seen_chunks_[{c.mesh_hash(), c.chunk()}] = c; });
+        chunks_(participant_, dds::kMeshChunk, [this](const msg::MeshChunk& message, const dds::SampleInfo&) {
+          waiter_.change([&] {
+            const auto chunk = messages::from_idl(message);
+            ASSERT_TRUE(chunk) << chunk.status().message();
+            seen_chunks_[{chunk->mesh_hash, chunk->chunk}] = *chunk;
+          });
         }) {}
 
   bool has_version(std::uint64_t version) {
@@ -94,8 +95,8 @@ class Consumer {
   }
   const workspace::Workspace& workspace() const { return *assembler_.current(); }
   std::size_t take_bricks_heard() { return std::exchange(bricks_heard_, 0); }
-  const std::map<std::uint16_t, msg::WorkspaceObject>& objects() const { return seen_objects_; }
-  const std::map<std::pair<std::uint64_t, std::uint32_t>, msg::MeshChunk>& chunks() const {
+  const std::map<std::uint16_t, messages::WorkspaceObject>& objects() const { return seen_objects_; }
+  const std::map<std::pair<std::uint64_t, std::uint32_t>, messages::MeshChunk>& chunks() const {
     return seen_chunks_;
   }
 
@@ -103,8 +104,8 @@ class Consumer {
   dds::Waiter waiter_;
   workspace::WorkspaceAssembler assembler_;
   std::size_t bricks_heard_ = 0;
-  std::map<std::uint16_t, msg::WorkspaceObject> seen_objects_;
-  std::map<std::pair<std::uint64_t, std::uint32_t>, msg::MeshChunk> seen_chunks_;
+  std::map<std::uint16_t, messages::WorkspaceObject> seen_objects_;
+  std::map<std::pair<std::uint64_t, std::uint32_t>, messages::MeshChunk> seen_chunks_;
   dds::Participant participant_;  // the readers below end before what they write to
   dds::Reader<msg::WorkspaceBrick> bricks_;
   dds::Reader<msg::WorkspaceVersion> versions_;
@@ -144,22 +145,22 @@ TEST_F(DdsAdapterTest, EarlyAndLateConsumersHaveTheWholeCell) {
     EXPECT_EQ(consumer->workspace().bricks(), cell_41.workspace().bricks());
     ASSERT_TRUE(consumer->has_objects(3, chunks));
   }
-  const msg::WorkspaceObject& left = late.objects().at(2);
-  EXPECT_EQ(left.name(), "left post");
-  EXPECT_DOUBLE_EQ(left.X_WO().position_m().x(), -0.2);
-  EXPECT_NEAR(left.X_WO().qz(), std::sin(15 * M_PI / 180), 1e-9);
-  EXPECT_EQ(left.mesh_hash(), late.objects().at(3).mesh_hash());
-  EXPECT_EQ(late.objects().at(1).red(), 1.0F);
+  const messages::WorkspaceObject& left = late.objects().at(2);
+  EXPECT_EQ(left.name, "left post");
+  EXPECT_DOUBLE_EQ(left.X_WO.translation_m.x(), -0.2);
+  EXPECT_NEAR(geometry::quaternion_xyzw(left.X_WO.rotation)[2], std::sin(15 * M_PI / 180), 1e-9);
+  EXPECT_EQ(left.mesh_hash, late.objects().at(3).mesh_hash);
+  EXPECT_EQ(late.objects().at(1).colour[0], 1.0F);
 
   std::vector<std::vector<std::uint8_t>> pieces;
-  msg::MeshChunk last;
+  messages::MeshChunk last;
   for (const auto& [key, chunk] : late.chunks()) {
     if (key.first != ball.mesh_hash) continue;
-    pieces.push_back(chunk.data());
+    pieces.push_back(chunk.data);
     last = chunk;
   }
-  ASSERT_EQ(pieces.size(), last.chunk_count());
-  EXPECT_EQ(unpack(pieces, last.vertex_count(), last.triangle_count()).content_hash(), ball.mesh_hash);
+  ASSERT_EQ(pieces.size(), last.chunk_count);
+  EXPECT_EQ(unpack(pieces, last.vertex_count, last.triangle_count).content_hash(), ball.mesh_hash);
 }
 
 TEST_F(DdsAdapterTest, AChangeSendsItsBricksOnlyAndEndsRightForEarlyAndLateConsumers) {
@@ -170,8 +171,9 @@ TEST_F(DdsAdapterTest, AChangeSendsItsBricksOnlyAndEndsRightForEarlyAndLateConsu
   ASSERT_TRUE(early.has_version(41));
   early.take_bricks_heard();
 
-  const auto moved =
-      live.apply({Operation::kMove, "ball", 0, {Eigen::Matrix3d::Identity(), {0.1, -0.2, 0.3}}, ""}, 42, {});
+  const auto moved = live.apply(
+      make_command(WorkspaceOperation::kMove, "ball", 0, {Eigen::Matrix3d::Identity(), {0.1, -0.2, 0.3}}), 42,
+      {});
   ASSERT_TRUE(moved);
   adapter.publish_change(live, moved->workspace, 2);
   adapter.publish_object(live.objects().at(1), 1024);
@@ -179,7 +181,7 @@ TEST_F(DdsAdapterTest, AChangeSendsItsBricksOnlyAndEndsRightForEarlyAndLateConsu
   EXPECT_EQ(early.take_bricks_heard(), moved->workspace.changed.size() + moved->workspace.removed.size());
   EXPECT_LT(moved->workspace.changed.size(), live.workspace().brick_count());
 
-  const auto removed = live.apply({Operation::kRemove, "right post", 0, {}, ""}, 43, {});
+  const auto removed = live.apply(make_command(WorkspaceOperation::kRemove, "right post"), 43, {});
   ASSERT_TRUE(removed);
   EXPECT_FALSE(removed->workspace.removed.empty());
   adapter.publish_change(live, removed->workspace, 2);
@@ -192,7 +194,7 @@ TEST_F(DdsAdapterTest, AChangeSendsItsBricksOnlyAndEndsRightForEarlyAndLateConsu
     EXPECT_EQ(consumer->workspace().content_hash(), live.content_hash());
     EXPECT_EQ(consumer->workspace().bricks(), live.workspace().bricks());
     ASSERT_TRUE(consumer->has_objects(2, chunks));  // the left post still has the mesh
-    EXPECT_DOUBLE_EQ(consumer->objects().at(1).X_WO().position_m().y(), -0.2);
+    EXPECT_DOUBLE_EQ(consumer->objects().at(1).X_WO.translation_m.y(), -0.2);
   }
 }
 
@@ -203,7 +205,8 @@ TEST_F(DdsAdapterTest, ASuccessorsCellReplacesThatOfAServerThatDied) {
     DdsAdapter first(dds::test_network(), true);
     publish(first, live);
     const auto moved = live.apply(
-        {Operation::kMove, "ball", 0, {Eigen::Matrix3d::Identity(), {0.1, -0.2, 0.3}}, ""}, 42, {});
+        make_command(WorkspaceOperation::kMove, "ball", 0, {Eigen::Matrix3d::Identity(), {0.1, -0.2, 0.3}}),
+        42, {});
     ASSERT_TRUE(moved);
     first.publish_change(live, moved->workspace, 2);
     ASSERT_TRUE(consumer.has_version(42));
@@ -247,7 +250,7 @@ class Asker {
 
 msg::WorkspaceCommand move_command() {
   msg::WorkspaceCommand command;
-  command.operation(msg::WORKSPACE_MOVE);
+  command.operation(msg::WorkspaceOperation::WORKSPACE_MOVE);
   command.object("ball");
   command.X_WO().position_m().x(0.1);
   command.X_WO().qw(1.0);
@@ -259,23 +262,20 @@ TEST(WorkspaceCommands, ComeInOrderAndAreAnswered) {
   DdsAdapter adapter(dds::test_network(), true);
   Asker asker(dds::test_network());
   const auto accepted = asker.ask(move_command());
-  EXPECT_EQ(accepted.outcome(), msg::WORKSPACE_ACCEPTED);
+  EXPECT_EQ(accepted.outcome(), msg::WorkspaceOutcome::WORKSPACE_ACCEPTED);
   EXPECT_EQ(accepted.requester(), "test");
-  const auto request = adapter.next_command(10.0);
-  ASSERT_TRUE(request);
-  EXPECT_EQ(request->command.operation, Operation::kMove);
-  EXPECT_EQ(request->command.object, "ball");
-  EXPECT_EQ(request->command.X_WO.translation_m.x(), 0.1);
-  EXPECT_FALSE(request->command.guard_vox) << "who says nothing of the guard leaves it alone";
-  Reply done;
-  done.outcome = Outcome::kDone;
-  done.version = 77;
-  done.changed_bricks = 5;
-  adapter.reply(*request, done);
+  const auto command = adapter.next_command(10.0);
+  ASSERT_TRUE(command);
+  EXPECT_EQ(command->operation, WorkspaceOperation::kMove);
+  EXPECT_EQ(command->object, "ball");
+  EXPECT_EQ(command->X_WO.translation_m.x(), 0.1);
+  EXPECT_FALSE(command->guard_vox) << "who says nothing of the guard leaves it alone";
+  adapter.reply(*command, {.outcome = messages::WorkspaceOutcome::kDone, .version = 77, .changed_bricks = 5});
   msg::WorkspaceCommand again = move_command();
-  again.stamp().session(request->id.session);
-  again.stamp().sequence_number(request->id.sequence_number);
-  EXPECT_TRUE(dds::eventually([&] { return asker.ask(again).outcome() == msg::WORKSPACE_DONE; }));
+  again.stamp().session(command->stamp.session);
+  again.stamp().sequence_number(command->stamp.sequence_number);
+  EXPECT_TRUE(
+      dds::eventually([&] { return asker.ask(again).outcome() == msg::WorkspaceOutcome::WORKSPACE_DONE; }));
   EXPECT_EQ(asker.ask(again).version(), 77U);
   EXPECT_FALSE(adapter.next_command(0.0)) << "what is sent again is not carried out again";
 }
@@ -287,7 +287,7 @@ TEST(WorkspaceCommands, WhatCannotBeUsedIsRefusedAtOnceWithTheField) {
     msg::WorkspaceCommand command = move_command();
     change(command);
     const auto reply = asker.ask(command);
-    EXPECT_EQ(reply.outcome(), msg::WORKSPACE_REFUSED);
+    EXPECT_EQ(reply.outcome(), msg::WorkspaceOutcome::WORKSPACE_REFUSED);
     return reply.message().to_string();
   };
   const double nan = std::nan("");
@@ -298,7 +298,7 @@ TEST(WorkspaceCommands, WhatCannotBeUsedIsRefusedAtOnceWithTheField) {
   EXPECT_THAT(refused([&](auto& c) { c.X_WO().qx(nan); }), testing::HasSubstr("quaternion"));
   EXPECT_THAT(refused([](auto& c) { c.operation(static_cast<msg::WorkspaceOperation>(9)); }),
               testing::HasSubstr("operation is 9"));
-  EXPECT_THAT(refused([](auto& c) { c.operation(msg::WORKSPACE_ADD); }),
+  EXPECT_THAT(refused([](auto& c) { c.operation(msg::WorkspaceOperation::WORKSPACE_ADD); }),
               testing::HasSubstr("description is empty"));
   EXPECT_THAT(refused([](auto& c) { c.sets_guard(true), c.guard_vox(101); }),
               testing::HasSubstr("guard_vox is 101; allowed: 0 to 100"));
@@ -311,7 +311,7 @@ TEST(WorkspaceCommands, AServerThatTakesNoneSaysSo) {
   DdsAdapter adapter(dds::test_network(), false);
   Asker asker(dds::test_network());
   const auto reply = asker.ask(move_command());
-  EXPECT_EQ(reply.outcome(), msg::WORKSPACE_REFUSED);
+  EXPECT_EQ(reply.outcome(), msg::WorkspaceOutcome::WORKSPACE_REFUSED);
   EXPECT_THAT(reply.message().to_string(), testing::HasSubstr("accept_commands"));
   EXPECT_FALSE(adapter.next_command(0.0));
 }
@@ -330,7 +330,7 @@ TEST_F(DdsAdapterTest, ASecondServerIsNoticedByBoth) {
   std::atomic<bool> told{false}, sound{false};
   dds::Reader<msg::ComponentStatus> statuses(
       outside, dds::kComponentStatus, [&](const msg::ComponentStatus& status, const dds::SampleInfo&) {
-        const bool rival = status.state() == msg::COMPONENT_DEGRADED &&
+        const bool rival = status.state() == msg::ComponentState::COMPONENT_DEGRADED &&
                            status.message().to_string().find("two processes send workspace_version") == 0;
         (rival ? told : sound) = true;
       });
@@ -353,25 +353,22 @@ TEST_F(DdsAdapterTest, TheClientHearsTheLastWordAndListsWhatIsServed) {
   publish(adapter, live);
   adapter.withdraw_object(2);
   std::thread server([&] {
-    const auto request = adapter.next_command(30.0);
-    ASSERT_TRUE(request);
-    Reply done;
-    done.outcome = Outcome::kDone;
-    done.message = "done so";
-    adapter.reply(*request, done);
+    const auto command = adapter.next_command(30.0);
+    ASSERT_TRUE(command);
+    adapter.reply(*command, {.outcome = messages::WorkspaceOutcome::kDone, .message = "done so"});
   });
-  CommandClient client(dds::test_network());
   std::vector<std::string> accepted;
-  const auto reply = client.ask({Operation::kRemove, "ball", 0, {}, ""}, 30.0,
-                                [&](const Reply& said) { accepted.push_back(said.message); });
+  const WorkspaceCommand remove = make_command(WorkspaceOperation::kRemove, "ball");
+  const auto reply =
+      messages::ask(dds::test_network(), "asking", remove, 30.0,
+                    [&](const messages::WorkspaceReply& early) { accepted.push_back(early.message); });
   server.join();
   ASSERT_TRUE(reply);
   EXPECT_EQ(reply->message, "done so");
-  EXPECT_FALSE(client.ask({Operation::kRemove, "ball", 0, {}, ""}, 0.5, [](const Reply&) {}))
-      << "nobody replies";
+  EXPECT_FALSE(messages::ask(dds::test_network(), "asking", remove, 0.5)) << "nobody replies";
 
   adapter.report({core::ComponentState::kRunning, "", {}, {{"version", 41, ""}, {"objects", 2, ""}}});
-  const auto listing = client.list(30.0);
+  const auto listing = list_objects(dds::test_network(), 30.0);
   ASSERT_TRUE(listing);
   EXPECT_EQ(listing->cell, "desk");
   EXPECT_EQ(listing->version, 41U);

@@ -50,6 +50,19 @@ class TestCell : public ::testing::Test {
     EXPECT_TRUE(change) << change.status().message();
     return live;
   }
+  static WorkspaceCommand make_command(WorkspaceOperation operation, const std::string& object,
+                                       std::uint16_t id = 0, const geometry::Pose& X_WO = {},
+                                       const std::string& description = "",
+                                       std::optional<std::uint16_t> guard_vox = {}) {
+    WorkspaceCommand command;
+    command.operation = operation;
+    command.object = object;
+    command.id = id;
+    command.X_WO = X_WO;
+    command.guard_vox = guard_vox;
+    command.description = description;
+    return command;
+  }
   static std::int8_t order_at(const workspace::Workspace& workspace, double x, double y, double z) {
     return workspace.order(workspace.grid().index_of({x, y, z}));
   }

@@ -4,13 +4,15 @@
 
 #include <filesystem>
 
-#include "common/runtime/config_reader.hpp"
+#include "common/runtime/fields.hpp"
+#include "components/wva_server/change_under_way.hpp"
 #include "components/wva_server/tests/test_cell.hpp"
 
 namespace phantom::wva_server {
 namespace {
 
 using ::testing::AllOf;
+using ::testing::AnyOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
@@ -102,8 +104,8 @@ class Commands : public WvaServer {
     live_.emplace(activated(cell(), 7));
     hash_ = live_->content_hash();
   }
-  core::Expected<CellChange> apply(const CellCommand& command) { return live_->apply(command, 8, {}); }
-  std::string refused(const CellCommand& command) {
+  core::Expected<CellChange> apply(const WorkspaceCommand& command) { return live_->apply(command, 8, {}); }
+  std::string refused(const WorkspaceCommand& command) {
     const auto change = apply(command);
     EXPECT_EQ(live_->workspace().version, change ? 8U : 7U);
     if (change) return "accepted";
@@ -113,11 +115,15 @@ class Commands : public WvaServer {
     return change.status().message();
   }
   std::uint64_t hash_of(const std::filesystem::path& file) { return activated(file).content_hash(); }
-  static CellCommand add(const std::string& yaml) { return {Operation::kAdd, "", 0, {}, yaml}; }
-  static CellCommand move(const std::string& object, const Eigen::Vector3d& to_m) {
-    return {Operation::kMove, object, 0, {Eigen::Matrix3d::Identity(), to_m}, ""};
+  static WorkspaceCommand add(const std::string& yaml) {
+    return make_command(WorkspaceOperation::kAdd, "", 0, {}, yaml);
   }
-  static CellCommand remove(const std::string& object) { return {Operation::kRemove, object, 0, {}, ""}; }
+  static WorkspaceCommand move(const std::string& object, const Eigen::Vector3d& to_m) {
+    return make_command(WorkspaceOperation::kMove, object, 0, {Eigen::Matrix3d::Identity(), to_m});
+  }
+  static WorkspaceCommand remove(const std::string& object) {
+    return make_command(WorkspaceOperation::kRemove, object);
+  }
 
   std::optional<LiveCell> live_;
   std::uint64_t hash_ = 0;
@@ -128,7 +134,7 @@ TEST_F(Commands, MoveEndsInTheCellWhoseFileHasItThere) {
   ASSERT_TRUE(change) << change.status().message();
   EXPECT_EQ(change->id, 1);
   EXPECT_EQ(change->workspace.version, 8U);
-  EXPECT_THAT(change->said,
+  EXPECT_THAT(change->message,
               AllOf(HasSubstr("moved 'ball' (object 1)"), HasSubstr("(0.100, -0.100, 0.200) m")));
   EXPECT_EQ(order_at(live_->workspace(), 0.101, -0.101, 0.201), workspace::kOrderInterior);
   EXPECT_EQ(live_->content_hash(), hash_of(cell_with("xyz_m: [0.0, 0.0, 0.3]", "xyz_m: [0.1, -0.1, 0.2]")));
@@ -136,13 +142,13 @@ TEST_F(Commands, MoveEndsInTheCellWhoseFileHasItThere) {
 }
 
 TEST_F(Commands, MoveMayGiveAGuardSkinThatLaterMovesKeep) {
-  CellCommand command = move("ball", {0.1, -0.1, 0.2});
+  WorkspaceCommand command = move("ball", {0.1, -0.1, 0.2});
   command.guard_vox = 2;
   const std::size_t others =
       layers::count_orders(live_->workspace())[static_cast<std::uint8_t>(workspace::kOrderGuard)];
   const auto change = live_->apply(command, 8, {});
   ASSERT_TRUE(change) << change.status().message();
-  EXPECT_THAT(change->said, HasSubstr("guard 2 voxels"));
+  EXPECT_THAT(change->message, HasSubstr("guard 2 voxels"));
   const auto guards = [&] {
     return layers::count_orders(live_->workspace())[static_cast<std::uint8_t>(workspace::kOrderGuard)];
   };
@@ -156,8 +162,8 @@ TEST_F(Commands, MoveMayGiveAGuardSkinThatLaterMovesKeep) {
 }
 
 TEST_F(Commands, AnObjectIsFoundByItsIdToo) {
-  const auto change =
-      live_->apply({Operation::kMove, "", 3, {Eigen::Matrix3d::Identity(), {0.2, 0.0, 0.15}}, ""}, 8, {});
+  const auto change = live_->apply(
+      make_command(WorkspaceOperation::kMove, "", 3, {Eigen::Matrix3d::Identity(), {0.2, 0.0, 0.15}}), 8, {});
   ASSERT_TRUE(change);
   EXPECT_EQ(change->name, "right post");
 }
@@ -175,7 +181,7 @@ TEST_F(Commands, AddReadsAnObjectAsACellFileHasItAndGivesItAFreshId) {
       add("{name: right post, mesh: post.stl, mesh_scale: 0.001, pose: {xyz_m: [0.2, -0.2, 0.15]}}"), 9, {});
   ASSERT_TRUE(change) << change.status().message();
   EXPECT_EQ(change->id, 4);  // ids that were given away stay so
-  EXPECT_THAT(change->said, HasSubstr("added 'right post' (object 4)"));
+  EXPECT_THAT(change->message, HasSubstr("added 'right post' (object 4)"));
   EXPECT_EQ(order_at(live_->workspace(), 0.201, -0.201, 0.15), workspace::kOrderInterior);
   EXPECT_EQ(live_->workspace().object(live_->workspace().grid().index_of({0.201, -0.201, 0.15})), 4);
   EXPECT_EQ(live_->objects().at(4).mesh_hash, live_->objects().at(2).mesh_hash);
@@ -193,7 +199,7 @@ TEST_F(Commands, AddTakesASolidByFormula) {
 }
 
 TEST_F(Commands, AddIsRefusedOnceTheVoxelsTakeTooMuchMemory) {
-  const CellCommand dome =
+  const WorkspaceCommand dome =
       add("{name: dome, primitive: {sphere: {radius_m: 0.06}}, pose: {xyz_m: [0.2, -0.2, 0.2]}}");
   live_.emplace(activated(cell(), 7, {{}, 1 << 20}));  // each brick of an object takes 32 KiB
   EXPECT_THAT(refused(dome),
@@ -207,7 +213,7 @@ TEST_F(Commands, AddIsRefusedOnceTheVoxelsTakeTooMuchMemory) {
 TEST_F(Commands, AreRefusedWithOneClearSentence) {
   EXPECT_THAT(refused(move("bell", {0, 0, 0.2})),
               AllOf(HasSubstr("no object 'bell' in cell desk"), HasSubstr("ball, left post, right post")));
-  EXPECT_THAT(refused({Operation::kRemove, "", 9, {}, ""}), HasSubstr("no object 9"));
+  EXPECT_THAT(refused(make_command(WorkspaceOperation::kRemove, "", 9)), HasSubstr("no object 9"));
   EXPECT_THAT(refused(move("ball", {5, 0, 0.2})),
               AllOf(HasSubstr("'ball'"), HasSubstr("outside of the workspace")));
   EXPECT_THAT(refused(add("{name: [")), HasSubstr("YAML"));
@@ -236,6 +242,124 @@ TEST_F(Commands, MeshesOutsideOfTheCellsFolderAreNotRead) {
   EXPECT_THAT(refused(add("{name: box, mesh_scale: 0.001, mesh: link.stl}")),
               HasSubstr("not in the cell's folder"));
   std::filesystem::remove(folder_.string() + "_elsewhere.stl");
+}
+
+TEST_F(Commands, WorkOfAFormulaIsCountedAndEndsAtTheLimit) {
+  const std::string box = ", min_m: [-0.4, -0.4, 0.0], max_m: [0.4, 0.4, 0.5]}}";
+  for (const std::string f :
+       {"x*x - x*x + 1e-300", "sin(900*x)*sin(900*y)*sin(900*z)", "sin(1/x)*sin(1/y)"}) {
+    AddLimits limits;
+    limits.steps = 20'000'000;
+    live_.emplace(activated(cell(), 7, limits));
+    EXPECT_THAT(refused(add("{name: storm, implicit: {f: \"" + f + "\"" + box)),
+                AnyOf(HasSubstr("takes more than 20 million steps; allowed"), HasSubstr("holds nothing")))
+        << f;
+  }
+}
+
+TEST_F(Commands, LayersAndMergingAreCountedAndEndAtTheLimit) {
+  AddLimits limits;
+  limits.steps = 20'000;  // less than merging three bricks takes
+  live_.emplace(activated(cell(), 7, limits));
+  const std::uint64_t before = live_->content_hash();
+  EXPECT_THAT(refused(add("{name: whole, primitive: {sphere: {radius_m: 0.3}}, pose: {xyz_m: [0, 0, 0.3]}}")),
+              HasSubstr("takes more than 0 million steps; allowed"));
+  EXPECT_THAT(refused(move("ball", {0.1, -0.1, 0.2})),
+              HasSubstr("merging its layers takes more than 0 million steps"));
+  EXPECT_EQ(live_->content_hash(), before);
+  EXPECT_TRUE(live_->apply(remove("ball"), 8, {})) << "what is there may be taken away";
+}
+
+TEST_F(Commands, ObjectsAreBoundedByTheirNumber) {
+  AddLimits limits;
+  limits.objects = 4;  // the cell has three
+  live_.emplace(activated(cell(), 7, limits));
+  const auto post = [](int number) {
+    return add("{name: p" + std::to_string(number) + ", primitive: {sphere: {radius_m: 0.03}}}");
+  };
+  ASSERT_TRUE(live_->apply(post(1), 8, {}));
+  const auto fifth = live_->apply(post(2), 9, {});
+  ASSERT_FALSE(fifth);
+  EXPECT_THAT(fifth.status().message(),
+              AllOf(HasSubstr("there are 4 objects already; allowed: 4"), HasSubstr("commands.max_objects")));
+  ASSERT_TRUE(live_->apply(remove("p1"), 9, {}));
+  EXPECT_TRUE(live_->apply(post(2), 10, {}));
+}
+
+TEST_F(Commands, AFormulaOfTheUsualKindStaysFarBelowTheShippedLimit) {
+  AddLimits limits;
+  limits.steps = 250'000'000;  // a quarter of it
+  live_.emplace(activated(cell(), 7, limits));
+  const auto change = live_->apply(
+      add("{name: gyroid, implicit: {f: \"sin(60*x)*cos(60*y) + sin(60*y)*cos(60*z) + sin(60*z)*cos(60*x)\", "
+          "min_m: [-0.1, -0.1, -0.1], max_m: [0.1, 0.1, 0.1]}, pose: {xyz_m: [0, 0, 0.2]}}"),
+      8, {});
+  EXPECT_TRUE(change) << change.status().message();
+}
+
+TEST_F(Commands, MeshesOverTheLimitAreRefusedByTheirTriangles) {
+  AddLimits limits;
+  limits.mesh.max_triangles = 1000;
+  live_.emplace(activated(cell()));
+  LiveCell live(runtime::load_cell(cell()), limits);
+  const auto change = live.apply(add("{name: more, mesh: ball.stl, mesh_scale: 0.001}"), 8, {});
+  ASSERT_FALSE(change);
+  EXPECT_THAT(change.status().message(), HasSubstr("more than 1000 triangles"));
+}
+
+TEST_F(Commands, MeshesThatStayPublishedAreBounded) {
+  AddLimits limits;
+  limits.mesh_bytes = 40'000;
+  live_.emplace(activated(cell(), 7, limits));
+  std::string why;
+  for (int i = 0; i < 50 && why.empty(); ++i) {
+    const std::string radius = std::to_string(0.05 + 1e-4 * i), number = std::to_string(i);
+    const auto version = 8 + 2 * static_cast<std::uint64_t>(i);
+    const auto added = live_->apply(
+        add("{name: b" + number + ", primitive: {sphere: {radius_m: " + radius + "}}}"), version, {});
+    if (!added) {
+      why = added.status().message();
+    } else {
+      ASSERT_TRUE(live_->apply(remove("b" + number), version + 1, {}));
+    }
+  }
+  EXPECT_THAT(why, HasSubstr("stay published"));
+}
+
+class UnderWay : public Commands {
+ protected:
+  WorkspaceCommand storm() const {
+    return add(
+        "{name: storm, implicit: {f: \"x*x - x*x + 1e-300\", min_m: [-0.4, -0.4, 0], max_m: [0.4, 0.4, 0.5]}}");
+  }
+  static bool never() { return false; }
+};
+
+TEST_F(UnderWay, ARemoveOvertakesTheAddOfTheSameObjectOnly) {
+  ChangeUnderWay change(*live_, storm(), 8, {}, never);
+  EXPECT_EQ(change.doing(), "add 'storm'");
+  EXPECT_TRUE(change.is_overtaken_by(remove("storm")));
+  EXPECT_FALSE(change.is_overtaken_by(remove("ball")));
+  EXPECT_FALSE(change.is_overtaken_by(move("storm", {0, 0, 0.2})));
+  EXPECT_FALSE(change.is_overtaken_by(storm()));
+  change.end();
+  while (!change.wait(0.05)) {
+  }
+  EXPECT_FALSE(change.take());
+}
+
+TEST_F(UnderWay, EndsWithoutAChangeAndTheCellServesOn) {
+  {
+    ChangeUnderWay change(*live_, storm(), 8, {}, never);
+    change.end();
+  }  // its destructor waits
+  EXPECT_EQ(live_->content_hash(), hash_);
+  const WorkspaceCommand to_there = move("ball", {0.1, -0.1, 0.2});
+  ChangeUnderWay next(*live_, to_there, 8, {}, never);
+  EXPECT_TRUE(next.is_overtaken_by(make_command(WorkspaceOperation::kRemove, "", 1)));
+  while (!next.wait(0.05)) {
+  }
+  EXPECT_TRUE(next.take());
 }
 
 }  // namespace

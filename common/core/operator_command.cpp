@@ -1,0 +1,41 @@
+#include "common/core/operator_command.hpp"
+
+#include <array>
+#include <cmath>
+#include <sstream>
+
+namespace phantom::core {
+namespace {
+
+// The ranges are those of idl/teleoperation.idl, CommandKind.
+constexpr std::array<CommandRule, kCommandKinds> kRules{
+    {{"emergency_stop", true, true, false, 0, 0, false},
+     {"reset", true, true, false, 0, 0, false},
+     {"set_percept_gain", true, false, true, 0, 1000, false},
+     {"set_feedback_gain", true, false, true, 0, 10, false},
+     {"enable_percept", true, false, true, 0, 1, true},
+     {"view_hold", false, false, true, 0, 1, true},
+     {"view_node", false, false, true, 0, 14, true},
+     {"set_law", true, false, true, 0, 4, true},
+     {"mark", false, false, false, 0, 0, false}}};
+constexpr CommandRule kUnknown{"unknown", true, false, false, 0, 0, false};
+
+}  // namespace
+
+const CommandRule& rule_of(CommandKind kind) noexcept {
+  const auto number = static_cast<std::uint32_t>(kind);
+  return number < kCommandKinds ? kRules[number] : kUnknown;
+}
+
+std::string value_refusal(CommandKind kind, double value) {
+  const CommandRule& rule = rule_of(kind);
+  if (!std::isfinite(value)) return "value is not a finite number";
+  if (!rule.needs_value) return "";
+  if (value >= rule.least && value <= rule.greatest && (!rule.whole || value == std::floor(value))) return "";
+  std::ostringstream text;
+  text << rule.name << ": value is " << value << "; allowed: " << (rule.whole ? "a whole number from " : "")
+       << rule.least << " to " << rule.greatest;
+  return text.str();
+}
+
+}  // namespace phantom::core

@@ -1,0 +1,33 @@
+#include "common/core/recent_map.hpp"
+
+#include <gtest/gtest.h>
+
+#include <string>
+
+namespace phantom::core {
+namespace {
+
+TEST(RecentMap, KeepsWhatWasUsedLastAndCountsWhatItDrops) {
+  RecentMap<std::string, int> map(2);
+  EXPECT_TRUE(map.find_or_add("a", 1).second);
+  EXPECT_TRUE(map.find_or_add("b", 2).second);
+  EXPECT_FALSE(map.find_or_add("a", 9).second);  // used again: b is the oldest now
+  EXPECT_EQ(map.oldest(), 2);
+  EXPECT_TRUE(map.find_or_add("c", 3).second);
+  EXPECT_FALSE(map.contains("b"));
+  EXPECT_EQ(map.find_or_add("a", 9).first, 1);
+  EXPECT_EQ(map.dropped(), 1U);
+}
+
+TEST(RecentMap, DoesNotGrowWithTheNumberOfKeys) {
+  RecentMap<int, int> map(256);
+  for (int key = 0; key < 300'000; ++key) {
+    map.find_or_add(key, key);
+    ASSERT_LE(map.size(), 256U);
+  }
+  EXPECT_EQ(map.dropped(), 300'000U - 256U);
+  EXPECT_TRUE(map.full());
+}
+
+}  // namespace
+}  // namespace phantom::core

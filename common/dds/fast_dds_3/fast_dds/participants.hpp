@@ -1,0 +1,28 @@
+#pragma once
+
+#include <fastdds/LibrarySettings.hpp>
+#include <fastdds/dds/domain/DomainParticipantFactory.hpp>
+#include <fastdds/rtps/attributes/RTPSParticipantAttributes.hpp>
+#include <vector>
+
+#include "fast_dds/types.hpp"
+
+namespace phantom::fast_dds {
+
+/// Lets a participant announce itself to discovery servers alone. `whole`: it receives every endpoint, not
+/// only those that match its own.
+inline void use_discovery_servers(rtps::DiscoverySettings& discovery,
+                                  const std::vector<rtps::Locator_t>& servers, bool whole) {
+  using Protocol = rtps::DiscoveryProtocol;
+  discovery.discoveryProtocol = whole ? Protocol::SUPER_CLIENT : Protocol::CLIENT;
+  for (const rtps::Locator_t& server : servers) discovery.m_DiscoveryServers.push_back(server);
+}
+
+/// Participants of one process exchange samples as those of two do.
+inline void deliver_by_transport() {
+  eprosima::fastdds::LibrarySettings settings;
+  settings.intraprocess_delivery = eprosima::fastdds::INTRAPROCESS_OFF;
+  eprosima::fastdds::dds::DomainParticipantFactory::get_instance()->set_library_settings(settings);
+}
+
+}  // namespace phantom::fast_dds

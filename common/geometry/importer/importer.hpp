@@ -1,0 +1,43 @@
+#pragma once
+
+// Private to the importer: reads a mesh file of any format as one mesh.
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "common/geometry/mesh_io.hpp"
+
+struct aiScene;
+namespace Assimp {
+class Importer;
+}
+
+namespace phantom::geometry::detail {
+
+/// Reads the file as load_mesh() describes, but in this process. On failure returns false with the reason in
+/// `problem` (without the file's name). May crash or hang on malformed files, and throw std::bad_alloc.
+bool import_mesh(const std::filesystem::path& path, const MeshImportOptions& options, LoadedMesh& mesh,
+                 std::string& problem);
+
+/// Reads the file's triangles and nodes into a scene that `importer` owns. Faces name existing vertices;
+/// nodes may still lack children or name meshes that do not exist. Materials, lights, cameras and animations
+/// are ignored, so that an error in them does not make a shape unusable. Returns null, with the reason in
+/// `problem`, if the file is not a mesh or would be misread. Adds what was left out of the shape to `notes`.
+/// `max_memory_bytes`: for the message. May crash or hang on malformed files. Not thread-safe.
+const aiScene* read_scene(Assimp::Importer& importer, const std::filesystem::path& path,
+                          std::uint64_t max_memory_bytes, std::vector<std::string>& notes,
+                          std::string& problem);
+
+/// Relates the scene's coordinates to the file's: p_file = to_file · p_scene, a rotation and a scale.
+struct SceneFrame {
+  std::string format;  ///< the importer's name for the format
+  DeclaredFrame declared;
+  Eigen::Matrix3d to_file = Eigen::Matrix3d::Identity();
+};
+
+SceneFrame scene_frame(const aiScene& scene, const std::filesystem::path& path);
+
+}  // namespace phantom::geometry::detail

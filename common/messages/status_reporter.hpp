@@ -1,0 +1,26 @@
+#pragma once
+
+#include "common/core/health.hpp"
+#include "common/messages/publisher.hpp"
+#include "common/messages/status_codec.hpp"
+
+namespace phantom::messages {
+
+/// Publishes this process's component_status: its health, the DDS statistics of each of its endpoints, and
+/// how many datagrams were refused, by reason.
+class StatusReporter {
+ public:
+  explicit StatusReporter(dds::Participant& participant);
+  /// Sends one sample, and notifies the service manager that this process is alive. Call it about twice a
+  /// second, and at every change of state. If one of `health.loops` hangs, or a reader's callback has not
+  /// returned for a second, the component is in fault whatever `health.state` says, the message says so, and
+  /// the service manager is not notified that the process is alive: its watchdog thus watches the caller's
+  /// loop and all of those. Not thread-safe.
+  void publish(const core::Health& health);
+
+ private:
+  dds::Participant& participant_;
+  Publisher<ComponentStatus> publisher_;
+};
+
+}  // namespace phantom::messages

@@ -1,0 +1,283 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <string>
+
+#include "common/core/errors.hpp"
+#include "common/messages/percept_codec.hpp"
+#include "common/messages/teleoperation_codec.hpp"
+#include "common/messages/tests/codec_cases.hpp"
+#include "common/messages/workspace_codec.hpp"
+
+namespace phantom::messages {
+namespace {
+
+using core::CommandKind;
+using testing::HasSubstr;
+
+// Enumerations travel as numbers: both lists must count alike.
+static_assert(static_cast<int>(CommandKind::kEmergencyStop) == msg::CommandKind::COMMAND_EMERGENCY_STOP);
+static_assert(static_cast<int>(CommandKind::kReset) == msg::CommandKind::COMMAND_RESET);
+static_assert(static_cast<int>(CommandKind::kSetPerceptGain) == msg::CommandKind::COMMAND_SET_PERCEPT_GAIN);
+static_assert(static_cast<int>(CommandKind::kSetFeedbackGain) == msg::CommandKind::COMMAND_SET_FEEDBACK_GAIN);
+static_assert(static_cast<int>(CommandKind::kEnablePercept) == msg::CommandKind::COMMAND_ENABLE_PERCEPT);
+static_assert(static_cast<int>(CommandKind::kViewHold) == msg::CommandKind::COMMAND_VIEW_HOLD);
+static_assert(static_cast<int>(CommandKind::kViewNode) == msg::CommandKind::COMMAND_VIEW_NODE);
+static_assert(static_cast<int>(CommandKind::kSetLaw) == msg::CommandKind::COMMAND_SET_LAW);
+static_assert(static_cast<int>(CommandKind::kMark) == msg::CommandKind::COMMAND_MARK);
+static_assert(core::kCommandKinds == msg::CommandKind::COMMAND_MARK + 1);
+static_assert(static_cast<int>(SensingRequest::kAllowContact) == msg::SensingRequest::SENSING_ALLOW_CONTACT);
+static_assert(static_cast<int>(SensingRequest::kForbidContact) ==
+              msg::SensingRequest::SENSING_FORBID_CONTACT);
+static_assert(static_cast<int>(SensingRequest::kSelfTest) == msg::SensingRequest::SENSING_SELF_TEST);
+static_assert(static_cast<int>(SensingRequest::kListContacts) == msg::SensingRequest::SENSING_LIST_CONTACTS);
+static_assert(static_cast<int>(WorkspaceOperation::kAdd) == msg::WorkspaceOperation::WORKSPACE_ADD);
+static_assert(static_cast<int>(WorkspaceOperation::kMove) == msg::WorkspaceOperation::WORKSPACE_MOVE);
+static_assert(static_cast<int>(WorkspaceOperation::kRemove) == msg::WorkspaceOperation::WORKSPACE_REMOVE);
+static_assert(static_cast<int>(WorkspaceOutcome::kAccepted) == msg::WorkspaceOutcome::WORKSPACE_ACCEPTED);
+static_assert(static_cast<int>(WorkspaceOutcome::kDone) == msg::WorkspaceOutcome::WORKSPACE_DONE);
+static_assert(static_cast<int>(WorkspaceOutcome::kRefused) == msg::WorkspaceOutcome::WORKSPACE_REFUSED);
+
+constexpr core::SampleId kStamp{3, 4, 5}, kCommandStamp{6, 7, 8};
+
+OperatorCommand a_gain() {
+  return {.stamp = kStamp,
+          .kind = CommandKind::kSetPerceptGain,
+          .value = 1.5,
+          .joint = 3,
+          .master_stop = 11,
+          .slave_stop = 12,
+          .issuer = "test"};
+}
+SensingCommand an_allowed_contact() {
+  return {.stamp = kStamp,
+          .requester = "test",
+          .request = SensingRequest::kAllowContact,
+          .object = "vice",
+          .id = 4,
+          .link = "gripper",
+          .duration_s = 20};
+}
+WorkspaceCommand a_move() {
+  WorkspaceCommand command;
+  command.stamp = kStamp;
+  command.requester = "test";
+  command.object = "vice";
+  command.id = 4;
+  command.X_WO = {Eigen::AngleAxisd(0.7, Eigen::Vector3d::UnitY()).toRotationMatrix(), {1, 2, 3}};
+  command.guard_vox = 5;
+  return command;
+}
+
+TEST(OperatorCommandCodec, ThereAndBackItIsTheSame) {
+  const auto back = from_idl(to_idl(a_gain()));
+  ASSERT_TRUE(back) << back.status().message();
+  EXPECT_EQ(back->stamp, kStamp);
+  EXPECT_EQ(back->kind, CommandKind::kSetPerceptGain);
+  EXPECT_EQ(back->value, 1.5);
+  EXPECT_EQ(back->joint, 3);
+  EXPECT_EQ(back->master_stop, 11U);
+  EXPECT_EQ(back->slave_stop, 12U);
+  EXPECT_EQ(back->issuer, "test");
+}
+
+TEST(OperatorCommandCodec, WhatCannotBeTrueIsRefused) {
+  const Refusals<msg::OperatorCommand> refusal{to_idl(a_gain())};
+  EXPECT_EQ(refusal([](auto&) {}), "");
+  EXPECT_THAT(refusal([](auto& m) { m.stamp().sequence_number(0); }), HasSubstr("sequence_number"));
+  EXPECT_EQ(refusal([](auto& m) { m.kind(static_cast<msg::CommandKind>(9)); }), "kind is 9; allowed: 0 to 8");
+  EXPECT_EQ(refusal([](auto& m) { m.joint(16); }), "joint is 16; allowed: -1 (all) to 15");
+  EXPECT_EQ(refusal([](auto& m) { m.joint(-2); }), "joint is -2; allowed: -1 (all) to 15");
+  const auto value = [&](msg::CommandKind kind, double number) {
+    return refusal([&](auto& m) {
+      m.kind(kind);
+      m.value(number);
+    });
+  };
+  for (std::uint32_t kind = 0; kind < core::kCommandKinds; ++kind) {
+    for (const double bad : kNoNumbers)
+      EXPECT_THAT(value(static_cast<msg::CommandKind>(kind), bad), HasSubstr("finite")) << kind;
+  }
+  EXPECT_EQ(value(msg::CommandKind::COMMAND_SET_PERCEPT_GAIN, 1001),
+            "set_percept_gain: value is 1001; allowed: 0 to 1000");
+  EXPECT_THAT(value(msg::CommandKind::COMMAND_SET_PERCEPT_GAIN, -0.1), HasSubstr("value is -0.1"));
+  EXPECT_THAT(value(msg::CommandKind::COMMAND_SET_FEEDBACK_GAIN, 10.5), HasSubstr("allowed: 0 to 10"));
+  EXPECT_THAT(value(msg::CommandKind::COMMAND_ENABLE_PERCEPT, 2),
+              HasSubstr("allowed: a whole number from 0 to 1"));
+  EXPECT_THAT(value(msg::CommandKind::COMMAND_VIEW_HOLD, 0.5),
+              HasSubstr("allowed: a whole number from 0 to 1"));
+  EXPECT_THAT(value(msg::CommandKind::COMMAND_VIEW_NODE, 15),
+              HasSubstr("allowed: a whole number from 0 to 14"));
+  EXPECT_THAT(value(msg::CommandKind::COMMAND_SET_LAW, 5), HasSubstr("allowed: a whole number from 0 to 4"));
+}
+
+TEST(OperatorCommandCodec, AStopAndAResetAreTakenWhateverTheFieldsAreThatTheyDoNotUse) {
+  msg::OperatorCommand message = to_idl(a_gain());
+  message.value(1e9);
+  message.joint(99);
+  for (const auto kind : {msg::CommandKind::COMMAND_EMERGENCY_STOP, msg::CommandKind::COMMAND_RESET}) {
+    message.kind(kind);
+    EXPECT_TRUE(from_idl(message));
+  }
+}
+
+TEST(OperatorReplyCodec, ThereAndBackItIsTheSameAndWhatCannotBeTrueIsRefused) {
+  const OperatorReply reply{kStamp, kCommandStamp, "slave_io", CommandKind::kReset, true, "released"};
+  expect_same_after_round_trip(reply);
+  const Refusals<msg::OperatorReply> refusal{to_idl(reply)};
+  EXPECT_THAT(refusal([](auto& m) { m.stamp().sequence_number(0); }), HasSubstr("sequence_number"));
+  EXPECT_THAT(refusal([](auto& m) { m.kind(static_cast<msg::CommandKind>(9)); }), HasSubstr("kind is 9"));
+}
+
+TEST(SensingCommandCodec, ThereAndBackItIsTheSame) {
+  const auto back = from_idl(to_idl(an_allowed_contact()));
+  ASSERT_TRUE(back) << back.status().message();
+  EXPECT_EQ(back->stamp, kStamp);
+  EXPECT_EQ(back->requester, "test");
+  EXPECT_EQ(back->request, SensingRequest::kAllowContact);
+  EXPECT_EQ(back->object, "vice");
+  EXPECT_EQ(back->id, 4);
+  EXPECT_EQ(back->link, "gripper");
+  EXPECT_EQ(back->duration_s, 20);
+}
+
+TEST(SensingCommandCodec, WhatCannotBeTrueIsRefused) {
+  const Refusals<msg::SensingCommand> refusal{to_idl(an_allowed_contact())};
+  EXPECT_EQ(refusal([](auto&) {}), "");
+  EXPECT_THAT(refusal([](auto& m) { m.stamp().sequence_number(0); }), HasSubstr("sequence_number"));
+  EXPECT_EQ(refusal([](auto& m) { m.request(static_cast<msg::SensingRequest>(4)); }),
+            "request is 4; allowed: 0 to 3");
+  EXPECT_EQ(refusal([](auto& m) { m.id(65535); }), "id is 65535; allowed: 0 to 65534");
+  EXPECT_EQ(refusal([](auto& m) { m.duration_s(-1); }), "duration_s is -1; allowed: 0 to 86400");
+  EXPECT_EQ(refusal([](auto& m) { m.duration_s(86401); }), "duration_s is 86401; allowed: 0 to 86400");
+  for (const double bad : kNoNumbers)
+    EXPECT_EQ(refusal([&](auto& m) { m.duration_s(bad); }), "duration_s is not finite");
+  const auto no_object = [](auto& m) {
+    m.object("");
+    m.id(0);
+  };
+  EXPECT_THAT(refusal(no_object), HasSubstr("object is empty and id is 0; allowed: a name"));
+  EXPECT_EQ(refusal([&](auto& m) {
+              no_object(m);
+              m.request(msg::SensingRequest::SENSING_FORBID_CONTACT);
+            }),
+            "")
+      << "forbids all contacts";
+}
+
+TEST(SensingReplyCodec, ThereAndBackItIsTheSameAndWhatCannotBeTrueIsRefused) {
+  const SensingReply reply{kStamp, kCommandStamp, "test", SensingRequest::kListContacts, true, "none"};
+  expect_same_after_round_trip(reply);
+  const Refusals<msg::SensingReply> refusal{to_idl(reply)};
+  EXPECT_THAT(refusal([](auto& m) { m.stamp().sequence_number(0); }), HasSubstr("sequence_number"));
+  EXPECT_THAT(refusal([](auto& m) { m.request(static_cast<msg::SensingRequest>(4)); }), HasSubstr("request"));
+}
+
+TEST(WorkspaceCommandCodec, ThereAndBackItIsTheSame) {
+  const WorkspaceCommand command = a_move();
+  const auto back = from_idl(to_idl(command));
+  ASSERT_TRUE(back) << back.status().message();
+  EXPECT_EQ(back->stamp, kStamp);
+  EXPECT_EQ(back->requester, "test");
+  EXPECT_EQ(back->operation, WorkspaceOperation::kMove);
+  EXPECT_EQ(back->object, "vice");
+  EXPECT_EQ(back->id, 4);
+  EXPECT_TRUE(back->X_WO.rotation.isApprox(command.X_WO.rotation, 1e-12));
+  EXPECT_EQ(back->X_WO.translation_m, command.X_WO.translation_m);
+  EXPECT_EQ(back->guard_vox, 5);
+  WorkspaceCommand as_before = command;
+  as_before.guard_vox.reset();
+  EXPECT_EQ(from_idl(to_idl(as_before))->guard_vox, std::nullopt);
+  WorkspaceCommand added;
+  added.stamp = kStamp;
+  added.operation = WorkspaceOperation::kAdd;
+  added.description = "{name: vice}";
+  EXPECT_EQ(from_idl(to_idl(added))->description, "{name: vice}");
+}
+
+TEST(WorkspaceCommandCodec, WhatCannotBeTrueIsRefused) {
+  const Refusals<msg::WorkspaceCommand> refusal{to_idl(a_move())};
+  EXPECT_EQ(refusal([](auto&) {}), "");
+  EXPECT_THAT(refusal([](auto& m) { m.stamp().sequence_number(0); }), HasSubstr("sequence_number"));
+  EXPECT_EQ(refusal([](auto& m) { m.operation(static_cast<msg::WorkspaceOperation>(3)); }),
+            "operation is 3; allowed: 0 to 2");
+  EXPECT_EQ(refusal([](auto& m) { m.id(65535); }), "id is 65535; allowed: 0 to 65534");
+  EXPECT_EQ(refusal([](auto& m) { m.guard_vox(101); }), "guard_vox is 101; allowed: 0 to 100");
+  EXPECT_EQ(refusal([](auto& m) {
+              m.sets_guard(false);
+              m.guard_vox(101);
+            }),
+            "")
+      << "not used";
+  EXPECT_THAT(refusal([](auto& m) { m.X_WO(msg::Pose()); }), HasSubstr("X_WO's quaternion has length 0"));
+  EXPECT_THAT(refusal([](auto& m) { m.X_WO().position_m().z(kNoNumbers[1]); }), HasSubstr("X_WO.position_m"));
+  EXPECT_THAT(refusal([](auto& m) {
+                m.object("");
+                m.id(0);
+              }),
+              HasSubstr("object is empty and id is 0; allowed: a name, or an id"));
+  EXPECT_THAT(refusal([](auto& m) {
+                m.operation(msg::WorkspaceOperation::WORKSPACE_ADD);
+                m.description("");
+              }),
+              HasSubstr("description is empty; allowed: an object as in a cell file"));
+}
+
+TEST(WorkspaceReplyCodec, ThereAndBackItIsTheSameAndWhatCannotBeTrueIsRefused) {
+  const WorkspaceReply reply{kStamp,
+                             kCommandStamp,
+                             "test",
+                             WorkspaceOperation::kRemove,
+                             "vice",
+                             4,
+                             WorkspaceOutcome::kDone,
+                             "gone",
+                             9,
+                             10,
+                             11,
+                             0.5};
+  expect_same_after_round_trip(reply);
+  const Refusals<msg::WorkspaceReply> refusal{to_idl(reply)};
+  EXPECT_THAT(refusal([](auto& m) { m.stamp().sequence_number(0); }), HasSubstr("sequence_number"));
+  EXPECT_THAT(refusal([](auto& m) { m.operation(static_cast<msg::WorkspaceOperation>(3)); }),
+              HasSubstr("operation is 3"));
+  EXPECT_THAT(refusal([](auto& m) { m.outcome(static_cast<msg::WorkspaceOutcome>(3)); }),
+              HasSubstr("outcome is 3"));
+  EXPECT_THAT(refusal([](auto& m) { m.seconds(-1); }), HasSubstr("seconds is -1"));
+}
+
+// What answers an invalid command still names its sender and what was asked for.
+TEST(CommandCodecs, ReadLeavesWhatCouldBeRead) {
+  msg::WorkspaceCommand message = to_idl(a_move());
+  message.guard_vox(101);
+  WorkspaceCommand command;
+  EXPECT_FALSE(read(message, command));
+  EXPECT_EQ(command.stamp, kStamp);
+  EXPECT_EQ(command.requester, "test");
+  EXPECT_EQ(command.object, "vice");
+}
+
+TEST(CommandCodecs, ATextThatNamesSomethingIsNeverCut) {
+  WorkspaceCommand move = a_move();
+  move.object = std::string(65, 'x');
+  EXPECT_THROW(to_idl(move), core::ConfigError);
+  move.object = std::string(64, 'x');
+  EXPECT_EQ(from_idl(to_idl(move))->object, move.object);
+  move.description = std::string(16385, 'x');
+  EXPECT_THROW(to_idl(move), core::ConfigError);
+  SensingCommand contact = an_allowed_contact();
+  contact.link = std::string(65, 'x');
+  try {
+    to_idl(contact);
+    FAIL() << "a cut name was sent";
+  } catch (const core::ConfigError& error) {
+    EXPECT_STREQ(error.what(), "link has 65 bytes; allowed: at most 64");
+  }
+  contact = an_allowed_contact();
+  contact.requester = std::string(100, 'x');
+  EXPECT_EQ(from_idl(to_idl(contact))->requester, std::string(64, 'x')) << "for the log only";
+}
+
+}  // namespace
+}  // namespace phantom::messages

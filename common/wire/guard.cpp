@@ -1,0 +1,227 @@
+#include "common/wire/guard.hpp"
+
+#include <algorithm>
+#include <cstring>
+
+namespace phantom::wire {
+namespace {
+
+constexpr std::size_t kDataHead = kHeaderBytes + kSubmessageHeader + 20;
+constexpr std::size_t kAssembledBytes = kDataHead + SampleAssembly::kMostBytes;
+
+/// Writes an RTPS message with one DATA of that payload; returns its octets.
+std::span<std::uint8_t> data_message(std::span<std::uint8_t> into, const FragmentFact& fragment,
+                                     std::uint16_t vendor, std::span<const std::uint8_t> payload) {
+  std::uint8_t* at = into.data();
+  const auto put = [&at](std::initializer_list<std::uint32_t> octets) {
+    for (const std::uint32_t octet : octets) *at++ = static_cast<std::uint8_t>(octet);
+  };
+  put({'R', 'T', 'P', 'S', 2, 2, static_cast<std::uint32_t>(vendor >> 8), vendor & 0xffu});
+  at = std::copy(fragment.writer.prefix.begin(), fragment.writer.prefix.end(), at);
+  put({static_cast<std::uint32_t>(SubmessageId::kData), 0x05, 0, 0});  // little-endian, data; up to the end
+  put({0, 0, 16, 0});
+  for (const EntityId entity : {fragment.reader, fragment.writer.entity})
+    put({entity >> 24, entity >> 16 & 0xff, entity >> 8 & 0xff, entity & 0xff});
+  const auto sequence = static_cast<std::uint64_t>(fragment.sequence);
+  for (const int shift : {32, 40, 48, 56, 0, 8, 16, 24})
+    put({static_cast<std::uint32_t>(sequence >> shift & 0xff)});
+  at = std::copy(payload.begin(), payload.end(), at);
+  return into.first(static_cast<std::size_t>(at - into.data()));
+}
+
+/// Makes a submessage padding, which Fast DDS skips by its length.
+void blank(std::span<std::uint8_t> datagram, const Place& place) {
+  const std::size_t length = place.end - place.begin - kSubmessageHeader;
+  std::uint8_t* header = datagram.data() + place.begin;
+  header[0] = static_cast<std::uint8_t>(SubmessageId::kPad);
+  header[place.little_endian ? 2 : 3] = static_cast<std::uint8_t>(length);
+  header[place.little_endian ? 3 : 2] = static_cast<std::uint8_t>(length >> 8);
+}
+
+std::int64_t longest_step(EntityId writer) {
+  switch (writer) {
+    case kTopicWriter:
+    case kPublicationWriter:
+    case kSubscriptionWriter:
+    case kSecurePublicationWriter:
+    case kSecureSubscriptionWriter:
+      return Guard::kLongestStepOfDiscovery;
+    default:
+      return Guard::kLongestStep;
+  }
+}
+
+}  // namespace
+
+Guard::Guard(const GuardOptions& options)
+    : options_(options),
+      participants_({options.participants, options.participants_per_source, options.new_participants_per_s,
+                     options.discovery_per_s, options.discovery_burst, options.counted_per_s,
+                     options.counted_burst}),
+      assembled_facts_(std::make_unique<MessageFacts>()),
+      assembled_octets_(std::make_unique_for_overwrite<std::uint8_t[]>(kMostAssembled * kAssembledBytes)) {}
+
+bool Guard::admits(const Source& source) const {
+  return options_.networks.empty() ||
+         std::any_of(options_.networks.begin(), options_.networks.end(),
+                     [&](const Network& network) { return network.holds(source.address); });
+}
+
+Fault Guard::check(std::span<std::uint8_t> datagram, const MessageFacts& facts, const Source& source,
+                   bool discovery, core::Nanoseconds now) {
+  to_hold_ = false;
+  assembled_count_ = 0;
+  // Only a relay speaks for others; whose sockets these are is known of the message's sender alone.
+  if (facts.for_another && !options_.relayed) return Fault::kIdentity;
+  Fault fault = discovery ? check_rate(facts, source, now) : Fault::kNone;
+  if (fault == Fault::kNone) fault = check_fragments(datagram, facts, source, now);
+  if (fault == Fault::kNone) fault = check_participants(facts, source, now);
+  if (fault == Fault::kNone) fault = check_endpoints(facts);
+  if (fault == Fault::kNone) fault = check_sequences(datagram, facts, source, now);
+  if (fault != Fault::kNone) return fault;
+  if (Participant* const sender = participants_.find(facts.sender)) sender->passed(now);
+  return Fault::kNone;
+}
+
+/// A participant's own sockets have a budget of their own, which strangers cannot use up.
+Fault Guard::check_rate(const MessageFacts& facts, const Source& source, core::Nanoseconds now) {
+  Participant* const known = participants_.find(facts.sender);
+  const bool passes = known != nullptr && known->owns(source)
+                          ? known->discovery().take(now)
+                          : participants_.admits_stranger(source.address, now);
+  return passes ? Fault::kNone : Fault::kRate;
+}
+
+Fault Guard::check_participants(const MessageFacts& facts, const Source& source, core::Nanoseconds now) {
+  bool departs = false;
+  for (const ParticipantFact& fact : std::span(facts.participants.data(), facts.participant_count)) {
+    if (!options_.relayed && fact.announced != facts.sender) return Fault::kIdentity;
+    if (fact.departs) {
+      departs = true;
+      if (const Fault fault = check_departure(fact, source, now); fault != Fault::kNone) return fault;
+      continue;
+    }
+    Participant* const participant = participants_.add(fact.announced, source, now);
+    if (participant == nullptr) return Fault::kParticipants;
+    if (options_.relayed) {
+      participant->hear(source, now);
+    } else if (!participant->hear(source, now)) {
+      return Fault::kIdentity;
+    }
+    participant->lease(core::from_seconds(fact.lease_s));
+  }
+  // Who departs has not spoken by that: it may be somebody else's message.
+  if (departs || facts.participant_count > 0) return Fault::kNone;
+  Participant* const sender = participants_.find(facts.sender);
+  const bool own = sender == nullptr || sender->hear(source, now) || options_.relayed;
+  return own ? Fault::kNone : Fault::kIdentity;
+}
+
+Fault Guard::check_departure(const ParticipantFact& fact, const Source& source, core::Nanoseconds now) {
+  Participant* const participant = participants_.find(fact.announced);
+  if (participant == nullptr) return Fault::kNone;  // Fast DDS does not know it either
+  if (options_.relayed || participant->owns(source)) {
+    participants_.remove(fact.announced);
+    return Fault::kNone;
+  }
+  if (participant->is_held()) return Fault::kDeparture;
+  participant->hold(now);
+  to_hold_ = true;
+  return Fault::kNone;
+}
+
+Verdict Guard::held(const GuidPrefix& prefix, core::Nanoseconds now) {
+  Participant* const participant = participants_.find(prefix);
+  if (participant == nullptr) return Verdict::kPass;
+  if (participant->spoke_since_held()) {
+    participant->release();
+    return Verdict::kRefuse;
+  }
+  if (now - participant->held_since() < kHold) return Verdict::kHold;
+  participants_.remove(prefix);
+  return Verdict::kPass;
+}
+
+Fault Guard::check_endpoints(const MessageFacts& facts) {
+  for (const EndpointFact& fact : std::span(facts.endpoints.data(), facts.endpoint_count)) {
+    if (!options_.relayed && fact.endpoint.prefix != facts.sender) return Fault::kIdentity;
+    Participant* const participant = participants_.find(fact.endpoint.prefix);
+    if (participant == nullptr) continue;  // Fast DDS takes nothing from it
+    if (fact.departs) {
+      participant->remove_endpoint(fact.endpoint.entity);
+    } else if (!participant->add_endpoint(fact.endpoint.entity, options_.endpoints_per_participant)) {
+      return Fault::kEndpoints;
+    }
+  }
+  return Fault::kNone;
+}
+
+/// Discovery servers announce a participant once, and may have said that it left while it was cut off.
+Participant* Guard::speaker(const GuidPrefix& prefix, const Source& source, core::Nanoseconds now) {
+  return options_.relayed ? participants_.add(prefix, source, now) : participants_.find(prefix);
+}
+
+/// HEARTBEATs and GAPs of one that is not known, as of one that has just left, are hidden: Fast DDS, which
+/// believes fewer departures than the guard, may still know it.
+Fault Guard::check_sequences(std::span<std::uint8_t> datagram, const MessageFacts& facts,
+                             const Source& source, core::Nanoseconds now) {
+  for (const SequenceFact& fact : std::span(facts.sequences.data(), facts.sequence_count)) {
+    Participant* const participant = speaker(fact.writer.prefix, source, now);
+    if (participant == nullptr) {
+      blank(datagram, fact.place);
+      continue;
+    }
+    participant->forget_samples_after_lease(now);
+    double cost = kCostOfMissing * fact.missing;
+    std::int64_t* known = nullptr;
+    if (fact.first != 0) {
+      known = participant->first_sample(fact.writer.entity, options_.endpoints_per_participant);
+      if (known == nullptr) return Fault::kEndpoints;
+      const std::int64_t step = fact.first - *known;
+      if (step <= 0) continue;
+      if (step > longest_step(fact.writer.entity)) return Fault::kCounting;
+      cost = static_cast<double>(step);
+    }
+    if (!participants_.admits_counting(*participant, source.address, cost, now)) return Fault::kCounting;
+    if (known != nullptr) *known = fact.first;
+  }
+  return Fault::kNone;
+}
+
+Fault Guard::check_fragments(std::span<std::uint8_t> datagram, const MessageFacts& facts,
+                             const Source& source, core::Nanoseconds now) {
+  for (const FragmentFact& fragment : std::span(facts.fragments.data(), facts.fragment_count)) {
+    if (fragment.built_in) {
+      if (const Fault fault = assemble(datagram, fragment, facts.vendor, source, now); fault != Fault::kNone)
+        return fault;
+      continue;
+    }
+    if (fragment.sample_bytes > options_.sample_bytes) return Fault::kSampleSize;
+    Participant* const participant = speaker(fragment.writer.prefix, source, now);
+    if (participant == nullptr) return Fault::kStranger;
+    if (!participant->keeps_fragment_size(fragment.writer.entity, fragment.fragment_bytes))
+      return Fault::kFragmentSize;
+  }
+  return Fault::kNone;
+}
+
+Fault Guard::assemble(std::span<std::uint8_t> datagram, const FragmentFact& fragment, std::uint16_t vendor,
+                      const Source& source, core::Nanoseconds now) {
+  bool refused = false;
+  const std::span<std::uint8_t> payload = assembly_.add(datagram, fragment, now, refused);
+  if (refused) return Fault::kSampleSize;
+  blank(datagram, fragment.place);
+  if (payload.empty()) return Fault::kNone;
+  if (assembled_count_ == kMostAssembled) return Fault::kFragment;
+  const std::span<std::uint8_t> into(assembled_octets_.get() + assembled_count_ * kAssembledBytes,
+                                     kAssembledBytes);
+  const std::span<std::uint8_t> message = data_message(into, fragment, vendor, payload);
+  Fault fault = check_message(message, options_.secured, *assembled_facts_);
+  if (fault == Fault::kNone) fault = check_participants(*assembled_facts_, source, now);
+  if (fault == Fault::kNone) fault = check_endpoints(*assembled_facts_);
+  if (to_hold_) fault = Fault::kDeparture;  // nobody sends a departure in fragments
+  if (fault == Fault::kNone) assembled_[assembled_count_++] = message;
+  return fault;
+}
+
+}  // namespace phantom::wire

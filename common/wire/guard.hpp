@@ -1,0 +1,117 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "common/core/clock.hpp"
+#include "common/wire/fault.hpp"
+#include "common/wire/message.hpp"
+#include "common/wire/participants.hpp"
+#include "common/wire/sample_assembly.hpp"
+
+namespace phantom::wire {
+
+/// An IPv4 network: addresses that agree with `address` in the bits of `mask`. Host byte order.
+struct Network {
+  std::uint32_t address = 0, mask = 0xffffffff;
+  bool holds(std::uint32_t other) const { return ((other ^ address) & mask) == 0; }
+};
+
+/// What the guard keeps of others, and from whom it accepts anything.
+struct GuardOptions {
+  bool secured = false;           ///< the participant has DDS Security
+  bool relayed = false;           ///< discovery servers speak for others
+  std::vector<Network> networks;  ///< senders are in one of these; empty: anywhere
+  std::size_t participants = 1024, participants_per_source = 128;
+  std::size_t endpoints_per_participant = 512;
+  std::uint32_t sample_bytes = 64 << 20;  ///< the largest sample that any endpoint carries
+  /// Datagrams of discovery and handshakes that one sender may send in a second, and at once.
+  double discovery_per_s = 2000.0, discovery_burst = 8000.0;
+  double new_participants_per_s = 16.0;  ///< as many as participants_per_source at once
+  /// Sequence numbers through which one sender may make readers count in a second, and at once.
+  double counted_per_s = 1 << 18, counted_burst = 1 << 22;
+};
+
+enum class Verdict : std::uint8_t {
+  kPass,    ///< hand the datagram on
+  kRefuse,  ///< drop it
+  kHold,    ///< keep it for Guard::kHold: somebody else than the participant says that it leaves
+};
+
+/// Decides about each datagram before Fast DDS reads it. It keeps, in bounded memory taken at construction,
+/// who has announced itself from where, how many endpoints each has, and the fragment size of each writer.
+///
+/// Fragments of built-in endpoints never reach Fast DDS: the guard assembles them, checks the whole, and
+/// hands on one DATA. Of other endpoints' fragments Fast DDS trusts the size that the first one said; a
+/// writer that changes it is refused, so that with kSlack octets behind a datagram no read of Fast DDS leaves
+/// the memory that it was given (CacheChange_t::add_fragments).
+///
+/// A reader of Fast DDS counts, one by one, from the last sample that it knows to the first that a HEARTBEAT
+/// says is left (StatefulReader::NotifyChanges), with the reader locked: 2^62 of them stop a participant for
+/// ever. It keeps a record of each number that a GAP declares missing. So what a sender may make readers
+/// count is bounded by number and in time.
+///
+/// Not thread-safe. Real-time safe: yes, but for what is new: a participant, a sender or an endpoint takes
+/// memory.
+class Guard {
+ public:
+  /// Octets that must be readable behind a datagram that is handed on.
+  static constexpr std::size_t kSlack = 65536;
+  /// A departure that comes from another address than the participant's own messages is believed if the
+  /// participant is not heard for this time: it announces itself every second.
+  static constexpr core::Nanoseconds kHold = 1200 * core::kNsPerMillisecond;
+
+  /// Greatest step of a writer's first sample: two years of a writer of one sample a second.
+  static constexpr std::int64_t kLongestStep = 1 << 26;
+  /// The same of writers that announce endpoints: each number is an endpoint that came or went.
+  static constexpr std::int64_t kLongestStepOfDiscovery = 1 << 16;
+  /// A number that a GAP declares missing costs as much as so many that are counted: it takes memory.
+  static constexpr double kCostOfMissing = 16.0;
+
+  explicit Guard(const GuardOptions& options);
+
+  /// Returns whether a sender of that address may send anything. Cheap; asked before the message is parsed.
+  bool admits(const Source& source) const;
+  /// Decides about a datagram of which check_message() has found no fault. `discovery`: it came in at a port
+  /// of discovery. May turn submessages of `datagram` into padding: fragments of built-in endpoints, and
+  /// what participants say that are not known. kNone: pass.
+  Fault check(std::span<std::uint8_t> datagram, const MessageFacts& facts, const Source& source,
+              bool discovery, core::Nanoseconds now);
+  /// True if the datagram that was just checked is to be held (its fault is kNone).
+  bool to_hold() const { return to_hold_; }
+  /// Samples of built-in endpoints that became complete with the datagram just checked, each as a datagram of
+  /// its own that check_message() has passed. Valid until the next check().
+  std::span<const std::span<const std::uint8_t>> assembled() const {
+    return {assembled_.data(), assembled_count_};
+  }
+  /// Returns what becomes of the departure that is held for `participant`.
+  Verdict held(const GuidPrefix& participant, core::Nanoseconds now);
+
+ private:
+  Fault check_participants(const MessageFacts& facts, const Source& source, core::Nanoseconds now);
+  Fault check_departure(const ParticipantFact& fact, const Source& source, core::Nanoseconds now);
+  Fault check_rate(const MessageFacts& facts, const Source& source, core::Nanoseconds now);
+  Fault check_endpoints(const MessageFacts& facts);
+  Fault check_sequences(std::span<std::uint8_t> datagram, const MessageFacts& facts, const Source& source,
+                        core::Nanoseconds now);
+  Participant* speaker(const GuidPrefix& prefix, const Source& source, core::Nanoseconds now);
+  Fault check_fragments(std::span<std::uint8_t> datagram, const MessageFacts& facts, const Source& source,
+                        core::Nanoseconds now);
+  Fault assemble(std::span<std::uint8_t> datagram, const FragmentFact& fragment, std::uint16_t vendor,
+                 const Source& source, core::Nanoseconds now);
+
+  GuardOptions options_;
+  Participants participants_;
+  SampleAssembly assembly_;
+  std::unique_ptr<MessageFacts> assembled_facts_;
+  static constexpr std::size_t kMostAssembled = 4;  // of one datagram
+  std::unique_ptr<std::uint8_t[]> assembled_octets_;
+  std::array<std::span<const std::uint8_t>, kMostAssembled> assembled_;
+  std::size_t assembled_count_ = 0;
+  bool to_hold_ = false;
+};
+
+}  // namespace phantom::wire

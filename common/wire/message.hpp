@@ -1,0 +1,92 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "common/wire/fault.hpp"
+#include "common/wire/parameter_list.hpp"
+#include "common/wire/rtps.hpp"
+
+namespace phantom::wire {
+
+/// A participant's announcement or departure (the SPDP topic).
+struct ParticipantFact {
+  GuidPrefix announced{};  ///< whom the data speaks of
+  GuidPrefix sender{};     ///< who sends it
+  double lease_s = 0.0;
+  bool departs = false;
+};
+
+/// One announced endpoint (the SEDP topics).
+struct EndpointFact {
+  Guid endpoint;
+  bool departs = false;
+};
+
+/// Where a submessage lies in the datagram.
+struct Place {
+  std::size_t begin = 0, end = 0;  ///< from its header on
+  bool little_endian = true;
+};
+
+/// Fragments of one sample in one submessage.
+struct FragmentFact {
+  Guid writer;
+  EntityId reader = 0;
+  std::int64_t sequence = 0;
+  std::uint32_t first = 1, count = 1;  ///< numbers of the fragments, from 1
+  std::uint32_t sample_bytes = 0;
+  std::uint16_t fragment_bytes = 0;
+  std::size_t at = 0, size = 0;  ///< the fragments' octets in the datagram
+  Place place;
+  bool built_in = false;  ///< of a built-in writer: the guard assembles it
+};
+
+/// What makes a reader of Fast DDS count through a writer's sequence numbers: a HEARTBEAT or a GAP.
+struct SequenceFact {
+  Guid writer;
+  std::int64_t first = 0;     ///< a HEARTBEAT's: the first sample that the writer still has; 0: a GAP
+  std::uint32_t missing = 0;  ///< a GAP's: how many numbers it declares missing
+  Place place;
+};
+
+/// What the state of the guard depends on, of one datagram. More than the limits: Fault::kSubmessage. It is
+/// large: keep one for each thread that receives.
+struct MessageFacts {
+  static constexpr std::size_t kMost = 128;
+  GuidPrefix sender{};  ///< of the header
+  std::uint16_t vendor = 0;
+  std::array<ParticipantFact, 64> participants;
+  std::array<EndpointFact, kMost> endpoints;
+  std::array<FragmentFact, kMost> fragments;
+  std::array<SequenceFact, kMost> sequences;
+  std::size_t participant_count = 0, endpoint_count = 0, fragment_count = 0, sequence_count = 0;
+  bool handshake = false;    ///< holds a message of the security handshake
+  bool for_another = false;  ///< INFO_SRC lets a part of it speak for another participant than `sender`
+};
+
+/// Greatest span of one GAP. Fast DDS walks through it number by number.
+inline constexpr std::int64_t kLongestGap = 1 << 22;
+
+/// Checks one RTPS message, the whole content of a datagram, before Fast DDS parses it (OMG DDSI-RTPS 2.5,
+/// 8.3.4 to 8.3.8, 9.4; DDS Security 1.1, 7.3.6): header, each submessage's length against the datagram, each
+/// one's own fields, inline QoS, discovery data and handshakes. Kinds that are unknown or a vendor's own are
+/// passed if they fit. Encrypted parts are checked in their outer form. Discovery data may be changed in
+/// place (check_parameter_list).
+///
+/// `secured`: the receiving participant decodes secured submessages. What stands in one, or in a secured
+/// message, is then not looked into and not changed: Fast DDS reads it only if its signature is right. A
+/// participant without security would read it as if the frame were not there, and so does this function.
+///
+/// Returns kNone and fills `facts`, or the first fault. Real-time safe: yes; at most one pass over the
+/// octets.
+Fault check_message(std::span<std::uint8_t> datagram, bool secured, MessageFacts& facts);
+
+/// Checks the payload of a built-in writer's sample, with its encapsulation: parameter lists of discovery,
+/// liveliness, handshakes. `key_only`: it holds the key alone. Adds to `facts`. Real-time safe: yes.
+Fault check_builtin_payload(const Guid& writer, EntityId reader, std::span<std::uint8_t> payload,
+                            std::uint32_t status, bool key_only, MessageFacts& facts);
+
+}  // namespace phantom::wire

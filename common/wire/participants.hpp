@@ -1,0 +1,143 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <unordered_map>
+#include <utility>
+#include <vector>
+
+#include "common/core/clock.hpp"
+#include "common/wire/rtps.hpp"
+
+namespace phantom::wire {
+
+/// Where a datagram comes from: an IPv4 address and a port, in host byte order.
+struct Source {
+  std::uint32_t address = 0;
+  std::uint16_t port = 0;
+  friend bool operator==(const Source&, const Source&) = default;
+};
+
+/// Lets so many things pass in a second on average, and `burst` at once. Real-time safe: yes.
+///
+/// take() takes one. take_at_once() takes `count`, which may be more than are left, but then nothing passes
+/// until that many have come back.
+class TokenBucket {
+ public:
+  TokenBucket(double per_s, double burst) : per_s_(per_s), burst_(burst), tokens_(burst) {}
+  bool take(core::Nanoseconds now);
+  bool take_at_once(double count, core::Nanoseconds now);
+  /// Returns whether `count` are left.
+  bool holds(double count, core::Nanoseconds now);
+
+ private:
+  void refill(core::Nanoseconds now);
+  double per_s_, burst_, tokens_;
+  core::Nanoseconds filled_ = 0;
+};
+
+/// What is known of one participant that has announced itself.
+class Participant {
+ public:
+  /// A participant's sockets are those from which its first messages come, within this time.
+  static constexpr core::Nanoseconds kLearning = 2 * core::kNsPerSecond;
+  /// Another socket is learnt once none of the known ones has been heard for this time: its network changed.
+  static constexpr core::Nanoseconds kSilence = 3 * core::kNsPerSecond;
+  static constexpr std::size_t kMostSockets = 8, kMostFragmenting = 64, kMostBuiltIn = 16;
+  /// What each participant may make readers count without its sender's budget.
+  static constexpr double kCountedPerS = 64.0, kCountedBurst = 1024.0;
+
+  Participant(const TokenBucket& discovery, core::Nanoseconds now)
+      : discovery_(discovery), first_(now), last_(now) {}
+
+  /// Takes note of a message from `source`. Returns whether that is one of its sockets.
+  bool hear(const Source& source, core::Nanoseconds now);
+  bool owns(const Source& source) const;
+  TokenBucket& discovery() { return discovery_; }
+  TokenBucket& counting() { return counting_; }
+
+  void lease(core::Nanoseconds lease) { lease_ = lease; }
+  /// True once Fast DDS has forgotten it, too.
+  bool expired(core::Nanoseconds now) const { return now - last_ > lease_ + lease_ / 4 + core::kNsPerSecond; }
+
+  /// Adds an endpoint; false if it has `most` others already.
+  bool add_endpoint(EntityId endpoint, std::size_t most);
+  void remove_endpoint(EntityId endpoint);
+
+  /// Returns whether the writer's fragments have that size, which its first ones decide.
+  bool keeps_fragment_size(EntityId writer, std::uint16_t bytes);
+
+  /// Returns the greatest first sample that the writer has told of, 1 if none yet, to be changed by the
+  /// caller; null if `most` endpoints and the built-in ones have told theirs already.
+  std::int64_t* first_sample(EntityId writer, std::size_t most);
+
+  /// One of its messages was handed on to Fast DDS, whose lease of it begins anew.
+  void passed(core::Nanoseconds now) { passed_ = now; }
+  /// If none was for its lease, Fast DDS has forgotten it, and its readers begin at the start again.
+  void forget_samples_after_lease(core::Nanoseconds now) {
+    if (now - passed_ >= lease_) first_samples_.clear();
+  }
+
+  /// A departure that somebody else sends is held from `now` on.
+  void hold(core::Nanoseconds now) { held_ = now; }
+  bool is_held() const { return held_ != 0; }
+  core::Nanoseconds held_since() const { return held_; }
+  /// True if one of its sockets was heard after the departure that is held.
+  bool spoke_since_held() const { return own_last_ > held_; }
+  void release() { held_ = 0; }
+
+ private:
+  TokenBucket discovery_, counting_{kCountedPerS, kCountedBurst};
+  core::Nanoseconds first_, last_, own_last_ = 0, passed_ = 0, held_ = 0, lease_ = 0;
+  std::array<Source, kMostSockets> sockets_;
+  std::size_t socket_count_ = 0;
+  std::vector<EntityId> endpoints_;
+  std::vector<std::pair<EntityId, std::uint16_t>> fragment_sizes_;
+  std::vector<std::pair<EntityId, std::int64_t>> first_samples_;
+};
+
+/// The participants that have announced themselves, and what senders without one may send. Bounded in total
+/// and by sender. Allocates only when a participant, an endpoint or a sender is new.
+class Participants {
+ public:
+  struct Limits {
+    std::size_t total, per_source;
+    double new_per_s, discovery_per_s, discovery_burst, counted_per_s, counted_burst;
+  };
+  explicit Participants(const Limits& limits);
+
+  Participant* find(const GuidPrefix& prefix);
+  /// Returns the participant, new or known; null if there are too many, in all or of that sender's address.
+  Participant* add(const GuidPrefix& prefix, const Source& source, core::Nanoseconds now);
+  void remove(const GuidPrefix& prefix) { known_.erase(prefix); }
+  std::size_t size() const { return known_.size(); }
+
+  /// Lets a stranger's datagram of discovery pass; all strangers of one address share its budget.
+  bool admits_stranger(std::uint32_t address, core::Nanoseconds now);
+  /// Lets a participant make readers count `numbers`: few by its own budget, more by its address's.
+  bool admits_counting(Participant& participant, std::uint32_t address, double numbers,
+                       core::Nanoseconds now);
+
+ private:
+  static constexpr std::size_t kMostAddresses = 1024;
+  struct Hash {
+    std::size_t operator()(const GuidPrefix& prefix) const noexcept;
+  };
+  struct Address {
+    TokenBucket fresh, discovery, counting;
+    core::Nanoseconds last = 0;
+  };
+  struct Known {
+    Participant participant;
+    std::uint32_t address;
+  };
+  Address& address_of(std::uint32_t address, core::Nanoseconds now);
+  void forget_expired(core::Nanoseconds now);
+
+  Limits limits_;
+  std::unordered_map<GuidPrefix, Known, Hash> known_;
+  std::unordered_map<std::uint32_t, Address> addresses_;
+};
+
+}  // namespace phantom::wire

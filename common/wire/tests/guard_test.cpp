@@ -1,0 +1,385 @@
+#include "common/wire/guard.hpp"
+
+#include <gtest/gtest.h>
+
+#include <map>
+#include <numeric>
+#include <random>
+#include <utility>
+
+#include "common/wire/tests/messages.hpp"
+
+namespace phantom::wire {
+namespace {
+
+using test::fragment_submessage;
+using test::message;
+using test::peer;
+
+constexpr Source kHost{0x0a1e0102, 40000}, kOther{0x0a1e0102, 40001}, kFar{0x0a1e0109, 40000};
+constexpr core::Nanoseconds kSecond = core::kNsPerSecond;
+
+struct GuardTest : ::testing::Test {
+  explicit GuardTest(const GuardOptions& given = {}) : options(given), guard(given) {}
+
+  Fault receive(std::vector<std::uint8_t> datagram, const Source& source = kHost,
+                core::Nanoseconds at = kSecond, bool discovery = true) {
+    last = std::move(datagram);
+    const Fault fault = check_message(last, options.secured, *facts);
+    return fault != Fault::kNone ? fault : guard.check(last, *facts, source, discovery, at);
+  }
+
+  GuardOptions options;
+  Guard guard;
+  std::unique_ptr<MessageFacts> facts = std::make_unique<MessageFacts>();
+  std::vector<std::uint8_t> last;
+};
+
+struct SmallGuard : GuardTest {
+  SmallGuard()
+      : GuardTest({.participants = 6,
+                   .participants_per_source = 4,
+                   .endpoints_per_participant = 3,
+                   .sample_bytes = 1000,
+                   .discovery_per_s = 10,
+                   .discovery_burst = 40}) {}
+};
+
+struct RelayedGuard : GuardTest {
+  RelayedGuard() : GuardTest({.relayed = true}) {}
+};
+
+struct NamedNetworks : GuardTest {
+  NamedNetworks() : GuardTest({.networks = {{0x0a1e0100, 0xffffff00}, {0x7f000000, 0xff000000}}}) {}
+};
+
+TEST_F(NamedNetworks, AdmitsTheirSendersOnly) {
+  EXPECT_TRUE(guard.admits({0x0a1e0163, 1}));
+  EXPECT_TRUE(guard.admits({0x7f000001, 1}));
+  EXPECT_FALSE(guard.admits({0x0a1e0263, 1}));
+}
+
+TEST_F(SmallGuard, BoundsParticipantsOfOneAddress) {
+  for (int i = 0; i < 4; ++i) EXPECT_EQ(receive(test::announcement(peer(i))), Fault::kNone);
+  EXPECT_EQ(receive(test::announcement(peer(4))), Fault::kParticipants);
+  EXPECT_EQ(receive(test::announcement(peer(0))), Fault::kNone) << "who is known stays";
+  EXPECT_EQ(receive(test::announcement(peer(5)), kFar), Fault::kNone) << "another address has its own";
+}
+
+TEST_F(SmallGuard, BoundsParticipantsInAll) {
+  for (int i = 0; i < 6; ++i)
+    EXPECT_EQ(receive(test::announcement(peer(i)), {static_cast<std::uint32_t>(i), 1}), Fault::kNone);
+  EXPECT_EQ(receive(test::announcement(peer(9)), {9, 1}), Fault::kParticipants);
+}
+
+TEST_F(SmallGuard, ForgetsWhoseLeaseHasEnded) {
+  for (int i = 0; i < 4; ++i) receive(test::announcement(peer(i), 5));
+  EXPECT_EQ(receive(test::announcement(peer(7), 5), kHost, 6 * kSecond), Fault::kParticipants)
+      << "the lease runs";
+  EXPECT_EQ(receive(test::announcement(peer(7), 5), kHost, 20 * kSecond), Fault::kNone);
+}
+
+TEST_F(SmallGuard, BoundsEndpointsOfAParticipant) {
+  receive(test::announcement(peer(1)));
+  for (EntityId id = 1; id <= 3; ++id)
+    EXPECT_EQ(receive(test::endpoint_announcement({peer(1), id << 8 | 3})), Fault::kNone);
+  EXPECT_EQ(receive(test::endpoint_announcement({peer(1), 0x403})), Fault::kEndpoints);
+  EXPECT_EQ(receive(test::endpoint_announcement({peer(1), 0x203})), Fault::kNone) << "it is known";
+}
+
+TEST_F(SmallGuard, BoundsStrangersDiscoveryInTime) {
+  const auto nothing = test::header(peer(1));
+  int passed = 0;
+  for (int i = 0; i < 100; ++i) passed += receive(nothing) == Fault::kNone ? 1 : 0;
+  EXPECT_EQ(passed, 40);
+  EXPECT_EQ(receive(nothing, kHost, 2 * kSecond), Fault::kNone) << "ten a second come back";
+}
+
+TEST_F(SmallGuard, KeepsABudgetForWhoIsKnown) {
+  receive(test::announcement(peer(1)), kOther);
+  while (receive(test::header(peer(2)), kHost) == Fault::kNone) {
+  }
+  EXPECT_EQ(receive(test::announcement(peer(1)), kOther), Fault::kNone);
+  EXPECT_EQ(receive(test::header(peer(1)), kHost), Fault::kRate) << "somebody else in its name";
+}
+
+TEST_F(GuardTest, RefusesAnnouncementsForAnother) {
+  auto forged = test::announcement(peer(1));
+  forged[19] ^= 1;  // the sender's own prefix
+  EXPECT_EQ(receive(forged), Fault::kIdentity);
+}
+
+TEST_F(GuardTest, RefusesAnnouncementsFromASocketThatIsNotItsOwn) {
+  receive(test::announcement(peer(1)), kHost, kSecond);
+  EXPECT_EQ(receive(test::announcement(peer(1)), kOther, 2 * kSecond), Fault::kNone) << "it may have several";
+  for (int second = 3; second < 10; ++second) receive(test::announcement(peer(1)), kHost, second * kSecond);
+  EXPECT_EQ(receive(test::announcement(peer(1)), kFar, 10 * kSecond), Fault::kIdentity);
+  EXPECT_EQ(receive(test::announcement(peer(1)), kFar, 14 * kSecond), Fault::kNone)
+      << "none of its sockets was heard for a while: its network changed";
+}
+
+TEST_F(GuardTest, BelievesADepartureFromItsOwnSocket) {
+  receive(test::announcement(peer(1)));
+  EXPECT_EQ(receive(test::departure(peer(1)), kHost, 9 * kSecond), Fault::kNone);
+  EXPECT_FALSE(guard.to_hold());
+}
+
+TEST_F(GuardTest, HoldsADepartureThatAnotherSends) {
+  receive(test::announcement(peer(1)));
+  ASSERT_EQ(receive(test::departure(peer(1)), kFar, 9 * kSecond), Fault::kNone);
+  ASSERT_TRUE(guard.to_hold());
+  EXPECT_EQ(guard.held(peer(1), 9 * kSecond + Guard::kHold / 2), Verdict::kHold);
+  receive(test::header(peer(1)), kHost, 9 * kSecond + Guard::kHold / 2, false);
+  EXPECT_EQ(guard.held(peer(1), 9 * kSecond + Guard::kHold / 2), Verdict::kRefuse) << "it goes on speaking";
+}
+
+TEST_F(GuardTest, ForgersCannotSpeakForTheOneTheySendAway) {
+  receive(test::announcement(peer(1)));
+  receive(test::departure(peer(1)), kFar, 9 * kSecond);
+  receive(test::header(peer(1)), kFar, 9 * kSecond + 1, false);
+  EXPECT_EQ(guard.held(peer(1), 9 * kSecond + 2), Verdict::kHold);
+}
+
+TEST_F(GuardTest, BelievesAHeldDepartureOfWhoIsSilent) {
+  receive(test::announcement(peer(1)));
+  receive(test::departure(peer(1)), kFar, 9 * kSecond);
+  EXPECT_EQ(guard.held(peer(1), 9 * kSecond + Guard::kHold), Verdict::kPass);
+}
+
+TEST_F(GuardTest, PassesFragmentsOfWhoAnnouncedItself) {
+  const auto one = message({fragment_submessage({})}, peer(1));
+  EXPECT_EQ(receive(one), Fault::kStranger);
+  receive(test::announcement(peer(1)));
+  EXPECT_EQ(receive(one), Fault::kNone);
+}
+
+TEST_F(GuardTest, HoldsAWriterToItsFragmentSize) {
+  receive(test::announcement(peer(1)));
+  receive(message({fragment_submessage({})}, peer(1)));
+  EXPECT_EQ(receive(message({fragment_submessage({.fragment_bytes = 60, .carried = 60})}, peer(1))),
+            Fault::kFragmentSize);
+  EXPECT_EQ(receive(message({fragment_submessage({.writer = 0x203, .fragment_bytes = 60, .carried = 60})},
+                            peer(1))),
+            Fault::kNone);
+}
+
+TEST_F(SmallGuard, BoundsSamples) {
+  receive(test::announcement(peer(1)));
+  EXPECT_EQ(receive(message({fragment_submessage({.sample_bytes = 1000})}, peer(1))), Fault::kNone);
+  EXPECT_EQ(receive(message({fragment_submessage({.sample_bytes = 1001})}, peer(1))), Fault::kSampleSize);
+}
+
+constexpr EntityId kUserWriter = 0x103;
+
+struct Counting : GuardTest {
+  Counting() : GuardTest({.counted_per_s = 1000, .counted_burst = 100'000}) {
+    receive(test::announcement(peer(1)));
+  }
+  Fault begins(std::int64_t first, EntityId writer = kUserWriter, core::Nanoseconds at = kSecond) {
+    return receive(test::heartbeat({peer(1), writer}, first, first), kHost, at, false);
+  }
+};
+
+TEST_F(Counting, RefusesFirstSamplesThatCannotBe) {
+  EXPECT_EQ(begins(std::int64_t{1} << 62), Fault::kCounting);
+  EXPECT_EQ(begins(Guard::kLongestStep + 2), Fault::kCounting);
+  EXPECT_EQ(begins(Guard::kLongestStepOfDiscovery + 2, kPublicationWriter), Fault::kCounting);
+  EXPECT_EQ(begins(Guard::kLongestStepOfDiscovery + 1, kPublicationWriter), Fault::kNone);
+}
+
+// A writer that has been up for long is joined late: one long step passes, and the next must wait for it.
+TEST_F(Counting, LetsOneLongStepPassAndThenOthersWait) {
+  EXPECT_EQ(begins(1'000'000), Fault::kNone);
+  EXPECT_EQ(begins(1'000'000), Fault::kNone) << "it is there already";
+  EXPECT_EQ(begins(1'000'900), Fault::kNone) << "few are its own";
+  EXPECT_EQ(begins(1'010'000), Fault::kCounting);
+  EXPECT_EQ(begins(900'000), Fault::kNone) << "readers do not count backwards";
+  EXPECT_EQ(begins(1'010'000, kUserWriter, 903 * kSecond), Fault::kNone);
+}
+
+TEST_F(Counting, CountsAnewForAWriterThatWasClosed) {
+  const Guid writer{peer(1), kUserWriter};
+  ASSERT_EQ(receive(test::endpoint_announcement(writer)), Fault::kNone);
+  ASSERT_EQ(begins(1'000'000), Fault::kNone);
+  const test::Octets closed = test::Octets()
+                                  .parameter(Pid::kKeyHash, test::Octets().guid(writer))
+                                  .parameter(Pid::kStatusInfo, test::Octets().u8({0, 0, 0, 3}))
+                                  .sentinel();
+  ASSERT_EQ(receive(message({test::submessage(SubmessageId::kData, 2,
+                                              test::data_fields(kPublicationReader, kPublicationWriter, 2,
+                                                                closed, test::Octets()))},
+                            peer(1))),
+            Fault::kNone);
+  EXPECT_EQ(begins(1'000'000), Fault::kCounting) << "a reader that matches it again begins at the start";
+}
+
+TEST_F(Counting, BoundsWhatGapsMakeReadersKeep) {
+  const Guid writer{peer(1), kUserWriter};
+  EXPECT_EQ(receive(test::gap(writer, 10, 60)), Fault::kNone);
+  EXPECT_EQ(receive(test::gap(writer, 10, 50'000)), Fault::kNone);
+  EXPECT_EQ(receive(test::gap(writer, 50'000, 50'100)), Fault::kCounting);
+}
+
+TEST_F(Counting, LeavesTheBudgetOfAnotherAddress) {
+  EXPECT_EQ(begins(1'000'000), Fault::kNone);
+  receive(test::announcement(peer(2)), kFar);
+  EXPECT_EQ(receive(test::heartbeat({peer(2), kUserWriter}, 90'000, 90'000), kFar), Fault::kNone);
+}
+
+// Whatever comes within a minute, a reader counts no further than the budget.
+TEST_F(Counting, BoundsWhatAnySequenceOfHeartbeatsCosts) {
+  std::mt19937_64 random(7);
+  std::map<std::pair<int, EntityId>, std::int64_t> low_marks;
+  std::int64_t counted = 0;
+  for (int i = 0; i < 200'000; ++i) {
+    const int who = static_cast<int>(random() % 200);
+    const EntityId writer = random() % 2 == 0 ? kUserWriter : kLivelinessWriter;
+    const auto at = kSecond + i * (60 * kSecond / 200'000);
+    if (receive(test::announcement(peer(who)), kHost, at) != Fault::kNone)
+      continue;  // Fast DDS knows nothing
+    const auto first = static_cast<std::int64_t>(random() >> (2 + random() % 62));
+    if (first < 1) continue;
+    if (receive(test::heartbeat({peer(who), writer}, first, first), kHost, at) != Fault::kNone) continue;
+    std::int64_t& low_mark = low_marks.try_emplace({who, writer}, 1).first->second;
+    counted += std::max<std::int64_t>(0, first - low_mark);
+    low_mark = std::max(low_mark, first);
+  }
+  const double participants = 128 + 16 * 60, own = participants * (1024 + 64 * 60);
+  EXPECT_LT(static_cast<double>(counted),
+            100'000 + 1000 * 60 + static_cast<double>(Guard::kLongestStep) + own);
+}
+
+TEST_F(Counting, HidesThoseOfWhoHasLeft) {
+  ASSERT_EQ(begins(2), Fault::kNone);
+  EXPECT_EQ(last[kHeaderBytes], static_cast<int>(SubmessageId::kHeartbeat));
+  ASSERT_EQ(receive(test::departure(peer(1))), Fault::kNone);
+  ASSERT_EQ(begins(2), Fault::kNone);
+  EXPECT_EQ(last[kHeaderBytes], static_cast<int>(SubmessageId::kPad)) << "Fast DDS may know it still";
+  EXPECT_EQ(check_message(last, false, *facts), Fault::kNone);
+}
+
+// A server says once who is there, and says that one left who was only cut off.
+TEST_F(RelayedGuard, HearsWhoWasSaidToHaveLeft) {
+  ASSERT_EQ(receive(test::announcement(peer(1))), Fault::kNone);
+  ASSERT_EQ(receive(test::departure(peer(1)), kFar), Fault::kNone);
+  ASSERT_EQ(receive(test::heartbeat({peer(1), kUserWriter}, 2, 2)), Fault::kNone);
+  EXPECT_EQ(last[kHeaderBytes], static_cast<int>(SubmessageId::kHeartbeat));
+  EXPECT_EQ(receive(message({fragment_submessage({})}, peer(1))), Fault::kNone);
+  EXPECT_EQ(receive(test::heartbeat({peer(1), kUserWriter}, 1L << 60, 1L << 60)), Fault::kCounting);
+}
+
+// Fast DDS forgets a participant that is silent for its lease, and counts from the start when it returns.
+TEST_F(Counting, CountsAnewForWhoWasSilentForItsLease) {
+  ASSERT_EQ(begins(1'000'000), Fault::kNone);
+  ASSERT_EQ(receive(test::announcement(peer(1)), kHost, 15 * kSecond), Fault::kNone);
+  EXPECT_EQ(begins(1'000'000, kUserWriter, 30 * kSecond), Fault::kNone) << "the lease is of 20 s";
+  EXPECT_EQ(begins(1'000'000, kUserWriter, 50 * kSecond), Fault::kCounting);
+}
+
+// What is refused is no sign of life for Fast DDS.
+TEST_F(Counting, WhatIsRefusedKeepsNoLease) {
+  ASSERT_EQ(begins(1'000'000), Fault::kNone);
+  for (int second = 2; second < 40; ++second)
+    ASSERT_EQ(begins(std::int64_t{1} << 62, kUserWriter, second * kSecond), Fault::kCounting);
+  EXPECT_EQ(begins(1'000'000, kUserWriter, 40 * kSecond), Fault::kCounting);
+}
+
+TEST_F(GuardTest, RefusesWhoSpeaksForAnother) {
+  receive(test::announcement(peer(1)), kHost);
+  receive(test::announcement(peer(2)), kOther);
+  const auto as = [](const GuidPrefix& named) {
+    const auto heartbeat = test::heartbeat({peer(1), kUserWriter}, 2, 2);
+    auto whole = test::message(
+        {test::submessage(SubmessageId::kInfoSource, 0, test::Octets().u32(0).u8({2, 3, 1, 15}).raw(named))},
+        peer(2));
+    whole.insert(whole.end(), heartbeat.begin() + kHeaderBytes, heartbeat.end());
+    return whole;
+  };
+  EXPECT_EQ(receive(as(peer(2)), kOther), Fault::kNone);
+  EXPECT_EQ(receive(as(peer(1)), kOther), Fault::kIdentity);
+}
+
+TEST_F(GuardTest, RefusesSamplesInTheNameOfAnother) {
+  receive(test::announcement(peer(1)));
+  receive(test::header(peer(1)), kHost, 9 * kSecond, false);
+  EXPECT_EQ(receive(test::heartbeat({peer(1), kUserWriter}, 2, 2), kFar, 10 * kSecond, false),
+            Fault::kIdentity);
+  EXPECT_EQ(receive(test::heartbeat({peer(1), kUserWriter}, 2, 2), kHost, 10 * kSecond, false), Fault::kNone);
+}
+
+/// The announcement of `prefix` in fragments of 64 octets.
+std::vector<std::vector<std::uint8_t>> in_fragments(const GuidPrefix& prefix, const test::Octets& payload) {
+  std::vector<std::vector<std::uint8_t>> datagrams;
+  const auto total = static_cast<std::uint32_t>(payload.bytes.size());
+  for (std::uint32_t at = 0, number = 1; at < total; at += 64, ++number) {
+    const auto part = std::span(payload.bytes).subspan(at, std::min(64u, total - at));
+    datagrams.push_back(message({fragment_submessage({.reader = kParticipantReader,
+                                                      .writer = kParticipantWriter,
+                                                      .first = number,
+                                                      .sample_bytes = total},
+                                                     part)},
+                                prefix));
+  }
+  return datagrams;
+}
+
+TEST_F(GuardTest, AssemblesDiscoveryThatComesInFragments) {
+  const test::Octets payload = test::encapsulated(test::participant_list(peer(1)).sentinel());
+  auto datagrams = in_fragments(peer(1), payload);
+  std::swap(datagrams.front(), datagrams.back());  // in any order
+  for (std::size_t i = 0; i < datagrams.size(); ++i) {
+    ASSERT_EQ(receive(datagrams[i]), Fault::kNone);
+    EXPECT_EQ(last[kHeaderBytes], static_cast<int>(SubmessageId::kPad)) << "Fast DDS does not see it";
+    EXPECT_EQ(guard.assembled().size(), i + 1 == datagrams.size() ? 1u : 0u);
+  }
+  const auto whole = guard.assembled()[0];
+  EXPECT_EQ(std::vector(whole.end() - static_cast<std::ptrdiff_t>(payload.bytes.size()), whole.end()),
+            payload.bytes);
+  EXPECT_EQ(receive(message({fragment_submessage({})}, peer(1))), Fault::kNone)
+      << "it has announced itself by that";
+}
+
+TEST_F(GuardTest, ChecksWhatItAssembled) {
+  test::Octets broken = test::participant_list(peer(1));
+  broken.parameter(Pid::kTopicName, test::Octets().u32(0xffff)).sentinel();
+  Fault fault = Fault::kNone;
+  for (const auto& datagram : in_fragments(peer(1), test::encapsulated(broken))) fault = receive(datagram);
+  EXPECT_EQ(fault, Fault::kParameter);
+  EXPECT_TRUE(guard.assembled().empty());
+}
+
+TEST_F(GuardTest, RefusesFragmentsThatContradictThoseBefore) {
+  const auto part = [](std::uint32_t fragment, std::uint32_t sample) {
+    return message({fragment_submessage({.reader = kParticipantReader,
+                                         .writer = kParticipantWriter,
+                                         .fragment_bytes = fragment,
+                                         .sample_bytes = sample,
+                                         .carried = fragment})},
+                   peer(1));
+  };
+  EXPECT_EQ(receive(part(64, 256)), Fault::kNone);
+  EXPECT_EQ(receive(part(64, 512)), Fault::kSampleSize);
+  EXPECT_EQ(receive(part(32, 256)), Fault::kSampleSize);
+  EXPECT_EQ(receive(part(64, 70000)), Fault::kSampleSize);
+}
+
+// Whatever order ten thousand of them come in, what is kept is bounded and what is whole is right.
+TEST_F(GuardTest, KeepsFewUnfinishedSamples) {
+  for (int i = 0; i < 10000; ++i) {
+    const auto one = message({fragment_submessage({.reader = kParticipantReader,
+                                                   .writer = kParticipantWriter,
+                                                   .sequence = i + 1,
+                                                   .sample_bytes = 60000})},
+                             peer(i));
+    EXPECT_EQ(receive(one, kHost, i * kSecond), Fault::kNone);
+  }
+  Fault fault = Fault::kNone;
+  for (const auto& datagram :
+       in_fragments(peer(1), test::encapsulated(test::participant_list(peer(1)).sentinel())))
+    fault = receive(datagram, kHost, 20000 * kSecond);
+  EXPECT_EQ(fault, Fault::kNone);
+  EXPECT_EQ(guard.assembled().size(), 1u);
+}
+
+}  // namespace
+}  // namespace phantom::wire

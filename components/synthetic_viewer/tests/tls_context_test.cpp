@@ -1,0 +1,91 @@
+#include "components/synthetic_viewer/tls_context.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <ctime>
+#include <fstream>
+
+#include "common/core/errors.hpp"
+#include "components/synthetic_viewer/config.hpp"
+#include "components/synthetic_viewer/tests/certificate.hpp"
+
+namespace phantom::synthetic_viewer {
+namespace {
+
+using test::Certificate;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+std::string tls_refusal(const std::filesystem::path& certificate, const std::filesystem::path& key) {
+  try {
+    TlsContext(certificate, key);
+  } catch (const core::ConfigError& problem) {
+    return problem.what();
+  }
+  return "accepted";
+}
+
+TEST(TlsCertificate, WithItsKeyIsTakenAndAnythingElseRefusedByItsFile) {
+  const Certificate own, other;
+  EXPECT_EQ(tls_refusal(own.certificate, own.key), "accepted");
+  EXPECT_THAT(tls_refusal("/nowhere.pem", own.key),
+              AllOf(HasSubstr("/nowhere.pem"), HasSubstr("certificate")));
+  EXPECT_THAT(tls_refusal(own.certificate, "/nowhere.pem"),
+              AllOf(HasSubstr("/nowhere.pem"), HasSubstr("key")));
+  EXPECT_THAT(tls_refusal(own.folder, own.key), HasSubstr("is no file"));
+  EXPECT_THAT(tls_refusal(own.certificate, other.key),
+              AllOf(HasSubstr(other.key.string() + ": is not the key of " + own.certificate.string())));
+  EXPECT_THAT(tls_refusal(own.key, own.key), HasSubstr(own.key.string() + ": is no certificate"));
+  EXPECT_THAT(tls_refusal(own.certificate, own.certificate), HasSubstr("0600"));
+  const auto text = phantom::test::new_file("no key", ".pem");
+  chmod(text.c_str(), 0600);
+  EXPECT_THAT(tls_refusal(own.certificate, text), HasSubstr("is no key"));
+  for (const unsigned mode : {0640U, 0604U, 0666U}) {
+    chmod(own.key.c_str(), mode);
+    EXPECT_THAT(tls_refusal(own.certificate, own.key), HasSubstr("0600")) << mode;
+  }
+}
+
+TEST(TlsCertificate, AKeyThatIsWeakOrHasAPassphraseIsRefusedWithTheReason) {
+  const Certificate folder;
+  const std::string weak = (folder.folder / "weak").string(), locked = (folder.folder / "locked").string();
+  test::run_openssl("req -x509 -newkey rsa:1024 -noenc -days 9 -subj /CN=weak -out " + weak +
+                    ".pem -keyout " + weak + ".key");
+  EXPECT_THAT(tls_refusal(weak + ".pem", weak + ".key"), HasSubstr("ee key too small"));
+  test::run_openssl("pkey -in " + folder.key.string() + " -aes256 -passout pass:secret -out " + locked);
+  EXPECT_THAT(tls_refusal(folder.certificate, locked), HasSubstr("without a passphrase"));
+}
+
+TEST(TlsCertificate, IsWarnedOfByItsDates) {
+  const Certificate own;
+  const TlsContext context(own.certificate, own.key);
+  constexpr std::time_t kDay = 86400;
+  const std::time_t now = std::time(nullptr);
+  EXPECT_EQ(context.date_fault(now + 60), "");
+  EXPECT_EQ(context.date_fault(now + 824 * kDay), "");
+  EXPECT_THAT(context.date_fault(now + 826 * kDay), HasSubstr("has expired on 20"));
+  EXPECT_THAT(context.date_fault(now - kDay), HasSubstr("is not valid before 20"));
+}
+
+TEST(TlsCertificate, AndKeyAreConfiguredTogether) {
+  const Certificate own;
+  const auto refusal_of = [](const std::string& page) {
+    try {
+      return std::string(load_config(phantom::test::new_file("page: {" + page + "}")).page.tls ? "TLS"
+                                                                                               : "no TLS");
+    } catch (const core::ConfigError& problem) {
+      return std::string(problem.what());
+    }
+  };
+  const std::string certificate = "certificate: " + own.certificate.string(),
+                    key = "key: " + own.key.string();
+  EXPECT_EQ(refusal_of(""), "no TLS");
+  EXPECT_EQ(refusal_of(certificate + ", " + key), "TLS");
+  EXPECT_THAT(refusal_of(certificate), AllOf(HasSubstr(".yaml:"), HasSubstr("page.key")));
+  EXPECT_THAT(refusal_of(key), AllOf(HasSubstr(".yaml:"), HasSubstr("page.certificate")));
+  EXPECT_THAT(refusal_of("certificate: nowhere.pem, " + key), HasSubstr("nowhere.pem: cannot be read"));
+}
+
+}  // namespace
+}  // namespace phantom::synthetic_viewer

@@ -1,0 +1,135 @@
+"""The check of the safety case must find each broken link between hazards, requirements, tests and results, and pass what is whole."""
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+SOURCE = Path(__file__).resolve().parents[2]
+HAZARDS = """| id | hazard | answered by |
+|---|---|---|
+| H-01 | It runs on | [SR-01](requirements.md#sr-01) |
+| H-02 | It jumps | [SR-02](requirements.md#sr-02) |
+"""
+REQUIREMENTS = """### SR-01
+It stops. Answers below.
+Answers H-01. [Evidence](evidence.md#sr-01)
+Whole: `hosts.stop`
+
+### SR-02
+It does not jump.
+Answers H-02. [Evidence](evidence.md#sr-02)
+"""
+TESTS = "TEST(Arm, SR02_DoesNotJump) {}\nTEST(Arm, SR01_SR02_Both) {}\n"
+CMAKE = """cmake_minimum_required(VERSION 3.20)
+project(p NONE)
+enable_testing()
+add_test(NAME arm.Arm.SR02_DoesNotJump COMMAND true)
+add_test(NAME arm.Arm.SR01_SR02_Both COMMAND true)
+add_test(NAME hosts.stop COMMAND true)
+set_tests_properties(hosts.stop PROPERTIES LABELS "slow;SR01" SKIP_RETURN_CODE 77)
+"""
+
+
+class CheckSafetyCase(unittest.TestCase):
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory()
+        self.addCleanup(self.folder.cleanup)
+        self.root = Path(self.folder.name) / "project"
+        for name, text in {"docs/safety/hazards.md": HAZARDS, "docs/safety/requirements.md": REQUIREMENTS, "arm/arm_test.cpp": TESTS,
+                           "CMakeLists.txt": CMAKE, "tests/hosts/stop_test.py": ""}.items():
+            self.put(name, text)
+        (self.root / "scripts").mkdir()
+        shutil.copy(SOURCE / "scripts/check_safety_case", self.root / "scripts")
+        subprocess.run(["git", "init", "-q", self.root], check=True)
+        self.check("--write")
+
+    def put(self, name, text):
+        (self.root / name).parent.mkdir(parents=True, exist_ok=True)
+        (self.root / name).write_text(text, encoding="utf-8")
+
+    def check(self, *words):
+        return subprocess.run([sys.executable, self.root / "scripts/check_safety_case", *words], capture_output=True, text=True, check=False)
+
+    def run_tests(self, *choice):
+        """Builds and runs the tests; returns the build folder and the results."""
+        build, results = self.root / "build", self.root / "results.xml"
+        subprocess.run(["cmake", "-S", self.root, "-B", build], capture_output=True, check=True)
+        subprocess.run(["ctest", "--test-dir", build, "--output-junit", results, *choice], capture_output=True, check=False)
+        return build, results
+
+    def refuses(self, what, *words):
+        done = self.check(*words)
+        self.assertEqual(done.returncode, 1, done.stdout + done.stderr)
+        self.assertIn(what, done.stdout)
+
+    def test_what_is_whole_passes(self):
+        done = self.check(*self.run_tests())
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        self.assertIn("arm/arm_test.cpp#L1", (self.root / "docs/safety/evidence.md").read_text())
+
+    def test_links_of_the_pages_lead_to_files_headings_and_lines(self):
+        page = "[a](evidence.md#sr-01) [b](../../arm/arm_test.cpp#L2) [c](https://example.org/x#y) [d](#what-is-here)\n\n## What is here\n"
+        self.put("docs/safety/README.md", page)
+        self.assertEqual(self.check().returncode, 0, self.check().stdout)
+        for old, new, told in [("evidence.md", "evidences.md", "README.md:1: evidences.md#sr-01: there is no such file"),
+                               ("#sr-01", "#sr-09", "README.md:1: evidence.md#sr-09: docs/safety/evidence.md has no such heading or line"),
+                               ("#L2", "#L20", "arm/arm_test.cpp has no such heading or line"), ("(#what", "(#where", "#where-is-here: ")]:
+            self.put("docs/safety/README.md", page.replace(old, new))
+            self.refuses(told)
+
+    def test_broken_links_are_named_with_their_place(self):
+        for file, old, new, told in [
+            ("hazards", "[SR-02](requirements.md#sr-02)", "", "hazards.md:4: H-02 has no requirement"),
+            ("hazards", "[SR-02](requirements.md#sr-02)", "[SR-03](requirements.md#sr-03)", "H-02 names SR-03, which does not exist"),
+            ("hazards", "#sr-02", "#sr-01", "the link of SR-02 leads to sr-01"),
+            ("hazards", "H-02", "H-01", "H-01 is there twice"),
+            ("requirements", "Answers H-02.", "", "SR-02 does not say that it answers H-02"),
+            ("requirements", "Answers H-02.", "Answers H-02, H-07.", "SR-02 answers H-07, which does not name it"),
+            ("requirements", "### SR-02", "### SR-01", "SR-01 is there twice"),
+            ("requirements", "(evidence.md#sr-02)", "(evidence.md)", "SR-02 has no link to its evidence"),
+        ]:
+            with self.subTest(told=told):
+                path = self.root / f"docs/safety/{file}.md"
+                before = path.read_text()
+                path.write_text(before.replace(old, new))
+                self.refuses(told)
+                path.write_text(before)
+
+    def test_a_requirement_without_a_test_and_a_test_without_a_requirement(self):
+        self.put("arm/arm_test.cpp", "TEST(Arm, SR09_Other) {}\n")
+        self.check("--write")
+        self.refuses("SR-02 has no test")
+        self.refuses("arm/arm_test.cpp:1: carries SR09")
+
+    def test_evidence_that_is_not_that_of_the_sources(self):
+        self.put("arm/arm_test.cpp", "\n" + TESTS)
+        self.refuses("evidence.md: is not what tests and requirements say")
+
+    def test_a_test_that_the_build_does_not_have(self):
+        self.put("CMakeLists.txt", CMAKE.replace("add_test(NAME arm.Arm.SR02_DoesNotJump COMMAND true)\n", ""))
+        self.refuses("its test Arm.SR02_DoesNotJump does not exist in this build", self.run_tests()[0])
+        self.put("CMakeLists.txt", CMAKE.replace(";SR01", ""))
+        self.refuses("hosts.stop: is named by SR-01 and does not carry it", self.run_tests()[0])
+        self.put("CMakeLists.txt", CMAKE.replace(";SR01", ";SR01;SR02"))
+        self.refuses("hosts.stop: carries SR-02, which does not name it", self.run_tests()[0])
+
+    def test_a_test_that_was_not_run_failed_or_was_only_skipped(self):
+        self.refuses("hosts.stop: is evidence for SR-01 and was not run", *self.run_tests("-LE", "slow"))
+        self.assertEqual(self.check(*self.run_tests("-LE", "slow"), "--fast").returncode, 0)
+        self.put("CMakeLists.txt", CMAKE.replace("hosts.stop COMMAND true", "hosts.stop COMMAND false"))
+        self.refuses("hosts.stop: is evidence for SR-01 and failed", *self.run_tests())
+        self.refuses("hosts.stop: is evidence for SR-01 and failed", *self.run_tests(), "--fast")
+        self.put("CMakeLists.txt", CMAKE.replace("hosts.stop COMMAND true", "hosts.stop COMMAND sh -c \"exit 77\""))
+        build, skipped = self.run_tests()
+        self.refuses("hosts.stop: is evidence for SR-01 and was only skipped", build, skipped)
+        # A run elsewhere, with the rights that the test needs, shows it.
+        shutil.copy(skipped, there := self.root / "skipped.xml")
+        self.put("CMakeLists.txt", CMAKE)
+        build, run = self.run_tests()
+        self.assertEqual(self.check(build, there, run).returncode, 0)
+
+
+if __name__ == "__main__":
+    unittest.main()

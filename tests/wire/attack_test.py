@@ -1,0 +1,128 @@
+#!/usr/bin/env python3
+"""A stranger's damaged datagrams end Fast DDS, and harm no process of ours: none dies, none grows, and all go on hearing each other.
+
+attack_test.py --programs FOLDER --bin FOLDER [--datagrams N] [--per-second N] [--seed N] [--only bare|participants|components|secured]
+"""
+import argparse
+import json
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "hosts"))
+from attacked_site import DOMAIN, GROWTH_MIB, Site, expect_orderly_ends, resident_mib  # noqa: E402
+from hosts import need, need_rights  # noqa: E402
+
+MOST_PARTICIPANTS = 6
+# Everything at a participant's two ports: discovery, and its readers and writers (DDSI-RTPS 9.6.1.1).
+PORTS = {number: [7400 + 250 * DOMAIN + 10 + 2 * number + offset for offset in (0, 1)] for number in range(MOST_PARTICIPANTS)}
+
+
+def attack_of(site, datagrams, participants, seed):
+    ports = [str(port) for number in range(participants) for port in PORTS[number]]
+    words = [site.options.programs / "attacker", str(seed), str(datagrams), str(site.options.per_second), *ports]
+    return subprocess.Popen(site.host.inside([str(word) for word in words]), stdout=subprocess.DEVNULL)
+
+
+def expect_bare_dies(site):
+    """The harness is worth something only if it ends the library as it comes."""
+    bare = site.start([str(site.options.programs / "bare_participant"), str(DOMAIN)])
+    assert bare.stdout.readline().strip() == "up"
+    attack = attack_of(site, 10_000_000, 1, site.options.seed)
+    begun, most = time.monotonic(), 0.0
+    while bare.poll() is None and attack.poll() is None and time.monotonic() - begun < 300:
+        try:
+            most = max(most, resident_mib(bare.pid))
+        except (FileNotFoundError, ProcessLookupError, KeyError):
+            pass
+        time.sleep(0.05)
+    died = bare.poll()
+    attack.kill()
+    attack.wait()
+    bare.kill()
+    bare.wait()
+    print(f"Fast DDS as it comes: {'ended with ' + str(died) if died is not None else 'lived'} after {time.monotonic() - begun:.1f} s "
+          f"of {site.options.per_second} datagrams/s; at most {most:.0f} MiB")
+    assert died is not None and died != 0, "the harness did not end the bare library: it proves nothing"
+
+
+def ask(talker):
+    talker.stdin.write("\n")
+    talker.stdin.flush()
+    return json.loads(talker.stdout.readline())["heard"]
+
+
+def expect_participants_go_on(site):
+    talkers = [site.start([str(site.options.programs / "talker"), "--deployment", str(site.topology), "--name", name]) for name in ("one", "two")]
+    sessions = [talker.stdout.readline().strip() for talker in talkers]
+    assert all(sessions), "a talker did not start:\n" + site.log()
+    time.sleep(2)
+    before = [resident_mib(talker.pid) for talker in talkers]
+    attack = attack_of(site, site.options.datagrams, 2, site.options.seed + 1)
+    while attack.poll() is None:
+        for talker in talkers:
+            assert talker.poll() is None, f"a participant ended with {talker.returncode}:\n" + site.log()
+        time.sleep(0.2)
+    after = [resident_mib(talker.pid) for talker in talkers]
+    first = [ask(talker) for talker in talkers]
+    time.sleep(2)
+    second = [ask(talker) for talker in talkers]
+    for own, other in ((0, 1), (1, 0)):
+        for topic in ("master_state", "operator_command", "component_status"):
+            news = second[own].get(topic, {}).get(sessions[other], 0) - first[own].get(topic, {}).get(sessions[other], 0)
+            assert news > 0, f"{topic} of the other is heard no more:\n" + site.log()
+    for name, was, now in zip(("one", "two"), before, after):
+        print(f"participant {name}: {was:.0f} MiB before, {now:.0f} MiB after {site.options.datagrams} datagrams")
+        assert now <= was * 1.1 + GROWTH_MIB, "it grew:\n" + site.log()
+    expect_orderly_ends(site, {"one": talkers[0], "two": talkers[1]})
+
+
+def expect_components_go_on(site):
+    """They live, do not grow, are heard by who comes later, and dds_spy reports what they refuse."""
+    components = {name: site.start([str(site.options.bin / name), "--deployment", str(site.topology)]) for name in ("wva_server", "slave_io", "phantom_sensing")}
+    time.sleep(8)
+    for name, process in components.items():
+        assert process.poll() is None, f"{name} did not start:\n" + site.log()
+    before = {name: resident_mib(process.pid) for name, process in components.items()}
+    attack = attack_of(site, site.options.datagrams, 3, site.options.seed + 2)
+    spy = site.start([str(site.options.bin / "dds_spy"), "events", "--deployment", str(site.topology), "--seconds", "20"])
+    while attack.poll() is None:
+        for name, process in components.items():
+            assert process.poll() is None, f"{name} ended with {process.returncode}:\n" + site.log()
+        time.sleep(0.2)
+    assert "datagrams refused" in site.log(), "none says that it refused any:\n" + site.log()
+    events = spy.communicate()[0]
+    assert "it refused" in events and "datagrams" in events, "dds_spy reports none that was refused:\n" + events
+    heard = site.start([str(site.options.bin / "dds_spy"), "hz", "slave_state", "workspace_version", "--history", "--json", "--deployment", str(site.topology),
+                        "--seconds", "6"]).communicate()[0]
+    assert "slave_state" in heard and "workspace_version" in heard, "a late one does not hear them:\n" + heard + site.log()
+    for name, process in components.items():
+        now = resident_mib(process.pid)
+        print(f"{name}: {before[name]:.0f} MiB before, {now:.0f} MiB after {site.options.datagrams} datagrams")
+        assert now <= before[name] * 1.1 + GROWTH_MIB, f"{name} grew:\n" + site.log()
+    expect_orderly_ends(site, components)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--programs", type=lambda path: Path(path).resolve(), required=True, help="folder of attacker, bare_participant and talker")
+    parser.add_argument("--bin", type=lambda path: Path(path).resolve(), required=True, help="folder of the components")
+    parser.add_argument("--datagrams", type=int, default=160_000, help="at each kind of process of ours")
+    parser.add_argument("--per-second", type=int, default=8000)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--only", choices=("bare", "participants", "components", "secured"))
+    options = parser.parse_args()
+    need_rights()
+    need("openssl")
+    cases = {"bare": expect_bare_dies, "participants": expect_participants_go_on, "components": expect_components_go_on, "secured": expect_components_go_on}
+    for name, case in cases.items():
+        if options.only in (None, name):
+            site = Site(options, secured=name == "secured")
+            try:
+                case(site)
+            finally:
+                site.end()
+
+
+main()

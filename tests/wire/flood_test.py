@@ -1,0 +1,128 @@
+#!/usr/bin/env python3
+"""A stranger with real writers floods each topic with sound samples under invented keys: no process of ours dies or grows,
+each tells what it dropped, and what the real server sends next still comes through while the stranger is there.
+
+flood_test.py --programs FOLDER --bin FOLDER [--only KIND] [--scale S]
+"""
+import argparse
+import json
+import sys
+import threading
+import time
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "hosts"))
+from attacked_site import DOMAIN, GROWTH_MIB, Site, expect_orderly_ends, resident_mib  # noqa: E402
+from hosts import eventually, need_rights  # noqa: E402
+
+# As many as once filled the memory: 299,088 chunks of one octet grew the viewer by 2.1 GB, 34,289 names by 0.8 GB.
+COUNTS = {"meshes": 299_088, "chunks": 299_088, "statuses": 34_289, "bricks": 60_000, "versions": 20_000, "objects": 30_000}
+READERS = {"meshes": 1, "chunks": 1, "statuses": 2, "bricks": 1, "versions": 3, "objects": 2}  # at least
+# A second server's workspace is assembled beside the one in force, as it may be its successor: it may take twice as much.
+RIVAL_MIB = 2 * 74
+VIEWER = "frame_rate_hz: 2\nmain_view: {width_px: 160, height_px: 120}\nhit_view: {width_px: 160, height_px: 120}\ntool_view: {enabled: false}\npage: {port: 0}\n"
+
+
+class Cell:
+    """The processes that are flooded."""
+
+    def __init__(self, site):
+        self.site, self.added = site, 0  # objects added by this test
+        viewer = site.folder / "viewer.yaml"
+        viewer.write_text(VIEWER)
+        self.processes = {words[0]: self.start(words) for words in
+                          (["wva_server"], ["slave_io"], ["phantom_sensing"], ["synthetic_viewer", "--config", str(viewer)])}
+        words = ["dds_spy", "echo", "component_status", "--json", "--deployment", str(site.topology)]
+        words += [word for name in ("synthetic_viewer", "phantom_sensing") for word in ("--instance", f"component_name={name},*")]
+        self.told = site.host.watch([str(site.options.bin / words[0]), *words[1:]], site.folder / "told", lambda line: line["sample"]["component_name"])
+        eventually(lambda: self.figure("synthetic_viewer", "meshes") > 1 and self.figure("phantom_sensing", "workspace_version") > 0, what="the cell is up")
+
+    def start(self, words):
+        process = self.site.start([str(self.site.options.bin / words[0]), *words[1:], "--deployment", str(self.site.topology)])
+        threading.Thread(target=process.stdout.read, daemon=True).start()
+        return process
+
+    def status(self, component):
+        """The newest component_status of one of ours."""
+        return self.told.get(component)
+
+    def figure(self, component, name):
+        sample = self.status(component)
+        return next((figure["value"] for figure in sample["figures"] if figure["name"] == name), 0) if sample else 0
+
+    def refused(self, component):
+        """What its readers refused, and what it lost or gave up behind them."""
+        sample = self.status(component)
+        return (sum(topic["refused"] for topic in sample["topics"]) +
+                sum(figure["value"] for figure in sample["figures"] if figure["name"] in ("meshes_refused", "events_lost") or figure["unit"] == "datagrams"))
+
+    def expect_alive(self):
+        for name, process in self.processes.items():
+            assert process.poll() is None, f"{name} ended with {process.returncode}:\n" + self.site.log()
+
+    def resident(self):
+        return {name: resident_mib(process.pid) for name, process in self.processes.items()}
+
+    def expect_serves(self):
+        """An object that comes now is in the workspace that is sensed and in the picture."""
+        self.added += 1
+        file = self.site.folder / "post.yaml"
+        file.write_text(f"name: post_{self.added}\nprimitive: {{cylinder: {{radius_m: 0.03, height_m: {0.05 + 0.01 * self.added}}}}}\n"
+                        f"pose: {{xyz_m: [0.6, {-0.5 + 0.1 * self.added:.1f}, 0.8]}}\n")
+        meshes, version = self.figure("synthetic_viewer", "meshes"), self.figure("phantom_sensing", "workspace_version")
+        done = self.site.host.try_run(self.site.options.bin / "wva_server", "command", "add", "--file", file, "--deployment", self.site.topology)
+        assert done.returncode == 0, done.stdout + done.stderr
+        eventually(lambda: self.figure("phantom_sensing", "workspace_version") > version, what="the new version is sensed")
+        eventually(lambda: self.figure("synthetic_viewer", "meshes") > meshes, what="the new object is pictured")
+
+
+def flood(cell, kind, count):
+    site = cell.site
+    before = most = cell.resident()
+    refused = {name: cell.refused(name) for name in ("synthetic_viewer", "phantom_sensing")}
+    flooder = site.start([str(site.options.programs / "flooder"), str(DOMAIN), kind, str(count), str(READERS[kind])])
+    begun = time.monotonic()
+    written = []
+    reader = threading.Thread(target=lambda: written.extend((flooder.stdout.readline(), flooder.stdout.readline())))
+    reader.start()
+    while reader.is_alive():
+        cell.expect_alive()
+        most = {name: max(most[name], mib) for name, mib in cell.resident().items()}
+        time.sleep(0.1)
+    assert written[1].strip() == str(count), f"the stranger wrote {written} of {count} {kind}: it floods nobody\n" + site.log()[-3000:]
+    print(f"{kind}: {count} in {time.monotonic() - begun:.1f} s", flush=True)
+    time.sleep(3)
+    cell.expect_alive()
+    after = cell.resident()
+    for name in before:
+        print(f"  {name}: {before[name]:.0f} MiB, at most {most[name]:.0f}, then {after[name]:.0f}", flush=True)
+        rival = RIVAL_MIB if name == "phantom_sensing" and kind in ("bricks", "versions") else 0
+        assert most[name] <= before[name] * 1.1 + GROWTH_MIB + rival, f"{name} grew:\n" + site.log()
+    told = eventually(lambda: sum(cell.refused(name) - was for name, was in refused.items()), what="somebody tells that it dropped something")
+    print(f"  told as refused, lost or given up: {told:.0f}", flush=True)
+    cell.expect_serves()
+    flooder.kill()
+    flooder.wait()
+    cell.expect_alive()
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--programs", type=lambda path: Path(path).resolve(), required=True, help="folder of flooder")
+    parser.add_argument("--bin", type=lambda path: Path(path).resolve(), required=True, help="folder of the components")
+    parser.add_argument("--only", choices=COUNTS)
+    parser.add_argument("--scale", type=float, default=1.0, help="times as many samples")
+    options = parser.parse_args()
+    need_rights()
+    site = Site(options)
+    try:
+        cell = Cell(site)
+        for kind, count in COUNTS.items():
+            if options.only in (None, kind):
+                flood(cell, kind, int(count * options.scale))
+        expect_orderly_ends(site, cell.processes)
+    finally:
+        site.end()
+
+
+main()
