@@ -76,10 +76,18 @@ class Cell:
         eventually(lambda: self.figure("synthetic_viewer", "meshes") > meshes, what="the new object is pictured")
 
 
+def accounted(cell, refused, objects):
+    """What was told as dropped since then, and how many objects more the viewer keeps (their ids are 65,534 at most); None: neither."""
+    told = sum(cell.refused(name) - was for name, was in refused.items())
+    kept = cell.figure("synthetic_viewer", "objects") - objects
+    return (told, kept) if told > 0 or kept > 0 else None
+
+
 def flood(cell, kind, count):
     site = cell.site
     before = most = cell.resident()
     refused = {name: cell.refused(name) for name in ("synthetic_viewer", "phantom_sensing")}
+    objects = cell.figure("synthetic_viewer", "objects")
     flooder = site.start([str(site.options.programs / "flooder"), str(DOMAIN), kind, str(count), str(READERS[kind])])
     begun = time.monotonic()
     written = []
@@ -98,13 +106,8 @@ def flood(cell, kind, count):
         print(f"  {name}: {before[name]:.0f} MiB, at most {most[name]:.0f}, then {after[name]:.0f}", flush=True)
         rival = RIVAL_MIB if name == "phantom_sensing" and kind in ("bricks", "versions") else 0
         assert most[name] <= before[name] * 1.1 + GROWTH_MIB + rival, f"{name} grew:\n" + site.log()
-    def told():
-        return sum(cell.refused(name) - was for name, was in refused.items())
-
-    # Ids of objects are 65,534 at most: a viewer that keeps up keeps what all of them name, and drops nothing.
-    if kind != "objects":
-        eventually(told, what="somebody tells that it dropped something")
-    print(f"  told as refused, lost or given up: {told():.0f}", flush=True)
+    told, kept = eventually(lambda: accounted(cell, refused, objects), what="what came is kept as objects, or told as dropped")
+    print(f"  told as refused, lost or given up: {told:.0f}; kept as objects: {kept:.0f}", flush=True)
     cell.expect_serves()
     flooder.kill()
     flooder.wait()
