@@ -101,10 +101,13 @@ void UserBusHub::accept_clients() {
 // Reads the client's packets while the node's queue has room. Returns false if the client is gone. Packets
 // without room wait in the socket; once the socket is full, the client's send fails.
 bool UserBusHub::read_client(Client& client) {
-  while (!model_.queue_is_full(client.node)) {
+  while (client.waiting && !model_.queue_is_full(client.node)) {
     Packet packet;
     const ssize_t size = recv(client.socket, &packet, sizeof packet, MSG_DONTWAIT);
-    if (size < 0) return errno == EAGAIN || errno == EINTR;
+    if (size < 0) {
+      client.waiting = errno == EINTR;
+      return errno == EAGAIN || errno == EINTR;
+    }
     if (size == 0) return false;
     if (size != sizeof packet) continue;
     const core::Nanoseconds now_ns = core::monotonic_ns();
@@ -128,14 +131,15 @@ void UserBusHub::deliver(BusModel::NodeId to, const can::Received& received) {
   client->lost = sent ? 0 : client->lost + 1;
 }
 
+// Each frame on the bus is a round of this loop, so that only sockets that poll() names are asked.
 void UserBusHub::run() {
-  std::vector<pollfd> entries;
+  std::vector<pollfd> entries{{listener_, POLLIN, POLLIN}, {waker_, POLLIN, 0}};
   while (!stop_) {
     core::Nanoseconds until_ns = 0;
-    entries.assign({{listener_, POLLIN, 0}, {waker_, POLLIN, 0}});
     {
       const std::lock_guard lock(mutex_);
-      accept_clients();
+      for (std::size_t i = 2; i < entries.size(); ++i) clients_[i - 2].waiting |= entries[i].revents != 0;
+      if (entries[0].revents != 0) accept_clients();
       for (std::size_t i = clients_.size(); i-- > 0;) {
         if (read_client(clients_[i])) continue;
         model_.detach(clients_[i].node);
@@ -144,8 +148,10 @@ void UserBusHub::run() {
       }
       model_.advance(core::monotonic_ns(),
                      [this](BusModel::NodeId to, const can::Received& r) { deliver(to, r); });
+      entries.resize(2);
       for (const Client& client : clients_) {
-        if (!model_.queue_is_full(client.node)) entries.push_back({client.socket, POLLIN, 0});
+        const bool full = model_.queue_is_full(client.node);
+        entries.push_back({full ? -1 : client.socket, POLLIN, 0});  // -1: poll() passes it over
       }
       until_ns = model_.next_event_ns();
     }
@@ -153,7 +159,9 @@ void UserBusHub::run() {
     const core::Nanoseconds wait_ns =
         open_end ? 0 : std::max<core::Nanoseconds>(0, until_ns - core::monotonic_ns());
     const timespec timeout{wait_ns / core::kNsPerSecond, wait_ns % core::kNsPerSecond};
-    ppoll(entries.data(), entries.size(), open_end ? nullptr : &timeout, nullptr);
+    if (ppoll(entries.data(), entries.size(), open_end ? nullptr : &timeout, nullptr) < 0)
+      for (pollfd& entry : entries) entry.revents = POLLIN;  // interrupted: ask all
+    if (entries[1].revents == 0) continue;
     std::uint64_t woken = 0;
     [[maybe_unused]] const auto size = read(waker_, &woken, sizeof woken);
   }

@@ -39,6 +39,7 @@ class UserBusHub {
     int pid = 0;
     BusModel::NodeId node = 0;
     std::uint64_t lost = 0;  // frames lost since the last report to the client
+    bool waiting = true;     // packets may wait in its socket
   };
   UserBusHub(int listener, int waker, const BusModelOptions& options);
   void run();

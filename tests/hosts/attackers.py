@@ -1,6 +1,7 @@
 """Who has no right to, can neither read nor command a secured site: he is on its network, with this project's own tools."""
 import json
 import shutil
+from concurrent.futures import ThreadPoolExecutor
 
 from hosts import eventually
 
@@ -30,7 +31,8 @@ def command(wall, topology):
 def attempt(wall, name, documents):
     """`documents`: what he has in place of the site's; "none": he does not even try DDS Security."""
     topology = wall.make_topology(f"{name}.yaml", documents)
-    heard, commanded = listen(wall, topology), command(wall, topology)
+    with ThreadPoolExecutor() as pool:
+        heard, commanded = (done.result() for done in [pool.submit(what, wall, topology) for what in (listen, command)])
     assert samples(heard) == 0, f"{name} read {samples(heard)} samples"
     assert commanded.returncode in REFUSED, f"{name} commanded: {commanded.stdout}"
     print(f"  {name}: reads nothing ({heard.returncode}), commands nothing "
@@ -95,8 +97,11 @@ def onlookers_only_look(wall):
             shutil.rmtree(folder / tool)
             shutil.copytree(wall.security / name, folder / tool)
         topology = wall.make_topology(f"as_{name}.yaml", folder)
-        for tool, (program, *words) in COMMANDS.items():
-            done = diagnostics.try_run(*wall.words(program, *words, topology=topology), limit_s=120)
+        with ThreadPoolExecutor() as pool:
+            tries = {tool: pool.submit(diagnostics.try_run, *wall.words(program, *words, topology=topology), limit_s=120)
+                     for tool, (program, *words) in COMMANDS.items()}
+        for tool, tried in tries.items():
+            done = tried.result()
             assert done.returncode in REFUSED, f"{name} commanded as {tool}: {done.stdout}"
             print(f"  {name} as {tool}: {(done.stderr or done.stdout).strip().splitlines()[-1][:110]}")
     heard, recorded = set(), set()

@@ -13,7 +13,7 @@ import time
 from haptic_site import START_S, HapticSite
 from hosts import eventually, given_paths, need_rights, skip, telling_logs
 
-WINDOW_S = 5
+WINDOW_S = 3
 HANG_S = 7       # longer than the lease of a participant (5 s): by then it is forgotten, too
 ATTEMPTS = 3     # what an onlooker does to the loop it does every time; what else runs on the machine does not
 MOST_VOID = 8
