@@ -199,14 +199,18 @@ core::Status WorkspaceAssembler::commit(const VersionDescription& description) {
     return core::Status::invalid_argument("workspace version: " + std::to_string(description.brick_count) +
                                           " bricks; allowed: at most " + std::to_string(kMostBricksInAll));
   pending_ = description;
-  if (packed_) return core::Status::ok();
+  if (!packed_) take_up(description);
+  return core::Status::ok();
+}
+
+/// Prepares for a committed version, and builds it if it is complete.
+void WorkspaceAssembler::take_up(const VersionDescription& description) {
   if (current_ && is_like(*current_, description.grid, description.palette_Pa_s_per_m)) {
     end_forming();
   } else {
     begin_forming(description);
   }
   try_commit();
-  return core::Status::ok();
 }
 
 void WorkspaceAssembler::keep_packed(bool packed) {
@@ -214,7 +218,7 @@ void WorkspaceAssembler::keep_packed(bool packed) {
   if (packed) {
     end_forming();
   } else if (pending_) {
-    commit(VersionDescription(*pending_));
+    take_up(VersionDescription(*pending_));
   }
 }
 

@@ -113,6 +113,7 @@ class WorkspaceAssembler {
   };
   core::Status check_room(BrickKey key, const Held& held) const;
   void forget(BrickKey key);
+  void take_up(const VersionDescription& description);
   void try_commit();
   void drop_left_overs();
   bool fits(const VersionDescription& description) const;
