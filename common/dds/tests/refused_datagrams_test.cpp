@@ -7,7 +7,7 @@ namespace {
 
 constexpr std::uint32_t kOne = 0x0a1e0102, kOther = 0x0a1e0103;
 
-TEST(SenderCounts, TellsTheGreatestSender) {
+TEST(SenderCounts, ReturnsTheGreatestSender) {
   SenderCounts counts;
   EXPECT_EQ(counts.greatest().count, 0u);
   for (int i = 0; i < 3; ++i) counts.add(kOne);

@@ -63,12 +63,12 @@ void send_nonsense(int domain) {
   close(out);
 }
 
-TEST(StatusReporter, TellsWhatWasRefusedAndWhoSentMostOfIt) {
+TEST(StatusReporter, ReportsWhatWasRefusedAndWhoSentMostOfIt) {
   const auto network = dds::test_network();
   dds::Participant there("phantom_sensing", network), here("watcher", network);
   StatusReporter reporter(there);
   dds::Waiter waiter;
-  ComponentStatus got, told;
+  ComponentStatus got, reported;
   const dds::Reader<msg::ComponentStatus> reader(
       here, dds::kComponentStatus, [&](const msg::ComponentStatus& message, const dds::SampleInfo&) {
         waiter.change([&] {
@@ -76,14 +76,14 @@ TEST(StatusReporter, TellsWhatWasRefusedAndWhoSentMostOfIt) {
         });
       });
   const auto figure = [&](std::string_view name) {
-    const auto found = std::find_if(told.figures.begin(), told.figures.end(),
+    const auto found = std::find_if(reported.figures.begin(), reported.figures.end(),
                                     [&](const core::HealthFigure& one) { return one.name == name; });
-    return found == told.figures.end() ? core::HealthFigure{} : *found;
+    return found == reported.figures.end() ? core::HealthFigure{} : *found;
   };
   ASSERT_TRUE(dds::eventually([&] {
     send_nonsense(network.domain);
     reporter.publish({});
-    waiter.change([&] { told = got; });
+    waiter.change([&] { reported = got; });
     return figure("refused: no header of RTPS 2").value >= 3;
   }));
   EXPECT_EQ(figure("refused: no header of RTPS 2").unit, "datagrams");

@@ -114,7 +114,7 @@ TEST(StatusWatch, ReportsDatagramsThatAComponentRefused) {
   ASSERT_EQ(other.size(), 1u) << "a reason that was not there before";
 }
 
-TEST(StatusWatch, TellsWhoSentMostOfWhatWasRefused) {
+TEST(StatusWatch, ReportsWhoSentMostOfWhatWasRefused) {
   StatusWatch watch;
   auto one = status("COMPONENT_RUNNING", 0);
   watch.take(one);
