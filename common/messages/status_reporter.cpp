@@ -2,6 +2,8 @@
 
 #include <unistd.h>
 
+#include <algorithm>
+
 #include "common/core/host_interfaces.hpp"
 #include "common/core/progress.hpp"
 #include "common/core/service_manager.hpp"
@@ -20,11 +22,18 @@ void add_hung_readers(ComponentStatus& status) {
   }
 }
 
-/// Adds how many datagrams were refused for each reason that there was.
+/// Adds how many datagrams were refused for each reason that there was, and then, as far as the topic has
+/// room, who sent most of them: the greatest first.
 void add_refused(const dds::Participant& participant, std::vector<core::HealthFigure>& figures) {
-  for (const dds::Refused& one : participant.refused_datagrams())
+  std::vector<dds::Refused> refused = participant.refused_datagrams();
+  for (const dds::Refused& one : refused)
     figures.push_back(
         {std::string("refused: ") + wire::words_of(one.fault), static_cast<double>(one.count), "datagrams"});
+  std::sort(refused.begin(), refused.end(),
+            [](const dds::Refused& a, const dds::Refused& b) { return a.greatest.count > b.greatest.count; });
+  for (const dds::Refused& one : refused)
+    figures.push_back({std::string("refused from: ") + wire::words_of(one.fault),
+                       static_cast<double>(one.greatest.count), dds::address_text(one.greatest.address)});
 }
 
 }  // namespace

@@ -7,7 +7,8 @@
 namespace phantom::messages {
 
 /// Publishes this process's component_status: its health, the DDS statistics of each of its endpoints, and
-/// how many datagrams were refused, by reason.
+/// how many datagrams were refused, as two figures for each reason: {"refused: REASON", count, "datagrams"}
+/// and {"refused from: REASON", count, address}, the address that sent most of them, and how many at least.
 class StatusReporter {
  public:
   explicit StatusReporter(dds::Participant& participant);

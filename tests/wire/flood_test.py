@@ -12,13 +12,13 @@ import time
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "hosts"))
-from attacked_site import DOMAIN, GROWTH_MIB, Site, expect_orderly_ends, resident_mib  # noqa: E402
+from attacked_site import DOMAIN, GROWTH_MIB, SOURCE, Site, expect_orderly_ends, quick_viewer, resident_mib  # noqa: E402
 from hosts import eventually, need_rights  # noqa: E402
+from servo_pace import expect_as_bare, loops, slip_shares, watched_slip_shares, with_bare_loop  # noqa: E402
 
 # As many as once filled the memory: 299,088 chunks of one octet grew the viewer by 2.1 GB, 34,289 names by 0.8 GB.
 COUNTS = {"meshes": 299_088, "chunks": 299_088, "statuses": 34_289, "bricks": 60_000, "versions": 20_000, "objects": 30_000}
 READERS = {"meshes": 1, "chunks": 1, "statuses": 2, "bricks": 1, "versions": 3, "objects": 2}  # at least
-VIEWER = "frame_rate_hz: 2\nmain_view: {width_px: 160, height_px: 120}\nhit_view: {width_px: 160, height_px: 120}\ntool_view: {enabled: false}\npage: {port: 0}\n"
 
 
 class Cell:
@@ -26,14 +26,15 @@ class Cell:
 
     def __init__(self, site):
         self.site, self.added = site, 0  # objects added by this test
-        viewer = site.folder / "viewer.yaml"
-        viewer.write_text(VIEWER)
         self.processes = {words[0]: self.start(words) for words in
-                          (["wva_server"], ["slave_io"], ["phantom_sensing"], ["synthetic_viewer", "--config", str(viewer)])}
+                          (["wva_server"], ["slave_io", "--config", str(with_bare_loop(SOURCE, site.folder, "slave_io"))], ["phantom_sensing"],
+                           ["synthetic_viewer", "--config", str(quick_viewer(site.folder))])}
         words = ["dds_spy", "echo", "component_status", "--json", "--deployment", str(site.topology)]
-        words += [word for name in ("synthetic_viewer", "phantom_sensing") for word in ("--instance", f"component_name={name},*")]
+        words += [word for name in ("synthetic_viewer", "phantom_sensing", "slave_io") for word in ("--instance", f"component_name={name},*")]
         self.told = site.host.watch([str(site.options.bin / words[0]), *words[1:]], site.folder / "told", lambda line: line["sample"]["component_name"])
         eventually(lambda: self.figure("synthetic_viewer", "meshes") > 1 and self.figure("phantom_sensing", "workspace_version") > 0, what="the cell is up")
+        eventually(lambda: self.status("slave_io"), what="slave_io is heard")
+        self.quiet = watched_slip_shares(self.told, "slave_io", 8, 120)[0]
 
     def start(self, words):
         process = self.site.start([str(self.site.options.bin / words[0]), *words[1:], "--deployment", str(self.site.topology)])
@@ -78,6 +79,7 @@ def flood(cell, kind, count):
     site = cell.site
     before = most = cell.resident()
     refused = {name: cell.refused(name) for name in ("synthetic_viewer", "phantom_sensing")}
+    paced = loops(cell.told, "slave_io")
     flooder = site.start([str(site.options.programs / "flooder"), str(DOMAIN), kind, str(count), str(READERS[kind])])
     begun = time.monotonic()
     written = []
@@ -89,6 +91,9 @@ def flood(cell, kind, count):
         time.sleep(0.1)
     assert written[1].strip() == str(count), f"the stranger wrote {written} of {count} {kind}: it floods nobody\n" + site.log()[-3000:]
     print(f"{kind}: {count} in {time.monotonic() - begun:.1f} s", flush=True)
+    shares = slip_shares(paced, loops(cell.told, "slave_io"))
+    print(f"  slave_io skipped {shares[0]:.3f} of its ticks, the bare loop {shares[1]:.3f}; before {cell.quiet:.3f}", flush=True)
+    expect_as_bare(f"slave_io under {kind}:", shares, cell.quiet)
     time.sleep(3)
     cell.expect_alive()
     after = cell.resident()
