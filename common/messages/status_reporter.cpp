@@ -2,6 +2,8 @@
 
 #include <unistd.h>
 
+#include <map>
+
 #include "common/core/host_interfaces.hpp"
 #include "common/core/progress.hpp"
 #include "common/core/service_manager.hpp"
@@ -21,16 +23,21 @@ void add_hung_readers(ComponentStatus& status) {
 }
 
 /// Adds how many datagrams were refused for each reason that there was.
-void add_refused(const dds::Participant& participant, std::vector<core::HealthFigure>& figures) {
-  for (const dds::Refused& one : participant.refused_datagrams())
+void add_refused(const std::vector<dds::Participant*>& participants,
+                 std::vector<core::HealthFigure>& figures) {
+  std::map<wire::Fault, std::uint64_t> counts;
+  for (const dds::Participant* participant : participants) {
+    for (const dds::Refused& one : participant->refused_datagrams()) counts[one.fault] += one.count;
+  }
+  for (const auto& [fault, count] : counts)
     figures.push_back(
-        {std::string("refused: ") + wire::words_of(one.fault), static_cast<double>(one.count), "datagrams"});
+        {std::string("refused: ") + wire::words_of(fault), static_cast<double>(count), "datagrams"});
 }
 
 }  // namespace
 
 StatusReporter::StatusReporter(dds::Participant& participant)
-    : participant_(participant), publisher_(participant, dds::kComponentStatus) {}
+    : participant_(participant), publisher_(participant, dds::kComponentStatus), guarded_{&participant} {}
 
 void StatusReporter::publish(const core::Health& health) {
   ComponentStatus status{health,
@@ -40,8 +47,8 @@ void StatusReporter::publish(const core::Health& health) {
                          static_cast<std::uint32_t>(getpid()),
                          participant_.endpoints()};
   add_hung_readers(status);
-  add_refused(participant_, status.figures);
-  participant_.log_refused_datagrams();
+  add_refused(guarded_, status.figures);
+  for (dds::Participant* participant : guarded_) participant->log_refused_datagrams();
   static_cast<core::Health&>(status) = core::with_hung_loops(std::move(status));
   publisher_.publish(status);
   core::notify_service_manager(
