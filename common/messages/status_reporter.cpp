@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <map>
 
 #include "common/core/host_interfaces.hpp"
 #include "common/core/progress.hpp"
@@ -24,13 +25,26 @@ void add_hung_readers(ComponentStatus& status) {
 
 /// Adds how many datagrams were refused for each reason that there was, and then, as far as the topic has
 /// room, who sent most of them: the greatest first.
-void add_refused(const dds::Participant& participant, std::vector<core::HealthFigure>& figures) {
-  std::vector<dds::Refused> refused = participant.refused_datagrams();
-  for (const dds::Refused& one : refused)
+void add_refused(const std::vector<dds::Participant*>& participants,
+                 std::vector<core::HealthFigure>& figures) {
+  std::map<wire::Fault, dds::Refused> by_fault;
+  for (const dds::Participant* participant : participants) {
+    for (const dds::Refused& one : participant->refused_datagrams()) {
+      const auto [sum, is_first] = by_fault.try_emplace(one.fault, one);
+      if (is_first) continue;
+      sum->second.count += one.count;
+      if (one.greatest.count > sum->second.greatest.count) sum->second.greatest = one.greatest;
+    }
+  }
+  std::vector<dds::Refused> refused;
+  for (const auto& [fault, sum] : by_fault) {
     figures.push_back(
-        {std::string("refused: ") + wire::words_of(one.fault), static_cast<double>(one.count), "datagrams"});
-  std::sort(refused.begin(), refused.end(),
-            [](const dds::Refused& a, const dds::Refused& b) { return a.greatest.count > b.greatest.count; });
+        {std::string("refused: ") + wire::words_of(fault), static_cast<double>(sum.count), "datagrams"});
+    refused.push_back(sum);
+  }
+  std::sort(refused.begin(), refused.end(), [](const dds::Refused& a, const dds::Refused& b) {
+    return a.greatest.count > b.greatest.count;
+  });
   for (const dds::Refused& one : refused)
     figures.push_back({std::string("refused from: ") + wire::words_of(one.fault),
                        static_cast<double>(one.greatest.count), dds::address_text(one.greatest.address)});
@@ -39,7 +53,7 @@ void add_refused(const dds::Participant& participant, std::vector<core::HealthFi
 }  // namespace
 
 StatusReporter::StatusReporter(dds::Participant& participant)
-    : participant_(participant), publisher_(participant, dds::kComponentStatus) {}
+    : participant_(participant), publisher_(participant, dds::kComponentStatus), guarded_{&participant} {}
 
 void StatusReporter::publish(const core::Health& health) {
   ComponentStatus status{health,
@@ -49,8 +63,8 @@ void StatusReporter::publish(const core::Health& health) {
                          static_cast<std::uint32_t>(getpid()),
                          participant_.endpoints()};
   add_hung_readers(status);
-  add_refused(participant_, status.figures);
-  participant_.log_refused_datagrams();
+  add_refused(guarded_, status.figures);
+  for (dds::Participant* participant : guarded_) participant->log_refused_datagrams();
   static_cast<core::Health&>(status) = core::with_hung_loops(std::move(status));
   publisher_.publish(status);
   core::notify_service_manager(

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <vector>
+
 #include "common/core/health.hpp"
 #include "common/messages/publisher.hpp"
 #include "common/messages/status_codec.hpp"
@@ -12,6 +14,8 @@ namespace phantom::messages {
 class StatusReporter {
  public:
   explicit StatusReporter(dds::Participant& participant);
+  /// Counts what another participant of this process refuses, too; it outlives this object's last publish().
+  void count_refusals_of(dds::Participant& other) { guarded_.push_back(&other); }
   /// Sends one sample, and notifies the service manager that this process is alive. Call it about twice a
   /// second, and at every change of state. If one of `health.loops` hangs, or a reader's callback has not
   /// returned for a second, the component is in fault whatever `health.state` says, the message says so, and
@@ -22,6 +26,7 @@ class StatusReporter {
  private:
   dds::Participant& participant_;
   Publisher<ComponentStatus> publisher_;
+  std::vector<dds::Participant*> guarded_;  // whose refusals are told
 };
 
 }  // namespace phantom::messages
