@@ -42,9 +42,8 @@ void add_refused(const std::vector<dds::Participant*>& participants,
         {std::string("refused: ") + wire::words_of(fault), static_cast<double>(sum.count), "datagrams"});
     refused.push_back(sum);
   }
-  std::sort(refused.begin(), refused.end(), [](const dds::Refused& a, const dds::Refused& b) {
-    return a.greatest.count > b.greatest.count;
-  });
+  std::sort(refused.begin(), refused.end(),
+            [](const dds::Refused& a, const dds::Refused& b) { return a.greatest.count > b.greatest.count; });
   for (const dds::Refused& one : refused)
     figures.push_back({std::string("refused from: ") + wire::words_of(one.fault),
                        static_cast<double>(one.greatest.count), dds::address_text(one.greatest.address)});
