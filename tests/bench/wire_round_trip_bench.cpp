@@ -79,7 +79,7 @@ class SecuritySite {
 class Side : edds::DataReaderListener {
  public:
   /// `site`: null without security.
-  Side(const char* name, Protection protection, const SecuritySite* site, const char* writes,
+  Side(const char* identity, Protection protection, const SecuritySite* site, const char* writes,
        const char* reads, std::function<void(Side&)> received)
       : received_(std::move(received)) {
     auto udp = std::make_shared<fast_dds::rtps::UDPv4TransportDescriptor>();
@@ -94,7 +94,7 @@ class Side : edds::DataReaderListener {
       qos.transport().user_transports.push_back(guarded);
     }
     if (site != nullptr)
-      for (const auto& [property, value] : dds::security_properties(site->documents(), name))
+      for (const auto& [property, value] : dds::security_properties(site->documents(), identity))
         qos.properties().properties().emplace_back(property, value);
     participant_ = edds::DomainParticipantFactory::get_instance()->create_participant(kDomain, qos);
     const edds::TypeSupport type = dds::kMasterState.make_type();
