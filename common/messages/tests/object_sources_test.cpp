@@ -128,8 +128,8 @@ TEST(ObjectSources, TheChangesAlwaysLeadToWhatIsInForce) {
           if (sources.of(server).contains(id)) shown.make(sources.take(server, {.id = id}).changes);
           break;
         default:
-          shown.make(
-              sources.take(server, object(id, "of_" + std::to_string(server[0]), random() % 3)).changes);
+          const double x_m = static_cast<double>(random() % 3);
+          shown.make(sources.take(server, object(id, "of_" + std::to_string(server[0]), x_m)).changes);
       }
       shown.expect(sources.in_force());
     }
