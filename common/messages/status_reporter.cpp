@@ -2,6 +2,8 @@
 
 #include <unistd.h>
 
+#include <algorithm>
+
 #include "common/core/host_interfaces.hpp"
 #include "common/core/progress.hpp"
 #include "common/core/service_manager.hpp"
@@ -27,6 +29,15 @@ void add_refused(const dds::Participant& participant, std::vector<core::HealthFi
         {std::string("refused: ") + wire::words_of(one.fault), static_cast<double>(one.count), "datagrams"});
 }
 
+/// Adds what the participant has forgotten to the component's own figure, or as one where there is none.
+void add_forgotten(const dds::Participant& participant, std::vector<core::HealthFigure>& figures) {
+  const auto count = static_cast<double>(participant.forgotten());
+  const auto own = std::find_if(figures.begin(), figures.end(),
+                                [](const core::HealthFigure& figure) { return figure.name == kForgotten; });
+  if (own != figures.end()) own->value += count;
+  if (own == figures.end() && count > 0) figures.push_back({kForgotten, count, ""});
+}
+
 }  // namespace
 
 StatusReporter::StatusReporter(dds::Participant& participant)
@@ -40,6 +51,7 @@ void StatusReporter::publish(const core::Health& health) {
                          static_cast<std::uint32_t>(getpid()),
                          participant_.endpoints()};
   add_hung_readers(status);
+  add_forgotten(participant_, status.figures);
   add_refused(participant_, status.figures);
   participant_.log_refused_datagrams();
   static_cast<core::Health&>(status) = core::with_hung_loops(std::move(status));

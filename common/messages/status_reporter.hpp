@@ -6,8 +6,12 @@
 
 namespace phantom::messages {
 
-/// Publishes this process's component_status: its health, the DDS statistics of each of its endpoints, and
-/// how many datagrams were refused, by reason.
+/// Name of the figure that counts what was forgotten of names, addresses and the like that come from the
+/// network: the maps of them are bounded.
+inline constexpr const char* kForgotten = "forgotten";
+
+/// Publishes this process's component_status: its health, the DDS statistics of each of its endpoints, how
+/// many datagrams were refused, by reason, and how much was forgotten (kForgotten, if any).
 class StatusReporter {
  public:
   explicit StatusReporter(dds::Participant& participant);
