@@ -49,6 +49,15 @@ void add_refused(const std::vector<dds::Participant*>& participants,
                        static_cast<double>(one.greatest.count), dds::address_text(one.greatest.address)});
 }
 
+/// Adds what the participant has forgotten to the component's own figure, or as one where there is none.
+void add_forgotten(const dds::Participant& participant, std::vector<core::HealthFigure>& figures) {
+  const auto count = static_cast<double>(participant.forgotten());
+  const auto own = std::find_if(figures.begin(), figures.end(),
+                                [](const core::HealthFigure& figure) { return figure.name == kForgotten; });
+  if (own != figures.end()) own->value += count;
+  if (own == figures.end() && count > 0) figures.push_back({kForgotten, count, ""});
+}
+
 }  // namespace
 
 StatusReporter::StatusReporter(dds::Participant& participant)
@@ -62,6 +71,7 @@ void StatusReporter::publish(const core::Health& health) {
                          static_cast<std::uint32_t>(getpid()),
                          participant_.endpoints()};
   add_hung_readers(status);
+  add_forgotten(participant_, status.figures);
   add_refused(guarded_, status.figures);
   for (dds::Participant* participant : guarded_) participant->log_refused_datagrams();
   static_cast<core::Health&>(status) = core::with_hung_loops(std::move(status));

@@ -8,9 +8,14 @@
 
 namespace phantom::messages {
 
-/// Publishes this process's component_status: its health, the DDS statistics of each of its endpoints, and
-/// how many datagrams were refused, as two figures for each reason: {"refused: REASON", count, "datagrams"}
-/// and {"refused from: REASON", count, address}, the address that sent most of them, and how many at least.
+/// Name of the figure that counts what was forgotten of names, addresses and the like that come from the
+/// network: the maps of them are bounded.
+inline constexpr const char* kForgotten = "forgotten";
+
+/// Publishes this process's component_status: its health, the DDS statistics of each of its endpoints, how
+/// much was forgotten (kForgotten, if any), and how many datagrams were refused, as two figures for each
+/// reason: {"refused: REASON", count, "datagrams"} and {"refused from: REASON", count, address}, the address
+/// that sent most of them, and how many at least.
 class StatusReporter {
  public:
   explicit StatusReporter(dds::Participant& participant);

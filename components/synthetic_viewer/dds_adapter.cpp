@@ -80,7 +80,7 @@ struct DdsAdapter::Impl {
   ArmSample newest_arm;                            // used on the callback thread of hit alerts
   PerceptSample newest_percept;                    // likewise
   core::RecentMap<std::string, StatusSource> component_source{
-      ViewerState::kMaxComponents};  // by name and host
+      ViewerState::kMaxComponents};  // by name and host; ViewerState forgets the same ones, and counts them
   std::mutex servers_mutex;
   messages::ObjectSources servers;  // guarded by servers_mutex
 
@@ -187,7 +187,8 @@ void DdsAdapter::Impl::open_events() {
                        const auto component = messages::from_idl(message);
                        if (!component) return false;
                        const std::string key = component->component + "@" + component->host;
-                       // Names that nobody knows do not displace those that are heard.
+                       // Names that nobody knows do not displace those that are heard: they are refused, and
+                       // counted as that.
                        if (component_source.full() && !component_source.contains(key) &&
                            info.received_ns - component_source.oldest().heard_ns < kStatusForgotten_ns)
                          return false;

@@ -11,6 +11,8 @@
 #include <vector>
 
 #include "common/core/host_interfaces.hpp"
+#include "common/dds/bans.hpp"
+#include "common/dds/participant_impl.hpp"
 #include "common/dds/tests/test_network.hpp"
 #include "common/messages/status_codec.hpp"
 
@@ -91,6 +93,34 @@ TEST(StatusReporter, ReportsWhatWasRefusedAndWhoSentMostOfIt) {
   EXPECT_EQ(figure("refused from: no header of RTPS 2").value, figure("refused: no header of RTPS 2").value)
       << "one address sent all";
   EXPECT_EQ(figure("refused from: no header of RTPS 2").unit, "127.0.0.1");
+}
+
+TEST(StatusReporter, TellsOfWhatWasForgottenOnceThereIsAny) {
+  dds::Participant there("phantom_sensing", dds::test_network()), here("watcher", dds::test_network());
+  StatusReporter reporter(there);
+  dds::Waiter waiter;
+  std::vector<double> forgotten;  // in each status; −1: it has no such figure
+  const dds::Reader<msg::ComponentStatus> reader(
+      here, dds::kComponentStatus, [&](const msg::ComponentStatus& message, const dds::SampleInfo&) {
+        const auto status = from_idl(message);
+        waiter.change([&] {
+          forgotten.push_back(-1);
+          for (const core::HealthFigure& figure : status->figures)
+            if (figure.name == kForgotten) forgotten.back() = figure.value;
+        });
+      });
+  const auto reported = [&](const core::Health& health) {
+    const std::size_t before = forgotten.size();
+    reporter.publish(health);
+    EXPECT_TRUE(waiter.wait([&] { return forgotten.size() > before; }));
+    return forgotten.back();
+  };
+  EXPECT_EQ(reported({}), -1);
+  for (std::size_t i = 0; i < dds::Bans::kMost + 5; ++i)
+    there.impl()->bans->ban({9, static_cast<std::uint8_t>(i), static_cast<std::uint8_t>(i >> 8)});
+  EXPECT_EQ(reported({}), 5);
+  EXPECT_EQ(reported({.figures = {{kForgotten, 2, ""}}}), 7)
+      << "with what the component itself has forgotten";
 }
 
 }  // namespace
