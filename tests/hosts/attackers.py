@@ -4,7 +4,8 @@ import shutil
 
 from hosts import eventually
 
-LISTEN_S = 6  # an admitted spy hears its first sample within two
+LISTEN_S = 6  # an admitted spy hears its first sample within two, on a machine that has time for it
+RIGHTFUL_S = 120
 REFUSED = (1, 2, 3)
 
 
@@ -124,9 +125,7 @@ def attackers_fail(wall, watch):
     attempt(wall, "edited_permissions", edited(wall))
     assert version(wall, watch) == before, "somebody changed the workspace"
     # The same tools with their own documents are heard: what was refused above was refused for its documents.
-    heard = listen(wall, wall.topology)
-    assert samples(heard) > 0, heard.stderr
-    done = command(wall, wall.topology)
-    assert done.returncode == 0, done.stdout + done.stderr
-    eventually(lambda: version(wall, watch) > before, 60, "the rightful command changes the workspace")
-    print(f"  rightful: reads {samples(heard)} samples, moves an object")
+    heard = eventually(lambda: samples(listen(wall, wall.topology)), RIGHTFUL_S, "the rightful spy reads samples")
+    eventually(lambda: command(wall, wall.topology).returncode == 0, RIGHTFUL_S, "the rightful command is carried out")
+    eventually(lambda: version(wall, watch) > before, RIGHTFUL_S, "the rightful command changes the workspace")
+    print(f"  rightful: reads {heard} samples, moves an object")

@@ -21,6 +21,8 @@ class Browser {
   /// Whether this machine has them.
   static bool installed();
 
+  /// Opens a page in the window that is steered. Returns once its scripts have run; pictures may still be on
+  /// their way. Throws std::runtime_error.
   void open(const std::string& url);
   /// Another window of the same browser, which is steered from then on. Its handle.
   std::string open_window(const std::string& url);
