@@ -36,6 +36,12 @@ class RecentMap {
     return {place->second.value, added};
   }
   bool contains(const Key& key) const { return entries_.contains(key); }
+  /// Returns the key's value, whose age stays as it is; null: there is none. Valid until the next call of
+  /// find_or_add().
+  const Value* find(const Key& key) const {
+    const auto place = entries_.find(key);
+    return place == entries_.end() ? nullptr : &place->second.value;
+  }
   bool full() const { return entries_.size() >= most_; }
   /// Returns the value that was used longest ago. The map must not be empty.
   const Value& oldest() const { return entries_.at(by_age_.begin()->second).value; }

@@ -14,6 +14,8 @@ namespace phantom::dds {
 /// participant. Thread-safe.
 class Bans {
  public:
+  static constexpr std::size_t kMost = 1024;
+
   void ban(const GuidPrefix& participant) {
     const std::lock_guard lock(mutex_);
     if (!banned_.find_or_add(participant).second) return;
@@ -32,9 +34,13 @@ class Bans {
     const std::lock_guard lock(mutex_);
     return std::exchange(fresh_, {});
   }
+  /// Returns how many bans were forgotten for others.
+  std::uint64_t forgotten() const {
+    const std::lock_guard lock(mutex_);
+    return banned_.dropped();
+  }
 
  private:
-  static constexpr std::size_t kMost = 1024;
   std::atomic<bool> any_{false};
   mutable std::mutex mutex_;
   core::RecentMap<GuidPrefix, bool> banned_{kMost};

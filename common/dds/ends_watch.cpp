@@ -70,7 +70,9 @@ void EndsWatch::forget_oldest() {
     ++lost;
     if (oldest == peers_.end() || entry->second.last < oldest->second.last) oldest = entry;
   }
-  if (lost > kMostLost) peers_.erase(oldest);
+  if (lost <= kMostLost) return;
+  peers_.erase(oldest);
+  ++forgotten_;
 }
 
 }  // namespace phantom::dds

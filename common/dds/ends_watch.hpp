@@ -45,6 +45,8 @@ class EndsWatch {
   void end_removed(const GuidPrefix& peer, End end, core::Nanoseconds now);
   /// Returns the peers with which `own` must restart discovery now; the caller is expected to do so.
   std::vector<Attempt> overdue(const GuidPrefix& own, core::Nanoseconds now);
+  /// Returns how many lost participants were forgotten for others.
+  std::uint64_t forgotten() const { return forgotten_; }
 
  private:
   enum class EndState { kKnown, kMissing, kRemoved };
@@ -62,6 +64,7 @@ class EndsWatch {
 
   core::Nanoseconds patience_;
   std::map<GuidPrefix, Peer> peers_;
+  std::uint64_t forgotten_ = 0;
 };
 
 }  // namespace phantom::dds

@@ -106,8 +106,7 @@ class GuardedTransport final : public fast_dds::MessageTransport {
     const std::lock_guard lock(guarding_);
     const core::Nanoseconds now = core::monotonic_ns();
     release_held(way, now, memory);
-    memory.of_discovery =
-        memory.facts.participant_count > 0 || memory.facts.endpoint_count > 0 || memory.facts.handshake;
+    memory.of_discovery = memory.facts.of_discovery();
     if (const wire::Fault fault =
             guard_.check(datagram, memory.facts, source, discovery || memory.of_discovery, now);
         fault != wire::Fault::kNone)

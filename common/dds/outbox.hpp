@@ -31,6 +31,11 @@ class Outbox {
   /// Sends by `sender` what was put. The participant sends each message by each of its senders in turn; so
   /// does this, and then forgets. Cheap while there is nothing.
   void send_by(fast_dds::rtps::SenderResource& sender);
+  /// Returns how many addresses were forgotten for others.
+  std::uint64_t forgotten() const {
+    const std::lock_guard lock(mutex_);
+    return opened_.dropped();
+  }
 
  private:
   /// All senders of a participant have sent its message within this time.
@@ -43,7 +48,7 @@ class Outbox {
   };
 
   std::atomic<bool> any_{false};
-  std::mutex mutex_;
+  mutable std::mutex mutex_;
   std::vector<Letter> letters_;
   core::RecentMap<fast_dds::rtps::Locator_t, bool> opened_{kMostOpened};
 };

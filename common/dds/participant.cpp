@@ -7,7 +7,9 @@
 
 #include "common/core/host_interfaces.hpp"
 #include "common/core/random.hpp"
+#include "common/dds/bans.hpp"
 #include "common/dds/dds_threads.hpp"
+#include "common/dds/outbox.hpp"
 #include "common/dds/participant_impl.hpp"
 #include "common/dds/profiles.hpp"
 #include "common/dds/qos.hpp"
@@ -202,6 +204,11 @@ int Participant::servo_priority() const { return impl_->servo_priority; }
 std::vector<Refused> Participant::refused_datagrams() const { return impl_->refused->list(); }
 
 void Participant::log_refused_datagrams() { impl_->refused->log(impl_->component, core::monotonic_ns()); }
+
+std::uint64_t Participant::forgotten() const {
+  return impl_->outbox->forgotten() + impl_->bans->forgotten() +
+         (impl_->readmission ? impl_->readmission->forgotten() : 0);
+}
 
 std::vector<core::EndpointStatistics> Participant::endpoints() const {
   const std::lock_guard lock(impl_->mutex);

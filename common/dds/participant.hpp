@@ -49,6 +49,9 @@ class Participant {
   std::vector<Refused> refused_datagrams() const;
   /// Logs them now and then, while more come. Not real-time safe; call it from one thread.
   void log_refused_datagrams();
+  /// Returns how many addresses of peers, lost peers and bans were forgotten for others: 0, unless there are
+  /// very many or somebody invents them. Thread-safe.
+  std::uint64_t forgotten() const;
   /// Returns the statistics of every endpoint of this participant. Thread-safe.
   std::vector<core::EndpointStatistics> endpoints() const;
 

@@ -1,5 +1,3 @@
-#include <spdlog/spdlog.h>
-
 #include <algorithm>
 #include <fastdds/dds/domain/DomainParticipant.hpp>
 #include <fastdds/dds/subscriber/DataReader.hpp>
@@ -8,12 +6,11 @@
 #include <fastdds/dds/topic/Topic.hpp>
 #include <fastdds/dds/topic/TypeSupport.hpp>
 
-#include "common/dds/bans.hpp"
 #include "common/dds/dds_threads.hpp"
 #include "common/dds/endpoint.hpp"
-#include "common/dds/key_census.hpp"
 #include "common/dds/participant_impl.hpp"
 #include "common/dds/qos.hpp"
+#include "common/dds/reader_census.hpp"
 #include "fast_dds/type_support.hpp"
 
 namespace phantom::dds {
@@ -39,8 +36,7 @@ struct RawReader::Impl : edds::DataReaderListener {
   void* sample = nullptr;  // reused for every take: DDS calls a reader's listener from one thread at a time
   OnSample on_sample;
   OnWriterGone on_writer_gone;
-  std::mutex census_mutex;
-  std::unique_ptr<KeyCensus> census;  // of a keyed topic
+  std::unique_ptr<ReaderCensus> census;  // of a keyed topic
   edds::DataReader* reader = nullptr;
 
   ~Impl() override {
@@ -66,21 +62,13 @@ struct RawReader::Impl : edds::DataReaderListener {
   void note_key(const GuidPrefix& writer, const edds::InstanceHandle_t& handle) {
     KeyCensus::Key key;
     std::copy_n(static_cast<const std::uint8_t*>(handle.value), key.size(), key.begin());
-    const std::lock_guard lock(census_mutex);
-    const auto banned = census->note(writer, key);
-    if (!banned) return;
-    spdlog::warn("{}: topic {}: a participant sends more keys than are kept; no more is taken from it",
-                 participant->component, counters->topic->name);
-    participant->bans->ban(*banned);
+    census->note(writer, key);
   }
   void on_subscription_matched(edds::DataReader*, const edds::SubscriptionMatchedStatus& status) override {
     counters->matched = static_cast<std::uint32_t>(status.current_count);
     if (status.current_count_change >= 0) return;
     const GuidPrefix gone = writer_of(status.last_publication_handle);
-    if (census) {
-      const std::lock_guard lock(census_mutex);
-      census->forget(gone);
-    }
+    if (census) census->forget(gone);
     if (on_writer_gone) on_writer_gone(gone);
   }
   void on_requested_deadline_missed(edds::DataReader*,
@@ -113,7 +101,8 @@ RawReader::RawReader(Participant& participant, const TopicDescription& topic, On
   const edds::DataReaderQos qos = reader_qos(*subscriber, topic);
   if (fast_dds::is_keyed(*impl_->type)) {
     const auto instances = static_cast<std::size_t>(std::max(4, qos.resource_limits().max_instances));
-    impl_->census = std::make_unique<KeyCensus>(instances - instances / 4);
+    impl_->census = std::make_unique<ReaderCensus>(
+        participant.component(), topic.name, ReaderCensus::most_keys(instances), participant.impl()->bans);
   }
   impl_->reader = subscriber->create_datareader(participant.impl()->topic(topic), qos, impl_.get());
   if (impl_->reader == nullptr)

@@ -46,6 +46,11 @@ void Readmission::stop() {
   if (thread_.joinable()) thread_.join();
 }
 
+std::uint64_t Readmission::forgotten() const {
+  const std::lock_guard lock(mutex_);
+  return ends_.forgotten();
+}
+
 void Readmission::on_participant(const FoundParticipant& participant) {
   const GuidPrefix prefix = prefix_of(participant.guid);
   {

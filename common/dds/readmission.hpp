@@ -42,6 +42,8 @@ class Readmission : public DiscoveryEvents {
   void start(const fast_dds::rtps::GUID_t& own);
   /// Ends the thread. Call it before the participant is deleted; it may be called twice.
   void stop();
+  /// Returns how many lost participants were forgotten for others. Thread-safe.
+  std::uint64_t forgotten() const;
 
   void on_participant(const FoundParticipant& participant) override;
   void on_authentication(const fast_dds::rtps::GUID_t& guid, bool admitted) override;
@@ -62,7 +64,7 @@ class Readmission : public DiscoveryEvents {
   const bool secured_;
   const std::shared_ptr<Outbox> outbox_;
   const std::shared_ptr<DiscoveryEvents> next_;
-  std::mutex mutex_;
+  mutable std::mutex mutex_;
   std::condition_variable stopped_;
   bool stop_ = false;
   HandshakeWatch handshakes_;

@@ -12,20 +12,50 @@
 
 namespace phantom::dds {
 
+/// How many datagrams came from one address. A datagram names its sender's address itself: whoever forges the
+/// one can forge the other.
+struct Sender {
+  std::uint32_t address = 0;  ///< IPv4, host byte order
+  std::uint64_t count = 0;
+};
+
+/// Counts datagrams by their senders' addresses, in memory for kMost of them, however many there are
+/// (Space-Saving; Metwally, Agrawal and El Abbadi 2005): one that is new takes the place of the least, and
+/// who sends more than a kMost-th of all has a place. Not thread-safe. Real-time safe: yes.
+class SenderCounts {
+ public:
+  static constexpr std::size_t kMost = 16;
+
+  void add(std::uint32_t address);
+  /// Returns the greatest sender, and how many came from it at least: exactly, if there were no more than
+  /// kMost senders. {0, 0} before the first.
+  Sender greatest() const;
+
+ private:
+  struct Place {
+    std::uint32_t address = 0;
+    std::uint64_t count = 0, inherited = 0;  // of the count: from others that had this place before
+  };
+  std::array<Place, kMost> places_;
+};
+
 /// Datagrams that a participant has refused for one reason.
 struct Refused {
   wire::Fault fault = wire::Fault::kNone;
   std::uint64_t count = 0;
   wire::Source last;  ///< the sender of the last one
+  Sender greatest;    ///< the address that sent most of them, and how many at least
 };
 
-/// Counts refused datagrams by reason. Thread-safe.
+/// Counts refused datagrams by reason and, for each reason, by sender. Thread-safe.
 class RefusedDatagrams {
  public:
   void add(wire::Fault fault, const wire::Source& source) {
     const std::lock_guard lock(mutex_);
-    Refused& one = by_fault_[static_cast<std::size_t>(fault)];
-    one = {fault, one.count + 1, source};
+    Count& one = by_fault_[static_cast<std::size_t>(fault)];
+    ++one.count;
+    one.last = source;
+    one.senders.add(source.address);
   }
   /// Returns the reasons for which any was refused.
   std::vector<Refused> list() const;
@@ -34,12 +64,19 @@ class RefusedDatagrams {
 
  private:
   static constexpr core::Nanoseconds kEvery = 5 * core::kNsPerSecond;
+  struct Count {
+    std::uint64_t count = 0;
+    wire::Source last;
+    SenderCounts senders;
+  };
   mutable std::mutex mutex_;
-  std::array<Refused, wire::kFaults> by_fault_;
+  std::array<Count, wire::kFaults> by_fault_;
   std::array<std::uint64_t, wire::kFaults> logged_{};
   core::Nanoseconds quiet_until_ = 0;
 };
 
+/// Returns "10.30.1.2", at most 15 octets.
+std::string address_text(std::uint32_t address);
 /// Returns "10.30.1.2:7410".
 std::string to_text(const wire::Source& source);
 

@@ -19,11 +19,24 @@ bool apart_by_partition_alone(const std::vector<Mismatch>& reasons) {
   return reasons.size() == 1 && reasons.front().policy == "partition";
 }
 
-bool meets_one_of(const EndpointInfo& end, const Ends& others) {
-  return std::any_of(others.begin(), others.end(), [&](const EndpointInfo* other) {
-    return share_a_partition(end.qos.partitions, other->qos.partitions);
-  });
-}
+/// Which ends of a topic meet one of the other side in a partition. Each is looked for once.
+class Meetings {
+ public:
+  explicit Meetings(const Ends& others) : others_(others) {}
+  bool has(const EndpointInfo& end) {
+    const auto [known, fresh] = known_.try_emplace(&end);
+    if (fresh) {
+      known->second = std::any_of(others_.begin(), others_.end(), [&](const EndpointInfo* other) {
+        return share_a_partition(end.qos.partitions, other->qos.partitions);
+      });
+    }
+    return known->second;
+  }
+
+ private:
+  const Ends& others_;
+  std::map<const EndpointInfo*, bool> known_;
+};
 
 }  // namespace
 
@@ -64,7 +77,8 @@ std::vector<Mismatch> mismatches(const EndpointInfo& writer, const EndpointInfo&
 }
 
 void Graph::remove(const Guid& guid) {
-  if (participants_.erase(guid) > 0) {
+  if (guid == participant_of(guid)) {
+    participants_.erase(guid);
     std::erase_if(endpoints_, [&](const auto& item) { return same_prefix(item.first, guid); });
   } else {
     endpoints_.erase(guid);
@@ -96,13 +110,14 @@ std::vector<Disagreement> Graph::disagreements() const {
     (endpoint.writer ? ends.first : ends.second).push_back(&endpoint);
   }
   std::vector<Disagreement> found;
+  std::size_t pairs = 0;
   for (const auto& [topic, ends] : by_topic) {
+    Meetings of_writers(ends.second), of_readers(ends.first);
     for (const EndpointInfo* writer : ends.first) {
       for (const EndpointInfo* reader : ends.second) {
+        if (++pairs > kMostPairs || found.size() == kMostDisagreements) return found;
         auto reasons = mismatches(*writer, *reader);
-        if (apart_by_partition_alone(reasons) && meets_one_of(*writer, ends.second) &&
-            meets_one_of(*reader, ends.first))
-          continue;
+        if (apart_by_partition_alone(reasons) && of_writers.has(*writer) && of_readers.has(*reader)) continue;
         if (!reasons.empty()) found.push_back({writer, reader, std::move(reasons)});
       }
     }

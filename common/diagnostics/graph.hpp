@@ -65,9 +65,11 @@ struct Disagreement {
 /// All participants and endpoints that were discovered and are still present. Not thread-safe.
 class Graph {
  public:
+  static constexpr std::size_t kMostPairs = 1 << 18, kMostDisagreements = 1024;
+
   void put(const ParticipantInfo& participant) { participants_[participant.guid] = participant; }
   void put(const EndpointInfo& endpoint) { endpoints_[endpoint.guid] = endpoint; }
-  /// Removes a participant with its endpoints, or an endpoint.
+  /// Removes a participant with its endpoints, also if it was never put, or an endpoint.
   void remove(const Guid& guid);
 
   const std::map<Guid, ParticipantInfo>& participants() const { return participants_; }
@@ -79,7 +81,9 @@ class Graph {
   std::string who(const Guid& guid) const;
   /// Returns every pair of a writer and a reader of one topic that do not communicate. A pair whose only
   /// difference is the partition is included only if one of the two meets nobody in its own partition: cells
-  /// that share a domain are separate on purpose, a mistyped name is not. Valid until the next change.
+  /// that share a domain are separate on purpose, a mistyped name is not. Looks at kMostPairs pairs and
+  /// returns kMostDisagreements of those, because both numbers grow with the square of the endpoints. Valid
+  /// until the next change.
   std::vector<Disagreement> disagreements() const;
 
  private:

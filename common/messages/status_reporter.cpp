@@ -2,6 +2,9 @@
 
 #include <unistd.h>
 
+#include <algorithm>
+#include <map>
+
 #include "common/core/host_interfaces.hpp"
 #include "common/core/progress.hpp"
 #include "common/core/service_manager.hpp"
@@ -20,17 +23,45 @@ void add_hung_readers(ComponentStatus& status) {
   }
 }
 
-/// Adds how many datagrams were refused for each reason that there was.
-void add_refused(const dds::Participant& participant, std::vector<core::HealthFigure>& figures) {
-  for (const dds::Refused& one : participant.refused_datagrams())
+/// Adds how many datagrams were refused for each reason that there was, and then, as far as the topic has
+/// room, who sent most of them: the greatest first.
+void add_refused(const std::vector<dds::Participant*>& participants,
+                 std::vector<core::HealthFigure>& figures) {
+  std::map<wire::Fault, dds::Refused> by_fault;
+  for (const dds::Participant* participant : participants) {
+    for (const dds::Refused& one : participant->refused_datagrams()) {
+      const auto [sum, is_first] = by_fault.try_emplace(one.fault, one);
+      if (is_first) continue;
+      sum->second.count += one.count;
+      if (one.greatest.count > sum->second.greatest.count) sum->second.greatest = one.greatest;
+    }
+  }
+  std::vector<dds::Refused> refused;
+  for (const auto& [fault, sum] : by_fault) {
     figures.push_back(
-        {std::string("refused: ") + wire::words_of(one.fault), static_cast<double>(one.count), "datagrams"});
+        {std::string("refused: ") + wire::words_of(fault), static_cast<double>(sum.count), "datagrams"});
+    refused.push_back(sum);
+  }
+  std::sort(refused.begin(), refused.end(),
+            [](const dds::Refused& a, const dds::Refused& b) { return a.greatest.count > b.greatest.count; });
+  for (const dds::Refused& one : refused)
+    figures.push_back({std::string("refused from: ") + wire::words_of(one.fault),
+                       static_cast<double>(one.greatest.count), dds::address_text(one.greatest.address)});
+}
+
+/// Adds what the participant has forgotten to the component's own figure, or as one where there is none.
+void add_forgotten(const dds::Participant& participant, std::vector<core::HealthFigure>& figures) {
+  const auto count = static_cast<double>(participant.forgotten());
+  const auto own = std::find_if(figures.begin(), figures.end(),
+                                [](const core::HealthFigure& figure) { return figure.name == kForgotten; });
+  if (own != figures.end()) own->value += count;
+  if (own == figures.end() && count > 0) figures.push_back({kForgotten, count, ""});
 }
 
 }  // namespace
 
 StatusReporter::StatusReporter(dds::Participant& participant)
-    : participant_(participant), publisher_(participant, dds::kComponentStatus) {}
+    : participant_(participant), publisher_(participant, dds::kComponentStatus), guarded_{&participant} {}
 
 void StatusReporter::publish(const core::Health& health) {
   ComponentStatus status{health,
@@ -40,8 +71,9 @@ void StatusReporter::publish(const core::Health& health) {
                          static_cast<std::uint32_t>(getpid()),
                          participant_.endpoints()};
   add_hung_readers(status);
-  add_refused(participant_, status.figures);
-  participant_.log_refused_datagrams();
+  add_forgotten(participant_, status.figures);
+  add_refused(guarded_, status.figures);
+  for (dds::Participant* participant : guarded_) participant->log_refused_datagrams();
   static_cast<core::Health&>(status) = core::with_hung_loops(std::move(status));
   publisher_.publish(status);
   core::notify_service_manager(

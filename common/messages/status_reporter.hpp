@@ -1,16 +1,26 @@
 #pragma once
 
+#include <vector>
+
 #include "common/core/health.hpp"
 #include "common/messages/publisher.hpp"
 #include "common/messages/status_codec.hpp"
 
 namespace phantom::messages {
 
-/// Publishes this process's component_status: its health, the DDS statistics of each of its endpoints, and
-/// how many datagrams were refused, by reason.
+/// Name of the figure that counts what was forgotten of names, addresses and the like that come from the
+/// network: the maps of them are bounded.
+inline constexpr const char* kForgotten = "forgotten";
+
+/// Publishes this process's component_status: its health, the DDS statistics of each of its endpoints, how
+/// much was forgotten (kForgotten, if any), and how many datagrams were refused, as two figures for each
+/// reason: {"refused: REASON", count, "datagrams"} and {"refused from: REASON", count, address}, the address
+/// that sent most of them, and how many at least.
 class StatusReporter {
  public:
   explicit StatusReporter(dds::Participant& participant);
+  /// Counts what another participant of this process refuses, too; it outlives this object's last publish().
+  void count_refusals_of(dds::Participant& other) { guarded_.push_back(&other); }
   /// Sends one sample, and notifies the service manager that this process is alive. Call it about twice a
   /// second, and at every change of state. If one of `health.loops` hangs, or a reader's callback has not
   /// returned for a second, the component is in fault whatever `health.state` says, the message says so, and
@@ -21,6 +31,7 @@ class StatusReporter {
  private:
   dds::Participant& participant_;
   Publisher<ComponentStatus> publisher_;
+  std::vector<dds::Participant*> guarded_;  // whose refusals are told
 };
 
 }  // namespace phantom::messages

@@ -1,13 +1,18 @@
 #include "common/observation/payload_reader.hpp"
 
+#include <algorithm>
 #include <atomic>
 #include <fastdds/dds/subscriber/DataReader.hpp>
 #include <fastdds/dds/subscriber/DataReaderListener.hpp>
 #include <fastdds/dds/subscriber/SampleInfo.hpp>
 #include <fastdds/dds/topic/Topic.hpp>
 #include <fastdds/dds/topic/TypeSupport.hpp>
+#include <optional>
 
+#include "common/dds/cdr.hpp"
 #include "common/dds/participant_impl.hpp"
+#include "common/dds/qos.hpp"
+#include "common/dds/reader_census.hpp"
 #include "common/observation/convert.hpp"
 #include "common/observation/payload_type.hpp"
 #include "fast_dds/endpoints.hpp"
@@ -18,9 +23,28 @@ namespace {
 namespace edds = eprosima::fastdds::dds;
 namespace rtps = fast_dds::rtps;
 
-edds::DataReaderQos reader_qos(const diagnostics::EndpointQos& given, int depth) {
+/// Returns the project's topic of that name and type; null: a topic of somebody else.
+const dds::TopicDescription* own_topic(const PayloadTopic& topic) {
+  const dds::TopicDescription* named = dds::topic_named(topic.name);
+  return named != nullptr && topic.type == named->type_name ? named : nullptr;
+}
+
+/// Returns how many instances a reader of that keyed topic may have.
+std::size_t instances_of(edds::Subscriber& subscriber, const PayloadTopic& topic) {
+  const dds::TopicDescription* own = own_topic(topic);
+  if (own == nullptr) return PayloadReader::kForeignInstances;
+  try {
+    const int profile = dds::reader_qos(subscriber, *own).resource_limits().max_instances;
+    return std::max(PayloadReader::kLeastInstances, static_cast<std::size_t>(std::max(0, profile)));
+  } catch (const dds::DdsError&) {  // the profiles lack it: an ill for those who use the topic
+    return PayloadReader::kForeignInstances;
+  }
+}
+
+edds::DataReaderQos reader_qos(const diagnostics::EndpointQos& given, int depth, std::size_t instances) {
   edds::DataReaderQos qos = edds::DATAREADER_QOS_DEFAULT;
   set_policies(qos, given, depth);
+  qos.resource_limits().max_instances = static_cast<std::int32_t>(instances);
   fast_dds::accept_all_representations(qos);
   fast_dds::ask_at_once(qos);
   return qos;
@@ -44,9 +68,18 @@ struct PayloadReader::Impl : edds::DataReaderListener {
   SerializedSample sample;  // reused: DDS calls a reader's listener from one thread at a time
   std::atomic<std::uint32_t> matched{0};
   std::atomic<std::uint64_t> rejected{0}, lost{0};
+  std::unique_ptr<dds::ReaderCensus> census;  // of a keyed topic
+  std::optional<dds::CdrCodec> codec;         // likewise, if it is the project's
 
   void open(const PayloadTopic& described, const diagnostics::EndpointQos& qos, int depth) {
     auto* of = participant->participant;
+    std::size_t instances = 1;
+    if (described.keyed) {
+      instances = instances_of(*participant->subscriber, described);
+      census = std::make_unique<dds::ReaderCensus>(
+          participant->component, described.name, dds::ReaderCensus::most_keys(instances), participant->bans);
+      if (const auto* own = own_topic(described)) codec.emplace(*own);
+    }
     edds::SubscriberQos where = edds::SUBSCRIBER_QOS_DEFAULT;
     const std::vector<std::string> all{"", "*"};
     auto partitions = qos.partitions.empty() ? all : qos.partitions;
@@ -55,8 +88,8 @@ struct PayloadReader::Impl : edds::DataReaderListener {
                 ? of->create_topic(described.name, described.type, edds::TOPIC_QOS_DEFAULT)
                 : nullptr;
     subscriber = topic != nullptr ? of->create_subscriber(where) : nullptr;
-    reader =
-        subscriber != nullptr ? subscriber->create_datareader(topic, reader_qos(qos, depth), this) : nullptr;
+    if (subscriber != nullptr)
+      reader = subscriber->create_datareader(topic, reader_qos(qos, depth, instances), this);
     if (reader != nullptr) return;
     close();
     throw dds::DdsError("topic " + described.name + ": Fast DDS refused a reader of " + described.type +
@@ -69,12 +102,16 @@ struct PayloadReader::Impl : edds::DataReaderListener {
       subscriber->delete_datareader(reader);
     }
     if (subscriber != nullptr) participant->participant->delete_subscriber(subscriber);
-    if (topic != nullptr) participant->participant->delete_topic(topic);
+    if (topic == nullptr) return;
+    const std::string type = topic->get_type_name();
+    participant->participant->delete_topic(topic);
+    participant->participant->unregister_type(type);  // stays where another topic has it
   }
 
   void on_data_available(edds::DataReader* from) override {
     edds::SampleInfo info;
     while (fast_dds::ok(from->take_next_sample(&sample, &info))) {
+      if (census && !admits(info)) continue;
       Payload payload;
       if (info.valid_data) payload.bytes = sample.bytes;
       payload.writer = guid_of(info.sample_identity.writer_guid());
@@ -86,8 +123,22 @@ struct PayloadReader::Impl : edds::DataReaderListener {
       listener.on_payload(payload);
     }
   }
+  /// Takes note of the sample's keys: the one that it was sent with and, of the project's types, the one in
+  /// its bytes. They differ if the sender lies. Returns false if nothing is taken from the sender any more.
+  bool admits(const edds::SampleInfo& info) {
+    const dds::GuidPrefix writer = dds::prefix_of(info.sample_identity.writer_guid());
+    dds::InstanceKey sent, own;
+    std::copy_n(static_cast<const std::uint8_t*>(info.instance_handle.value), sent.size(), sent.begin());
+    if (sent != SerializedSample().instance) census->note(writer, sent);
+    if (codec && info.valid_data && codec->instance_of(sample.bytes, own)) census->note(writer, own);
+    return !census->bans(writer);
+  }
   void on_subscription_matched(edds::DataReader*, const edds::SubscriptionMatchedStatus& status) override {
     matched = static_cast<std::uint32_t>(status.current_count);
+    if (!census || status.current_count_change >= 0) return;
+    rtps::GUID_t writer;
+    rtps::iHandle2GUID(writer, status.last_publication_handle);
+    census->forget(dds::prefix_of(writer));
   }
   void on_sample_rejected(edds::DataReader*, const edds::SampleRejectedStatus& status) override {
     rejected = static_cast<std::uint64_t>(status.total_count);

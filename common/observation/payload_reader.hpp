@@ -44,9 +44,17 @@ class PayloadListener {
 };
 
 /// Reads a topic of any type without knowing the type: the serialised bytes, in every data representation.
-/// The reader treats all instances as one. Announces no type information.
+/// The reader treats all instances as one, unless a sample says to which it belongs. Announces no type
+/// information.
+///
+/// Nobody can make it grow: of a keyed topic it takes note of the keys, and bans the participant that brings
+/// too many, as the project's own readers do (dds::ReaderCensus): three quarters of the instances that these
+/// may have, or of kLeastInstances if that is more, because an observer may see several cells at once.
 class PayloadReader {
  public:
+  static constexpr std::size_t kLeastInstances = 8192;     ///< of a topic of the project, at least
+  static constexpr std::size_t kForeignInstances = 65536;  ///< of any other topic
+
   /// Requests `qos`. By default it disturbs a writer least: the writer waits for no acknowledgement and keeps
   /// nothing for late joiners. Without partitions it reads all of them. `depth`: samples kept until the
   /// listener has taken them; 0: all. Throws DdsError, also if the participant knows the topic with another

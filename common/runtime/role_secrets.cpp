@@ -11,6 +11,7 @@
 #include <iterator>
 
 #include "common/core/errors.hpp"
+#include "common/core/file_sync.hpp"
 
 namespace phantom::runtime {
 namespace {
@@ -88,6 +89,8 @@ void make_role_secrets(const fs::path& folder) {
     made = fsync(descriptor) == 0 && made;
     close(descriptor);
     made = made && (link(whole.c_str(), file.c_str()) == 0 || errno == EEXIST);
+    // Without it a loss of power may leave a page whose secrets nobody has, as others are made then.
+    made = made && core::sync_folder_of(file);
     const int why = errno;
     unlink(whole.c_str());
     errno = why;

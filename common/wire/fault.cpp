@@ -24,12 +24,13 @@ const char* words_of(Fault fault) noexcept {
       "too many participants",
       "too many endpoints of one participant",
       "too many messages of discovery",
+      "too many messages of unannounced participants",
       "sequence numbers that would take too long to count",
       "a sender outside of the topology's networks",
       "fragments from an unknown participant",
       "another participant's identity",
       "a departure that was forged",
-      "a participant that has sent too many keys of a topic",
+      "a participant that sent too many keys of a topic",
   };
   static_assert(std::size(kWords) == kFaults);
   return kWords[static_cast<std::size_t>(fault)];

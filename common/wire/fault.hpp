@@ -27,6 +27,7 @@ enum class Fault : std::uint8_t {
   kParticipants,  ///< too many participants
   kEndpoints,     ///< too many endpoints of one participant
   kRate,          ///< too many messages of discovery or handshakes in this time
+  kUnannounced,   ///< too many samples or acknowledgements of senders that have not announced themselves
   kCounting,      ///< sequence numbers through which readers would count for too long
   // Not from where it may come.
   kSource,     ///< the sender is in none of the networks that the topology names
@@ -37,7 +38,8 @@ enum class Fault : std::uint8_t {
 };
 inline constexpr std::size_t kFaults = static_cast<std::size_t>(Fault::kFlood) + 1;
 
-/// Returns the reason in words, to stand after "refused: ".
+/// Returns the reason in words, to stand after "refused: " or "refused from: ": at most 50 octets, so that a
+/// figure's name in component_status holds it.
 const char* words_of(Fault fault) noexcept;
 
 }  // namespace phantom::wire

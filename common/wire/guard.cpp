@@ -56,8 +56,8 @@ std::int64_t longest_step(EntityId writer) {
 Guard::Guard(const GuardOptions& options)
     : options_(options),
       participants_({options.participants, options.participants_per_source, options.new_participants_per_s,
-                     options.discovery_per_s, options.discovery_burst, options.counted_per_s,
-                     options.counted_burst}),
+                     options.discovery_per_s, options.discovery_burst, options.unannounced_per_s,
+                     options.unannounced_burst, options.counted_per_s, options.counted_burst}),
       assembled_facts_(std::make_unique<MessageFacts>()),
       assembled_octets_(std::make_unique_for_overwrite<std::uint8_t[]>(kMostAssembled * kAssembledBytes)) {}
 
@@ -73,7 +73,7 @@ Fault Guard::check(std::span<std::uint8_t> datagram, const MessageFacts& facts, 
   assembled_count_ = 0;
   // Only a relay speaks for others; whose sockets these are is known of the message's sender alone.
   if (facts.for_another && !options_.relayed) return Fault::kIdentity;
-  Fault fault = discovery ? check_rate(facts, source, now) : Fault::kNone;
+  Fault fault = discovery ? check_rate(facts, source, now) : check_unannounced(facts, source, now);
   if (fault == Fault::kNone) fault = check_fragments(datagram, facts, source, now);
   if (fault == Fault::kNone) fault = check_participants(facts, source, now);
   if (fault == Fault::kNone) fault = check_endpoints(facts);
@@ -90,6 +90,13 @@ Fault Guard::check_rate(const MessageFacts& facts, const Source& source, core::N
                           ? known->discovery().take(now)
                           : participants_.admits_stranger(source.address, now);
   return passes ? Fault::kNone : Fault::kRate;
+}
+
+/// Discovery servers may have said that a participant left which was only cut off, and goes on sending.
+Fault Guard::check_unannounced(const MessageFacts& facts, const Source& source, core::Nanoseconds now) {
+  const bool passes = options_.relayed || participants_.find(facts.sender) != nullptr ||
+                      participants_.admits_unannounced(source.address, now);
+  return passes ? Fault::kNone : Fault::kUnannounced;
 }
 
 Fault Guard::check_participants(const MessageFacts& facts, const Source& source, core::Nanoseconds now) {

@@ -30,6 +30,9 @@ struct GuardOptions {
   std::uint32_t sample_bytes = 64 << 20;  ///< the largest sample that any endpoint carries
   /// Datagrams of discovery and handshakes that one sender may send in a second, and at once.
   double discovery_per_s = 2000.0, discovery_burst = 8000.0;
+  /// Other datagrams of senders that have not announced themselves, of one address. Nobody has a reason to
+  /// send any: who knows our readers and writers was known to us before. Not where discovery is relayed.
+  double unannounced_per_s = 4000.0, unannounced_burst = 8000.0;
   double new_participants_per_s = 16.0;  ///< as many as participants_per_source at once
   /// Sequence numbers through which one sender may make readers count in a second, and at once.
   double counted_per_s = 1 << 18, counted_burst = 1 << 22;
@@ -94,6 +97,7 @@ class Guard {
   Fault check_participants(const MessageFacts& facts, const Source& source, core::Nanoseconds now);
   Fault check_departure(const ParticipantFact& fact, const Source& source, core::Nanoseconds now);
   Fault check_rate(const MessageFacts& facts, const Source& source, core::Nanoseconds now);
+  Fault check_unannounced(const MessageFacts& facts, const Source& source, core::Nanoseconds now);
   Fault check_endpoints(const MessageFacts& facts);
   Fault check_sequences(std::span<std::uint8_t> datagram, const MessageFacts& facts, const Source& source,
                         core::Nanoseconds now);

@@ -408,6 +408,12 @@ Fault check_header(std::span<const std::uint8_t> datagram, MessageFacts& facts) 
 
 }  // namespace
 
+bool MessageFacts::of_discovery() const {
+  return participant_count > 0 || endpoint_count > 0 || handshake ||
+         std::any_of(fragments.begin(), fragments.begin() + static_cast<std::ptrdiff_t>(fragment_count),
+                     [](const FragmentFact& fragment) { return fragment.built_in; });
+}
+
 Fault check_builtin_payload(const Guid& writer, EntityId reader, std::span<std::uint8_t> payload,
                             std::uint32_t status, bool key_only, MessageFacts& facts) {
   const Builtin* builtin = builtin_of(writer.entity, reader);

@@ -65,6 +65,9 @@ struct MessageFacts {
   std::size_t participant_count = 0, endpoint_count = 0, fragment_count = 0, sequence_count = 0;
   bool handshake = false;    ///< holds a message of the security handshake
   bool for_another = false;  ///< INFO_SRC lets a part of it speak for another participant than `sender`
+
+  /// Returns whether any of it is discovery's or a handshake's, whatever port it came in by.
+  bool of_discovery() const;
 };
 
 /// Greatest span of one GAP. Fast DDS walks through it number by number.

@@ -119,6 +119,7 @@ Participants::Address& Participants::address_of(std::uint32_t address, core::Nan
   }
   const Address fresh{{limits_.new_per_s, static_cast<double>(limits_.per_source)},
                       {limits_.discovery_per_s, limits_.discovery_burst},
+                      {limits_.unannounced_per_s, limits_.unannounced_burst},
                       {limits_.counted_per_s, limits_.counted_burst},
                       now};
   return addresses_.emplace(address, fresh).first->second;
@@ -126,6 +127,10 @@ Participants::Address& Participants::address_of(std::uint32_t address, core::Nan
 
 bool Participants::admits_stranger(std::uint32_t address, core::Nanoseconds now) {
   return address_of(address, now).discovery.take(now);
+}
+
+bool Participants::admits_unannounced(std::uint32_t address, core::Nanoseconds now) {
+  return address_of(address, now).unannounced.take(now);
 }
 
 bool Participants::admits_counting(Participant& participant, std::uint32_t address, double numbers,

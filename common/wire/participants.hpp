@@ -103,7 +103,8 @@ class Participants {
  public:
   struct Limits {
     std::size_t total, per_source;
-    double new_per_s, discovery_per_s, discovery_burst, counted_per_s, counted_burst;
+    double new_per_s, discovery_per_s, discovery_burst, unannounced_per_s, unannounced_burst, counted_per_s,
+        counted_burst;
   };
   explicit Participants(const Limits& limits);
 
@@ -115,6 +116,8 @@ class Participants {
 
   /// Lets a stranger's datagram of discovery pass; all strangers of one address share its budget.
   bool admits_stranger(std::uint32_t address, core::Nanoseconds now);
+  /// The same of any other datagram.
+  bool admits_unannounced(std::uint32_t address, core::Nanoseconds now);
   /// Lets a participant make readers count `numbers`: few by its own budget, more by its address's.
   bool admits_counting(Participant& participant, std::uint32_t address, double numbers,
                        core::Nanoseconds now);
@@ -125,7 +128,7 @@ class Participants {
     std::size_t operator()(const GuidPrefix& prefix) const noexcept;
   };
   struct Address {
-    TokenBucket fresh, discovery, counting;
+    TokenBucket fresh, discovery, unannounced, counting;
     core::Nanoseconds last = 0;
   };
   struct Known {

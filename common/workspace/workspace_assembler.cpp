@@ -4,6 +4,7 @@
 #include <cmath>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 #include "common/workspace/profile.hpp"
 #include "common/workspace/workspace_hash.hpp"
@@ -116,7 +117,8 @@ core::Status WorkspaceAssembler::put_brick(BrickKey key, std::uint64_t version,
             content.facts.greatest_code,
             content.facts.greatest_fluid_code,
             kind,
-            bytes_of(content, kind, bytes.size())};
+            bytes_of(content, kind, bytes.size()),
+            kNodeBytes + bytes.size()};
   if (core::Status room = check_room(key, held); !room) return room;
   forget(key);
   if (held.formed) {
@@ -126,6 +128,7 @@ core::Status WorkspaceAssembler::put_brick(BrickKey key, std::uint64_t version,
   }
   hash_sum_ += held.hash;
   bytes_ += held.bytes;
+  received_bytes_ += held.received_bytes;
   if (kind != kNotUniform && kinds_[kind]++ == 0) bytes_ += shared_bytes(kind);
   Tally& tally = tallies_[version];
   ++tally.count;
@@ -145,10 +148,17 @@ core::Status WorkspaceAssembler::check_room(BrickKey key, const Held& held) cons
             "more bricks than a workspace can have; allowed: " + std::to_string(kMostBricksInAll)};
   std::size_t after = bytes_ + held.bytes - (is_new ? 0 : present->second.bytes);
   if (!kinds_.contains(held.kind)) after += shared_bytes(held.kind);
-  if (after <= most_bytes_) return core::Status::ok();
-  return {core::ErrorCode::kResourceExhausted, "the workspace takes more than " +
-                                                   std::to_string(most_bytes_ >> 20) +
-                                                   " MiB, which is all that is allowed"};
+  const std::size_t received =
+      received_bytes_ + held.received_bytes - (is_new ? 0 : present->second.received_bytes);
+  const auto more_than = [](const std::string& what, std::size_t most_bytes) {
+    return core::Status{
+        core::ErrorCode::kResourceExhausted,
+        what + " more than " + std::to_string(most_bytes >> 20) + " MiB, which is all that is allowed"};
+  };
+  if (after > most_bytes_) return more_than("the workspace takes", most_bytes_);
+  if (received > most_received_bytes_)
+    return more_than("the bricks of a workspace that is not in force take", most_received_bytes_);
+  return core::Status::ok();
 }
 
 void WorkspaceAssembler::remove_brick(BrickKey key) {
@@ -168,6 +178,7 @@ void WorkspaceAssembler::forget(BrickKey key) {
   }
   hash_sum_ -= held.hash;
   bytes_ -= held.bytes;
+  received_bytes_ -= held.received_bytes;
   if (held.kind != kNotUniform && --kinds_.at(held.kind) == 0) {
     kinds_.erase(held.kind);
     bytes_ -= shared_bytes(held.kind);
@@ -188,13 +199,27 @@ core::Status WorkspaceAssembler::commit(const VersionDescription& description) {
     return core::Status::invalid_argument("workspace version: " + std::to_string(description.brick_count) +
                                           " bricks; allowed: at most " + std::to_string(kMostBricksInAll));
   pending_ = description;
+  if (!packed_) take_up(description);
+  return core::Status::ok();
+}
+
+/// Prepares for a committed version, and builds it if it is complete.
+void WorkspaceAssembler::take_up(const VersionDescription& description) {
   if (current_ && is_like(*current_, description.grid, description.palette_Pa_s_per_m)) {
     end_forming();
   } else {
     begin_forming(description);
   }
   try_commit();
-  return core::Status::ok();
+}
+
+void WorkspaceAssembler::keep_packed(bool packed) {
+  if (std::exchange(packed_, packed) == packed) return;
+  if (packed) {
+    end_forming();
+  } else if (pending_) {
+    take_up(VersionDescription(*pending_));
+  }
 }
 
 void WorkspaceAssembler::begin_forming(const VersionDescription& description) {
@@ -219,7 +244,7 @@ std::size_t WorkspaceAssembler::bricks_expected() const {
 }
 
 void WorkspaceAssembler::try_commit() {
-  if (!pending_) return;
+  if (!pending_ || packed_) return;
   if (held_.size() > pending_->brick_count) drop_left_overs();
   if (!fits(*pending_)) return;
   build(*pending_);

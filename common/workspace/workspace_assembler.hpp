@@ -50,7 +50,7 @@ core::Status check(const VersionDescription& description);
 /// its bricks arrive, once the version has been committed; it stays invisible until it is complete.
 ///
 /// Bounded in memory: a brick is refused if the workspace of all bricks would have more than
-/// kMostBricksInAll bricks or take more than `most_bytes`.
+/// kMostBricksInAll bricks or take more than `most_bytes`, or if the bricks as received take too much.
 ///
 /// Not thread-safe: samples arrive on middleware threads, so lock around every call. Not real-time safe.
 class WorkspaceAssembler {
@@ -58,10 +58,19 @@ class WorkspaceAssembler {
   WorkspaceAssembler() = default;
   explicit WorkspaceAssembler(std::size_t most_bytes) : most_bytes_(most_bytes) {}
 
-  /// Sets a new bound for bricks that come from now on.
-  void allow(std::size_t most_bytes) { most_bytes_ = most_bytes; }
+  /// Sets new bounds for bricks that come from now on: of a workspace of all held bricks, and of these bricks
+  /// as they were received.
+  void allow(std::size_t most_bytes, std::size_t most_received_bytes) {
+    most_bytes_ = most_bytes;
+    most_received_bytes_ = most_received_bytes;
+  }
   /// Returns what a workspace of all held bricks takes, or somewhat more.
   std::size_t bytes() const { return bytes_; }
+  /// Returns what all held bricks took as they were received, with what it takes to keep each.
+  std::size_t received_bytes() const { return received_bytes_; }
+  /// Keeps bricks as they are received and builds nothing until this is called with false; what is complete
+  /// then is built at once.
+  void keep_packed(bool packed);
 
   /// Takes the newest state of one brick. Empty bytes mean that the brick does not exist any more. Refuses
   /// bytes that are not a brick, and keys that no grid can have.
@@ -95,6 +104,7 @@ class WorkspaceAssembler {
     std::uint8_t greatest_fluid_code;  // among voxels of layers and guard
     std::uint32_t kind;                // of a uniform brick, see kind_of(); else kNotUniform
     std::size_t bytes;                 // without what it shares with others of its kind
+    std::size_t received_bytes;
   };
   /// Sums up the held bricks of one version.
   struct Tally {
@@ -103,6 +113,7 @@ class WorkspaceAssembler {
   };
   core::Status check_room(BrickKey key, const Held& held) const;
   void forget(BrickKey key);
+  void take_up(const VersionDescription& description);
   void try_commit();
   void drop_left_overs();
   bool fits(const VersionDescription& description) const;
@@ -116,6 +127,8 @@ class WorkspaceAssembler {
   std::map<std::uint64_t, Tally> tallies_;      // by version
   std::map<std::uint32_t, std::size_t> kinds_;  // number of held uniform bricks by kind
   std::size_t most_bytes_ = SIZE_MAX, bytes_ = 0;
+  std::size_t most_received_bytes_ = SIZE_MAX, received_bytes_ = 0;
+  bool packed_ = false;
   std::uint64_t hash_sum_ = 0;  // Σ of held_'s hashes
   std::set<BrickKey> changed_;  // where held_ may differ from current_
   std::optional<VersionDescription> pending_;

@@ -26,15 +26,24 @@ WorkspaceSources::Source* WorkspaceSources::find_or_add(const SourceId& id) {
     sources_.push_back(std::make_unique<Source>(Source{.id = id}));
     source = sources_.back().get();
   }
-  if (source != nullptr) source->gone = false;
+  if (source == nullptr) return nullptr;
+  source->gone = false;
+  arrange();
   return source;
+}
+
+/// Has those beside the one in force build their workspaces if that has gone, and only then.
+void WorkspaceSources::arrange() {
+  for (const auto& source : sources_) {
+    if (source.get() != in_force_) source->assembler.keep_packed(attended());
+  }
 }
 
 core::Status WorkspaceSources::put_brick(const SourceId& id, BrickKey key, std::uint64_t version,
                                          std::span<const std::uint8_t> bytes) {
   Source* source = find_or_add(id);
   if (source == nullptr) return too_many();
-  source->assembler.allow(allowed(*source));
+  allow(*source);
   const core::Status status = source->assembler.put_brick(key, version, bytes);
   choose();
   return status;
@@ -60,10 +69,12 @@ core::Status WorkspaceSources::commit(const SourceId& id, const VersionDescripti
   return status;
 }
 
-/// Returns how much memory the workspace of a source may take.
-std::size_t WorkspaceSources::allowed(const Source& source) const {
-  if (in_force_ == nullptr || in_force_ == &source || in_force_->gone) return most_bytes_;
-  return std::min(most_bytes_, std::max(kLeastBytes, 2 * in_force_->assembler.bytes()));
+/// Sets how much memory a source may take.
+void WorkspaceSources::allow(Source& source) const {
+  const bool beside = attended() && in_force_ != &source;
+  source.assembler.allow(
+      most_bytes_,
+      beside ? std::max(kLeastReceivedBytes, 2 * in_force_->assembler.received_bytes()) : SIZE_MAX);
 }
 
 void WorkspaceSources::gone(const SourceId& id) {
@@ -76,13 +87,15 @@ void WorkspaceSources::gone(const SourceId& id) {
 }
 
 void WorkspaceSources::choose() {
-  if (in_force_ != nullptr && !in_force_->gone) return;
+  if (attended()) return;
+  arrange();
   const auto whole = std::find_if(sources_.begin(), sources_.end(), [](const auto& source) {
     return !source->gone && source->assembler.current();
   });
   if (whole == sources_.end()) return;
   const Source* before = std::exchange(in_force_, whole->get());
   std::erase_if(sources_, [before](const auto& each) { return each.get() == before; });
+  arrange();
 }
 
 void WorkspaceSources::prepare() {

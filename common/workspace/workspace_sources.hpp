@@ -18,13 +18,14 @@ using SourceId = std::array<std::uint8_t, 12>;
 /// separately, so that no brick or version of one source can corrupt the workspace of another. The first
 /// source whose workspace is complete is in force for as long as it is present. After it has gone, its
 /// workspace stays in force until that of another source is complete. A description is checked before it is
-/// used. Each source's workspace may take `most_bytes`; while one is in force, the others may take twice as
-/// much as that, at most, and kLeastBytes at least. Not thread-safe. Real-time safe: no.
+/// used. Each source's workspace may take `most_bytes`. While the source in force is present, nothing is
+/// built for the others: each keeps its bricks as they came, and these may take twice as much as those of the
+/// one in force, and kLeastReceivedBytes at least. Not thread-safe. Real-time safe: no.
 class WorkspaceSources {
  public:
   /// Greatest number of sources at a time; samples of further sources are refused.
   static constexpr std::size_t kMost = 3;
-  static constexpr std::size_t kLeastBytes = std::size_t{64} << 20;
+  static constexpr std::size_t kLeastReceivedBytes = std::size_t{24} << 20;
 
   explicit WorkspaceSources(std::size_t most_bytes = SIZE_MAX) : most_bytes_(most_bytes) {}
 
@@ -60,8 +61,10 @@ class WorkspaceSources {
   };
   Source* find(const SourceId& id);
   Source* find_or_add(const SourceId& id);
+  bool attended() const { return in_force_ != nullptr && !in_force_->gone; }
   void choose();
-  std::size_t allowed(const Source& source) const;
+  void arrange();
+  void allow(Source& source) const;
 
   std::size_t most_bytes_;
   std::vector<std::unique_ptr<Source>> sources_;  // in the order in which they were first heard

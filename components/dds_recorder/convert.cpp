@@ -5,6 +5,7 @@
 #include <ostream>
 
 #include "common/core/errors.hpp"
+#include "common/core/file_sync.hpp"
 #include "common/diagnostics/decode.hpp"
 #include "common/diagnostics/name_filter.hpp"
 #include "common/observation/type_catalogue.hpp"
@@ -168,6 +169,9 @@ int run_convert(const ConvertRequest& request, std::ostream& notes) {
     const std::uint64_t samples = copy_all(request, *target, notes);
     target->end();
     std::filesystem::rename(partial, request.out);
+    // Who is told that it is there may delete what it was made of.
+    if (!core::sync_folder_of(request.out))
+      throw std::runtime_error(request.out.string() + ": cannot be brought to the disk");
     notes << request.out.string() << ": " << samples << " samples\n";
   } catch (...) {
     std::filesystem::remove(partial);

@@ -12,7 +12,18 @@ using Json = nlohmann::ordered_json;
 
 constexpr const char* kCounters[] = {"deadline_missed", "liveliness_lost", "incompatible_qos", "refused"};
 
-constexpr std::string_view kRefused = "refused: ";
+constexpr std::string_view kRefused = "refused: ", kRefusedFrom = "refused from: ";
+
+/// Returns ", 7 of them from 10.30.1.2", or nothing if the component does not tell it.
+std::string greatest_sender(const Json& status, const std::string& reason) {
+  for (const Json& figure : status.at("figures")) {
+    if (figure.at("name").get<std::string>() != std::string(kRefusedFrom) + reason) continue;
+    if (!figure.at("value").is_number()) return "";
+    return fmt::format(", {:.0f} of them from {}", figure.at("value").get<double>(),
+                       figure.at("unit").get<std::string>());
+  }
+  return "";
+}
 
 }  // namespace
 
@@ -58,13 +69,15 @@ std::vector<Event> StatusWatch::take(const Json& status) {
   return events;
 }
 
-/// What the component's guard refused of what was sent to it: StatusReporter's figures "refused: REASON".
+/// What the component's guard refused of what was sent to it: StatusReporter's figures "refused: REASON" and
+/// "refused from: REASON".
 void StatusWatch::add_refused_datagrams(const std::string& who, const Json& status, const Known& known,
                                         bool first_look, Counters& counters, std::vector<Event>& events) {
   for (const Json& figure : status.at("figures")) {
     const auto name = figure.at("name").get<std::string>();
     if (!name.starts_with(kRefused) || !figure.at("value").is_number()) continue;
     const auto value = static_cast<std::uint64_t>(figure.at("value").get<double>());
+    const std::string reason = name.substr(kRefused.size());
     const auto before = known.counters.find({"", false, name});
     // A reason that was not there at the last look is news, too.
     const std::uint64_t last = before != known.counters.end() ? before->second : first_look ? value : 0;
@@ -72,8 +85,8 @@ void StatusWatch::add_refused_datagrams(const std::string& who, const Json& stat
       events.push_back({.kind = EventKind::kComponentCounter,
                         .topic = "",
                         .who = who,
-                        .text = fmt::format("it refused {} datagrams: {} ({} so far)", value - last,
-                                            name.substr(kRefused.size()), value)});
+                        .text = fmt::format("it refused {} datagrams: {} ({} so far{})", value - last, reason,
+                                            value, greatest_sender(status, reason))});
     }
     counters[{"", false, name}] = value;
   }

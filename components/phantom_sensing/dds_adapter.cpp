@@ -6,11 +6,11 @@
 #include <mutex>
 #include <optional>
 #include <utility>
-#include <vector>
 
 #include "common/dds/refusal_log.hpp"
 #include "common/messages/checked_reader.hpp"
 #include "common/messages/command_service.hpp"
+#include "common/messages/object_sources.hpp"
 #include "common/messages/publisher.hpp"
 #include "common/messages/status_reporter.hpp"
 #include "common/messages/workspace_codec.hpp"
@@ -29,13 +29,6 @@ messages::SensingReply reply_to(const messages::SensingCommand& command, const A
           .done = answer.done,
           .message = answer.message};
 }
-
-/// The object names announced by one wva_server.
-struct NamedObjects {
-  dds::GuidPrefix server;
-  std::map<std::uint16_t, std::string> names = {};
-  bool gone = false;
-};
 
 }  // namespace
 
@@ -67,8 +60,6 @@ struct DdsAdapter::Impl {
     return readers && readers->slave.has_rival(core::monotonic_ns());
   }
 
-  void take_object(const messages::WorkspaceObject& object, const dds::GuidPrefix& server);
-  void server_gone(const dds::GuidPrefix& server);
   bool second_server(core::Nanoseconds now_ns);
 
   const PhantomModel& model;
@@ -81,7 +72,7 @@ struct DdsAdapter::Impl {
   messages::Publisher<messages::SkinPercept> skin_percept;
   core::Snapshot<SlaveSample> newest_slave;
   mutable std::mutex objects_mutex;
-  std::vector<NamedObjects> objects;  // one entry per server, in the order in which they were first heard
+  messages::ObjectSources objects;  // guarded by objects_mutex
   dds::RefusalLog workspace_refusals{"workspace_brick, workspace_version"};
   std::mutex readers_mutex;  // shared by stop_reading() and the keeper's thread
   std::unique_ptr<Readers> readers;
@@ -100,12 +91,18 @@ DdsAdapter::Impl::Readers::Readers(Impl& owner, SensingLoop& loop, WorkspaceKeep
             }),
       version(
           owner.participant, dds::kWorkspaceVersion,
-          [&workspace](const msg::WorkspaceVersion& message, const dds::SampleInfo& info) {
+          [&owner, &workspace](const msg::WorkspaceVersion& message, const dds::SampleInfo& info) {
             const auto received = messages::from_idl(message);
             if (!received) return workspace.refuse(received.status());
             workspace.commit(info.writer, received->description);
+            const std::lock_guard lock(owner.objects_mutex);
+            owner.objects.commit(info.writer);
           },
-          [&workspace](const dds::GuidPrefix& server) { workspace.gone(server); }),
+          [&owner, &workspace](const dds::GuidPrefix& server) {
+            workspace.gone(server);
+            const std::lock_guard lock(owner.objects_mutex);
+            owner.objects.gone(server);
+          }),
       brick(owner.participant, dds::kWorkspaceBrick,
             [&workspace](const msg::WorkspaceBrick& message, const dds::SampleInfo& info) {
               const auto received = messages::from_idl(message);
@@ -113,39 +110,13 @@ DdsAdapter::Impl::Readers::Readers(Impl& owner, SensingLoop& loop, WorkspaceKeep
               workspace.put_brick(info.writer, received->key, received->version,
                                   {received->voxels_zstd.begin(), received->voxels_zstd.end()});
             }),
-      object(
-          owner.participant, dds::kWorkspaceObject,
-          [&owner](const msg::WorkspaceObject& message, const dds::SampleInfo& info) {
-            const auto sample = messages::from_idl(message);
-            if (sample) owner.take_object(*sample, info.writer);
-            return sample.has_value();
-          },
-          [&owner](const dds::GuidPrefix& server) { owner.server_gone(server); }) {}
-
-void DdsAdapter::Impl::take_object(const messages::WorkspaceObject& object, const dds::GuidPrefix& server) {
-  const std::lock_guard lock(objects_mutex);
-  auto named = std::find_if(objects.begin(), objects.end(),
-                            [&](const NamedObjects& each) { return each.server == server; });
-  if (named == objects.end()) {
-    if (objects.size() >= workspace::WorkspaceSources::kMost)
-      std::erase_if(objects, [](const NamedObjects& each) { return each.gone; });
-    if (objects.size() >= workspace::WorkspaceSources::kMost) return;
-    named = objects.insert(objects.end(), NamedObjects{server});
-  }
-  named->gone = false;
-  if (object.removed()) {
-    named->names.erase(object.id);
-  } else {
-    named->names[object.id] = object.name;
-  }
-}
-
-void DdsAdapter::Impl::server_gone(const dds::GuidPrefix& server) {
-  const std::lock_guard lock(objects_mutex);
-  for (NamedObjects& each : objects) {
-    if (each.server == server) each.gone = true;
-  }
-}
+      object(owner.participant, dds::kWorkspaceObject,
+             [&owner](const msg::WorkspaceObject& message, const dds::SampleInfo& info) {
+               const auto sample = messages::from_idl(message);
+               if (!sample) return false;
+               const std::lock_guard lock(owner.objects_mutex);
+               return owner.objects.take(info.writer, *sample).accepted;
+             }) {}
 
 /// Returns whether a second server is present. Logs it once each time one appears.
 bool DdsAdapter::Impl::second_server(core::Nanoseconds now_ns) {
@@ -203,12 +174,10 @@ std::map<std::uint16_t, std::string> DdsAdapter::objects() const {
     if (impl_->keeper != nullptr) in_force = impl_->keeper->source();
   }
   const std::lock_guard lock(impl_->objects_mutex);
-  const NamedObjects* best = nullptr;
-  for (const NamedObjects& each : impl_->objects) {
-    if (in_force == each.server) return each.names;
-    if (best == nullptr || (best->gone && !each.gone)) best = &each;
-  }
-  return best != nullptr ? best->names : std::map<std::uint16_t, std::string>();
+  std::map<std::uint16_t, std::string> names;
+  const auto& objects = in_force ? impl_->objects.of(*in_force) : impl_->objects.in_force();
+  for (const auto& [id, object] : objects) names[id] = object.name;
+  return names;
 }
 
 void DdsAdapter::handle_commands(const std::function<Answer(const messages::SensingCommand&)>& carry_out) {

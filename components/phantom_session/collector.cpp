@@ -68,7 +68,11 @@ std::string Collector::object_name(int object) const {
 }
 
 void Collector::begin_reach(const MasterSample& sample) {
-  if (reaches_.size() >= kMostEvents) return;
+  if (reaches_.size() >= kMostEvents) {
+    forgotten_.reaches += sample.reach == forgotten_reach_ ? 0 : 1;
+    forgotten_reach_ = sample.reach;
+    return;
+  }
   reaches_.push_back({.number = sample.reach, .percept = sample.percept_enabled, .start_s = sample.t_s});
   narrate(sample.t_s,
           format("reach %d begins, percept %s", sample.reach, sample.percept_enabled ? "on" : "off"));
@@ -135,7 +139,11 @@ std::string Collector::live_line() const {
 
 void Collector::on_hit(const HitSample& sample) {
   if (sample.cleared) return;
-  if (hits_.size() < kMostEvents) hits_.push_back(sample);
+  if (hits_.size() < kMostEvents) {
+    hits_.push_back(sample);
+  } else {
+    ++forgotten_.hits;
+  }
   narrate_hit(sample);
 }
 
@@ -157,6 +165,7 @@ void Collector::on_status(const StatusSample& sample) {
   const auto oldest = std::min_element(statuses_.begin(), statuses_.end(), [](const auto& a, const auto& b) {
     return a.second.t_s < b.second.t_s;
   });
+  ++forgotten_.components;
   narrated_s_.erase(oldest->first);
   statuses_.erase(oldest);
 }

@@ -95,6 +95,11 @@ class Collector {
   static constexpr std::size_t kMostComponents = 256, kMostEvents = 100'000;
   static constexpr double kSameHit_s = 0.25;
 
+  /// What came beyond these numbers, and is in no figure.
+  struct Forgotten {
+    std::uint64_t components = 0, reaches = 0, hits = 0;
+  };
+
   /// `onset_threshold_Nm`: percept torque that counts as felt. `row_interval_s`: spacing of the time series.
   /// `narrate`: called with one line for each event; may be empty. The line of a hit, and those after it,
   /// wait for kSameHit_s, because the skin and the interest points of a link report the same hit one after
@@ -117,6 +122,7 @@ class Collector {
   const std::vector<Row>& rows() const { return rows_; }
   const std::vector<HitSample>& hits() const { return hits_; }  ///< raised alerts only
   const std::map<std::string, StatusSample>& statuses() const { return statuses_; }
+  const Forgotten& forgotten() const { return forgotten_; }
   std::string object_name(int object) const;
   /// Returns what is felt now, in two lines: drag per joint; worst sensor, motion class and age of the model.
   std::string live_line() const;
@@ -155,6 +161,8 @@ class Collector {
   std::vector<HitSample> hits_;
   std::deque<Line> waiting_;  // the first one is a hit's
   std::map<std::string, StatusSample> statuses_;
+  Forgotten forgotten_;
+  int forgotten_reach_ = -1;                  // number of the last one that was not kept
   std::map<std::string, double> narrated_s_;  // when a component's message was last narrated; of statuses_
 };
 

@@ -127,6 +127,10 @@ Json hits_json(const Collector& collector) {
   return out;
 }
 
+Json forgotten_json(const Collector::Forgotten& forgotten) {
+  return {{"components", forgotten.components}, {"reaches", forgotten.reaches}, {"hits", forgotten.hits}};
+}
+
 // Returns the viewer's pictures with their times converted to the session's.
 Json views_json(const Json& viewer, std::int64_t start_utc_ns) {
   Json views = member(viewer, "views");
@@ -155,6 +159,7 @@ Json summary(const ReportInputs& in) {
           {"percept", percept_json(in.collector)},
           {"reaches", reaches_json(in.collector)},
           {"hits", hits_json(in.collector)},
+          {"forgotten", forgotten_json(in.collector.forgotten())},
           {"views", views_json(viewer, in.start_utc_ns)},
           {"audio", member(audio, "wav")},
           {"workspace", workspace}};

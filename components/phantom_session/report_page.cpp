@@ -117,6 +117,7 @@ const Fields kWorkspace{{"version", "Version"},
                         {"bricks", "Bricks"},
                         {"bytes", "Size, MB", 1e-6},
                         {"build_seconds", "Time to build it, s"}};
+const Fields kForgotten{{"components", "Components"}, {"reaches", "Reaches"}, {"hits", "Hits"}};
 const Fields kProcesses{{"exit", "Exit code"}, {"restarts", "Restarts"}};
 
 /// Numbers the page's figures in their order.
@@ -182,6 +183,8 @@ std::string report_page(const std::string& summary_json) {
                                            : "<p>not measured</p>\n";
   out += "<h2>Loops</h2>\n" + grid_table(summary["loops"], kLoops, "Process and loop");
   out += "<h2>Deadlines missed</h2>\n" + counts_table(summary["deadline_missed"]);
+  out +=
+      "<h2>In none of these figures, as too many came</h2>\n" + pairs_table(summary["forgotten"], kForgotten);
   out += "<h2>Workspace</h2>\n" + pairs_table(summary["workspace"], kWorkspace);
   out += "<h2>Processes</h2>\n" + grid_table(summary["components"], kProcesses, "Process");
   return out + "</body></html>\n";

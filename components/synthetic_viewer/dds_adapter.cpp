@@ -10,6 +10,7 @@
 #include "common/dds/followed_source.hpp"
 #include "common/dds/sole_source.hpp"
 #include "common/dds/stamp.hpp"
+#include "common/messages/object_sources.hpp"
 #include "common/messages/operator_client.hpp"
 #include "common/messages/percept_codec.hpp"
 #include "common/messages/publisher.hpp"
@@ -79,7 +80,9 @@ struct DdsAdapter::Impl {
   ArmSample newest_arm;                            // used on the callback thread of hit alerts
   PerceptSample newest_percept;                    // likewise
   core::RecentMap<std::string, StatusSource> component_source{
-      ViewerState::kMaxComponents};  // by name and host
+      ViewerState::kMaxComponents};  // by name and host; ViewerState forgets the same ones, and counts them
+  std::mutex servers_mutex;
+  messages::ObjectSources servers;  // guarded by servers_mutex
 
   // Declared last, so that their callbacks end before the members that they use are destroyed.
   std::optional<dds::Reader<msg::SlaveState>> arm;
@@ -146,6 +149,9 @@ struct DdsAdapter::Impl {
   void open_states();
   void open_events();
   void open_workspace();
+  void put(const std::vector<messages::WorkspaceObject>& changes) {
+    for (const messages::WorkspaceObject& object : changes) inbox.put(object);
+  }
 };
 
 void DdsAdapter::Impl::open_states() {
@@ -181,7 +187,8 @@ void DdsAdapter::Impl::open_events() {
                        const auto component = messages::from_idl(message);
                        if (!component) return false;
                        const std::string key = component->component + "@" + component->host;
-                       // Names that nobody knows do not displace those that are heard.
+                       // Names that nobody knows do not displace those that are heard: they are refused, and
+                       // counted as that.
                        if (component_source.full() && !component_source.contains(key) &&
                            info.received_ns - component_source.oldest().heard_ns < kStatusForgotten_ns)
                          return false;
@@ -205,19 +212,29 @@ void DdsAdapter::Impl::open_events() {
 
 void DdsAdapter::Impl::open_workspace() {
   objects.emplace(participant, dds::kWorkspaceObject,
-                  [this](const msg::WorkspaceObject& message, const dds::SampleInfo&) {
+                  [this](const msg::WorkspaceObject& message, const dds::SampleInfo& info) {
                     const auto object = messages::from_idl(message);
                     if (!object) return false;
-                    inbox.put(*object);
-                    return true;
+                    const std::lock_guard lock(servers_mutex);
+                    const auto taken = servers.take(info.writer, *object);
+                    put(taken.changes);
+                    return taken.accepted;
                   });
   versions.emplace(
       participant, dds::kWorkspaceVersion,
-      [this](const msg::WorkspaceVersion& message, const dds::SampleInfo&) {
+      [this](const msg::WorkspaceVersion& message, const dds::SampleInfo& info) {
         const auto version = messages::from_idl(message);
         if (!version) return false;
-        inbox.put(WorkspaceSample{version->description.version, version->description.grid.voxel_size_m});
-        return true;
+        const std::lock_guard lock(servers_mutex);
+        const auto taken = servers.commit(info.writer);
+        put(taken.changes);
+        if (taken.accepted)
+          inbox.put(WorkspaceSample{version->description.version, version->description.grid.voxel_size_m});
+        return taken.accepted;
+      },
+      [this](const dds::GuidPrefix& server) {
+        const std::lock_guard lock(servers_mutex);
+        put(servers.gone(server));
       });
   chunks.emplace(participant, dds::kMeshChunk, [this](const msg::MeshChunk& message, const dds::SampleInfo&) {
     auto chunk = messages::from_idl(message);

@@ -16,20 +16,24 @@ void LoginGuard::Used::give_back(int each_s) { until_ns -= each_s * core::kNsPer
 
 int LoginGuard::take(const std::string& network, core::Nanoseconds now_ns) {
   const std::lock_guard lock(mutex_);
-  Used& own = addresses_.find_or_add(network).first;
-  const core::Nanoseconds wait_ns =
-      std::max(own.wait_ns(limits_.tries, limits_.each_s, now_ns),
-               in_all_.wait_ns(limits_.tries_in_all, limits_.each_in_all_s, now_ns));
+  const bool known = known_.contains(network);
+  Used& own = (known ? known_ : addresses_).find_or_add(network).first;
+  core::Nanoseconds wait_ns = own.wait_ns(limits_.tries, limits_.each_s, now_ns);
+  if (!known)
+    wait_ns = std::max(wait_ns, in_all_.wait_ns(limits_.tries_in_all, limits_.each_in_all_s, now_ns));
   if (wait_ns > 0) return static_cast<int>((wait_ns + core::kNsPerSecond - 1) / core::kNsPerSecond);
   own.take(limits_.each_s, now_ns);
-  in_all_.take(limits_.each_in_all_s, now_ns);
+  if (!known) in_all_.take(limits_.each_in_all_s, now_ns);
   return 0;
 }
 
 void LoginGuard::give_back(const std::string& network) {
   const std::lock_guard lock(mutex_);
-  addresses_.find_or_add(network).first.give_back(limits_.each_s);
+  if (known_.contains(network)) return known_.find_or_add(network).first.give_back(limits_.each_s);
+  Used& own = addresses_.find_or_add(network).first;
+  own.give_back(limits_.each_s);
   in_all_.give_back(limits_.each_in_all_s);
+  known_.find_or_add(network).first = own;
 }
 
 }  // namespace phantom::synthetic_viewer

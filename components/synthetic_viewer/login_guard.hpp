@@ -15,15 +15,18 @@ struct LoginLimits {
   int tries_in_all = 60;  ///< the same of all addresses together
   int each_in_all_s = 1;
   std::size_t addresses = 256;  ///< remembered at most; who has tried longest ago is forgotten first
+  std::size_t known = 64;       ///< addresses remembered at most that have sent a right secret
 };
 
 /// Slows down who guesses the page's secrets. Each try is taken before the secret is looked at and given back
 /// if it was right, so that tries at the same time do not slip through; a right one restores nothing else, so
 /// that who knows one secret gains nothing for guessing another. An address that has used up its own tries
-/// uses none of those in all. Time comes in. Thread-safe.
+/// uses none of those in all, and one that has sent a right secret has its own tries whatever the others do,
+/// so that guessing from many addresses keeps out nobody who was in before. Time comes in. Thread-safe.
 class LoginGuard {
  public:
-  explicit LoginGuard(const LoginLimits& limits = {}) : limits_(limits), addresses_(limits.addresses) {}
+  explicit LoginGuard(const LoginLimits& limits = {})
+      : limits_(limits), addresses_(limits.addresses), known_(limits.known) {}
 
   /// Takes a try of `network` (network_of()). Returns 0, or for how many seconds there is none.
   int take(const std::string& network, core::Nanoseconds now_ns);
@@ -43,6 +46,7 @@ class LoginGuard {
   std::mutex mutex_;
   Used in_all_;
   core::RecentMap<std::string, Used> addresses_;
+  core::RecentMap<std::string, Used> known_;  // have sent a right secret
 };
 
 }  // namespace phantom::synthetic_viewer

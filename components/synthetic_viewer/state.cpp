@@ -48,6 +48,7 @@ void ViewerState::take(ComponentSample component) {
   std::string key = component.component + "@" + component.host;
   components[std::move(key)] = std::move(component);
   if (components.size() <= kMaxComponents) return;
+  ++forgotten;
   components.erase(std::min_element(components.begin(), components.end(), [](const auto& a, const auto& b) {
     return a.second.received_ns < b.second.received_ns;
   }));

@@ -70,6 +70,7 @@ struct ViewerState {
   RecordingState recording;
   StopView stops;
   std::uint64_t total_hits = 0;
+  std::uint64_t forgotten = 0;            ///< components that made room for others
   core::Nanoseconds first_object_ns = 0;  ///< when the first object came; 0: none yet
   std::string graphics;                   ///< the renderer, as the driver calls it
 

@@ -54,7 +54,17 @@ void StopBoard::take_request(const std::optional<core::CommandAnswers>& request)
 void StopBoard::take_second(const std::string& topic, core::Nanoseconds received_ns) {
   const std::lock_guard lock(mutex_);
   std::erase_if(seconds_, [&](const auto& second) { return received_ns - second.second >= kSecond_ns; });
-  if (seconds_.size() < kMostSeconds || seconds_.contains(topic)) seconds_[topic] = received_ns;
+  if (seconds_.size() < kMostSeconds || seconds_.contains(topic)) {
+    seconds_[topic] = received_ns;
+  } else {
+    crowded_ns_ = received_ns;
+    ++forgotten_;
+  }
+}
+
+std::uint64_t StopBoard::forgotten() const {
+  const std::lock_guard lock(mutex_);
+  return forgotten_;
 }
 
 std::uint64_t StopBoard::stop_of(Side side) const {
@@ -70,6 +80,8 @@ StopView StopBoard::at(core::Nanoseconds now_ns) const {
     if (now_ns - heard_ns < kSecond_ns)
       view.notices.push_back("two processes send " + topic + ": only the first is heeded; end one of them");
   }
+  if (crowded_ns_ != 0 && now_ns - crowded_ns_ < kSecond_ns)
+    view.notices.emplace_back("more processes than these send what only one may send");
   if (!view.in_force) return view;
   for (const Side side : core::kSides) {
     view.sides[index_of(side)] = view_of(side, now_ns);

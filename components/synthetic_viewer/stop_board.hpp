@@ -32,7 +32,8 @@ struct StopView {
   bool alarm = false;     ///< a side has not confirmed it: shown as an alarm
   std::string headline;   ///< "EMERGENCY STOP", "STOP NOT CONFIRMED"; ASCII, empty: none
   std::array<SideView, core::kSides.size()> sides;  ///< by core::Side
-  std::vector<std::string> notices;                 ///< "two processes send slave_state: …"
+  /// "two processes send slave_state: …"; at most StopBoard::kMostSeconds, and one of how many more there are
+  std::vector<std::string> notices;
 
   friend bool operator==(const StopView&, const StopView&) = default;
 };
@@ -49,7 +50,7 @@ class StopBoard {
   static constexpr core::Nanoseconds kSilent_ns = core::kNsPerSecond / 2;
   /// A second process is reported for this long after take_second().
   static constexpr core::Nanoseconds kSecond_ns = core::kNsPerSecond;
-  /// At most so many second processes are reported at a time.
+  /// At most so many second processes are reported at a time, with how often others were heard meanwhile.
   static constexpr std::size_t kMostSeconds = 16;
 
   /// Takes each state of a side, from the process that the viewer follows.
@@ -63,6 +64,8 @@ class StopBoard {
   StopView at(core::Nanoseconds now_ns) const;
   /// Returns the stop in force as the side's newest state names it; 0: none. For resets.
   std::uint64_t stop_of(core::Side side) const;
+  /// Returns how often a second process was heard and not reported by name, as there were too many.
+  std::uint64_t forgotten() const;
 
  private:
   struct State {
@@ -82,6 +85,8 @@ class StopBoard {
   core::Nanoseconds stopped_since_ns_ = 0;  // since when any side is stopped; 0: none is
   std::optional<core::CommandAnswers> request_;
   std::map<std::string, core::Nanoseconds> seconds_;  // topic → when a second process was heard
+  core::Nanoseconds crowded_ns_ = 0;                  // when there was last one too many of them; 0: never
+  std::uint64_t forgotten_ = 0;
 };
 
 }  // namespace phantom::synthetic_viewer

@@ -222,6 +222,7 @@ core::Health ViewerLoop::health_now() const {
       {"meshes", static_cast<double>(scene.meshes.size()), ""},
       {"meshes_refused", static_cast<double>(refused_meshes_ + drawing_->meshes_given_up()), ""},
       {"events_lost", static_cast<double>(inbox_.lost()), ""},
+      {"forgotten", static_cast<double>(state_.forgotten + inbox_.stops.forgotten()), ""},
       {"alerts", static_cast<double>(state_.total_hits), ""},
       {"alerts_pictured", static_cast<double>(alert_to_picture.count()), ""},
       {"rounds_broken_off", static_cast<double>(rounds_.broken_off), ""},

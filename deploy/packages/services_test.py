@@ -7,6 +7,7 @@ import fcntl
 import http.client
 import os
 import pwd
+import shutil
 import signal
 import socket
 import struct
@@ -96,8 +97,27 @@ def waits_for_a_link(unit):
     eventually(lambda: running(unit), f"{unit} runs once there is a link")
 
 
+def wanted_oom_score(unit):
+    """Those that move the arms are the last that the kernel ends, pictures and recordings the first."""
+    scores = {"slave-io": -900, "master-io": -900, "sensing": -500, "discovery": -500, "wva-server": 0, "audio-percept": 0, "synthetic-viewer": 500,
+              "dds-recorder": 500}
+    return scores[unit.removeprefix("phantom-").removesuffix(".service")]
+
+
+def has_its_own(pid, folder):
+    """A file that others put there is not there for it, and the folder is one that it has at all."""
+    probe = Path(f"/{folder}/seen_by_others")
+    probe.write_text("")
+    try:
+        inside = Path(f"/proc/{pid}/root/{folder}")
+        return inside.is_dir() and not (inside / probe.name).exists()
+    finally:
+        probe.unlink()
+
+
 def is_confined(unit, pid):
-    """An account of its own, no capability and no way to one, a filter of system calls, a bound of memory, and nobody's key but its own."""
+    """An account of its own, no capability and no way to one, a filter of system calls, a bound of memory and a place in the order in which the kernel ends
+    processes where memory ends, temporary files that nobody else sees, and nobody's key but its own."""
     account = unit.removesuffix(".service")
     status = dict(line.split(":\t", 1) for line in Path(f"/proc/{pid}/status").read_text().splitlines() if ":\t" in line)
     owner = pwd.getpwuid(int(status["Uid"].split()[0]))
@@ -105,6 +125,10 @@ def is_confined(unit, pid):
     assert status["NoNewPrivs"] == "1" and status["Seccomp"] == "2", status
     assert int(status["CapBnd"], 16) == 0 and int(status["CapEff"], 16) == 0, status
     assert int(systemctl("show", unit, "--property", "MemoryMax", "--value")) <= 8 << 30
+    # As the kernel has it of the running process, not as the unit asks for it.
+    assert int(Path(f"/proc/{pid}/oom_score_adj").read_text()) == wanted_oom_score(unit), f"{unit} is ended out of its turn where memory ends"
+    for folder in ("tmp", "var/tmp"):
+        assert has_its_own(pid, folder), f"{unit} shares /{folder} with everybody"
     own = "phantom_sensing" if account == "phantom-sensing" else account.removeprefix("phantom-").replace("-", "_")
     other = "slave_io" if own != "slave_io" else "master_io"
     security = Path("/run/security_of_" + own)
@@ -119,6 +143,24 @@ def is_confined(unit, pid):
         read = subprocess.run(["setpriv", f"--reuid={account}", f"--regid={account}", "--init-groups", "cat", str(security / name / "key.pem")],
                               capture_output=True, text=True)
         assert (read.returncode == 0) == allowed, f"{account} and the key of {name}: {read.stdout}{read.stderr}"
+
+
+def upgrade_tells_of_common_keys():
+    """Keys of a time when all components shared one group are told of until each has its own."""
+    security = Path("/etc/phantom/security")
+    (security / "slave_io").mkdir(parents=True)
+    for name in ("identity_ca.pem", "permissions_ca.pem", "governance.p7s", "slave_io/key.pem"):
+        (security / name).write_text("of before")
+    shutil.chown(security / "slave_io/key.pem", "root", "phantom")
+    (security / "slave_io/key.pem").chmod(0o640)
+
+    def told(*words):
+        return subprocess.run(["/var/lib/dpkg/info/phantom-common.postinst", "configure", *words], capture_output=True, text=True, check=True).stderr
+    assert "make own /etc/phantom/security" in told("0.1")
+    assert "make own" not in told(), "a first installation has no keys of before"
+    subprocess.run([MAKE_SECURITY, "own", str(security)], check=True, capture_output=True)
+    assert "make own" not in told("0.1")
+    shutil.rmtree(security)
 
 
 def ask_page(method, path, body=None, cookie=""):
@@ -145,6 +187,18 @@ def page_has_its_roles():
     assert ask_page("POST", "/command", '{"kind": "reset"}', cookie)[0] == 403, "watch may reset"
 
 
+def discovery_server_is_confined(unit):
+    """It is Fast DDS's own program, which opens shared memory: that is its own, too."""
+    systemctl("start", unit)
+    eventually(lambda: running(unit), f"{unit} runs")
+    pid = show(unit)["MainPID"]
+    is_confined(unit, pid)
+    eventually(lambda: any(Path(f"/proc/{pid}/root/dev/shm").iterdir()), f"{unit} has opened shared memory")  # else there is nothing to see
+    assert not list(Path("/dev/shm").glob("*fastrtps*")) and not list(Path("/dev/shm").glob("*fastdds*")), "others can see its shared memory"
+    assert has_its_own(pid, "dev/shm")
+    systemctl("stop", unit)
+
+
 def main():
     assert Path("/proc/1/comm").read_text().strip() == "systemd"
     names = [line.split()[0] for line in systemctl("list-unit-files", "phantom-*.service", "--no-legend").splitlines()]
@@ -159,8 +213,12 @@ def main():
         assert now["NRestarts"] == "0", f"{unit} did not start at once: {now}"
         eventually(lambda: show(unit)["StatusText"], f"{unit} says how it is")
         print(f"{unit}: {show(unit)['StatusText']}", flush=True)
+    discovery_server_is_confined("phantom-discovery.service")
+    print("the discovery server: its shared memory is its own", flush=True)
     page_has_its_roles()
     print("the operator's page: nothing is seen or commanded without a secret", flush=True)
+    upgrade_tells_of_common_keys()
+    print("an upgrade tells of keys that every component may read", flush=True)
     hit(units, signal.SIGKILL, "signal")
     print("killed: all were started again", flush=True)
     hit(units, signal.SIGSTOP, "watchdog")

@@ -5,6 +5,7 @@ chaos --minutes N [--seed S] [--mode plain|secured] [--report DIR]
 
 A seed repeats the schedule: the same steps, each with the same actions at the same times within it; between two steps the system recovers by
 itself, which takes as long as it takes. What is printed is also kept, with the recordings' end, the logs, verdicts and plots, in DIR.
+What was recorded in a run of up to 5 minutes is also held against the model of the link (scripts/check_link_trace).
 Exit code: 0 all held, 1 a violation, 2 wrong arguments, 3 something needed is missing, 77 without the rights of root.
 """
 import argparse
@@ -19,6 +20,7 @@ import threading
 import time
 from pathlib import Path
 
+import link_trace
 import report
 import schedule
 from system import PROCESSES_IN_ORDER, SOURCE, System, limits
@@ -28,6 +30,7 @@ from hosts import need, need_rights  # noqa: E402
 
 START_S, RECOVERY_S, STAYS_S, RESTART_S = 150.0, 60.0, 0.7, 5.0
 COUPLED, STOPPED = 3, 5
+MODELLED_MINUTES = 5.0  # 200 MB a minute are kept until the end
 GOOD_LINK = {"loss": 0.0, "delay_ms": 0.0, "jitter_ms": 0.0, "repeated": 0.0}
 
 
@@ -205,7 +208,16 @@ def main():
         shutil.rmtree(folder, ignore_errors=True)
 
 
+def model_refuses(folder, say):
+    """Whether a tap's recording is no behaviour of the model of the link."""
+    traces = link_trace.write(folder, folder)
+    done = subprocess.run([sys.executable, SOURCE / "scripts/check_link_trace", *traces], capture_output=True, text=True, check=False)
+    say(("the model of the link accepts the run: " if done.returncode == 0 else "VIOLATION: the model of the link refuses the run:\n") + (done.stdout + done.stderr).strip())
+    return done.returncode != 0
+
+
 def chaos(given, folder, kept):
+    modelled = given.keep_recordings or given.minutes <= MODELLED_MINUTES
     about = {**limits(), "start_s": time.monotonic()}
     (folder / "limits.json").write_text(json.dumps(about, indent=1))
     system = System(folder, given.bin.resolve(), given.helpers.resolve(), given.mode == "secured")
@@ -216,7 +228,7 @@ def chaos(given, folder, kept):
     load_begun = os.getloadavg()[0]
     try:
         say(f"{given.mode}, seed {given.seed}: the system starts; load {load_begun:.1f}")
-        observer = subprocess.Popen([sys.executable, str(Path(__file__).parent / "observer.py"), str(folder), "--follow", *([] if given.keep_recordings else ["--keep", "4"])],
+        observer = subprocess.Popen([sys.executable, str(Path(__file__).parent / "observer.py"), str(folder), "--follow", *([] if modelled else ["--keep", "4"])],
                                     stdout=open(folder / "observer.log", "w"), stderr=subprocess.STDOUT)
         system.start_taps()
         commander = Commander(system)
@@ -264,6 +276,8 @@ def chaos(given, folder, kept):
     seconds = time.monotonic() - start_s
     about = {"mode": given.mode, "seed": given.seed, "minutes": given.minutes, "seconds": seconds, "only": list(given.only), "steps": made,
              "load": [load_begun, os.getloadavg()[0]], "cores": os.cpu_count()}
+    if modelled and code in (0, 1) and model_refuses(folder, say):
+        code = 1
     report.write(folder, kept, about, given.keep_recordings)
     violations = (folder / "observer.log").read_text()
     print(report.table(kept))

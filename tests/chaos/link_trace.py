@@ -73,17 +73,21 @@ def lines(folder, tap):
         yield from [line(entry)] if kind else fact_lines(entry)
 
 
+def write(folder, out):
+    """Writes each tap's trace; returns the files."""
+    paths = [out / f"link_{tap}.jsonl" for tap in SIDES]
+    for tap, path in zip(SIDES, paths):
+        with open(path, "w") as file:
+            file.writelines(json.dumps(entry) + "\n" for entry in lines(folder, tap))
+    return paths
+
+
 def main():
     arguments = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     arguments.add_argument("folder", type=Path)
     arguments.add_argument("--out", type=Path, help="default: FOLDER")
     given = arguments.parse_args()
-    for tap in SIDES:
-        path = (given.out or given.folder) / f"link_{tap}.jsonl"
-        with open(path, "w") as out:
-            for entry in lines(given.folder, tap):
-                out.write(json.dumps(entry) + "\n")
-        print(path)
+    print(*write(given.folder, given.out or given.folder), sep="\n")
 
 
 if __name__ == "__main__":

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
 """deploy/security/make: what it makes fits together, is rotated without a gap, and its check finds each fault."""
+import os
 import re
 import shutil
 import subprocess
@@ -15,8 +16,8 @@ SOURCE = Path(__file__).resolve().parents[2]
 MAKE = SOURCE / "deploy/security/make"
 
 
-def make(*words):
-    return subprocess.run([MAKE, *map(str, words)], capture_output=True, text=True)
+def make(*words, **options):
+    return subprocess.run([MAKE, *map(str, words)], capture_output=True, text=True, **options)
 
 
 class Documents(unittest.TestCase):
@@ -35,8 +36,8 @@ class Documents(unittest.TestCase):
         self.site = Path(tempfile.mkdtemp(dir=self.folder.name)) / "site"
         shutil.copytree(self.made, self.site)
 
-    def finds(self, words):
-        done = make("check", self.site)
+    def finds(self, words, **options):
+        done = make("check", self.site, **options)
         self.assertEqual(done.returncode, 1, done.stdout + done.stderr)
         self.assertIn(words, done.stdout)
         self.assertEqual(len(done.stdout.strip().splitlines()), 1, "nothing else is blamed: " + done.stdout)
@@ -114,6 +115,19 @@ class Documents(unittest.TestCase):
     def test_a_readable_key_is_found(self):
         (self.site / "slave_io/key.pem").chmod(0o644)
         self.finds("slave_io/key.pem: others may read it")
+
+    def test_a_key_of_the_group_that_all_components_share_is_found(self):
+        """On a host where the group `phantom` is the one that these files have."""
+        tools = self.site.parent / "tools"
+        tools.mkdir()
+        key = self.site / "slave_io/key.pem"
+        (tools / "getent").write_text(f'#!/bin/sh\n[ "$*" = "group phantom" ] && echo phantom:x:{key.stat().st_gid}:\n')
+        (tools / "getent").chmod(0o755)
+        host = {"env": {**os.environ, "PATH": f"{tools}:{os.environ['PATH']}"}}
+        self.assertEqual(make("check", self.site, **host).returncode, 0, "the group may not read them")
+        key.chmod(0o640)
+        self.assertEqual(make("check", self.site).returncode, 0, "on a host without that group")
+        self.finds("slave_io/key.pem: every component may read it (group phantom, as before each had an account); as root: make own", **host)
 
     def test_a_key_that_does_not_fit_is_found(self):
         shutil.copy(self.site / "master_io/key.pem", self.site / "slave_io/key.pem")

@@ -55,23 +55,27 @@ class Motion:
 
 
 class Record:
-    """What the slave's host hears of both sides and of commands, for the model of the link to judge."""
+    """What the slave's host hears of both sides and of commands, as a recording, for the model of the link to judge."""
 
-    def __init__(self, site, words, folder):
-        self.path = folder / "trace.jsonl"
-        self.file = open(self.path, "w", encoding="utf-8")
-        # The shell's command may have ended before the recorder knew of it: its reset is then not in the trace.
-        print(json.dumps({"event": "commands", "complete": False}), file=self.file)
-        self.watch = site["slave"].watch(words, folder / "record.log", lambda line: print(json.dumps(line), file=self.file))
+    TOPICS = ("master_state", "slave_state", "operator_command")
+
+    def __init__(self, cell):
+        self.recordings, self.path = cell.folder / "recordings", cell.folder / "trace.jsonl"
+        self.convert = [cell.bin / "dds_recorder", "convert", self.recordings, "--out", self.path]
+        words = cell.words("slave", "dds_recorder", "record", "--folder", self.recordings, "--topics", *self.TOPICS)
+        self.process = cell.site["slave"].start(words, cell.folder / "record.log")
+        eventually(lambda: list(self.recordings.glob("*.mcap")), LIMIT_S, "the recorder has begun a file")
 
     def judge(self):
-        self.watch.process.send_signal(signal.SIGINT)
-        self.watch.process.wait(30)
-        self.watch.reader.join(30)
-        self.file.close()
+        self.process.send_signal(signal.SIGINT)
+        assert self.process.wait(30) == 0, "the recorder did not end in order"
+        done = subprocess.run(self.convert, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stdout + done.stderr
+        # The shell's command may have ended before the recorder knew of it: its reset is then not in the trace.
+        self.path.write_text(json.dumps({"event": "commands", "complete": False}) + "\n" + self.path.read_text())
         done = subprocess.run([sys.executable, SOURCE / "scripts/check_link_trace", self.path], capture_output=True, text=True, check=False)
         assert done.returncode == 0, done.stdout + done.stderr
-        print("the model accepts it:", done.stdout.strip())
+        print("the model accepts what was recorded:", done.stdout.strip())
 
 
 class Cell:
@@ -205,8 +209,7 @@ def main():
             motion = Motion(cell.site, cell.words("slave", "dds_spy", "echo", "slave_state", "--json", "--every", "0", "--seconds", "0"),
                             cell.folder / "spy.log")
             eventually(motion.since, LIMIT_S, "the spy hears the slave")
-            record = Record(cell.site, cell.words("slave", "dds_spy", "echo", "master_state", "slave_state", "operator_command", "--json",
-                                                  "--every", "0", "--seconds", "0"), cell.folder)
+            record = Record(cell)
             stop_while_the_cable_is_out(cell, motion)
             stop_and_kill(cell, motion, ["slave"])
             stop_and_kill(cell, motion, ["master"])

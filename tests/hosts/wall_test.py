@@ -13,6 +13,7 @@ from pathlib import Path
 from attackers import attackers_fail, onlookers_only_look
 from hosts import Site, eventually, need, need_rights, run
 from rights import endpoints_have_exactly_their_rights
+from servo_pace import expect_as_bare, watched_slip_shares
 
 SOURCE = Path(__file__).resolve().parents[2]
 ADDRESSES = {"master": "10.30.1.2", "slave": "10.30.2.2", "view": "10.30.3.2", "diagnostics": "10.30.4.2"}
@@ -165,20 +166,8 @@ def partition_is_safe_and_heals(wall, watch):
     behind.process.terminate()
 
 
-def loops(watch, component="master_io"):
-    return {loop["name"]: loop for loop in watch.get(component)["loops"]}
-
-
 def slip_shares(watch, seconds):
-    before = loops(watch)
-    due = before["servo"]["ticks"] + seconds / before["servo"]["period_s"] / 4
-    eventually(lambda: loops(watch)["servo"]["ticks"] > due, START_S, "the servo goes on")
-    after = loops(watch)
-
-    def share(name):
-        ticks, slips = (after[name][k] - before[name][k] for k in ("ticks", "slips"))
-        return slips / max(1, ticks + slips)
-    return share("servo"), share("bare_loop")
+    return watched_slip_shares(watch, "master_io", seconds, START_S)
 
 
 def onlookers_do_not_disturb(wall, watch):
@@ -194,8 +183,7 @@ def onlookers_do_not_disturb(wall, watch):
     print("slips, servo (empty loop beside it): "
           f"quiet {quiet:.3f} ({quiet_bare:.3f}), five spies {crowded:.3f} ({crowded_bare:.3f}), gone {left:.3f} ({left_bare:.3f})")
     for what, servo, bare in (("with five spies", crowded, crowded_bare), ("after they were killed", left, left_bare)):
-        limit = max(quiet, bare) * 1.5 + 0.05
-        assert servo <= limit, f"{what} the servo skips {servo:.3f} of its ticks, allowed {limit:.3f}"
+        expect_as_bare(what, (servo, bare), quiet)
     assert link_state(watch, "master_state") != "LINK_STOPPED"
 
 

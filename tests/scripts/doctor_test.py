@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """scripts/doctor on hosts made of files: a healthy one, then each fault alone, named with what to do."""
 import json
+import os
 import subprocess
 import tempfile
 import unittest
@@ -34,14 +35,16 @@ class Doctor(unittest.TestCase):
         self.addCleanup(self.folder.cleanup)
         self.root = Path(self.folder.name)
 
-    def look(self, changes=None, topology=None):
-        """On a healthy host with some files changed (None: not there): exit code and findings by check."""
+    def look(self, changes=None, topology=None, mode=None):
+        """On a healthy host with some files changed (None: not there), these of that mode: exit code and findings by check."""
         for name, text in {**HEALTHY, **(changes or {})}.items():
             path = self.root / name
             if text is None:
                 continue
             path.parent.mkdir(parents=True, exist_ok=True)
             path.write_text(text)
+            if mode is not None and name in (changes or {}):
+                path.chmod(mode)
         words = [DOCTOR, "--json", "--root", self.root]
         if topology:
             (self.root / "t.yaml").write_text(topology)
@@ -53,8 +56,8 @@ class Doctor(unittest.TestCase):
         self.assertEqual(told["healthy"], done.returncode == 0)
         return done.returncode, {f["check"]: f for f in told["findings"]}
 
-    def finds(self, check, level, words, changes, topology=None):
-        code, found = self.look(changes, topology)
+    def finds(self, check, level, words, changes, topology=None, mode=None):
+        code, found = self.look(changes, topology, mode)
         self.assertEqual(found[check]["level"], level, found[check])
         self.assertIn(words, found[check]["says"] + " → " + found[check]["do"])
         self.assertEqual(code, 1 if level == "bad" else 0)
@@ -66,7 +69,7 @@ class Doctor(unittest.TestCase):
         code, found = self.look()
         self.assertEqual(code, 0)
         self.assertEqual({f["level"] for f in found.values()}, {"good"}, found)
-        self.assertEqual(len(found), 9)
+        self.assertEqual(len(found), 10)
 
     def test_clock_not_synchronised(self):
         self.finds("clock", "warning", "apt-get install chrony", {"commands/chronyc": ""})
@@ -114,6 +117,22 @@ class Doctor(unittest.TestCase):
     def test_security_without_documents(self):
         topology = (TOPOLOGY % "10.30.1.2").replace("network: {}", "network: {security: keys}")
         self.finds("security", "bad", "bring this host its own", {}, topology)
+
+    def test_shared_memory_of_others(self):
+        files = {"dev/shm/fastrtps_b51d3c8caa46dd1f": "", "dev/shm/sem.fastrtps_port7410_mutex": "", "dev/shm/of_something_else": ""}
+        self.finds("shared memory", "note", "2 files of DDS in /dev/shm, as fastrtps_b51d3c8caa46dd1f of ", files, mode=0o600)
+        self.finds("shared memory", "note", "of other programs or of an older version", files, mode=0o640)
+
+    def test_shared_memory_that_every_account_may_open(self):
+        for name in ("fastrtps_port7411", "fastdds_port7411", "fast_datasharing_01.0f.aa"):
+            self.finds("shared memory", "warning", "0666: of other programs or of an older version of Phantom, and every account",
+                       {f"dev/shm/{name}": ""}, mode=0o666)
+            (self.root / f"dev/shm/{name}").unlink()
+
+    def test_shared_memory_of_an_older_version(self):
+        accounts = f"root:x:99:0::/:/bin/sh\nphantom-slave-io:x:{os.getuid()}:999::/var/lib/phantom:/usr/sbin/nologin\n"
+        self.finds("shared memory", "warning", "of phantom-slave-io, mode 0600: of an older version of Phantom; this one uses UDP alone",
+                   {"dev/shm/fastdds_0a1b2c3d": "", "etc/passwd": accounts}, mode=0o600)
 
     def test_wrong_arguments_and_topologies(self):
         for words in (["--nonsense"], ["--topology", "/nonexistent.yaml"], ["--topology", str(DOCTOR)]):

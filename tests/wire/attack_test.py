@@ -11,10 +11,14 @@ import time
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "hosts"))
-from attacked_site import DOMAIN, GROWTH_MIB, Site, expect_orderly_ends, resident_mib  # noqa: E402
-from hosts import need, need_rights  # noqa: E402
+from attacked_site import DOMAIN, GROWTH_MIB, SOURCE, Site, expect_orderly_ends, quick_viewer, resident_mib  # noqa: E402
+from hosts import eventually, need, need_rights  # noqa: E402
+from servo_pace import expect_as_bare, loops, slip_shares, watched_slip_shares, with_bare_loop  # noqa: E402
 
-MOST_PARTICIPANTS = 6
+MOST_PARTICIPANTS = 8
+DATAGRAMS = {"bare": 10_000_000, "participants": 160_000, "components": 280_000, "secured": 280_000}
+SERVOS = ("slave_io", "master_io")
+START_S = 120  # only bounds a failing test
 # Everything at a participant's two ports: discovery, and its readers and writers (DDSI-RTPS 9.6.1.1).
 PORTS = {number: [7400 + 250 * DOMAIN + 10 + 2 * number + offset for offset in (0, 1)] for number in range(MOST_PARTICIPANTS)}
 
@@ -29,7 +33,7 @@ def expect_bare_dies(site):
     """The harness is worth something only if it ends the library as it comes."""
     bare = site.start([str(site.options.programs / "bare_participant"), str(DOMAIN)])
     assert bare.stdout.readline().strip() == "up"
-    attack = attack_of(site, 10_000_000, 1, site.options.seed)
+    attack = attack_of(site, DATAGRAMS["bare"], 1, site.options.seed)
     begun, most = time.monotonic(), 0.0
     while bare.poll() is None and attack.poll() is None and time.monotonic() - begun < 300:
         try:
@@ -78,22 +82,41 @@ def expect_participants_go_on(site):
     expect_orderly_ends(site, {"one": talkers[0], "two": talkers[1]})
 
 
+def start_components(site):
+    """All that run in a cell, one process each; audio_percept and the recorder as in a session without a device."""
+    words = {"wva_server": [], "slave_io": ["--config", with_bare_loop(SOURCE, site.folder, "slave_io")], "phantom_sensing": [],
+             "master_io": ["--config", with_bare_loop(SOURCE, site.folder, "master_io")], "audio_percept": [],
+             "synthetic_viewer": ["--config", quick_viewer(site.folder)], "dds_recorder": ["record", "--folder", site.folder / "recordings"]}
+    return {name: site.start([str(word) for word in (site.options.bin / name, *rest, "--deployment", site.topology)]) for name, rest in words.items()}
+
+
 def expect_components_go_on(site):
-    """They live, do not grow, are heard by who comes later, and dds_spy reports what they refuse."""
-    components = {name: site.start([str(site.options.bin / name), "--deployment", str(site.topology)]) for name in ("wva_server", "slave_io", "phantom_sensing")}
-    time.sleep(8)
-    for name, process in components.items():
-        assert process.poll() is None, f"{name} did not start:\n" + site.log()
+    """They live, do not grow, keep their servos' pace, are heard by who comes later, and dds_spy reports what they refuse, and from whom."""
+    components = start_components(site)
+    status = site.host.watch([site.options.bin / "dds_spy", "echo", "component_status", "--json", "--deployment", site.topology, "--seconds", "0"],
+                             site.folder / "told", lambda line: line["sample"]["component_name"])
+
+    def started():
+        for name, process in components.items():
+            assert process.poll() is None, f"{name} did not start:\n" + site.log()
+        return all((status.get(name) or {"state": "COMPONENT_STARTING"})["state"] != "COMPONENT_STARTING" for name in components)
+    eventually(started, START_S, "every component is up")
+    quiet = {name: watched_slip_shares(status, name, 8, START_S) for name in SERVOS}
     before = {name: resident_mib(process.pid) for name, process in components.items()}
-    attack = attack_of(site, site.options.datagrams, 3, site.options.seed + 2)
+    begun = {name: loops(status, name) for name in SERVOS}
+    attack = attack_of(site, site.options.datagrams, len(components), site.options.seed + 2)
     spy = site.start([str(site.options.bin / "dds_spy"), "events", "--deployment", str(site.topology), "--seconds", "20"])
     while attack.poll() is None:
         for name, process in components.items():
             assert process.poll() is None, f"{name} ended with {process.returncode}:\n" + site.log()
         time.sleep(0.2)
+    for name in SERVOS:
+        servo, bare = slip_shares(begun[name], loops(status, name))
+        print(f"{name}: the servo skipped {servo:.3f} of its ticks under attack, the bare loop {bare:.3f}; before {quiet[name][0]:.3f} and {quiet[name][1]:.3f}")
+        expect_as_bare(f"{name} under attack:", (servo, bare), quiet[name][0])
     assert "datagrams refused" in site.log(), "none says that it refused any:\n" + site.log()
     events = spy.communicate()[0]
-    assert "it refused" in events and "datagrams" in events, "dds_spy reports none that was refused:\n" + events
+    assert "it refused" in events and "of them from 127.0.0.1" in events, "dds_spy does not report what was refused, and from whom:\n" + events
     heard = site.start([str(site.options.bin / "dds_spy"), "hz", "slave_state", "workspace_version", "--history", "--json", "--deployment", str(site.topology),
                         "--seconds", "6"]).communicate()[0]
     assert "slave_state" in heard and "workspace_version" in heard, "a late one does not hear them:\n" + heard + site.log()
@@ -108,7 +131,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--programs", type=lambda path: Path(path).resolve(), required=True, help="folder of attacker, bare_participant and talker")
     parser.add_argument("--bin", type=lambda path: Path(path).resolve(), required=True, help="folder of the components")
-    parser.add_argument("--datagrams", type=int, default=160_000, help="at each kind of process of ours")
+    parser.add_argument("--datagrams", type=int, help="at each kind of process of ours; left out: DATAGRAMS")
     parser.add_argument("--per-second", type=int, default=8000)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--only", choices=("bare", "participants", "components", "secured"))
@@ -118,7 +141,7 @@ def main():
     cases = {"bare": expect_bare_dies, "participants": expect_participants_go_on, "components": expect_components_go_on, "secured": expect_components_go_on}
     for name, case in cases.items():
         if options.only in (None, name):
-            site = Site(options, secured=name == "secured")
+            site = Site(argparse.Namespace(**{**vars(options), "datagrams": options.datagrams or DATAGRAMS[name]}), secured=name == "secured")
             try:
                 case(site)
             finally:

@@ -29,5 +29,16 @@ TEST(RecentMap, DoesNotGrowWithTheNumberOfKeys) {
   EXPECT_TRUE(map.full());
 }
 
+TEST(RecentMap, ALookChangesNoAge) {
+  RecentMap<std::string, int> map(2);
+  map.find_or_add("a", 1);
+  map.find_or_add("b", 2);
+  ASSERT_NE(map.find("a"), nullptr);
+  EXPECT_EQ(*map.find("a"), 1);
+  map.find_or_add("c", 3);
+  EXPECT_EQ(map.find("a"), nullptr) << "it is still the oldest";
+  EXPECT_NE(map.find("b"), nullptr);
+}
+
 }  // namespace
 }  // namespace phantom::core

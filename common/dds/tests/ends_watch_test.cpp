@@ -107,6 +107,7 @@ TEST(EndsWatch, ForgetsWhoWasLostFirst) {
   }
   watch.discovered(kPeer, 20 * kS);
   EXPECT_TRUE(watch.overdue(kOwn, 1000 * kS).empty());
+  EXPECT_EQ(watch.forgotten(), 1U);
 }
 
 }  // namespace

@@ -63,7 +63,9 @@ TEST_F(OutboxTo, APeerThatIsPresentIsReachedHoweverManyWereOpenedSince) {
 
 TEST_F(OutboxTo, WhoIsNotKeptIsForgotten) {
   outbox_.opened(address(1));
+  EXPECT_EQ(outbox_.forgotten(), 0U);
   open_many();
+  EXPECT_EQ(outbox_.forgotten(), Outbox::kMostOpened + 1);
   outbox_.keep(one(address(1)));  // too late: it may not be opened any more
   EXPECT_FALSE(reaches(address(1)));
 }

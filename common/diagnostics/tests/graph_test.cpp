@@ -96,5 +96,23 @@ TEST(Guid, NamesHostAndParticipant) {
   EXPECT_EQ(participant_of(guid(3, 2)), guid(3, 1));
 }
 
+TEST(Graph, DisagreementsAreFoundUpToANumber) {
+  Graph graph;
+  for (std::uint8_t i = 0; i < 200; ++i) {
+    graph.put(end(1, i, true, "a"));
+    graph.put(end(2, i, false, "a", "Other"));
+  }
+  EXPECT_EQ(graph.disagreements().size(), Graph::kMostDisagreements);
+}
+
+TEST(Graph, AParticipantThatWasNeverPutTakesItsEndpointsAlong) {
+  Graph graph;
+  graph.put(end(1, 2, true, "a"));
+  graph.put(end(2, 2, true, "a"));
+  graph.remove(guid(1, 1));
+  ASSERT_EQ(graph.endpoints().size(), 1u);
+  EXPECT_EQ(graph.endpoints().begin()->first, guid(2, 2));
+}
+
 }  // namespace
 }  // namespace phantom::diagnostics

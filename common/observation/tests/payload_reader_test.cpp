@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <mutex>
 #include <optional>
 
@@ -173,6 +174,71 @@ TEST(PayloadWriter, KeepsInstancesApartInAParticipantThatReadsTheSameType) {
   ASSERT_TRUE(dds::eventually([&] { return notes.count() >= 2; }));
   const std::lock_guard lock(notes.mutex);
   EXPECT_EQ(notes.samples[0].bytes[4] + notes.samples[1].bytes[4], 3) << "the newest of each instance";
+}
+
+bool refuses_a_flood(const dds::Participant& participant) {
+  const auto refused = participant.refused_datagrams();
+  return std::any_of(refused.begin(), refused.end(),
+                     [](const dds::Refused& one) { return one.fault == wire::Fault::kFlood; });
+}
+
+msg::ComponentStatus status_of(const std::string& name) {
+  msg::ComponentStatus status;
+  status.component_name(name);
+  status.host("here");
+  return status;
+}
+
+constexpr std::size_t kAtOnce = 256;  // as many as a socket holds
+const PayloadTopic kStatusTopic{"component_status", "phantom::msg::ComponentStatus", true};
+const diagnostics::EndpointQos kReliable{.reliability = diagnostics::Reliability::kReliable};
+
+// The keys stand in the samples' bytes only: Fast DDS sends no other.
+TEST(PayloadReader, WhoBringsTooManyKeysOfATopicOfOursIsHeardNoMoreAndOthersAre) {
+  dds::Participant here("here", dds::test_network()), stranger("stranger", dds::test_network());
+  Received notes;
+  PayloadReader reader(here, kStatusTopic, kReliable, notes);
+  const dds::CdrCodec codec(dds::kComponentStatus);
+  PayloadWriter writer(
+      stranger, kStatusTopic, kReliable, 1,
+      [&](std::span<const std::uint8_t> bytes, auto& key) { return codec.instance_of(bytes, key); });
+  ASSERT_TRUE(dds::eventually([&] { return reader.matched() == 1 && writer.matched() == 1; }));
+  std::vector<std::uint8_t> bytes;
+  constexpr std::size_t kMost = PayloadReader::kLeastInstances - PayloadReader::kLeastInstances / 4;
+  for (std::size_t number = 0; number < 2 * kMost && !refuses_a_flood(here); ++number) {
+    const msg::ComponentStatus status = status_of("invented_" + std::to_string(number));
+    ASSERT_TRUE(codec.encode(&status, bytes));
+    writer.write(bytes);
+    if (number % kAtOnce == 0) writer.wait_until_received(core::kNsPerSecond);
+  }
+  EXPECT_TRUE(dds::eventually([&] { return refuses_a_flood(here) && reader.matched() == 0; }));
+  EXPECT_LE(notes.count(), kMost);
+  dds::Participant honest("honest", dds::test_network());
+  dds::Writer<msg::ComponentStatus> own(honest, dds::kComponentStatus);
+  const std::size_t before = notes.count();
+  ASSERT_TRUE(dds::eventually([&] { return own.matched() == 1; }));
+  own.write(status_of("slave_io"));
+  EXPECT_TRUE(dds::eventually([&] { return notes.count() > before; })) << "others are heard no more";
+}
+
+// As many as one server may have, and more than an observer takes of small topics.
+TEST(PayloadReader, AServerOfManyBricksStays) {
+  dds::Participant there("there", dds::test_network()), here("here", dds::test_network());
+  Received notes;
+  PayloadReader reader(here, {"workspace_brick", "phantom::msg::WorkspaceBrick", true}, kReliable, notes);
+  dds::Writer<msg::WorkspaceBrick> writer(there, dds::kWorkspaceBrick);
+  ASSERT_TRUE(dds::eventually([&] { return reader.matched() == 1 && writer.matched() == 1; }));
+  msg::WorkspaceBrick brick;
+  constexpr int kBricks = 2 * static_cast<int>(PayloadReader::kLeastInstances);
+  for (int number = 0; number < kBricks; ++number) {
+    brick.bx(number);
+    ASSERT_TRUE(writer.write(brick));
+    const auto written = static_cast<std::size_t>(number) + 1;
+    if (written % kAtOnce == 0) {
+      ASSERT_TRUE(dds::eventually([&] { return notes.count() == written; })) << notes.count();
+    }
+  }
+  EXPECT_FALSE(refuses_a_flood(here));
 }
 
 TEST(PayloadReader, ATopicOfAnotherTypeInThisParticipantIsRefusedInWords) {

@@ -5,6 +5,7 @@
 #include <map>
 #include <numeric>
 #include <random>
+#include <string_view>
 #include <utility>
 
 #include "common/wire/tests/messages.hpp"
@@ -42,7 +43,9 @@ struct SmallGuard : GuardTest {
                    .endpoints_per_participant = 3,
                    .sample_bytes = 1000,
                    .discovery_per_s = 10,
-                   .discovery_burst = 40}) {}
+                   .discovery_burst = 40,
+                   .unannounced_per_s = 10,
+                   .unannounced_burst = 30}) {}
 };
 
 struct RelayedGuard : GuardTest {
@@ -52,6 +55,11 @@ struct RelayedGuard : GuardTest {
 struct NamedNetworks : GuardTest {
   NamedNetworks() : GuardTest({.networks = {{0x0a1e0100, 0xffffff00}, {0x7f000000, 0xff000000}}}) {}
 };
+
+TEST(Fault, WordsFitTheNameOfAFigure) {
+  for (std::size_t i = 0; i < kFaults; ++i)
+    EXPECT_LE(std::string_view(words_of(static_cast<Fault>(i))).size(), 50u);
+}
 
 TEST_F(NamedNetworks, AdmitsTheirSendersOnly) {
   EXPECT_TRUE(guard.admits({0x0a1e0163, 1}));
@@ -93,6 +101,49 @@ TEST_F(SmallGuard, BoundsStrangersDiscoveryInTime) {
   for (int i = 0; i < 100; ++i) passed += receive(nothing) == Fault::kNone ? 1 : 0;
   EXPECT_EQ(passed, 40);
   EXPECT_EQ(receive(nothing, kHost, 2 * kSecond), Fault::kNone) << "ten a second come back";
+}
+
+TEST_F(SmallGuard, BoundsStrangersHandshakesInTime) {
+  int passed = 0;
+  for (int i = 0; i < 100; ++i) {
+    const auto fault = receive(test::handshake(peer(i), 1 + i));  // each in another's name, from one address
+    EXPECT_TRUE(facts->handshake);
+    passed += fault == Fault::kNone ? 1 : 0;
+  }
+  EXPECT_EQ(passed, 40) << "they share the budget of discovery";
+  EXPECT_EQ(receive(test::header(peer(1))), Fault::kRate);
+  EXPECT_EQ(receive(test::handshake(peer(1), 200), kFar), Fault::kNone) << "another address has its own";
+  EXPECT_EQ(receive(test::handshake(peer(1), 201), kHost, 2 * kSecond), Fault::kNone)
+      << "ten a second come back";
+}
+
+/// A sample at a port of data.
+std::vector<std::uint8_t> sample(const GuidPrefix& from) {
+  return message({test::submessage(SubmessageId::kData, 4,
+                                   test::data_fields(0x104, 0x103, 1, test::Octets(),
+                                                     test::Octets().u8({0, 1, 0, 0}).u32(7)))},
+                 from);
+}
+
+TEST_F(SmallGuard, BoundsSamplesOfWhoHasNotAnnouncedItself) {
+  int passed = 0;
+  for (int i = 0; i < 100; ++i)
+    passed += receive(sample(peer(i)), kHost, kSecond, false) == Fault::kNone ? 1 : 0;
+  EXPECT_EQ(passed, 30) << "whatever names it takes";
+  EXPECT_EQ(receive(sample(peer(1)), kHost, kSecond, false), Fault::kUnannounced);
+  EXPECT_EQ(receive(sample(peer(1)), kFar, kSecond, false), Fault::kNone) << "another address has its own";
+  EXPECT_EQ(receive(sample(peer(1)), kHost, 2 * kSecond, false), Fault::kNone) << "ten a second come back";
+  EXPECT_EQ(receive(test::announcement(peer(2)), kHost, kSecond), Fault::kNone)
+      << "its discovery has another budget";
+  for (int i = 0; i < 100; ++i)
+    ASSERT_EQ(receive(sample(peer(2)), kHost, kSecond, false), Fault::kNone)
+        << "who is known sends any number";
+}
+
+TEST_F(RelayedGuard, PassesSamplesOfWhoIsNotKnown) {
+  for (int i = 0; i < 20'000; ++i)
+    ASSERT_EQ(receive(sample(peer(1)), kHost, kSecond, false), Fault::kNone)
+        << "a server may have said that it left, and it was only cut off";
 }
 
 TEST_F(SmallGuard, KeepsABudgetForWhoIsKnown) {
@@ -337,6 +388,16 @@ TEST_F(GuardTest, AssemblesDiscoveryThatComesInFragments) {
             payload.bytes);
   EXPECT_EQ(receive(message({fragment_submessage({})}, peer(1))), Fault::kNone)
       << "it has announced itself by that";
+}
+
+// So they have discovery's budget and pass one at a time, whatever port they come in by.
+TEST_F(GuardTest, FragmentsOfDiscoveryAreDiscovery) {
+  receive(in_fragments(peer(1), test::encapsulated(test::participant_list(peer(1)).sentinel()))[0]);
+  EXPECT_TRUE(facts->of_discovery());
+  receive(message({fragment_submessage({})}, peer(1)));
+  EXPECT_FALSE(facts->of_discovery());
+  receive(test::handshake(peer(1)));
+  EXPECT_TRUE(facts->of_discovery());
 }
 
 TEST_F(GuardTest, ChecksWhatItAssembled) {

@@ -201,22 +201,15 @@ TEST_F(MessageTest, ChecksLivelinessAndItsLength) {
   EXPECT_EQ(fault(0xffffffff), Fault::kPayload);
 }
 
-Octets handshake(std::uint32_t holders) {
-  Octets payload = Octets().u8({0, 1, 0, 0});
-  for (int i = 0; i < 96; ++i) payload.u8({i});
-  payload.text("dds.sec.auth").u32(holders);
-  return payload.text("DDS:Auth:PKI-DH:1.0+Req").u32(0).u32(1).text("c.id").u32(8).sequence(1);
-}
-
 TEST_F(MessageTest, ChecksHandshakes) {
   const auto fault = [&](const Octets& payload) {
     return of(SubmessageId::kData, 4, data_fields(kStatelessReader, kStatelessWriter, 1, {}, payload));
   };
-  EXPECT_EQ(fault(handshake(1)), Fault::kNone);
+  EXPECT_EQ(fault(test::handshake_payload(1)), Fault::kNone);
   EXPECT_TRUE(facts->handshake);
-  EXPECT_EQ(fault(handshake(2)), Fault::kHandshake);
-  EXPECT_EQ(fault(handshake(0xffffffff)), Fault::kHandshake);
-  const Octets whole = handshake(1);
+  EXPECT_EQ(fault(test::handshake_payload(2)), Fault::kHandshake);
+  EXPECT_EQ(fault(test::handshake_payload(0xffffffff)), Fault::kHandshake);
+  const Octets whole = test::handshake_payload(1);
   for (std::size_t size = 4; size < whole.bytes.size(); size += 4) {
     Octets cut;
     cut.raw(std::span(whole.bytes).first(size));

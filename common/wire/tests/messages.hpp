@@ -171,6 +171,36 @@ inline std::vector<std::uint8_t> endpoint_announcement(const Guid& endpoint, std
                  endpoint.prefix);
 }
 
+/// A message of the security handshake, an initiator's first one, that says it has `holders` holders of data
+/// and has one.
+inline Octets handshake_payload(std::uint32_t holders = 1) {
+  Octets payload = Octets().u8({0, 1, 0, 0});
+  for (int i = 0; i < 96; ++i) payload.u8({i});
+  payload.text("dds.sec.auth").u32(holders);
+  return payload.text("DDS:Auth:PKI-DH:1.0+Req").u32(0).u32(1).text("c.id").u32(8).sequence(1);
+}
+
+inline std::vector<std::uint8_t> handshake(const GuidPrefix& prefix = kPeer, std::int64_t sequence = 1) {
+  return message(
+      {submessage(SubmessageId::kData, 4,
+                  data_fields(kStatelessReader, kStatelessWriter, sequence, Octets(), handshake_payload()))},
+      prefix);
+}
+
+/// A submessage of `octets` encrypted octets in its frame.
+inline std::vector<std::uint8_t> sealed(const GuidPrefix& prefix = kPeer, std::uint32_t octets = 8) {
+  Octets head, body(false), foot;
+  head.bytes.resize(20);  // DDS Security 1.1, 9.5.2.3: kind, key, session, counter
+  body.u32(octets);
+  body.bytes.resize(4 + octets, 7);
+  body.align();
+  foot.bytes.resize(20);  // the signature, none for single receivers
+  return message(
+      {submessage(SubmessageId::kSecurePrefix, 0, head), submessage(SubmessageId::kSecureBody, 0, body),
+       submessage(SubmessageId::kSecurePostfix, 0, foot)},
+      prefix);
+}
+
 inline std::vector<std::uint8_t> heartbeat(const Guid& writer, std::int64_t first, std::int64_t last,
                                            std::uint32_t count = 1) {
   const auto fields = Octets().entity(0).entity(writer.entity).sequence(first).sequence(last).u32(count);

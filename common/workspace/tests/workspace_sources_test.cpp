@@ -85,6 +85,27 @@ TEST(WorkspaceSources, WhoCameSecondTakesOverWhenTheFirstEnds) {
   expect_in_force(sources, kSecond, theirs);
 }
 
+// Two hosts' servers change over: what was kept of either is neither lost nor mixed.
+TEST(WorkspaceSources, OneThatComesBackBeforeItsSuccessorIsWholeStays) {
+  const Workspace ours = world(1), theirs = world(2);
+  WorkspaceSources sources;
+  send(sources, kFirst, ours);
+  sources.gone(kFirst);
+  ASSERT_TRUE(sources.commit(kSecond, describe(theirs)));
+  const auto bricks = theirs.bricks();
+  const auto put_half = [&](std::size_t from, std::size_t to) {
+    for (std::size_t i = from; i < to; ++i)
+      ASSERT_TRUE(
+          sources.put_brick(kSecond, bricks[i], theirs.version, encode_brick(theirs.brick(bricks[i]))));
+  };
+  put_half(0, bricks.size() / 2);
+  send(sources, kFirst, ours);
+  put_half(bricks.size() / 2, bricks.size());
+  expect_in_force(sources, kFirst, ours);
+  sources.gone(kFirst);
+  expect_in_force(sources, kSecond, theirs);
+}
+
 TEST(WorkspaceSources, ASecondThatEndsLeavesNothingBehind) {
   const Workspace ours = world(1), theirs = world(2);
   WorkspaceSources sources;
@@ -156,15 +177,19 @@ TEST(WorkspaceSources, AFourthSourceIsRefusedUntilThereIsRoom) {
   expect_in_force(sources, kFirst, ours);
 }
 
-TEST(WorkspaceSources, BesidesTheOneInForceNobodyTakesMoreThanTwiceItsMemory) {
+TEST(WorkspaceSources, BesidesTheOneInForceBricksTakeALimitedAmountOfMemory) {
   WorkspaceSources sources;
   const Workspace ours = world(1);
   send(sources, kFirst, ours);
   const auto brick = encode_brick(ours.brick(ours.bricks().front()));
-  std::size_t refused = 0;
-  for (std::int32_t i = 0; i < 4096; ++i)
-    refused += sources.put_brick(kSecond, {i % 256, i / 256, 0}, 1, brick) ? 0 : 1;
-  EXPECT_GT(refused, 0U);
+  const auto most = static_cast<std::int32_t>(WorkspaceSources::kLeastReceivedBytes / brick.size());
+  ASSERT_LT(most, 65536) << "the places below are distinct";
+  std::int32_t taken = 0;
+  for (std::int32_t i = 0; i < most + 100; ++i)
+    taken += sources.put_brick(kSecond, {i % 256, i / 256, 0}, 1, brick) ? 1 : 0;
+  EXPECT_LE(taken, most);
+  EXPECT_GT(taken, most / 2);
+  EXPECT_TRUE(sources.put_brick(kSecond, {0, 0, 0}, 2, brick)) << "in place of one that is held";
   sources.gone(kSecond);
   EXPECT_TRUE(sources.put_brick(kThird, {0, 0, 0}, 1, brick))
       << "what a source took is free once it has ended";

@@ -114,6 +114,19 @@ TEST(StatusWatch, ReportsDatagramsThatAComponentRefused) {
   ASSERT_EQ(other.size(), 1u) << "a reason that was not there before";
 }
 
+TEST(StatusWatch, ReportsWhoSentMostOfWhatWasRefused) {
+  StatusWatch watch;
+  auto one = status("COMPONENT_RUNNING", 0);
+  watch.take(one);
+  one["figures"] = {{{"name", "refused: too many participants"}, {"value", 9.0}, {"unit", "datagrams"}},
+                    {{"name", "refused from: no header of RTPS 2"}, {"value", 3.0}, {"unit", "10.0.0.9"}},
+                    {{"name", "refused from: too many participants"}, {"value", 7.0}, {"unit", "10.30.1.2"}}};
+  const auto events = watch.take(one);
+  ASSERT_EQ(events.size(), 1u);
+  EXPECT_EQ(events[0].text,
+            "it refused 9 datagrams: too many participants (9 so far, 7 of them from 10.30.1.2)");
+}
+
 TEST(StatusWatch, AnotherTypeOfThatNameIsNoFault) {
   StatusWatch watch;
   EXPECT_TRUE(watch.take({{"component_name", 3}}).empty());

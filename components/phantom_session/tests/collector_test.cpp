@@ -151,10 +151,14 @@ TEST(Collector, InventedComponentsReachesAndHitsDoNotMakeItGrow) {
   EXPECT_TRUE(collector.statuses().contains("invented_4999"));
   for (int i = 0; i < static_cast<int>(Collector::kMostEvents) + 100; ++i) {
     collector.on_master(master(5.0 + 1e-3 * i, i, false, 0.0));
+    collector.on_master(master(5.0 + 1e-3 * i, i, false, 0.0));  // a state of the same reach
     collector.on_hit({.t_s = 5.0 + 1e-3 * i, .alert = static_cast<std::uint32_t>(i)});
   }
   EXPECT_EQ(collector.reaches().size(), Collector::kMostEvents);
   EXPECT_EQ(collector.hits().size(), Collector::kMostEvents);
+  EXPECT_EQ(collector.forgotten().components, 5000 - Collector::kMostComponents);
+  EXPECT_EQ(collector.forgotten().reaches, 100U);
+  EXPECT_EQ(collector.forgotten().hits, 100U);
 }
 
 }  // namespace

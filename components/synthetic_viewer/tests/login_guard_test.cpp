@@ -51,5 +51,17 @@ TEST(LoginGuarding, ManyAddressesTogetherAreBoundedEvenWhereTheyAreForgotten) {
   EXPECT_EQ(guard.take("one more", 2 * kSecond_ns), 0);
 }
 
+TEST(LoginGuarding, ManyAddressesTogetherKeepOutNobodyWhoWasInBefore) {
+  LoginGuard guard(kFew);
+  ASSERT_EQ(guard.take("operator", 0), 0);
+  guard.give_back("operator");
+  for (int i = 0; i < 1000; ++i) guard.take("address " + std::to_string(i), 0);
+  EXPECT_GT(guard.take("one more", 0), 0);
+  EXPECT_EQ(guard.take("operator", 0), 0);
+  guard.give_back("operator");
+  for (int i = 0; i < 3; ++i) EXPECT_EQ(guard.take("operator", 0), 0);
+  EXPECT_EQ(guard.take("operator", 0), 10) << "its own tries are limited as before";
+}
+
 }  // namespace
 }  // namespace phantom::synthetic_viewer

@@ -121,6 +121,7 @@ TEST(ViewerStateBounds, TheComponentThatIsSilentLongestMakesRoom) {
   }
   EXPECT_TRUE(state.components.contains("slave_io@invented_9999"));
   EXPECT_FALSE(state.components.contains("slave_io@invented_0"));
+  EXPECT_EQ(state.forgotten, 10'000 - ViewerState::kMaxComponents);
 }
 
 TEST(InboxBounds, WhatWaitsIsBoundedByNumberAndMemoryAndTheRestIsCounted) {

@@ -161,7 +161,9 @@ TEST_F(Stops, ThePageIsToldAllOfIt) {
 TEST(StopBoard, NamesFromTheNetworkDoNotMakeItGrow) {
   StopBoard board;
   for (int i = 0; i < 10'000; ++i) board.take_second("component_status as x@" + std::to_string(i), 1'000);
-  EXPECT_EQ(board.at(1'001).notices.size(), StopBoard::kMostSeconds);
+  ASSERT_EQ(board.at(1'001).notices.size(), StopBoard::kMostSeconds + 1);
+  EXPECT_EQ(board.at(1'001).notices.back(), "more processes than these send what only one may send");
+  EXPECT_EQ(board.forgotten(), 10'000 - StopBoard::kMostSeconds);
   const core::Nanoseconds later_ns = 1'000 + StopBoard::kSecond_ns;
   board.take_second("percept", later_ns);
   EXPECT_EQ(board.at(later_ns + 1).notices.size(), 1U);

@@ -65,8 +65,8 @@ Browser::Browser(const std::vector<std::string>& more) {
                  "--disable-background-networking", "--disable-component-update", "--disable-sync",
                  "--disable-dev-shm-usage", "--window-size=1600,1300"}}};
   for (const std::string& argument : more) options["args"].push_back(argument);
-  // Not until all is loaded: the page's pictures are streams, and one that waits for a free connection would
-  // hold that up for ever.
+  // A page counts as opened once its scripts have run: its pictures are streams, and one that waits for a
+  // free connection would hold up the end of loading for ever.
   const json wanted{
       {"browserName", "chrome"}, {"pageLoadStrategy", "eager"}, {"goog:chromeOptions", options}};
   const json answer = post("/session", {{"capabilities", {{"alwaysMatch", wanted}}}});
