@@ -17,8 +17,12 @@ from hosts import eventually, need_rights  # noqa: E402
 
 # As many as once filled the memory: 299,088 chunks of one octet grew the viewer by 2.1 GB, 34,289 names by 0.8 GB.
 COUNTS = {"meshes": 299_088, "chunks": 299_088, "statuses": 34_289, "bricks": 60_000, "versions": 20_000, "objects": 30_000}
+OBSERVED = ("meshes", "chunks", "statuses")  # more keys than observers take of a topic
+TELL = ("synthetic_viewer", "phantom_sensing", "dds_recorder")  # whose component_status is looked at
 READERS = {"meshes": 1, "chunks": 1, "statuses": 2, "bricks": 1, "versions": 3, "objects": 2}  # at least
 VIEWER = "frame_rate_hz: 2\nmain_view: {width_px: 160, height_px: 120}\nhit_view: {width_px: 160, height_px: 120}\ntool_view: {enabled: false}\npage: {port: 0}\n"
+# Bricks are left out to spare the disk. The state that begins each file takes the memory that it is given.
+RECORDER = "topics: ['!workspace_brick']\nqueue_MB: 8\ndurable_memory_MB: 8\ndisk: {margin_MB: 0}\n"
 
 
 class Cell:
@@ -28,10 +32,13 @@ class Cell:
         self.site, self.added = site, 0  # objects added by this test
         viewer = site.folder / "viewer.yaml"
         viewer.write_text(VIEWER)
+        recorder = site.folder / "recorder.yaml"
+        recorder.write_text(f"folder: {site.folder}/recordings\n" + RECORDER)
         self.processes = {words[0]: self.start(words) for words in
-                          (["wva_server"], ["slave_io"], ["phantom_sensing"], ["synthetic_viewer", "--config", str(viewer)])}
+                          (["wva_server"], ["slave_io"], ["phantom_sensing"], ["synthetic_viewer", "--config", str(viewer)],
+                           ["dds_recorder", "record", "--config", str(recorder)], ["dds_spy", "events"])}
         words = ["dds_spy", "echo", "component_status", "--json", "--deployment", str(site.topology)]
-        words += [word for name in ("synthetic_viewer", "phantom_sensing") for word in ("--instance", f"component_name={name},*")]
+        words += [word for name in TELL for word in ("--instance", f"component_name={name},*")]
         self.told = site.host.watch([str(site.options.bin / words[0]), *words[1:]], site.folder / "told", lambda line: line["sample"]["component_name"])
         eventually(lambda: self.figure("synthetic_viewer", "meshes") > 1 and self.figure("phantom_sensing", "workspace_version") > 0, what="the cell is up")
 
@@ -50,7 +57,7 @@ class Cell:
 
     def refused(self, component):
         """What its readers refused, and what it lost or gave up behind them."""
-        sample = self.status(component)
+        sample = self.status(component) or {"topics": [], "figures": []}
         return (sum(topic["refused"] for topic in sample["topics"]) +
                 sum(figure["value"] for figure in sample["figures"] if figure["name"] in ("meshes_refused", "events_lost") or figure["unit"] == "datagrams"))
 
@@ -77,7 +84,7 @@ class Cell:
 def flood(cell, kind, count):
     site = cell.site
     before = most = cell.resident()
-    refused = {name: cell.refused(name) for name in ("synthetic_viewer", "phantom_sensing")}
+    refused = {name: cell.refused(name) for name in TELL}
     flooder = site.start([str(site.options.programs / "flooder"), str(DOMAIN), kind, str(count), str(READERS[kind])])
     begun = time.monotonic()
     written = []
@@ -97,6 +104,8 @@ def flood(cell, kind, count):
         assert most[name] <= before[name] * 1.1 + GROWTH_MIB, f"{name} grew:\n" + site.log()
     told = eventually(lambda: sum(cell.refused(name) - was for name, was in refused.items()), what="somebody tells that it dropped something")
     print(f"  told as refused, lost or given up: {told:.0f}", flush=True)
+    if kind in OBSERVED:
+        eventually(lambda: cell.refused("dds_recorder") > refused["dds_recorder"], what="the recorder tells that it dropped something")
     cell.expect_serves()
     flooder.kill()
     flooder.wait()
