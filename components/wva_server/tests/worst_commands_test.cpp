@@ -61,8 +61,8 @@ TEST_F(WorstCommands, AFormulaOfDearFunctionsIsRefusedWhereOneOfSumsIsNot) {
   const auto cube = [](const std::string& function) {
     std::string chain = "x";
     for (int i = 0; i < 20; ++i) chain = function + "(" + chain + ")";
-    return "{name: cube, implicit: {f: \"max(abs(x), abs(y), abs(z - 0.2)) - 0.05 + 0*(" + chain + "+" + chain +
-           ")\", min_m: [-0.2, -0.2, 0.1], max_m: [0.2, 0.2, 0.4]}}";
+    return "{name: cube, implicit: {f: \"max(abs(x), abs(y), abs(z - 0.2)) - 0.05 + 0*(" + chain + "+" +
+           chain + ")\", min_m: [-0.2, -0.2, 0.1], max_m: [0.2, 0.2, 0.4]}}";
   };
   EXPECT_EQ(added(cube("abs"), 22), "added");
   EXPECT_THAT(added(cube("sin"), 22), HasSubstr("takes more than 22 million steps"));
