@@ -16,6 +16,7 @@ struct FormulaOperation {
   int arguments;  ///< exact number; −2: two or more, applied to two at a time
   double (*of_numbers)(double a, double b);
   Interval (*of_intervals)(const Interval& a, const Interval& b);
+  std::uint64_t work = 1;  ///< Formula::work()
 
   double operator()(double a, double b) const { return of_numbers(a, b); }
   Interval operator()(const Interval& a, const Interval& b) const { return of_intervals(a, b); }
@@ -38,9 +39,9 @@ using std::abs, std::acos, std::asin, std::atan, std::cos, std::cosh, std::exp, 
 
 /// Makes an operation of a function that serves numbers and intervals.
 template <class Function>
-constexpr Operation operation(const char* name, int arguments, Function) {
+constexpr Operation operation(const char* name, int arguments, Function, std::uint64_t work = 1) {
   return {name, arguments, [](double a, double b) -> double { return Function{}(a, b); },
-          [](const Interval& a, const Interval& b) -> Interval { return Function{}(a, b); }};
+          [](const Interval& a, const Interval& b) -> Interval { return Function{}(a, b); }, work};
 }
 
 constexpr Operation kNegate = operation("-", 1, [](auto& a, auto&) { return -a; });
@@ -48,26 +49,42 @@ constexpr Operation kAdd = operation("+", 2, [](auto& a, auto& b) { return a + b
 constexpr Operation kSubtract = operation("-", 2, [](auto& a, auto& b) { return a - b; });
 constexpr Operation kMultiply = operation("*", 2, [](auto& a, auto& b) { return a * b; });
 constexpr Operation kDivide = operation("/", 2, [](auto& a, auto& b) { return a / b; });
-constexpr Operation kPower = operation("pow", 2, [](auto& a, auto& b) { return power(a, b); });
+constexpr Operation kPower = operation(
+    "pow", 2, [](auto& a, auto& b) { return power(a, b); }, 2 * Formula::kFunctionWork);
 constexpr Operation kFunctions[] = {
-    operation("sin", 1, [](auto& a, auto&) { return sin(a); }),
-    operation("cos", 1, [](auto& a, auto&) { return cos(a); }),
-    operation("tan", 1, [](auto& a, auto&) { return tan(a); }),
-    operation("asin", 1, [](auto& a, auto&) { return asin(a); }),
-    operation("acos", 1, [](auto& a, auto&) { return acos(a); }),
-    operation("atan", 1, [](auto& a, auto&) { return atan(a); }),
-    operation("sinh", 1, [](auto& a, auto&) { return sinh(a); }),
-    operation("cosh", 1, [](auto& a, auto&) { return cosh(a); }),
-    operation("tanh", 1, [](auto& a, auto&) { return tanh(a); }),
-    operation("exp", 1, [](auto& a, auto&) { return exp(a); }),
-    operation("log", 1, [](auto& a, auto&) { return log(a); }),
-    operation("log10", 1, [](auto& a, auto&) { return log(a) * std::numbers::log10e; }),
-    operation("sqrt", 1, [](auto& a, auto&) { return sqrt(a); }),
+    operation(
+        "sin", 1, [](auto& a, auto&) { return sin(a); }, Formula::kFunctionWork),
+    operation(
+        "cos", 1, [](auto& a, auto&) { return cos(a); }, Formula::kFunctionWork),
+    operation(
+        "tan", 1, [](auto& a, auto&) { return tan(a); }, Formula::kFunctionWork),
+    operation(
+        "asin", 1, [](auto& a, auto&) { return asin(a); }, Formula::kFunctionWork),
+    operation(
+        "acos", 1, [](auto& a, auto&) { return acos(a); }, Formula::kFunctionWork),
+    operation(
+        "atan", 1, [](auto& a, auto&) { return atan(a); }, Formula::kFunctionWork),
+    operation(
+        "sinh", 1, [](auto& a, auto&) { return sinh(a); }, Formula::kFunctionWork),
+    operation(
+        "cosh", 1, [](auto& a, auto&) { return cosh(a); }, Formula::kFunctionWork),
+    operation(
+        "tanh", 1, [](auto& a, auto&) { return tanh(a); }, Formula::kFunctionWork),
+    operation(
+        "exp", 1, [](auto& a, auto&) { return exp(a); }, Formula::kFunctionWork),
+    operation(
+        "log", 1, [](auto& a, auto&) { return log(a); }, Formula::kFunctionWork),
+    operation(
+        "log10", 1, [](auto& a, auto&) { return log(a) * std::numbers::log10e; }, Formula::kFunctionWork),
+    operation(
+        "sqrt", 1, [](auto& a, auto&) { return sqrt(a); }, 4),
     operation("abs", 1, [](auto& a, auto&) { return abs(a); }),
     kPower,
     operation("min", -2, [](auto& a, auto& b) { return least(a, b); }),
     operation("max", -2, [](auto& a, auto& b) { return most(a, b); }),
-    operation("length", -2, [](auto& a, auto& b) { return sqrt(square(a) + square(b)); })};
+    operation(
+        "length", -2, [](auto& a, auto& b) { return sqrt(square(a) + square(b)); },
+        2 * Formula::kFunctionWork)};
 
 }  // namespace
 
@@ -143,6 +160,7 @@ class FormulaParser {
       return fail(at_, "the formula is too large; allowed: " + std::to_string(Formula::kMaxSteps) +
                            " operations, " + std::to_string(Formula::kMaxDepth) + " open at a time");
     formula_.steps_.push_back(step);
+    formula_.work_ += step.operation == nullptr ? 1 : step.operation->work;
   }
 
   void sum() {

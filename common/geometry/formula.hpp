@@ -34,9 +34,15 @@ class Formula {
   const std::string& text() const { return text_; }
   /// Returns the number of steps of one evaluation, at most kMaxSteps.
   std::size_t steps() const { return steps_.size(); }
+  /// Returns what one evaluation costs in the time of bounds(), in sums or products: a function counts as
+  /// kFunctionWork (a root as half that), a power and a length as twice that. At least steps().
+  std::uint64_t work() const { return work_; }
 
   /// Greatest number of intermediate results and of steps of an evaluation.
   static constexpr std::size_t kMaxDepth = 64, kMaxSteps = 4096;
+  /// Measured: bounds of a sum or product take 7 ns, of sin 60 ns, of pow 85 ns, of length 120 ns; values, as
+  /// of sin, pow, and sin of huge numbers, a third of that and less.
+  static constexpr std::uint64_t kFunctionWork = 4;
 
  private:
   friend class FormulaParser;
@@ -50,6 +56,7 @@ class Formula {
 
   std::string text_;
   std::vector<Step> steps_;
+  std::uint64_t work_ = 0;
 };
 
 }  // namespace phantom::geometry

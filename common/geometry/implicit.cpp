@@ -149,7 +149,7 @@ class FormulaSolid final : public ImplicitSolid {
     if (found.empty()) return {kInf, kInf};
     return {max(found.lo, hull.lo), found.defined ? max(found.hi, hull.hi) : kInf};
   }
-  std::size_t steps() const override { return kShapeSteps + f_.steps(); }
+  std::size_t steps() const override { return kShapeSteps + f_.work(); }
   Box bounding_box() const override { return within_; }
 
  private:

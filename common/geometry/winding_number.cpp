@@ -87,9 +87,11 @@ WindingTree::Group WindingTree::group_of(std::uint32_t first, std::uint32_t coun
   return group;
 }
 
-double WindingTree::at(const Eigen::Vector3d& p_m) const {
+double WindingTree::at(const Eigen::Vector3d& p_m, std::uint64_t* steps) const {
   double half_angles = 0.0;
+  std::uint64_t work = 0;
   const auto is_near = [&](std::uint32_t node) {
+    work += kGroupSteps;
     const Group& group = groups_[node];
     const Eigen::Vector3d d = group.centre - p_m;
     const double square = d.squaredNorm();
@@ -100,6 +102,7 @@ double WindingTree::at(const Eigen::Vector3d& p_m) const {
     return false;
   };
   tree_.walk(is_near, [&](std::uint32_t place) {
+    work += kTriangleSteps;
     const Corners& t = triangles_[place];
     const Eigen::Vector3d to = t.centre - p_m;
     const double distance_2 = to.squaredNorm();
@@ -107,6 +110,7 @@ double WindingTree::at(const Eigen::Vector3d& p_m) const {
                        ? 0.5 * t.area_normal.dot(to) / (distance_2 * std::sqrt(distance_2))
                        : half_solid_angle(t.a - p_m, t.b - p_m, t.c - p_m);
   });
+  if (steps != nullptr) *steps = work;
   return half_angles * kToWindings;
 }
 

@@ -24,7 +24,11 @@ class WindingTree {
   explicit WindingTree(const TriangleMesh& mesh);
 
   /// Returns the winding number at a point. Thread-safe. Allocates nothing.
-  double at(const Eigen::Vector3d& p_m) const;
+  /// If `steps` is not null, it becomes what that cost, in steps of a formula (Formula::work()).
+  double at(const Eigen::Vector3d& p_m, std::uint64_t* steps = nullptr) const;
+
+  /// Steps for each group and each triangle that at() looks at. Measured on 500,000 loose triangles.
+  static constexpr std::uint64_t kGroupSteps = 4, kTriangleSteps = 8;
 
  private:
   struct Group {             // far-field approximation of the triangles below a node of the tree

@@ -67,11 +67,12 @@ class BrickOfSurface {
   }
 
  private:
-  static constexpr double kRounding = 1e-6;      // in voxels; far above the rounding of double precision
-  static constexpr std::uint64_t kSearch = 128;  // steps of one search for the nearest triangle
+  static constexpr double kRounding = 1e-6;  // in voxels; far above the rounding of double precision
+  // Steps of one search for the nearest triangle, and of each triangle that it looks at.
+  static constexpr std::uint64_t kSearch = 128, kTriangle = 8;
 
   void fill(const Cube& cube, const voxelise::NearestPoint& nearest) {
-    if (!meter_.spend(kSearch)) return;  // the whole is given up
+    if (!meter_.spend(kSearch + kTriangle * nearest.looked_at)) return;  // the whole is given up
     const double radius = cube.radius_vox() + kRounding, distance = nearest.distance_vox;
     if (cube.edge == 1) return put(cube, bands_.order(distance));
     const std::int8_t order = bands_.order(std::max(0.0, distance - radius));

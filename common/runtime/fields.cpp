@@ -316,11 +316,10 @@ std::filesystem::path Fields::existing_file(const std::string& key) const {
 
 Fields Fields::section(const std::string& key, const std::string& in_table) const {
   table_.at(place_ + in_table);
-  YAML::Node node(YAML::NodeType::Map);
-  if (in_table != key ? has(key) : asked(key, "a mapping") != nullptr) {
-    node = node_->find(key);
-    check(node.IsMap(), key, "is " + show(node) + "; allowed: a mapping");
-  }
+  const bool given = in_table != key ? has(key) : asked(key, "a mapping") != nullptr;
+  // Not assigned later: yaml-cpp would copy its list of all nodes of the document each time.
+  const YAML::Node node = given ? node_->find(key) : YAML::Node(YAML::NodeType::Map);
+  check(node.IsMap(), key, "is " + show(node) + "; allowed: a mapping");
   return {node_->child(node, key), table_, place_ + in_table + "."};
 }
 

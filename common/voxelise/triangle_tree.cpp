@@ -51,13 +51,16 @@ NearestPoint TriangleTree::nearest_with_guess(const Eigen::Vector3d& p_vox, std:
 NearestPoint TriangleTree::search(const Eigen::Vector3d& p_vox, double limit_vox, NearestPoint best) const {
   constexpr double kRounding = 1.0 + 1e-12;  // keeps points that are equally near
   double least = limit_vox * limit_vox * kRounding;
+  std::uint32_t looked_at = 0;
   tree_.near(p_vox, least, [&](std::uint32_t triangle) {
+    ++looked_at;
     const NearestPoint there = on_triangle(p_vox, triangle);
     if (there.distance_vox > least) return;
     least = there.distance_vox;
     best = there;
   });
   best.distance_vox = std::sqrt(best.distance_vox);
+  best.looked_at = looked_at;
   return best;
 }
 

@@ -16,7 +16,8 @@ namespace phantom::voxelise {
 struct NearestPoint {
   double distance_vox = std::numeric_limits<double>::infinity();
   Eigen::Vector3d point_vox = Eigen::Vector3d::Zero();
-  std::uint32_t triangle = 0;  ///< its index in the tree
+  std::uint32_t triangle = 0;   ///< its index in the tree
+  std::uint32_t looked_at = 0;  ///< triangles of which the distance was computed to find it
 };
 
 /// The triangles of a mesh in a tree of boxes, in voxel coordinates of a grid (whole numbers are borders

@@ -97,11 +97,11 @@ class InsideTest {
   /// threshold it is not evaluated again.
   void run(std::uint64_t* row, std::int32_t first, std::int32_t last, std::int32_t y, std::int32_t z,
            core::WorkMeter& meter) const {
-    double w = at(first, y, z);
+    double w = at(first, y, z, meter);
     for (std::int32_t from = first; from < last;) {
       const std::int32_t to = std::min(last, from + kStride);
-      if (!meter.spend(kWindingSteps)) return;
-      const double next = at(to, y, z);
+      if (!meter.spend(1)) return;
+      const double next = at(to, y, z, meter);
       between(row, from, w, to, next, y, z, meter);
       from = to;
       w = next;
@@ -111,12 +111,14 @@ class InsideTest {
 
  private:
   static constexpr std::int32_t kStride = 16;
-  static constexpr std::uint64_t kWindingSteps = 256;  // one winding number, in steps of a formula
   static constexpr double kClearPerVoxel =
       0.0125;  // distance from the threshold per voxel between the places: 0.2 for a stride
 
-  double at(std::int32_t x, std::int32_t y, std::int32_t z) const {
-    return std::abs(tree_.at(grid_.centre_of(box_.min + workspace::Index3{x, y, z})));
+  double at(std::int32_t x, std::int32_t y, std::int32_t z, core::WorkMeter& meter) const {
+    std::uint64_t steps = 0;
+    const double w = std::abs(tree_.at(grid_.centre_of(box_.min + workspace::Index3{x, y, z}), &steps));
+    meter.spend(steps);  // whoever asks for the next one sees whether there may be one
+    return w;
   }
   static void put(std::uint64_t* row, std::int32_t x, double w) {
     if (w > 0.5) row[x >> 6] |= std::uint64_t{1} << (x & 63);
@@ -131,8 +133,8 @@ class InsideTest {
       return;
     }
     const std::int32_t middle = from + (to - from) / 2;
-    if (!meter.spend(kWindingSteps)) return;
-    const double w = at(middle, y, z);
+    if (!meter.spend(1)) return;
+    const double w = at(middle, y, z, meter);
     between(row, from, w_from, middle, w, y, z, meter);
     between(row, middle, w, to, w_to, y, z, meter);
   }

@@ -3,7 +3,6 @@
 #include <atomic>
 #include <map>
 #include <mutex>
-#include <set>
 
 #include "common/core/utf8.hpp"
 #include "common/dds/cdr.hpp"
@@ -16,6 +15,8 @@
 #include "common/observation/payload_reader.hpp"
 #include "common/runtime/process.hpp"
 #include "components/dds_recorder/dds_adapter_topics.hpp"
+#include "components/dds_recorder/known_topics.hpp"
+#include "components/dds_recorder/processes.hpp"
 
 namespace phantom::dds_recorder {
 namespace {
@@ -54,29 +55,32 @@ struct DdsAdapter::Impl : observation::DiscoveryListener {
         status(participant) {
     for (const dds::TopicDescription* topic : dds::all_topics()) {
       if (keeps(topic->name)) fresh.push_back(topic_info(*topic));
-      named.insert(topic->name);
+      known.add_own(topic->name);
     }
     observer = std::make_unique<observation::Observer>("dds_recorder", network, *this);
+    status.count_refusals_of(observer->participant());
   }
 
   void on_participant(const diagnostics::ParticipantInfo& info, diagnostics::Presence presence) override {
     const std::lock_guard lock(mutex);
-    if (presence == diagnostics::Presence::kAppeared || presence == diagnostics::Presence::kChanged)
-      graph.put(info);
+    if (presence == diagnostics::Presence::kAppeared || presence == diagnostics::Presence::kChanged) {
+      processes.put(info);
+    } else {
+      processes.leave(info.guid);
+    }
   }
   void on_endpoint(const diagnostics::EndpointInfo& info, diagnostics::Presence presence) override {
     if (!info.writer || presence != diagnostics::Presence::kAppeared) return;
     const std::lock_guard lock(mutex);
-    if (!named.insert(info.topic).second || !keeps(info.topic)) return;
-    fresh.push_back(topic_info(info));
+    if (keeps(info.topic) && known.is_fresh(info.topic)) fresh.push_back(topic_info(info));
   }
 
   KeepsTopic keeps;
   SampleQueue& queue;
   const std::string partition;  // the cell's; empty: the whole domain
-  mutable std::mutex mutex;     // guards graph, named, fresh
-  diagnostics::Graph graph;
-  std::set<std::string> named;
+  mutable std::mutex mutex;     // guards processes, known, fresh
+  Processes processes;
+  KnownTopics known;
   std::vector<TopicInfo> fresh;
   dds::Participant participant;
   messages::StatusReporter status;
@@ -123,8 +127,12 @@ TopicLosses DdsAdapter::losses(TopicNumber topic) const {
 
 WriterInfo DdsAdapter::describe(const Guid& writer) const {
   const std::lock_guard lock(impl_->mutex);
-  const diagnostics::ParticipantInfo* info = impl_->graph.participant(diagnostics::participant_of(writer));
-  return info == nullptr ? WriterInfo{} : WriterInfo{info->name, info->host, info->process};
+  return impl_->processes.describe(writer);
+}
+
+std::uint64_t DdsAdapter::topics_left_out() const {
+  const std::lock_guard lock(impl_->mutex);
+  return impl_->known.left_out();
 }
 
 void DdsAdapter::publish_status(const core::Health& health) { impl_->status.publish(health); }

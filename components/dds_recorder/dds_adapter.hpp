@@ -34,6 +34,9 @@ class DdsAdapter {
   /// Returns the counts of a topic's samples that have not reached the queue.
   TopicLosses losses(TopicNumber topic) const;
   WriterInfo describe(const Guid& writer) const;  ///< thread-safe
+  /// Returns how many writers were announced of topics that are not recorded because there are too many.
+  /// Thread-safe.
+  std::uint64_t topics_left_out() const;
   void publish_status(const core::Health& health);
 
  private:

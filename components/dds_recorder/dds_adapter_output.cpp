@@ -23,7 +23,11 @@ class LiveWriters : public observation::DiscoveryListener {
  public:
   void on_participant(const diagnostics::ParticipantInfo& info, diagnostics::Presence presence) override {
     const std::lock_guard lock(mutex_);
-    if (presence == diagnostics::Presence::kAppeared) graph_.put(info);
+    if (presence == diagnostics::Presence::kAppeared || presence == diagnostics::Presence::kChanged) {
+      graph_.put(info);
+    } else {
+      graph_.remove(info.guid);
+    }
   }
   void on_endpoint(const diagnostics::EndpointInfo& info, diagnostics::Presence presence) override {
     const std::lock_guard lock(mutex_);

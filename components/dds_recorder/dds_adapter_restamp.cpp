@@ -52,9 +52,10 @@ void Restamper::begin(core::Nanoseconds now_ns, core::Nanoseconds utc_now_ns) {
   ++turn_;
   utc_minus_monotonic_ns_ = utc_now_ns - now_ns;
   due_ns_ = now_ns;
-  for (auto& [id, session] : sessions_) {
-    session.added += session.greatest - session.least + 1;
-  }
+}
+
+std::uint64_t Restamper::added(const Session& session) const {
+  return session.added + (turn_ - session.turn) * (session.greatest - session.least + 1);
 }
 
 std::uint64_t Restamper::renamed(std::uint64_t session) const { return mixed(session ^ session_) | 1U; }
@@ -66,9 +67,9 @@ core::Nanoseconds Restamper::moved(const Session& session, core::Nanoseconds rec
 }
 
 void Restamper::move(msg::Stamp& stamp) {
-  const auto [known, fresh] = sessions_.try_emplace(stamp.session());
-  Session& session = known->second;
-  if (session.turn != turn_) {
+  const auto [session, fresh] = sessions_.find_or_add(stamp.session());
+  if (fresh || session.turn != turn_) {
+    if (!fresh) session.added = added(session);
     session.turn = turn_;
     session.recorded_ns = stamp.monotonic_ns();
     session.now_ns = due_ns_;
@@ -82,11 +83,11 @@ void Restamper::move(msg::Stamp& stamp) {
 }
 
 void Restamper::move(msg::Echo& echo) const {
-  const auto known = sessions_.find(echo.session());
-  if (echo.sequence_number() == 0 || known == sessions_.end()) return;
+  const Session* known = sessions_.find(echo.session());
+  if (echo.sequence_number() == 0 || known == nullptr) return;
   echo.session(renamed(echo.session()));
-  echo.sequence_number(echo.sequence_number() + known->second.added);
-  echo.monotonic_ns(moved(known->second, echo.monotonic_ns()));
+  echo.sequence_number(echo.sequence_number() + added(*known));
+  echo.monotonic_ns(moved(*known, echo.monotonic_ns()));
 }
 
 bool Restamper::restamp(const dds::TopicDescription& topic, core::Nanoseconds due_ns,

@@ -45,9 +45,23 @@ std::vector<TopicLosses> Recorder::losses_of_file() const {
   return since;
 }
 
+void Recorder::note(std::string notice) {
+  if (notices_.size() < kMostNotices) {
+    notices_.push_back(std::move(notice));
+  } else {
+    ++notices_left_out_;
+  }
+}
+
+std::vector<std::string> Recorder::take_notices() {
+  if (notices_left_out_ > 0)
+    notices_.push_back("and " + std::to_string(std::exchange(notices_left_out_, 0)) + " more like these");
+  return std::exchange(notices_, {});
+}
+
 void Recorder::stop_for(const std::string& reason) {
   out_of_space_ = true;
-  notices_.push_back(reason);
+  note(reason);
   if (!settings_.on_event) ended_ = reason;
 }
 
@@ -66,7 +80,7 @@ void Recorder::look_at_disk(core::Nanoseconds now_ns) {
   if (out_of_space_) {
     if (!ended_.empty() || free < settings_.margin_bytes + settings_.margin_bytes / 10) return;
     out_of_space_ = false;
-    notices_.push_back("there is space again: recording goes on at the next event");
+    note("there is space again: recording goes on at the next event");
     return;
   }
   if (free >= settings_.margin_bytes) return;
@@ -88,9 +102,18 @@ bool Recorder::write_prefix(core::Nanoseconds now_ns) {
     if (status) status = file_->attach(attachment);
   }
   const std::uint64_t log_time_ns = clocks_.utc_of(now_ns);
+  std::uint64_t left_out = 0;
   durable_.for_each([&](const Sample& sample) {
-    if (status) status = file_->write(sample.view(), log_time_ns, true);
+    if (!status) return;
+    status = file_->write(sample.view(), log_time_ns, true);
+    if (status || !file_->status()) return;
+    ++left_out;  // of so many writers that there is no channel for it
+    status = {};
   });
+  if (status && left_out > 0) {
+    status = file_->note(kLeftOutRecord, {{"carried_over", std::to_string(left_out)}});
+    note(std::to_string(left_out) + " durable samples of too many writers are not at the file's start");
+  }
   if (!status) fail(status, now_ns);
   return status.is_ok();
 }
@@ -118,9 +141,10 @@ bool Recorder::open(core::Nanoseconds now_ns) {
   file_ = std::make_unique<RecordingFile>(path, std::move(sink).value(), options, topics_, ports_.describe);
   opened_ns_ = flushed_ns_ = synced_ns_ = noted_ns_ = now_ns;
   losses_at_start_ = losses_written_ = losses_;
+  triggers_noted_ = 0;
   ++files_;
   if (!write_prefix(now_ns)) return false;
-  notices_.push_back("writing " + path.string());
+  note("writing " + path.string());
   return true;
 }
 
@@ -141,8 +165,8 @@ void Recorder::close(const std::string& reason, core::Nanoseconds now_ns) {
   if (status) status = file_->finish();
   bytes_ += file_->bytes();
   if (!status) return fail(status, now_ns);
-  notices_.push_back(file_->path().string() + ": " + std::to_string(file_->samples()) + " samples, " +
-                     in_MB(file_->bytes()) + ", ended: " + reason);
+  note(file_->path().string() + ": " + std::to_string(file_->samples()) + " samples, " +
+       in_MB(file_->bytes()) + ", ended: " + reason);
   file_.reset();
   ++number_;
 }
@@ -195,7 +219,7 @@ void Recorder::take(const SampleView& sample) {
 
 void Recorder::trigger(const std::string& reason, core::Nanoseconds now_ns) {
   ++events_;
-  notices_.push_back("event: " + reason);
+  note("event: " + reason);
   if (settings_.on_event) {
     event_until_ns_ = now_ns + settings_.after_ns;
     if (!file_) {
@@ -208,7 +232,8 @@ void Recorder::trigger(const std::string& reason, core::Nanoseconds now_ns) {
       }
     }
   }
-  if (!file_) return;
+  if (!file_ || triggers_noted_ == kMostTriggers) return;
+  if (++triggers_noted_ == kMostTriggers) note("further events are counted, not noted in this file");
   const recording::StringMap record{{"reason", reason},
                                     {"log_time_ns", std::to_string(clocks_.utc_of(now_ns))}};
   if (core::Status status = file_->note(kTriggerRecord, record); !status) fail(status, now_ns);
@@ -254,6 +279,7 @@ RecorderFigures Recorder::figures() const {
   figures.window_bytes = window_.bytes();
   figures.durable_samples = durable_.size();
   figures.durable_bytes = durable_.bytes();
+  figures.durable_forgotten = durable_.forgotten();
   if (file_) figures.file = file_->path().string();
   return figures;
 }

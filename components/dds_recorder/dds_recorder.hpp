@@ -66,13 +66,17 @@ struct RecorderFigures {
   std::uint64_t files = 0, events = 0;
   TopicLosses losses;  ///< sum of all topics
   std::size_t window_samples = 0, window_bytes = 0, durable_samples = 0, durable_bytes = 0;
-  std::string file;  ///< file that is being written
+  std::uint64_t durable_forgotten = 0;  ///< durable samples that are not at the next file's start: no memory
+  std::string file;                     ///< file that is being written
 };
 
 /// Decides which samples go into which file, and when a file ends. Uses no DDS, thread or clock. Not
 /// thread-safe.
 class Recorder {
  public:
+  static constexpr std::size_t kMostNotices = 256;    ///< between two calls of take_notices()
+  static constexpr std::size_t kMostTriggers = 1024;  ///< that a file notes; further ones are counted
+
   Recorder(RecorderSettings settings, RecordingContext context, RecorderPorts ports, ClockPair clocks);
   ~Recorder();
 
@@ -96,8 +100,8 @@ class Recorder {
   const std::string& ended() const { return ended_; }
   RecorderFigures figures() const;
   const std::vector<TopicLosses>& losses() const { return losses_; }
-  /// Returns messages for the log since the last call.
-  std::vector<std::string> take_notices() { return std::exchange(notices_, {}); }
+  /// Returns messages for the log since the last call: kMostNotices of them, and how many more there were.
+  std::vector<std::string> take_notices();
 
  private:
   bool open(core::Nanoseconds now_ns);
@@ -110,6 +114,7 @@ class Recorder {
   void fail(const core::Status& status, core::Nanoseconds now_ns);
   void look_at_disk(core::Nanoseconds now_ns);
   void stop_for(const std::string& reason);
+  void note(std::string notice);
   std::vector<TopicLosses> losses_of_file() const;
 
   RecorderSettings settings_;
@@ -132,6 +137,8 @@ class Recorder {
   std::uint64_t samples_ = 0, bytes_ = 0, files_ = 0, events_ = 0;
   std::string ended_;
   std::vector<std::string> notices_;
+  std::uint64_t notices_left_out_ = 0;
+  std::size_t triggers_noted_ = 0;  // in this file
 };
 
 }  // namespace phantom::dds_recorder

@@ -9,7 +9,7 @@ void DurableState::put(Sample sample, bool keyed) {
     name.sequence_number = sample.head.sequence_number;
   }
   if (const auto known = orders_.find(name); known != orders_.end()) forget(by_age_.find(known->second));
-  bytes_ += sample.cost();
+  bytes_ += cost(sample);
   orders_[name] = next_order_;
   by_age_.emplace(next_order_++, Entry{name, std::move(sample)});
   while (bytes_ > limit_bytes_ && by_age_.size() > 1) {
@@ -19,7 +19,7 @@ void DurableState::put(Sample sample, bool keyed) {
 }
 
 void DurableState::forget(std::map<std::uint64_t, Entry>::iterator entry) {
-  bytes_ -= entry->second.sample.cost();
+  bytes_ -= cost(entry->second.sample);
   orders_.erase(entry->second.name);
   by_age_.erase(entry);
 }

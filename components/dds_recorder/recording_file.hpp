@@ -17,6 +17,7 @@ inline constexpr const char* kAboutRecord = "phantom.recording";
 inline constexpr const char* kLossesRecord = "phantom.losses";
 inline constexpr const char* kTriggerRecord = "phantom.trigger";
 inline constexpr const char* kEndRecord = "phantom.end";
+inline constexpr const char* kLeftOutRecord = "phantom.left_out";
 /// Key in a channel's metadata; "yes": its samples were there before the file began.
 inline constexpr const char* kCarriedOver = "carried_over";
 
@@ -29,13 +30,18 @@ using DescribeWriter = std::function<WriterInfo(const Guid&)>;
 /// One MCAP file of a recording, with a channel for each topic and writer. Not thread-safe.
 class RecordingFile {
  public:
+  /// A file has so many channels: each keeps about 2 kB until the file ends, and who comes and goes brings
+  /// new ones. Half of them at most are of samples that were there before the file began.
+  static constexpr std::size_t kMostChannels = 16384;
+
   /// All arguments but `sink` outlive this object.
   RecordingFile(std::filesystem::path path, std::unique_ptr<recording::ByteSink> sink,
                 const recording::WriterOptions& options, const std::vector<TopicInfo>& topics,
                 const DescribeWriter& describe);
 
   /// `carried_over`: the sample was there before the file began, and is written at its start so that the file
-  /// is complete in itself.
+  /// is complete in itself. Returns kResourceExhausted, with status() good, if it needs a channel for which
+  /// there is no room.
   core::Status write(const SampleView& sample, std::uint64_t log_time_ns, bool carried_over);
   core::Status note(const char* name, recording::StringMap values) {
     return writer_.write(recording::Metadata{name, std::move(values)});

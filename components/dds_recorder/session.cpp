@@ -12,6 +12,7 @@
 #include "common/core/progress.hpp"
 #include "common/diagnostics/name_filter.hpp"
 #include "components/dds_recorder/dds_adapter.hpp"
+#include "components/dds_recorder/known_topics.hpp"
 
 namespace phantom::dds_recorder {
 namespace {
@@ -58,7 +59,8 @@ std::string in_words(const RecorderFigures& figures) {
   return text;
 }
 
-core::Health health_of(const RecorderFigures& figures, const Recorder& recorder, bool on_event) {
+core::Health health_of(const RecorderFigures& figures, const Recorder& recorder, bool on_event,
+                       std::uint64_t topics_left_out) {
   core::Health health;
   switch (figures.state) {
     case RecorderState::kRecording:
@@ -84,7 +86,9 @@ core::Health health_of(const RecorderFigures& figures, const Recorder& recorder,
                     {"dds_lost", static_cast<double>(figures.losses.dds_lost), ""},
                     {"unwritten", static_cast<double>(figures.losses.unwritten), ""},
                     {"window", static_cast<double>(figures.window_bytes) * 1e-6, "MB"},
-                    {"durable_samples", static_cast<double>(figures.durable_samples), ""}};
+                    {"durable_samples", static_cast<double>(figures.durable_samples), ""},
+                    {"durable_forgotten", static_cast<double>(figures.durable_forgotten), ""},
+                    {"topics_left_out", static_cast<double>(topics_left_out), ""}};
   return health;
 }
 
@@ -120,7 +124,7 @@ class RecordSession {
     count_losses();
     recorder_.finish(core::monotonic_ns());
     log_notices();
-    core::Health last = health_of(recorder_.figures(), recorder_, on_event_);
+    core::Health last = health(recorder_.figures());
     if (recorder_.ended().empty()) last.state = core::ComponentState::kStopped;
     adapter_.publish_status(last);
     spdlog::info("{}", in_words(recorder_.figures()));
@@ -190,13 +194,21 @@ class RecordSession {
     if (now_ns - status_ns_ < kStatusPeriod_ns) return;
     status_ns_ = now_ns;
     const RecorderFigures figures = recorder_.figures();
-    core::Health health = health_of(figures, recorder_, on_event_);
-    health.loops = {progress_.statistics()};
-    adapter_.publish_status(health);
+    core::Health now = health(figures);
+    now.loops = {progress_.statistics()};
+    adapter_.publish_status(now);
     log_losses(figures);
     if (now_ns - logged_ns_ < kLogPeriod_ns) return;
     logged_ns_ = now_ns;
     spdlog::info("{}", in_words(figures));
+  }
+
+  core::Health health(const RecorderFigures& figures) {
+    const std::uint64_t left_out = adapter_.topics_left_out();
+    if (left_out > 0 && !std::exchange(told_left_out_, true))
+      spdlog::warn("there are more than {} topics of others; further ones are not recorded",
+                   KnownTopics::kMostForeign);
+    return health_of(figures, recorder_, on_event_, left_out);
   }
 
   void log_notices() {
@@ -224,6 +236,7 @@ class RecordSession {
   core::Progress progress_{"record", 0.0, kHangsAfter_s};
   std::uint32_t signals_ = runtime::emergency_stop_signals();
   std::uint64_t overflow_logged_ = 0;
+  bool told_left_out_ = false;
   core::Nanoseconds counted_ns_ = 0, status_ns_ = 0, logged_ns_ = core::monotonic_ns();
 };
 

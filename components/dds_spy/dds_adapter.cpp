@@ -7,6 +7,7 @@
 #include "common/observation/observer.hpp"
 #include "common/observation/payload_reader.hpp"
 #include "common/observation/type_catalogue.hpp"
+#include "components/dds_spy/foreign_topics.hpp"
 
 namespace phantom::dds_spy {
 namespace {
@@ -68,7 +69,8 @@ struct DdsAdapter::Impl : observation::DiscoveryListener {
   std::mutex mutex;
   observation::Observer observer;
   std::map<std::string, std::unique_ptr<TopicReader>>
-      readers;  // by topic; used by the thread of follow_writers() only
+      readers;            // by topic; used by the thread of follow_writers() only
+  ForeignTopics foreign;  // likewise: of these readers
 
   void on_participant(const diagnostics::ParticipantInfo& participant,
                       diagnostics::Presence presence) override {
@@ -161,15 +163,22 @@ std::unique_lock<std::mutex> DdsAdapter::lock() { return std::unique_lock(impl_-
 std::vector<std::string> DdsAdapter::follow_writers() {
   std::vector<std::string> problems;
   if (!impl_->reading.read_topics) return problems;
-  for (const auto& [topic, plan] : impl_->plans()) {
+  impl_->observer.participant().log_refused_datagrams();
+  const auto plans = impl_->plans();
+  const auto is_written = [&](const std::string& topic) { return plans.contains(topic); };
+  const auto drop = [&](const std::string& topic) { impl_->readers.erase(topic); };
+  for (const auto& [topic, plan] : plans) {
     const auto known = impl_->readers.find(topic);
     if (known != impl_->readers.end() && known->second->plan == plan) continue;
+    if (!contracts().contains(topic) && !impl_->foreign.admit(topic, is_written, drop)) continue;
     try {
       impl_->make_reader(topic, plan);
     } catch (const dds::DdsError& problem) {
       problems.emplace_back(problem.what());  // stays without reader until its plan changes
     }
   }
+  if (const std::string problem = impl_->foreign.take_problem(); !problem.empty())
+    problems.push_back(problem);
   return problems;
 }
 

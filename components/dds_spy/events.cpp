@@ -3,6 +3,7 @@
 #include <spdlog/fmt/chrono.h>
 #include <spdlog/fmt/fmt.h>
 
+#include <algorithm>
 #include <ctime>
 #include <nlohmann/json.hpp>
 
@@ -72,7 +73,9 @@ EventLog::EventLog(std::size_t most, double quiet_s, Report report)
 void EventLog::add(Event event) {
   totals_[event.kind] += event.count;
   if (!kind_of(event.kind).bursts) return report(event);
-  Held& held = held_[{event.kind, event.topic, event.who}];
+  const Key key{event.kind, event.topic, event.who};
+  if (held_.size() >= kMostHeld && !held_.contains(key)) make_room();
+  Held& held = held_[key];
   if (held.reported_ns != 0 && event.utc_ns - held.reported_ns < quiet_ns_) {
     held.count += event.count;
     held.event = std::move(event);
@@ -100,6 +103,14 @@ void EventLog::look(core::Nanoseconds utc_ns) {
 
 void EventLog::flush() {
   for (auto& [key, held] : held_) release(held);
+}
+
+void EventLog::make_room() {
+  const auto longest = std::min_element(held_.begin(), held_.end(), [](const auto& a, const auto& b) {
+    return a.second.reported_ns < b.second.reported_ns;
+  });
+  release(longest->second);
+  held_.erase(longest);
 }
 
 void EventLog::release(Held& held) {

@@ -54,9 +54,12 @@ nlohmann::ordered_json event_json(const Event& event);
 
 /// Reports events. Of those that can come at a topic's rate (gaps, deadlines …), it reports the first of each
 /// kind, topic and participant at once. Those that follow within the quiet time are counted, and reported
-/// together after it with the newest one's text. Keeps the newest `most` reported events. Not thread-safe.
+/// together after it with the newest one's text. Keeps the newest `most` reported events, and at most
+/// kMostHeld of those that are held back: for a further one the longest held goes out early. Not thread-safe.
 class EventLog {
  public:
+  static constexpr std::size_t kMostHeld = 4096;
+
   using Report = std::function<void(const Event&)>;
   EventLog(std::size_t most, double quiet_s, Report report);
   void add(Event event);
@@ -65,6 +68,7 @@ class EventLog {
   /// Reports all events that were held back.
   void flush();
   const std::deque<Event>& newest() const { return newest_; }
+  std::size_t held() const { return held_.size(); }
   /// Returns the number of events of each kind, including those held back.
   const std::map<EventKind, std::uint64_t>& totals() const { return totals_; }
 
@@ -77,6 +81,7 @@ class EventLog {
   };
   void report(const Event& event);
   void release(Held& held);
+  void make_room();
 
   std::size_t most_;
   core::Nanoseconds quiet_ns_;

@@ -3,6 +3,7 @@
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
+#include <utility>
 
 namespace phantom::dds_spy {
 namespace {
@@ -38,7 +39,7 @@ void SystemView::on_participant(const diagnostics::ParticipantInfo& participant,
     return;
   }
   const auto* known = graph_.participant(participant.guid);
-  if (known == nullptr) return;
+  if (known == nullptr) return graph_.remove(participant.guid);  // its endpoints, if any were announced
   const std::string who = graph_.who(participant.guid);
   if (presence == Presence::kLeft) {
     report(EventKind::kParticipantLeft, utc_ns, "", who, "left");
@@ -47,10 +48,8 @@ void SystemView::on_participant(const diagnostics::ParticipantInfo& participant,
            "silent for its lease of " + duration_text(known->lease_ns) + ": killed, frozen or cut off");
   }
   graph_.remove(participant.guid);
-  std::erase_if(writers_, [&](const auto& item) {
-    return diagnostics::participant_of(item.first) == participant.guid;
-  });
-  report_disagreements(utc_ns);
+  forget_writers([&](const Guid& guid) { return diagnostics::participant_of(guid) == participant.guid; });
+  ends_changed_ = true;
 }
 
 void SystemView::on_endpoint(const EndpointInfo& endpoint, Presence presence, core::Nanoseconds utc_ns) {
@@ -63,7 +62,7 @@ void SystemView::on_endpoint(const EndpointInfo& endpoint, Presence presence, co
     graph_.put(endpoint);
   } else {
     graph_.remove(endpoint.guid);
-    writers_.erase(endpoint.guid);
+    forget_writers([&](const Guid& guid) { return guid == endpoint.guid; });
   }
   if (new_here || !here) {
     const EventKind kind = meant.writer ? (here ? EventKind::kWriterJoined : EventKind::kWriterLeft)
@@ -72,7 +71,7 @@ void SystemView::on_endpoint(const EndpointInfo& endpoint, Presence presence, co
            fmt::format("{} of {}: {}", meant.writer ? "writer" : "reader", meant.type,
                        here ? diagnostics::qos_text(meant.qos) : "gone"));
   }
-  report_disagreements(utc_ns);
+  ends_changed_ = true;
 }
 
 void SystemView::report_disagreements(core::Nanoseconds utc_ns) {
@@ -91,14 +90,34 @@ void SystemView::report_disagreements(core::Nanoseconds utc_ns) {
   disagreeing_ = std::move(now);
 }
 
-ObservedWriter& SystemView::writer(const ReceivedSample& sample) {
-  auto& observed = writers_[sample.writer];
-  observed.topic = sample.topic;
-  return observed;
+template <class Predicate>
+void SystemView::forget_writers(Predicate which) {
+  std::erase_if(writers_, [&](const auto& item) {
+    if (!which(item.first)) return false;
+    told_apart_ -= item.second.instances.size();
+    return true;
+  });
+}
+
+/// Returns null if there is no room for another one.
+ObservedWriter* SystemView::writer(const Guid& guid, const std::string& topic) {
+  if (writers_.size() >= kMostWriters && !writers_.contains(guid)) {
+    // Samples may come after the end of their writer.
+    forget_writers([&](const Guid& known) { return graph_.endpoint(known) == nullptr; });
+    if (writers_.size() >= kMostWriters) return nullptr;
+  }
+  ObservedWriter& observed = writers_[guid];
+  observed.topic = topic;
+  return &observed;
 }
 
 void SystemView::on_sample(const ReceivedSample& sample) {
-  ObservedWriter& observed = writer(sample);
+  ObservedWriter* known = writer(sample.writer, sample.topic);
+  if (known == nullptr) {
+    ++left_out_;
+    return;
+  }
+  ObservedWriter& observed = *known;
   const core::Nanoseconds utc_ns = sample.facts.received_utc_ns;
   if (sample.gone) {
     observed.stream.take_number(sample.facts.sequence_number);
@@ -107,10 +126,12 @@ void SystemView::on_sample(const ReceivedSample& sample) {
     return;
   }
   report_arrival(sample, observed.stream.take(sample.facts));
-  const bool told_apart = observed.instances.size() < ObservedWriter::kMostInstances ||
-                          observed.instances.contains(sample.instance);
+  const std::size_t before = observed.instances.size();
+  const bool told_apart = (before < ObservedWriter::kMostInstances && told_apart_ < kMostInstances) ||
+                          before == 0 || observed.instances.contains(sample.instance);
   ++observed.instances[told_apart ? sample.instance : ObservedWriter::kOthers];
-  watch_deadline(observed, sample);
+  told_apart_ += observed.instances.size() - before;
+  if (told_apart) watch_deadline(observed, sample);
   if (!sample.problem.empty()) {
     ++observed.undecodable;
     report(EventKind::kUndecodable, utc_ns, sample.topic, graph_.who(sample.writer), sample.problem);
@@ -145,9 +166,6 @@ void SystemView::report_arrival(const ReceivedSample& sample, const Arrival& arr
 void SystemView::watch_deadline(ObservedWriter& observed, const ReceivedSample& sample) {
   const auto* endpoint = graph_.endpoint(sample.writer);
   if (endpoint == nullptr || endpoint->qos.deadline_ns == diagnostics::kInfinite_ns) return;
-  if (observed.deadlines.size() >= ObservedWriter::kMostInstances &&
-      !observed.deadlines.contains(sample.instance))
-    return;
   auto& watch = observed.deadlines.try_emplace(sample.instance, endpoint->qos.deadline_ns).first->second;
   const auto made_ns = sample.facts.stamp ? sample.facts.stamp->monotonic_ns : sample.facts.source_ns;
   const auto miss = watch.take(sample.facts.received_ns, made_ns);
@@ -168,9 +186,9 @@ void SystemView::watch_deadline(ObservedWriter& observed, const ReceivedSample& 
 void SystemView::on_liveliness(const Guid& guid, bool alive, core::Nanoseconds utc_ns) {
   const auto* endpoint = graph_.endpoint(guid);
   if (endpoint == nullptr) return;  // discovery has already reported its end
-  auto& observed = writers_[guid];
-  observed.topic = endpoint->topic;
-  if (observed.alive == alive) return;
+  ObservedWriter* known = writer(guid, endpoint->topic);
+  if (known == nullptr || known->alive == alive) return;
+  ObservedWriter& observed = *known;
   observed.alive = alive;
   if (alive) {
     report(EventKind::kLivelinessBack, utc_ns, endpoint->topic, graph_.who(guid),
@@ -193,6 +211,7 @@ void SystemView::on_reader_made(const std::string& topic) {
 }
 
 void SystemView::look(core::Nanoseconds now_ns, core::Nanoseconds utc_ns) {
+  if (std::exchange(ends_changed_, false)) report_disagreements(utc_ns);
   for (auto& [guid, observed] : writers_) {
     for (auto& [instance, watch] : observed.deadlines) {
       const auto miss = watch.look(now_ns);
@@ -212,6 +231,7 @@ void SystemView::reset_counts() {
     observed.deadlines.clear();
     observed.deadlines_missed = observed.undecodable = observed.liveliness_lost = 0;
   }
+  told_apart_ = 0;
 }
 
 }  // namespace phantom::dds_spy

@@ -30,8 +30,8 @@ struct ReceivedSample {
 struct ObservedWriter {
   std::string topic;
   Stream stream;
-  /// Greatest number of instances that are told apart; what comes of further ones is counted as kOthers, and
-  /// their deadlines are not watched.
+  /// Greatest number of instances that are told apart; what comes of further ones, here or in all
+  /// (SystemView::kMostInstances), is counted as kOthers, and their deadlines are not watched.
   static constexpr std::size_t kMostInstances = 4096;
   static constexpr const char* kOthers = "(others)";
 
@@ -42,9 +42,13 @@ struct ObservedWriter {
 };
 
 /// Holds everything that was discovered and received: participants and endpoints, the samples of each writer,
-/// and events. Pure: the adapter passes it everything, with times. Not thread-safe.
+/// and events. Pure: the adapter passes it everything, with times. What is kept of others is bounded: the
+/// guard bounds who is there (common/wire/guard.hpp), kMostWriters are measured, and of the instances of all
+/// of them together kMostInstances are told apart. Not thread-safe.
 class SystemView {
  public:
+  static constexpr std::size_t kMostWriters = 8192, kMostInstances = 65536;
+
   SystemView(std::size_t most_events, double quiet_s, EventLog::Report report)
       : events_(most_events, quiet_s, std::move(report)) {}
 
@@ -56,13 +60,16 @@ class SystemView {
   void on_liveliness(const diagnostics::Guid& writer, bool alive, core::Nanoseconds utc_ns);
   /// Notes that the topic's reader is new: its writers' next numbers are not compared with the last ones.
   void on_reader_made(const std::string& topic);
-  /// Checks for missed deadlines and reports events held back. To be called several times a second.
+  /// Checks for missed deadlines, and whether ends disagree if there are other ends now, and reports events
+  /// held back. To be called several times a second.
   void look(core::Nanoseconds now_ns, core::Nanoseconds utc_ns);
   /// Resets the counts, but not what was discovered.
   void reset_counts();
 
   const diagnostics::Graph& graph() const { return graph_; }
   const std::map<diagnostics::Guid, ObservedWriter>& writers() const { return writers_; }
+  /// Returns how many samples came of writers that are not measured, because there are too many.
+  std::uint64_t samples_left_out() const { return left_out_; }
   const EventLog& events() const { return events_; }
   EventLog& events() { return events_; }
 
@@ -70,13 +77,18 @@ class SystemView {
   using Pair = std::pair<diagnostics::Guid, diagnostics::Guid>;
   void report(EventKind kind, core::Nanoseconds utc_ns, const std::string& topic, const std::string& who,
               std::string text);
-  ObservedWriter& writer(const ReceivedSample& sample);
+  ObservedWriter* writer(const diagnostics::Guid& guid, const std::string& topic);
+  template <class Predicate>
+  void forget_writers(Predicate which);
   void watch_deadline(ObservedWriter& writer, const ReceivedSample& sample);
   void report_arrival(const ReceivedSample& sample, const Arrival& arrival);
   void report_disagreements(core::Nanoseconds utc_ns);
 
   diagnostics::Graph graph_;
   std::map<diagnostics::Guid, ObservedWriter> writers_;
+  std::size_t told_apart_ = 0;  // instances of all writers
+  std::uint64_t left_out_ = 0;
+  bool ends_changed_ = false;         // since disagreements were last looked for
   std::map<Pair, bool> disagreeing_;  // already reported
   StatusWatch status_;
   EventLog events_;

@@ -104,6 +104,7 @@ void add_options(runtime::Command command, ChangeRequest& request) {
 }
 
 int run_change(const ChangeRequest& request, const core::NetworkOptions& network, std::ostream& print) {
+  const runtime::EndsAtOnce impatient(runtime::kExitFailed);  // who waits for long may give up
   if (request.what == "list") {
     const auto listing = list_objects(network, request.timeout_s);
     return listing ? list(*listing, print) : missing(print, network, request.timeout_s);

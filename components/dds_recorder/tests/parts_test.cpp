@@ -3,12 +3,15 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <cstring>
 #include <fstream>
 #include <thread>
 
 #include "common/core/errors.hpp"
 #include "components/dds_recorder/config.hpp"
 #include "components/dds_recorder/idl_text.hpp"
+#include "components/dds_recorder/known_topics.hpp"
+#include "components/dds_recorder/processes.hpp"
 #include "components/dds_recorder/sample_queue.hpp"
 #include "components/dds_recorder/tests/fake_world.hpp"
 #include "tests/support/heap_guard.hpp"
@@ -96,6 +99,49 @@ TEST(DurableStateOf, KeepsTheNewestOfEachInstanceWithinItsMemory) {
   DurableState unknown([](auto, auto, auto&) { return false; }, 50'000);
   for (std::uint64_t i = 1; i <= 5; ++i) unknown.put(owned(world.sample(0, i, 0)), true);
   EXPECT_EQ(unknown.size(), 5u) << "where the key is not known each sample counts";
+}
+
+TEST(DurableStateOf, SmallSamplesCountWithWhatKeepsThem) {
+  FakeWorld world;
+  constexpr std::size_t kLimit = 1'000'000, kLeastOfOne = 250;  // of two nodes, a block and the sample itself
+  DurableState state([](auto, auto, auto&) { return false; }, kLimit);
+  for (std::uint64_t i = 1; i <= 100'000; ++i) state.put(owned(world.sample(0, i, 0, {1})), true);
+  EXPECT_LE(state.size(), kLimit / kLeastOfOne);
+  EXPECT_EQ(state.size() + state.forgotten(), 100'000u) << "what is forgotten is counted";
+}
+
+TEST(KnownTopicsOf, EachIsFreshOnceAndOfThoseOfOthersThereAreSoMany) {
+  KnownTopics known;
+  known.add_own("percept");
+  EXPECT_FALSE(known.is_fresh("percept"));
+  for (std::size_t i = 0; i < 2 * KnownTopics::kMostForeign; ++i)
+    EXPECT_EQ(known.is_fresh("t" + std::to_string(i)), i < KnownTopics::kMostForeign);
+  EXPECT_FALSE(known.is_fresh("t0"));
+  EXPECT_EQ(known.left_out(), KnownTopics::kMostForeign);
+}
+
+TEST(ProcessesOf, ThoseThatAreThereAreKnownHoweverManyCameAndWent) {
+  Processes processes;
+  const auto process = [](std::uint64_t number) {
+    diagnostics::ParticipantInfo info;
+    std::memcpy(info.guid.data(), &number, sizeof number);
+    info.guid = diagnostics::participant_of(info.guid);
+    info.name = "p" + std::to_string(number);
+    return info;
+  };
+  processes.put(process(7));
+  for (std::uint64_t number = 100; number < 100 + 10 * Processes::kMostGone; ++number) {
+    processes.put(process(number));
+    processes.leave(process(number).guid);
+  }
+  EXPECT_EQ(processes.size(), 1 + Processes::kMostGone);
+  Guid writer = process(7).guid;
+  writer[15] = 0x02;
+  EXPECT_EQ(processes.describe(writer).component, "p7");
+  const std::uint64_t last = 99 + 10 * Processes::kMostGone;
+  EXPECT_EQ(processes.describe(process(last).guid).component, "p" + std::to_string(last))
+      << "its samples may not be written yet";
+  EXPECT_EQ(processes.describe(process(100).guid).component, "");
 }
 
 TEST(IdlText, HoldsTheTypeAndAllThatItRefersToWithoutPreprocessor) {

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cstring>
 #include <numeric>
 
 #include "components/dds_recorder/tests/fake_world.hpp"
@@ -240,6 +241,66 @@ TEST(Losses, EachFileHasItsOwn) {
   ASSERT_EQ(world.files.size(), 2u);
   EXPECT_EQ(world.open(world.names()[0]).metadata(kLossesRecord).back().at("state.missing"), "3");
   EXPECT_EQ(world.open(world.names()[1]).metadata(kLossesRecord).back().at("state.missing"), "2");
+}
+
+SampleView of_writer(FakeWorld& world, TopicNumber topic, std::uint64_t writer, core::Nanoseconds at_ns) {
+  SampleView sample = world.sample(topic, 1, at_ns, {static_cast<std::uint8_t>(writer), 2});
+  std::memcpy(sample.head.writer.data(), &writer, sizeof writer);
+  return sample;
+}
+
+TEST(Bounds, AFileHasSoManyChannelsAndTheNextGoesOn) {
+  FakeWorld world;
+  const auto owner = world.recorder(continuous());
+  owner->tick(0);
+  for (std::uint64_t writer = 0; writer < RecordingFile::kMostChannels + 10; ++writer)
+    owner->take(of_writer(world, world.state, writer, 1000));
+  owner->finish(2000);
+  ASSERT_EQ(world.files.size(), 2u);
+  const auto names = world.names();
+  EXPECT_EQ(world.open(names[0]).channels().size(), RecordingFile::kMostChannels);
+  EXPECT_EQ(all_messages(world.open(names[1])).size(), 10u);
+  EXPECT_EQ(owner->figures().losses.unwritten, 0u);
+}
+
+TEST(Bounds, DurableSamplesOfTooManyWritersDoNotEndARecording) {
+  FakeWorld world;
+  auto ports = world.ports();
+  ports.instance_of = [](auto, auto, auto&) { return false; };  // each sample counts
+  RecorderSettings settings = continuous();
+  settings.folder = "/disk";
+  settings.split_ns = FakeWorld::kSecond;
+  Recorder recorder(settings, RecordingContext{}, ports, ClockPair{0, FakeWorld::kUtc});
+  const TopicNumber topic = recorder.add_topic({"brick", "B", true, true, "omgidl", "struct B {};", {}});
+  recorder.tick(0);
+  constexpr std::uint64_t kWriters = RecordingFile::kMostChannels / 2 + 100;
+  for (std::uint64_t writer = 0; writer < kWriters; ++writer)
+    recorder.take(of_writer(world, topic, writer, 1000));
+  recorder.tick(2 * FakeWorld::kSecond);
+  recorder.take(of_writer(world, topic, kWriters, 2 * FakeWorld::kSecond));
+  recorder.finish(3 * FakeWorld::kSecond);
+  EXPECT_EQ(recorder.ended(), "");
+  ASSERT_EQ(world.files.size(), 2u);
+  const auto reader = world.open(world.names()[1]);
+  EXPECT_EQ(reader.metadata(kLeftOutRecord).at(0).at("carried_over"), "100");
+  EXPECT_EQ(numbers(reader, "brick").size(), 1u);
+}
+
+TEST(Bounds, EventsAreCountedAndSoManyNotedInAFile) {
+  FakeWorld world;
+  const auto owner = world.recorder(continuous());
+  owner->tick(0);
+  owner->take_notices();
+  constexpr std::size_t kEvents = 3 * Recorder::kMostTriggers;
+  for (std::size_t i = 0; i < kEvents; ++i) owner->trigger("again", 1000);
+  const auto notices = owner->take_notices();
+  EXPECT_EQ(notices.size(), Recorder::kMostNotices + 1);
+  EXPECT_THAT(notices.back(), HasSubstr("more like these"));
+  EXPECT_THAT(owner->take_notices(), IsEmpty());
+  owner->finish(2000);
+  EXPECT_EQ(owner->figures().events, kEvents);
+  const auto reader = world.open(world.names()[0]);
+  EXPECT_EQ(reader.metadata(kTriggerRecord).size(), Recorder::kMostTriggers);
 }
 
 TEST(Disk, RecordingEndsInOrderBeforeTheMarginIsTouched) {

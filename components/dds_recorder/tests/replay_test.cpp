@@ -240,6 +240,28 @@ TEST(RestamperOf, MovesStampsAndTheEchoesThatAnswerThemTogether) {
   EXPECT_EQ(again.monotonic_ns(), 101'000);
 }
 
+TEST(RestamperOf, RemembersTheSessionsThatWereUsedLast) {
+  Restamper restamper(99, 1.0);
+  restamper.begin(0, 0);
+  const auto moved = [&](std::uint64_t session, std::uint64_t number) {
+    msg::Stamp stamp;
+    stamp.session(session);
+    stamp.sequence_number(number);
+    restamper.move(stamp);
+    return stamp.sequence_number();
+  };
+  EXPECT_EQ(moved(1, 10), 10u);
+  for (std::uint64_t session = 2; session < 3 * Restamper::kMostSessions; ++session) {
+    moved(session, 1);
+    if (session % 1000 == 0) moved(1, 10);
+  }
+  EXPECT_EQ(restamper.sessions(), Restamper::kMostSessions);
+  restamper.begin(1000, 0);
+  restamper.begin(2000, 0);  // a turn in which it is silent
+  EXPECT_EQ(moved(1, 10), 12u) << "one that was used goes on";
+  EXPECT_EQ(moved(2, 10), 10u) << "one that was forgotten begins again";
+}
+
 TEST(RestamperOf, ClocksThatLeapFromEndToEndKeepTheirDirection) {
   constexpr auto kLeast = std::numeric_limits<core::Nanoseconds>::min();
   constexpr auto kGreatest = std::numeric_limits<core::Nanoseconds>::max();

@@ -55,6 +55,17 @@ TEST_F(EventLogTest, OnlyTheNewestAreKept) {
   EXPECT_EQ(log.newest().front().text, "2");
 }
 
+TEST_F(EventLogTest, SoManyAreHeldBackTheLongestHeldGoesOutEarly) {
+  for (std::size_t i = 0; i < 3 * EventLog::kMostHeld; ++i) {
+    const std::string topic = "t" + std::to_string(i);
+    log.add(gap(static_cast<core::Nanoseconds>(1 + i), "first", topic));
+    log.add(gap(static_cast<core::Nanoseconds>(1 + i), "second", topic));
+  }
+  EXPECT_EQ(log.held(), EventLog::kMostHeld);
+  log.flush();
+  EXPECT_EQ(reported.size(), 6 * EventLog::kMostHeld) << "none is lost";
+}
+
 TEST(Event, EveryKindHasItsOwnName) {
   const auto names = event_kind_names();
   EXPECT_EQ(names.size(), static_cast<std::size_t>(EventKind::kComponentCounter) + 1);

@@ -83,12 +83,22 @@ TEST(Table, ColumnsAreAsWideAsTheirWidestCell) {
 }
 
 TEST(LineQueue, IsBoundedAndCountsWhatItDrops) {
-  LineQueue queue(2);
+  LineQueue queue(2, 1000);
   for (const char* text : {"a", "b", "c"}) queue.put(text);
   EXPECT_EQ(queue.take(), (std::deque<std::string>{"a", "b"}));
   EXPECT_EQ(queue.dropped(), 1u);
   queue.put("d");
   EXPECT_EQ(queue.take().size(), 1u);
+}
+
+TEST(LineQueue, LargeTextsFillItSooner) {
+  LineQueue queue(100, 1000);
+  for (int i = 0; i < 20; ++i) queue.put(std::string(300, 'x'));
+  queue.put("short");
+  EXPECT_EQ(queue.dropped(), 17u);
+  EXPECT_EQ(queue.take().size(), 4u);
+  queue.put(std::string(1000, 'x'));
+  EXPECT_EQ(queue.take().size(), 1u) << "there is room again";
 }
 
 }  // namespace

@@ -2,6 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <set>
+#include <string>
+#include <vector>
+
+#include "components/dds_spy/foreign_topics.hpp"
+
 namespace phantom::dds_spy {
 namespace {
 
@@ -23,6 +29,30 @@ bool is_reliable(const ReadingPlan& plan) {
 }
 bool is_durable(const ReadingPlan& plan) {
   return plan.qos.durability == diagnostics::Durability::kTransientLocal;
+}
+
+TEST(ForeignTopicsOf, SoManyAreReadAndThoseThatNobodyWritesMakeRoom) {
+  ForeignTopics topics;
+  std::set<std::string> written;
+  std::vector<std::string> dropped;
+  const auto admit = [&](const std::string& topic) {
+    written.insert(topic);
+    return topics.admit(
+        topic, [&](const std::string& known) { return written.contains(known); },
+        [&](const std::string& known) { dropped.push_back(known); });
+  };
+  for (std::size_t i = 0; i < ForeignTopics::kMost; ++i) EXPECT_TRUE(admit("t" + std::to_string(i)));
+  EXPECT_EQ(topics.take_problem(), "");
+  for (int i = 0; i < 1000; ++i) EXPECT_FALSE(admit("further_" + std::to_string(i)));
+  EXPECT_TRUE(admit("t7")) << "one that is read stays so";
+  EXPECT_EQ(topics.size(), ForeignTopics::kMost);
+  EXPECT_NE(topics.take_problem(), "");
+  EXPECT_EQ(topics.take_problem(), "") << "told once";
+  written.erase("t3");
+  written.erase("t200");
+  EXPECT_TRUE(admit("further_0"));
+  EXPECT_EQ(dropped, (std::vector<std::string>{"t200", "t3"}));
+  EXPECT_EQ(topics.size(), ForeignTopics::kMost - 1);
 }
 
 TEST(ReadingPlan, NobodyWaitsForTheSpyUnlessAsked) {

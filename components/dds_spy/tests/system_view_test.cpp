@@ -149,6 +149,7 @@ TEST_F(SystemViewTest, AMismatchIsToldOnceAndAgainAfterItWasGone) {
   view.on_endpoint(reader, Change::kAppeared, kUtc);
   view.on_endpoint(slave_end(2, 3, false), Change::kAppeared, kUtc);
   const auto mismatches = [&] {
+    view.look(0, kUtc);
     return view.events().totals().contains(EventKind::kQosMismatch)
                ? view.events().totals().at(EventKind::kQosMismatch)
                : 0;
@@ -159,6 +160,7 @@ TEST_F(SystemViewTest, AMismatchIsToldOnceAndAgainAfterItWasGone) {
             std::string::npos)
       << all();
   view.on_endpoint(reader, Change::kLeft, kUtc);
+  EXPECT_EQ(mismatches(), 1u);
   view.on_endpoint(reader, Change::kAppeared, kUtc);
   EXPECT_EQ(mismatches(), 2u);
 }
@@ -255,6 +257,75 @@ TEST_F(SystemViewTest, InstancesOfAWriterAreToldApartUpToANumber) {
   EXPECT_EQ(writer.instances.size(), ObservedWriter::kMostInstances + 1);
   EXPECT_EQ(writer.instances.at(ObservedWriter::kOthers), 2 * ObservedWriter::kMostInstances);
   EXPECT_LE(writer.deadlines.size(), ObservedWriter::kMostInstances);
+}
+
+Guid numbered(std::size_t participant, std::uint8_t entity) {
+  Guid g = guid(0, entity);
+  g[8] = 77;
+  g[9] = static_cast<std::uint8_t>(participant >> 16);
+  g[10] = static_cast<std::uint8_t>(participant >> 8);
+  g[11] = static_cast<std::uint8_t>(participant);
+  return g;
+}
+
+TEST_F(SystemViewTest, OfAllWritersTogetherInstancesAreToldApartUpToANumber) {
+  constexpr std::size_t kEach = 4000, kWriters = 2 * SystemView::kMostInstances / kEach;
+  std::size_t kept = 0, counted = 0;
+  for (std::size_t w = 0; w < kWriters; ++w) {
+    ReceivedSample received = sample(1, 1, 0);
+    received.writer = numbered(w, 2);
+    for (std::size_t i = 0; i < kEach; ++i) {
+      received.instance = "id=" + std::to_string(i);
+      ++received.facts.sequence_number;
+      view.on_sample(received);
+    }
+  }
+  for (const auto& [guid, writer] : view.writers()) {
+    kept += writer.instances.size();
+    for (const auto& [instance, samples] : writer.instances) counted += samples;
+  }
+  EXPECT_LE(kept, SystemView::kMostInstances + 2 * kWriters) << "besides, one and all others for each";
+  EXPECT_EQ(counted, kWriters * kEach) << "all are counted";
+  view.reset_counts();
+  ReceivedSample again = sample(1, 1, 0);
+  again.writer = numbered(kWriters - 1, 2);
+  for (const char* instance : {"id=1", "id=2"}) {
+    again.instance = instance;
+    view.on_sample(again);
+  }
+  EXPECT_EQ(view.writers().at(again.writer).instances.size(), 2u) << "there is room again";
+}
+
+TEST_F(SystemViewTest, SoManyWritersAreMeasuredAndThoseThatWentMakeRoom) {
+  auto end = slave_end(1, 2, true);
+  const auto come = [&](std::size_t number) {
+    end.guid = numbered(number, 2);
+    view.on_endpoint(end, Change::kAppeared, kUtc);
+    ReceivedSample received = sample(1, 1, 0);
+    received.writer = end.guid;
+    view.on_sample(received);
+  };
+  for (std::size_t number = 0; number < SystemView::kMostWriters + 100; ++number) come(number);
+  EXPECT_EQ(view.writers().size(), SystemView::kMostWriters);
+  EXPECT_EQ(view.samples_left_out(), 100u);
+  for (std::size_t number = 0; number < 10; ++number) {
+    end.guid = numbered(number, 2);
+    view.on_endpoint(end, Change::kLeft, kUtc);
+    ReceivedSample late = sample(2, 2, 0);
+    late.writer = end.guid;
+    view.on_sample(late);  // it came before its writer's end and is taken after it
+  }
+  come(SystemView::kMostWriters + 200);
+  EXPECT_TRUE(view.writers().contains(numbered(SystemView::kMostWriters + 200, 2)));
+  EXPECT_LE(view.writers().size(), SystemView::kMostWriters);
+}
+
+TEST_F(SystemViewTest, EndpointsThatAreAnnouncedBeforeTheirParticipantGoWithIt) {
+  auto end = slave_end(9, 2, true);
+  view.on_endpoint(end, Change::kAppeared, kUtc);
+  const std::size_t before = view.graph().endpoints().size();
+  view.on_participant(participant(9, "never announced"), Change::kLost, kUtc);
+  EXPECT_EQ(view.graph().endpoints().size(), before - 1);
 }
 
 }  // namespace

