@@ -25,7 +25,7 @@ class WorkspaceSources {
  public:
   /// Greatest number of sources at a time; samples of further sources are refused.
   static constexpr std::size_t kMost = 3;
-  static constexpr std::size_t kLeastReceivedBytes = std::size_t{24} << 20;
+  static constexpr std::size_t kLeastReceivedBytes = std::size_t{16} << 20;
 
   explicit WorkspaceSources(std::size_t most_bytes = SIZE_MAX) : most_bytes_(most_bytes) {}
 
