@@ -17,8 +17,8 @@ namespace {
 using test::all_replaced;
 using test::replaced;
 
-// The files for drives on CAN, on buses of the test's own, where frames take no time: they come in one go, and a
-// slow machine is not woken for each of some ten thousand a second.
+// The files for drives on CAN, on buses of the test's own, where frames take no time: they come in one go,
+// and a slow machine is not woken for each of some ten thousand a second.
 void write_can_files(const std::filesystem::path& folder) {
   for (const auto& entry : std::filesystem::directory_iterator(PHANTOM_SOURCE_DIR "/deploy/can")) {
     if (entry.path().extension() != ".yaml") continue;
