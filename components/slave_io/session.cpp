@@ -2,7 +2,9 @@
 
 #include <spdlog/spdlog.h>
 
+#include <chrono>
 #include <fstream>
+#include <future>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -83,15 +85,25 @@ std::vector<core::LoopStatistics> run_servo(const ArmModel& model, const Config&
                                     arm, stops, adapter, runtime::LinkLogger("THE MASTER"), callbacks);
 }
 
-// Returns null if the process has to end meanwhile.
+// Returns null if the process has to end meanwhile. Tells twice a second that the process is alive: on a slow
+// host this takes longer than a service manager waits for a word. After ten minutes it hangs and tells no more.
 std::unique_ptr<const FieldWorld> make_world(const runtime::CellConfig& cell, const ContactConfig& config,
-                                             const FieldCache& cache) {
-  try {
-    return std::make_unique<const FieldWorld>(
-        cell, runtime::load_real_bodies(cell), config, [] { return !runtime::stop_requested(); }, &cache);
-  } catch (const FieldWorld::Ended&) {
-    return nullptr;
-  }
+                                             const FieldCache& cache, DdsAdapter& adapter) {
+  constexpr core::Nanoseconds kLongest_ns = core::from_seconds(600.0);
+  auto making = std::async(std::launch::async, [&]() -> std::unique_ptr<const FieldWorld> {
+    try {
+      return std::make_unique<const FieldWorld>(
+          cell, runtime::load_real_bodies(cell), config, [] { return !runtime::stop_requested(); }, &cache);
+    } catch (const FieldWorld::Ended&) {
+      return nullptr;
+    }
+  });
+  const auto begun_ns = core::monotonic_ns();
+  do {
+    if (core::monotonic_ns() - begun_ns < kLongest_ns)
+      adapter.publish_health({core::ComponentState::kStarting, "making the contact field", {}, {}});
+  } while (making.wait_for(std::chrono::milliseconds(500)) != std::future_status::ready);
+  return making.get();
 }
 
 int run_simulated(const runtime::CellConfig& cell, const ArmModel& model, const Config& config,
@@ -103,8 +115,7 @@ int run_simulated(const runtime::CellConfig& cell, const ArmModel& model, const 
   Inbox inbox;
   DdsAdapter adapter(core::in_haptic_path(network, config.scheduling.servo_priority),
                      messages::bounds_of(model.arm), inbox);
-  adapter.publish_health({core::ComponentState::kStarting, "making the contact field", {}, {}});
-  const auto world = make_world(cell, config.contact, cache);
+  const auto world = make_world(cell, config.contact, cache, adapter);
   if (!world) {
     adapter.publish_health({core::ComponentState::kStopped, "ended", {}, {}});
     return runtime::kExitDone;
