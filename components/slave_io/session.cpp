@@ -86,7 +86,8 @@ std::vector<core::LoopStatistics> run_servo(const ArmModel& model, const Config&
 }
 
 // Returns null if the process has to end meanwhile. Tells twice a second that the process is alive: on a slow
-// host this takes longer than a service manager waits for a word. After ten minutes it hangs and tells no more.
+// host this takes longer than a service manager waits for a word. After ten minutes it hangs and tells no
+// more.
 std::unique_ptr<const FieldWorld> make_world(const runtime::CellConfig& cell, const ContactConfig& config,
                                              const FieldCache& cache, DdsAdapter& adapter) {
   constexpr core::Nanoseconds kLongest_ns = core::from_seconds(600.0);
