@@ -4,8 +4,8 @@ from hosts import eventually
 
 
 def loops(watch, component):
-    """Loops by name; `watch` keeps component_status by component."""
-    return {loop["name"]: loop for loop in watch.get(component)["loops"]}
+    """Loops by name, of a component that is up; `watch` keeps component_status by component."""
+    return {loop["name"]: loop for loop in (watch.get(component) or {"loops": []})["loops"]}
 
 
 def slip_shares(before, after):
@@ -18,6 +18,7 @@ def slip_shares(before, after):
 
 def watched_slip_shares(watch, component, seconds, limit_s):
     """The same from now on, for as long as the servo takes for a quarter of the ticks due in `seconds`."""
+    eventually(lambda: {"servo", "bare_loop"} <= loops(watch, component).keys(), limit_s, f"the servo of {component} runs")
     before = loops(watch, component)
     due = before["servo"]["ticks"] + seconds / before["servo"]["period_s"] / 4
     eventually(lambda: loops(watch, component)["servo"]["ticks"] > due, limit_s, "the servo goes on")

@@ -218,9 +218,9 @@ def main():
         partition_is_safe_and_heals(wall, watch)
         done("partition is safe, and heals")
         if wall.secured:
-            attackers_fail(wall, watch)
+            seconds = attackers_fail(wall, watch)
             done("without the right documents nobody reads or commands")
-            onlookers_only_look(wall)
+            onlookers_only_look(wall, seconds)
             done("spy, recorder and session read all and command nothing")
     except BaseException:
         for name, text in wall.logs():

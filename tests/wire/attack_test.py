@@ -7,6 +7,7 @@ import argparse
 import json
 import subprocess
 import sys
+import threading
 import time
 from pathlib import Path
 
@@ -90,6 +91,14 @@ def start_components(site):
     return {name: site.start([str(word) for word in (site.options.bin / name, *rest, "--deployment", site.topology)]) for name, rest in words.items()}
 
 
+def event_lines(site):
+    """What dds_spy reports from now on: a list that grows."""
+    spy = site.start([str(site.options.bin / "dds_spy"), "events", "--deployment", str(site.topology)])
+    lines = []
+    threading.Thread(target=lambda: lines.extend(iter(spy.stdout.readline, "")), daemon=True).start()
+    return lines
+
+
 def expect_components_go_on(site):
     """They live, do not grow, keep their servos' pace, are heard by who comes later, and dds_spy reports what they refuse, and from whom."""
     components = start_components(site)
@@ -104,8 +113,8 @@ def expect_components_go_on(site):
     quiet = {name: watched_slip_shares(status, name, 8, START_S) for name in SERVOS}
     before = {name: resident_mib(process.pid) for name, process in components.items()}
     begun = {name: loops(status, name) for name in SERVOS}
+    events = event_lines(site)
     attack = attack_of(site, site.options.datagrams, len(components), site.options.seed + 2)
-    spy = site.start([str(site.options.bin / "dds_spy"), "events", "--deployment", str(site.topology), "--seconds", "20"])
     while attack.poll() is None:
         for name, process in components.items():
             assert process.poll() is None, f"{name} ended with {process.returncode}:\n" + site.log()
@@ -115,8 +124,8 @@ def expect_components_go_on(site):
         print(f"{name}: the servo skipped {servo:.3f} of its ticks under attack, the bare loop {bare:.3f}; before {quiet[name][0]:.3f} and {quiet[name][1]:.3f}")
         expect_as_bare(f"{name} under attack:", (servo, bare), quiet[name][0])
     assert "datagrams refused" in site.log(), "none says that it refused any:\n" + site.log()
-    events = spy.communicate()[0]
-    assert "it refused" in events and "of them from 127.0.0.1" in events, "dds_spy does not report what was refused, and from whom:\n" + events
+    eventually(lambda: any("it refused" in line and "of them from 127.0.0.1" in line for line in events), START_S,
+               "dds_spy reports what was refused, and from whom")
     heard = site.start([str(site.options.bin / "dds_spy"), "hz", "slave_state", "workspace_version", "--history", "--json", "--deployment", str(site.topology),
                         "--seconds", "6"]).communicate()[0]
     assert "slave_state" in heard and "workspace_version" in heard, "a late one does not hear them:\n" + heard + site.log()

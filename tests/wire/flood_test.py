@@ -42,7 +42,6 @@ class Cell:
         words += [word for name in (*TELL, "slave_io") for word in ("--instance", f"component_name={name},*")]
         self.told = site.host.watch([str(site.options.bin / words[0]), *words[1:]], site.folder / "told", lambda line: line["sample"]["component_name"])
         eventually(lambda: self.figure("synthetic_viewer", "meshes") > 1 and self.figure("phantom_sensing", "workspace_version") > 0, what="the cell is up")
-        eventually(lambda: self.status("slave_io"), what="slave_io is heard")
         self.quiet = watched_slip_shares(self.told, "slave_io", 8, 120)[0]
 
     def start(self, words):
