@@ -9,24 +9,27 @@
 
 namespace phantom::dds {
 
-/// Participants from which nothing is taken any more, because they sent more than is kept: readers name them,
-/// the transport refuses what they send and has Fast DDS forget them. A process that starts anew is another
-/// participant. Thread-safe.
+/// Participants from which nothing is taken any more, because they sent more than is kept: the transport
+/// refuses what they send and has Fast DDS forget them. A process that starts anew is another participant.
+/// Thread-safe.
 class Bans {
  public:
   static constexpr std::size_t kMost = 1024;
 
-  void ban(const GuidPrefix& participant) {
+  /// For good.
+  void ban(const GuidPrefix& participant) { add(banned_, participant); }
+  /// Until lift() is called.
+  void ban_for_now(const GuidPrefix& participant) { add(banned_for_now_, participant); }
+  /// Ends all bans for now. Fast DDS discovers those participants again by their next announcement.
+  void lift() {
     const std::lock_guard lock(mutex_);
-    if (!banned_.find_or_add(participant).second) return;
-    fresh_.push_back(participant);
-    any_.store(true, std::memory_order_release);
+    banned_for_now_ = Banned{kMost};
   }
   /// Cheap while nobody is banned.
   bool holds(const GuidPrefix& participant) const {
     if (!any_.load(std::memory_order_acquire)) return false;
     const std::lock_guard lock(mutex_);
-    return banned_.contains(participant);
+    return banned_.contains(participant) || banned_for_now_.contains(participant);
   }
   /// Returns those that were banned since the last call.
   std::vector<GuidPrefix> take_fresh() {
@@ -37,13 +40,21 @@ class Bans {
   /// Returns how many bans were forgotten for others.
   std::uint64_t forgotten() const {
     const std::lock_guard lock(mutex_);
-    return banned_.dropped();
+    return banned_.dropped() + banned_for_now_.dropped();
   }
 
  private:
+  using Banned = core::RecentMap<GuidPrefix, bool>;
+  void add(Banned& to, const GuidPrefix& participant) {
+    const std::lock_guard lock(mutex_);
+    if (!to.find_or_add(participant).second) return;
+    fresh_.push_back(participant);
+    any_.store(true, std::memory_order_release);
+  }
+
   std::atomic<bool> any_{false};
   mutable std::mutex mutex_;
-  core::RecentMap<GuidPrefix, bool> banned_{kMost};
+  Banned banned_{kMost}, banned_for_now_{kMost};
   std::vector<GuidPrefix> fresh_;
 };
 

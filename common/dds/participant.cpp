@@ -205,6 +205,9 @@ std::vector<Refused> Participant::refused_datagrams() const { return impl_->refu
 
 void Participant::log_refused_datagrams() { impl_->refused->log(impl_->component, core::monotonic_ns()); }
 
+void Participant::refuse_for_now(const GuidPrefix& other) { impl_->bans->ban_for_now(other); }
+void Participant::admit_all() { impl_->bans->lift(); }
+
 std::uint64_t Participant::forgotten() const {
   return impl_->outbox->forgotten() + impl_->bans->forgotten() +
          (impl_->readmission ? impl_->readmission->forgotten() : 0);

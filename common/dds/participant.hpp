@@ -8,6 +8,7 @@
 #include "common/core/errors.hpp"
 #include "common/core/health.hpp"
 #include "common/core/network.hpp"
+#include "common/dds/guid_prefix.hpp"
 #include "common/dds/refused_datagrams.hpp"
 
 namespace phantom::dds {
@@ -49,6 +50,10 @@ class Participant {
   std::vector<Refused> refused_datagrams() const;
   /// Logs them now and then, while more come. Not real-time safe; call it from one thread.
   void log_refused_datagrams();
+  /// Takes nothing more from another participant, and forgets it, until admit_all(). Thread-safe.
+  void refuse_for_now(const GuidPrefix& other);
+  /// Takes again from those that were refused for now.
+  void admit_all();
   /// Returns how many addresses of peers, lost peers and bans were forgotten for others: 0, unless there are
   /// very many or somebody invents them. Thread-safe.
   std::uint64_t forgotten() const;

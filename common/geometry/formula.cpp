@@ -77,7 +77,7 @@ constexpr Operation kFunctions[] = {
     operation(
         "log10", 1, [](auto& a, auto&) { return log(a) * std::numbers::log10e; }, Formula::kFunctionWork),
     operation(
-        "sqrt", 1, [](auto& a, auto&) { return sqrt(a); }, 4),
+        "sqrt", 1, [](auto& a, auto&) { return sqrt(a); }, Formula::kFunctionWork),
     operation("abs", 1, [](auto& a, auto&) { return abs(a); }),
     kPower,
     operation("min", -2, [](auto& a, auto& b) { return least(a, b); }),

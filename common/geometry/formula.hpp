@@ -35,7 +35,7 @@ class Formula {
   /// Returns the number of steps of one evaluation, at most kMaxSteps.
   std::size_t steps() const { return steps_.size(); }
   /// Returns what one evaluation costs in the time of bounds(), in sums or products: a function counts as
-  /// kFunctionWork (a root as half that), a power and a length as twice that. At least steps().
+  /// kFunctionWork, a power and a length as twice that. At least steps().
   std::uint64_t work() const { return work_; }
 
   /// Greatest number of intermediate results and of steps of an evaluation.

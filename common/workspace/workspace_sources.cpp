@@ -8,8 +8,9 @@ namespace phantom::workspace {
 namespace {
 
 core::Status too_many() {
-  return core::Status::invalid_argument("more than " + std::to_string(WorkspaceSources::kMost) +
-                                        " processes send a workspace; allowed: one, and its successor");
+  return {core::ErrorCode::kResourceExhausted,
+          "more than " + std::to_string(WorkspaceSources::kMost) +
+              " processes send a workspace; allowed: one, and its successor"};
 }
 
 }  // namespace
@@ -45,7 +46,11 @@ core::Status WorkspaceSources::put_brick(const SourceId& id, BrickKey key, std::
   if (source == nullptr) return too_many();
   allow(*source);
   const core::Status status = source->assembler.put_brick(key, version, bytes);
-  choose();
+  if (status.code() == core::ErrorCode::kResourceExhausted && attended() && source != in_force_) {
+    gone(id);
+  } else {
+    choose();
+  }
   return status;
 }
 

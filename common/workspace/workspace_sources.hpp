@@ -20,16 +20,19 @@ using SourceId = std::array<std::uint8_t, 12>;
 /// workspace stays in force until that of another source is complete. A description is checked before it is
 /// used. Each source's workspace may take `most_bytes`. While the source in force is present, nothing is
 /// built for the others: each keeps its bricks as they came, and these may take twice as much as those of the
-/// one in force, and kLeastReceivedBytes at least. Not thread-safe. Real-time safe: no.
+/// one in force, and kLeastReceivedBytes at least. Whoever sends more meanwhile, or is one source too many,
+/// is forgotten and has to send its workspace again once attended() is false. Not thread-safe. Real-time
+/// safe: no.
 class WorkspaceSources {
  public:
-  /// Greatest number of sources at a time; samples of further sources are refused.
+  /// Greatest number of sources at a time; samples of further sources are refused (kResourceExhausted).
   static constexpr std::size_t kMost = 3;
   static constexpr std::size_t kLeastReceivedBytes = std::size_t{16} << 20;
 
   explicit WorkspaceSources(std::size_t most_bytes = SIZE_MAX) : most_bytes_(most_bytes) {}
 
-  /// Takes the newest state of one brick of a source, as WorkspaceAssembler::put_brick().
+  /// Takes the newest state of one brick of a source, as WorkspaceAssembler::put_brick(). If there is no
+  /// room for it beside the source in force (kResourceExhausted), forgets all that its source sent.
   core::Status put_brick(const SourceId& source, BrickKey key, std::uint64_t version,
                          std::span<const std::uint8_t> bytes);
   /// Takes a source's newest committed version, as WorkspaceAssembler::commit(). Also refuses what no server
@@ -49,6 +52,8 @@ class WorkspaceSources {
   /// its successor's version as soon as there is one. 0: none.
   std::uint64_t announced() const;
   std::optional<SourceId> in_force() const;
+  /// Returns whether the source in force is present.
+  bool attended() const { return in_force_ != nullptr && !in_force_->gone; }
   /// Returns whether more than one source is present.
   bool contested() const;
 
@@ -61,7 +66,6 @@ class WorkspaceSources {
   };
   Source* find(const SourceId& id);
   Source* find_or_add(const SourceId& id);
-  bool attended() const { return in_force_ != nullptr && !in_force_->gone; }
   void choose();
   void arrange();
   void allow(Source& source) const;

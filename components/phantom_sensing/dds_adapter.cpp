@@ -103,13 +103,15 @@ DdsAdapter::Impl::Readers::Readers(Impl& owner, SensingLoop& loop, WorkspaceKeep
             const std::lock_guard lock(owner.objects_mutex);
             owner.objects.gone(server);
           }),
-      brick(owner.participant, dds::kWorkspaceBrick,
-            [&workspace](const msg::WorkspaceBrick& message, const dds::SampleInfo& info) {
-              const auto received = messages::from_idl(message);
-              if (!received) return workspace.refuse(received.status());
-              workspace.put_brick(info.writer, received->key, received->version,
-                                  {received->voxels_zstd.begin(), received->voxels_zstd.end()});
-            }),
+      brick(
+          owner.participant, dds::kWorkspaceBrick,
+          [&workspace](const msg::WorkspaceBrick& message, const dds::SampleInfo& info) {
+            const auto received = messages::from_idl(message);
+            if (!received) return workspace.refuse(received.status());
+            workspace.put_brick(info.writer, received->key, received->version,
+                                {received->voxels_zstd.begin(), received->voxels_zstd.end()});
+          },
+          [&workspace](const dds::GuidPrefix& sender) { workspace.gone(sender); }),
       object(owner.participant, dds::kWorkspaceObject,
              [&owner](const msg::WorkspaceObject& message, const dds::SampleInfo& info) {
                const auto sample = messages::from_idl(message);
@@ -156,10 +158,21 @@ void DdsAdapter::stop_reading() {
   }
 }
 
-void DdsAdapter::count_refused_workspace(const std::string& why) {
-  impl_->workspace_refusals.refused(why);
-  const std::lock_guard lock(impl_->readers_mutex);
-  if (impl_->readers) impl_->readers->brick.count_refused();
+WorkspaceKeeper::Callbacks DdsAdapter::workspace_callbacks() {
+  return {.refused =
+              [this](const std::string& why) {
+                impl_->workspace_refusals.refused(why);
+                const std::lock_guard lock(impl_->readers_mutex);
+                if (impl_->readers) impl_->readers->brick.count_refused();
+              },
+          .excess =
+              [this](const workspace::SourceId& source) {
+                spdlog::warn(
+                    "a participant sends more of a workspace than is kept beside the one in force; "
+                    "no more is taken from it until that server has gone");
+                impl_->participant.refuse_for_now(source);
+              },
+          .unattended = [this] { impl_->participant.admit_all(); }};
 }
 
 bool DdsAdapter::workspace_attended() const {

@@ -36,8 +36,9 @@ class DdsAdapter : public PerceptSink {
   /// Carries out the commands received so far, on the calling thread, and answers them. A repeated command is
   /// answered again but not carried out again.
   void handle_commands(const std::function<Answer(const messages::SensingCommand&)>& carry_out);
-  /// Counts a brick or version that the workspace keeper refused, and logs why. Thread-safe.
-  void count_refused_workspace(const std::string& why);
+  /// Returns what the workspace keeper tells this: each brick or version that it refused is counted, and
+  /// logged with the reason; from sources in excess nothing is taken meanwhile. Valid as long as this.
+  WorkspaceKeeper::Callbacks workspace_callbacks();
   /// Reads the newest valid slave_state. Returns false if none came since the last call. One thread.
   bool newest_slave(SlaveSample& sample);
   /// Publishes skin_percept. One thread.

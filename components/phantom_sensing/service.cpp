@@ -257,8 +257,7 @@ int run_service(const runtime::ProcessOptions& options, const runtime::Deploymen
   if (const SelfTestResult tested = test_step(config.percept); !tested.passed)
     throw std::runtime_error(tested.message);
   DdsAdapter adapter(core::in_haptic_path(deployment.network, config.servo_priority), model);
-  WorkspaceKeeper workspace([&adapter](const std::string& why) { adapter.count_refused_workspace(why); },
-                            config.workspace_max_bytes);
+  WorkspaceKeeper workspace(adapter.workspace_callbacks(), config.workspace_max_bytes);
   HitLog hits(adapter, model);
   AlertRelay relay(hits, config.servo_priority);
   // Made here because its workers inherit their scheduling from the thread that creates them.

@@ -7,8 +7,8 @@
 
 namespace phantom::phantom_sensing {
 
-WorkspaceKeeper::WorkspaceKeeper(std::function<void(const std::string&)> on_refused, std::size_t most_bytes)
-    : on_refused_(std::move(on_refused)),
+WorkspaceKeeper::WorkspaceKeeper(Callbacks callbacks, std::size_t most_bytes)
+    : callbacks_(std::move(callbacks)),
       most_waiting_bytes_(most_bytes / 4),
       sources_(most_bytes),
       thread_([this] { work(); }) {}
@@ -40,22 +40,31 @@ void WorkspaceKeeper::put_brick(const workspace::SourceId& source, workspace::Br
                                 std::uint64_t version, std::vector<std::uint8_t> bytes) {
   const std::size_t size = bytes.size();
   enqueue(
-      [source, key, version, bytes = std::move(bytes)](workspace::WorkspaceSources& sources) {
-        return sources.put_brick(source, key, version, bytes);
+      [this, source, key, version, bytes = std::move(bytes)](workspace::WorkspaceSources& sources) {
+        return checked(source, sources.put_brick(source, key, version, bytes));
       },
       size);
 }
 void WorkspaceKeeper::commit(const workspace::SourceId& source, workspace::VersionDescription description) {
-  enqueue([source, description = std::move(description)](workspace::WorkspaceSources& sources) {
-    return sources.commit(source, description);
+  enqueue([this, source, description = std::move(description)](workspace::WorkspaceSources& sources) {
+    return checked(source, sources.commit(source, description));
   });
+}
+/// Tells the caller of a source in excess by the `status` of what it sent.
+core::Status WorkspaceKeeper::checked(const workspace::SourceId& source, core::Status status) const {
+  if (status.code() == core::ErrorCode::kResourceExhausted && sources_.attended() &&
+      sources_.in_force() != source)
+    callbacks_.excess(source);
+  return status;
 }
 void WorkspaceKeeper::refuse(const core::Status& why) {
   enqueue([why](workspace::WorkspaceSources&) { return why; });
 }
 void WorkspaceKeeper::gone(const workspace::SourceId& source) {
-  enqueue([source](workspace::WorkspaceSources& sources) {
+  enqueue([this, source](workspace::WorkspaceSources& sources) {
+    const bool was_attended = sources.attended();
     sources.gone(source);
+    if (was_attended && !sources.attended()) callbacks_.unattended();
     return core::Status::ok();
   });
 }
@@ -112,11 +121,11 @@ void WorkspaceKeeper::work() {
     const std::uint64_t lost = std::exchange(lost_, 0);
     lock.unlock();
     if (lost > 0)
-      on_refused_(std::to_string(lost) + " samples came while too many were waiting; allowed: " +
-                  std::to_string(most_waiting_bytes_ >> 20) + " MiB");
+      callbacks_.refused(std::to_string(lost) + " samples came while too many were waiting; allowed: " +
+                         std::to_string(most_waiting_bytes_ >> 20) + " MiB");
     let_go();
     for (const Job& job : jobs) {
-      if (const core::Status status = job(sources_); !status) on_refused_(status.message());
+      if (const core::Status status = job(sources_); !status) callbacks_.refused(status.message());
       hand_over();
       progress_.tick();
     }

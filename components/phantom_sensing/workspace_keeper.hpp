@@ -24,13 +24,22 @@ namespace phantom::phantom_sensing {
 /// sensing thread has moved on. It stays with one server for as long as that is present
 /// (workspace::WorkspaceSources). It holds two buffers of a workspace, so that a version that changes some
 /// bricks costs only those: it is handed over within milliseconds of its last brick.
+///
+/// While that server is present, whoever else sends more than is kept beside it is a source in excess: the
+/// caller is to take no more from it, so that what DDS keeps of it does not grow, until the server has gone.
 class WorkspaceKeeper {
  public:
-  /// `on_refused` is called on the keeper's thread for each unusable sample, with the reason, and once for
-  /// all samples for which there was no room. `most_bytes`: of a server's workspace; samples that wait take a
-  /// quarter of that.
-  explicit WorkspaceKeeper(std::function<void(const std::string&)> on_refused,
-                           std::size_t most_bytes = SIZE_MAX);
+  /// Called on the keeper's thread.
+  struct Callbacks {
+    /// For each unusable sample, with the reason, and once for all samples for which there was no room.
+    std::function<void(const std::string&)> refused;
+    /// For a source in excess.
+    std::function<void(const workspace::SourceId&)> excess = [](const auto&) {};
+    /// When the server in use has gone: sources in excess may send again.
+    std::function<void()> unattended = [] {};
+  };
+  /// `most_bytes`: of a server's workspace; samples that wait take a quarter of that.
+  explicit WorkspaceKeeper(Callbacks callbacks, std::size_t most_bytes = SIZE_MAX);
   ~WorkspaceKeeper();
 
   // Called on middleware threads; they queue and return.
@@ -39,7 +48,7 @@ class WorkspaceKeeper {
   void commit(const workspace::SourceId& source, workspace::VersionDescription description);
   /// Takes a sample that its codec refused, with the reason.
   void refuse(const core::Status& why);
-  /// Reports that a server has ended or is no longer heard.
+  /// Reports that a participant has ended or is no longer heard.
   void gone(const workspace::SourceId& source);
 
   /// Returns the newest complete version, valid until the next call; none before the first. One thread only.
@@ -77,6 +86,7 @@ class WorkspaceKeeper {
   };
   static constexpr double kHangsAfter_s = 10.0;  // checking a version of a large cell takes seconds
   void enqueue(Job job, std::size_t bytes = 0);
+  core::Status checked(const workspace::SourceId& source, core::Status status) const;
   void work();
   void hand_over();
   void let_go();
@@ -84,7 +94,7 @@ class WorkspaceKeeper {
   static constexpr std::size_t kMostWaiting = 2 * workspace::kMostBricksInAll;
   static constexpr std::size_t kJobBytes = 128;  // of a sample besides its content
 
-  std::function<void(const std::string&)> on_refused_;
+  const Callbacks callbacks_;
   const std::size_t most_waiting_bytes_;
   std::mutex mutex_;
   std::condition_variable wake_;

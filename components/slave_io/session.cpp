@@ -10,6 +10,7 @@
 #include <string>
 
 #include "common/core/random.hpp"
+#include "common/core/thread_place.hpp"
 #include "common/runtime/cell_bodies.hpp"
 #include "common/runtime/loop_json.hpp"
 #include "common/runtime/process.hpp"
@@ -92,6 +93,7 @@ std::unique_ptr<const FieldWorld> make_world(const runtime::CellConfig& cell, co
                                              const FieldCache& cache, DdsAdapter& adapter) {
   constexpr core::Nanoseconds kLongest_ns = core::from_seconds(600.0);
   auto making = std::async(std::launch::async, [&]() -> std::unique_ptr<const FieldWorld> {
+    core::take_place(core::ThreadRole::kHelper);
     try {
       return std::make_unique<const FieldWorld>(
           cell, runtime::load_real_bodies(cell), config, [] { return !runtime::stop_requested(); }, &cache);

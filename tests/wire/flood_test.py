@@ -22,7 +22,7 @@ OBSERVED = ("meshes", "chunks", "statuses")  # more keys than observers take of 
 TELL = ("synthetic_viewer", "phantom_sensing", "dds_recorder")  # whose component_status is looked at
 READERS = {"meshes": 1, "chunks": 1, "statuses": 2, "bricks": 1, "versions": 3, "objects": 2}  # at least
 # A second server's bricks may be a successor's: phantom_sensing keeps them, packed (16 MiB), and DDS keeps a record of each key.
-RIVAL_MIB = 32
+RIVAL_MIB = 0
 # Bricks are left out to spare the disk. The state that begins each file takes the memory that it is given.
 RECORDER = "topics: ['!workspace_brick']\nqueue_MB: 8\ndurable_memory_MB: 8\ndisk: {margin_MB: 0}\n"
 

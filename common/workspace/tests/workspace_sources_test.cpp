@@ -185,8 +185,7 @@ TEST(WorkspaceSources, BesidesTheOneInForceBricksTakeALimitedAmountOfMemory) {
   const auto most = static_cast<std::int32_t>(WorkspaceSources::kLeastReceivedBytes / brick.size());
   ASSERT_LT(most, 65536) << "the places below are distinct";
   std::int32_t taken = 0;
-  for (std::int32_t i = 0; i < most + 100; ++i)
-    taken += sources.put_brick(kSecond, {i % 256, i / 256, 0}, 1, brick) ? 1 : 0;
+  while (taken <= most && sources.put_brick(kSecond, {taken % 256, taken / 256, 0}, 1, brick)) ++taken;
   EXPECT_LE(taken, most);
   EXPECT_GT(taken, most / 2);
   EXPECT_TRUE(sources.put_brick(kSecond, {0, 0, 0}, 2, brick)) << "in place of one that is held";
@@ -194,6 +193,22 @@ TEST(WorkspaceSources, BesidesTheOneInForceBricksTakeALimitedAmountOfMemory) {
   EXPECT_TRUE(sources.put_brick(kThird, {0, 0, 0}, 1, brick))
       << "what a source took is free once it has ended";
   expect_in_force(sources, kFirst, ours);
+}
+
+TEST(WorkspaceSources, WhoSendsMoreThanIsKeptBesideTheOneInForceIsForgotten) {
+  WorkspaceSources sources;
+  const Workspace ours = world(1), theirs = world(2);
+  send(sources, kFirst, ours);
+  const auto brick = encode_brick(ours.brick(ours.bricks().front()));
+  core::Status status = core::Status::ok();
+  for (std::int32_t i = 0; status; ++i)
+    status = sources.put_brick(kSecond, {i % 256, i / 256 % 256, i / 65536}, 1, brick);
+  EXPECT_EQ(status.code(), core::ErrorCode::kResourceExhausted);
+  EXPECT_FALSE(sources.contested());
+  sources.gone(kFirst);
+  EXPECT_FALSE(sources.attended());
+  send(sources, kSecond, theirs);  // nothing of what it sent before stands in its way
+  expect_in_force(sources, kSecond, theirs);
 }
 
 }  // namespace

@@ -80,7 +80,7 @@ TEST(OverDds, CommandsAreCarriedOutOnceAndAnsweredEachTime) {
   const PhantomModel model = rig::suspended_model();
   const Config config;
   DdsAdapter adapter(network, model);
-  WorkspaceKeeper keeper([](const std::string&) {});
+  WorkspaceKeeper keeper({[](const std::string&) {}});
   SensingLoop loop(model, config, keeper, adapter);
   adapter.start_reading(loop, keeper);
   EXPECT_FALSE(adapter.workspace_attended());
@@ -172,7 +172,7 @@ TEST(OverDds, ASecondSlaveIsToldInTheStatus) {
   const PhantomModel model = rig::suspended_model();
   const Config config;
   DdsAdapter adapter(network, model);
-  WorkspaceKeeper keeper([](const std::string&) {});
+  WorkspaceKeeper keeper({[](const std::string&) {}});
   SensingLoop loop(model, config, keeper, adapter);
   adapter.start_reading(loop, keeper);
 
@@ -205,22 +205,21 @@ TEST(OverDds, ASecondSlaveIsToldInTheStatus) {
   adapter.stop_reading();
 }
 
-/// Sends the wall, as a wva_server would.
+/// Sends a workspace, as a wva_server would.
 class Server {
  public:
-  Server(const core::NetworkOptions& network, std::uint64_t version, const std::string& object)
-      : participant_("wva_server", network) {
-    const workspace::Workspace& wall = rig::wall();
-    for (const workspace::BrickKey key : wall.bricks()) {
-      const std::vector<std::uint8_t> voxels = workspace::encode_brick(wall.brick(key));
+  Server(const core::NetworkOptions& network, std::uint64_t version, const std::string& object,
+         const workspace::Workspace& world = rig::wall())
+      : participant_("wva_server", network), world_(world) {
+    for (const workspace::BrickKey key : world.bricks()) {
+      const std::vector<std::uint8_t> voxels = workspace::encode_brick(world.brick(key));
       bricks_.write(messages::to_idl(messages::WorkspaceBrick{key, version, voxels}));
     }
     objects_.write(messages::to_idl(messages::WorkspaceObject{1, object, 5, {}, {}}));
-    commit(version, wall.grid().voxel_size_m);
+    commit(version, world.grid().voxel_size_m);
   }
   void commit(std::uint64_t number, double voxel_size_m) {
-    messages::WorkspaceVersion version{"wall",
-                                       workspace::description_of(rig::wall(), rig::wall().content_hash())};
+    messages::WorkspaceVersion version{"cell", workspace::description_of(world_, world_.content_hash())};
     version.description.version = number;
     version.description.grid.voxel_size_m = voxel_size_m;
     versions_.write(messages::to_idl(version));
@@ -228,6 +227,7 @@ class Server {
 
  private:
   dds::Participant participant_;
+  const workspace::Workspace& world_;
   dds::Writer<msg::WorkspaceBrick> bricks_{participant_, dds::kWorkspaceBrick};
   dds::Writer<msg::WorkspaceVersion> versions_{participant_, dds::kWorkspaceVersion};
   dds::Writer<msg::WorkspaceObject> objects_{participant_, dds::kWorkspaceObject};
@@ -239,7 +239,7 @@ TEST(OverDds, TheWorkspaceIsThatOfOneServerAndASecondIsTold) {
   const Config config;
   DdsAdapter adapter(network, model);
   std::atomic<int> refused{0};
-  WorkspaceKeeper keeper([&](const std::string&) { ++refused; });
+  WorkspaceKeeper keeper({[&](const std::string&) { ++refused; }});
   SensingLoop loop(model, config, keeper, adapter);
   adapter.start_reading(loop, keeper);
   std::atomic<bool> sound{false}, reported{false};
@@ -275,6 +275,42 @@ TEST(OverDds, TheWorkspaceIsThatOfOneServerAndASecondIsTold) {
     adapter.publish_status({});
     return sound.load();
   }));
+  adapter.stop_reading();
+}
+
+/// A workspace of 64,000 bricks: more than is kept beside one in force.
+workspace::Workspace large_world() {
+  constexpr std::int32_t kEdge = 40;  // bricks
+  constexpr std::int32_t kSize = kEdge * workspace::kBrickEdge;
+  workspace::Workspace world({{0, 0, 0}, 0.01, {kSize, kSize, kSize}}, {0.0F, 1.0F});
+  for (std::int32_t i = 0; i < kEdge * kEdge * kEdge; ++i)
+    world.fill_brick({i % kEdge, i / kEdge % kEdge, i / kEdge / kEdge}, 1, 1, 1);
+  return world;
+}
+
+TEST(OverDds, AServerWhoseWorkspaceIsTooLargeToWaitSucceedsTheFirstAllTheSame) {
+  const core::NetworkOptions network = dds::test_network();
+  const PhantomModel model = rig::suspended_model();
+  const Config config;
+  DdsAdapter adapter(network, model);
+  std::atomic<int> excess{0};
+  WorkspaceKeeper::Callbacks callbacks = adapter.workspace_callbacks();
+  callbacks.excess = [&, tell = callbacks.excess](const workspace::SourceId& source) {
+    ++excess;
+    tell(source);
+  };
+  WorkspaceKeeper keeper(callbacks);
+  SensingLoop loop(model, config, keeper, adapter);
+  adapter.start_reading(loop, keeper);
+  auto first = std::make_unique<Server>(network, 10, "vice");
+  ASSERT_TRUE(dds::eventually([&] { return keeper.version() == 10; }));
+  const workspace::Workspace large = large_world();
+  const Server second(network, 20, "hall", large);
+  ASSERT_TRUE(dds::eventually([&] { return excess > 0 && !keeper.contested(); }));
+  EXPECT_EQ(keeper.version(), 10U);
+  first.reset();
+  EXPECT_TRUE(dds::eventually([&] { return keeper.version() == 20; }));
+  EXPECT_EQ(keeper.share()->brick_count(), large.brick_count());
   adapter.stop_reading();
 }
 
@@ -318,7 +354,7 @@ TEST(OverDds, StatesBecomeDragAndBadOnesAreCounted) {
   const PhantomModel model = rig::suspended_model();
   Config config;
   DdsAdapter adapter(network, model);
-  WorkspaceKeeper keeper([&](const std::string& why) { adapter.count_refused_workspace(why); });
+  WorkspaceKeeper keeper(adapter.workspace_callbacks());
   SensingLoop loop(model, config, keeper, adapter);
   std::thread thread([&] { loop.run(); });
   adapter.start_reading(loop, keeper);

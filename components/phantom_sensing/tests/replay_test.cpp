@@ -98,7 +98,7 @@ class RecordedSession : public testing::Test {
     Tape tape(path);
     TapeSink sink(tape, model);
     sink.lose = lose;
-    WorkspaceKeeper keeper([](const std::string& why) { ADD_FAILURE() << why; });
+    WorkspaceKeeper keeper({[](const std::string& why) { ADD_FAILURE() << why; }});
     SensingLoop loop(model, config, keeper, sink);
     core::Nanoseconds now_ns = 5'000'000'000;
     for (std::uint64_t i = 1; i <= 500; ++i) {

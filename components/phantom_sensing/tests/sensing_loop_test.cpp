@@ -76,7 +76,7 @@ class Loop : public testing::Test {
   PhantomModel model_ = rig::suspended_model();
   Config config_;
   Seen seen_;
-  WorkspaceKeeper keeper_{[this](const std::string&) { ++refused_; }};
+  WorkspaceKeeper keeper_{{[this](const std::string&) { ++refused_; }}};
   SensingLoop loop_{model_, config_, keeper_, seen_};
 };
 
@@ -345,12 +345,37 @@ TEST_F(Loop, ASecondServerIsSetAsideWhileTheFirstIsThere) {
 
 TEST(WorkspaceKeeperBounds, BricksBeyondItsMemoryAreRefusedAndCounted) {
   std::atomic<int> refused = 0;
-  WorkspaceKeeper keeper([&](const std::string&) { ++refused; }, std::size_t{1} << 20);
+  WorkspaceKeeper keeper({[&](const std::string&) { ++refused; }}, std::size_t{1} << 20);
   const workspace::Workspace world = rig::wall();
   const auto brick = workspace::encode_brick(world.brick(world.bricks().front()));
   for (std::int32_t i = 0; i < 100'000; ++i)
     keeper.put_brick({1}, {i % 256, i / 256 % 256, i / 65536}, 1, brick);
   EXPECT_TRUE(eventually([&] { return refused > 0; }));
+}
+
+TEST(WorkspaceKeeperBounds, WhoSendsTooMuchBesideTheServerInUseIsNamedAndMaySendOnceItHasGone) {
+  std::atomic<int> excess = 0, of_server = 0, unattended = 0;
+  const workspace::SourceId server{1}, other{2};
+  WorkspaceKeeper keeper({.refused = [](const std::string&) {},
+                          .excess = [&](const auto& source) { ++(source == other ? excess : of_server); },
+                          .unattended = [&] { ++unattended; }});
+  const workspace::Workspace& world = rig::wall();
+  for (const workspace::BrickKey key : world.bricks())
+    keeper.put_brick(server, key, 1, workspace::encode_brick(world.brick(key)));
+  workspace::VersionDescription version = workspace::description_of(world, world.content_hash());
+  version.version = 1;
+  keeper.commit(server, version);
+  ASSERT_TRUE(eventually([&] { return keeper.version() == 1; }));
+  const auto brick = workspace::encode_brick(world.brick(world.bricks().front()));
+  for (std::int32_t i = 0; i < 60'000; ++i)  // of 320 octets and more each
+    keeper.put_brick(other, {i % 256, i / 256 % 256, 0}, 1, brick);
+  EXPECT_TRUE(eventually([&] { return excess > 0; }));
+  keeper.gone(other);
+  EXPECT_TRUE(eventually([&] { return !keeper.contested(); }));
+  EXPECT_EQ(unattended, 0);
+  keeper.gone(server);
+  EXPECT_TRUE(eventually([&] { return unattended == 1; }));
+  EXPECT_EQ(of_server, 0);
 }
 
 }  // namespace
