@@ -366,11 +366,12 @@ bool is_secure(SubmessageId id) {
 }
 
 /// The order of secured submessages: a prefix, one submessage, a postfix; around all of a message its own
-/// prefix, first, and postfix, last.
+/// prefix, first, and postfix. Behind that may follow what is not covered and no standard knows: Fast DDS
+/// appends its own statistics to a signed message.
 class SecureFrame {
  public:
   bool admits(SubmessageId id, bool first) {
-    if (ended_) return false;  // something follows the message's postfix
+    if (ended_) return id >= kFirstOfVendors;
     switch (id) {
       case SubmessageId::kSecureRtpsPrefix:
         return first && (message_ = true);

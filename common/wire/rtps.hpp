@@ -40,6 +40,7 @@ enum class SubmessageId : std::uint8_t {
   kSecureRtpsPrefix = 0x33,
   kSecureRtpsPostfix = 0x34,
 };
+inline constexpr auto kFirstOfVendors = static_cast<SubmessageId>(0x80);  ///< from here on, vendors' own
 
 inline constexpr std::size_t kHeaderBytes = 20;      ///< "RTPS", version, vendor, GUID prefix
 inline constexpr std::size_t kSubmessageHeader = 4;  ///< id, flags, octets to the next header

@@ -147,5 +147,38 @@ INSTANTIATE_TEST_SUITE_P(
                     Case{"synthetic_viewer", "page_reader", "page"}),
     [](const auto& tested) { return std::string(tested.param.component) + "_" + tested.param.thread; });
 
+// Held up while it computes, so that the start takes as long as on a very slow host.
+TEST(SlowStart, OfSlaveIoIsToldTheServiceManagerAllTheWhile) {
+  using testing::Each;
+  using testing::HasSubstr;
+  const auto folder = test::new_folder();
+  NotifySocket notify;
+  RunningProcess slave(
+      "slave_io",
+      {.arguments = {"--deployment", write_topology(folder).string(), "--domain",
+                     std::to_string(test::own_domain())},
+       .environment = {{"NOTIFY_SOCKET", notify.name()}, {"XDG_STATE_HOME", (folder / "state").string()}}},
+      folder);
+  pid_t computing = 0;
+  ASSERT_TRUE(eventually([&] { return (computing = slave.thread("helper")) != 0; })) << slave.log();
+  std::vector<std::string> heard;
+  const auto listen = [&] {
+    const auto more = notify.take();
+    heard.insert(heard.end(), more.begin(), more.end());
+    return heard.size();
+  };
+  {
+    const FrozenThread frozen(computing);
+    notify.take();
+    ASSERT_TRUE(eventually([&] { return listen() >= 6; })) << "of 2 Hz\n" << slave.log();
+    EXPECT_THAT(heard, Each(HasSubstr("WATCHDOG=1")));
+    EXPECT_THAT(heard, Each(HasSubstr("making the contact field")));
+  }
+  EXPECT_TRUE(eventually([&] {
+    listen();
+    return heard.back().find("making the contact field") == std::string::npos;
+  })) << heard.back();
+}
+
 }  // namespace
 }  // namespace phantom::processes

@@ -274,6 +274,13 @@ TEST_F(MessageTest, ChecksSecuredFrames) {
   EXPECT_EQ(check(message({whole_prefix, sealed, whole_postfix}), true), Fault::kNone);
   EXPECT_EQ(check(message({whole_prefix, sealed}), true), Fault::kSecured);
   EXPECT_EQ(check(message({whole_prefix, sealed, whole_postfix, sealed}), true), Fault::kSecured);
+  EXPECT_EQ(check(message({whole_prefix, sealed, whole_postfix,
+                           submessage(SubmessageId::kHeartbeat, 0, heartbeat(1, 5))}),
+                  true),
+            Fault::kSecured);
+  const auto statistics = submessage(kFirstOfVendors, 1, Octets().u32(7));
+  EXPECT_EQ(check(message({whole_prefix, sealed, whole_postfix, statistics}), true), Fault::kNone);
+  EXPECT_EQ(check(message({whole_prefix, sealed, statistics}), true), Fault::kSecured);
 
   Octets short_head;
   short_head.bytes.resize(16);
