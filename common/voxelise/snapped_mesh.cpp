@@ -70,5 +70,22 @@ bool snap(std::span<const Eigen::Vector3f> vertices_m, const Lattice& lattice, i
   return within;
 }
 
+std::uint64_t lines_reached(int axis, const SnappedMesh& mesh, const std::array<std::int32_t, 3>& size) {
+  const std::size_t across[2] = {axis == 0 ? 1U : 0U, axis == 2 ? 1U : 2U};
+  std::uint64_t lines = 0;
+  for (const Corners& corners : mesh.triangles) {
+    std::int64_t reached = 1;
+    for (const std::size_t along : across) {
+      const auto [least, most] = std::minmax(
+          {mesh.points[corners[0]][along], mesh.points[corners[1]][along], mesh.points[corners[2]][along]});
+      const std::int32_t first = std::max(least >> kSubBits, 0),
+                         last = std::min(most >> kSubBits, size[along] - 1);
+      reached *= std::max(last - first + 1, 0);
+    }
+    lines += static_cast<std::uint64_t>(reached);
+  }
+  return lines;
+}
+
 }  // namespace phantom::voxelise::detail
 #endif

@@ -38,6 +38,10 @@ struct Lattice {
 bool snap(std::span<const Eigen::Vector3f> vertices_m, const Lattice& lattice, int threads,
           std::vector<SnappedPoint>& points);
 
+/// Returns how many lines of voxels along one axis, of a box of `size` voxels, the triangles' boxes reach
+/// over, summed over all triangles: about the work and the memory of marking them and of fill_inside_along().
+std::uint64_t lines_reached(int axis, const SnappedMesh& mesh, const std::array<std::int32_t, 3>& size);
+
 /// The layers [first, last) of a volume.
 struct Slab {
   std::int32_t first, last;

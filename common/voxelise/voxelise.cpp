@@ -74,6 +74,13 @@ struct Votes {
   workspace::BitVolume inside[3], unbalanced[3];
 };
 
+/// Counts the work of finding where lines along one axis cross triangles, before it is done: it takes memory,
+/// too. Returns false if it must not be done.
+bool may_cross(int axis, const SnappedMesh& mesh, const workspace::VoxelBox& box, core::WorkBudget* budget) {
+  constexpr std::uint64_t kStepsPerLine = 8;
+  return budget == nullptr || budget->spend(kStepsPerLine * detail::lines_reached(axis, mesh, box.size));
+}
+
 Votes ask_all_axes(const SnappedMesh& mesh, const workspace::VoxelBox& box) {
   const auto& n = box.size;
   Votes votes;
@@ -209,7 +216,7 @@ bool decide_all(const Votes& votes, const InsideTest& inside_test, const workspa
 }
 
 /// Repairs a mesh that is not a closed, consistently oriented surface, and fills its inside. Returns false if
-/// options.go_on ended it.
+/// options.go_on or the budget ended it.
 bool fill_repaired(const geometry::TriangleMesh& mesh_W, const SnappedMesh& snapped,
                    const workspace::GridSpec& grid, const workspace::WorkOptions& options,
                    SolidVoxels& solid) {
@@ -221,6 +228,8 @@ bool fill_repaired(const geometry::TriangleMesh& mesh_W, const SnappedMesh& snap
     if (signs.positive && signs.negative && detail::turn_outer_shells(mesh_W, repaired))
       fill_closed({snapped.points, repaired.triangles}, {}, options.threads, solid.inside);
   } else {
+    if (!may_cross(1, mesh, solid.box, options.budget) || !may_cross(2, mesh, solid.box, options.budget))
+      return false;
     const Votes votes = ask_all_axes(mesh, solid.box);
     const geometry::WindingTree tree({mesh_W.vertices_m, repaired.triangles});
     if (!decide_all(votes, InsideTest(tree, grid, solid.box), options, solid)) return false;
@@ -268,6 +277,7 @@ core::Expected<SolidVoxels> voxelise(const geometry::TriangleMesh& mesh_W, const
   SnappedMesh mesh{{}, mesh_W.triangles};
   if (!detail::snap(mesh_W.vertices_m, lattice_of(grid, solid.box), options.threads, mesh.points))
     return too_far;
+  if (!may_cross(0, mesh, solid.box, options.budget)) return workspace::ended_early(options, "voxelising");
 
   solid.boundary = workspace::BitVolume::unwritten(solid.box.size);
   OverSlabs over(static_cast<std::size_t>(std::max(1, options.threads)));

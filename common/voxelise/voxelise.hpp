@@ -64,7 +64,9 @@ struct SolidVoxels {
 /// Returns kInvalidArgument if a coordinate is not finite, and kResourceExhausted if the mesh reaches farther
 /// than 16384 voxels from `clip`. An object that does not touch `clip` gives an empty box. An open mesh in
 /// fine voxels may take minutes: options.go_on is called, and kUnavailable is returned if it returns false.
-/// Not real-time safe.
+/// options.budget counts eight steps for each line of voxels that a triangle's box reaches over, before
+/// anything is marked, and what winding numbers take; kResourceExhausted if it is used up. Not real-time
+/// safe.
 core::Expected<SolidVoxels> voxelise(const geometry::TriangleMesh& mesh_W, const workspace::GridSpec& grid,
                                      const workspace::VoxelBox& clip,
                                      const workspace::WorkOptions& options = {});

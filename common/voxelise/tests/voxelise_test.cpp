@@ -173,5 +173,42 @@ TEST(Voxelise, WhatLiesElsewhereIsEmpty) {
   EXPECT_TRUE(solid_of(TriangleMesh{}).box.empty());
 }
 
+/// Triangles anywhere in a box of `half_m`, each alone, with edges of about `edge_m`.
+TriangleMesh soup(std::size_t count, double half_m, double edge_m) {
+  std::mt19937 random(5);
+  std::uniform_real_distribution<float> place(static_cast<float>(-half_m), static_cast<float>(half_m)),
+      reach(static_cast<float>(-edge_m), static_cast<float>(edge_m));
+  TriangleMesh mesh;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const Eigen::Vector3f at(place(random), place(random), place(random));
+    for (int corner = 0; corner < 3; ++corner)
+      mesh.vertices_m.push_back(at + Eigen::Vector3f(reach(random), reach(random), reach(random)));
+    mesh.triangles.push_back({3 * i, 3 * i + 1, 3 * i + 2});
+  }
+  return mesh;
+}
+
+// Before anything is marked: what crosses takes 4 octets a line and triangle, besides its time.
+TEST(Voxelise, ManyLargeTrianglesAreRefusedByTheBudgetAtOnce) {
+  const TriangleMesh mesh = soup(2000, 0.2, 0.1);
+  core::WorkBudget little(100'000), enough;
+  const auto refused = voxelise(mesh, kGrid, kAll, {.budget = &little});
+  EXPECT_EQ(refused.status().code(), core::ErrorCode::kResourceExhausted);
+  EXPECT_NE(refused.status().message().find("voxelising takes more than"), std::string::npos);
+  ASSERT_TRUE(voxelise(mesh, kGrid, kAll, {.budget = &enough}));
+  // Literally: each line along each axis that a triangle's box reaches over, eight steps.
+  std::uint64_t lines = 0;
+  for (const auto& corners : mesh.triangles) {
+    geometry::BoundingBox box;
+    for (const std::uint32_t corner : corners) box.extend(mesh.vertices_m[corner]);
+    const auto voxels = voxel_bounds(box, kGrid).grown(-1).intersection(kAll);
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      lines += static_cast<std::uint64_t>(voxels.size[(axis + 1) % 3]) *
+               static_cast<std::uint64_t>(voxels.size[(axis + 2) % 3]);
+  }
+  EXPECT_GT(enough.spent(), 8 * lines * 9 / 10);
+  EXPECT_LT(little.spent(), 8 * lines) << "one axis of three was counted when it ended";
+}
+
 }  // namespace
 }  // namespace phantom::voxelise
