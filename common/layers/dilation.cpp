@@ -254,6 +254,16 @@ bool in_element(workspace::ShapingElement element, int m, int i, int j, int k) {
          square(i) + square(j) + square(k) <= greatest_square(element, m);
 }
 
+std::uint64_t element_rows(workspace::ShapingElement element, int m) {
+  std::uint64_t rows = 0;
+  int dy = m;
+  for (int dz = 0; dz <= m; ++dz) {
+    while (!in_element(element, m, 0, dy, dz)) --dy;
+    rows += static_cast<std::uint64_t>(2 * dy + 1) * (dz == 0 ? 1 : 2);
+  }
+  return rows;
+}
+
 workspace::ObjectBricks dilation_bricks(const voxelise::SolidVoxels& solid,
                                         const workspace::LayerProfile& profile,
                                         const workspace::VoxelBox& part,

@@ -32,6 +32,15 @@ voxelise::SolidVoxels hollow(const voxelise::SolidVoxels& solid) {
   return rest;
 }
 
+/// Returns the work of growing each layer by its element, beside going over all voxels: for each row of 64
+/// voxels, every row of the element.
+std::uint64_t dilation_steps(std::uint64_t voxels, const workspace::LayerProfile& profile) {
+  constexpr std::uint64_t kVoxelsOfARow = 64, kRowsOfAStep = 40;
+  std::uint64_t rows = element_rows(workspace::ShapingElement::kSphere, profile.guard_vox);
+  for (const int thickness : profile.thickness_vox) rows += element_rows(profile.element, thickness);
+  return voxels / kVoxelsOfARow * rows / kRowsOfAStep;
+}
+
 }  // namespace
 
 std::uint64_t layer_steps(const voxelise::SolidVoxels& solid, const workspace::LayerProfile& profile,
@@ -40,11 +49,10 @@ std::uint64_t layer_steps(const voxelise::SolidVoxels& solid, const workspace::L
   if (solid.box.empty()) return 0;
   const workspace::VoxelBox reached = solid.box.grown(profile.reach_vox()).intersection(part);
   const auto voxels = static_cast<std::uint64_t>(reached.voxel_count());
-  // Dilation goes over all of it for each layer.
+  const bool dilation = profile.method == workspace::LayerMethod::kDilation;
   const std::size_t passes =
-      1 + (profile.method == workspace::LayerMethod::kDilation ? profile.thickness_vox.size() : 0) +
-      (profile.inside_thickness_vox.empty() ? 0 : 1);
-  return voxels * passes / kVoxelsOfAStep;
+      1 + (dilation ? profile.thickness_vox.size() : 0) + (profile.inside_thickness_vox.empty() ? 0 : 1);
+  return voxels * passes / kVoxelsOfAStep + (dilation ? dilation_steps(voxels, profile) : 0);
 }
 
 void lay_inside(const voxelise::SolidVoxels& solid, const workspace::LayerProfile& profile,

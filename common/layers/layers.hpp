@@ -41,6 +41,8 @@ workspace::ObjectBricks surface_bricks(const geometry::TriangleMesh& mesh_W,
 /// Returns whether the shaping element of size m contains the cell at (i, j, k) from its centre (thesis
 /// 4.6.3b, 4.7.2; spec 1.4).
 bool in_element(workspace::ShapingElement element, int m, int i, int j, int k);
+/// Returns how many rows along x such an element has.
+std::uint64_t element_rows(workspace::ShapingElement element, int m);
 
 /// Lays layers by the thesis's method. The element of size m_1 is centred on every boundary voxel, and the
 /// empty voxels that it contains get order 1. Then the element of size m_2 is centred on every voxel of order
@@ -68,7 +70,8 @@ workspace::ObjectBricks lay_layers(const geometry::TriangleMesh& mesh_W, const v
                                    const workspace::WorkOptions& options = {});
 
 /// Returns the work of lay_layers(), in steps of a formula (core::WorkBudget), but for the searches of the
-/// `surface` method: a step for eight voxels that it goes over.
+/// `surface` method: a step for eight voxels that it goes over, and of `dilation` one for each 40 rows of an
+/// element that it sets at 64 voxels.
 std::uint64_t layer_steps(const voxelise::SolidVoxels& solid, const workspace::LayerProfile& profile,
                           const workspace::VoxelBox& part);
 

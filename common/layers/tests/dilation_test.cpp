@@ -172,9 +172,13 @@ TEST(Dilation, EndsWhenToldTo) {
 TEST(ShapingElements, HaveTheSizesOfTable41) {
   const auto size = [](workspace::ShapingElement element, int m) {
     int cells = 0;
-    voxelise::twin::for_each(
-        {{-m - 1, -m - 1, -m - 1}, {2 * m + 3, 2 * m + 3, 2 * m + 3}},
-        [&](workspace::Index3 v) { cells += in_element(element, m, v.x, v.y, v.z) ? 1 : 0; });
+    std::uint64_t rows = 0;
+    voxelise::twin::for_each({{-m - 1, -m - 1, -m - 1}, {2 * m + 3, 2 * m + 3, 2 * m + 3}},
+                             [&](workspace::Index3 v) {
+                               cells += in_element(element, m, v.x, v.y, v.z) ? 1 : 0;
+                               rows += v.x == 0 && in_element(element, m, 0, v.y, v.z) ? 1 : 0;
+                             });
+    EXPECT_EQ(element_rows(element, m), rows) << m;
     return cells;
   };
   EXPECT_EQ(size(workspace::ShapingElement::kCube, 1), 27);

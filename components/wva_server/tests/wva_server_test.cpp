@@ -259,7 +259,7 @@ TEST_F(Commands, WorkOfAFormulaIsCountedAndEndsAtTheLimit) {
 
 TEST_F(Commands, LayersAndMergingAreCountedAndEndAtTheLimit) {
   AddLimits limits;
-  limits.steps = 20'000;  // less than merging three bricks takes
+  limits.steps = 60'000;  // voxelising the ball takes less, merging the bricks that it leaves and enters more
   live_.emplace(activated(cell(), 7, limits));
   const std::uint64_t before = live_->content_hash();
   EXPECT_THAT(refused(add("{name: whole, primitive: {sphere: {radius_m: 0.3}}, pose: {xyz_m: [0, 0, 0.3]}}")),
