@@ -268,7 +268,8 @@ TEST(VoxeliseImplicit, TellsHowFarItIsAndEndsWhenToldTo) {
   const auto ring = geometry::implicit_torus(0.5, 0.2);
   const workspace::GridSpec grid = lattice(0.008);
   std::vector<double> shares;
-  ASSERT_TRUE(voxelise(*ring, grid, voxel_bounds(*ring, grid), {2, [&](double share) {
+  // Of two threads the one that is asked may do little.
+  ASSERT_TRUE(voxelise(*ring, grid, voxel_bounds(*ring, grid), {1, [&](double share) {
                                                                   shares.push_back(share);
                                                                   return true;
                                                                 }}));
