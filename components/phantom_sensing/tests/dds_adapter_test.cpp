@@ -295,9 +295,9 @@ TEST(OverDds, AServerWhoseWorkspaceIsTooLargeToWaitSucceedsTheFirstAllTheSame) {
   DdsAdapter adapter(network, model);
   std::atomic<int> excess{0};
   WorkspaceKeeper::Callbacks callbacks = adapter.workspace_callbacks();
-  callbacks.excess = [&, tell = callbacks.excess](const workspace::SourceId& source) {
+  callbacks.excess = [&, pass_on = callbacks.excess](const workspace::SourceId& source) {
     ++excess;
-    tell(source);
+    pass_on(source);
   };
   WorkspaceKeeper keeper(callbacks);
   SensingLoop loop(model, config, keeper, adapter);
