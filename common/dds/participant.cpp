@@ -205,7 +205,10 @@ std::vector<Refused> Participant::refused_datagrams() const { return impl_->refu
 
 void Participant::log_refused_datagrams() { impl_->refused->log(impl_->component, core::monotonic_ns()); }
 
-void Participant::refuse_for_now(const GuidPrefix& other) { impl_->bans->ban_for_now(other); }
+void Participant::refuse_for_now(const GuidPrefix& other) {
+  if (impl_->readmission) impl_->readmission->leave(other);
+  impl_->bans->ban_for_now(other);
+}
 void Participant::admit_all() { impl_->bans->lift(); }
 
 std::uint64_t Participant::forgotten() const {

@@ -31,10 +31,19 @@ Readmission::Readmission(std::string component, bool secured, std::shared_ptr<Ou
 Readmission::~Readmission() { stop(); }
 
 void Readmission::start(const rtps::GUID_t& own) {
-  thread_ = std::thread([this, prefix = prefix_of(own)] {
+  {
+    const std::lock_guard lock(mutex_);
+    own_ = prefix_of(own);
+  }
+  thread_ = std::thread([this] {
     core::take_place(core::ThreadRole::kReadmission);
-    run(prefix);
+    run();
   });
+}
+
+void Readmission::leave(const GuidPrefix& peer) {
+  const std::lock_guard lock(mutex_);
+  if (const auto known = peers_.find(peer); known != peers_.end()) take_leave(peer, known->second);
 }
 
 void Readmission::stop() {
@@ -102,35 +111,34 @@ void Readmission::on_endpoint(const FoundEndpoint& endpoint) {
   if (next_) next_->on_endpoint(endpoint);
 }
 
-void Readmission::run(const GuidPrefix& own) {
+void Readmission::run() {
   std::unique_lock lock(mutex_);
   while (!stopped_.wait_for(lock, kLookPeriod, [this] { return stop_; })) {
     const core::Nanoseconds now = core::monotonic_ns();
     for (const auto& [prefix, peer] : peers_) outbox_->keep(peer.addresses);
-    const auto handshakes = handshakes_.overdue(own, now);
-    const auto ends = ends_.overdue(own, now);
+    const auto handshakes = handshakes_.overdue(own_, now);
+    const auto ends = ends_.overdue(own_, now);
     const auto peers = handshakes.empty() && ends.empty() ? decltype(peers_)() : peers_;
     lock.unlock();  // the log may block this thread, but must not block those of Fast DDS
     const auto known = [&](const GuidPrefix& peer) {
       const auto found = peers.find(peer);
       return found == peers.end() ? Peer{} : found->second;
     };
-    for (const auto& attempt : handshakes) restart(own, attempt, known(attempt.peer));
-    for (const auto& attempt : ends) restart(own, attempt, known(attempt.peer));
+    for (const auto& attempt : handshakes) restart(attempt, known(attempt.peer));
+    for (const auto& attempt : ends) restart(attempt, known(attempt.peer));
     lock.lock();
   }
 }
 
-std::string Readmission::take_leave(const GuidPrefix& own, const GuidPrefix& peer, const Peer& known) const {
+std::string Readmission::take_leave(const GuidPrefix& peer, const Peer& known) const {
   const std::string address =
       known.addresses.empty() ? "unknown" : rtps::IPLocator::ip_to_string(*known.addresses.begin());
-  outbox_->put(departure(own, peer, kDepartureSequence), known.addresses);
+  outbox_->put(departure(own_, peer, kDepartureSequence), known.addresses);
   return (known.name.empty() ? "somebody" : known.name) + " at " + address;
 }
 
-void Readmission::restart(const GuidPrefix& own, const HandshakeWatch::Attempt& attempt,
-                          const Peer& peer) const {
-  const std::string who = take_leave(own, attempt.peer, peer);
+void Readmission::restart(const HandshakeWatch::Attempt& attempt, const Peer& peer) const {
+  const std::string who = take_leave(attempt.peer, peer);
   spdlog::warn(
       "{}: {} announces itself, but has not shown for {:.0f} s who it is; "
       "its handshake is begun anew (attempt {}). It is not spoken with until it succeeds; "
@@ -138,8 +146,8 @@ void Readmission::restart(const GuidPrefix& own, const HandshakeWatch::Attempt& 
       component_, who, core::seconds(attempt.waited_ns), attempt.number);
 }
 
-void Readmission::restart(const GuidPrefix& own, const EndsWatch::Attempt& attempt, const Peer& peer) const {
-  const std::string who = take_leave(own, attempt.peer, peer);
+void Readmission::restart(const EndsWatch::Attempt& attempt, const Peer& peer) const {
+  const std::string who = take_leave(attempt.peer, peer);
   spdlog::warn(
       "{}: {} was lost and has returned, but {} of its readers and writers are not known again; "
       "discovery with it is begun anew (attempt {})",

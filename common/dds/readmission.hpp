@@ -42,6 +42,9 @@ class Readmission : public DiscoveryEvents {
   void start(const fast_dds::rtps::GUID_t& own);
   /// Ends the thread. Call it before the participant is deleted; it may be called twice.
   void stop();
+  /// Takes leave of `peer`, so that it forgets this participant, too, and both know nothing of each other
+  /// when they meet again. Thread-safe.
+  void leave(const GuidPrefix& peer);
   /// Returns how many lost participants were forgotten for others. Thread-safe.
   std::uint64_t forgotten() const;
 
@@ -54,11 +57,11 @@ class Readmission : public DiscoveryEvents {
     std::string name;
     fast_dds::rtps::LocatorList_t addresses;  // UDP, where it listens for announcements
   };
-  void run(const GuidPrefix& own);
+  void run();
   /// Sends the departure message to `peer`. Returns the peer's name and address, for a log message.
-  std::string take_leave(const GuidPrefix& own, const GuidPrefix& peer, const Peer& known) const;
-  void restart(const GuidPrefix& own, const HandshakeWatch::Attempt& attempt, const Peer& peer) const;
-  void restart(const GuidPrefix& own, const EndsWatch::Attempt& attempt, const Peer& peer) const;
+  std::string take_leave(const GuidPrefix& peer, const Peer& known) const;
+  void restart(const HandshakeWatch::Attempt& attempt, const Peer& peer) const;
+  void restart(const EndsWatch::Attempt& attempt, const Peer& peer) const;
 
   const std::string component_;
   const bool secured_;
@@ -70,6 +73,7 @@ class Readmission : public DiscoveryEvents {
   HandshakeWatch handshakes_;
   EndsWatch ends_;
   std::map<GuidPrefix, Peer> peers_;
+  GuidPrefix own_{};  // set by start()
   std::thread thread_;
 };
 

@@ -10,6 +10,8 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <numeric>
+#include <random>
 #include <thread>
 #include <vector>
 
@@ -278,13 +280,21 @@ TEST(OverDds, TheWorkspaceIsThatOfOneServerAndASecondIsTold) {
   adapter.stop_reading();
 }
 
-/// A workspace of 64,000 bricks: more than is kept beside one in force.
+/// A workspace whose bricks do not compress: 23 MiB, more than is kept beside one in force.
 workspace::Workspace large_world() {
-  constexpr std::int32_t kEdge = 40;  // bricks
+  constexpr std::int32_t kEdge = 9;  // bricks
   constexpr std::int32_t kSize = kEdge * workspace::kBrickEdge;
-  workspace::Workspace world({{0, 0, 0}, 0.01, {kSize, kSize, kSize}}, {0.0F, 1.0F});
-  for (std::int32_t i = 0; i < kEdge * kEdge * kEdge; ++i)
-    world.fill_brick({i % kEdge, i / kEdge % kEdge, i / kEdge / kEdge}, 1, 1, 1);
+  std::vector<float> palette(256);
+  std::iota(palette.begin(), palette.end(), 0.0F);
+  workspace::Workspace world({{0, 0, 0}, 0.01, {kSize, kSize, kSize}}, palette);
+  std::mt19937 random(7);
+  const workspace::BrickLabels labels{std::make_shared<std::int8_t[]>(workspace::kBrickVoxels, 1), nullptr,
+                                      1};
+  for (std::int32_t i = 0; i < kEdge * kEdge * kEdge; ++i) {
+    std::uint8_t* codes = world.make_brick({i % kEdge, i / kEdge % kEdge, i / kEdge / kEdge}, labels);
+    std::generate_n(codes, workspace::kBrickVoxels,
+                    [&] { return static_cast<std::uint8_t>(1 + random() % 255); });
+  }
   return world;
 }
 
@@ -309,7 +319,7 @@ TEST(OverDds, AServerWhoseWorkspaceIsTooLargeToWaitSucceedsTheFirstAllTheSame) {
   ASSERT_TRUE(dds::eventually([&] { return excess > 0 && !keeper.contested(); }));
   EXPECT_EQ(keeper.version(), 10U);
   first.reset();
-  EXPECT_TRUE(dds::eventually([&] { return keeper.version() == 20; }));
+  EXPECT_TRUE(dds::eventually([&] { return keeper.version() == 20; }, 300.0));
   EXPECT_EQ(keeper.share()->brick_count(), large.brick_count());
   adapter.stop_reading();
 }
