@@ -148,7 +148,32 @@ TEST(CanArm, ADriveThatFallsSilentIsNamedAndComesBackAfterAReset) {
   ASSERT_TRUE(bench.reaches(LinkState::kCoupled)) << bench.arm->health().message;
 }
 
-TEST(CanArm, AnEmergencyStopIsTheDrivesQuickStopAndHoldsUntilAReset) {
+TEST(CanArm, NoDriveHasPowerBeforeTheMasterIsHeard) {
+  Bench bench;
+  bench.heard = false;
+  for (double t = 0; t < 3.0; t += bench.config.period_s) {
+    bench.tick();
+    for (const auto& drive : bench.drives)
+      ASSERT_NE(drive->power(), simulated_drive::SimulatedDrive::Power::kEnabled);
+  }
+  bench.heard = true;
+  EXPECT_TRUE(bench.reaches(LinkState::kCoupled)) << bench.arm->health().message;
+}
+
+// Also of drives that coast at a fault.
+TEST(CanArm, AnEmergencyStopIsTheDrivesQuickStopWhateverTheyDoAtAFault) {
+  for (const auto reaction : {can::FaultReaction::kHold, can::FaultReaction::kCoast}) {
+    Bench bench(can_config(DriveMode::kTorque, reaction));
+    ASSERT_TRUE(bench.reaches(LinkState::kCoupled)) << bench.arm->health().message;
+    bench.inbox.stops.stop();
+    bench.run(0.1);
+    EXPECT_EQ(bench.state(), LinkState::kStopped);
+    for (const auto& drive : bench.drives)
+      EXPECT_EQ(drive->power(), simulated_drive::SimulatedDrive::Power::kQuickStop);
+  }
+}
+
+TEST(CanArm, AnEmergencyStopHoldsUntilAReset) {
   Bench bench;
   ASSERT_TRUE(bench.reaches(LinkState::kCoupled));
   bench.inbox.stops.stop();
@@ -156,8 +181,6 @@ TEST(CanArm, AnEmergencyStopIsTheDrivesQuickStopAndHoldsUntilAReset) {
   EXPECT_EQ(bench.state(), LinkState::kStopped);
   EXPECT_EQ(bench.last.outputs.stop.cause, teleop::StopCause::kEmergency);
   EXPECT_FALSE(bench.arm->health().fault);
-  for (const auto& drive : bench.drives)
-    EXPECT_EQ(drive->power(), simulated_drive::SimulatedDrive::Power::kQuickStop);
   bench.master.position[4] += 0.2;
   bench.run(1.0);
   EXPECT_NEAR(bench.joint(4), shipped_arm().home[4], 1e-3);
