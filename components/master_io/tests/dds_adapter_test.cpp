@@ -110,7 +110,7 @@ TEST(MasterAdapter, AGainThatIsNotStableIsRefusedWithTheGreatestThatIs) {
 }
 
 TEST(MasterAdapter, ADragFieldOfAnotherLawIsRefused) {
-  messages::DragField field;
+  messages::DragField field{.joint_count = 7};
   field.mode = teleop::DragMode::kCoupled;
   EXPECT_THAT(refusal(field, teleop::DragMode::kSeparable),
               HasSubstr("not separable, which this master renders"));
