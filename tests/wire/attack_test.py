@@ -92,11 +92,11 @@ def start_components(site):
 
 
 def event_lines(site):
-    """What dds_spy reports from now on: a list that grows."""
+    """A dds_spy, and what it reports from now on: a list that grows."""
     spy = site.start([str(site.options.bin / "dds_spy"), "events", "--deployment", str(site.topology)])
     lines = []
     threading.Thread(target=lambda: lines.extend(iter(spy.stdout.readline, "")), daemon=True).start()
-    return lines
+    return spy, lines
 
 
 def expect_components_go_on(site):
@@ -113,7 +113,7 @@ def expect_components_go_on(site):
     quiet = {name: watched_slip_shares(status, name, 8, START_S) for name in SERVOS}
     before = {name: resident_mib(process.pid) for name, process in components.items()}
     begun = {name: loops(status, name) for name in SERVOS}
-    events = event_lines(site)
+    spy, events = event_lines(site)
     attack = attack_of(site, site.options.datagrams, len(components), site.options.seed + 2)
     while attack.poll() is None:
         for name, process in components.items():
@@ -126,9 +126,14 @@ def expect_components_go_on(site):
     assert "datagrams refused" in site.log(), "none says that it refused any:\n" + site.log()
     eventually(lambda: any("it refused" in line and "of them from 127.0.0.1" in line for line in events), START_S,
                "dds_spy reports what was refused, and from whom")
-    heard = site.start([str(site.options.bin / "dds_spy"), "hz", "slave_state", "workspace_version", "--history", "--json", "--deployment", str(site.topology),
-                        "--seconds", "6"]).communicate()[0]
-    assert "slave_state" in heard and "workspace_version" in heard, "a late one does not hear them:\n" + heard + site.log()
+    spy.terminate()
+    assert spy.wait(60) == 0
+
+    def late_one_hears():
+        heard = site.start([str(site.options.bin / "dds_spy"), "hz", "slave_state", "workspace_version", "--history", "--json", "--deployment",
+                            str(site.topology), "--seconds", "6"]).communicate()[0]
+        return "slave_state" in heard and "workspace_version" in heard
+    eventually(late_one_hears, START_S, "a late one hears them")
     for name, process in components.items():
         now = resident_mib(process.pid)
         print(f"{name}: {before[name]:.0f} MiB before, {now:.0f} MiB after {site.options.datagrams} datagrams")
