@@ -1,6 +1,7 @@
 #pragma once
 
 #include <atomic>
+#include <cstdint>
 #include <mutex>
 #include <vector>
 
@@ -18,11 +19,12 @@ class Bans {
 
   /// For good.
   void ban(const GuidPrefix& participant) { add(banned_, participant); }
-  /// Until lift() is called.
+  /// Ends with lift().
   void ban_for_now(const GuidPrefix& participant) { add(banned_for_now_, participant); }
-  /// Ends all bans for now. Fast DDS discovers those participants again by their next announcement.
+  /// Ends all bans by ban_for_now(). Fast DDS discovers those participants again by their next announcement.
   void lift() {
     const std::lock_guard lock(mutex_);
+    forgotten_before_ += banned_for_now_.dropped();
     banned_for_now_ = Banned{kMost};
   }
   /// Cheap while nobody is banned.
@@ -40,7 +42,7 @@ class Bans {
   /// Returns how many bans were forgotten for others.
   std::uint64_t forgotten() const {
     const std::lock_guard lock(mutex_);
-    return banned_.dropped() + banned_for_now_.dropped();
+    return forgotten_before_ + banned_.dropped() + banned_for_now_.dropped();
   }
 
  private:
@@ -55,6 +57,7 @@ class Bans {
   std::atomic<bool> any_{false};
   mutable std::mutex mutex_;
   Banned banned_{kMost}, banned_for_now_{kMost};
+  std::uint64_t forgotten_before_ = 0;  // of bans that were lifted since
   std::vector<GuidPrefix> fresh_;
 };
 

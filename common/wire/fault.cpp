@@ -30,7 +30,7 @@ const char* words_of(Fault fault) noexcept {
       "fragments from an unknown participant",
       "another participant's identity",
       "a departure that was forged",
-      "a participant that sent too many keys of a topic",
+      "a participant that sent more than is kept",
   };
   static_assert(std::size(kWords) == kFaults);
   return kWords[static_cast<std::size_t>(fault)];
