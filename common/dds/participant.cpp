@@ -206,6 +206,7 @@ std::vector<Refused> Participant::refused_datagrams() const { return impl_->refu
 void Participant::log_refused_datagrams() { impl_->refused->log(impl_->component, core::monotonic_ns()); }
 
 void Participant::refuse_for_now(const GuidPrefix& other) {
+  if (impl_->bans->holds(other)) return;
   if (impl_->readmission) impl_->readmission->leave(other);
   impl_->bans->ban_for_now(other);
 }

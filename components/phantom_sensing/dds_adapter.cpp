@@ -167,7 +167,7 @@ WorkspaceKeeper::Callbacks DdsAdapter::workspace_callbacks() {
               },
           .excess =
               [this](const workspace::SourceId& source) {
-                spdlog::warn(
+                impl_->workspace_refusals.refused(
                     "a participant sends more of a workspace than is kept beside the one in force; "
                     "no more is taken from it until that server has gone");
                 impl_->participant.refuse_for_now(source);
