@@ -87,6 +87,12 @@ TEST_F(SmallGuard, ForgetsWhoseLeaseHasEnded) {
   EXPECT_EQ(receive(test::announcement(peer(7), 5), kHost, 20 * kSecond), Fault::kNone);
 }
 
+TEST_F(SmallGuard, GivesThePlaceOfAnEndlessLeaseBackAfter151Seconds) {
+  for (int i = 0; i < 4; ++i) receive(test::announcement(peer(i), 0x7fffffff));
+  EXPECT_EQ(receive(test::announcement(peer(7)), kHost, 151 * kSecond), Fault::kParticipants);
+  EXPECT_EQ(receive(test::announcement(peer(7)), kHost, 153 * kSecond), Fault::kNone);
+}
+
 TEST_F(SmallGuard, BoundsEndpointsOfAParticipant) {
   receive(test::announcement(peer(1)));
   for (EntityId id = 1; id <= 3; ++id)
