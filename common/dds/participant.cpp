@@ -111,6 +111,7 @@ std::shared_ptr<EndpointCounters> Participant::Impl::add_counters(const TopicDes
   added->topic = &topic;
   added->writer = writer;
   const std::lock_guard lock(mutex);
+  std::erase_if(counters, [](const auto& each) { return each.use_count() == 1; });  // its endpoint has ended
   counters.push_back(added);
   return added;
 }

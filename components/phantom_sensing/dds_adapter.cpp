@@ -33,12 +33,16 @@ messages::SensingReply reply_to(const messages::SensingCommand& command, const A
 }  // namespace
 
 struct DdsAdapter::Impl {
-  struct Readers {
-    Readers(Impl& owner, SensingLoop& loop, WorkspaceKeeper& workspace);
-    messages::CheckedReader<msg::SlaveState> slave;
+  struct WorkspaceReaders {
+    WorkspaceReaders(Impl& owner, WorkspaceKeeper& workspace);
     dds::Reader<msg::WorkspaceVersion> version;
     dds::Reader<msg::WorkspaceBrick> brick;
     dds::Reader<msg::WorkspaceObject> object;
+  };
+  struct Readers {
+    Readers(Impl& owner, SensingLoop& loop, WorkspaceKeeper& keeper);
+    messages::CheckedReader<msg::SlaveState> slave;
+    std::unique_ptr<WorkspaceReaders> workspace;
   };
 
   Impl(const core::NetworkOptions& network, const PhantomModel& phantom)
@@ -61,6 +65,8 @@ struct DdsAdapter::Impl {
   }
 
   bool second_server(core::Nanoseconds now_ns);
+  void refuse_for_now(const workspace::SourceId& source);
+  void admit_all();
 
   const PhantomModel& model;
   dds::Participant participant;
@@ -76,20 +82,24 @@ struct DdsAdapter::Impl {
   dds::RefusalLog workspace_refusals{"workspace_brick, workspace_version"};
   std::mutex readers_mutex;  // shared by stop_reading() and the keeper's thread
   std::unique_ptr<Readers> readers;
+  bool refused_some = false;                 // for now; used on the keeper's thread only
   WorkspaceKeeper* keeper = nullptr;         // set while there are readers; guarded by readers_mutex
   core::Nanoseconds contested_since_ns = 0;  // used in publish_status() only; 0: at most one server
   bool contest_logged = false;
   messages::CommandService<messages::SensingCommand, messages::SensingReply> commands;
 };
 
-DdsAdapter::Impl::Readers::Readers(Impl& owner, SensingLoop& loop, WorkspaceKeeper& workspace)
+DdsAdapter::Impl::Readers::Readers(Impl& owner, SensingLoop& loop, WorkspaceKeeper& keeper)
     : slave(owner.participant, dds::kSlaveState, messages::bounds_of(owner.model.arm),
             [&owner, &loop](const messages::SlaveState& state, core::Nanoseconds received_ns) {
               const SlaveSample sample(state, received_ns);
               loop.offer(sample);
               owner.newest_slave.write(sample);
             }),
-      version(
+      workspace(std::make_unique<WorkspaceReaders>(owner, keeper)) {}
+
+DdsAdapter::Impl::WorkspaceReaders::WorkspaceReaders(Impl& owner, WorkspaceKeeper& workspace)
+    : version(
           owner.participant, dds::kWorkspaceVersion,
           [&owner, &workspace](const msg::WorkspaceVersion& message, const dds::SampleInfo& info) {
             const auto received = messages::from_idl(message);
@@ -119,6 +129,25 @@ DdsAdapter::Impl::Readers::Readers(Impl& owner, SensingLoop& loop, WorkspaceKeep
                const std::lock_guard lock(owner.objects_mutex);
                return owner.objects.take(info.writer, *sample).accepted;
              }) {}
+
+void DdsAdapter::Impl::refuse_for_now(const workspace::SourceId& source) {
+  workspace_refusals.refused(
+      "a participant sends more of a workspace than is kept beside the one in force; no more is taken from it "
+      "until that server has gone");
+  participant.refuse_for_now(source);
+  refused_some = true;
+}
+
+/// Some of what was refused had arrived already. DDS sends it once more only to a new reader, unless the
+/// participant was discovered anew, which discovery servers do not bring about.
+void DdsAdapter::Impl::admit_all() {
+  if (!std::exchange(refused_some, false)) return;
+  participant.admit_all();
+  const std::lock_guard lock(readers_mutex);
+  if (!readers) return;
+  readers->workspace.reset();  // first: its end reports that all writers have gone
+  readers->workspace = std::make_unique<WorkspaceReaders>(*this, *keeper);
+}
 
 /// Returns whether a second server is present. Logs it once each time one appears.
 bool DdsAdapter::Impl::second_server(core::Nanoseconds now_ns) {
@@ -163,21 +192,15 @@ WorkspaceKeeper::Callbacks DdsAdapter::workspace_callbacks() {
               [this](const std::string& why) {
                 impl_->workspace_refusals.refused(why);
                 const std::lock_guard lock(impl_->readers_mutex);
-                if (impl_->readers) impl_->readers->brick.count_refused();
+                if (impl_->readers) impl_->readers->workspace->brick.count_refused();
               },
-          .excess =
-              [this](const workspace::SourceId& source) {
-                impl_->workspace_refusals.refused(
-                    "a participant sends more of a workspace than is kept beside the one in force; "
-                    "no more is taken from it until that server has gone");
-                impl_->participant.refuse_for_now(source);
-              },
-          .unattended = [this] { impl_->participant.admit_all(); }};
+          .excess = [this](const workspace::SourceId& source) { impl_->refuse_for_now(source); },
+          .unattended = [this] { impl_->admit_all(); }};
 }
 
 bool DdsAdapter::workspace_attended() const {
   const std::lock_guard lock(impl_->readers_mutex);
-  return impl_->readers && impl_->readers->version.matched() > 0;
+  return impl_->readers && impl_->readers->workspace->version.matched() > 0;
 }
 
 std::map<std::uint16_t, std::string> DdsAdapter::objects() const {
