@@ -39,8 +39,9 @@ class LinkTrace {
     constexpr std::array kCauses{"NONE", "EMERGENCY", "DRIVE_FAULT", "PARTNER"};
     out_ << R"({"topic":")" << topic << R"(","sample":{"stamp":{"session":)" << m.stamp().session()
          << R"(,"sequence_number":)" << m.stamp().sequence_number() << R"(,"monotonic_ns":)"
-         << m.stamp().monotonic_ns() << R"(},"state":"LINK_)" << kStates.at(m.state())
-         << R"(","stop_cause":"STOP_)" << kCauses.at(m.stop_cause()) << R"(","stop":)" << m.stop()
+         << m.stamp().monotonic_ns() << R"(},"state":"LINK_)"
+         << kStates.at(static_cast<std::size_t>(m.state())) << R"(","stop_cause":"STOP_)"
+         << kCauses.at(static_cast<std::size_t>(m.stop_cause())) << R"(","stop":)" << m.stop()
          << R"(,"joint_count":)" << m.joint_count();
   }
   void joints(const char* name, const std::array<double, 16>& values, std::size_t count) {

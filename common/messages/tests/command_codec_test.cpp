@@ -17,27 +17,26 @@ using core::CommandKind;
 using testing::HasSubstr;
 
 // Enumerations travel as numbers: both lists must count alike.
-static_assert(static_cast<int>(CommandKind::kEmergencyStop) == msg::CommandKind::COMMAND_EMERGENCY_STOP);
-static_assert(static_cast<int>(CommandKind::kReset) == msg::CommandKind::COMMAND_RESET);
-static_assert(static_cast<int>(CommandKind::kSetPerceptGain) == msg::CommandKind::COMMAND_SET_PERCEPT_GAIN);
-static_assert(static_cast<int>(CommandKind::kSetFeedbackGain) == msg::CommandKind::COMMAND_SET_FEEDBACK_GAIN);
-static_assert(static_cast<int>(CommandKind::kEnablePercept) == msg::CommandKind::COMMAND_ENABLE_PERCEPT);
-static_assert(static_cast<int>(CommandKind::kViewHold) == msg::CommandKind::COMMAND_VIEW_HOLD);
-static_assert(static_cast<int>(CommandKind::kViewNode) == msg::CommandKind::COMMAND_VIEW_NODE);
-static_assert(static_cast<int>(CommandKind::kSetLaw) == msg::CommandKind::COMMAND_SET_LAW);
-static_assert(static_cast<int>(CommandKind::kMark) == msg::CommandKind::COMMAND_MARK);
-static_assert(core::kCommandKinds == msg::CommandKind::COMMAND_MARK + 1);
-static_assert(static_cast<int>(SensingRequest::kAllowContact) == msg::SensingRequest::SENSING_ALLOW_CONTACT);
-static_assert(static_cast<int>(SensingRequest::kForbidContact) ==
-              msg::SensingRequest::SENSING_FORBID_CONTACT);
-static_assert(static_cast<int>(SensingRequest::kSelfTest) == msg::SensingRequest::SENSING_SELF_TEST);
-static_assert(static_cast<int>(SensingRequest::kListContacts) == msg::SensingRequest::SENSING_LIST_CONTACTS);
-static_assert(static_cast<int>(WorkspaceOperation::kAdd) == msg::WorkspaceOperation::WORKSPACE_ADD);
-static_assert(static_cast<int>(WorkspaceOperation::kMove) == msg::WorkspaceOperation::WORKSPACE_MOVE);
-static_assert(static_cast<int>(WorkspaceOperation::kRemove) == msg::WorkspaceOperation::WORKSPACE_REMOVE);
-static_assert(static_cast<int>(WorkspaceOutcome::kAccepted) == msg::WorkspaceOutcome::WORKSPACE_ACCEPTED);
-static_assert(static_cast<int>(WorkspaceOutcome::kDone) == msg::WorkspaceOutcome::WORKSPACE_DONE);
-static_assert(static_cast<int>(WorkspaceOutcome::kRefused) == msg::WorkspaceOutcome::WORKSPACE_REFUSED);
+static_assert(same_number(CommandKind::kEmergencyStop, msg::CommandKind::COMMAND_EMERGENCY_STOP));
+static_assert(same_number(CommandKind::kReset, msg::CommandKind::COMMAND_RESET));
+static_assert(same_number(CommandKind::kSetPerceptGain, msg::CommandKind::COMMAND_SET_PERCEPT_GAIN));
+static_assert(same_number(CommandKind::kSetFeedbackGain, msg::CommandKind::COMMAND_SET_FEEDBACK_GAIN));
+static_assert(same_number(CommandKind::kEnablePercept, msg::CommandKind::COMMAND_ENABLE_PERCEPT));
+static_assert(same_number(CommandKind::kViewHold, msg::CommandKind::COMMAND_VIEW_HOLD));
+static_assert(same_number(CommandKind::kViewNode, msg::CommandKind::COMMAND_VIEW_NODE));
+static_assert(same_number(CommandKind::kSetLaw, msg::CommandKind::COMMAND_SET_LAW));
+static_assert(same_number(CommandKind::kMark, msg::CommandKind::COMMAND_MARK));
+static_assert(core::kCommandKinds == static_cast<int>(msg::CommandKind::COMMAND_MARK) + 1);
+static_assert(same_number(SensingRequest::kAllowContact, msg::SensingRequest::SENSING_ALLOW_CONTACT));
+static_assert(same_number(SensingRequest::kForbidContact, msg::SensingRequest::SENSING_FORBID_CONTACT));
+static_assert(same_number(SensingRequest::kSelfTest, msg::SensingRequest::SENSING_SELF_TEST));
+static_assert(same_number(SensingRequest::kListContacts, msg::SensingRequest::SENSING_LIST_CONTACTS));
+static_assert(same_number(WorkspaceOperation::kAdd, msg::WorkspaceOperation::WORKSPACE_ADD));
+static_assert(same_number(WorkspaceOperation::kMove, msg::WorkspaceOperation::WORKSPACE_MOVE));
+static_assert(same_number(WorkspaceOperation::kRemove, msg::WorkspaceOperation::WORKSPACE_REMOVE));
+static_assert(same_number(WorkspaceOutcome::kAccepted, msg::WorkspaceOutcome::WORKSPACE_ACCEPTED));
+static_assert(same_number(WorkspaceOutcome::kDone, msg::WorkspaceOutcome::WORKSPACE_DONE));
+static_assert(same_number(WorkspaceOutcome::kRefused, msg::WorkspaceOutcome::WORKSPACE_REFUSED));
 
 constexpr core::SampleId kStamp{3, 4, 5}, kCommandStamp{6, 7, 8};
 

@@ -12,29 +12,27 @@ namespace phantom::messages {
 namespace {
 
 // Enumerations travel as numbers: both lists must count alike.
-static_assert(static_cast<int>(teleop::DragMode::kSeparable) == msg::DragMode::DRAG_SEPARABLE);
-static_assert(static_cast<int>(teleop::DragMode::kCoupled) == msg::DragMode::DRAG_COUPLED);
-static_assert(static_cast<int>(percept::MotionClass::kNone) == msg::MotionClass::MOTION_NONE);
-static_assert(static_cast<int>(percept::MotionClass::kSafe) == msg::MotionClass::MOTION_SAFE);
-static_assert(static_cast<int>(percept::MotionClass::kNeutral) == msg::MotionClass::MOTION_NEUTRAL);
-static_assert(static_cast<int>(percept::MotionClass::kDangerous) == msg::MotionClass::MOTION_DANGEROUS);
-static_assert(static_cast<int>(percept::HitRule::kNone) == msg::HitRule::HIT_NONE);
-static_assert(static_cast<int>(percept::HitRule::kVeryClose) == msg::HitRule::HIT_VERY_CLOSE);
-static_assert(static_cast<int>(percept::HitRule::kModerateMoving) == msg::HitRule::HIT_MODERATE_MOVING);
-static_assert(static_cast<int>(percept::HitRule::kFarNearing) == msg::HitRule::HIT_FAR_NEARING);
-static_assert(static_cast<int>(PerceptCondition::kFresh) == msg::PerceptCondition::PERCEPT_FRESH);
-static_assert(static_cast<int>(PerceptCondition::kWorkspaceUnattended) ==
-              msg::PerceptCondition::PERCEPT_WORKSPACE_UNATTENDED);
-static_assert(static_cast<int>(PerceptCondition::kWorkspaceBehind) ==
-              msg::PerceptCondition::PERCEPT_WORKSPACE_BEHIND);
-static_assert(static_cast<int>(PerceptCondition::kWorkspaceStale) ==
-              msg::PerceptCondition::PERCEPT_WORKSPACE_STALE);
-static_assert(static_cast<int>(PerceptCondition::kNoWorkspace) ==
-              msg::PerceptCondition::PERCEPT_NO_WORKSPACE);
-static_assert(static_cast<int>(PerceptCondition::kNoState) == msg::PerceptCondition::PERCEPT_NO_STATE);
-static_assert(static_cast<int>(PerceptCondition::kStateStale) == msg::PerceptCondition::PERCEPT_STATE_STALE);
-static_assert(static_cast<int>(PerceptCondition::kSelfTestFailed) ==
-              msg::PerceptCondition::PERCEPT_SELF_TEST_FAILED);
+static_assert(same_number(teleop::DragMode::kSeparable, msg::DragMode::DRAG_SEPARABLE));
+static_assert(same_number(teleop::DragMode::kCoupled, msg::DragMode::DRAG_COUPLED));
+static_assert(same_number(percept::MotionClass::kNone, msg::MotionClass::MOTION_NONE));
+static_assert(same_number(percept::MotionClass::kSafe, msg::MotionClass::MOTION_SAFE));
+static_assert(same_number(percept::MotionClass::kNeutral, msg::MotionClass::MOTION_NEUTRAL));
+static_assert(same_number(percept::MotionClass::kDangerous, msg::MotionClass::MOTION_DANGEROUS));
+static_assert(same_number(percept::HitRule::kNone, msg::HitRule::HIT_NONE));
+static_assert(same_number(percept::HitRule::kVeryClose, msg::HitRule::HIT_VERY_CLOSE));
+static_assert(same_number(percept::HitRule::kModerateMoving, msg::HitRule::HIT_MODERATE_MOVING));
+static_assert(same_number(percept::HitRule::kFarNearing, msg::HitRule::HIT_FAR_NEARING));
+static_assert(same_number(PerceptCondition::kFresh, msg::PerceptCondition::PERCEPT_FRESH));
+static_assert(same_number(PerceptCondition::kWorkspaceUnattended,
+                          msg::PerceptCondition::PERCEPT_WORKSPACE_UNATTENDED));
+static_assert(same_number(PerceptCondition::kWorkspaceBehind,
+                          msg::PerceptCondition::PERCEPT_WORKSPACE_BEHIND));
+static_assert(same_number(PerceptCondition::kWorkspaceStale, msg::PerceptCondition::PERCEPT_WORKSPACE_STALE));
+static_assert(same_number(PerceptCondition::kNoWorkspace, msg::PerceptCondition::PERCEPT_NO_WORKSPACE));
+static_assert(same_number(PerceptCondition::kNoState, msg::PerceptCondition::PERCEPT_NO_STATE));
+static_assert(same_number(PerceptCondition::kStateStale, msg::PerceptCondition::PERCEPT_STATE_STALE));
+static_assert(same_number(PerceptCondition::kSelfTestFailed,
+                          msg::PerceptCondition::PERCEPT_SELF_TEST_FAILED));
 
 using testing::HasSubstr;
 

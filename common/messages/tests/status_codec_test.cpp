@@ -15,12 +15,12 @@ using core::ComponentState;
 using testing::HasSubstr;
 
 // Enumerations travel as numbers: both lists must count alike.
-static_assert(static_cast<int>(ComponentState::kStarting) == msg::ComponentState::COMPONENT_STARTING);
-static_assert(static_cast<int>(ComponentState::kReady) == msg::ComponentState::COMPONENT_READY);
-static_assert(static_cast<int>(ComponentState::kRunning) == msg::ComponentState::COMPONENT_RUNNING);
-static_assert(static_cast<int>(ComponentState::kDegraded) == msg::ComponentState::COMPONENT_DEGRADED);
-static_assert(static_cast<int>(ComponentState::kStopped) == msg::ComponentState::COMPONENT_STOPPED);
-static_assert(static_cast<int>(ComponentState::kFault) == msg::ComponentState::COMPONENT_FAULT);
+static_assert(same_number(ComponentState::kStarting, msg::ComponentState::COMPONENT_STARTING));
+static_assert(same_number(ComponentState::kReady, msg::ComponentState::COMPONENT_READY));
+static_assert(same_number(ComponentState::kRunning, msg::ComponentState::COMPONENT_RUNNING));
+static_assert(same_number(ComponentState::kDegraded, msg::ComponentState::COMPONENT_DEGRADED));
+static_assert(same_number(ComponentState::kStopped, msg::ComponentState::COMPONENT_STOPPED));
+static_assert(same_number(ComponentState::kFault, msg::ComponentState::COMPONENT_FAULT));
 
 ComponentStatus a_status() {
   ComponentStatus status;

@@ -14,20 +14,19 @@ namespace phantom::messages {
 namespace {
 
 // Enumerations travel as numbers: both lists must count alike.
-static_assert(static_cast<int>(teleop::LinkState::kInit) == msg::LinkState::LINK_INIT);
-static_assert(static_cast<int>(teleop::LinkState::kReady) == msg::LinkState::LINK_READY);
-static_assert(static_cast<int>(teleop::LinkState::kAligned) == msg::LinkState::LINK_ALIGNED);
-static_assert(static_cast<int>(teleop::LinkState::kCoupled) == msg::LinkState::LINK_COUPLED);
-static_assert(static_cast<int>(teleop::LinkState::kDegraded) == msg::LinkState::LINK_DEGRADED);
-static_assert(static_cast<int>(teleop::LinkState::kStopped) == msg::LinkState::LINK_STOPPED);
-static_assert(static_cast<int>(teleop::StopCause::kNone) == msg::StopCause::STOP_NONE);
-static_assert(static_cast<int>(teleop::StopCause::kEmergency) == msg::StopCause::STOP_EMERGENCY);
-static_assert(static_cast<int>(teleop::StopCause::kDriveFault) == msg::StopCause::STOP_DRIVE_FAULT);
-static_assert(static_cast<int>(teleop::StopCause::kPartner) == msg::StopCause::STOP_PARTNER);
-static_assert(static_cast<int>(teleop::BilateralLaw::kPf) == msg::BilateralLaw::LAW_PF);
-static_assert(static_cast<int>(teleop::BilateralLaw::kPeff) == msg::BilateralLaw::LAW_PEFF);
-static_assert(static_cast<int>(false) == msg::ViewKind::VIEW_MAIN &&
-              static_cast<int>(true) == msg::ViewKind::VIEW_HIT);
+static_assert(same_number(teleop::LinkState::kInit, msg::LinkState::LINK_INIT));
+static_assert(same_number(teleop::LinkState::kReady, msg::LinkState::LINK_READY));
+static_assert(same_number(teleop::LinkState::kAligned, msg::LinkState::LINK_ALIGNED));
+static_assert(same_number(teleop::LinkState::kCoupled, msg::LinkState::LINK_COUPLED));
+static_assert(same_number(teleop::LinkState::kDegraded, msg::LinkState::LINK_DEGRADED));
+static_assert(same_number(teleop::LinkState::kStopped, msg::LinkState::LINK_STOPPED));
+static_assert(same_number(teleop::StopCause::kNone, msg::StopCause::STOP_NONE));
+static_assert(same_number(teleop::StopCause::kEmergency, msg::StopCause::STOP_EMERGENCY));
+static_assert(same_number(teleop::StopCause::kDriveFault, msg::StopCause::STOP_DRIVE_FAULT));
+static_assert(same_number(teleop::StopCause::kPartner, msg::StopCause::STOP_PARTNER));
+static_assert(same_number(teleop::BilateralLaw::kPf, msg::BilateralLaw::LAW_PF));
+static_assert(same_number(teleop::BilateralLaw::kPeff, msg::BilateralLaw::LAW_PEFF));
+static_assert(same_number(false, msg::ViewKind::VIEW_MAIN) && same_number(true, msg::ViewKind::VIEW_HIT));
 
 using testing::HasSubstr;
 

@@ -3,6 +3,7 @@
 // What tests use to lose messages, and to see where they go.
 
 #include <chrono>
+#include <fastdds/rtps/common/CDRMessage_t.hpp>
 #include <fastdds/rtps/transport/test_UDPv4TransportDescriptor.hpp>
 #include <vector>
 
