@@ -42,6 +42,17 @@ class RecentMap {
     const auto place = entries_.find(key);
     return place == entries_.end() ? nullptr : &place->second.value;
   }
+  void erase(const Key& key) {
+    const auto place = entries_.find(key);
+    if (place == entries_.end()) return;
+    by_age_.erase(place->second.age);
+    entries_.erase(place);
+  }
+  /// Calls `visit(key, value)` for each, by key.
+  template <class Visit>
+  void for_each(Visit&& visit) const {
+    for (const auto& [key, entry] : entries_) visit(key, entry.value);
+  }
   bool full() const { return entries_.size() >= most_; }
   /// Returns the value that was used longest ago. The map must not be empty.
   const Value& oldest() const { return entries_.at(by_age_.begin()->second).value; }

@@ -111,6 +111,10 @@ class GuardedTransport final : public fast_dds::MessageTransport {
             guard_.check(datagram, memory.facts, source, discovery || memory.of_discovery, now);
         fault != wire::Fault::kNone)
       return refuse(fault);
+    if (descriptor_.announcements != nullptr) {
+      for (std::size_t i = 0; i < memory.facts.participant_count; ++i)
+        descriptor_.announcements->note(memory.facts.participants[i], now);
+    }
     for (const auto& whole : guard_.assembled()) memory.assembled.emplace_back(whole.begin(), whole.end());
     if (!guard_.to_hold()) return true;
     hold(datagram, way, memory);

@@ -2,6 +2,7 @@
 
 #include <memory>
 
+#include "common/dds/announcements.hpp"
 #include "common/dds/bans.hpp"
 #include "common/dds/outbox.hpp"
 #include "common/dds/refused_datagrams.hpp"
@@ -33,6 +34,7 @@ struct GuardedTransportDescriptor : fast_dds::rtps::ChainingTransportDescriptor 
   std::shared_ptr<RefusedDatagrams> refused = std::make_shared<RefusedDatagrams>();
   std::shared_ptr<Outbox> outbox = std::make_shared<Outbox>();
   std::shared_ptr<Bans> bans = std::make_shared<Bans>();
+  std::shared_ptr<Announcements> announcements;  ///< null: nobody asks for them
 };
 
 }  // namespace phantom::dds

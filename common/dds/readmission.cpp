@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <set>
 #include <utility>
 
 #include "common/core/thread_place.hpp"
@@ -18,13 +19,24 @@ namespace rtps = fast_dds::rtps;
 
 constexpr std::chrono::seconds kLookPeriod{1};
 
+rtps::Locator_t locator_of(const wire::Source& address) {
+  rtps::Locator_t locator(LOCATOR_KIND_UDPv4, address.port);
+  const std::uint32_t octets = address.address;
+  rtps::IPLocator::setIPv4(locator, static_cast<rtps::octet>(octets >> 24),
+                           static_cast<rtps::octet>(octets >> 16), static_cast<rtps::octet>(octets >> 8),
+                           static_cast<rtps::octet>(octets));
+  return locator;
+}
+
 }  // namespace
 
 Readmission::Readmission(std::string component, bool secured, std::shared_ptr<Outbox> outbox,
+                         std::shared_ptr<const Announcements> announcements,
                          std::shared_ptr<DiscoveryEvents> next)
     : component_(std::move(component)),
       secured_(secured),
       outbox_(std::move(outbox)),
+      announcements_(std::move(announcements)),
       next_(std::move(next)),
       ends_(secured ? EndsWatch::kPatienceIfSecured : EndsWatch::kPatience) {}
 
@@ -72,29 +84,53 @@ void Readmission::on_participant(const FoundParticipant& participant) {
         if (locator.kind == LOCATOR_KIND_UDPv4) peer.addresses.push_back(locator);
       }
       peers_[prefix] = std::move(peer);
-      if (secured_) {
+      if (announcements_) {
+        admit(prefix, now);  // else Fast DDS would not have reported it
+      } else if (secured_) {
         handshakes_.discovered(prefix, now);
       } else {
         ends_.discovered(prefix, now);
       }
     } else if (participant.event != Discovered::kChanged) {
       bool gone = ends_.left(prefix, now);
-      if (secured_) gone = handshakes_.left(prefix, now);
+      if (secured_ && (gone || !announcements_)) gone = handshakes_.left(prefix, now);
       if (gone) peers_.erase(prefix);
     }
   }
   if (next_) next_->on_participant(participant);
 }
 
+void Readmission::admit(const GuidPrefix& prefix, core::Nanoseconds now) {
+  ends_.discovered(prefix, now);
+  if (const int attempts = handshakes_.admitted(prefix); attempts > 0)
+    spdlog::info("{}: {} is admitted, after its handshake was begun anew {}", component_, peers_[prefix].name,
+                 attempts == 1 ? "once" : std::to_string(attempts) + " times");
+}
+
+/// Watches the handshake of everybody who announces itself and is not reported. Needs the lock.
+void Readmission::look_at_announcements(core::Nanoseconds now) {
+  std::set<GuidPrefix> present;
+  for (const auto& [prefix, listens] : announcements_->present(now)) {
+    if (prefix == own_) continue;
+    present.insert(prefix);
+    if (peers_.contains(prefix)) continue;
+    Peer peer{{}, {}, false};
+    if (listens.port != 0) peer.addresses.push_back(locator_of(listens));
+    peers_.emplace(prefix, std::move(peer));
+    handshakes_.discovered(prefix, now);
+  }
+  std::erase_if(peers_, [&](const auto& each) {
+    const bool gone = !each.second.reported && !present.contains(each.first);
+    if (gone) handshakes_.left(each.first, now);
+    return gone;
+  });
+}
+
 void Readmission::on_authentication(const rtps::GUID_t& guid, bool admitted) {
   // A refusal may be the answer to half of a handshake from before the outage, so the watch continues.
-  if (admitted) {
-    const GuidPrefix prefix = prefix_of(guid);
+  if (admitted && !announcements_) {
     const std::lock_guard lock(mutex_);
-    ends_.discovered(prefix, core::monotonic_ns());
-    if (const int attempts = handshakes_.admitted(prefix); attempts > 0)
-      spdlog::info("{}: {} is admitted, after its handshake was begun anew {}", component_,
-                   peers_[prefix].name, attempts == 1 ? "once" : std::to_string(attempts) + " times");
+    admit(prefix_of(guid), core::monotonic_ns());
   }
   if (next_) next_->on_authentication(guid, admitted);
 }
@@ -115,6 +151,7 @@ void Readmission::run() {
   std::unique_lock lock(mutex_);
   while (!stopped_.wait_for(lock, kLookPeriod, [this] { return stop_; })) {
     const core::Nanoseconds now = core::monotonic_ns();
+    if (announcements_) look_at_announcements(now);
     for (const auto& [prefix, peer] : peers_) outbox_->keep(peer.addresses);
     const auto handshakes = handshakes_.overdue(own_, now);
     const auto ends = ends_.overdue(own_, now);

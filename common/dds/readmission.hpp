@@ -8,6 +8,7 @@
 #include <thread>
 #include <vector>
 
+#include "common/dds/announcements.hpp"
 #include "common/dds/discovery.hpp"
 #include "common/dds/ends_watch.hpp"
 #include "common/dds/handshake_watch.hpp"
@@ -31,12 +32,15 @@ namespace phantom::dds {
 /// The participant that notices takes leave of the other alone (departure.hpp), so that both restart
 /// discovery. No other participant notices, and no endpoint of this process is touched.
 ///
+/// Fast DDS 3 leaves secured participants apart in the same way. It reports a participant only once that has
+/// authenticated, so that Announcements tell of one that has not.
+///
 /// Private to common/dds. It passes every event on to `next`.
 class Readmission : public DiscoveryEvents {
  public:
-  /// `outbox`: of the participant's transport.
+  /// `outbox`, `announcements`: of the participant's transport.
   Readmission(std::string component, bool secured, std::shared_ptr<Outbox> outbox,
-              std::shared_ptr<DiscoveryEvents> next);
+              std::shared_ptr<const Announcements> announcements, std::shared_ptr<DiscoveryEvents> next);
   ~Readmission() override;
   /// Starts the thread. Call it once, with the participant's own GUID, when the participant has been created.
   void start(const fast_dds::rtps::GUID_t& own);
@@ -56,8 +60,11 @@ class Readmission : public DiscoveryEvents {
   struct Peer {
     std::string name;
     fast_dds::rtps::LocatorList_t addresses;  // UDP, where it listens for announcements
+    bool reported = true;                     // by Fast DDS; else it was seen to announce itself
   };
   void run();
+  void admit(const GuidPrefix& prefix, core::Nanoseconds now);
+  void look_at_announcements(core::Nanoseconds now);
   /// Sends the departure message to `peer`. Returns the peer's name and address, for a log message.
   std::string take_leave(const GuidPrefix& peer, const Peer& known) const;
   void restart(const HandshakeWatch::Attempt& attempt, const Peer& peer) const;
@@ -66,6 +73,7 @@ class Readmission : public DiscoveryEvents {
   const std::string component_;
   const bool secured_;
   const std::shared_ptr<Outbox> outbox_;
+  const std::shared_ptr<const Announcements> announcements_;  // null: Fast DDS reports who announces itself
   const std::shared_ptr<DiscoveryEvents> next_;
   mutable std::mutex mutex_;
   std::condition_variable stopped_;

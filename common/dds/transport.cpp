@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "common/core/host_interfaces.hpp"
+#include "fast_dds/participants.hpp"
 
 namespace phantom::dds {
 namespace {
@@ -69,6 +70,10 @@ std::shared_ptr<GuardedTransportDescriptor> transport_of(const core::NetworkOpti
   udp->maxInitialPeersRange = static_cast<std::uint32_t>(network.participants_per_host);
   auto guarded = std::make_shared<GuardedTransportDescriptor>(udp);
   guarded->guard.secured = !network.security.empty();
+  if (guarded->guard.secured && !fast_dds::kSecuredHeedDepartures) {
+    guarded->guard.forgets_by_silence = true;
+    guarded->announcements = std::make_shared<Announcements>();
+  }
   guarded->guard.relayed = !network.discovery_servers.empty();
   guarded->guard.networks = networks_of(network);
   guarded->guard.participants_per_source = std::max(guarded->guard.participants_per_source,

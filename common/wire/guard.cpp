@@ -73,6 +73,7 @@ Fault Guard::check(std::span<std::uint8_t> datagram, const MessageFacts& facts, 
   assembled_count_ = 0;
   // Only a relay speaks for others; whose sockets these are is known of the message's sender alone.
   if (facts.for_another && !options_.relayed) return Fault::kIdentity;
+  if (is_leaving(facts.sender, now)) return Fault::kLeft;
   Fault fault = discovery ? check_rate(facts, source, now) : check_unannounced(facts, source, now);
   if (fault == Fault::kNone) fault = check_fragments(datagram, facts, source, now);
   if (fault == Fault::kNone) fault = check_participants(facts, source, now);
@@ -124,11 +125,25 @@ Fault Guard::check_participants(const MessageFacts& facts, const Source& source,
   return own ? Fault::kNone : Fault::kIdentity;
 }
 
+bool Guard::is_leaving(const GuidPrefix& prefix, core::Nanoseconds now) {
+  if (!options_.forgets_by_silence) return false;
+  const Participant* const participant = participants_.find(prefix);
+  if (participant == nullptr || !participant->has_left()) return false;
+  if (!participant->forgotten(kForgetting, now)) return true;
+  participants_.remove(prefix);
+  return false;
+}
+
+void Guard::leaves(const GuidPrefix& prefix, core::Nanoseconds now) {
+  if (!options_.forgets_by_silence) return participants_.remove(prefix);
+  if (Participant* const participant = participants_.find(prefix)) participant->leave(now);
+}
+
 Fault Guard::check_departure(const ParticipantFact& fact, const Source& source, core::Nanoseconds now) {
   Participant* const participant = participants_.find(fact.announced);
   if (participant == nullptr) return Fault::kNone;  // Fast DDS does not know it either
   if (options_.relayed || participant->owns(source)) {
-    participants_.remove(fact.announced);
+    leaves(fact.announced, now);
     return Fault::kNone;
   }
   if (participant->is_held()) return Fault::kDeparture;
@@ -145,7 +160,7 @@ Verdict Guard::held(const GuidPrefix& prefix, core::Nanoseconds now) {
     return Verdict::kRefuse;
   }
   if (now - participant->held_since() < kHold) return Verdict::kHold;
-  participants_.remove(prefix);
+  leaves(prefix, now);
   return Verdict::kPass;
 }
 

@@ -22,9 +22,10 @@ struct Network {
 
 /// What the guard keeps of others, and from whom it accepts anything.
 struct GuardOptions {
-  bool secured = false;           ///< the participant has DDS Security
-  bool relayed = false;           ///< discovery servers speak for others
-  std::vector<Network> networks;  ///< senders are in one of these; empty: anywhere
+  bool secured = false;             ///< the participant has DDS Security
+  bool relayed = false;             ///< discovery servers speak for others
+  bool forgets_by_silence = false;  ///< Fast DDS heeds no departure, only a lease that has run out
+  std::vector<Network> networks;    ///< senders are in one of these; empty: anywhere
   std::size_t participants = 1024, participants_per_source = 128;
   std::size_t endpoints_per_participant = 512;
   std::uint32_t sample_bytes = 64 << 20;  ///< the largest sample that any endpoint carries
@@ -66,6 +67,8 @@ class Guard {
   /// A departure that comes from another address than the participant's own messages is believed if the
   /// participant is not heard for this time: it announces itself every second.
   static constexpr core::Nanoseconds kHold = 1200 * core::kNsPerMillisecond;
+  /// With `forgets_by_silence`, a participant that has left is not heard for its lease and this time.
+  static constexpr core::Nanoseconds kForgetting = 500 * core::kNsPerMillisecond;
 
   /// Greatest step of a writer's first sample: two years of a writer of one sample a second.
   static constexpr std::int64_t kLongestStep = 1 << 26;
@@ -95,6 +98,8 @@ class Guard {
 
  private:
   Fault check_participants(const MessageFacts& facts, const Source& source, core::Nanoseconds now);
+  bool is_leaving(const GuidPrefix& prefix, core::Nanoseconds now);
+  void leaves(const GuidPrefix& prefix, core::Nanoseconds now);
   Fault check_departure(const ParticipantFact& fact, const Source& source, core::Nanoseconds now);
   Fault check_rate(const MessageFacts& facts, const Source& source, core::Nanoseconds now);
   Fault check_unannounced(const MessageFacts& facts, const Source& source, core::Nanoseconds now);

@@ -175,7 +175,7 @@ bool add_participant(const Guid& writer, const ListFacts& list, MessageFacts& fa
   const Guid announced =
       list.key.value_or(list.participant.value_or(Guid{writer.prefix, kParticipantEntity}));
   facts.participants[facts.participant_count++] = {announced.prefix, writer.prefix, list.lease_s,
-                                                   (list.status & 3) != 0};
+                                                   (list.status & 3) != 0, list.listens};
   return true;
 }
 

@@ -17,6 +17,7 @@ struct ParticipantFact {
   GuidPrefix sender{};     ///< who sends it
   double lease_s = 0.0;
   bool departs = false;
+  Source listens{};  ///< where it takes announcements; port 0: not said
 };
 
 /// One announced endpoint (the SEDP topics).

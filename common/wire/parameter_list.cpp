@@ -233,6 +233,16 @@ void note(Pid pid, std::span<std::uint8_t> value, bool little_endian, bool disco
       }
       return;
     }
+    case Pid::kMetatrafficUnicastLocator: {
+      constexpr std::uint32_t kUdpV4 = 1;  // DDSI-RTPS 2.5, 9.3.2.3
+      OctetReader locator(value, little_endian);
+      const std::uint32_t kind = locator.u32(), port = locator.u32();
+      locator.skip(12);
+      const std::uint32_t address = OctetReader(value.subspan(20), false).u32();
+      if (kind == kUdpV4 && port <= 0xffff && facts.listens.port == 0)
+        facts.listens = {address, static_cast<std::uint16_t>(port)};
+      return;
+    }
     default:
       return;
   }

@@ -16,6 +16,7 @@ struct ListFacts {
   std::optional<Guid> key;          ///< PID_KEY_HASH
   std::uint32_t status = 0;         ///< PID_STATUS_INFO: bit 0 disposed, bit 1 unregistered
   double lease_s = 100.0;           ///< PID_PARTICIPANT_LEASE_DURATION; the standard's default
+  Source listens{};                 ///< the first IPv4 PID_METATRAFFIC_UNICAST_LOCATOR
 };
 
 /// Longest lease that a participant is granted. A longer one is shortened in place: what strangers announce

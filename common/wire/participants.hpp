@@ -12,13 +12,6 @@
 
 namespace phantom::wire {
 
-/// Where a datagram comes from: an IPv4 address and a port, in host byte order.
-struct Source {
-  std::uint32_t address = 0;
-  std::uint16_t port = 0;
-  friend bool operator==(const Source&, const Source&) = default;
-};
-
 /// Lets so many things pass in a second on average, and `burst` at once. Real-time safe: yes.
 ///
 /// take() takes one. take_at_once() takes `count`, which may be more than are left, but then nothing passes
@@ -79,6 +72,14 @@ class Participant {
     if (now - passed_ >= lease_) first_samples_.clear();
   }
 
+  /// It has said that it leaves. Its lease may still run in Fast DDS.
+  void leave(core::Nanoseconds now) { left_ = now; }
+  bool has_left() const { return left_ != 0; }
+  /// True if its lease and `margin` have run out since it left.
+  bool forgotten(core::Nanoseconds margin, core::Nanoseconds now) const {
+    return now - left_ > lease_ + margin;
+  }
+
   /// A departure that somebody else sends is held from `now` on.
   void hold(core::Nanoseconds now) { held_ = now; }
   bool is_held() const { return held_ != 0; }
@@ -89,7 +90,7 @@ class Participant {
 
  private:
   TokenBucket discovery_, counting_{kCountedPerS, kCountedBurst};
-  core::Nanoseconds first_, last_, own_last_ = 0, passed_ = 0, held_ = 0, lease_ = 0;
+  core::Nanoseconds first_, last_, own_last_ = 0, passed_ = 0, held_ = 0, left_ = 0, lease_ = 0;
   std::array<Source, kMostSockets> sockets_;
   std::size_t socket_count_ = 0;
   std::vector<EntityId> endpoints_;

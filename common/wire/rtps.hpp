@@ -133,4 +133,11 @@ enum class Pid : std::uint16_t {
 /// The vendor of Fast DDS, whose own parameters are understood.
 inline constexpr std::uint16_t kVendorFastDds = 0x010f;
 
+/// Where a datagram comes from, or where messages are taken: an IPv4 address and a port, in host byte order.
+struct Source {
+  std::uint32_t address = 0;
+  std::uint16_t port = 0;
+  friend bool operator==(const Source&, const Source&) = default;
+};
+
 }  // namespace phantom::wire

@@ -6,6 +6,7 @@
 #include <spdlog/spdlog.h>
 
 #include <cmath>
+#include <cstdlib>
 
 #include "common/core/clock.hpp"
 #include "common/core/errors.hpp"
@@ -28,7 +29,10 @@ constexpr double kDoubleClick_s = 0.35;
 /// Initialises GLFW, and terminates it after all that uses it is destroyed.
 struct Library {
   Library() {
-    if (glfwInit() != GLFW_TRUE) fail("no desktop to open a window on");
+    if (glfwInit() == GLFW_TRUE) return;
+    const bool named = std::getenv("DISPLAY") != nullptr || std::getenv("WAYLAND_DISPLAY") != nullptr;
+    fail(named ? "no desktop to open a window on"
+               : "no desktop to open a window on (neither DISPLAY nor WAYLAND_DISPLAY is set)");
   }
   ~Library() { glfwTerminate(); }
 };

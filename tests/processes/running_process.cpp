@@ -20,10 +20,18 @@
 #include <stdexcept>
 
 #include "common/core/clock.hpp"
+#include "common/core/thread_place.hpp"
+#include "fast_dds/threads.hpp"
 #include "tests/support/files.hpp"
 
 namespace phantom::processes {
 namespace {
+
+/// Returns a thread's name in the table of threads. Fast DDS 3 names its threads itself.
+std::string table_name(const std::string& name) {
+  const std::string dds = core::place_of(core::ThreadRole::kDds).name;
+  return fast_dds::is_own_thread(name, dds) ? dds : name;
+}
 
 namespace fs = std::filesystem;
 using test::read_text;
@@ -167,8 +175,8 @@ std::vector<ThreadSeen> RunningProcess::threads() const {
     for (std::string field; fields >> field;) all.push_back(field);
     if (all.size() < 39) continue;
     // Fields 40 and 41 of proc(5), counted from 1; the third is all[0].
-    seen.push_back(
-        {stat.substr(open + 1, close - open - 1), std::stoi(all[38]) == SCHED_FIFO, std::stoi(all[37])});
+    seen.push_back({table_name(stat.substr(open + 1, close - open - 1)), std::stoi(all[38]) == SCHED_FIFO,
+                    std::stoi(all[37])});
   }
   return seen;
 }
@@ -176,7 +184,9 @@ std::vector<ThreadSeen> RunningProcess::threads() const {
 pid_t RunningProcess::thread(const std::string& name) const {
   const fs::path tasks = "/proc/" + std::to_string(pid_) + "/task";
   for (const pid_t thread : numbers_in(tasks)) {
-    if (read_text(tasks / std::to_string(thread) / "comm") == name + "\n") return thread;
+    std::string comm = read_text(tasks / std::to_string(thread) / "comm");
+    if (!comm.empty()) comm.pop_back();  // the line's end
+    if (table_name(comm) == name) return thread;
   }
   return 0;
 }

@@ -29,6 +29,21 @@ TEST(RecentMap, DoesNotGrowWithTheNumberOfKeys) {
   EXPECT_TRUE(map.full());
 }
 
+TEST(RecentMap, WhatIsErasedLeavesRoom) {
+  RecentMap<std::string, int> map(2);
+  map.find_or_add("a", 1);
+  map.find_or_add("b", 2);
+  map.erase("a");
+  map.erase("nobody");
+  map.find_or_add("c", 3);
+  EXPECT_EQ(map.dropped(), 0U);
+  std::vector<std::string> keys;
+  map.for_each([&](const std::string& key, int) { keys.push_back(key); });
+  EXPECT_EQ(keys, (std::vector<std::string>{"b", "c"}));
+  map.find_or_add("d", 4);
+  EXPECT_FALSE(map.contains("b")) << "the oldest that is left";
+}
+
 TEST(RecentMap, ALookChangesNoAge) {
   RecentMap<std::string, int> map(2);
   map.find_or_add("a", 1);

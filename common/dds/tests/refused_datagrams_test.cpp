@@ -5,14 +5,14 @@
 namespace phantom::dds {
 namespace {
 
-constexpr std::uint32_t kOne = 0x0a1e0102, kOther = 0x0a1e0103;
+constexpr std::uint32_t kOne = 0x0a1e0102, kOtherAddress = 0x0a1e0103;
 
 TEST(SenderCounts, ReturnsTheGreatestSender) {
   SenderCounts counts;
   EXPECT_EQ(counts.greatest().count, 0u);
   for (int i = 0; i < 3; ++i) counts.add(kOne);
-  for (int i = 0; i < 5; ++i) counts.add(kOther);
-  EXPECT_EQ(counts.greatest().address, kOther);
+  for (int i = 0; i < 5; ++i) counts.add(kOtherAddress);
+  EXPECT_EQ(counts.greatest().address, kOtherAddress);
   EXPECT_EQ(counts.greatest().count, 5u);
 }
 
@@ -28,17 +28,17 @@ TEST(SenderCounts, FindsAGreatSenderAmongAnyNumber) {
 TEST(RefusedDatagrams, CountsByReasonAndSender) {
   RefusedDatagrams refused;
   for (std::uint16_t port = 1; port <= 3; ++port) refused.add(wire::Fault::kHeader, {kOne, port});
-  refused.add(wire::Fault::kHeader, {kOther, 9});
-  refused.add(wire::Fault::kRate, {kOther, 9});
+  refused.add(wire::Fault::kHeader, {kOtherAddress, 9});
+  refused.add(wire::Fault::kRate, {kOtherAddress, 9});
   const auto list = refused.list();
   ASSERT_EQ(list.size(), 2u);
   EXPECT_EQ(list[0].fault, wire::Fault::kHeader);
   EXPECT_EQ(list[0].count, 4u);
   EXPECT_EQ(list[0].greatest.address, kOne);
   EXPECT_EQ(list[0].greatest.count, 3u);
-  EXPECT_EQ(list[0].last, (wire::Source{kOther, 9}));
+  EXPECT_EQ(list[0].last, (wire::Source{kOtherAddress, 9}));
   EXPECT_EQ(list[1].fault, wire::Fault::kRate);
-  EXPECT_EQ(list[1].greatest.address, kOther);
+  EXPECT_EQ(list[1].greatest.address, kOtherAddress);
 }
 
 TEST(RefusedDatagrams, AddressesFitTheUnitOfAFigure) {

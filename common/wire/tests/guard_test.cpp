@@ -48,6 +48,10 @@ struct SmallGuard : GuardTest {
                    .unannounced_burst = 30}) {}
 };
 
+struct ForgettingBySilence : GuardTest {
+  ForgettingBySilence() : GuardTest({.forgets_by_silence = true}) {}
+};
+
 struct RelayedGuard : GuardTest {
   RelayedGuard() : GuardTest({.relayed = true}) {}
 };
@@ -179,6 +183,34 @@ TEST_F(GuardTest, BelievesADepartureFromItsOwnSocket) {
   receive(test::announcement(peer(1)));
   EXPECT_EQ(receive(test::departure(peer(1)), kHost, 9 * kSecond), Fault::kNone);
   EXPECT_FALSE(guard.to_hold());
+}
+
+TEST_F(ForgettingBySilence, WhoLeftIsNotHeardUntilItsLeaseHasRunOut) {
+  receive(test::announcement(peer(1), 5));
+  ASSERT_EQ(receive(test::departure(peer(1)), kHost, 9 * kSecond), Fault::kNone)
+      << "Fast DDS may heed it yet";
+  EXPECT_EQ(receive(test::announcement(peer(1), 5), kHost, 10 * kSecond), Fault::kLeft);
+  EXPECT_EQ(receive(test::header(peer(1)), kHost, 14 * kSecond), Fault::kLeft);
+  EXPECT_EQ(
+      receive(test::announcement(peer(1), 5), kHost, 9 * kSecond + 5 * kSecond + Guard::kForgetting + 1),
+      Fault::kNone);
+  EXPECT_EQ(receive(test::header(peer(1)), kHost, 15 * kSecond), Fault::kNone);
+}
+
+TEST_F(ForgettingBySilence, NobodySilencesWhoSpeaks) {
+  receive(test::announcement(peer(1), 5));
+  ASSERT_EQ(receive(test::departure(peer(1)), kFar, 9 * kSecond), Fault::kNone);
+  EXPECT_TRUE(guard.to_hold());
+  EXPECT_EQ(receive(test::announcement(peer(1), 5), kHost, 10 * kSecond), Fault::kNone);
+  EXPECT_EQ(guard.held(peer(1), 11 * kSecond), Verdict::kRefuse);
+  EXPECT_EQ(receive(test::header(peer(1)), kHost, 12 * kSecond), Fault::kNone);
+}
+
+TEST_F(ForgettingBySilence, AHeldDepartureOfWhoIsSilentSilencesIt) {
+  receive(test::announcement(peer(1), 5));
+  receive(test::departure(peer(1)), kFar, 9 * kSecond);
+  ASSERT_EQ(guard.held(peer(1), 9 * kSecond + Guard::kHold), Verdict::kPass);
+  EXPECT_EQ(receive(test::announcement(peer(1), 5), kHost, 11 * kSecond), Fault::kLeft);
 }
 
 TEST_F(GuardTest, HoldsADepartureThatAnotherSends) {

@@ -148,6 +148,19 @@ TEST(ParameterList, HidesOtherVendorsNumbersThatMeanSomethingElseToFastDds) {
   EXPECT_EQ(checked.after, Octets().parameter(Pid::kPad, Octets().u32(1)).sentinel().bytes);
 }
 
+TEST(ParameterList, TellsWhereAnnouncementsAreTaken) {
+  EXPECT_EQ(check(test::participant_list().sentinel()).facts.listens, (Source{0x7f000001, 7410}));
+  const auto with = [](const Octets& locator) {
+    return check(Octets().parameter(Pid::kMetatrafficUnicastLocator, locator).sentinel()).facts.listens;
+  };
+  const auto of_kind = [](std::uint32_t kind, std::uint32_t port) {
+    return Octets().u32(kind).u32(port).u32(0).u32(0).u32(0).entity(0x0a1e0102);
+  };
+  EXPECT_EQ(with(of_kind(1, 7412)), (Source{0x0a1e0102, 7412}));
+  EXPECT_EQ(with(of_kind(2, 7412)).port, 0) << "UDP over IPv6";
+  EXPECT_EQ(with(of_kind(1, 65536 + 7412)).port, 0) << "no port";
+}
+
 TEST(ParameterList, ShortensLeasesThatAreTooLong) {
   for (const std::uint32_t seconds : {kLongestLease_s + 1, 0x7fffffffu, 0xffffffffu}) {
     const Checked checked = check(test::participant_list(test::kPeer, seconds).sentinel());

@@ -28,6 +28,9 @@ inline void use_discovery_servers(rtps::DiscoverySettings& discovery,
   }
 }
 
+/// Whether a secured participant forgets another one that says in the clear that it leaves.
+inline constexpr bool kSecuredHeedDepartures = true;
+
 /// Participants of one process exchange samples as those of two do.
 inline void deliver_by_transport() {
   eprosima::fastrtps::LibrarySettingsAttributes settings;

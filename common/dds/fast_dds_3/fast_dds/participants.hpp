@@ -18,6 +18,10 @@ inline void use_discovery_servers(rtps::DiscoverySettings& discovery,
   for (const rtps::Locator_t& server : servers) discovery.m_DiscoveryServers.push_back(server);
 }
 
+/// Whether a secured participant forgets another one that says in the clear that it leaves. Only its lease,
+/// or a departure by the secured writer of discovery, ends it (PDPListener).
+inline constexpr bool kSecuredHeedDepartures = false;
+
 /// Participants of one process exchange samples as those of two do.
 inline void deliver_by_transport() {
   eprosima::fastdds::LibrarySettings settings;

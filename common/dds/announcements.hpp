@@ -1,0 +1,52 @@
+#pragma once
+
+#include <cstddef>
+#include <mutex>
+#include <vector>
+
+#include "common/core/clock.hpp"
+#include "common/core/recent_map.hpp"
+#include "common/dds/guid_prefix.hpp"
+#include "common/wire/message.hpp"
+
+namespace phantom::dds {
+
+/// Who has announced itself of late, and where it takes announcements, as the transport saw it. Fast DDS 3
+/// reports a participant of a secured site only after its handshake, so that this alone shows one whose
+/// handshake does not succeed. Bounded; thread-safe.
+class Announcements {
+ public:
+  static constexpr std::size_t kMost = 1024;
+  struct Announced {
+    GuidPrefix participant{};
+    wire::Source listens{};  ///< port 0: it has not said where
+  };
+
+  void note(const wire::ParticipantFact& fact, core::Nanoseconds now) {
+    const std::lock_guard lock(mutex_);
+    if (fact.departs) {
+      heard_.erase(fact.announced);
+    } else {
+      heard_.find_or_add(fact.announced).first = {fact.listens, now + core::from_seconds(fact.lease_s)};
+    }
+  }
+  /// Returns those whose lease has not run out.
+  std::vector<Announced> present(core::Nanoseconds now) const {
+    const std::lock_guard lock(mutex_);
+    std::vector<Announced> present;
+    heard_.for_each([&](const GuidPrefix& participant, const Heard& heard) {
+      if (heard.until >= now) present.push_back({participant, heard.listens});
+    });
+    return present;
+  }
+
+ private:
+  struct Heard {
+    wire::Source listens{};
+    core::Nanoseconds until = 0;
+  };
+  mutable std::mutex mutex_;
+  core::RecentMap<GuidPrefix, Heard> heard_{kMost};
+};
+
+}  // namespace phantom::dds
