@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <mutex>
+#include <utility>
 #include <vector>
 
 #include "common/core/clock.hpp"
@@ -13,7 +14,8 @@ namespace phantom::dds {
 
 /// Who has announced itself of late, and where it takes announcements, as the transport saw it. Fast DDS 3
 /// reports a participant of a secured site only after its handshake, so that this alone shows one whose
-/// handshake does not succeed. Bounded; thread-safe.
+/// handshake does not succeed. It also carries who was lost from Readmission to the transport, and who of
+/// them has returned back. Bounded; thread-safe.
 class Announcements {
  public:
   static constexpr std::size_t kMost = 1024;
@@ -40,6 +42,24 @@ class Announcements {
     return present;
   }
 
+  void lose(const GuidPrefix& participant) {
+    const std::lock_guard lock(mutex_);
+    if (lost_.size() < kMost) lost_.push_back(participant);
+  }
+  std::vector<GuidPrefix> take_lost() {
+    const std::lock_guard lock(mutex_);
+    return std::exchange(lost_, {});
+  }
+  void returns(const GuidPrefix& participant) {
+    const std::lock_guard lock(mutex_);
+    const Heard* heard = heard_.find(participant);
+    if (heard != nullptr && returned_.size() < kMost) returned_.push_back({participant, heard->listens});
+  }
+  std::vector<Announced> take_returned() {
+    const std::lock_guard lock(mutex_);
+    return std::exchange(returned_, {});
+  }
+
  private:
   struct Heard {
     wire::Source listens{};
@@ -47,6 +67,8 @@ class Announcements {
   };
   mutable std::mutex mutex_;
   core::RecentMap<GuidPrefix, Heard> heard_{kMost};
+  std::vector<GuidPrefix> lost_;
+  std::vector<Announced> returned_;
 };
 
 }  // namespace phantom::dds

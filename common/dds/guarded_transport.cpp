@@ -107,10 +107,13 @@ class GuardedTransport final : public fast_dds::MessageTransport {
     const core::Nanoseconds now = core::monotonic_ns();
     release_held(way, now, memory);
     memory.of_discovery = memory.facts.of_discovery();
-    if (const wire::Fault fault =
-            guard_.check(datagram, memory.facts, source, discovery || memory.of_discovery, now);
-        fault != wire::Fault::kNone)
-      return refuse(fault);
+    if (descriptor_.announcements != nullptr) {
+      for (const GuidPrefix& lost : descriptor_.announcements->take_lost()) guard_.lost(lost);
+    }
+    const wire::Fault fault =
+        guard_.check(datagram, memory.facts, source, discovery || memory.of_discovery, now);
+    if (guard_.returned()) descriptor_.announcements->returns(memory.facts.sender);
+    if (fault != wire::Fault::kNone) return refuse(fault);
     if (descriptor_.announcements != nullptr) {
       for (std::size_t i = 0; i < memory.facts.participant_count; ++i)
         descriptor_.announcements->note(memory.facts.participants[i], now);

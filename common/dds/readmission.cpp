@@ -31,8 +31,7 @@ rtps::Locator_t locator_of(const wire::Source& address) {
 }  // namespace
 
 Readmission::Readmission(std::string component, bool secured, std::shared_ptr<Outbox> outbox,
-                         std::shared_ptr<const Announcements> announcements,
-                         std::shared_ptr<DiscoveryEvents> next)
+                         std::shared_ptr<Announcements> announcements, std::shared_ptr<DiscoveryEvents> next)
     : component_(std::move(component)),
       secured_(secured),
       outbox_(std::move(outbox)),
@@ -95,6 +94,7 @@ void Readmission::on_participant(const FoundParticipant& participant) {
       bool gone = ends_.left(prefix, now);
       if (secured_ && (gone || !announcements_)) gone = handshakes_.left(prefix, now);
       if (gone) peers_.erase(prefix);
+      if (gone && announcements_ && participant.event == Discovered::kLost) announcements_->lose(prefix);
     }
   }
   if (next_) next_->on_participant(participant);
@@ -107,16 +107,22 @@ void Readmission::admit(const GuidPrefix& prefix, core::Nanoseconds now) {
                  attempts == 1 ? "once" : std::to_string(attempts) + " times");
 }
 
-/// Watches the handshake of everybody who announces itself and is not reported. Needs the lock.
+Readmission::Peer Readmission::at(const wire::Source& listens) {
+  Peer peer{{}, {}, false};
+  if (listens.port != 0) peer.addresses.push_back(locator_of(listens));
+  return peer;
+}
+
+/// Takes leave of who was lost and has returned, and watches the handshake of everybody who announces itself
+/// and is not reported. Needs the lock.
 void Readmission::look_at_announcements(core::Nanoseconds now) {
+  for (const auto& [prefix, listens] : announcements_->take_returned()) take_leave(prefix, at(listens));
   std::set<GuidPrefix> present;
   for (const auto& [prefix, listens] : announcements_->present(now)) {
     if (prefix == own_) continue;
     present.insert(prefix);
     if (peers_.contains(prefix)) continue;
-    Peer peer{{}, {}, false};
-    if (listens.port != 0) peer.addresses.push_back(locator_of(listens));
-    peers_.emplace(prefix, std::move(peer));
+    peers_.emplace(prefix, at(listens));
     handshakes_.discovered(prefix, now);
   }
   std::erase_if(peers_, [&](const auto& each) {

@@ -40,7 +40,7 @@ class Readmission : public DiscoveryEvents {
  public:
   /// `outbox`, `announcements`: of the participant's transport.
   Readmission(std::string component, bool secured, std::shared_ptr<Outbox> outbox,
-              std::shared_ptr<const Announcements> announcements, std::shared_ptr<DiscoveryEvents> next);
+              std::shared_ptr<Announcements> announcements, std::shared_ptr<DiscoveryEvents> next);
   ~Readmission() override;
   /// Starts the thread. Call it once, with the participant's own GUID, when the participant has been created.
   void start(const fast_dds::rtps::GUID_t& own);
@@ -62,6 +62,7 @@ class Readmission : public DiscoveryEvents {
     fast_dds::rtps::LocatorList_t addresses;  // UDP, where it listens for announcements
     bool reported = true;                     // by Fast DDS; else it was seen to announce itself
   };
+  static Peer at(const wire::Source& listens);
   void run();
   void admit(const GuidPrefix& prefix, core::Nanoseconds now);
   void look_at_announcements(core::Nanoseconds now);
@@ -73,7 +74,7 @@ class Readmission : public DiscoveryEvents {
   const std::string component_;
   const bool secured_;
   const std::shared_ptr<Outbox> outbox_;
-  const std::shared_ptr<const Announcements> announcements_;  // null: Fast DDS reports who announces itself
+  const std::shared_ptr<Announcements> announcements_;  // null: Fast DDS reports who announces itself
   const std::shared_ptr<DiscoveryEvents> next_;
   mutable std::mutex mutex_;
   std::condition_variable stopped_;

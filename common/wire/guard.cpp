@@ -69,7 +69,7 @@ bool Guard::admits(const Source& source) const {
 
 Fault Guard::check(std::span<std::uint8_t> datagram, const MessageFacts& facts, const Source& source,
                    bool discovery, core::Nanoseconds now) {
-  to_hold_ = false;
+  to_hold_ = returned_ = false;
   assembled_count_ = 0;
   // Only a relay speaks for others; whose sockets these are is known of the message's sender alone.
   if (facts.for_another && !options_.relayed) return Fault::kIdentity;
@@ -127,11 +127,18 @@ Fault Guard::check_participants(const MessageFacts& facts, const Source& source,
 
 bool Guard::is_leaving(const GuidPrefix& prefix, core::Nanoseconds now) {
   if (!options_.forgets_by_silence) return false;
-  const Participant* const participant = participants_.find(prefix);
-  if (participant == nullptr || !participant->has_left()) return false;
+  Participant* const participant = participants_.find(prefix);
+  if (participant == nullptr) return false;
+  returned_ = participant->is_lost();
+  if (returned_) participant->leave(now);
+  if (!participant->has_left()) return false;
   if (!participant->forgotten(kForgetting, now)) return true;
   participants_.remove(prefix);
   return false;
+}
+
+void Guard::lost(const GuidPrefix& prefix) {
+  if (Participant* const participant = participants_.find(prefix)) participant->lose();
 }
 
 void Guard::leaves(const GuidPrefix& prefix, core::Nanoseconds now) {

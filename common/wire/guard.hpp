@@ -93,6 +93,12 @@ class Guard {
   std::span<const std::span<const std::uint8_t>> assembled() const {
     return {assembled_.data(), assembled_count_};
   }
+  /// With `forgets_by_silence`: Fast DDS has not heard a participant for its lease, and has forgotten it. If
+  /// that returns, it is handled as one that leaves with its first datagram: it may not have forgotten us,
+  /// and half a handshake would keep both apart.
+  void lost(const GuidPrefix& participant);
+  /// Returns whether the datagram just checked is the first of one that was lost.
+  bool returned() const { return returned_; }
   /// Returns what becomes of the departure that is held for `participant`.
   Verdict held(const GuidPrefix& participant, core::Nanoseconds now);
 
@@ -120,7 +126,7 @@ class Guard {
   std::unique_ptr<std::uint8_t[]> assembled_octets_;
   std::array<std::span<const std::uint8_t>, kMostAssembled> assembled_;
   std::size_t assembled_count_ = 0;
-  bool to_hold_ = false;
+  bool to_hold_ = false, returned_ = false;
 };
 
 }  // namespace phantom::wire

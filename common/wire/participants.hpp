@@ -73,7 +73,13 @@ class Participant {
   }
 
   /// It has said that it leaves. Its lease may still run in Fast DDS.
-  void leave(core::Nanoseconds now) { left_ = now; }
+  void leave(core::Nanoseconds now) {
+    left_ = now;
+    lost_ = false;
+  }
+  /// It was not heard for its lease. One that has left is expected to be silent.
+  void lose() { lost_ = !has_left(); }
+  bool is_lost() const { return lost_; }
   bool has_left() const { return left_ != 0; }
   /// True if its lease and `margin` have run out since it left.
   bool forgotten(core::Nanoseconds margin, core::Nanoseconds now) const {
@@ -91,6 +97,7 @@ class Participant {
  private:
   TokenBucket discovery_, counting_{kCountedPerS, kCountedBurst};
   core::Nanoseconds first_, last_, own_last_ = 0, passed_ = 0, held_ = 0, left_ = 0, lease_ = 0;
+  bool lost_ = false;
   std::array<Source, kMostSockets> sockets_;
   std::size_t socket_count_ = 0;
   std::vector<EntityId> endpoints_;

@@ -78,10 +78,10 @@ def eventually(probe, limit_s=60.0, what="the condition"):
 
 
 class Host:
-    """One machine, as far as the network, shared memory and the host name are concerned."""
+    """One machine, as far as the network, shared memory and the host name are concerned; with `root` of another release of Debian."""
 
-    def __init__(self, name):
-        self.name = name
+    def __init__(self, name, root=None):
+        self.name, self.root = name, root
         script = f"mount -t tmpfs tmpfs /dev/shm; hostname {name}; ip link set lo up; echo up; exec cat"
         self.holder = subprocess.Popen(["unshare", "--net", "--mount", "--uts", "sh", "-c", script],
                                        stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
@@ -94,7 +94,8 @@ class Host:
         self.environment = {**os.environ, "XDG_STATE_HOME": self.state}
 
     def inside(self, words):
-        return ["nsenter", "-t", str(self.pid), "-n", "-m", "-u", "--", "setpriv", "--pdeathsig", "TERM", "--", *map(str, words)]
+        within = ["chroot", str(self.root)] if self.root else []
+        return ["nsenter", "-t", str(self.pid), "-n", "-m", "-u", "--", "setpriv", "--pdeathsig", "TERM", "--", *within, *map(str, words)]
 
     def run(self, *words):
         return run(*self.inside(words))
@@ -230,3 +231,15 @@ class Site:
         self.router.close()
 
 
+def connected(addresses, roots=None):
+    """Two hosts and one network between them, that carries multicast; `roots`: of those that have another release."""
+    hosts = {name: Host(name, (roots or {}).get(name)) for name in addresses}
+    one, other = hosts.values()
+    run("ip", "link", "add", "eth0", "netns", str(one.pid), "type", "veth", "peer", "name", "eth0", "netns", str(other.pid))
+    for name, address in addresses.items():
+        hosts[name].run("ip", "addr", "add", address + "/24", "dev", "eth0")
+        hosts[name].run("ip", "link", "set", "eth0", "up")
+        hosts[name].run("ip", "route", "add", "default", "dev", "eth0")
+    for host in hosts.values():  # as network-online.target waits
+        eventually(lambda: " state UP " in host.run("ip", "-o", "link", "show", "eth0"), what="the interface is up")
+    return hosts

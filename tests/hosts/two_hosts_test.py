@@ -7,24 +7,11 @@ import shutil
 import tempfile
 from pathlib import Path
 
-from hosts import Host, eventually, given_paths, need_rights, run, telling_logs
+from hosts import connected, eventually, given_paths, need_rights, telling_logs
 
 SOURCE = Path(__file__).resolve().parents[2]
 ADDRESSES = {"haptic": "10.20.0.1", "view": "10.20.0.2"}
 LIMIT_S = 150  # only bounds a failing test
-
-
-def connected():
-    hosts = {name: Host(name) for name in ADDRESSES}
-    run("ip", "link", "add", "eth0", "netns", str(hosts["haptic"].pid), "type", "veth", "peer", "name", "eth0", "netns",
-        str(hosts["view"].pid))
-    for name, address in ADDRESSES.items():
-        hosts[name].run("ip", "addr", "add", address + "/24", "dev", "eth0")
-        hosts[name].run("ip", "link", "set", "eth0", "up")
-        hosts[name].run("ip", "route", "add", "default", "dev", "eth0")
-    for host in hosts.values():  # as network-online.target waits
-        eventually(lambda: " state UP " in host.run("ip", "-o", "link", "show", "eth0"), what="the interface is up")
-    return hosts
 
 
 def main():
@@ -32,7 +19,7 @@ def main():
     need_rights()
     folder = Path(tempfile.mkdtemp(prefix="phantom_two_hosts_"))
     topology = SOURCE / "deploy/topologies/two_hosts.yaml"
-    hosts = connected()
+    hosts = connected(ADDRESSES)
     try:
         with telling_logs(folder):
             for name, host in hosts.items():

@@ -10,8 +10,8 @@
 #include "common/dds/tests/test_network.hpp"
 #include "common/dds/topic_list.hpp"
 #include "tests/interop/cyclone_mirror.hpp"
-#include "tests/interop/samples.hpp"
 #include "tests/support/own_domain.hpp"
+#include "tests/support/topic_samples.hpp"
 
 namespace phantom::interop {
 namespace {
@@ -45,7 +45,7 @@ TEST_P(Interop, IsReadAndWrittenByAnotherVendorInEveryMember) {
   })) << "Fast DDS and Cyclone DDS did not agree on "
       << topic.name << ": type or QoS";
 
-  with_sample(topic, [&](void* sample) {
+  test::with_sample(topic, [&](void* sample) {
     std::vector<std::uint8_t> sent;
     ASSERT_TRUE(codec.encode(sample, sent));
     // Best effort may lose one; what comes must be whole.

@@ -197,6 +197,18 @@ TEST_F(ForgettingBySilence, WhoLeftIsNotHeardUntilItsLeaseHasRunOut) {
   EXPECT_EQ(receive(test::header(peer(1)), kHost, 15 * kSecond), Fault::kNone);
 }
 
+TEST_F(ForgettingBySilence, WhoWasLostAndReturnsIsNotHeardForALeaseFromItsFirstDatagram) {
+  receive(test::announcement(peer(1), 5));
+  guard.lost(peer(1));
+  EXPECT_EQ(receive(test::announcement(peer(1), 5), kHost, 60 * kSecond), Fault::kLeft);
+  EXPECT_TRUE(guard.returned());
+  EXPECT_EQ(receive(test::announcement(peer(1), 5), kHost, 65 * kSecond), Fault::kLeft);
+  EXPECT_FALSE(guard.returned()) << "only once";
+  guard.lost(peer(1));  // as Fast DDS reports it, a lease after the last datagram that it was given
+  EXPECT_EQ(receive(test::announcement(peer(1), 5), kHost, 66 * kSecond), Fault::kNone);
+  EXPECT_FALSE(guard.returned());
+}
+
 TEST_F(ForgettingBySilence, NobodySilencesWhoSpeaks) {
   receive(test::announcement(peer(1), 5));
   ASSERT_EQ(receive(test::departure(peer(1)), kFar, 9 * kSecond), Fault::kNone);

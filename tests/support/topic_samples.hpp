@@ -5,10 +5,10 @@
 
 #include "common/dds/topics.hpp"
 
-namespace phantom::interop {
+namespace phantom::test {
 
 /// Gives `use` a sample of the topic's type in which members of every kind differ from each other and from
 /// their defaults.
 void with_sample(const dds::TopicDescription& topic, const std::function<void(void*)>& use);
 
-}  // namespace phantom::interop
+}  // namespace phantom::test

@@ -1,9 +1,9 @@
-#include "tests/interop/samples.hpp"
+#include "tests/support/topic_samples.hpp"
 
 #include <map>
 #include <stdexcept>
 
-namespace phantom::interop {
+namespace phantom::test {
 namespace {
 
 // Values that differ from each other and have no bytes in common order: a swapped or shifted member shows.
@@ -197,4 +197,4 @@ void with_sample(const dds::TopicDescription& topic, const std::function<void(vo
   builder->second(use);
 }
 
-}  // namespace phantom::interop
+}  // namespace phantom::test
