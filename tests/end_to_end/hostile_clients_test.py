@@ -62,6 +62,14 @@ class Viewer:
         answer = connection.getresponse()
         return answer.status, answer.read()
 
+    def stop(self):
+        """Posts a stop as the page does: again after 300 ms if the connection ends without an answer (stop.js)."""
+        while True:
+            try:
+                return self.ask("POST", "/command", json.dumps({"kind": "emergency_stop"}))
+            except ConnectionError:
+                time.sleep(0.3)
+
     def resident_kib(self):
         status = Path(f"/proc/{self.process.pid}/status").read_text()
         return int(re.search(r"VmRSS:\s+(\d+)", status)[1])
@@ -150,7 +158,7 @@ def main():
             took_s = []
             for _ in range(STOPS):
                 began = time.monotonic()
-                status, body = viewer.ask("POST", "/command", json.dumps({"kind": "emergency_stop"}))
+                status, body = viewer.stop()
                 took_s.append(time.monotonic() - began)
                 # Nobody is there to confirm it. The viewer has taken it, and sends it on.
                 assert status == 504, f"{status}: {body}"
