@@ -42,6 +42,7 @@ class RecentMap {
     const auto place = entries_.find(key);
     return place == entries_.end() ? nullptr : &place->second.value;
   }
+  /// Takes an entry out, if it is there; it does not count as dropped.
   void erase(const Key& key) {
     const auto place = entries_.find(key);
     if (place == entries_.end()) return;

@@ -15,7 +15,7 @@ namespace phantom::dds {
 /// Who has announced itself of late, and where it takes announcements, as the transport saw it. Fast DDS 3
 /// reports a participant of a secured site only after its handshake, so that this alone shows one whose
 /// handshake does not succeed. It also carries who was lost from Readmission to the transport, and who of
-/// them has returned back. Bounded; thread-safe.
+/// them has returned. Bounded; thread-safe.
 class Announcements {
  public:
   static constexpr std::size_t kMost = 1024;
@@ -24,6 +24,7 @@ class Announcements {
     wire::Source listens{};  ///< port 0: it has not said where
   };
 
+  /// Takes an announcement, or a departure, which ends what was announced.
   void note(const wire::ParticipantFact& fact, core::Nanoseconds now) {
     const std::lock_guard lock(mutex_);
     if (fact.departs) {
@@ -42,19 +43,23 @@ class Announcements {
     return present;
   }
 
+  /// Reports to the transport that Fast DDS has forgotten a participant whose lease ran out.
   void lose(const GuidPrefix& participant) {
     const std::lock_guard lock(mutex_);
     if (lost_.size() < kMost) lost_.push_back(participant);
   }
+  /// Returns those that were lost since the last call.
   std::vector<GuidPrefix> take_lost() {
     const std::lock_guard lock(mutex_);
     return std::exchange(lost_, {});
   }
+  /// Reports that one that was lost has been heard again. Whoever never announced itself is left out.
   void returns(const GuidPrefix& participant) {
     const std::lock_guard lock(mutex_);
     const Heard* heard = heard_.find(participant);
     if (heard != nullptr && returned_.size() < kMost) returned_.push_back({participant, heard->listens});
   }
+  /// Returns those that have returned since the last call, with where they listened before.
   std::vector<Announced> take_returned() {
     const std::lock_guard lock(mutex_);
     return std::exchange(returned_, {});

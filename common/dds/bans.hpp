@@ -21,11 +21,14 @@ class Bans {
   void ban(const GuidPrefix& participant) { add(banned_, participant); }
   /// Ends with lift().
   void ban_for_now(const GuidPrefix& participant) { add(banned_for_now_, participant); }
-  /// Ends all bans by ban_for_now(). Fast DDS discovers those participants again by their next announcement.
-  void lift() {
+  /// Ends all bans by ban_for_now(); returns whether there were any. Fast DDS discovers those participants
+  /// again by their next announcement.
+  bool lift() {
     const std::lock_guard lock(mutex_);
+    const bool any = banned_for_now_.size() > 0;
     forgotten_before_ += banned_for_now_.dropped();
     banned_for_now_ = Banned{kMost};
+    return any;
   }
   /// Cheap while nobody is banned.
   bool holds(const GuidPrefix& participant) const {

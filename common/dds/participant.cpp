@@ -211,7 +211,7 @@ void Participant::refuse_for_now(const GuidPrefix& other) {
   if (impl_->readmission) impl_->readmission->leave(other);
   impl_->bans->ban_for_now(other);
 }
-void Participant::admit_all() { impl_->bans->lift(); }
+bool Participant::admit_all() { return impl_->bans->lift(); }
 
 std::uint64_t Participant::forgotten() const {
   return impl_->outbox->forgotten() + impl_->bans->forgotten() +

@@ -52,8 +52,8 @@ class Participant {
   void log_refused_datagrams();
   /// Takes nothing more from another participant, and forgets it, until admit_all(). Thread-safe.
   void refuse_for_now(const GuidPrefix& other);
-  /// Takes again from everybody that refuse_for_now() named. Thread-safe.
-  void admit_all();
+  /// Takes again from everybody that refuse_for_now() named; returns whether there was anybody. Thread-safe.
+  bool admit_all();
   /// Returns how many addresses of peers, lost peers and bans were forgotten for others: 0, unless there are
   /// very many or somebody invents them. Thread-safe.
   std::uint64_t forgotten() const;

@@ -30,7 +30,7 @@ const char* words_of(Fault fault) noexcept {
       "fragments from an unknown participant",
       "another participant's identity",
       "a departure that was forged",
-      "a participant that has said that it leaves",
+      "a participant that is being forgotten",
       "a participant that sent more than is kept",
   };
   static_assert(std::size(kWords) == kFaults);

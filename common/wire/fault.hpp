@@ -34,7 +34,7 @@ enum class Fault : std::uint8_t {
   kStranger,   ///< fragments from a participant that has not announced itself
   kIdentity,   ///< a participant announces another one, or uses an address that is not its own
   kDeparture,  ///< somebody else says that a participant leaves, which then goes on speaking
-  kLeft,       ///< a participant that has left, until Fast DDS has forgotten it
+  kLeft,       ///< a participant that has left, or was lost and returns, until both have forgotten each other
   kFlood,      ///< a participant that has sent more, keys of a topic or bricks, than is kept
 };
 inline constexpr std::size_t kFaults = static_cast<std::size_t>(Fault::kFlood) + 1;

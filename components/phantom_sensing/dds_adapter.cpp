@@ -82,7 +82,6 @@ struct DdsAdapter::Impl {
   dds::RefusalLog workspace_refusals{"workspace_brick, workspace_version"};
   std::mutex readers_mutex;  // shared by stop_reading() and the keeper's thread
   std::unique_ptr<Readers> readers;
-  bool refused_some = false;                 // for now; used on the keeper's thread only
   WorkspaceKeeper* keeper = nullptr;         // set while there are readers; guarded by readers_mutex
   core::Nanoseconds contested_since_ns = 0;  // used in publish_status() only; 0: at most one server
   bool contest_logged = false;
@@ -135,14 +134,12 @@ void DdsAdapter::Impl::refuse_for_now(const workspace::SourceId& source) {
       "a participant sends more of a workspace than is kept beside the one in force; no more is taken from it "
       "until that server has gone");
   participant.refuse_for_now(source);
-  refused_some = true;
 }
 
 /// Some of what was refused had arrived already. DDS sends it once more only to a new reader, unless the
 /// participant was discovered anew, which discovery servers do not bring about.
 void DdsAdapter::Impl::admit_all() {
-  if (!std::exchange(refused_some, false)) return;
-  participant.admit_all();
+  if (!participant.admit_all()) return;
   const std::lock_guard lock(readers_mutex);
   if (!readers) return;
   readers->workspace.reset();  // first: its end reports that all writers have gone

@@ -18,7 +18,8 @@ TEST(Bans, HoldForGoodOrUntilTheyAreLifted) {
   EXPECT_TRUE(bans.holds(prefix(1)));
   EXPECT_TRUE(bans.holds(prefix(2)));
   EXPECT_FALSE(bans.holds(prefix(3)));
-  bans.lift();
+  EXPECT_TRUE(bans.lift());
+  EXPECT_FALSE(bans.lift()) << "none are left";
   EXPECT_TRUE(bans.holds(prefix(1)));
   EXPECT_FALSE(bans.holds(prefix(2)));
   bans.ban_for_now(prefix(2));
