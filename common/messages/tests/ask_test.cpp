@@ -3,7 +3,11 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <atomic>
+#include <functional>
 #include <mutex>
+#include <optional>
+#include <string>
 
 #include "common/dds/tests/test_network.hpp"
 #include "common/dds/topics.hpp"
@@ -13,15 +17,20 @@
 namespace phantom::messages {
 namespace {
 
-/// Stands for wva_server: accepts at once, then answers with a given outcome.
+/// Stands for wva_server: accepts at once, then answers with a given outcome, if `held` once it is released.
 class Server {
  public:
-  explicit Server(WorkspaceOutcome outcome)
-      : outcome_(outcome), thread_([this](const std::stop_token& stop) {
+  explicit Server(WorkspaceOutcome outcome, bool held = false)
+      : outcome_(outcome), released_(!held), thread_([this](const std::stop_token& stop) {
           while (!stop.stop_requested()) {
             if (const auto command = service_.next(0.01)) answer(*command);
           }
         }) {}
+  ~Server() { release(); }
+  void release() {
+    released_ = true;
+    released_.notify_all();
+  }
   WorkspaceCommand last() {
     const std::lock_guard lock(mutex_);
     return last_;
@@ -33,12 +42,14 @@ class Server {
       const std::lock_guard lock(mutex_);
       last_ = command;
     }
+    released_.wait(false);
     service_.complete(command.stamp, {.outcome = outcome_,
                                       .message = "so be it",
                                       .version = outcome_ == WorkspaceOutcome::kDone ? 77U : 0U});
   }
 
   WorkspaceOutcome outcome_;
+  std::atomic<bool> released_;
   std::mutex mutex_;
   WorkspaceCommand last_;
   dds::Participant participant_{"wva_server", dds::test_network()};
@@ -57,19 +68,22 @@ class Server {
   std::jthread thread_;
 };
 
-std::optional<WorkspaceReply> add(double timeout_s, std::string* accepted = nullptr) {
+std::optional<WorkspaceReply> add(double timeout_s,
+                                  const std::function<void(const WorkspaceReply&)>& on_accepted = {}) {
   WorkspaceCommand command;
   command.operation = WorkspaceOperation::kAdd;
   command.description = "name: a";
-  return ask(dds::test_network(), "asking", command, timeout_s, [accepted](const WorkspaceReply& reply) {
-    if (accepted != nullptr) *accepted = reply.message;
-  });
+  return ask(dds::test_network(), "asking", command, timeout_s, on_accepted);
 }
 
 TEST(Ask, AnObjectIsAddedByTextAndMovedWithPoseAndGuard) {
-  Server server(WorkspaceOutcome::kDone);
+  // Acceptance is told before the end, even where its first reply came before the endpoints were matched.
+  Server server(WorkspaceOutcome::kDone, true);
   std::string accepted;
-  const auto added = add(30.0, &accepted);
+  const auto added = add(30.0, [&](const WorkspaceReply& reply) {
+    accepted = reply.message;
+    server.release();
+  });
   ASSERT_TRUE(added);
   EXPECT_EQ(added->outcome, WorkspaceOutcome::kDone);
   EXPECT_EQ(added->message, "so be it");
