@@ -46,6 +46,7 @@ struct FoundEndpoint {
   fast_dds::rtps::GUID_t guid;
   bool writer = false;
   std::string topic, type;
+  fast_dds::DescribedType described;  ///< empty unless its description was asked for and came
   bool keyed = false;
   EndpointPolicies policies;
 };
@@ -56,6 +57,9 @@ struct FoundEndpoint {
 class DiscoveryEvents {
  public:
   virtual ~DiscoveryEvents() = default;
+  /// Returns whether the owners of endpoints are asked to describe their types. An endpoint whose owner
+  /// announces a description and never gives it is not reported then.
+  virtual bool asks_for_types() const { return false; }
   virtual void on_participant(const FoundParticipant&) {}
   /// A handshake has ended, on a secured site.
   virtual void on_authentication(const fast_dds::rtps::GUID_t&, bool /*admitted*/) {}

@@ -99,7 +99,7 @@ class GuardedTransport final : public fast_dds::MessageTransport {
       return false;
     };
     if (!guard_.admits(source)) return refuse(wire::Fault::kSource);
-    if (const wire::Fault fault = wire::check_message(datagram, descriptor_.guard.secured, memory.facts);
+    if (const wire::Fault fault = wire::check_message(datagram, descriptor_.guard.receiver, memory.facts);
         fault != wire::Fault::kNone)
       return refuse(fault);
     if (descriptor_.bans->holds(memory.facts.sender)) return refuse(wire::Fault::kFlood);

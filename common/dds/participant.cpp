@@ -39,10 +39,11 @@ std::vector<rtps::Locator_t> locators_of(const std::vector<std::string>& servers
 }
 
 edds::DomainParticipantQos participant_qos(const std::string& component, const core::NetworkOptions& network,
-                                           bool observes,
+                                           bool observes, bool asks_for_types,
                                            const std::shared_ptr<GuardedTransportDescriptor>& transport) {
   edds::DomainParticipantQos qos = edds::PARTICIPANT_QOS_DEFAULT;
   qos.name(component);
+  fast_dds::ask_for_types(qos, asks_for_types);
   qos.transport().use_builtin_transports = false;
   qos.transport().user_transports.push_back(transport);
   auto& discovery = qos.wire_protocol().builtin.discovery_config;
@@ -157,7 +158,8 @@ Participant::Participant(const std::string& component, const core::NetworkOption
   impl_->servo_priority = network.servo_priority;
   impl_->session = core::random_number();
   const bool observes = discovery != nullptr;
-  const auto transport = transport_of(network, observes);
+  const bool asks_for_types = observes && discovery->asks_for_types();
+  const auto transport = transport_of(network, observes, asks_for_types);
   impl_->refused = transport->refused;
   impl_->outbox = transport->outbox;
   impl_->bans = transport->bans;
@@ -167,9 +169,9 @@ Participant::Participant(const std::string& component, const core::NetworkOption
   }
   if (discovery) impl_->listener = std::make_shared<fast_dds::DiscoveryListener>(std::move(discovery));
   with_dds_threads(network.servo_priority > 0, [&] {
-    impl_->participant =
-        make_participant(network.domain, participant_qos(component, network, observes, transport),
-                         impl_->listener.get(), Joins::kNow);
+    impl_->participant = make_participant(
+        network.domain, participant_qos(component, network, observes, asks_for_types, transport),
+        impl_->listener.get(), Joins::kNow);
   });
   if (impl_->participant == nullptr) {
     throw DdsError("domain " + std::to_string(network.domain) + ": Fast DDS could not join" +

@@ -62,18 +62,20 @@ std::vector<wire::Network> networks_of(const core::NetworkOptions& network) {
 
 }  // namespace
 
-std::shared_ptr<GuardedTransportDescriptor> transport_of(const core::NetworkOptions& network, bool observes) {
+std::shared_ptr<GuardedTransportDescriptor> transport_of(const core::NetworkOptions& network, bool observes,
+                                                         bool asks_for_types) {
   auto udp = std::make_shared<UdpDescriptor>();
   udp->interfaceWhiteList = interfaces_of(network);
   udp->sendBufferSize = kSocketBufferBytes;
   udp->receiveBufferSize = kSocketBufferBytes;
   udp->maxInitialPeersRange = static_cast<std::uint32_t>(network.participants_per_host);
   auto guarded = std::make_shared<GuardedTransportDescriptor>(udp);
-  guarded->guard.secured = !network.security.empty();
-  if (guarded->guard.secured && !fast_dds::kSecuredHeedDepartures) {
+  guarded->guard.receiver.secured = !network.security.empty();
+  if (guarded->guard.receiver.secured && !fast_dds::kSecuredHeedDepartures) {
     guarded->guard.forgets_by_silence = true;
     guarded->announcements = std::make_shared<Announcements>();
   }
+  guarded->guard.receiver.asks_for_types = asks_for_types;
   guarded->guard.relayed = !network.discovery_servers.empty();
   guarded->guard.networks = networks_of(network);
   guarded->guard.participants_per_source = std::max(guarded->guard.participants_per_source,

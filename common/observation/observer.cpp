@@ -4,6 +4,7 @@
 
 #include "common/dds/participant_impl.hpp"
 #include "common/observation/convert.hpp"
+#include "common/observation/learn_type.hpp"
 
 namespace phantom::observation {
 namespace {
@@ -112,21 +113,27 @@ diagnostics::EndpointInfo info_of(const dds::FoundEndpoint& found) {
 struct Observer::Discovery : dds::DiscoveryEvents {
   std::mutex mutex;
   DiscoveryListener* listener = nullptr;
+  bool asks = false;
 
+  bool asks_for_types() const override { return asks; }
   void on_participant(const dds::FoundParticipant& found) override {
     const std::lock_guard lock(mutex);
     if (listener != nullptr) listener->on_participant(info_of(found), presence_of(found.event));
   }
   void on_endpoint(const dds::FoundEndpoint& found) override {
+    if (asks && found.event != dds::Discovered::kLeft) learn_type(found.type, found.described);
     const std::lock_guard lock(mutex);
     if (listener != nullptr) listener->on_endpoint(info_of(found), presence_of(found.event));
   }
 };
 
+bool can_ask_for_types() { return fast_dds::kAsksForTypes; }
+
 Observer::Observer(const std::string& component, const core::NetworkOptions& network,
-                   DiscoveryListener& listener)
+                   DiscoveryListener& listener, bool asks_for_types)
     : discovery_([&] {
         auto discovery = std::make_shared<Discovery>();
+        discovery->asks = asks_for_types;
         discovery->listener = &listener;
         return discovery;
       }()),

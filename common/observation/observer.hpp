@@ -22,12 +22,18 @@ class DiscoveryListener {
   virtual void on_endpoint(const diagnostics::EndpointInfo& endpoint, Presence presence) = 0;
 };
 
+/// Whether Observer can ask others to describe their types: Fast DDS 3 can.
+bool can_ask_for_types();
+
 /// A participant that observes all others. It neither writes nor announces a type.
 class Observer {
  public:
   /// Joins as `component`. `listener` is called from before this constructor returns until this object is
-  /// destroyed. Throws DdsError.
-  Observer(const std::string& component, const core::NetworkOptions& network, DiscoveryListener& listener);
+  /// destroyed. `asks_for_types`: it asks the owners of endpoints to describe their types, so that type_of()
+  /// knows those that it can decode; an endpoint whose owner announces a description and never gives it is
+  /// not reported then. Throws DdsError.
+  Observer(const std::string& component, const core::NetworkOptions& network, DiscoveryListener& listener,
+           bool asks_for_types = false);
   ~Observer();
   Observer(const Observer&) = delete;
   Observer& operator=(const Observer&) = delete;

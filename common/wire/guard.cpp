@@ -245,7 +245,7 @@ Fault Guard::assemble(std::span<std::uint8_t> datagram, const FragmentFact& frag
   const std::span<std::uint8_t> into(assembled_octets_.get() + assembled_count_ * kAssembledBytes,
                                      kAssembledBytes);
   const std::span<std::uint8_t> message = data_message(into, fragment, vendor, payload);
-  Fault fault = check_message(message, options_.secured, *assembled_facts_);
+  Fault fault = check_message(message, options_.receiver, *assembled_facts_);
   if (fault == Fault::kNone) fault = check_participants(*assembled_facts_, source, now);
   if (fault == Fault::kNone) fault = check_endpoints(*assembled_facts_);
   if (to_hold_) fault = Fault::kDeparture;  // nobody sends a departure in fragments

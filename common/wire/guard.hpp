@@ -22,7 +22,7 @@ struct Network {
 
 /// What the guard keeps of others, and from whom it accepts anything.
 struct GuardOptions {
-  bool secured = false;             ///< the participant has DDS Security
+  Receiver receiver;
   bool relayed = false;             ///< discovery servers speak for others
   bool forgets_by_silence = false;  ///< Fast DDS heeds no departure, only a lease that has run out
   std::vector<Network> networks;    ///< senders are in one of these; empty: anywhere

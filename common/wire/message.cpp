@@ -147,8 +147,9 @@ Fault check_secure_postfix(OctetReader reader) {
 Fault check_inline_qos(const Submessage& submessage, OctetReader& reader, std::uint16_t vendor,
                        ListFacts& facts) {
   std::size_t length = 0;
-  const Fault fault = check_parameter_list(submessage.octets.subspan(reader.position()),
-                                           submessage.little_endian(), false, vendor, facts, length);
+  const Fault fault =
+      check_parameter_list(submessage.octets.subspan(reader.position()), submessage.little_endian(),
+                           ListPlace::kInlineQos, vendor, facts, length);
   if (fault != Fault::kNone) return Fault::kInlineQos;
   reader.skip(length);
   return Fault::kNone;
@@ -210,7 +211,9 @@ Fault check_payload(const Builtin& builtin, const Guid& writer, std::span<std::u
   if (kind != 2 && kind != 3) return Fault::kPayload;  // a parameter list
   ListFacts list = inline_list;
   std::size_t length = 0;
-  const Fault fault = check_parameter_list(body, little_endian, true, facts.vendor, list, length);
+  const Fault fault = check_parameter_list(
+      body, little_endian, facts.described ? ListPlace::kDescribedDiscovery : ListPlace::kDiscovery,
+      facts.vendor, list, length);
   if (fault != Fault::kNone) return fault;
   list.status |= inline_list.status;
   return add(builtin.topic, writer, list, facts);
@@ -424,9 +427,10 @@ Fault check_builtin_payload(const Guid& writer, EntityId reader, std::span<std::
   return check_payload(*builtin, writer, payload, key_only, list, facts);
 }
 
-Fault check_message(std::span<std::uint8_t> datagram, bool secured, MessageFacts& facts) {
+Fault check_message(std::span<std::uint8_t> datagram, const Receiver& receiver, MessageFacts& facts) {
   facts.participant_count = facts.endpoint_count = facts.fragment_count = facts.sequence_count = 0;
   facts.handshake = facts.for_another = false;
+  facts.described = receiver.asks_for_types;
   if (const Fault fault = check_header(datagram, facts); fault != Fault::kNone) return fault;
   GuidPrefix sender = facts.sender;
   SecureFrame frame;
@@ -445,7 +449,7 @@ Fault check_message(std::span<std::uint8_t> datagram, bool secured, MessageFacts
     if (length > left || (length % 4 != 0 && length != left)) return Fault::kSubmessage;
     submessage.octets = datagram.subspan(submessage.at, length);
     if (!frame.admits(submessage.id, at == kHeaderBytes)) return Fault::kSecured;
-    const bool sealed = secured && frame.inside() && !is_secure(submessage.id);
+    const bool sealed = receiver.secured && frame.inside() && !is_secure(submessage.id);
     if (const Fault fault = sealed ? Fault::kNone : check_submessage(submessage, sender, facts);
         fault != Fault::kNone)
       return fault;

@@ -65,10 +65,17 @@ struct MessageFacts {
   std::array<SequenceFact, kMost> sequences;
   std::size_t participant_count = 0, endpoint_count = 0, fragment_count = 0, sequence_count = 0;
   bool handshake = false;    ///< holds a message of the security handshake
+  bool described = false;    ///< the receiver asks for descriptions of types
   bool for_another = false;  ///< INFO_SRC lets a part of it speak for another participant than `sender`
 
   /// Returns whether any of it is discovery's or a handshake's, whatever port it came in by.
   bool of_discovery() const;
+};
+
+/// The participant that a message is for.
+struct Receiver {
+  bool secured = false;         ///< decodes secured submessages
+  bool asks_for_types = false;  ///< asks others to describe their types, so that it reads what they announce
 };
 
 /// Greatest span of one GAP. Fast DDS walks through it number by number.
@@ -80,13 +87,13 @@ inline constexpr std::int64_t kLongestGap = 1 << 22;
 /// passed if they fit. Encrypted parts are checked in their outer form. Discovery data may be changed in
 /// place (check_parameter_list).
 ///
-/// `secured`: the receiving participant decodes secured submessages. What stands in one, or in a secured
-/// message, is then not looked into and not changed: Fast DDS reads it only if its signature is right. A
-/// participant without security would read it as if the frame were not there, and so does this function.
+/// What stands in a secured submessage or message is not looked into and not changed for a participant that
+/// decodes it: Fast DDS reads it only if its signature is right. A participant without security would read it
+/// as if the frame were not there, and so does this function.
 ///
 /// Returns kNone and fills `facts`, or the first fault. Real-time safe: yes; at most one pass over the
 /// octets.
-Fault check_message(std::span<std::uint8_t> datagram, bool secured, MessageFacts& facts);
+Fault check_message(std::span<std::uint8_t> datagram, const Receiver& receiver, MessageFacts& facts);
 
 /// Checks the payload of a built-in writer's sample, with its encapsulation: parameter lists of discovery,
 /// liveliness, handshakes. `key_only`: it holds the key alone. Adds to `facts`. Real-time safe: yes.

@@ -254,8 +254,9 @@ bool check_data_holder(OctetReader& reader) {
   return aligned_string(reader) && properties(reader) && binary_properties(reader);
 }
 
-Fault check_parameter_list(std::span<std::uint8_t> list, bool little_endian, bool discovery,
+Fault check_parameter_list(std::span<std::uint8_t> list, bool little_endian, ListPlace place,
                            std::uint16_t vendor, ListFacts& facts, std::size_t& length) {
+  const bool discovery = place != ListPlace::kInlineQos;
   OctetReader reader(list, little_endian);
   for (;;) {
     const std::size_t at = reader.position();
@@ -266,6 +267,7 @@ Fault check_parameter_list(std::span<std::uint8_t> list, bool little_endian, boo
     if (size % 4 != 0 || !reader.skip(size)) return Fault::kParameterList;
     const Rule rule = rule_of(pid);
     const std::span<std::uint8_t> value = list.subspan(at + 4, size);
+    if (pid == Pid::kTypeInformation && place == ListPlace::kDescribedDiscovery) continue;
     if (rule.form == Form::kType || (of_fast_dds(rule.form) && vendor != kVendorFastDds)) {
       // PID_PAD, in either order. Of inline QoS Fast DDS reads this one, whoever sends it.
       if (discovery || pid == Pid::kRelatedSample) list[at] = list[at + 1] = 0;

@@ -23,19 +23,23 @@ struct ListFacts {
 /// is forgotten in bounded time. Known implementations announce themselves every 30 s or more often.
 inline constexpr std::uint32_t kLongestLease_s = 120;
 
+/// What a parameter list stands in. kDescribedDiscovery: discovery data for a participant that asks for
+/// descriptions of types.
+enum class ListPlace { kInlineQos, kDiscovery, kDescribedDiscovery };
+
 /// Checks inline QoS or discovery data from the first parameter on, without encapsulation. `list` ends where
 /// the submessage ends; `length` becomes the octets up to and with the sentinel.
 ///
 /// Each parameter must fit into the list, have a length that is a multiple of 4, and, if it is known, have
 /// its own size, its strings ended and its counts within it (DDSI-RTPS 2.5, 9.4.2.11, 9.6.3).
 ///
-/// In discovery data (`discovery`) it changes three things in place, so that Fast DDS does not read them:
-/// descriptions of types (Fast DDS 2.9.1 ends with some of them; this product uses none) and, from other
-/// vendors, numbers that mean something else there become PID_PAD; a lease longer than kLongestLease_s
+/// In discovery data it changes three things in place, so that Fast DDS does not read them: descriptions of
+/// types (Fast DDS 2.9.1 ends with some of them; only kDescribedDiscovery keeps TypeInformation) and, from
+/// other vendors, numbers that mean something else there become PID_PAD; a lease longer than kLongestLease_s
 /// becomes that. In inline QoS it changes another vendor's 0x800f, which Fast DDS reads there.
 ///
 /// Returns kNone, kParameterList or kParameter. Real-time safe: yes.
-Fault check_parameter_list(std::span<std::uint8_t> list, bool little_endian, bool discovery,
+Fault check_parameter_list(std::span<std::uint8_t> list, bool little_endian, ListPlace place,
                            std::uint16_t vendor, ListFacts& facts, std::size_t& length);
 
 /// Checks a DataHolder (DDS Security 1.1, 7.2.3): class id, properties, binary properties. Real-time safe:

@@ -56,12 +56,15 @@ struct DdsAdapter::Impl : observation::DiscoveryListener {
     Impl& impl;
     const std::string topic;
     const ReadingPlan plan;
-    const diagnostics::TypePtr type;  ///< null: not the project's type
+    const diagnostics::TypePtr type;  ///< null: neither the project's nor described
     std::unique_ptr<observation::PayloadReader> reader;
   };
 
   Impl(const core::NetworkOptions& network, const Reading& what, SystemView& into, OnSample then)
-      : reading(what), view(into), on_sample(std::move(then)), observer("dds_spy", network, *this) {}
+      : reading(what),
+        view(into),
+        on_sample(std::move(then)),
+        observer("dds_spy", network, *this, what.ask_types) {}
 
   const Reading reading;
   SystemView& view;

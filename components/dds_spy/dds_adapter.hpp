@@ -18,6 +18,7 @@ namespace phantom::dds_spy {
 /// The topics to read, and how.
 struct Reading {
   bool read_topics = true;  ///< false: discovery only
+  bool ask_types = false;   ///< ask the owners of foreign types to describe them
   diagnostics::NameFilter topics, instances, writers;
   ReadingOptions options;
   diagnostics::DecodeOptions decode;

@@ -1,6 +1,8 @@
 #include <iostream>
 
+#include "common/core/errors.hpp"
 #include "common/dds/participant.hpp"
+#include "common/observation/observer.hpp"
 #include "common/runtime/deployment.hpp"
 #include "common/runtime/process.hpp"
 #include "components/dds_spy/session.hpp"
@@ -17,6 +19,9 @@ int main(int argc, char** argv) {
   description.add_options = [&](runtime::Command app) { dds_spy::add_options(app, request); };
   description.parameters = {dds_spy::kParameters};
   description.run = [&](const runtime::ProcessOptions& options) {
+    if (request.ask_types && !observation::can_ask_for_types())
+      throw core::ConfigError(
+          "--ask-types: this Fast DDS asks nobody to describe a type; version 3 does (Debian 13)");
     const auto config = dds_spy::load_config(options.config);
     const auto deployment = runtime::load_deployment(options);
     dds::check_qos_profiles(deployment.network.qos_profiles);

@@ -19,6 +19,9 @@ void add_options(runtime::Command app, Request& request) {
   app.flag("--reliable", request.reliable, "ask writers to send lost samples again, where they offer that");
   app.flag("--history", request.history,
            "also what writers keep for late joiners (asks reliably, where they offer that)");
+  app.flag("--ask-types", request.ask_types,
+           "ask the owners of types that are not the project's to describe them, and decode those (with Fast "
+           "DDS 3)");
   app.option("--interval", request.interval_s, "hz, latency: print every so many seconds, too")
       .between(0.1, 1e6);
   const auto sub = [&](const char* name, const char* summary, Command command) {
@@ -66,7 +69,8 @@ std::string help_text() {
          "what is offered, what requested, what to do\n"
          "  dds_spy events --kind deadline_missed --kind liveliness_lost --json\n"
          "  dds_spy types phantom::msg::Percept\n"
-         "Samples of types that are not the project's are counted and measured, and shown as octets.\n";
+         "Samples of types that are not the project's are counted and measured, and shown as octets, "
+         "unless --ask-types\nfinds out what they are.\n";
 }
 
 Reading reading_of(const Request& request) {
@@ -76,6 +80,7 @@ Reading reading_of(const Request& request) {
   reading.instances = diagnostics::NameFilter(request.instances);
   reading.writers = diagnostics::NameFilter(request.writers);
   reading.options = {request.reliable, request.history};
+  reading.ask_types = request.ask_types;
   if (request.all_octets) reading.decode.most_octets = 0;
   return reading;
 }

@@ -19,7 +19,7 @@ struct Request {
   double interval_s = 0.0;        ///< hz, latency: period of interim reports; 0: at the end only
   double every_s = 0.0;           ///< echo: at most one sample per writer and instance in this time
   std::uint64_t count = 0;        ///< echo: ends after this number of samples; 0: no limit
-  bool json = false, reliable = false, history = false, all_octets = false;
+  bool json = false, reliable = false, history = false, ask_types = false, all_octets = false;
 };
 
 /// Declares the subcommands and options on `app`.

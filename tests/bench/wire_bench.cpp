@@ -74,12 +74,12 @@ Datagram full_announcement() {
 }
 
 void decide(benchmark::State& state, const Datagram& datagram, bool discovery, bool secured = false) {
-  wire::Guard guard({.secured = secured, .discovery_per_s = 1e12, .discovery_burst = 1e12});
+  wire::Guard guard({.receiver = {secured}, .discovery_per_s = 1e12, .discovery_burst = 1e12});
   const auto facts = std::make_unique<wire::MessageFacts>();
   core::Nanoseconds now = core::kNsPerSecond;
   for (int peer = 0; peer < 16; ++peer) {
     Datagram known = wire::test::announcement(wire::test::peer(peer));
-    if (wire::check_message(known, secured, *facts) != wire::Fault::kNone ||
+    if (wire::check_message(known, {secured}, *facts) != wire::Fault::kNone ||
         guard.check(known, *facts, kSender, true, now) != wire::Fault::kNone)
       return state.SkipWithError("an announcement is refused");
   }
@@ -87,7 +87,7 @@ void decide(benchmark::State& state, const Datagram& datagram, bool discovery, b
   for (auto _ : state) {
     now += 1000;
     const wire::Fault fault =
-        guard.admits(kSender) ? wire::check_message(received, secured, *facts) : wire::Fault::kSource;
+        guard.admits(kSender) ? wire::check_message(received, {secured}, *facts) : wire::Fault::kSource;
     if (fault != wire::Fault::kNone ||
         guard.check(received, *facts, kSender, discovery, now) != wire::Fault::kNone)
       return state.SkipWithError("a sound datagram is refused");

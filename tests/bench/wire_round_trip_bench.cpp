@@ -1,11 +1,9 @@
 // What the guard and DDS Security cost on the way: a small sample to another participant and back, by UDP on
 // loopback.
 #include <benchmark/benchmark.h>
-#include <unistd.h>
 
 #include <chrono>
 #include <condition_variable>
-#include <cstdlib>
 #include <fastdds/dds/domain/DomainParticipant.hpp>
 #include <fastdds/dds/domain/DomainParticipantFactory.hpp>
 #include <fastdds/dds/publisher/DataWriter.hpp>
@@ -14,8 +12,6 @@
 #include <fastdds/dds/subscriber/DataReaderListener.hpp>
 #include <fastdds/dds/subscriber/SampleInfo.hpp>
 #include <fastdds/dds/subscriber/Subscriber.hpp>
-#include <filesystem>
-#include <fstream>
 #include <functional>
 #include <memory>
 #include <mutex>
@@ -27,12 +23,12 @@
 #include "common/dds/topics.hpp"
 #include "fast_dds/participants.hpp"
 #include "fast_dds/transport.hpp"
+#include "tests/bench/security_site.hpp"
 
 namespace phantom {
 namespace {
 
 namespace edds = eprosima::fastdds::dds;
-namespace fs = std::filesystem;
 
 constexpr edds::DomainId_t kDomain = 77;
 
@@ -44,42 +40,11 @@ enum class Protection {
   kRtpsSigned,  ///< the same, with every message signed as a whole, too (rtps_protection_kind SIGN)
 };
 
-/// Documents of a site with two identities, "asking" and "echo", made for this run.
-class SecuritySite {
- public:
-  explicit SecuritySite(Protection protection) {
-    const fs::path tools = folder_ / "tools";
-    fs::copy(fs::path(PHANTOM_SOURCE_DIR) / "deploy/security", tools, fs::copy_options::recursive);
-    std::ofstream(tools / "rights") << "asking | there | back\necho | back | there\n";
-    std::string command = "cd '" + tools.string() + "' && ";
-    if (protection == Protection::kRtpsSigned)
-      command += "sed -i 's/<rtps_protection_kind>NONE/<rtps_protection_kind>SIGN/' governance.xml && ";
-    command +=
-        "./make site '" + documents().string() + "' --domain " + std::to_string(kDomain) + " >/dev/null";
-    made_ = std::system(command.c_str()) == 0;  // NOLINT(concurrency-mt-unsafe)
-  }
-  SecuritySite(const SecuritySite&) = delete;
-  SecuritySite& operator=(const SecuritySite&) = delete;
-  ~SecuritySite() {
-    std::error_code ignored;
-    fs::remove_all(folder_, ignored);
-  }
-  bool made() const { return made_; }
-  fs::path documents() const { return folder_ / "site"; }
-
- private:
-  const fs::path folder_ = [] {
-    std::string name = (fs::temp_directory_path() / "phantom_bench_XXXXXX").string();
-    return fs::path(mkdtemp(name.data()));
-  }();
-  bool made_ = false;
-};
-
 /// A participant that writes one topic and listens to another.
 class Side : edds::DataReaderListener {
  public:
   /// `site`: null without security.
-  Side(const char* identity, Protection protection, const SecuritySite* site, const char* writes,
+  Side(const char* identity, Protection protection, const bench::SecuritySite* site, const char* writes,
        const char* reads, std::function<void(Side&)> received)
       : received_(std::move(received)) {
     auto udp = std::make_shared<fast_dds::rtps::UDPv4TransportDescriptor>();
@@ -90,7 +55,7 @@ class Side : edds::DataReaderListener {
       qos.transport().user_transports.push_back(udp);
     } else {
       auto guarded = std::make_shared<dds::GuardedTransportDescriptor>(udp);
-      guarded->guard.secured = site != nullptr;
+      guarded->guard.receiver.secured = site != nullptr;
       qos.transport().user_transports.push_back(guarded);
     }
     if (site != nullptr)
@@ -157,11 +122,13 @@ class Returned {
 
 void round_trip(benchmark::State& state, Protection protection) {
   fast_dds::deliver_by_transport();
-  std::optional<SecuritySite> made;
+  std::optional<bench::SecuritySite> made;
   if (protection == Protection::kSecured || protection == Protection::kRtpsSigned) {
-    if (!made.emplace(protection).made()) return state.SkipWithError("deploy/security/make failed");
+    made.emplace("asking | there | back\necho | back | there\n", kDomain,
+                 protection == Protection::kRtpsSigned);
+    if (!made->made()) return state.SkipWithError("deploy/security/make failed");
   }
-  const SecuritySite* site = made ? &*made : nullptr;
+  const bench::SecuritySite* site = made ? &*made : nullptr;
   Returned returned;
   Side echo("echo", protection, site, "back", "there", [](Side& side) { side.send(); });
   Side asking("asking", protection, site, "there", "back", [&](Side&) { returned.add(); });

@@ -15,20 +15,20 @@ namespace {
 
 struct Receiver {
   explicit Receiver(bool with_security)
-      : secured(with_security), guard({.secured = with_security, .participants = 8}) {}
+      : secured(with_security), guard({.receiver = {with_security}, .participants = 8}) {}
 
   void receive(std::vector<std::uint8_t> datagram, const wire::Source& source,
                phantom::core::Nanoseconds now) {
-    if (wire::check_message(datagram, secured, *facts) != wire::Fault::kNone) return;
+    if (wire::check_message(datagram, {secured}, *facts) != wire::Fault::kNone) return;
     const std::size_t departing = facts->participant_count;
     if (guard.check(datagram, *facts, source, true, now) != wire::Fault::kNone) return;
     if (guard.to_hold() && departing > 0) guard.held(facts->participants[0].announced, now);
     const std::vector<std::uint8_t> passed = datagram;
-    if (wire::check_message(datagram, secured, *facts) != wire::Fault::kNone || datagram != passed)
+    if (wire::check_message(datagram, {secured}, *facts) != wire::Fault::kNone || datagram != passed)
       std::abort();
     for (const auto& whole : guard.assembled()) {
       std::vector<std::uint8_t> copy(whole.begin(), whole.end());
-      if (wire::check_message(copy, secured, *facts) != wire::Fault::kNone) std::abort();
+      if (wire::check_message(copy, {secured}, *facts) != wire::Fault::kNone) std::abort();
     }
   }
 

@@ -10,6 +10,7 @@
 #include <mutex>
 #include <stdexcept>
 
+#include "common/observation/learn_type.hpp"
 #include "phantom_idl_types/perceptTypeObject.h"
 #include "phantom_idl_types/statusTypeObject.h"
 #include "phantom_idl_types/teleoperationTypeObject.h"
@@ -107,6 +108,8 @@ TypePtr looked_up(const std::string& name) {
 }
 
 }  // namespace
+
+void learn_type(const std::string&, const fast_dds::DescribedType&) {}
 
 TypePtr type_of(const std::string& type_name) {
   static std::mutex mutex;

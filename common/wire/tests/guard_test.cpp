@@ -26,7 +26,7 @@ struct GuardTest : ::testing::Test {
   Fault receive(std::vector<std::uint8_t> datagram, const Source& source = kHost,
                 core::Nanoseconds at = kSecond, bool discovery = true) {
     last = std::move(datagram);
-    const Fault fault = check_message(last, options.secured, *facts);
+    const Fault fault = check_message(last, options.receiver, *facts);
     return fault != Fault::kNone ? fault : guard.check(last, *facts, source, discovery, at);
   }
 
@@ -356,7 +356,7 @@ TEST_F(Counting, HidesThoseOfWhoHasLeft) {
   ASSERT_EQ(receive(test::departure(peer(1))), Fault::kNone);
   ASSERT_EQ(begins(2), Fault::kNone);
   EXPECT_EQ(last[kHeaderBytes], static_cast<int>(SubmessageId::kPad)) << "Fast DDS may know it still";
-  EXPECT_EQ(check_message(last, false, *facts), Fault::kNone);
+  EXPECT_EQ(check_message(last, {false}, *facts), Fault::kNone);
 }
 
 // A server says once who is there, and says that one left who was only cut off.

@@ -18,7 +18,7 @@ using test::submessage;
 struct MessageTest : ::testing::Test {
   Fault check(std::vector<std::uint8_t> datagram, bool secured = false) {
     last = std::move(datagram);
-    return check_message(last, secured, *facts);
+    return check_message(last, {secured}, *facts);
   }
   Fault of(SubmessageId id, int flags, const Octets& fields) {
     return check(message({submessage(id, flags, fields)}));

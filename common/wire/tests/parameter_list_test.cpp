@@ -16,11 +16,12 @@ struct Checked {
   std::vector<std::uint8_t> after;
 };
 
-Checked check(const Octets& list, std::uint16_t vendor = kVendorFastDds, bool discovery = true) {
+Checked check(const Octets& list, std::uint16_t vendor = kVendorFastDds,
+              ListPlace place = ListPlace::kDiscovery) {
   Checked checked;
   checked.after = list.bytes;
-  checked.fault = check_parameter_list(checked.after, list.little_endian(), discovery, vendor, checked.facts,
-                                       checked.length);
+  checked.fault =
+      check_parameter_list(checked.after, list.little_endian(), place, vendor, checked.facts, checked.length);
   return checked;
 }
 
@@ -141,6 +142,14 @@ TEST(ParameterList, HidesTypeDescriptionsFromFastDds) {
   }
 }
 
+TEST(ParameterList, KeepsTheDescriptionThatIsAskedForAlone) {
+  const Octets information = Octets().parameter(Pid::kTypeInformation, Octets().u32(0xdeadbeef)).sentinel();
+  EXPECT_EQ(check(information, kVendorFastDds, ListPlace::kDescribedDiscovery).after, information.bytes);
+  const Octets object = Octets().parameter(Pid::kTypeObjectV1, Octets().u32(0xdeadbeef)).sentinel();
+  EXPECT_EQ(check(object, kVendorFastDds, ListPlace::kDescribedDiscovery).after,
+            Octets().parameter(Pid::kPad, Octets().u32(0xdeadbeef)).sentinel().bytes);
+}
+
 TEST(ParameterList, HidesOtherVendorsNumbersThatMeanSomethingElseToFastDds) {
   const Octets list = Octets().parameter(Pid::kPersistenceGuid, Octets().u32(1)).sentinel();
   const Checked checked = check(list, 0x0110);
@@ -171,7 +180,7 @@ TEST(ParameterList, ShortensLeasesThatAreTooLong) {
 
 TEST(ParameterList, ChangesNothingInInlineQos) {
   const Octets list = Octets().parameter(Pid::kTypeObjectV1, Octets().u32(1)).sentinel();
-  const Checked checked = check(list, 0x0110, false);
+  const Checked checked = check(list, 0x0110, ListPlace::kInlineQos);
   EXPECT_EQ(checked.fault, Fault::kNone);
   EXPECT_EQ(checked.after, list.bytes);
 }

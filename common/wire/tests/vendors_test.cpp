@@ -63,7 +63,7 @@ class OfOtherVendors : public ::testing::Test {
 
   /// What comes of a datagram, at a participant with or without security.
   Fault fate(std::vector<std::uint8_t> datagram, bool secured = false) {
-    if (const Fault fault = check_message(datagram, secured, facts_); fault != Fault::kNone) return fault;
+    if (const Fault fault = check_message(datagram, {secured}, facts_); fault != Fault::kNone) return fault;
     return guard_.check(datagram, facts_, {0x7f000001, 7410}, true, now_);
   }
 };
@@ -252,7 +252,7 @@ TEST_F(OfOtherVendors, InlineQosOfTheirOwn) {
   auto datagram = message(
       {submessage(SubmessageId::kData, 6, data_fields(0, 0x102, 1, list, Octets().u8({0, 1, 0, 0}).u32(1)))},
       prefix_of(kRti), kRti);
-  ASSERT_EQ(check_message(datagram, false, facts_), Fault::kNone);
+  ASSERT_EQ(check_message(datagram, {false}, facts_), Fault::kNone);
   const std::size_t at = kHeaderBytes + kSubmessageHeader + 20;
   EXPECT_EQ(datagram[at], 0);
   EXPECT_EQ(datagram[at + 1], 0);

@@ -6,6 +6,7 @@
 #include <fastrtps/xmlparser/XMLProfileManager.h>
 
 #include <cstdio>
+#include <fastdds/dds/domain/qos/DomainParticipantQos.hpp>
 #include <vector>
 
 #include "fast_dds/types.hpp"
@@ -27,6 +28,9 @@ inline void use_discovery_servers(rtps::DiscoverySettings& discovery,
     discovery.m_DiscoveryServers.push_back(server);
   }
 }
+
+/// Sets whether the owners of endpoints are asked to describe their types. Version 2 never asks.
+inline void ask_for_types(eprosima::fastdds::dds::DomainParticipantQos&, bool) {}
 
 /// Whether a secured participant forgets another one that says in the clear that it leaves.
 inline constexpr bool kSecuredHeedDepartures = true;

@@ -26,6 +26,10 @@ using namespace eprosima::fastdds::rtps;   // NOLINT(google-build-using-namespac
 using Duration = eprosima::fastrtps::Duration_t;
 inline const Duration& infinite() { return eprosima::fastrtps::c_TimeInfinite; }
 
+/// A type by the description that its owner gave: version 2 asks nobody.
+struct DescribedType {};
+constexpr bool kAsksForTypes = false;
+
 /// Whether profiles name times heartbeat_period; else heartbeatPeriod.
 constexpr bool kTimesInSnakeCase = false;
 

@@ -68,6 +68,8 @@ class DiscoveryListener final : public eprosima::fastdds::dds::DomainParticipant
     endpoint.writer = writer;
     endpoint.topic = data.topic_name.to_string();
     endpoint.type = data.type_name.to_string();
+    if (data.type_information.assigned())
+      endpoint.described = data.type_information.type_information.complete().typeid_with_size().type_id();
     endpoint.keyed = data.topic_kind == rtps::WITH_KEY;
     endpoint.policies = {.reliability = data.reliability,
                          .durability = data.durability,

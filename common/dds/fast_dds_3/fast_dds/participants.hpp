@@ -1,7 +1,9 @@
 #pragma once
 
 #include <fastdds/LibrarySettings.hpp>
+#include <fastdds/dds/core/policy/ParameterTypes.hpp>
 #include <fastdds/dds/domain/DomainParticipantFactory.hpp>
+#include <fastdds/dds/domain/qos/DomainParticipantQos.hpp>
 #include <fastdds/rtps/attributes/RTPSParticipantAttributes.hpp>
 #include <vector>
 
@@ -16,6 +18,13 @@ inline void use_discovery_servers(rtps::DiscoverySettings& discovery,
   using Protocol = rtps::DiscoveryProtocol;
   discovery.discoveryProtocol = whole ? Protocol::SUPER_CLIENT : Protocol::CLIENT;
   for (const rtps::Locator_t& server : servers) discovery.m_DiscoveryServers.push_back(server);
+}
+
+/// Sets whether the owners of endpoints are asked to describe their types. Version 3 asks everybody unless it
+/// is told not to, reads what strangers answer, and leaves an endpoint out until its owner has answered.
+inline void ask_for_types(eprosima::fastdds::dds::DomainParticipantQos& qos, bool ask) {
+  qos.properties().properties().emplace_back(eprosima::fastdds::dds::parameter_policy_type_propagation,
+                                             ask ? "enabled" : "disabled");
 }
 
 /// Whether a secured participant forgets another one that says in the clear that it leaves. Only its lease,

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <fastdds/dds/core/ReturnCode.hpp>
 #include <fastdds/dds/core/Time_t.hpp>
+#include <fastdds/dds/xtypes/type_representation/TypeObject.hpp>
 #include <fastdds/rtps/common/Guid.hpp>
 #include <fastdds/rtps/common/InstanceHandle.hpp>
 #include <fastdds/rtps/common/Locator.hpp>
@@ -20,6 +21,10 @@ namespace rtps = eprosima::fastdds::rtps;
 
 using Duration = eprosima::fastdds::dds::Duration_t;
 inline const Duration& infinite() { return eprosima::fastdds::dds::c_TimeInfinite; }
+
+/// A type by the description that its owner gave.
+using DescribedType = eprosima::fastdds::dds::xtypes::TypeIdentifier;
+constexpr bool kAsksForTypes = true;
 
 /// Whether profiles name times heartbeat_period; else heartbeatPeriod.
 constexpr bool kTimesInSnakeCase = true;
