@@ -18,6 +18,7 @@
 #include "common/dds/topic_list.hpp"
 #include "common/dds/transport.hpp"
 #include "fast_dds/discovery.hpp"
+#include "fast_dds/endpoints.hpp"
 #include "fast_dds/participants.hpp"
 
 namespace phantom::dds {
@@ -192,11 +193,11 @@ Participant::Participant(const std::string& component, const core::NetworkOption
 
 Participant::~Participant() = default;
 
-// Clears the history first: Fast DDS 2.9 frees a writer's samples while its heartbeats may read them, and
-// such a heartbeat never ends (fixed after 2.12, https://github.com/eProsima/Fast-DDS/pull/4076).
 void delete_writer(edds::Publisher& publisher, edds::DataWriter* writer) {
-  std::size_t removed = 0;
-  writer->clear_history(&removed);
+  if constexpr (fast_dds::kFreesSamplesInUse) {
+    std::size_t removed = 0;
+    writer->clear_history(&removed);
+  }
   publisher.delete_datawriter(writer);
 }
 

@@ -7,10 +7,10 @@
 
 namespace phantom::survey::detail {
 
-template <class... Numbers>
-std::string formatted(const char* format, Numbers... numbers) {
+template <class Number, class... Numbers>
+std::string formatted(const char* format, Number first, Numbers... others) {
   char text[256];
-  std::snprintf(text, sizeof text, format, numbers...);
+  std::snprintf(text, sizeof text, format, first, others...);
   return text;
 }
 

@@ -94,7 +94,7 @@ class Survey {
 
   std::string misfit(const Candidate& candidate, const Placement& best) {
     const PartModel& part = library_[candidate.part];
-    std::string said = formatted("the nodes lie off the model of ") + part.name +
+    std::string said = std::string("the nodes lie off the model of ") + part.name +
                        formatted(" more than their errors explain (probability %.1g; allowed: at least %.1g)",
                                  best.fit->probability(), options_.least_fit_probability);
     advise_misfits(part, best);
@@ -121,7 +121,7 @@ class Survey {
       result_.advice.push_back(
           "measure corners that lie farther apart, or on another face; or each corner several times");
       return refused(
-          formatted("the pose is known too badly: some point of ") + part.name +
+          std::string("the pose is known too badly: some point of ") + part.name +
           formatted(
               " may be %.1f mm off (%.0f %% confidence), it may be turned by %.2f deg; allowed: %.1f mm",
               1e3 * object.worst_displacement_m, 100 * options_.confidence,

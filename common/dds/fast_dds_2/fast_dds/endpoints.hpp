@@ -7,6 +7,10 @@
 
 namespace phantom::fast_dds {
 
+/// Whether a writer that ends frees its samples while its heartbeats may read them, and such a heartbeat
+/// never ends (fixed after 2.12, https://github.com/eProsima/Fast-DDS/pull/4076).
+inline constexpr bool kFreesSamplesInUse = true;
+
 /// Sets how often a reliable writer repeats its heartbeat, and after what time it answers a request.
 inline void set_heartbeats(eprosima::fastdds::dds::DataWriterQos& qos, Duration period, Duration answer) {
   qos.reliable_writer_qos().times.heartbeatPeriod = period;

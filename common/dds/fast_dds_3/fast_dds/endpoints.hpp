@@ -7,6 +7,9 @@
 
 namespace phantom::fast_dds {
 
+/// Whether a writer that ends frees its samples while its heartbeats may read them: version 2 does.
+inline constexpr bool kFreesSamplesInUse = false;
+
 /// Sets how often a reliable writer repeats its heartbeat, and after what time it answers a request.
 inline void set_heartbeats(eprosima::fastdds::dds::DataWriterQos& qos, Duration period, Duration answer) {
   qos.reliable_writer_qos().times.heartbeat_period = period;
