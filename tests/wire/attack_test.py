@@ -30,13 +30,16 @@ def attack_of(site, datagrams, participants, seed):
     return subprocess.Popen(site.host.inside([str(word) for word in words]), stdout=subprocess.DEVNULL)
 
 
+MOST_BARE_MIB = 2048  # far more than any participant needs: it would take the host's memory
+
+
 def expect_bare_dies(site):
-    """The harness is worth something only if it ends the library as it comes."""
+    """The harness is worth something only if it ends the library as it comes (2.9.1), or makes it grow without end (3.1.2)."""
     bare = site.start([str(site.options.programs / "bare_participant"), str(DOMAIN)])
     assert bare.stdout.readline().strip() == "up"
     attack = attack_of(site, DATAGRAMS["bare"], 1, site.options.seed)
     begun, most = time.monotonic(), 0.0
-    while bare.poll() is None and attack.poll() is None and time.monotonic() - begun < 300:
+    while bare.poll() is None and attack.poll() is None and most < MOST_BARE_MIB and time.monotonic() - begun < 300:
         try:
             most = max(most, resident_mib(bare.pid))
         except (FileNotFoundError, ProcessLookupError, KeyError):
@@ -49,7 +52,7 @@ def expect_bare_dies(site):
     bare.wait()
     print(f"Fast DDS as it comes: {'ended with ' + str(died) if died is not None else 'lived'} after {time.monotonic() - begun:.1f} s "
           f"of {site.options.per_second} datagrams/s; at most {most:.0f} MiB")
-    assert died is not None and died != 0, "the harness did not end the bare library: it proves nothing"
+    assert died not in (None, 0) or most >= MOST_BARE_MIB, "the harness did the bare library no harm: it proves nothing"
 
 
 def ask(talker):
