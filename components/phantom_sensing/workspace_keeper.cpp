@@ -1,5 +1,6 @@
 #include "components/phantom_sensing/workspace_keeper.hpp"
 
+#include <algorithm>
 #include <chrono>
 #include <utility>
 
@@ -22,10 +23,27 @@ WorkspaceKeeper::~WorkspaceKeeper() {
   thread_.join();
 }
 
-void WorkspaceKeeper::enqueue(Job job, std::size_t bytes) {
+/// Under the lock. Who finds none is in excess: DDS has given its sample away.
+bool WorkspaceKeeper::has_room_for(const workspace::SourceId& source, std::size_t bytes) {
+  if (!attended_by_ || *attended_by_ == source) return true;
+  if (waiting_of_others_ + bytes > kMostOfOthers) {
+    constexpr std::size_t kMost = 64;  // further ones are told of when they send again
+    if (in_excess_.size() < kMost && std::ranges::find(in_excess_, source) == in_excess_.end())
+      in_excess_.push_back(source);
+    return false;
+  }
+  waiting_of_others_ += bytes;
+  return true;
+}
+
+void WorkspaceKeeper::enqueue(Job job, std::size_t bytes, const workspace::SourceId* source) {
   {
     const std::lock_guard lock(mutex_);
     bytes += kJobBytes;
+    if (source != nullptr && !has_room_for(*source, bytes)) {
+      wake_.notify_one();
+      return;
+    }
     if (jobs_.size() >= kMostWaiting || waiting_bytes_ + bytes > most_waiting_bytes_) {
       ++lost_;
       return;
@@ -43,7 +61,7 @@ void WorkspaceKeeper::put_brick(const workspace::SourceId& source, workspace::Br
       [this, source, key, version, bytes = std::move(bytes)](workspace::WorkspaceSources& sources) {
         return checked(source, sources.put_brick(source, key, version, bytes));
       },
-      size);
+      size, &source);
 }
 void WorkspaceKeeper::commit(const workspace::SourceId& source, workspace::VersionDescription description) {
   enqueue([this, source, description = std::move(description)](workspace::WorkspaceSources& sources) {
@@ -83,6 +101,12 @@ void WorkspaceKeeper::hand_over() {
   version_.store(current->version, std::memory_order_relaxed);
 }
 
+void WorkspaceKeeper::note_attended() {
+  const auto now = sources_.attended() ? sources_.in_force() : std::nullopt;
+  const std::lock_guard lock(mutex_);
+  attended_by_ = now;
+}
+
 void WorkspaceKeeper::let_go() {
   const std::uint64_t acknowledged = acknowledged_.load(std::memory_order_acquire);
   {
@@ -107,7 +131,7 @@ void WorkspaceKeeper::work() {
   std::unique_lock lock(mutex_);
   while (!stop_) {
     // Polls only while an old version waits to be released.
-    const auto something = [this] { return stop_ || !jobs_.empty(); };
+    const auto something = [this] { return stop_ || !jobs_.empty() || !in_excess_.empty(); };
     progress_.rest();
     if (alive_.size() > 1) {
       wake_.wait_for(lock, std::chrono::milliseconds(100), something);
@@ -117,18 +141,21 @@ void WorkspaceKeeper::work() {
     progress_.tick();
     std::deque<Job> jobs;
     jobs.swap(jobs_);
-    waiting_bytes_ = 0;
+    waiting_bytes_ = waiting_of_others_ = 0;
+    const std::vector<workspace::SourceId> in_excess = std::exchange(in_excess_, {});
     const std::uint64_t lost = std::exchange(lost_, 0);
     lock.unlock();
     if (lost > 0)
       callbacks_.refused(std::to_string(lost) + " samples came while too many were waiting; allowed: " +
                          std::to_string(most_waiting_bytes_ >> 20) + " MiB");
+    for (const workspace::SourceId& source : in_excess) callbacks_.excess(source);
     let_go();
     for (const Job& job : jobs) {
       if (const core::Status status = job(sources_); !status) callbacks_.refused(status.message());
       hand_over();
       progress_.tick();
     }
+    note_attended();
     lock.lock();
     if (!stop_ && jobs_.empty() && alive_.size() < 2) {  // idle: prepare the buffer for the next version
       lock.unlock();

@@ -25,8 +25,9 @@ namespace phantom::phantom_sensing {
 /// (workspace::WorkspaceSources). It holds two buffers of a workspace, so that a version that changes some
 /// bricks costs only those: it is handed over within milliseconds of its last brick.
 ///
-/// While that server is present, whoever else sends more than is kept beside it is a source in excess: the
-/// caller is to take no more from it, so that what DDS keeps of it does not grow, until the server has gone.
+/// While that server is present, whoever else sends more than is kept beside it, or faster than it is looked
+/// at (kMostOfOthers), is a source in excess: the caller is to take no more from it, so that what DDS keeps
+/// of it does not grow, until the server has gone.
 class WorkspaceKeeper {
  public:
   /// Called on the keeper's thread.
@@ -38,6 +39,9 @@ class WorkspaceKeeper {
     /// When the server in use has gone: sources in excess may send again.
     std::function<void()> unattended = [] {};
   };
+  /// What waits of others than the server in use while that is present, in bytes.
+  static constexpr std::size_t kMostOfOthers = std::size_t{4} << 20;
+
   /// `most_bytes`: of a server's workspace; samples that wait take a quarter of that.
   explicit WorkspaceKeeper(Callbacks callbacks, std::size_t most_bytes = SIZE_MAX);
   ~WorkspaceKeeper();
@@ -85,10 +89,12 @@ class WorkspaceKeeper {
     workspace::SourceId source;
   };
   static constexpr double kHangsAfter_s = 10.0;  // checking a version of a large cell takes seconds
-  void enqueue(Job job, std::size_t bytes = 0);
+  void enqueue(Job job, std::size_t bytes = 0, const workspace::SourceId* source = nullptr);
+  bool has_room_for(const workspace::SourceId& source, std::size_t bytes);
   core::Status checked(const workspace::SourceId& source, core::Status status) const;
   void work();
   void hand_over();
+  void note_attended();
   void let_go();
 
   static constexpr std::size_t kMostWaiting = 2 * workspace::kMostBricksInAll;
@@ -99,8 +105,10 @@ class WorkspaceKeeper {
   std::mutex mutex_;
   std::condition_variable wake_;
   std::deque<Job> jobs_;
-  std::size_t waiting_bytes_ = 0;
-  std::uint64_t lost_ = 0;  // samples that found no room since the thread last looked
+  std::size_t waiting_bytes_ = 0, waiting_of_others_ = 0;
+  std::uint64_t lost_ = 0;                          // samples that found no room since the thread last looked
+  std::vector<workspace::SourceId> in_excess_;      // likewise: others than the server in use
+  std::optional<workspace::SourceId> attended_by_;  // the server in use, while it is present
   bool stop_ = false;
 
   // Used on the keeper's thread only.

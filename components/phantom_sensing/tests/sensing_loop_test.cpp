@@ -378,5 +378,50 @@ TEST(WorkspaceKeeperBounds, WhoSendsTooMuchBesideTheServerInUseIsNamedAndMaySend
   EXPECT_EQ(of_server, 0);
 }
 
+TEST(WorkspaceKeeperBounds, WhatWaitsOfOthersIsBoundedAndTheServerInUseIsHeardAllTheSame) {
+  std::atomic<bool> held = false, is_held = false;  // the keeper's thread, as if it got no processor
+  std::atomic<int> excess = 0, of_server = 0;
+  const workspace::SourceId server{1}, other{2};
+  WorkspaceKeeper keeper({.refused =
+                              [&](const std::string&) {
+                                is_held = held.load();
+                                held.wait(true);
+                              },
+                          .excess = [&](const auto& source) { ++(source == other ? excess : of_server); }});
+  const auto let_go = [&] {
+    held = false;
+    held.notify_all();
+  };
+  const struct AtTheEnd {  // or the keeper's thread would never end
+    const std::function<void()> then;
+    ~AtTheEnd() { then(); }
+  } at_the_end{let_go};
+  const workspace::Workspace& world = rig::wall();
+  send(world, 1, keeper, server);
+  ASSERT_TRUE(eventually([&] { return keeper.version() == 1; }));
+  const auto from_other = [&](std::size_t bytes) {
+    is_held = false;
+    held = true;
+    keeper.put_brick(server, {0, 0, 0}, 2, {1, 2, 3});  // no brick: refused
+    ASSERT_TRUE(eventually([&] { return is_held.load(); }));
+    constexpr std::size_t kEach = std::size_t{64} << 10;
+    for (std::size_t sent = 0; sent < bytes; sent += kEach)
+      keeper.put_brick(other, {static_cast<std::int32_t>(sent / kEach), 0, 0}, 1,
+                       std::vector<std::uint8_t>(kEach));
+  };
+  const auto goes_on = [&](std::uint64_t version) {
+    send(world, version, keeper, server);
+    let_go();
+    ASSERT_TRUE(eventually([&] { return keeper.version() == version; }));
+  };
+  from_other(WorkspaceKeeper::kMostOfOthers / 2);
+  goes_on(2);
+  EXPECT_EQ(excess, 0);
+  from_other(WorkspaceKeeper::kMostOfOthers * 2);
+  goes_on(3);
+  EXPECT_EQ(excess, 1) << "is named once each time";
+  EXPECT_EQ(of_server, 0);
+}
+
 }  // namespace
 }  // namespace phantom::phantom_sensing
