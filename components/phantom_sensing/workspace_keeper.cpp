@@ -23,8 +23,8 @@ WorkspaceKeeper::~WorkspaceKeeper() {
   thread_.join();
 }
 
-/// Under the lock. Who finds none is in excess: DDS has given its sample away.
-bool WorkspaceKeeper::has_room_for(const workspace::SourceId& source, std::size_t bytes) {
+/// Reserves room for a sample, under the lock. Who finds none is in excess: DDS has given its sample away.
+bool WorkspaceKeeper::reserve_for(const workspace::SourceId& source, std::size_t bytes) {
   if (!attended_by_ || *attended_by_ == source) return true;
   if (waiting_of_others_ + bytes > kMostOfOthers) {
     constexpr std::size_t kMost = 64;  // further ones are told of when they send again
@@ -40,7 +40,7 @@ void WorkspaceKeeper::enqueue(Job job, std::size_t bytes, const workspace::Sourc
   {
     const std::lock_guard lock(mutex_);
     bytes += kJobBytes;
-    if (source != nullptr && !has_room_for(*source, bytes)) {
+    if (source != nullptr && !reserve_for(*source, bytes)) {
       wake_.notify_one();
       return;
     }
@@ -82,7 +82,12 @@ void WorkspaceKeeper::gone(const workspace::SourceId& source) {
   enqueue([this, source](workspace::WorkspaceSources& sources) {
     const bool was_attended = sources.attended();
     sources.gone(source);
-    if (was_attended && !sources.attended()) callbacks_.unattended();
+    if (was_attended && !sources.attended()) {
+      // In this order: nothing more is dropped, whoever lost something is known, and all may send anew.
+      note_attended();
+      tell_excess();
+      callbacks_.unattended();
+    }
     return core::Status::ok();
   });
 }
@@ -105,6 +110,15 @@ void WorkspaceKeeper::note_attended() {
   const auto now = sources_.attended() ? sources_.in_force() : std::nullopt;
   const std::lock_guard lock(mutex_);
   attended_by_ = now;
+}
+
+void WorkspaceKeeper::tell_excess() {
+  std::vector<workspace::SourceId> in_excess;
+  {
+    const std::lock_guard lock(mutex_);
+    in_excess.swap(in_excess_);
+  }
+  for (const workspace::SourceId& source : in_excess) callbacks_.excess(source);
 }
 
 void WorkspaceKeeper::let_go() {
@@ -142,13 +156,12 @@ void WorkspaceKeeper::work() {
     std::deque<Job> jobs;
     jobs.swap(jobs_);
     waiting_bytes_ = waiting_of_others_ = 0;
-    const std::vector<workspace::SourceId> in_excess = std::exchange(in_excess_, {});
     const std::uint64_t lost = std::exchange(lost_, 0);
     lock.unlock();
     if (lost > 0)
       callbacks_.refused(std::to_string(lost) + " samples came while too many were waiting; allowed: " +
                          std::to_string(most_waiting_bytes_ >> 20) + " MiB");
-    for (const workspace::SourceId& source : in_excess) callbacks_.excess(source);
+    tell_excess();
     let_go();
     for (const Job& job : jobs) {
       if (const core::Status status = job(sources_); !status) callbacks_.refused(status.message());

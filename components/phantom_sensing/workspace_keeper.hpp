@@ -90,11 +90,12 @@ class WorkspaceKeeper {
   };
   static constexpr double kHangsAfter_s = 10.0;  // checking a version of a large cell takes seconds
   void enqueue(Job job, std::size_t bytes = 0, const workspace::SourceId* source = nullptr);
-  bool has_room_for(const workspace::SourceId& source, std::size_t bytes);
+  bool reserve_for(const workspace::SourceId& source, std::size_t bytes);
   core::Status checked(const workspace::SourceId& source, core::Status status) const;
   void work();
   void hand_over();
   void note_attended();
+  void tell_excess();
   void let_go();
 
   static constexpr std::size_t kMostWaiting = 2 * workspace::kMostBricksInAll;

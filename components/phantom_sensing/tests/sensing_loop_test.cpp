@@ -8,6 +8,7 @@
 #include <chrono>
 #include <cmath>
 #include <limits>
+#include <semaphore>
 #include <thread>
 
 #include "common/workspace/brick_codec.hpp"
@@ -421,6 +422,43 @@ TEST(WorkspaceKeeperBounds, WhatWaitsOfOthersIsBoundedAndTheServerInUseIsHeardAl
   goes_on(3);
   EXPECT_EQ(excess, 1) << "is named once each time";
   EXPECT_EQ(of_server, 0);
+}
+
+// What it lost while the keeper was busy with that departure must be sent again: it is in excess first.
+TEST(WorkspaceKeeperBounds, WhoLosesSomethingAsTheServerInUseGoesMaySendItAnew) {
+  std::counting_semaphore<> goes_on(0);  // the keeper's thread, once for each sample that is refused
+  std::atomic<int> refused = 0, unattended = 0;
+  std::string told;  // by the keeper's thread
+  const workspace::SourceId server{1}, other{2};
+  {
+    WorkspaceKeeper keeper({.refused =
+                                [&](const std::string&) {
+                                  ++refused;
+                                  goes_on.acquire();
+                                },
+                            .excess = [&](const auto& source) { told += source == other ? "excess " : "? "; },
+                            .unattended =
+                                [&] {
+                                  told += "unattended ";
+                                  ++unattended;
+                                }});
+    send(rig::wall(), 1, keeper, server);
+    EXPECT_TRUE(eventually([&] { return keeper.version() == 1; }));
+    const auto refused_one = [&] { keeper.put_brick(server, {0, 0, 0}, 2, {1, 2, 3}); };
+    refused_one();
+    EXPECT_TRUE(eventually([&] { return refused == 1; }));
+    refused_one();  // in one batch with the departure
+    keeper.gone(server);
+    goes_on.release();
+    EXPECT_TRUE(eventually([&] { return refused == 2; }));
+    constexpr std::size_t kEach = std::size_t{64} << 10;
+    for (std::size_t sent = 0; sent < 2 * WorkspaceKeeper::kMostOfOthers; sent += kEach)
+      keeper.put_brick(other, {static_cast<std::int32_t>(sent / kEach), 0, 0}, 1,
+                       std::vector<std::uint8_t>(kEach));
+    goes_on.release(1000);
+    EXPECT_TRUE(eventually([&] { return unattended == 1; }));
+  }
+  EXPECT_EQ(told, "excess unattended ");
 }
 
 }  // namespace
