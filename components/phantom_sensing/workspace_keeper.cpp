@@ -85,7 +85,7 @@ void WorkspaceKeeper::gone(const workspace::SourceId& source) {
     if (was_attended && !sources.attended()) {
       // In this order: nothing more is dropped, whoever lost something is known, and all may send anew.
       note_attended();
-      tell_excess();
+      report_excess();
       callbacks_.unattended();
     }
     return core::Status::ok();
@@ -112,7 +112,7 @@ void WorkspaceKeeper::note_attended() {
   attended_by_ = now;
 }
 
-void WorkspaceKeeper::tell_excess() {
+void WorkspaceKeeper::report_excess() {
   std::vector<workspace::SourceId> in_excess;
   {
     const std::lock_guard lock(mutex_);
@@ -161,7 +161,7 @@ void WorkspaceKeeper::work() {
     if (lost > 0)
       callbacks_.refused(std::to_string(lost) + " samples came while too many were waiting; allowed: " +
                          std::to_string(most_waiting_bytes_ >> 20) + " MiB");
-    tell_excess();
+    report_excess();
     let_go();
     for (const Job& job : jobs) {
       if (const core::Status status = job(sources_); !status) callbacks_.refused(status.message());

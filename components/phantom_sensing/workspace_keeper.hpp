@@ -95,7 +95,7 @@ class WorkspaceKeeper {
   void work();
   void hand_over();
   void note_attended();
-  void tell_excess();
+  void report_excess();
   void let_go();
 
   static constexpr std::size_t kMostWaiting = 2 * workspace::kMostBricksInAll;
