@@ -428,20 +428,21 @@ TEST(WorkspaceKeeperBounds, WhatWaitsOfOthersIsBoundedAndTheServerInUseIsHeardAl
 TEST(WorkspaceKeeperBounds, WhoLosesSomethingAsTheServerInUseGoesMaySendItAnew) {
   std::counting_semaphore<> goes_on(0);  // the keeper's thread, once for each sample that is refused
   std::atomic<int> refused = 0, unattended = 0;
-  std::string told;  // by the keeper's thread
+  std::string calls;  // by the keeper's thread
   const workspace::SourceId server{1}, other{2};
   {
-    WorkspaceKeeper keeper({.refused =
-                                [&](const std::string&) {
-                                  ++refused;
-                                  goes_on.acquire();
-                                },
-                            .excess = [&](const auto& source) { told += source == other ? "excess " : "? "; },
-                            .unattended =
-                                [&] {
-                                  told += "unattended ";
-                                  ++unattended;
-                                }});
+    WorkspaceKeeper keeper(
+        {.refused =
+             [&](const std::string&) {
+               ++refused;
+               goes_on.acquire();
+             },
+         .excess = [&](const auto& source) { calls += source == other ? "excess " : "? "; },
+         .unattended =
+             [&] {
+               calls += "unattended ";
+               ++unattended;
+             }});
     send(rig::wall(), 1, keeper, server);
     EXPECT_TRUE(eventually([&] { return keeper.version() == 1; }));
     const auto refused_one = [&] { keeper.put_brick(server, {0, 0, 0}, 2, {1, 2, 3}); };
@@ -458,7 +459,7 @@ TEST(WorkspaceKeeperBounds, WhoLosesSomethingAsTheServerInUseGoesMaySendItAnew) 
     goes_on.release(1000);
     EXPECT_TRUE(eventually([&] { return unattended == 1; }));
   }
-  EXPECT_EQ(told, "excess unattended ");
+  EXPECT_EQ(calls, "excess unattended ");
 }
 
 }  // namespace
