@@ -1,6 +1,7 @@
 #include "common/runtime/command_line.hpp"
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 
@@ -103,6 +104,23 @@ std::optional<bool> CommandLine::parse(int argc, const char* const* argv) {
     return app_->exit(problem) != 0;
   }
 }
+
+void CommandLine::parse_after(const std::vector<std::string>& before, int argc, const char* const* argv) {
+  for (CLI::Option* option : app_->get_options()) {
+    if (option->get_expected_max() == 1) option->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);
+  }
+  // CLI11 takes them from the end.
+  std::vector<std::string> all(argv + 1, argv + argc);
+  all.insert(all.begin(), before.begin(), before.end());
+  std::reverse(all.begin(), all.end());
+  try {
+    app_->parse(std::move(all));
+  } catch (const CLI::ParseError& problem) {
+    throw core::ConfigError(problem.what());
+  }
+}
+
+bool CommandLine::has_subcommand() const { return !app_->get_subcommands().empty(); }
 
 void CommandLine::parse(const std::string& arguments) {
   try {

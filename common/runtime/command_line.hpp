@@ -80,6 +80,11 @@ class CommandLine {
   /// Parses the arguments. Returns nothing on success. Otherwise help, version or an error has been printed,
   /// and the returned value says whether it was an error.
   std::optional<bool> parse(int argc, const char* const* argv);
+  /// Parses again, with `before` ahead of the same arguments, which win where both give an option one value.
+  /// Throws core::ConfigError.
+  void parse_after(const std::vector<std::string>& before, int argc, const char* const* argv);
+  /// Returns whether the arguments named a subcommand.
+  bool has_subcommand() const;
   /// Parses arguments, split as a shell splits them. Throws core::ConfigError.
   void parse(const std::string& arguments);
 

@@ -73,7 +73,9 @@ DeployedHost read_host(const Fields& fields) {
     item.check(
         std::ranges::find(host.processes, process.name, &DeployedProcess::name) == host.processes.end(),
         "name", "'" + process.name + "' is there already; allowed: each name once per host (key name)");
+    process.place = item.place();
     item.flag("on_topics", process.on_topics);
+    item.flag("simulation", process.simulation);
     item.texts("arguments", process.arguments);
     item.number("nice", process.nice);
     host.processes.push_back(std::move(process));
@@ -102,6 +104,26 @@ const DeployedHost* this_host(const Deployment& deployment, const ProcessOptions
       names_of(deployment.hosts));
 }
 
+bool say_the_same(const DeployedProcess& a, const DeployedProcess& b) {
+  return a.component == b.component && a.config == b.config && a.arguments == b.arguments &&
+         a.simulation == b.simulation;
+}
+
+// The entry of `name` on the host; on any host, if that is not known.
+std::optional<DeployedProcess> own_entry(const Deployment& deployment, const std::string& name) {
+  const DeployedProcess* own = nullptr;
+  for (const DeployedHost& host : deployment.hosts) {
+    if (!deployment.host.empty() && host.name != deployment.host) continue;
+    const auto found = std::ranges::find(host.processes, name, &DeployedProcess::name);
+    if (found == host.processes.end()) continue;
+    if (own != nullptr && !say_the_same(*own, *found))
+      throw ConfigError(found->place + ": " + name + " is another one here than at " + own->place +
+                        "; say by --host which host this is; allowed: " + names_of(deployment.hosts));
+    own = &*found;
+  }
+  return own != nullptr ? std::optional(*own) : std::nullopt;
+}
+
 }  // namespace
 
 Deployment load_deployment(const ProcessOptions& options) {
@@ -121,7 +143,21 @@ Deployment load_deployment(const ProcessOptions& options) {
       net.interfaces_place = host->interfaces_place;
     }
   }
+  deployment.own = own_entry(deployment, options.name.empty() ? options.component : options.name);
   return deployment;
+}
+
+void require_simulation_meant(const Deployment& deployment, const ProcessOptions& options,
+                              const std::string& setting) {
+  if (deployment.own && deployment.own->simulation) return;
+  const std::string name = options.name.empty() ? options.component : options.name;
+  const std::string what =
+      deployment.own
+          ? deployment.own->place + ": " + name + " does not say simulation: true"
+          : deployment.file.string() + " has no process " + name + " here that says simulation: true";
+  throw ConfigError(
+      setting + ", but " + what +
+      "; allowed: that, where a simulated arm is meant, or parameters (config) with driver: can");
 }
 
 }  // namespace phantom::runtime

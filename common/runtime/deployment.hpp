@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -9,13 +10,15 @@
 
 namespace phantom::runtime {
 
-/// One process of a topology, as the launcher starts it.
+/// One process of a topology. The process reads its entry itself, so that it is the same whoever starts it.
 struct DeployedProcess {
   std::string component;               ///< name of the executable
   std::string name;                    ///< in logs and reports, unique on its host; default: the component's
   std::filesystem::path config;        ///< parameter file; empty: the shipped one
-  std::vector<std::string> arguments;  ///< added after the common ones
+  std::vector<std::string> arguments;  ///< before those of its command line, which win
+  std::string place;                   ///< in the file: "site.yaml:14: hosts[0].processes[2]"
   bool on_topics = true;               ///< false: it publishes no component_status, so nobody waits for it
+  bool simulation = false;             ///< it may simulate what it would otherwise move
   int nice = 0;                        ///< scheduling niceness; servo loops are left at 0
 };
 
@@ -33,7 +36,8 @@ struct Deployment {
   core::NetworkOptions network;  ///< the options that apply on this host
   std::filesystem::path cell;    ///< cell.yaml
   std::vector<DeployedHost> hosts;
-  std::string host;  ///< the host of this process; empty: not known and not needed
+  std::string host;                    ///< the host of this process; empty: not known and not needed
+  std::optional<DeployedProcess> own;  ///< this process's entry; none: the topology has none of its name here
 };
 
 /// Table of the keys of a topology file (topology.yaml).
@@ -41,8 +45,14 @@ extern const char* const kTopologyKeys;
 
 /// Reads and checks the topology file of the options. --domain overrides the file's domain. Paths in the file
 /// are relative to it. If hosts have interfaces of their own, the network is that of options.host, or of the
-/// host whose interfaces this machine has; a check needs neither. Throws ConfigError; throws MissingError if
-/// this machine is none of the hosts.
+/// host whose interfaces this machine has; a check needs neither. The own entry is the one of options.name on
+/// that host; where the host is not known, the one that all hosts have alike. Throws ConfigError, also if
+/// they differ; throws MissingError if this machine is none of the hosts.
 Deployment load_deployment(const ProcessOptions& options);
+
+/// Ends a process that would simulate what it moves although its entry in the topology does not say
+/// `simulation: true`. `setting`: what makes it simulate, "slave_io.yaml: driver: sim". Throws ConfigError.
+void require_simulation_meant(const Deployment& deployment, const ProcessOptions& options,
+                              const std::string& setting);
 
 }  // namespace phantom::runtime

@@ -53,6 +53,10 @@ void add_common_options(Command app, ProcessOptions& options, const std::vector<
   app.text_flag("--help-deployment", kTopologyKeys, "print every key of a topology with range and meaning");
   app.text_flag("--help-cell", fmt::format("{}\n\n{}", kCellKeys, kArmKeys),
                 "print every key of cell and arm files with range and meaning");
+  app.option(
+      "--name", options.name,
+      "which of the topology's processes this is, if there are several of this component; default: the "
+      "component's name");
   app.option("--domain", options.domain, "DDS domain, instead of the topology's").between(0, 232);
   app.option("--host", options.host,
              "which of the topology's hosts this is; default: its only one, or the one whose interfaces "
@@ -129,15 +133,39 @@ std::filesystem::path state_path(const ProcessOptions& options) {
 
 namespace {
 
-int run(const ProcessDescription& description, const ProcessOptions& options) {
+int ended_with(const ProcessOptions& options, const std::function<int()>& run) {
   try {
-    return description.run(options);
+    return run();
   } catch (const ConfigError& problem) {
     return fail(options, kExitUsage, problem.what());
   } catch (const MissingError& problem) {
     return fail(options, kExitMissing, problem.what());
   } catch (const std::exception& problem) {
     return fail(options, kExitFailed, problem.what());
+  }
+}
+
+}  // namespace
+
+namespace {
+
+// Applies what the topology says of this process: parameters unless --config names others, and arguments
+// ahead of those of the command line, unless that asks for something by a subcommand. What is wrong with the
+// topology is told by whoever needs it: a component by its own load_deployment().
+void apply_entry(CommandLine& line, ProcessOptions& options, int argc, const char* const* argv) {
+  std::optional<DeployedProcess> own;
+  try {
+    own = load_deployment(options).own;
+  } catch (const std::exception&) {
+    return;
+  }
+  if (!own || own->component != options.component) return;
+  if (options.config.empty()) options.config = own->config;
+  if (own->arguments.empty() || line.has_subcommand()) return;
+  try {
+    line.parse_after(own->arguments, argc, argv);
+  } catch (const ConfigError& problem) {
+    throw ConfigError(own->place + ".arguments: " + problem.what());
   }
 }
 
@@ -155,11 +183,14 @@ int process_main(int argc, char** argv, const ProcessDescription& description) {
       "device, file "
       "or peer is missing.");
   if (const auto wrong = line.parse(argc, argv)) return *wrong ? kExitUsage : kExitDone;
-  if (options.config.empty()) options.config = share_path("config/" + description.name + ".yaml");
   if (options.deployment.empty()) options.deployment = share_path("deploy/topologies/single_host.yaml");
-  begin_log(options.component, options.log_level);
-  install_signal_handlers();
-  const int code = run(description, options);
+  const int code = ended_with(options, [&] {
+    apply_entry(line, options, argc, argv);
+    if (options.config.empty()) options.config = share_path("config/" + description.name + ".yaml");
+    begin_log(options.component, options.log_level);
+    install_signal_handlers();
+    return description.run(options);
+  });
   finish_log();
   return code;
 }

@@ -28,6 +28,7 @@ using core::MissingError;
 /// The options that every executable has.
 struct ProcessOptions {
   std::string component;             ///< name of the executable
+  std::string name;                  ///< of its entry in the topology; empty: the component's
   std::filesystem::path config;      ///< default: <prefix>/share/phantom/config/<component>.yaml
   std::filesystem::path deployment;  ///< topology file; default: deploy/topologies/single_host.yaml
   int domain = -1;                   ///< −1: the topology's

@@ -62,6 +62,11 @@ int main(int argc, char** argv) {
           messages::run_operator_request(deployment.network, "master_io command", request, std::cout)));
     }
     const auto config = master_io::load_config(options.config, cell.file, model.arm, model.home, choices);
+    if (config.driver != master_io::Driver::kCan)
+      runtime::require_simulation_meant(
+          deployment, options,
+          (choices.driver.empty() ? options.config.string() + ": driver: " : "--driver ") +
+              (config.driver == master_io::Driver::kSim ? "sim" : "desk"));
     dds::check_qos_profiles(deployment.network.qos_profiles);
     if (options.check) {
       if (config.driver == master_io::Driver::kDesk) master_io::check_device(config.desk);

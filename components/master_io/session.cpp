@@ -119,7 +119,7 @@ std::unique_ptr<DeskInput> make_desk(const Config& config, Servo& servo, DdsAdap
 }
 
 core::Health health_of(const MasterReport& now, const core::DurationHistogram& trips,
-                       std::vector<core::LoopStatistics> loops) {
+                       std::vector<core::LoopStatistics> loops, bool simulated) {
   return {component_state(now.outputs.state),
           sentence(now.outputs),
           std::move(loops),
@@ -127,7 +127,8 @@ core::Health health_of(const MasterReport& now, const core::DurationHistogram& t
            {"round_trip_p99", static_cast<double>(trips.quantile_ns(0.99)) * 1e-3, "µs"},
            {"percept_gain", now.outputs.percept_gain, ""},
            {"feedback_delay", 1e3 * now.outputs.feedback_delay_s, "ms"},
-           {"reach", static_cast<double>(now.reach), ""}}};
+           {"reach", static_cast<double>(now.reach), ""},
+           {"simulated", simulated ? 1.0 : 0.0, ""}}};
 }
 
 // Runs the servo until a stop is requested. Returns the statistics of its loops.
@@ -140,8 +141,9 @@ std::vector<core::LoopStatistics> run_servo(const Config& config, Device& device
     event_logger.look(report.outputs, core::monotonic_ns());
     if (desk) desk->rumble(felt_share(report.outputs, config));
   };
-  callbacks.health = [&adapter](const MasterReport& now, std::vector<core::LoopStatistics> loops) {
-    return health_of(now, adapter.round_trips(), std::move(loops));
+  callbacks.health = [&adapter, simulated = config.driver != Driver::kCan](
+                         const MasterReport& now, std::vector<core::LoopStatistics> loops) {
+    return health_of(now, adapter.round_trips(), std::move(loops), simulated);
   };
   if (desk) callbacks.watched.push_back(&desk->progress());
   return runtime::run_servo_session({config.period_s, config.scheduling, config.measure_bare_loop}, servo,
@@ -179,6 +181,11 @@ int run_session(const runtime::CellConfig& cell, const ArmModel& model, const Co
   DdsAdapter adapter(core::in_haptic_path(network, config.scheduling.servo_priority),
                      {messages::bounds_of(model.arm), config.percept.mode, gain_rules(config, model.arm)},
                      settings, inbox);
+  if (config.driver == Driver::kCan) {
+    spdlog::info("the master's drives are on CAN: {}", fmt::join(config.can->addresses, ", "));
+  } else {
+    spdlog::info("THE MASTER IS SIMULATED (driver {})", config.driver == Driver::kSim ? "sim" : "desk");
+  }
   if (config.driver == Driver::kSim) {
     spdlog::info("law {}, {} reaches, operator {}", teleop::name_of(config.feedback.law),
                  config.labels.size(), config.operator_model);

@@ -214,15 +214,15 @@ std::vector<PlannedProcess> plan(const runtime::Deployment& deployment,
     PlannedProcess entry{
         process,
         {"--deployment", deployment.file.string(), "--domain", std::to_string(deployment.network.domain),
-         "--report-dir", options.report_dir.string(), "--log-level", options.log_level}};
+         "--report-dir", options.report_dir.string()}};
+    if (options.log_level != runtime::ProcessOptions().log_level)
+      entry.arguments.insert(entry.arguments.end(), {"--log-level", options.log_level});
     if (!options.host.empty()) entry.arguments.insert(entry.arguments.end(), {"--host", options.host});
     if (!options.state_dir.empty())
       entry.arguments.insert(entry.arguments.end(), {"--state-dir", options.state_dir.string()});
-    if (!process.config.empty()) {
-      entry.arguments.emplace_back("--config");
-      entry.arguments.push_back(process.config.string());
-    }
-    entry.arguments.insert(entry.arguments.end(), process.arguments.begin(), process.arguments.end());
+    // The rest of its entry it reads itself.
+    if (process.name != process.component)
+      entry.arguments.insert(entry.arguments.end(), {"--name", process.name});
     if (process.component == "master_io") {
       entry.arguments.insert(entry.arguments.end(), request.master_options.begin(),
                              request.master_options.end());

@@ -45,9 +45,11 @@ int main(int argc, char** argv) {
     const auto model = slave_io::load_arm(cell, runtime::arm_name(options.config));
     const auto config = slave_io::load_config(options.config, model.arm, model.home);
     const bool simulated = config.driver == slave_io::Driver::kSimulated;
-    if (simulated)
+    if (simulated) {
+      runtime::require_simulation_meant(deployment, options, options.config.string() + ": driver: sim");
       simulation::contact_points(model.arm, model.skin, config.contact.point_pitch_m,
                                  config.contact.max_points);
+    }
     dds::check_qos_profiles(deployment.network.qos_profiles);
     if (options.check) {
       if (simulated) runtime::load_real_bodies(cell);

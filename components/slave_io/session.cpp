@@ -78,9 +78,12 @@ std::vector<core::LoopStatistics> run_servo(const ArmModel& model, const Config&
                                             Inbox& inbox, runtime::StopFile& stops, DdsAdapter& adapter) {
   Servo servo(model, config, arm, inbox, core::random_number(), stops);
   runtime::ServoCallbacks<SlaveReport> callbacks;
-  callbacks.health = [&model](const SlaveReport& now,
-                              std::vector<core::LoopStatistics> loops) -> core::Health {
-    return {component_state(now.outputs.state), sentence(now.outputs, model.arm), std::move(loops), {}};
+  callbacks.health = [&model, simulated = config.driver == Driver::kSimulated](
+                         const SlaveReport& now, std::vector<core::LoopStatistics> loops) -> core::Health {
+    return {component_state(now.outputs.state),
+            sentence(now.outputs, model.arm),
+            std::move(loops),
+            {{"simulated", simulated ? 1.0 : 0.0, ""}}};
   };
   return runtime::run_servo_session({config.period_s, config.scheduling, config.measure_bare_loop}, servo,
                                     arm, stops, adapter, runtime::LinkLogger("THE MASTER"), callbacks);
@@ -112,6 +115,7 @@ std::unique_ptr<const FieldWorld> make_world(const runtime::CellConfig& cell, co
 int run_simulated(const runtime::CellConfig& cell, const ArmModel& model, const Config& config,
                   const core::NetworkOptions& network, runtime::StopFile& stops, const FieldCache& cache,
                   const std::filesystem::path& report_dir) {
+  spdlog::info("THE ARM IS SIMULATED (driver sim)");
   spdlog::info("placing {} objects where they really stand", cell.objects.size());
   const auto begun_ns = core::monotonic_ns();
   // Lets the others find this process while the field is made.
@@ -135,6 +139,7 @@ int run_simulated(const runtime::CellConfig& cell, const ArmModel& model, const 
 int run_drives(const runtime::CellConfig& cell, const ArmModel& model, const Config& config,
                const core::NetworkOptions& network, runtime::StopFile& stops,
                const std::filesystem::path& report_dir) {
+  spdlog::info("the arm's drives are on CAN: {}", fmt::join(config.can->addresses, ", "));
   Inbox inbox;
   DdsAdapter adapter(core::in_haptic_path(network, config.scheduling.servo_priority),
                      messages::bounds_of(model.arm), inbox);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <string_view>
 
 namespace phantom::synthetic_viewer {
 namespace {
@@ -107,6 +108,12 @@ Json loops_json(const ComponentSample& component) {
   return loops;
 }
 
+/// Returns the figure of that name; NaN if there is none.
+double figure(const ComponentSample& component, std::string_view name) {
+  const auto found = std::ranges::find(component.figures, name, &core::HealthFigure::name);
+  return found != component.figures.end() ? found->value : std::nan("");
+}
+
 Json components_json(const ViewerState& state, const Staleness& staleness, core::Nanoseconds now_ns) {
   Json components = Json::array();
   for (const auto& [key, component] : state.components) {
@@ -120,6 +127,7 @@ Json components_json(const ViewerState& state, const Staleness& staleness, core:
                           {"host", component.host},
                           {"state", age > staleness.component_s ? "SILENT" : label_of(component.state)},
                           {"message", component.message},
+                          {"simulated", figure(component, "simulated") == 1.0},
                           {"age_s", number_or_null(age)},
                           {"loops", loops_json(component)},
                           {"refused", summed(&core::EndpointStatistics::refused)},

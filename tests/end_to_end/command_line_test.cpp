@@ -19,7 +19,7 @@ test::Said run(const std::string& executable, const std::string& arguments) {
   return test::run_line(std::string(PHANTOM_BIN_DIR "/") + executable + " " + arguments);
 }
 
-class Executable : public testing::TestWithParam<const char*> {
+class Files : public testing::Test {
  protected:
   std::string file(const std::string& name, const std::string& text) {
     std::ofstream(folder_ / name) << text;
@@ -33,6 +33,8 @@ class Executable : public testing::TestWithParam<const char*> {
   }
   const std::filesystem::path folder_ = test::new_folder();
 };
+
+class Executable : public Files, public testing::WithParamInterface<const char*> {};
 
 TEST_P(Executable, HelpTeachesAndVersionIsTold) {
   const test::Said help = run(GetParam(), "--help");
@@ -129,6 +131,58 @@ TEST(KeysOfFiles, ThoseThatOneComponentReadsAreShownByIt) {
             test::text_of(PHANTOM_SOURCE_DIR "/components/workspace_survey/library.yaml"));
   EXPECT_EQ(run("simulated_drive", "--eds").output,
             test::text_of(PHANTOM_SOURCE_DIR "/components/simulated_drive/simulated_drive.eds"));
+}
+
+// Whoever starts a process, a service manager or a person: it is what the topology says of it.
+class OwnEntry : public Files {
+ protected:
+  std::string with(const std::string& entry) {
+    return topology("{component: slave_io, simulation: true}", "{component: slave_io, " + entry + "}");
+  }
+};
+
+TEST_F(OwnEntry, NamesItsParameters) {
+  const test::Said result = run("slave_io", "--check --deployment " + with("config: /nowhere/drives.yaml"));
+  EXPECT_EQ(result.exit_code, 2);
+  EXPECT_THAT(result.output, HasSubstr("/nowhere/drives.yaml"));
+  const std::string on_can = with("config: " PHANTOM_SOURCE_DIR "/deploy/can/hot_cell_slave_io.yaml");
+  EXPECT_EQ(run("slave_io", "--check --deployment " + on_can).exit_code, 0);
+  // What the command line says wins, and is no fallback.
+  const std::string shipped = PHANTOM_SOURCE_DIR "/components/slave_io/slave_io.yaml";
+  const test::Said simulated = run("slave_io", "--check --deployment " + on_can + " --config " + shipped);
+  EXPECT_EQ(simulated.exit_code, 2);
+  EXPECT_THAT(simulated.output, HasSubstr("does not say simulation: true"));
+}
+
+TEST_F(OwnEntry, NothingIsSimulatedUnlessItSaysSo) {
+  for (const char* arm : {"slave_io", "master_io"}) {
+    const std::string meant = std::string("{component: ") + arm + ", simulation: true}";
+    const test::Said result =
+        run(arm, "--check --deployment " + topology(meant, std::string("{component: ") + arm + "}"));
+    EXPECT_EQ(result.exit_code, 2) << result.output;
+    EXPECT_THAT(result.output, AllOf(HasSubstr("driver: sim, but "), HasSubstr("topology.yaml:"),
+                                     HasSubstr("does not say simulation: true")));
+  }
+}
+
+TEST_F(OwnEntry, GivesArgumentsWhichThoseOfTheCommandLineFollow) {
+  const auto master = [&](const std::string& arguments) {
+    return topology("{component: master_io, simulation: true}",
+                    "{component: master_io, simulation: true, arguments: [" + arguments + "]}");
+  };
+  const test::Said wrong = run("master_io", "--check --deployment " + master("--law, q"));
+  EXPECT_EQ(wrong.exit_code, 2);
+  EXPECT_THAT(wrong.output,
+              AllOf(HasSubstr("topology.yaml:"), HasSubstr("].arguments: --law: "), HasSubstr("q")));
+  EXPECT_EQ(run("master_io", "--check --deployment " + master("--law, pe")).exit_code, 0);
+  EXPECT_EQ(run("master_io", "--check --law pf --deployment " + master("--law, pe")).exit_code, 0);
+  const test::Said desk =
+      run("master_io", "--check --deployment " + master("--driver, desk, --desk-device, /nowhere"));
+  EXPECT_EQ(desk.exit_code, 3) << desk.output;
+  EXPECT_EQ(run("master_io",
+                "--check --driver sim --deployment " + master("--driver, desk, --desk-device, /nowhere"))
+                .exit_code,
+            0);
 }
 
 // A cell whose mesh, URDF or unit is wrong ends everyone who needs it, with its place named.

@@ -64,11 +64,11 @@ std::filesystem::path write_deployment(const std::filesystem::path& folder, cons
         "name: swing\ndomain: " + std::to_string(test::own_domain()) +
             "\nqos_profiles: " + (settings.source_dir / "deploy/qos/phantom.xml").string() +
             "\ncell: cell.yaml\nnetwork: {interfaces: [127.0.0.1]}\nhosts:\n  - name: desk\n    processes:\n"
-            "      - {component: wva_server}\n      - {component: slave_io}\n"
+            "      - {component: wva_server}\n      - {component: slave_io, simulation: true}\n"
             "      - {component: phantom_sensing}\n"
             "      - {component: dds_recorder, arguments: [record, --folder, \"" +
             (folder / "recordings").string() +
-            "\"]}\n      - {component: master_io, config: master_io.yaml}\n");
+            "\"]}\n      - {component: master_io, config: master_io.yaml, simulation: true}\n");
   return folder / "topology.yaml";
 }
 

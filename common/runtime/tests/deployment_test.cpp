@@ -99,6 +99,47 @@ TEST_F(NetworkText, AHostIsFoundByItsInterfacesUnlessItIsNamed) {
                   testing::HasSubstr("no host called 'elsewhere'; allowed: here, there")));
 }
 
+TEST_F(NetworkText, AProcessFindsItsEntryByNameAndHost) {
+  const std::string hosts =
+      "hosts:\n- name: here\n  processes:\n  - {component: slave_io, config: a.yaml, simulation: true}\n"
+      "  - {component: simulated_drive, name: drives, config: d.yaml}\n"
+      "- name: there\n  processes:\n  - {component: slave_io, config: b.yaml}\n  - {component: wva_server}\n";
+  const Deployment here = load(hosts, {.component = "slave_io", .host = "here"});
+  ASSERT_TRUE(here.own);
+  EXPECT_EQ(here.own->config.filename(), "a.yaml");
+  EXPECT_TRUE(here.own->simulation);
+  EXPECT_THAT(here.own->place, testing::EndsWith(":8: hosts[0].processes[0]"));
+  EXPECT_FALSE(load(hosts, {.component = "slave_io", .host = "there"}).own->simulation);
+  EXPECT_FALSE(load(hosts, {.component = "simulated_drive", .host = "here"}).own);
+  EXPECT_EQ(
+      load(hosts, {.component = "simulated_drive", .name = "drives", .host = "here"}).own->config.filename(),
+      "d.yaml");
+  // Where the host is not known: what all say alike.
+  EXPECT_TRUE(load(hosts, {.component = "wva_server"}).own);
+  EXPECT_FALSE(load(hosts, {.component = "dds_spy"}).own);
+  EXPECT_THAT([&] { load(hosts, {.component = "slave_io"}); },
+              testing::ThrowsMessage<ConfigError>(testing::AllOf(
+                  testing::HasSubstr(":12: hosts[1].processes[0]: slave_io is another one here than at "),
+                  testing::HasSubstr("say by --host which host this is; allowed: here, there"))));
+}
+
+TEST_F(NetworkText, WhoSimulatesIsTheOneThatTheTopologyMeans) {
+  const auto simulates = [&](const std::string& entry) {
+    const ProcessOptions options{.component = "slave_io"};
+    const Deployment deployment = load("hosts: [{name: a, processes: [" + entry + "]}]\n", options);
+    require_simulation_meant(deployment, options, "x.yaml: driver: sim");
+  };
+  EXPECT_NO_THROW(simulates("{component: slave_io, simulation: true}"));
+  for (const char* entry : {"{component: slave_io}", "{component: slave_io, simulation: false}"})
+    EXPECT_THAT(
+        [&] { simulates(entry); },
+        testing::ThrowsMessage<ConfigError>(testing::AllOf(
+            testing::StartsWith("x.yaml: driver: sim, but "), testing::HasSubstr("hosts[0].processes[0]"),
+            testing::HasSubstr("does not say simulation: true"), testing::HasSubstr("allowed: "))));
+  EXPECT_THAT([&] { simulates("{component: wva_server}"); },
+              testing::ThrowsMessage<ConfigError>(testing::HasSubstr("has no process slave_io here")));
+}
+
 TEST_F(NetworkText, AMachineThatIsNoneOfTheHostsJoinsNothing) {
   const std::string elsewhere = "hosts:\n- {name: there, interfaces: [192.0.2.7]}\n";
   EXPECT_THAT([&] { load(elsewhere); },

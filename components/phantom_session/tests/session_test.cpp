@@ -26,12 +26,15 @@ TEST(Plan, GivesEachProcessTheCommonOptionsThenItsOwn) {
   const SessionRequest request{.master_options = {"--operator", "constant_velocity"}};
   const auto planned = plan(two_hosts(), {.host = "master"}, request);
   ASSERT_EQ(planned.size(), 1u);
-  EXPECT_THAT(planned[0].arguments,
-              testing::IsSupersetOf({"--deployment", "t.yaml", "--domain", "9", "--host", "master",
-                                     "--operator", "--config", "own.yaml"}));
+  EXPECT_THAT(planned[0].arguments, testing::IsSupersetOf({"--deployment", "t.yaml", "--domain", "9",
+                                                           "--host", "master", "--operator"}));
+  // Its entry in the topology it reads itself.
+  EXPECT_THAT(planned[0].arguments, testing::Not(testing::Contains("own.yaml")));
+  EXPECT_THAT(planned[0].arguments, testing::Not(testing::Contains("--log-level")));
   EXPECT_EQ(planned[0].arguments.back(), "constant_velocity");
   EXPECT_THAT(plan(two_hosts(), {.host = "view"}, request)[0].arguments,
-              testing::Not(testing::Contains("--operator")));
+              testing::AllOf(testing::Not(testing::Contains("--operator")),
+                             testing::IsSupersetOf({"--name", "viewer"})));
 }
 
 TEST(Plan, TheViewerGetsTheFolderOfThePagesSecrets) {

@@ -283,7 +283,7 @@ function showComponents(components) {
   for (const c of components) {
     const row = document.createElement('tr');
     const loop = c.loops[0];
-    const cells = [[c.name, ''], [c.state, 'state ' + c.state], [loop ? rate(loop) : '–', 'number'],
+    const cells = [[c.simulated ? `${c.name} (simulated)` : c.name, ''], [c.state, 'state ' + c.state], [loop ? rate(loop) : '–', 'number'],
       [loop ? duration(loop.p99_us * 1e-6) : '–', 'number'], [`${c.refused} / ${c.deadline_missed}`, 'number']];
     for (const [text, kind] of cells) {
       const cell = document.createElement('td');
