@@ -28,7 +28,7 @@ class HapticSite:
             host.run("ip", "route", "add", "default", "dev", "eth0")
         for host in self.hosts.values():
             eventually(lambda: " state UP " in host.run("ip", "-o", "link", "show", "eth0"), what="the interface is up")
-        processes = "".join(f"      - {{component: {name}}}\n" for name in LOOP)
+        processes = "".join(f"      - {{component: {name}, simulation: {str(name in ('slave_io', 'master_io')).lower()}}}\n" for name in LOOP)
         self.topology = self.folder / "topology.yaml"
         self.topology.write_text(
             f"name: haptic_site\ndomain: {domain}\nqos_profiles: {SOURCE}/deploy/qos/phantom.xml\n"

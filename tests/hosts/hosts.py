@@ -58,6 +58,10 @@ def telling_logs(folder, lines=12):
         raise
 
 
+# Of a host in a topology: whoever starts them there, both arms are simulated.
+SIMULATED_ARMS = "processes: [{component: slave_io, simulation: true}, {component: master_io, simulation: true}]"
+
+
 def run(*words):
     done = subprocess.run(words, capture_output=True, text=True)
     if done.returncode != 0:

@@ -62,7 +62,7 @@ class Mixed:
         viewer = self.folder / "synthetic_viewer.yaml"
         viewer.write_text("frame_rate_hz: 2\nmain_view: {width_px: 160, height_px: 120}\nhit_view: {width_px: 160, height_px: 120}\n"
                           "tool_view: {enabled: false}\npage: {port: 0}\n")
-        options = {"synthetic_viewer": f", config: {viewer}"}
+        options = {"synthetic_viewer": f", config: {viewer}", "slave_io": ", simulation: true", "master_io": ", simulation: true"}
         lines = [f"name: mixed\ndomain: 42\nqos_profiles: {SOURCE}/deploy/qos/phantom.xml\ncell: {SOURCE}/deploy/cells/hot_cell/cell.yaml\nhosts:"]
         for host, processes in PROCESSES.items():
             lines.append(f"  - name: {host}\n    interfaces: [{ADDRESSES[host]}]\n    processes:")

@@ -14,7 +14,7 @@ import threading
 import time
 from pathlib import Path
 
-from hosts import Site, eventually, given_paths, need_rights, telling_logs
+from hosts import SIMULATED_ARMS, Site, eventually, given_paths, need_rights, telling_logs
 
 SOURCE = Path(__file__).resolve().parents[2]
 ADDRESSES = {"master": "10.61.1.2", "slave": "10.61.2.2"}
@@ -85,7 +85,7 @@ class Cell:
         self.site = Site(ADDRESSES, cable, cables=("slave",))
         self.topology = self.folder / "topology.yaml"
         peers = ", ".join(ADDRESSES.values())
-        hosts = "".join(f"  - {{name: {name}, interfaces: [127.0.0.1, {address}]}}\n" for name, address in ADDRESSES.items())
+        hosts = "".join(f"  - {{name: {name}, interfaces: [127.0.0.1, {address}], {SIMULATED_ARMS}}}\n" for name, address in ADDRESSES.items())
         self.topology.write_text(
             f"name: stop\ndomain: 61\nqos_profiles: {SOURCE}/deploy/qos/phantom.xml\n"
             f"cell: {SOURCE}/deploy/cells/hot_cell/cell.yaml\nnetwork:\n  initial_peers: [127.0.0.1, {peers}]\nhosts:\n{hosts}")

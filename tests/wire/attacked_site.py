@@ -7,7 +7,7 @@ from pathlib import Path
 
 SOURCE = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(SOURCE / "tests/hosts"))
-from hosts import Host, run  # noqa: E402
+from hosts import SIMULATED_ARMS, Host, run  # noqa: E402
 
 DOMAIN = 42
 GROWTH_MIB = 32  # and a tenth
@@ -38,7 +38,7 @@ class Site:
             run(str(SOURCE / "deploy/security/make"), "site", str(security))
         self.topology.write_text(f"name: attack\ndomain: {DOMAIN}\nqos_profiles: {SOURCE}/deploy/qos/phantom.xml\n"
                                  f"cell: {SOURCE}/deploy/cells/hot_cell/cell.yaml\nnetwork:\n  interfaces: [127.0.0.1]\n" +
-                                 (f"  security: {security}\n" if secured else "") + "hosts:\n  - {name: here}\n")
+                                 (f"  security: {security}\n" if secured else "") + f"hosts:\n  - {{name: here, {SIMULATED_ARMS}}}\n")
 
     def start(self, words):
         process = subprocess.Popen(self.host.inside(words), stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=open(self.folder / "log", "a"), text=True,
