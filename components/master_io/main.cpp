@@ -5,6 +5,7 @@
 #include "common/messages/operator_command_line.hpp"
 #include "common/runtime/cell.hpp"
 #include "common/runtime/deployment.hpp"
+#include "common/runtime/drives_check.hpp"
 #include "common/runtime/operator_options.hpp"
 #include "common/runtime/process.hpp"
 #include "components/master_io/config.hpp"
@@ -70,7 +71,8 @@ int main(int argc, char** argv) {
     dds::check_qos_profiles(deployment.network.qos_profiles);
     if (options.check) {
       if (config.driver == master_io::Driver::kDesk) master_io::check_device(config.desk);
-      return runtime::configuration_is_valid();
+      return runtime::configuration_is_valid(
+          config.driver == master_io::Driver::kCan ? runtime::check_drives(*config.can) : "");
     }
     starting.reset();
     return master_io::run_session(cell, model, config, deployment.network, runtime::state_path(options),

@@ -5,6 +5,7 @@
 #include "common/messages/operator_command_line.hpp"
 #include "common/runtime/cell_bodies.hpp"
 #include "common/runtime/deployment.hpp"
+#include "common/runtime/drives_check.hpp"
 #include "common/runtime/operator_options.hpp"
 #include "common/runtime/process.hpp"
 #include "common/simulation/contact_points.hpp"
@@ -53,7 +54,7 @@ int main(int argc, char** argv) {
     dds::check_qos_profiles(deployment.network.qos_profiles);
     if (options.check) {
       if (simulated) runtime::load_real_bodies(cell);
-      return runtime::configuration_is_valid();
+      return runtime::configuration_is_valid(simulated ? "" : runtime::check_drives(*config.can));
     }
     starting.reset();
     return slave_io::run_session(cell, model, config, deployment.network, runtime::state_path(options),
