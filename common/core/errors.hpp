@@ -11,7 +11,8 @@ class ConfigError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// A device, a file or a peer that is missing. Thrown at start-up only; ends the process with exit code 3.
+/// A device, a file or a peer that is missing, or cannot be read. Thrown at start-up only; ends the process
+/// with exit code 3.
 class MissingError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;

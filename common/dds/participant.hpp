@@ -24,7 +24,8 @@ class DdsError : public core::ConfigError {
 };
 
 /// Loads the profiles and compares each with its topic's contract (common/dds/topics.hpp). Throws DdsError
-/// naming file, topic, policy, its value and what is allowed. Participant's constructor does the same;
+/// naming file, topic, policy, its value and what is allowed; MissingError if there is no such file.
+/// Participant's constructor does the same;
 /// --check calls it alone. Thread-safe.
 void check_qos_profiles(const std::filesystem::path& qos_profiles);
 

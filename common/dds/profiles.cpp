@@ -49,7 +49,8 @@ void load_profiles(const std::filesystem::path& file) {
   static std::mutex mutex;
   static std::set<std::filesystem::path> loaded;
   const std::lock_guard lock(mutex);
-  if (!std::filesystem::is_regular_file(file)) throw DdsError(file.string() + ": QoS profiles: no such file");
+  if (!std::filesystem::is_regular_file(file))
+    throw core::MissingError(file.string() + ": QoS profiles: no such file");
   const auto known_as = std::filesystem::canonical(file);
   if (loaded.contains(known_as)) return;
   std::ostringstream text;

@@ -6,7 +6,7 @@
 namespace phantom::dds {
 
 /// Loads a file of QoS profiles into Fast DDS, once for each process and file. Throws DdsError naming the
-/// file. Private to common/dds.
+/// file, MissingError if it is not there. Private to common/dds.
 void load_profiles(const std::filesystem::path& file);
 
 /// Returns the text of profiles with the names of elements that the present version of Fast DDS reads.

@@ -58,7 +58,7 @@ std::size_t edit_distance(const std::string& a, const std::string& b) {
 std::string text_of_file(const std::filesystem::path& path) {
   std::ifstream stream(path);
   if (!stream)
-    throw ConfigError(path.string() + ": cannot be read; check that the file exists and may be read");
+    throw core::MissingError(path.string() + ": cannot be read; check that the file exists and may be read");
   if (std::filesystem::is_directory(path))
     throw ConfigError(path.string() + ": is a folder; allowed: a file");
   constexpr std::size_t kMost = 64 << 20, kBlock = 1 << 16;  // a longer file must be a device

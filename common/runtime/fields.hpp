@@ -61,8 +61,8 @@ class FieldTable {
 /// Strict view of one mapping of a YAML file, read by a table of keys. Each call names the key and the member
 /// that receives its value. The table decides what is allowed. An absent key leaves the member unchanged
 /// unless the table requires it. finish() refuses keys that nothing has read. Every fault of the file is a
-/// ConfigError with file, line, key, value and what is allowed; a key that is not in the table is a
-/// std::logic_error.
+/// ConfigError with file, line, key, value and what is allowed; a file that cannot be read is a MissingError,
+/// and a key that is not in the table a std::logic_error.
 ///
 ///     Fields file(path, {kParameters});
 ///     file.number("measure_s", config.measure_s);

@@ -26,8 +26,8 @@ std::string read_secret(const fs::path& file) {
   };
   struct stat state {};
   if (stat(file.c_str(), &state) != 0)
-    throw fault(std::string("cannot be read: ") + std::strerror(errno) +
-                "; a secret of the operator's page is expected");
+    throw core::MissingError(file.string() + ": cannot be read: " + std::strerror(errno) +
+                             "; a secret of the operator's page is expected");
   if (!S_ISREG(state.st_mode) || (state.st_mode & 077) != 0)
     throw fault("a secret must be a file of mode 0600, which its owner alone may read");
   std::ifstream in(file);

@@ -36,9 +36,9 @@ std::string random_hex(std::size_t octets);
 /// same time: all read the same secrets. Throws core::MissingError.
 void make_role_secrets(const std::filesystem::path& folder);
 
-/// Reads the files that make_role_secrets() has made. Throws core::ConfigError, with the file, if one is
-/// missing, may be read by others than its owner, has fewer than 16 or more than 128 characters, or is that
-/// of another role.
+/// Reads the files that make_role_secrets() has made. Throws core::MissingError with the file if one is not
+/// there, core::ConfigError if it may be read by others than its owner, has fewer than 16 or more than 128
+/// characters, or is that of another role.
 RoleSecrets load_role_secrets(const std::filesystem::path& folder);
 
 }  // namespace phantom::runtime

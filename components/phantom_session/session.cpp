@@ -137,7 +137,7 @@ class Session {
     try {
       const runtime::CellConfig cell = runtime::load_cell(cell_);
       if (cell.arms.size() == 1) return runtime::load_arm(cell.arm());
-    } catch (const core::ConfigError&) {  // the components that need the cell report what is wrong with it
+    } catch (const std::exception&) {  // the components that need the cell report what is wrong with it
     }
     return std::nullopt;
   }

@@ -26,8 +26,8 @@ std::string openssl_reason() {
 struct stat state_of(const std::filesystem::path& file, const char* what) {
   struct stat state {};
   if (stat(file.c_str(), &state) != 0)
-    throw file_fault(file, std::string("cannot be read: ") + std::strerror(errno) + "; " + what +
-                               " of the operator's page is expected");
+    throw core::MissingError(file.string() + ": cannot be read: " + std::strerror(errno) + "; " + what +
+                             " of the operator's page is expected");
   if (!S_ISREG(state.st_mode)) throw file_fault(file, std::string("is no file; a PEM file is expected"));
   return state;
 }

@@ -15,8 +15,8 @@ namespace phantom::synthetic_viewer {
 class TlsContext {
  public:
   /// Reads PEM files: the certificate, followed by those of the authorities between it and the root, if any,
-  /// and its key, of mode 0600 and without a passphrase. Throws core::ConfigError with the file if one cannot
-  /// be read, is too weak, or does not fit the other.
+  /// and its key, of mode 0600 and without a passphrase. Throws core::MissingError with the file if one
+  /// is not there, core::ConfigError if it cannot be read, is too weak, or does not fit the other.
   TlsContext(const std::filesystem::path& certificate, const std::filesystem::path& key);
 
   /// Returns why browsers refuse the certificate at a time, by its dates; empty if they do not.

@@ -16,6 +16,7 @@ namespace phantom::wva_server {
 namespace {
 
 using core::ConfigError;
+using core::MissingError;
 using messages::WorkspaceCommand;
 using messages::WorkspaceOperation;
 
@@ -26,7 +27,7 @@ std::string text_of(const std::string& file) {
   std::string text(kMost, '\0');
   from.read(text.data(), static_cast<std::streamsize>(text.size()));
   if (from.bad() || (file != "-" && (!stream.is_open() || std::filesystem::is_directory(file))))
-    throw ConfigError("command add: --file: " + file + " cannot be read");
+    throw MissingError("command add: --file: " + file + " cannot be read");
   if (!from.eof())
     throw ConfigError("command add: --file: " + file + " has more than 1 MiB; allowed: 16 KiB");
   text.resize(static_cast<std::size_t>(from.gcount()));

@@ -12,6 +12,7 @@ namespace phantom::wva_server {
 namespace {
 
 using core::ConfigError;
+using core::MissingError;
 
 constexpr std::uint32_t kGreatestId = 65534;
 
@@ -107,6 +108,8 @@ core::Expected<CellChange> LiveCell::apply(const WorkspaceCommand& command, std:
     if (budget.ended() && !budget.exceeded())
       return core::Status(core::ErrorCode::kUnavailable, "was ended while it was being carried out");
     return core::Status::invalid_argument(problem.what());
+  } catch (const MissingError& problem) {
+    return core::Status::not_found(problem.what());
   } catch (const std::bad_alloc&) {
     return core::Status(core::ErrorCode::kResourceExhausted, "not enough memory for this change");
   } catch (const std::exception& problem) {  // the server goes on whatever a command holds

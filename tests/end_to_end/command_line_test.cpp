@@ -62,7 +62,7 @@ TEST_P(Executable, WrongArgumentsEndWithTwo) {
 
 TEST_P(Executable, AMissingConfigurationIsNamed) {
   const test::Said result = run(GetParam(), "--check --config /nowhere/x.yaml");
-  EXPECT_EQ(result.exit_code, 2);
+  EXPECT_EQ(result.exit_code, 3);
   EXPECT_THAT(result.output, HasSubstr("/nowhere/x.yaml"));
 }
 
@@ -143,7 +143,7 @@ class OwnEntry : public Files {
 
 TEST_F(OwnEntry, NamesItsParameters) {
   const test::Said result = run("slave_io", "--check --deployment " + with("config: /nowhere/drives.yaml"));
-  EXPECT_EQ(result.exit_code, 2);
+  EXPECT_EQ(result.exit_code, 3);
   EXPECT_THAT(result.output, HasSubstr("/nowhere/drives.yaml"));
   const std::string on_can = with("config: " PHANTOM_SOURCE_DIR "/deploy/can/hot_cell_slave_io.yaml");
   EXPECT_EQ(run("slave_io", "--check --deployment " + on_can).exit_code, 0);

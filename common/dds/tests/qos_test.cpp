@@ -107,7 +107,7 @@ TEST(Qos, AProfileThatContradictsTheContractIsRefusedInWords) {
 TEST(Qos, AMissingProfileFileOrProfileIsRefused) {
   expect_refused(replaced(shipped_profiles(), "profile_name=\"percept\"", "profile_name=\"precept\""),
                  HasSubstr("no data_writer profile called 'percept'"));
-  EXPECT_THROW(check_qos_profiles("/nowhere/phantom.xml"), DdsError);
+  EXPECT_THROW(check_qos_profiles("/nowhere/phantom.xml"), core::MissingError);
 }
 
 TEST(Qos, AFileThatWasRefusedIsReadAgain) {

@@ -245,7 +245,7 @@ TEST(StrictYaml, WhatIsNoFileIsRefusedAsThat) {
   EXPECT_THAT([&] { Fields("/", none); }, ThrowsMessage<ConfigError>("/: is a folder; allowed: a file"));
   EXPECT_THAT([&] { Fields("/dev/zero", none); }, ThrowsMessage<ConfigError>(HasSubstr("64 MiB")));
   EXPECT_THAT([&] { Fields("/nowhere/x.yaml", none); },
-              ThrowsMessage<ConfigError>(HasSubstr("/nowhere/x.yaml: cannot be read")));
+              ThrowsMessage<core::MissingError>(HasSubstr("/nowhere/x.yaml: cannot be read")));
 }
 
 TEST(StrictYaml, UnknownAndRepeatedKeysAreRefusedAlsoWhenNested) {

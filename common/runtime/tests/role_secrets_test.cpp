@@ -35,7 +35,7 @@ std::string secret(const fs::path& folder, const char* role) {
 std::string refused_secrets(const fs::path& folder) {
   try {
     load_role_secrets(folder);
-  } catch (const core::ConfigError& problem) {
+  } catch (const std::runtime_error& problem) {
     return problem.what();
   }
   return "accepted";
