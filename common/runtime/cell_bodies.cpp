@@ -68,7 +68,11 @@ geometry::TriangleMesh load_surface(const ObjectConfig& object, const geometry::
   options.scale = object.mesh_scale;
   options.y_up = object.y_up;
   auto mesh = geometry::load_mesh(object.mesh, options);
-  if (!mesh) throw ConfigError(place_of_object(object) + mesh.status().message());
+  if (!mesh) {
+    const std::string problem = place_of_object(object) + mesh.status().message();
+    if (mesh.status().code() == core::ErrorCode::kNotFound) throw core::MissingError(problem);
+    throw ConfigError(problem);
+  }
   notes.insert(notes.end(), mesh->notes.begin(), mesh->notes.end());
   return std::move(*mesh);
 }

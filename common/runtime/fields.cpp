@@ -309,8 +309,9 @@ std::filesystem::path Fields::path(const std::string& key) const {
 
 std::filesystem::path Fields::existing_file(const std::string& key) const {
   std::filesystem::path found = path(key);
-  check(found.empty() || std::filesystem::is_regular_file(found), key,
-        "is not a file (" + found.string() + ")");
+  check(!std::filesystem::is_directory(found), key, "is a folder (" + found.string() + "); allowed: a file");
+  if (!found.empty() && !std::filesystem::exists(found))
+    throw core::MissingError(error(key, "is not there (" + found.string() + ")").what());
   return found;
 }
 

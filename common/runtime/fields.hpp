@@ -132,7 +132,7 @@ class Fields {
   geometry::Pose pose(const std::string& key) const;
   /// Returns the path, made relative to the file's own folder; empty if the key is absent.
   std::filesystem::path path(const std::string& key) const;
-  /// As path(), of a file that must exist.
+  /// As path(), of a file that must exist. Throws core::MissingError if it does not.
   std::filesystem::path existing_file(const std::string& key) const;
 
   /// Returns a nested mapping; empty if it is absent. `in_table`: its key in the table, if different.

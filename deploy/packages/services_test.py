@@ -62,8 +62,9 @@ def hit(units, number, result):
 def refuses_wrong_configuration(unit):
     folder = Path(f"/run/systemd/system/{unit}.d")
     folder.mkdir(parents=True)
+    Path("/run/wrong.yaml").write_text("rate_hz: 1000\n")  # no such key: the unit is Hz
     (folder / "wrong.conf").write_text("[Service]\nEnvironmentFile=\n"
-                                       "Environment=PHANTOM_OPTIONS=--config=/nowhere.yaml\n")
+                                       "Environment=PHANTOM_OPTIONS=--config=/run/wrong.yaml\n")
     systemctl("daemon-reload")
     before = show(unit)["NRestarts"]
     subprocess.run(["systemctl", "restart", unit], capture_output=True)

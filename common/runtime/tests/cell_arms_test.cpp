@@ -159,7 +159,9 @@ TEST_F(ArmFile, EachFaultIsNamed) {
   expect_refused("axes: [{from_m: [0, 0, 0]", "axes: [{from_m: [0, 0, 0.2]", "is the same point as from_m");
   expect_refused("  - link: slide\n    axes", "  - link: slide\n    lines",
                  "at least one of segments, axes, meshes");
-  expect_refused("axes: [", "meshes: [{mesh: gone.stl}]\n    axes: [", "'gone.stl' is not a file");
+  EXPECT_THAT([&] { load("axes: [", "meshes: [{mesh: gone.stl}]\n    axes: ["); },
+              ThrowsMessage<core::MissingError>(
+                  testing::AllOf(HasSubstr("arm.yaml"), HasSubstr("'gone.stl' is not there"))));
   expect_refused("axes: [", "meshes: [{gain: 1}]\n    axes: [", "has no visual meshes");
   expect_refused("interest_points: [", "interest_points: [{name: end, link: slide, position_m: [0, 0, 0]}, ",
                  "stands twice");

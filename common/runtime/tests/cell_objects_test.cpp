@@ -7,6 +7,7 @@
 #include <cmath>
 #include <fstream>
 
+#include "common/core/errors.hpp"
 #include "common/geometry/primitives.hpp"
 #include "common/runtime/cell_bodies.hpp"
 #include "common/runtime/fields.hpp"
@@ -107,7 +108,8 @@ TEST_F(CellObjects, EachFaultOfAShapeIsNamed) {
   EXPECT_THAT(refused(""), HasSubstr("one of mesh, polyhedron, primitive, csg, implicit"));
   EXPECT_THAT(refused("mesh: a.stl\nprimitive: {sphere: {radius_m: 1}}"),
               HasSubstr("primitive: stands beside mesh"));
-  EXPECT_THAT(refused("mesh: gone.stl"), HasSubstr("mesh: 'gone.stl' is not a file"));
+  EXPECT_THAT([&] { read("mesh: gone.stl"); },
+              testing::ThrowsMessage<core::MissingError>(HasSubstr("mesh: 'gone.stl' is not there")));
   EXPECT_THAT(refused("primitive: {ball: {radius_m: 1}}"),
               HasSubstr("primitive: names no shape; allowed: one of sphere"));
   EXPECT_THAT(refused("primitive: {sphere: {radius_m: 1}, box: {size_m: [1, 1, 1]}}"),

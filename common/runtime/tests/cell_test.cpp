@@ -6,6 +6,7 @@
 
 #include <fstream>
 
+#include "common/core/errors.hpp"
 #include "common/runtime/fields.hpp"
 #include "tests/support/files.hpp"
 
@@ -67,7 +68,9 @@ TEST_F(CellFile, LoadsWithUnitsFramesAndDefaults) {
 }
 
 TEST_F(CellFile, EachFaultIsNamed) {
-  expect_refused("drum.stl", "gone.stl", "objects[0].mesh: 'gone.stl' is not a file");
+  EXPECT_THAT([&] { load("drum.stl", "gone.stl"); },
+              ThrowsMessage<core::MissingError>(HasSubstr("objects[0].mesh: 'gone.stl' is not there")));
+  expect_refused("drum.stl", ".", "objects[0].mesh: '.' is a folder");
   expect_refused("[32, 20, 13]", "[32, 20, 25]", "does not fall outwards at layer 3");
   expect_refused("[32, 20, 13]", "[32, 20]", "has 2 layers, thickness_vox has 3");
   expect_refused("mu_skin_Pa_s_per_m: 100", "mu_skin_Pa_s_per_m: 10", "below the first layer's");

@@ -172,8 +172,8 @@ TEST(MasterConfig, EachJointMayHaveItsOwnDeviceGainsAndCaps) {
 }
 
 TEST(MasterConfig, AMissingReachesFileIsNamed) {
-  EXPECT_THAT(problem_of(changed("reaches_file: \"\"", "reaches_file: nowhere.yaml")),
-              HasSubstr("nowhere.yaml"));
+  EXPECT_THAT([] { problem_of(changed("reaches_file: \"\"", "reaches_file: nowhere.yaml")); },
+              ThrowsMessage<core::MissingError>(HasSubstr("nowhere.yaml")));
 }
 
 TEST(MasterConfig, ReachesMayBeChosenByName) {

@@ -38,7 +38,7 @@ TEST_F(LibraryTest, WhatCannotBeUsedIsNamed) {
   EXPECT_THAT(refusal([&] { load_library(folder_); }), HasSubstr("holds no part"));
   write("library.yaml", "parts: [{name: a, mesh: a.obj, mesh_scale: 0.001}]\n");
   EXPECT_THAT(refusal([&] { load_library(folder_); }),
-              AllOf(HasSubstr("library.yaml:1"), HasSubstr("a.obj"), HasSubstr("is not a file")));
+              AllOf(HasSubstr("library.yaml:1"), HasSubstr("a.obj"), HasSubstr("is not there")));
   write("a.obj", "garbage");
   EXPECT_THAT(refusal([&] { load_library(folder_); }), AllOf(HasSubstr("part 'a'"), HasSubstr("a.obj")));
   write("library.yaml", "parts: [{name: a, mesh: a.obj}]\n");
