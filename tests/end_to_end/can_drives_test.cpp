@@ -164,7 +164,7 @@ TEST_F(CanDrives, DrivesThatDieStopTheArmWithoutAJumpAndAResetBringsThemBack) {
 TEST_F(CanDrives, TheSessionTellsThatItsDrivesDied) {
   run(0.0);
   ASSERT_TRUE(slave_reaches(msg::LinkState::LINK_COUPLED));
-  const pid_t drives = system_->process("hot_cell_drives_a");
+  const pid_t drives = system_->process("drives_a");
   ASSERT_GT(drives, 0);
   kill(drives, SIGSTOP);
   EXPECT_TRUE(slave_reaches(msg::LinkState::LINK_STOPPED));
@@ -192,7 +192,7 @@ TEST_F(CanDrives, AMasterArmWithDrivesMovesTheArmAndRendersTheDrag) {
       },
       60.0))
       << "the arm follows the hand";
-  const pid_t drives = system_->process("hot_cell_master_drives_b");
+  const pid_t drives = system_->process("master_drives_b");
   ASSERT_GT(drives, 0);
   kill(drives, SIGSTOP);
   EXPECT_TRUE(eventually([&] {

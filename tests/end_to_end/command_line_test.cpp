@@ -205,7 +205,7 @@ class BrokenCell : public testing::Test {
 TEST_F(BrokenCell, AMissingMesh) {
   std::filesystem::remove(folder_ / "cells/hot_cell/meshes/vice.stl");
   const test::Said result = check("wva_server");
-  EXPECT_EQ(result.exit_code, 2);
+  EXPECT_EQ(result.exit_code, 3);
   EXPECT_THAT(result.output, AllOf(HasSubstr("cell.yaml:"), HasSubstr("vice.stl")));
 }
 

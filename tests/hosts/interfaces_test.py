@@ -32,7 +32,7 @@ def main():
     binaries = given_paths("bin").bin
     need_rights()
     with tempfile.TemporaryDirectory(prefix="phantom_interfaces_") as folder:
-        pinned = topology(folder, "pinned", "{interfaces: [10.40.0.2]}", "- {name: here}\n")
+        pinned = topology(folder, "pinned", "{interfaces: [10.40.0.2]}", "- {name: here, processes: [{component: slave_io, simulation: true}]}\n")
         hosts = topology(folder, "hosts", "{}", "- {name: here, interfaces: [10.40.0.2]}\n")
         host = Host("here")
         try:

@@ -87,7 +87,7 @@ TEST_F(FullStderr, AnErrorEndsAProcessInTimeToo) {
   RunningProcess slave("slave_io", options(nobody_reads_.writer(), {"--config", "/nonexistent.yaml"}),
                        folder_);
   EXPECT_TRUE(eventually([&] { return !slave.running(); })) << "it waits for a reader of its error";
-  EXPECT_EQ(slave.exit_code(), 2);
+  EXPECT_EQ(slave.exit_code(), 3);
 }
 
 TEST_F(FullStderr, WhereSomebodyReadsTheReasonOfTheEndIsTheLastLine) {

@@ -16,7 +16,7 @@ using ::testing::HasSubstr;
 std::string refusal(const std::string& yaml) {
   try {
     load_config(test::new_file(yaml));
-  } catch (const core::ConfigError& problem) {
+  } catch (const std::runtime_error& problem) {
     return problem.what();
   }
   return "accepted";
