@@ -52,7 +52,8 @@ def check_common(deb, files):
                    "share/phantom/deploy/topologies/shield_wall.yaml", "share/phantom/deploy/security/make",
                    "share/phantom/deploy/security/rights", "share/phantom/idl/types.idl", "bin/phantom-doctor",
                    "libexec/phantom/phantom_mesh_import",
-                   "share/phantom/examples/default", "lib/systemd/system/phantom.target",
+                   "share/phantom/examples/default", "share/phantom/examples/80-phantom-can.network", "share/phantom/examples/80-phantom-can.link",
+                   "share/phantom/examples/can-restart.conf", "lib/systemd/system/phantom.target",
                    "lib/systemd/system/phantom-discovery.service", "lib/sysusers.d/phantom.conf"):
         assert "/usr/" + wanted in files, f"phantom-common lacks {wanted}"
 

@@ -4,6 +4,7 @@ what systemd does when one is killed, hangs, is wrongly configured, or misses it
 and calls it.
 """
 import fcntl
+import grp
 import http.client
 import os
 import pwd
@@ -75,6 +76,31 @@ def refuses_wrong_configuration(unit):
     systemctl("daemon-reload")
 
 
+def may_restart_buses(unit):
+    """With the example of a drop-in it has the one right that taking a CAN interface down and up needs, and no other."""
+    folder = Path(f"/etc/systemd/system/{unit}.d")
+    folder.mkdir(parents=True)
+    shutil.copy("/usr/share/phantom/examples/can-restart.conf", folder)
+    systemctl("daemon-reload")
+    systemctl("restart", unit)
+    status = Path(f"/proc/{show(unit)['MainPID']}/status").read_text()
+    net_admin = f"{1 << 12:016x}"
+    assert f"CapEff:\t{net_admin}" in status and f"CapBnd:\t{net_admin}" in status, status
+    systemctl("stop", unit)
+    shutil.rmtree(folder)
+    systemctl("daemon-reload")
+
+
+def networkd_takes(example):
+    """systemd-networkd reads the example without a word of what it does not know."""
+    shutil.copy(f"/usr/share/phantom/examples/{example}", "/etc/systemd/network/")
+    systemctl("restart", "systemd-networkd")
+    log = subprocess.run(["journalctl", "--no-pager", "-o", "cat", "-b", "-u", "systemd-networkd"], capture_output=True, text=True).stdout
+    assert example not in log, log
+    (Path("/etc/systemd/network") / example).unlink()
+    systemctl("stop", "systemd-networkd")
+
+
 def set_loopback(up):
     """Gives the interface of the topology its link, or takes it away."""
     get_flags, set_flags, up_flag = 0x8913, 0x8914, 1  # SIOCGIFFLAGS, SIOCSIFFLAGS, IFF_UP
@@ -137,6 +163,7 @@ def is_confined(unit, pid):
     assert owner.pw_name == account, f"{unit} runs as {owner.pw_name}"
     assert status["NoNewPrivs"] == "1" and status["Seccomp"] == "2", status
     assert int(status["CapBnd"], 16) == 0 and int(status["CapEff"], 16) == 0, status
+    assert (grp.getgrnam("input").gr_gid in map(int, status["Groups"].split())) == (account == "phantom-master-io"), f"{unit}: groups {status['Groups']}"
     assert int(systemctl("show", unit, "--property", "MemoryMax", "--value")) <= 8 << 30
     # As the kernel has it of the running process; where this machine does not let it, as the unit asks for it.
     wanted = wanted_oom_score(unit)
@@ -245,6 +272,9 @@ def main():
     print("stopped: all ended in order", flush=True)
     refuses_wrong_configuration("phantom-slave-io.service")
     print("wrongly configured: it is not tried again", flush=True)
+    may_restart_buses("phantom-slave-io.service")
+    networkd_takes("80-phantom-can.network")
+    print("the examples for CAN: one right, and no word of networkd's", flush=True)
     waits_for_a_link("phantom-dds-recorder.service")
     print("without a link: it is tried again until there is one", flush=True)
 

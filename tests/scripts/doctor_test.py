@@ -92,7 +92,7 @@ class Doctor(unittest.TestCase):
                    {"sys/devices/system/cpu/cpu0/cpufreq/scaling_governor": "powersave"})
 
     def test_can_bus_down(self):
-        self.finds("CAN", "warning", "ip link set can0 up",
+        self.finds("CAN", "warning", "80-phantom-can.network says how",
                    {"sys/class/net/can0/type": "280", "sys/class/net/can0/operstate": "down"})
 
     def test_can_bus_that_the_topology_needs(self):
