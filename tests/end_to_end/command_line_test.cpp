@@ -178,7 +178,7 @@ TEST_F(OwnEntry, GivesArgumentsWhichThoseOfTheCommandLineFollow) {
   EXPECT_EQ(run("master_io", "--check --law pf --deployment " + master("--law, pe")).exit_code, 0);
   const test::Said host =
       run("master_io", "--check --deployment " + master("--driver, desk, --desk-device, /nowhere"));
-  EXPECT_EQ(desk.exit_code, 3) << desk.output;
+  EXPECT_EQ(stick.exit_code, 3) << stick.output;
   EXPECT_EQ(run("master_io",
                 "--check --driver sim --deployment " + master("--driver, desk, --desk-device, /nowhere"))
                 .exit_code,
