@@ -7,13 +7,12 @@ namespace {
 
 constexpr double kGravity_m_s2 = 9.80665;  // standard gravity
 
-/// Motion of a joint about or along its axis.
-geometry::Pose joint_motion(const Joint& joint, double q) {
-  if (joint.type == JointType::kPrismatic) return {Eigen::Matrix3d::Identity(), q * joint.axis};
-  return {geometry::rotation_about(joint.axis, q), Eigen::Vector3d::Zero()};
-}
-
 }  // namespace
+
+geometry::Pose Joint::motion(double q) const noexcept {
+  if (type == JointType::kPrismatic) return {Eigen::Matrix3d::Identity(), q * axis};
+  return {geometry::rotation_about(axis, q), Eigen::Vector3d::Zero()};
+}
 
 std::optional<std::pair<std::size_t, geometry::Pose>> SerialArm::find_frame(const std::string& name) const {
   for (std::size_t i = 0; i < links_.size(); ++i) {
@@ -32,7 +31,7 @@ std::pair<Eigen::Vector3d, Eigen::Vector3d> SerialArm::link_axis_m(std::size_t l
 void SerialArm::link_poses(const core::JointArray& q, LinkPoses& X_WL) const noexcept {
   X_WL[0] = X_WB_;
   for (std::size_t i = 0; i < joints_.size(); ++i) {
-    X_WL[i + 1] = X_WL[i] * joints_[i].X_parent_joint * joint_motion(joints_[i], q[i]);
+    X_WL[i + 1] = X_WL[i] * joints_[i].X_parent_joint * joints_[i].motion(q[i]);
   }
 }
 

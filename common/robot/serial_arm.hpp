@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -10,6 +11,7 @@
 #include "common/core/joints.hpp"
 #include "common/core/status.hpp"
 #include "common/geometry/pose.hpp"
+#include "common/robot/link_mesh.hpp"
 
 namespace phantom::robot {
 
@@ -24,21 +26,17 @@ struct Joint {
   geometry::Pose X_parent_joint;
   double lower = 0.0, upper = 0.0;  ///< −∞ and ∞ for a continuous joint
   double max_speed = 0.0, max_effort = 0.0;
+
+  /// Returns the motion about or along the axis to position `q`. Real-time safe: yes.
+  geometry::Pose motion(double q) const noexcept;
 };
 
-struct LinkMesh {
-  std::filesystem::path file;
-  double scale = 1.0;
-  geometry::Pose X_link_mesh;  ///< in the moving link's frame
-  std::array<float, 3> colour{0.8F, 0.8F, 0.8F};
-};
-
-/// A moving link: the URDF link that a joint carries, and all links fixed to it. Index 0 is the base, which
-/// does not move; link i follows joint i−1.
+/// A moving link: the URDF link that a joint carries, and all links that are fixed to it or hang on a held
+/// joint. Index 0 is the base, which does not move; link i follows joint i−1.
 struct Link {
   std::string name;  ///< URDF name of the link that the joint carries
   std::vector<std::pair<std::string, geometry::Pose>> frames;  ///< every URDF link in it, with X_link_frame
-  std::vector<LinkMesh> meshes;                                ///< visual meshes
+  std::vector<LinkMesh> meshes;                                ///< what is seen of it
   double mass_kg = 0.0;
   Eigen::Vector3d centre_of_mass_m = Eigen::Vector3d::Zero();  ///< in this link's frame
 };
@@ -70,12 +68,18 @@ using LinkPoses = std::array<geometry::Pose, core::kMaxJoints + 1>;
 class SerialArm {
  public:
   /// Reads the chain from the URDF's root to `tip_link`. `X_WB` is the pose of the base link in the workspace
-  /// frame. Visuals that are not meshes are left out. package:// and relative mesh paths resolve from the
-  /// URDF's folder. Errors name the file, the link or joint, and what is allowed: a branch with a moving
-  /// joint outside the chain, a joint type other than revolute, continuous, prismatic or fixed, more than 16
-  /// moving joints, a missing mesh file, a missing limit.
+  /// frame. Moving joints off the chain (a gripper's fingers, another branch) are held: at the position that
+  /// `held` states by the joint's name (rad or m), else at 0 or the limit nearest to it; a joint that mimics
+  /// another follows it; planar and floating joints stay at their origin. Boxes, cylinders and spheres become
+  /// meshes; a link without a visual is seen as its collision geometry. Files are found as
+  /// "package://PACKAGE/ REST" or relative: REST or PACKAGE/REST in the URDF's folder or one that this lies
+  /// in. notices() has what was decided. Errors name the file, the link or joint, and what is allowed: a
+  /// joint of the chain that mimics another or whose type is not revolute, continuous or prismatic, more than
+  /// 16 of them, a missing mesh file, a missing limit, a stated position of no held joint or outside of its
+  /// limits.
   static core::Expected<SerialArm> from_urdf(const std::filesystem::path& urdf, const std::string& tip_link,
-                                             const geometry::Pose& X_WB);
+                                             const geometry::Pose& X_WB,
+                                             const std::map<std::string, double>& held = {});
 
   /// Builds the chain of a DH table, in the order of its rows (thesis eq. 2.2: A_1(q_1)…A_n(q_n)). Frame
   /// "base" is the parent of the first row, at `X_WB`. find_frame() finds each row's frame by its link's
@@ -89,6 +93,8 @@ class SerialArm {
   const std::vector<Joint>& joints() const noexcept { return joints_; }
   const std::vector<Link>& links() const noexcept { return links_; }
   const geometry::Pose& base_pose() const noexcept { return X_WB_; }
+  /// Returns what from_urdf() decided where the file leaves a choice, or left out: one sentence each.
+  const std::vector<std::string>& notices() const noexcept { return notices_; }
   /// Returns the index of the moving link that holds the URDF or DH link `name`, and the pose of that frame
   /// in it.
   std::optional<std::pair<std::size_t, geometry::Pose>> find_frame(const std::string& name) const;
@@ -118,6 +124,7 @@ class SerialArm {
   geometry::Pose X_WB_;
   std::vector<Joint> joints_;
   std::vector<Link> links_;
+  std::vector<std::string> notices_;
   Eigen::Vector3d tip_m_ = Eigen::Vector3d::Zero();  // origin of the tip frame in the last link's frame
 };
 

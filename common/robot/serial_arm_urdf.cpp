@@ -7,8 +7,10 @@
 #include <fstream>
 #include <limits>
 #include <mutex>
+#include <set>
 #include <sstream>
 
+#include "common/geometry/primitives.hpp"
 #include "common/robot/serial_arm.hpp"
 
 namespace phantom::robot {
@@ -49,7 +51,8 @@ urdf::ModelInterfaceSharedPtr parse(const std::filesystem::path& file) {
   } catch (const std::exception& problem) {
     thrown = problem.what();
   }
-  if (!model || !model->getRoot()) {
+  // A model comes in spite of errors in a link: without the visuals from the faulty one on.
+  if (!model || !model->getRoot() || !errors.first().empty()) {
     const std::string why = errors.first().empty() ? thrown : errors.first();
     throw Fault{"is not a usable URDF: " + (why.empty() ? std::string("no root link") : why)};
   }
@@ -82,31 +85,45 @@ std::vector<urdf::JointSharedPtr> chain_to(const urdf::ModelInterface& model, co
   return chain;
 }
 
-Joint joint_of(const urdf::Joint& source) {
-  const std::string place = "joint '" + source.name + "'";
+/// Returns the name, the type and the axis of a joint that turns or slides.
+Joint moving_part(const urdf::Joint& source) {
+  const Eigen::Vector3d axis(source.axis.x, source.axis.y, source.axis.z);
+  if (!(axis.norm() > 1e-9) || !axis.allFinite())
+    throw Fault{"joint '" + source.name + "': axis must be a finite vector that is not zero"};
   Joint joint;
   joint.name = source.name;
-  switch (source.type) {
-    case urdf::Joint::REVOLUTE:
-    case urdf::Joint::CONTINUOUS:
-      joint.type = JointType::kRevolute;
-      break;
-    case urdf::Joint::PRISMATIC:
-      joint.type = JointType::kPrismatic;
-      break;
-    default:
-      throw Fault{place + " has an unsupported type; allowed are revolute, continuous, prismatic, fixed"};
+  joint.axis = axis.normalized();
+  joint.type = source.type == urdf::Joint::PRISMATIC ? JointType::kPrismatic : JointType::kRevolute;
+  return joint;
+}
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+/// Returns the least and the greatest position.
+std::pair<double, double> range_of(const urdf::Joint& source) {
+  if (source.type == urdf::Joint::CONTINUOUS || !source.limits) return {-kInfinity, kInfinity};
+  return {source.limits->lower, source.limits->upper};
+}
+
+bool turns_or_slides(const urdf::Joint& source) {
+  return source.type == urdf::Joint::REVOLUTE || source.type == urdf::Joint::CONTINUOUS ||
+         source.type == urdf::Joint::PRISMATIC;
+}
+
+Joint joint_of(const urdf::Joint& source) {
+  const std::string place = "joint '" + source.name + "'";
+  if (!turns_or_slides(source))
+    throw Fault{place + " has an unsupported type; allowed are revolute, continuous, prismatic, fixed"};
+  if (source.mimic) {
+    throw Fault{place + " mimics another; every moving joint of the chain must move by itself (a finger is " +
+                "off the chain if tip_link is the link that carries it)"};
   }
-  if (source.mimic)
-    throw Fault{place + " mimics another; every moving joint of the chain must move by itself"};
   if (!source.limits) {
     throw Fault{place +
                 " has no <limit>; lower, upper, velocity and effort are needed (continuous: the last two)"};
   }
-  const bool endless = source.type == urdf::Joint::CONTINUOUS;
-  constexpr double kInfinity = std::numeric_limits<double>::infinity();
-  joint.lower = endless ? -kInfinity : source.limits->lower;
-  joint.upper = endless ? kInfinity : source.limits->upper;
+  Joint joint = moving_part(source);
+  std::tie(joint.lower, joint.upper) = range_of(source);
   joint.max_speed = source.limits->velocity;
   joint.max_effort = source.limits->effort;
   // Written so that a NaN fails as well.
@@ -115,61 +132,193 @@ Joint joint_of(const urdf::Joint& source) {
     throw Fault{place + ": limit velocity must be above 0"};
   if (!(joint.max_effort > 0.0) || !std::isfinite(joint.max_effort))
     throw Fault{place + ": limit effort must be above 0"};
-  const Eigen::Vector3d axis(source.axis.x, source.axis.y, source.axis.z);
-  if (!(axis.norm() > 1e-9) || !axis.allFinite())
-    throw Fault{place + ": axis must be a finite vector that is not zero"};
-  joint.axis = axis.normalized();
   return joint;
 }
 
-/// Resolves package://, file:// and relative mesh names from the URDF's folder. A package's root is that
-/// folder or its parent (the usual <package>/urdf/arm.urdf).
-std::filesystem::path resolve_mesh(const std::filesystem::path& folder, const std::string& name) {
-  const std::string package = "package://", file = "file://";
-  std::string rest = name;
-  if (name.starts_with(file)) rest = name.substr(file.size());
-  if (name.starts_with(package)) {
-    const std::size_t slash = name.find('/', package.size());
-    rest = slash == std::string::npos ? std::string() : name.substr(slash + 1);
-  }
-  const std::filesystem::path beside = folder / rest;  // an absolute `rest` replaces the folder
-  if (!std::filesystem::is_regular_file(beside) && name.starts_with(package)) {
-    const std::filesystem::path above = folder / ".." / rest;
-    if (std::filesystem::is_regular_file(above)) return above.lexically_normal();
-  }
-  return beside.lexically_normal();
+std::string text_of(double number) {
+  std::ostringstream text;
+  text << number;
+  return text.str();
 }
 
-LinkMesh mesh_of(const urdf::Visual& visual, const urdf::Mesh& mesh, const geometry::Pose& X_link_frame,
-                 const std::filesystem::path& folder, const std::string& link) {
-  LinkMesh result;
-  result.file = resolve_mesh(folder, mesh.filename);
-  if (!std::filesystem::is_regular_file(result.file)) {
-    throw Fault{"link '" + link + "': mesh '" + mesh.filename + "' is missing (looked for " +
-                    result.file.string() + ")",
-                true};
+/// Where the joints off the chain stand.
+class HeldJoints {
+ public:
+  HeldJoints(const urdf::ModelInterface& model, const std::vector<urdf::JointSharedPtr>& chain,
+             const std::map<std::string, double>& stated)
+      : model_(model), stated_(stated) {
+    for (const auto& joint : chain) in_chain_.insert(joint->name);
+    for (const auto& [name, q] : stated) check_stated(name, q);
   }
-  if (mesh.scale.x != mesh.scale.y || mesh.scale.x != mesh.scale.z || !(mesh.scale.x > 0.0)) {
-    throw Fault{"link '" + link + "': mesh '" + mesh.filename +
-                "' must have one scale above 0 for x, y and z"};
-  }
-  result.scale = mesh.scale.x;
-  result.X_link_mesh = X_link_frame * pose_of(visual.origin);
-  if (visual.material)
-    result.colour = {visual.material->color.r, visual.material->color.g, visual.material->color.b};
-  return result;
-}
 
-/// Adds a URDF link, at `X_link_frame` in the moving link `link`, and everything fixed to it.
-void absorb(const urdf::Link& source, const geometry::Pose& X_link_frame, const std::string& next_in_chain,
-            const std::filesystem::path& folder, Link& link) {
-  link.frames.emplace_back(source.name, X_link_frame);
-  for (const auto& visual : source.visual_array) {
-    if (visual && visual->geometry && visual->geometry->type == urdf::Geometry::MESH) {
-      link.meshes.push_back(mesh_of(*visual, static_cast<const urdf::Mesh&>(*visual->geometry), X_link_frame,
-                                    folder, source.name));
+  /// Returns the motion of a joint off the chain to where it is held.
+  geometry::Pose motion(const urdf::Joint& joint) {
+    if (!is_moving(joint)) return {};
+    const double q = position(joint, 0);
+    if (!std::isfinite(q)) throw Fault{"joint '" + joint.name + "' is not held at a finite position"};
+    const bool placed = turns_or_slides(joint);
+    notice_ += (notice_.empty() ? "joints off the chain are held: " : ", ") + joint.name +
+               (placed ? " at " + text_of(q) + (joint.type == urdf::Joint::PRISMATIC ? " m" : " rad")
+                       : " at its origin");
+    if (joint.mimic) {
+      constexpr double kRounding = 1e-6;
+      const auto [lower, upper] = range_of(joint);
+      const bool beyond = q < lower - kRounding || q > upper + kRounding;
+      notice_ += " (as " + joint.mimic->joint_name + (beyond ? ", beyond its own limits)" : ")");
+    }
+    return placed ? moving_part(joint).motion(q) : geometry::Pose();
+  }
+  /// Returns which joints were held, in a sentence; empty if there was none.
+  const std::string& notice() const { return notice_; }
+
+ private:
+  bool can_be_stated(const urdf::Joint& joint) const {
+    return turns_or_slides(joint) && !joint.mimic && !in_chain_.contains(joint.name);
+  }
+  void check_stated(const std::string& name, double q) const {
+    const urdf::JointConstSharedPtr joint = model_.getJoint(name);
+    if (!joint || !can_be_stated(*joint)) {
+      std::string allowed;
+      for (const auto& [other, candidate] : model_.joints_) {
+        if (can_be_stated(*candidate)) allowed += (allowed.empty() ? "" : ", ") + other;
+      }
+      throw Fault{"held_joints: '" + name + "' " +
+                  (!joint                     ? "is no joint of the file"
+                   : in_chain_.contains(name) ? "is a joint of the chain, which moves"
+                   : turns_or_slides(*joint)  ? "mimics " + joint->mimic->joint_name
+                                              : "neither turns nor slides") +
+                  "; allowed: " + (allowed.empty() ? "none, no joint is held" : allowed)};
+    }
+    const auto [lower, upper] = range_of(*joint);
+    if (!(q >= lower && q <= upper)) {
+      throw Fault{"held_joints: " + text_of(q) + " for '" + name +
+                  "' is outside of its limits; allowed: " + text_of(lower) + " to " + text_of(upper)};
     }
   }
+  double position(const urdf::Joint& joint, std::size_t followed) const {
+    const std::string place = "joint '" + joint.name + "'";
+    if (!turns_or_slides(joint)) return 0.0;
+    if (joint.mimic) {
+      const std::string& name = joint.mimic->joint_name;
+      const urdf::JointConstSharedPtr leader = model_.getJoint(name);
+      if (!leader) throw Fault{place + " mimics '" + name + "', which is not in the file"};
+      if (in_chain_.contains(name)) {
+        throw Fault{place + " mimics '" + name +
+                    "', which moves; a joint off the chain may only mimic another " +
+                    "one off the chain, or none"};
+      }
+      if (followed > model_.joints_.size()) throw Fault{place + " mimics itself by way of '" + name + "'"};
+      return joint.mimic->multiplier * position(*leader, followed + 1) + joint.mimic->offset;
+    }
+    const auto found = stated_.find(joint.name);
+    if (found != stated_.end()) return found->second;
+    const auto [lower, upper] = range_of(joint);
+    if (!(lower <= upper)) throw Fault{place + ": limit lower must be at most upper"};
+    return std::clamp(0.0, lower, upper);
+  }
+
+  const urdf::ModelInterface& model_;
+  const std::map<std::string, double>& stated_;
+  std::set<std::string> in_chain_;
+  std::string notice_;
+};
+
+/// What is read beside the chain itself.
+struct Reading {
+  std::filesystem::path folder;  // the URDF's
+  HeldJoints held;
+  std::vector<std::string> notices = {};
+};
+
+/// Resolves package://, file:// and relative mesh names in the URDF's folder and those that it lies in.
+/// Returns the name in the URDF's own folder if there is no such file.
+std::filesystem::path resolve_mesh(const std::filesystem::path& folder, const std::string& name) {
+  const std::string package = "package://", file = "file://";
+  if (!name.starts_with(package)) {  // an absolute name replaces the folder
+    return (folder / (name.starts_with(file) ? name.substr(file.size()) : name)).lexically_normal();
+  }
+  const std::string whole = name.substr(package.size()), rest = whole.substr(whole.find('/') + 1);
+  std::filesystem::path place = std::filesystem::absolute(folder).lexically_normal();
+  for (bool at_root = false; !at_root; place = place.parent_path()) {
+    at_root = place == place.parent_path();
+    for (const std::string& relative : {rest, whole}) {
+      if (std::filesystem::is_regular_file(place / relative)) return (place / relative).lexically_normal();
+    }
+  }
+  return (folder / rest).lexically_normal();
+}
+
+/// Returns the mesh of a box, a cylinder or a sphere; without triangles if one of its lengths is 0.
+geometry::TriangleMesh body_of(const urdf::Geometry& shape, const std::string& place) {
+  const auto lengths = [&](std::initializer_list<double> all) {
+    for (const double length : all) {
+      if (!(length >= 0.0) || !std::isfinite(length))
+        throw Fault{place + ": lengths of its geometry must be finite and 0 or above"};
+    }
+    return std::ranges::min(all) > 0.0;
+  };
+  if (shape.type == urdf::Geometry::BOX) {
+    const urdf::Vector3& size = static_cast<const urdf::Box&>(shape).dim;
+    if (lengths({size.x, size.y, size.z})) return geometry::make_box({size.x, size.y, size.z});
+  } else if (shape.type == urdf::Geometry::CYLINDER) {
+    const auto& cylinder = static_cast<const urdf::Cylinder&>(shape);
+    if (lengths({cylinder.radius, cylinder.length}))
+      return geometry::make_cylinder(cylinder.radius, cylinder.length);
+  } else if (lengths({static_cast<const urdf::Sphere&>(shape).radius})) {
+    return geometry::make_sphere(static_cast<const urdf::Sphere&>(shape).radius);
+  }
+  return {};
+}
+
+/// Adds a piece of geometry of the URDF link `name`, at `X_link_piece` in the moving link.
+void add_mesh(const urdf::Geometry& shape, const geometry::Pose& X_link_piece, const urdf::Material* material,
+              const std::string& name, Reading& reading, Link& link) {
+  const std::string place = "link '" + name + "'";
+  if (!finite(X_link_piece)) throw Fault{place + ": origin of its geometry must be finite numbers"};
+  LinkMesh result;
+  if (shape.type == urdf::Geometry::MESH) {
+    const auto& mesh = static_cast<const urdf::Mesh&>(shape);
+    result.file = resolve_mesh(reading.folder, mesh.filename);
+    if (!std::filesystem::is_regular_file(result.file)) {
+      throw Fault{place + ": mesh '" + mesh.filename + "' is missing (looked for " + result.file.string() +
+                      (mesh.filename.starts_with("package://") ? " and in the folders above" : "") + ")",
+                  true};
+    }
+    result.scale = {mesh.scale.x, mesh.scale.y, mesh.scale.z};
+    if (!result.scale.allFinite() || !(result.scale.cwiseAbs().minCoeff() > 0.0))
+      throw Fault{place + ": mesh '" + mesh.filename +
+                  "': scale must be three finite numbers, none of them 0"};
+  } else {
+    result.body = body_of(shape, place);
+    if (result.body.triangles.empty()) {
+      reading.notices.push_back(place + ": geometry with a length of 0 is left out");
+      return;
+    }
+  }
+  result.X_link_mesh = X_link_piece;
+  if (material != nullptr) result.colour = {material->color.r, material->color.g, material->color.b};
+  link.meshes.push_back(std::move(result));
+}
+
+/// Adds what is seen of a URDF link: its visuals or, if it has none, its collision geometry.
+void add_meshes(const urdf::Link& source, const geometry::Pose& X_link_frame, Reading& reading, Link& link) {
+  for (const auto& visual : source.visual_array) {
+    add_mesh(*visual->geometry, X_link_frame * pose_of(visual->origin), visual->material.get(), source.name,
+             reading, link);
+  }
+  if (!source.visual_array.empty() || source.collision_array.empty()) return;
+  reading.notices.push_back("link '" + source.name + "' has no visual; its collision geometry stands for it");
+  for (const auto& collision : source.collision_array) {
+    add_mesh(*collision->geometry, X_link_frame * pose_of(collision->origin), nullptr, source.name, reading,
+             link);
+  }
+}
+
+/// Adds a URDF link, at `X_link_frame` in the moving link `link`, and everything that is fixed to it or held.
+void absorb(const urdf::Link& source, const geometry::Pose& X_link_frame, const std::string& next_in_chain,
+            Reading& reading, Link& link) {
+  link.frames.emplace_back(source.name, X_link_frame);
+  add_meshes(source, X_link_frame, reading, link);
   if (source.inertial) {
     const double mass = source.inertial->mass;
     if (!(mass >= 0.0) || !std::isfinite(mass))
@@ -182,15 +331,12 @@ void absorb(const urdf::Link& source, const geometry::Pose& X_link_frame, const 
   }
   for (const auto& joint : source.child_joints) {
     if (joint->name == next_in_chain) continue;
-    if (is_moving(*joint)) {
-      throw Fault{"joint '" + joint->name + "' leaves the chain at link '" + source.name +
-                  "' and moves; only fixed joints may branch off a serial arm"};
-    }
-    const geometry::Pose X_frame_child = pose_of(joint->parent_to_joint_origin_transform);
+    const geometry::Pose X_frame_child =
+        pose_of(joint->parent_to_joint_origin_transform) * reading.held.motion(*joint);
     if (!finite(X_frame_child)) throw Fault{"joint '" + joint->name + "': origin must be finite numbers"};
     for (const auto& child : source.child_links) {
       if (child->name == joint->child_link_name)
-        absorb(*child, X_link_frame * X_frame_child, next_in_chain, folder, link);
+        absorb(*child, X_link_frame * X_frame_child, next_in_chain, reading, link);
     }
   }
 }
@@ -198,7 +344,8 @@ void absorb(const urdf::Link& source, const geometry::Pose& X_link_frame, const 
 }  // namespace
 
 core::Expected<SerialArm> SerialArm::from_urdf(const std::filesystem::path& urdf, const std::string& tip_link,
-                                               const geometry::Pose& X_WB) {
+                                               const geometry::Pose& X_WB,
+                                               const std::map<std::string, double>& held) {
   try {
     const urdf::ModelInterfaceSharedPtr model = parse(urdf);
     std::vector<urdf::JointSharedPtr> chain = chain_to(*model, tip_link);
@@ -211,6 +358,7 @@ core::Expected<SerialArm> SerialArm::from_urdf(const std::filesystem::path& urdf
                   std::to_string(core::kMaxJoints) + " are allowed"};
     }
 
+    Reading reading{urdf.parent_path(), HeldJoints(*model, chain, held)};
     SerialArm arm;
     arm.X_WB_ = X_WB;
     // URDF link whose frame is the current moving link's.
@@ -227,7 +375,7 @@ core::Expected<SerialArm> SerialArm::from_urdf(const std::filesystem::path& urdf
       }
       Link link;
       link.name = carried->name;
-      absorb(*carried, {}, i < chain.size() ? chain[i]->name : std::string(), urdf.parent_path(), link);
+      absorb(*carried, {}, i < chain.size() ? chain[i]->name : std::string(), reading, link);
       arm.links_.push_back(std::move(link));
       if (i == chain.size()) break;
       arm.joints_.push_back(joint_of(*chain[i]));
@@ -235,6 +383,8 @@ core::Expected<SerialArm> SerialArm::from_urdf(const std::filesystem::path& urdf
       carried = model->getLink(chain[i]->child_link_name);
       X_link_frame = {};
     }
+    arm.notices_ = std::move(reading.notices);
+    if (!reading.held.notice().empty()) arm.notices_.push_back(reading.held.notice());
     arm.tip_m_ = arm.find_frame(tip_link)->second.translation_m;
     return arm;
   } catch (const Fault& fault) {

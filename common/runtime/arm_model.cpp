@@ -1,5 +1,7 @@
 #include "common/runtime/arm_model.hpp"
 
+#include <spdlog/spdlog.h>
+
 #include <string>
 
 #include "common/core/errors.hpp"
@@ -41,12 +43,14 @@ std::vector<robot::MeshSensors> visual_skin(const ArmConfig& config, const robot
   if (!found) return skin;  // lay_out_skin() reports the unknown link
   const auto& [index, X_link_frame] = *found;
   for (const robot::LinkMesh& visual : arm.links()[index].meshes) {
-    skin.push_back({read_mesh(config, visual.file, visual.scale, X_link_frame.inverse() * visual.X_link_mesh),
-                    wanted.gain, wanted.cluster});
+    const auto mesh = robot::load_mesh(visual);
+    if (!mesh) fail(config, mesh.status());
+    skin.push_back(
+        {mesh->transformed(X_link_frame.inverse() * visual.X_link_mesh), wanted.gain, wanted.cluster});
   }
   if (skin.empty()) {
     throw core::ConfigError(place_of(config) + "skin: link '" + link +
-                            "' has no visual meshes; allowed: meshes with `mesh: FILE`, segments or axes");
+                            "' has no visuals; allowed: meshes with `mesh: FILE`, segments or axes");
   }
   return skin;
 }
@@ -54,9 +58,11 @@ std::vector<robot::MeshSensors> visual_skin(const ArmConfig& config, const robot
 }  // namespace
 
 robot::SerialArm load_arm(const ArmConfig& config) {
-  auto arm = config.urdf.empty() ? robot::SerialArm::from_dh(config.dh, config.dh_convention, config.X_WB)
-                                 : robot::SerialArm::from_urdf(config.urdf, config.tip_link, config.X_WB);
+  auto arm = config.urdf.empty()
+                 ? robot::SerialArm::from_dh(config.dh, config.dh_convention, config.X_WB)
+                 : robot::SerialArm::from_urdf(config.urdf, config.tip_link, config.X_WB, config.held_joints);
   if (!arm) fail(config, arm.status());
+  for (const std::string& notice : arm->notices()) spdlog::info("{}{}", place_of(config), notice);
   check_per_joint(config, "home", config.home.size(), arm->joint_count());
   for (std::size_t j = 0; j < arm->joint_count(); ++j) {
     const robot::Joint& joint = arm->joints()[j];

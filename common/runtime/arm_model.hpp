@@ -9,8 +9,8 @@
 namespace phantom::runtime {
 
 /// Loads the kinematics of a cell's arm from its URDF or DH table. Checks that `home` has one value within
-/// the limits for each joint. Throws ConfigError naming the arm's file, the key and what is allowed; throws
-/// MissingError if a mesh or the URDF is missing.
+/// the limits for each joint. Logs the arm's notices. Throws ConfigError naming the arm's file, the key and
+/// what is allowed; throws MissingError if a mesh or the URDF is missing.
 robot::SerialArm load_arm(const ArmConfig& config);
 
 /// Loads the arm's skin: places the ends of all segments and axes and reads all meshes, ready for

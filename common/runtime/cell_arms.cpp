@@ -36,6 +36,7 @@ robot::DhRow read_dh_row(const Fields& fields) {
 void read_kinematics(const Fields& fields, ArmConfig& arm) {
   if (fields.one_of("urdf", "joints") == "urdf") {
     fields.text("tip_link", arm.tip_link);
+    fields.numbers("held_joints", arm.held_joints);
     arm.urdf = fields.existing_file("urdf");
     return;
   }

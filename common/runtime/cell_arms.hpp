@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
 #include <utility>
@@ -60,9 +61,10 @@ struct AllowedContactConfig {
 
 struct ArmConfig {
   std::string name;
-  std::filesystem::path file;  ///< describes the arm: the cell's file, or a file of its own
-  std::filesystem::path urdf;  ///< empty: the arm is described by a DH table
-  std::string tip_link;        ///< last link of the serial chain
+  std::filesystem::path file;                 ///< describes the arm: the cell's file, or a file of its own
+  std::filesystem::path urdf;                 ///< empty: the arm is described by a DH table
+  std::string tip_link;                       ///< last link of the serial chain
+  std::map<std::string, double> held_joints;  ///< positions of the URDF's joints off the chain, rad or m
   std::vector<robot::DhRow> dh;
   robot::DhConvention dh_convention = robot::DhConvention::kClassic;
   geometry::Pose X_WB;       ///< pose of the base link in the workspace frame

@@ -284,6 +284,19 @@ void Fields::list(const std::string& key, std::vector<T>& values) const {
 }
 void Fields::numbers(const std::string& key, std::vector<double>& values) const { list(key, values); }
 void Fields::numbers(const std::string& key, std::vector<int>& values) const { list(key, values); }
+void Fields::numbers(const std::string& key, std::map<std::string, double>& values) const {
+  const FieldSpec* spec = asked(key, "a mapping of names to numbers");
+  if (spec == nullptr) return;
+  const YAML::Node node = node_->find(key);
+  check(node.IsMap(), key, "is " + show(node) + "; allowed: a mapping of names to numbers");
+  values.clear();
+  for (const auto& item : node) {
+    check(item.first.IsScalar(), key, "has a name that is no text");
+    const std::string& name = item.first.Scalar();
+    const double number = checked_number(*this, key, item.second, *spec, false);
+    check(values.emplace(name, number).second, key, "names " + name + " twice");
+  }
+}
 void Fields::texts(const std::string& key, std::vector<std::string>& values) const { list(key, values); }
 
 std::optional<Eigen::Vector3d> Fields::vector3_of(const std::string& key) const {

@@ -118,6 +118,8 @@ class Fields {
   std::string one_of(const std::string& key, const std::string& noun = "") const;
   void numbers(const std::string& key, std::vector<double>& values) const;
   void numbers(const std::string& key, std::vector<int>& values) const;
+  /// Reads a mapping of any names to numbers.
+  void numbers(const std::string& key, std::map<std::string, double>& values) const;
   void texts(const std::string& key, std::vector<std::string>& values) const;
   /// [x, y, z]
   template <class T>

@@ -6,7 +6,6 @@
 #include <numbers>
 
 #include "common/core/errors.hpp"
-#include "common/geometry/mesh_io.hpp"
 
 namespace phantom::synthetic_viewer {
 namespace {
@@ -21,10 +20,7 @@ constexpr double kThinLink_m = 0.015;  // radius for sensors in a line that give
 }
 
 LinkMeshData load_visual(std::size_t link, const robot::LinkMesh& visual) {
-  geometry::MeshImportOptions options;
-  options.scale = visual.scale;
-  options.y_up = false;  // URDF uses a mesh's axes unchanged
-  auto mesh = geometry::load_mesh(visual.file, options);
+  auto mesh = robot::load_mesh(visual);
   if (!mesh) fail(mesh.status());
   return {link, visual.X_link_mesh, visual.colour, std::move(mesh).value()};
 }

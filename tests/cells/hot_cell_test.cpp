@@ -9,7 +9,6 @@
 #include <memory>
 #include <set>
 
-#include "common/geometry/mesh_io.hpp"
 #include "common/robot/serial_arm.hpp"
 #include "common/robot/skin.hpp"
 #include "common/runtime/cell_bodies.hpp"
@@ -37,15 +36,6 @@ std::vector<Reach> load_reaches() {
   }
   file.finish();
   return reaches;
-}
-
-geometry::TriangleMesh load(const std::filesystem::path& path, double scale) {
-  geometry::MeshImportOptions options;
-  options.scale = scale;
-  options.y_up = false;
-  auto mesh = geometry::load_mesh(path, options);
-  if (!mesh) throw std::runtime_error(mesh.status().message());
-  return std::move(*mesh);
 }
 
 /// Directed edges that do not have exactly one opposite: none in a closed, consistently oriented surface.
@@ -199,7 +189,8 @@ TEST(HotCell, EveryMeshIsClosedAndOfWorkableSize) {
 
 TEST(HotCell, EveryLinkMeshIsClosed) {
   for (const auto& link : HotCell::get().arm().links()) {
-    for (const auto& mesh : link.meshes) EXPECT_EQ(open_edges(load(mesh.file, mesh.scale)), 0U) << mesh.file;
+    for (const auto& mesh : link.meshes)
+      EXPECT_EQ(open_edges(robot::load_mesh(mesh).value()), 0U) << mesh.file;
   }
 }
 

@@ -169,14 +169,6 @@ TEST(SerialArmRefuses, AnUnknownTipLink) {
               HasSubstr("'hand' is not in the file; its links are: base, tip"));
 }
 
-TEST(SerialArmRefuses, AMovingBranch) {
-  EXPECT_THAT(urdf_refusal(one_joint("revolute", kLimit) +
-                           R"(<link name="other"/><joint name="branch" type="prismatic"><parent link="base"/>
-                         <child link="other"/><axis xyz="1 0 0"/>)" +
-                           kLimit + "</joint>"),
-              HasSubstr("joint 'branch' leaves the chain at link 'base'"));
-}
-
 TEST(SerialArmRefuses, SeventeenMovingJoints) {
   std::string body = R"(<link name="l0"/>)";
   for (int i = 1; i <= 17; ++i) {

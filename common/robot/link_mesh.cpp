@@ -1,0 +1,42 @@
+#include "common/robot/link_mesh.hpp"
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <string>
+
+#include "common/geometry/mesh_io.hpp"
+
+namespace phantom::robot {
+namespace {
+
+bool is_collada(const std::filesystem::path& file) {
+  std::string extension = file.extension().string();
+  std::ranges::transform(extension, extension.begin(), [](unsigned char c) { return std::tolower(c); });
+  return extension == ".dae";
+}
+
+}  // namespace
+
+core::Expected<geometry::TriangleMesh> load_mesh(const LinkMesh& mesh) {
+  if (mesh.file.empty()) return mesh.body;
+  geometry::MeshImportOptions options;
+  options.y_up = false;
+  Eigen::Vector3d scale = mesh.scale;
+  if (!is_collada(mesh.file)) {
+    options.scale = std::abs(scale.x());
+    scale /= *options.scale;
+  }
+  auto loaded = geometry::load_mesh(mesh.file, options);
+  if (!loaded) return loaded.status();
+  geometry::TriangleMesh result = *std::move(loaded);
+  if (scale == Eigen::Vector3d::Ones()) return result;
+  for (Eigen::Vector3f& vertex_m : result.vertices_m)
+    vertex_m = vertex_m.cast<double>().cwiseProduct(scale).cast<float>();
+  if (scale.prod() < 0.0) {  // mirrored: outward stays outward
+    for (auto& triangle : result.triangles) std::swap(triangle[1], triangle[2]);
+  }
+  return result;
+}
+
+}  // namespace phantom::robot
