@@ -287,14 +287,12 @@ void Fields::numbers(const std::string& key, std::vector<int>& values) const { l
 void Fields::numbers(const std::string& key, std::map<std::string, double>& values) const {
   const FieldSpec* spec = asked(key, "a mapping of names to numbers");
   if (spec == nullptr) return;
-  const YAML::Node node = node_->find(key);
-  check(node.IsMap(), key, "is " + show(node) + "; allowed: a mapping of names to numbers");
+  const Fields all = section(key);
   values.clear();
-  for (const auto& item : node) {
-    check(item.first.IsScalar(), key, "has a name that is no text");
+  for (const auto& item : all.node_->yaml) {
+    check(item.first.IsScalar(), key, "holds a name that is not a text");
     const std::string& name = item.first.Scalar();
-    const double number = checked_number(*this, key, item.second, *spec, false);
-    check(values.emplace(name, number).second, key, "names " + name + " twice");
+    values[name] = checked_number(all, name, all.node_->find(name), *spec, false);
   }
 }
 void Fields::texts(const std::string& key, std::vector<std::string>& values) const { list(key, values); }

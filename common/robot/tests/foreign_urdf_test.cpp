@@ -125,7 +125,7 @@ TEST(HeldJoints, StandAtZeroOrTheLimitNearestToItUnlessStated) {
   EXPECT_THAT(floating.notices(), ElementsAre("joints off the chain are held: slide at its origin"));
 }
 
-TEST(HeldJoints, AreSaidAloud) {
+TEST(HeldJoints, AreReported) {
   EXPECT_THAT(
       load_held(hand(), "palm", {{"left", 0.02}}).notices(),
       ElementsAre("joints off the chain are held: axle at 0 rad, left at 0.02 m, thumb_joint at 0 rad, "

@@ -10,6 +10,7 @@
 
 #include "common/core/errors.hpp"
 #include "common/core/units.hpp"
+#include "common/geometry/mesh.hpp"
 #include "common/runtime/arm_model.hpp"
 #include "common/runtime/cell.hpp"
 #include "common/runtime/fields.hpp"
@@ -18,6 +19,7 @@
 namespace phantom::runtime {
 namespace {
 
+using testing::AllOf;
 using testing::HasSubstr;
 using testing::ThrowsMessage;
 
@@ -79,6 +81,27 @@ TEST(ShippedArms, TheTestArmMeetsTheBarAtFortyDegrees) {
   EXPECT_LT((a + along * (b - a) - bar).norm(), 0.025) << "the axis runs through the bar";
 }
 
+TEST(ShippedArms, TheLaboratorysGripperIsHeldAsItsFileSays) {
+  const ArmConfig& config = bench().arm("laboratory_arm");
+  const robot::SerialArm arm = load_arm(config);
+  ASSERT_EQ(arm.joint_count(), 6U);
+  // The fingers' inner faces are 4 cm apart and stand on the gripper: 7 cm + 5 cm above its frame.
+  for (const auto& [finger, y_m] : {std::pair{"left_finger", 0.02}, std::pair{"right_finger", -0.02}}) {
+    const auto [link, X_link_finger] = *arm.find_frame(finger);
+    EXPECT_EQ(link, 6U);
+    EXPECT_TRUE(X_link_finger.translation_m.isApprox(Eigen::Vector3d(0, y_m, 0.07), 1e-12)) << finger;
+  }
+  EXPECT_NEAR(arm.links()[6].mass_kg, 0.3 + 0.5 + 2 * 0.08, 1e-12);
+  const auto skin = load_skin(config, arm);
+  ASSERT_EQ(skin.size(), 5U);
+  EXPECT_EQ(skin[3].meshes.size(), 1U) << "the hand's collision geometry";
+  ASSERT_EQ(skin[4].meshes.size(), 4U) << "flange, gripper and two fingers";
+  double volume_m3 = 0.0;
+  for (const auto& sensors : skin[4].meshes) volume_m3 += geometry::enclosed_volume_m3(sensors.mesh_m);
+  EXPECT_NEAR(volume_m3, std::numbers::pi * 0.03 * 0.03 * 0.02 + 0.05 * 0.15 * 0.05 + 2 * 0.02 * 0.012 * 0.07,
+              2e-7);
+}
+
 /// One arm, with one line of it replaced per case, in a file of its own or in the cell's.
 class ArmFile : public testing::Test {
  protected:
@@ -138,6 +161,35 @@ TEST_F(ArmFile, AnEndlessJointNeedsNoRange) {
   EXPECT_TRUE(std::isinf(load("range_deg: [-90, 90], ", "").dh[0].upper));
 }
 
+TEST_F(ArmFile, NamesHeldJointsThatTheUrdfDoesNotHold) {
+  std::ofstream(folder_ / "arm.urdf") << test::text_of(PHANTOM_SOURCE_DIR "/deploy/arms/laboratory_arm.urdf");
+  const auto refusal = [&](const std::string& held) -> std::string {
+    std::ofstream(folder_ / "arm.yaml")
+        << "urdf: arm.urdf\ntip_link: tool\nhome: [0, 0, 0, 0, 0, 0]\n" + held;
+    try {
+      load_arm(load_cell(folder_ / "cell.yaml").arm());
+    } catch (const ConfigError& error) {
+      return error.what();
+    }
+    return "";
+  };
+  EXPECT_EQ(refusal(""), "");
+  EXPECT_EQ(refusal("held_joints: {finger_left: 0.05}"), "");
+  EXPECT_THAT(
+      refusal("held_joints: {finger_left: 0.06}"),
+      AllOf(HasSubstr("arm.yaml: arm 'arm': "), HasSubstr("arm.urdf: held_joints: 0.06 for 'finger_left'"),
+            HasSubstr("allowed: 0 to 0.05")));
+  EXPECT_THAT(refusal("held_joints: {finger: 0.06}"),
+              HasSubstr("'finger' is no joint of the file; allowed: finger_left"));
+  EXPECT_THAT(
+      refusal("held_joints: {finger_left: wide}"),
+      HasSubstr(
+          "arm.yaml:4: held_joints.finger_left: 'wide' is not a number; allowed: -36000 to 36000 rad or m"));
+  EXPECT_THAT([&] { load("home:", "held_joints: {slide: 0}\nhome:"); },
+              ThrowsMessage<ConfigError>(HasSubstr("held_joints: unknown key")))
+      << "of a URDF only";
+}
+
 TEST_F(ArmFile, EachFaultIsNamed) {
   expect_refused("convention: classic", "convention: denavit", "allowed: classic, modified");
   expect_refused("dh:\n", "urdf: arm.urdf\ndh:\n", "stands beside urdf");
@@ -162,7 +214,7 @@ TEST_F(ArmFile, EachFaultIsNamed) {
   EXPECT_THAT([&] { load("axes: [", "meshes: [{mesh: gone.stl}]\n    axes: ["); },
               ThrowsMessage<core::MissingError>(
                   testing::AllOf(HasSubstr("arm.yaml"), HasSubstr("'gone.stl' is not there"))));
-  expect_refused("axes: [", "meshes: [{gain: 1}]\n    axes: [", "has no visual meshes");
+  expect_refused("axes: [", "meshes: [{gain: 1}]\n    axes: [", "has no visuals");
   expect_refused("interest_points: [", "interest_points: [{name: end, link: slide, position_m: [0, 0, 0]}, ",
                  "stands twice");
   expect_refused("home:", "colour: red\nhome:", "unknown key");

@@ -22,6 +22,7 @@ length_mm: 250           # [1 to 1000 mm] from end to end,
 angle_deg: 5             # [required: -90 to 90 deg]
 name: ""                 # may be: anything
 weights: []              # [0 to 1 kg]
+load: {left: 1}          # [0 to 9 kg] by name
 seat_m: [0, 0.5, -1]
 ride:                    # how it goes
   pause_s: 2             # [0 to 10 s; 0: none; left out: 3] at each stop
@@ -52,6 +53,7 @@ struct Cart {
   std::string name = "none";
   Mood mood = Mood::kCalm;
   std::vector<double> weights;
+  std::map<std::string, double> load{{"none", 0}};
   Eigen::Vector3d seat_m{0, 0.5, -1};
   std::vector<Wheel> wheels;
   double gains[2] = {1, 1};
@@ -64,6 +66,7 @@ Cart cart(const std::string& yaml) {
   file.number("angle_deg", cart.angle_rad, 0.01);
   file.text("name", cart.name);
   file.numbers("weights", cart.weights);
+  file.numbers("load", cart.load);
   file.vector3("seat_m", cart.seat_m);
   const Fields ride = file.section("ride");
   ride.number("pause_s", cart.pause_ns, 1e9);
@@ -86,7 +89,7 @@ Cart cart(const std::string& yaml) {
 TEST(Fields, ReadEveryKindAndLeaveTheMemberWhereAKeyIsMissing) {
   const Cart all = cart(
       "length_mm: 500\nangle_deg: 30\nride: {pause_s: 0.2, seats: 3, bell: false, mood: brisk, joints: "
-      "{right: {gain: 3}}}\nname: Ann\nweights: [0.5, 1]\nseat_m: [1, 2, 3]\nwheels: [{node: 7}, {node: "
+      "{right: {gain: 3}}}\nname: Ann\nload: {a: 2, b c: 0.5}\nweights: [0.5, 1]\nseat_m: [1, 2, 3]\nwheels: [{node: 7}, {node: "
       "8, radius_m: 0.3}]\nbrake: {force_N: 9}\n");
   EXPECT_DOUBLE_EQ(all.length_m, 0.5);
   EXPECT_DOUBLE_EQ(all.angle_rad, 0.3);
@@ -96,6 +99,7 @@ TEST(Fields, ReadEveryKindAndLeaveTheMemberWhereAKeyIsMissing) {
   EXPECT_EQ(all.mood, Mood::kBrisk);
   EXPECT_EQ(all.name, "Ann");
   EXPECT_EQ(all.weights, (std::vector<double>{0.5, 1}));
+  EXPECT_EQ(all.load, (std::map<std::string, double>{{"a", 2}, {"b c", 0.5}}));
   EXPECT_EQ(all.seat_m, Eigen::Vector3d(1, 2, 3));
   ASSERT_EQ(all.wheels.size(), 2u);
   EXPECT_EQ(all.wheels[0].node, 7);
@@ -108,6 +112,7 @@ TEST(Fields, ReadEveryKindAndLeaveTheMemberWhereAKeyIsMissing) {
   EXPECT_EQ(least.length_m, 0.25);
   EXPECT_EQ(least.pause_ns, 3'000'000'000);
   EXPECT_EQ(least.name, "none");
+  EXPECT_EQ(least.load.count("none"), 1U);
   EXPECT_TRUE(least.wheels.empty());
 }
 
@@ -126,6 +131,11 @@ TEST(Fields, EveryFaultNamesFileLineKeyValueAndWhatTheTableAllows) {
   };
   refused("length_mm: 0.5", "length_mm: '0.5' is out of range; allowed: 1 to 1000 mm");
   refused("weights: [2]", "weights: is out of range; allowed: 0 to 1 kg");
+  refused("load: {a: 1, b: 10}", "load.b: '10' is out of range; allowed: 0 to 9 kg");
+  refused("load: {a: x}", "load.a: 'x' is not a number; allowed: 0 to 9 kg");
+  refused("load: {a: 1, a: 2}", "load.a: '1' stands twice");
+  refused("load: [1]", "load: is a list; allowed: a mapping");
+  refused("load: {[1]: 1}", "load: holds a name that is not a text");
   refused("ride: {seats: 2.5}", "ride.seats: '2.5' is not a whole number");
   refused("ride: {pause_s: -1}", "ride.pause_s: '-1' is out of range; allowed: 0 to 10 s; 0: none");
   refused("ride: {pause_s: 4}", "ride.pause_s: '4' is four; allowed: anything else");
