@@ -1,0 +1,39 @@
+// What the viewer draws of an arm: the shapes that its URDF states, where they are.
+#include "components/synthetic_viewer/arm_meshes.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "common/runtime/arm_model.hpp"
+#include "common/runtime/cell.hpp"
+
+namespace phantom::synthetic_viewer {
+namespace {
+
+TEST(ArmMeshes, ShowBoxesCylindersAndSpheresOfEveryLinkAndHeldFingers) {
+  const auto cell = runtime::load_cell(PHANTOM_SOURCE_DIR "/deploy/cells/arm_bench/cell.yaml");
+  const runtime::ArmConfig& config = cell.arm("laboratory_arm");
+  const robot::SerialArm arm = runtime::load_arm(config);
+  const auto meshes = load_arm_meshes(arm, runtime::load_skin(config, arm));
+  const auto of_link = [&](std::size_t link) {
+    return std::ranges::count_if(meshes, [&](const LinkMeshData& part) { return part.link == link; });
+  };
+  EXPECT_EQ(of_link(0), 1);
+  EXPECT_EQ(of_link(2), 2) << "a cylinder and the shoulder's drive";
+  EXPECT_EQ(of_link(5), 1) << "the hand's collision geometry, and not its skin once more";
+  EXPECT_EQ(of_link(6), 4) << "flange, gripper and two fingers";
+  geometry::BoundingBox gripper;  // in the frame of the last link, z along the tool
+  for (const LinkMeshData& part : meshes) {
+    EXPECT_FALSE(part.mesh.triangles.empty());
+    if (part.link != 6) continue;
+    for (const auto& vertex_m : part.mesh.transformed(part.X_link_mesh).vertices_m) gripper.extend(vertex_m);
+  }
+  // 2 cm of flange, 5 cm of gripper, 7 cm of fingers; the gripper is 15 cm wide.
+  EXPECT_TRUE(gripper.max_m.isApprox(Eigen::Vector3f(0.03F, 0.075F, 0.14F), 1e-4F))
+      << gripper.max_m.transpose();
+  EXPECT_NEAR(meshes.front().colour[0], 0.15F, 1e-6F) << "the stand is graphite";
+}
+
+}  // namespace
+}  // namespace phantom::synthetic_viewer
