@@ -23,6 +23,12 @@ struct PerceptSet {
 /// (cases b1 and d1; an unbalanced arm in case b is b2). Source: Table 6.1 and section 6.11.1.
 PerceptSet percept_set(BilateralLaw law, bool balanced) noexcept;
 
+/// Returns whether drag can be told apart from the law's own feedback: Table 6.1 has no haptic percept
+/// otherwise (cases d and e). Tone and views help beside every law.
+inline bool drag_stands_apart(BilateralLaw law) noexcept {
+  return percept_set(law, true).haptic != PerceptRole::kWeak;
+}
+
 const char* name_of(PerceptRole role) noexcept;
 
 }  // namespace phantom::teleop

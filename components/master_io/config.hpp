@@ -50,6 +50,7 @@ struct Config {
   teleop::PerceptParameters percept;
   core::JointArray percept_gain{};  ///< initial G, by joint
   double percept_staleness_s = 0.06;
+  bool percept_follows_law = false;  ///< a new law switches drag on or off, as Table 6.1 has it
   teleop::FeedbackParameters feedback;
   std::vector<teleop::FeedbackLoop> feedback_loops;  ///< by joint; the feedback must be stable in them
   core::JointArray torque_rate_Nm_per_s{};           ///< greatest rate of the motors' torque, by joint

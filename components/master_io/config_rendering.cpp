@@ -165,6 +165,7 @@ void read_percept(const Fields& section, const robot::SerialArm& arm, Config& co
   percept.joint_count = arm.joint_count();
   section.choice("mode", percept.mode,
                  {{"separable", teleop::DragMode::kSeparable}, {"coupled", teleop::DragMode::kCoupled}});
+  section.choice("set", config.percept_follows_law, {{"all", false}, {"law", true}});
   config.percept_gain = teleop::everywhere(section.value("gain"));
   section.number("staleness_s", config.percept_staleness_s);
   percept.torque_cap_Nm = by_joint_type(arm, section.value("torque_cap_N_m"), section.value("force_cap_N"));

@@ -3,6 +3,7 @@
 #include <spdlog/fmt/fmt.h>
 
 #include "common/runtime/drives_config.hpp"
+#include "common/teleop/percept_set.hpp"
 
 namespace phantom::master_io {
 namespace {
@@ -36,7 +37,16 @@ std::string why_not_stable(const messages::OperatorCommand& command, const GainR
 }  // namespace
 
 GainRules gain_rules(const Config& config, const robot::SerialArm& arm) {
-  return {runtime::joint_names(arm), config.feedback.limits, config.feedback.contact_gain_ratio};
+  return {runtime::joint_names(arm), config.feedback.limits, config.feedback.contact_gain_ratio,
+          config.percept_follows_law};
+}
+
+Settings initial_settings(const Config& config) {
+  Settings settings;
+  settings.percept_gain = config.percept_gain;
+  settings.law = config.feedback.law;
+  settings.percept_enabled = !config.percept_follows_law || teleop::drag_stands_apart(settings.law);
+  return settings;
 }
 
 core::Status apply_setting(const messages::OperatorCommand& command, const GainRules& rules,
@@ -56,6 +66,7 @@ core::Status apply_setting(const messages::OperatorCommand& command, const GainR
   } else if (command.kind == CommandKind::kSetLaw) {
     settings.law = static_cast<teleop::BilateralLaw>(command.value);
     settings.feedback_gain = teleop::everywhere(teleop::kLawsOwnGain);
+    if (rules.percept_follows_law) settings.percept_enabled = teleop::drag_stands_apart(settings.law);
   } else {
     return core::Status::invalid_argument("this command is not for master_io");
   }

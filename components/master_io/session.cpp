@@ -175,12 +175,9 @@ int run_session(const runtime::CellConfig& cell, const ArmModel& model, const Co
   runtime::StopFile stops(state_dir, "master_io", network);
   if (!stops.notice().empty()) spdlog::warn("{}", stops.notice());
   Inbox inbox;
-  Settings settings;
-  settings.percept_gain = config.percept_gain;
-  settings.law = config.feedback.law;
   DdsAdapter adapter(core::in_haptic_path(network, config.scheduling.servo_priority),
                      {messages::bounds_of(model.arm), config.percept.mode, gain_rules(config, model.arm)},
-                     settings, inbox);
+                     initial_settings(config), inbox);
   if (config.driver == Driver::kCan) {
     spdlog::info("the master's drives are on CAN: {}", fmt::join(config.can->addresses, ", "));
   } else {

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <limits>
+#include <map>
 
 #include "common/dds/source_guard.hpp"
 #include "components/master_io/dds_adapter_convert.hpp"
@@ -81,6 +82,32 @@ TEST(MasterAdapter, CommandsAreTakenWithinTheirRanges) {
       << "one law's gain is not another's";
   for (const double bad : {kBad[0], kBad[1], -1.0, 5.0, 1.5}) EXPECT_FALSE(give(CommandKind::kSetLaw, bad));
   EXPECT_FALSE(give(static_cast<CommandKind>(50), 0));
+}
+
+TEST(MasterAdapter, WithSetLawANewLawSwitchesDragAsTable61HasIt) {
+  using enum teleop::BilateralLaw;
+  const std::map<teleop::BilateralLaw, bool> drag{
+      {kPf, true}, {kSctfb, true}, {kPfff, true}, {kPe, false}, {kPeff, false}};
+  Config config = shipped_config();
+  for (const bool follows : {false, true}) {
+    config.percept_follows_law = follows;
+    const GainRules rules = gain_rules(config, shipped_arm().arm);
+    for (const auto& [before, unused] : drag) {
+      for (const auto& [law, stands_apart] : drag) {
+        config.feedback.law = before;
+        Settings settings = initial_settings(config);
+        EXPECT_EQ(settings.percept_enabled, !follows || drag.at(before));
+        const auto give = [&](CommandKind kind, double value) {
+          EXPECT_TRUE(apply_setting({.kind = kind, .value = value}, rules, 0.004, settings).is_ok());
+        };
+        give(CommandKind::kSetLaw, static_cast<double>(law));
+        EXPECT_EQ(settings.percept_enabled, !follows || stands_apart)
+            << name_of(before) << " to " << name_of(law);
+        give(CommandKind::kEnablePercept, 1);
+        EXPECT_TRUE(settings.percept_enabled) << "an operator's word counts until the next law";
+      }
+    }
+  }
 }
 
 // 1/A = 10 from the page swung all joints at 57 Hz, 0.1 two of them.
