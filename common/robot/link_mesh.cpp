@@ -33,6 +33,10 @@ core::Expected<geometry::TriangleMesh> load_mesh(const LinkMesh& mesh) {
   if (scale == Eigen::Vector3d::Ones()) return result;
   for (Eigen::Vector3f& vertex_m : result.vertices_m)
     vertex_m = vertex_m.cast<double>().cwiseProduct(scale).cast<float>();
+  if (!result.all_finite()) {
+    return core::Status::invalid_argument(mesh.file.string() +
+                                          ": its scale takes it beyond what a number of 32 bits can hold");
+  }
   if (scale.prod() < 0.0) {  // mirrored: outward stays outward
     for (auto& triangle : result.triangles) std::swap(triangle[1], triangle[2]);
   }

@@ -248,12 +248,14 @@ std::filesystem::path resolve_mesh(const std::filesystem::path& folder, const st
   return (folder / rest).lexically_normal();
 }
 
+constexpr double kMostLength_m = 1e4;  // as of a cell's shapes
+
 /// Returns the mesh of a box, a cylinder or a sphere; without triangles if one of its lengths is 0.
 geometry::TriangleMesh body_of(const urdf::Geometry& shape, const std::string& place) {
   const auto lengths = [&](std::initializer_list<double> all) {
     for (const double length : all) {
-      if (!(length >= 0.0) || !std::isfinite(length))
-        throw Fault{place + ": lengths of its geometry must be finite and 0 or above"};
+      if (!(length >= 0.0 && length <= kMostLength_m))
+        throw Fault{place + ": lengths of its geometry must be from 0 to " + text_of(kMostLength_m) + " m"};
     }
     return std::ranges::min(all) > 0.0;
   };

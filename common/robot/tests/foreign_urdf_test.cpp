@@ -254,6 +254,7 @@ TEST(Primitives, ImpossibleLengthsAreRefused) {
   };
   EXPECT_THAT(load(R"(<sphere radius="-0.1"/>)"), HasSubstr("link 'base': lengths of its geometry must be"));
   EXPECT_THAT(load(R"(<cylinder radius="0.1" length="-1"/>)"), HasSubstr("link 'base': lengths"));
+  EXPECT_THAT(load(R"(<box size="0.1 1e30 1"/>)"), HasSubstr("must be from 0 to 10000 m"));
   EXPECT_THAT(load(R"(<box size="0.1 -1 1"/>)"), HasSubstr("link 'base': lengths"));
   EXPECT_THAT(load(R"(<cylinder radius="x" length="1"/>)"), HasSubstr("not a usable URDF: radius"));
   EXPECT_THAT(load(R"(<capsule radius="1" length="1"/>)"),
@@ -332,6 +333,54 @@ TEST_F(MeshFile, OfColladaIsInTheUnitThatItDeclares) {
   const auto arm = load(folder_, R"(<mesh filename="box.dae" scale="2 2 2"/>)");
   ASSERT_TRUE(arm) << arm.status().message();
   expect_box(only_mesh(*arm), {0, 0, 0}, {0.508, 1.016, 1.524}, 1e-5);
+}
+
+/// Bytes of a whole file, damaged at random: an arm of finite numbers comes out, or one message.
+TEST(ForeignUrdf, DamagedFilesAreReadOrRefused) {
+  const std::string whole = test::text_of(PHANTOM_SOURCE_DIR "/deploy/arms/laboratory_arm.urdf");
+  const std::string often = "0123456789.-eE\"<>/= xyzinfan";
+  std::mt19937 random(5);
+  const auto below = [&random](std::size_t n) {
+    return std::uniform_int_distribution<std::size_t>(0, n - 1)(random);
+  };
+  const auto file = test::new_folder() / "damaged.urdf";
+  std::size_t read = 0, refused = 0;
+  for (int trial = 0; trial < 1500; ++trial) {
+    std::string text = whole;
+    for (std::size_t i = 1 + below(3); i > 0; --i) {
+      const std::size_t at = below(text.size());
+      switch (below(3)) {
+        case 0:
+          text[at] = often[below(often.size())];
+          break;
+        case 1:
+          text.erase(at, 1 + below(8));
+          break;
+        default:
+          text.insert(at, text.substr(below(text.size()), below(40)));
+      }
+    }
+    std::ofstream(file) << text;
+    const auto arm = SerialArm::from_urdf(file, "tool", {}, {{"finger_left", 0.01}});
+    (arm ? read : refused) += 1;
+    if (!arm) {
+      EXPECT_THAT(arm.status().message(), testing::StartsWith(file.string() + ": "));
+      continue;
+    }
+    LinkPoses X_WL;
+    arm->link_poses({}, X_WL);
+    for (std::size_t l = 0; l < arm->links().size(); ++l) {
+      const Link& link = arm->links()[l];
+      EXPECT_TRUE(X_WL[l].translation_m.allFinite() && link.centre_of_mass_m.allFinite());
+      EXPECT_TRUE(std::isfinite(link.mass_kg) && link.mass_kg >= 0.0);
+      for (const LinkMesh& mesh : link.meshes) {
+        EXPECT_TRUE(mesh.X_link_mesh.rotation.allFinite() && mesh.X_link_mesh.translation_m.allFinite());
+        EXPECT_TRUE(mesh.body.all_finite());
+      }
+    }
+  }
+  EXPECT_GT(read, 100U);
+  EXPECT_GT(refused, 100U);
 }
 
 // Arms that others drew: of Debian's package dart-doc (scripts/setup installs it).
