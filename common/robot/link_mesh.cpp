@@ -4,6 +4,7 @@
 #include <cctype>
 #include <cmath>
 #include <string>
+#include <string_view>
 
 #include "common/geometry/mesh_io.hpp"
 
@@ -16,7 +17,31 @@ bool is_collada(const std::filesystem::path& file) {
   return extension == ".dae";
 }
 
+constexpr std::string_view kPackage = "package://";
+
 }  // namespace
+
+bool is_of_package(const std::string& name) { return name.starts_with(kPackage); }
+
+bool lies_in_package(const std::filesystem::path& file, const std::string& name) {
+  const std::string package = name.substr(kPackage.size(), name.find('/', kPackage.size()) - kPackage.size());
+  return std::find(file.begin(), file.end(), package) != file.end();
+}
+
+std::filesystem::path find_mesh(const std::filesystem::path& folder, const std::string& name) {
+  const std::string file = "file://";
+  if (!is_of_package(name))  // an absolute name replaces the folder
+    return (folder / (name.starts_with(file) ? name.substr(file.size()) : name)).lexically_normal();
+  const std::string whole = name.substr(kPackage.size()), rest = whole.substr(whole.find('/') + 1);
+  for (const std::string& relative : {whole, rest}) {
+    std::filesystem::path place = std::filesystem::absolute(folder).lexically_normal();
+    for (bool at_root = false; !at_root; place = place.parent_path()) {
+      at_root = place == place.parent_path();
+      if (std::filesystem::is_regular_file(place / relative)) return (place / relative).lexically_normal();
+    }
+  }
+  return (folder / rest).lexically_normal();
+}
 
 core::Expected<geometry::TriangleMesh> load_mesh(const LinkMesh& mesh) {
   if (mesh.file.empty()) return mesh.body;

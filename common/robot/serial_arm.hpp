@@ -71,12 +71,10 @@ class SerialArm {
   /// frame. Moving joints off the chain (a gripper's fingers, another branch) are held: at the position that
   /// `held` states by the joint's name (rad or m), else at 0 or the limit nearest to it; a joint that mimics
   /// another follows it; planar and floating joints stay at their origin. Boxes, cylinders and spheres become
-  /// meshes; a link without a visual is seen as its collision geometry. Files are found as
-  /// "package://PACKAGE/ REST" or relative: REST or PACKAGE/REST in the URDF's folder or one that this lies
-  /// in. notices() has what was decided. Errors name the file, the link or joint, and what is allowed: a
-  /// joint of the chain that mimics another or whose type is not revolute, continuous or prismatic, more than
-  /// 16 of them, a missing mesh file, a missing limit, a stated position of no held joint or outside of its
-  /// limits.
+  /// meshes; a link without a visual is seen as its collision geometry. find_mesh() finds the files.
+  /// notices() has what was decided. Errors name the file, the link or joint, and what is allowed: a joint of
+  /// the chain that mimics another or whose type is not revolute, continuous or prismatic, more than 16 of
+  /// them, a missing mesh file, a missing limit, a stated position of no held joint or outside of its limits.
   static core::Expected<SerialArm> from_urdf(const std::filesystem::path& urdf, const std::string& tip_link,
                                              const geometry::Pose& X_WB,
                                              const std::map<std::string, double>& held = {});

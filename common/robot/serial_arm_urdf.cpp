@@ -147,7 +147,9 @@ class HeldJoints {
   HeldJoints(const urdf::ModelInterface& model, const std::vector<urdf::JointSharedPtr>& chain,
              const std::map<std::string, double>& stated)
       : model_(model), stated_(stated) {
-    for (const auto& joint : chain) in_chain_.insert(joint->name);
+    for (const auto& joint : chain) {
+      if (is_moving(*joint)) in_chain_.insert(joint->name);
+    }
     for (const auto& [name, q] : stated) check_stated(name, q);
   }
 
@@ -219,7 +221,7 @@ class HeldJoints {
 
   const urdf::ModelInterface& model_;
   const std::map<std::string, double>& stated_;
-  std::set<std::string> in_chain_;
+  std::set<std::string> in_chain_;  // those that move
   std::string notice_;
 };
 
@@ -229,24 +231,6 @@ struct Reading {
   HeldJoints held;
   std::vector<std::string> notices = {};
 };
-
-/// Resolves package://, file:// and relative mesh names in the URDF's folder and those that it lies in.
-/// Returns the name in the URDF's own folder if there is no such file.
-std::filesystem::path resolve_mesh(const std::filesystem::path& folder, const std::string& name) {
-  const std::string package = "package://", file = "file://";
-  if (!name.starts_with(package)) {  // an absolute name replaces the folder
-    return (folder / (name.starts_with(file) ? name.substr(file.size()) : name)).lexically_normal();
-  }
-  const std::string whole = name.substr(package.size()), rest = whole.substr(whole.find('/') + 1);
-  std::filesystem::path place = std::filesystem::absolute(folder).lexically_normal();
-  for (bool at_root = false; !at_root; place = place.parent_path()) {
-    at_root = place == place.parent_path();
-    for (const std::string& relative : {rest, whole}) {
-      if (std::filesystem::is_regular_file(place / relative)) return (place / relative).lexically_normal();
-    }
-  }
-  return (folder / rest).lexically_normal();
-}
 
 constexpr double kMostLength_m = 1e4;  // as of a cell's shapes
 
@@ -280,12 +264,14 @@ void add_mesh(const urdf::Geometry& shape, const geometry::Pose& X_link_piece, c
   LinkMesh result;
   if (shape.type == urdf::Geometry::MESH) {
     const auto& mesh = static_cast<const urdf::Mesh&>(shape);
-    result.file = resolve_mesh(reading.folder, mesh.filename);
+    result.file = find_mesh(reading.folder, mesh.filename);
     if (!std::filesystem::is_regular_file(result.file)) {
       throw Fault{place + ": mesh '" + mesh.filename + "' is missing (looked for " + result.file.string() +
-                      (mesh.filename.starts_with("package://") ? " and in the folders above" : "") + ")",
+                      (is_of_package(mesh.filename) ? " and in the folders above" : "") + ")",
                   true};
     }
+    if (is_of_package(mesh.filename) && !lies_in_package(result.file, mesh.filename))
+      reading.notices.push_back(place + ": " + mesh.filename + " is taken from " + result.file.string());
     result.scale = {mesh.scale.x, mesh.scale.y, mesh.scale.z};
     if (!result.scale.allFinite() || !(result.scale.cwiseAbs().minCoeff() > 0.0))
       throw Fault{place + ": mesh '" + mesh.filename +

@@ -159,6 +159,7 @@ TEST(HeldJointsRefuse, WhatCannotBeStated) {
   EXPECT_THAT(refusal(hand(), "palm", {{"right", 0.0}}),
               HasSubstr("'right' mimics left; allowed: axle, left"));
   EXPECT_THAT(refusal(hand(), "palm", {{"glue", 0.0}}), HasSubstr("'glue' neither turns nor slides"));
+  EXPECT_THAT(refusal(hand(""), "nail", {{"glue", 0.0}}), HasSubstr("'glue' neither turns nor slides"));
   EXPECT_THAT(refusal(hand(), "palm", {{"left", 0.09}}),
               HasSubstr("held_joints: 0.09 for 'left' is outside of its limits; allowed: -0.08 to 0.08"));
   EXPECT_THAT(refusal(hand(), "palm", {{"left", std::nan("")}}), HasSubstr("outside of its limits"));
@@ -311,6 +312,18 @@ TEST_F(MeshFile, IsFoundInItsPackageAboveAndInOneBeside) {
     ASSERT_TRUE(arm) << arm.status().message();
     EXPECT_GT(geometry::enclosed_volume_m3(only_mesh(*arm)), 0.9) << name;
   }
+  // As the arm's and the gripper's packages may have files of one name, the one in its own package comes
+  // first.
+  write(folder_ / "gripper_description/meshes/link.stl", geometry::make_box({1, 1, 3}));
+  const auto own = load(place, R"(<mesh filename="package://gripper_description/meshes/link.stl"/>)");
+  ASSERT_TRUE(own) << own.status().message();
+  EXPECT_NEAR(geometry::enclosed_volume_m3(only_mesh(*own)), 3, 1e-5);
+  EXPECT_THAT(own->notices(), IsEmpty());
+  const auto renamed = load(place, R"(<mesh filename="package://arm_model/meshes/link.stl"/>)");
+  ASSERT_TRUE(renamed) << renamed.status().message();
+  EXPECT_THAT(renamed->notices(),
+              ElementsAre(testing::EndsWith("link.stl is taken from " +
+                                            (folder_ / "arm_description/meshes/link.stl").string())));
   const auto missing = load(place, R"(<mesh filename="package://arm_description/meshes/none.stl"/>)");
   ASSERT_FALSE(missing);
   EXPECT_EQ(missing.status().code(), core::ErrorCode::kNotFound);
