@@ -1,5 +1,6 @@
 #include "common/robot/serial_arm.hpp"
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 
 namespace phantom::robot {
@@ -7,11 +8,33 @@ namespace {
 
 constexpr double kGravity_m_s2 = 9.80665;  // standard gravity
 
+/// Inertia about a point of a mass at `lever_m` from it (Steiner).
+Eigen::Matrix3d inertia_of_point(double mass_kg, const Eigen::Vector3d& lever_m) {
+  return mass_kg * (lever_m.squaredNorm() * Eigen::Matrix3d::Identity() - lever_m * lever_m.transpose());
+}
+
 }  // namespace
 
 geometry::Pose Joint::motion(double q) const noexcept {
   if (type == JointType::kPrismatic) return {Eigen::Matrix3d::Identity(), q * axis};
   return {geometry::rotation_about(axis, q), Eigen::Vector3d::Zero()};
+}
+
+bool is_inertia(const Eigen::Matrix3d& inertia_kg_m2) {
+  if (!inertia_kg_m2.allFinite() || inertia_kg_m2 != inertia_kg_m2.transpose()) return false;
+  const Eigen::Vector3d principal =
+      Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(inertia_kg_m2, Eigen::EigenvaluesOnly).eigenvalues();
+  return principal.minCoeff() >= -1e-9 * principal.maxCoeff();
+}
+
+void Link::add_body(double body_kg, const Eigen::Vector3d& centre_m, const Eigen::Matrix3d& body_kg_m2) {
+  const double total_kg = mass_kg + body_kg;
+  if (!(total_kg > 0.0)) return;
+  const Eigen::Vector3d before_m = centre_of_mass_m;
+  centre_of_mass_m = (mass_kg * before_m + body_kg * centre_m) / total_kg;
+  inertia_kg_m2 += body_kg_m2 + inertia_of_point(mass_kg, before_m - centre_of_mass_m) +
+                   inertia_of_point(body_kg, centre_m - centre_of_mass_m);
+  mass_kg = total_kg;
 }
 
 std::optional<std::pair<std::size_t, geometry::Pose>> SerialArm::find_frame(const std::string& name) const {

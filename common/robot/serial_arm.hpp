@@ -39,6 +39,10 @@ struct Link {
   std::vector<LinkMesh> meshes;                                ///< what is seen of it
   double mass_kg = 0.0;
   Eigen::Vector3d centre_of_mass_m = Eigen::Vector3d::Zero();  ///< in this link's frame
+  Eigen::Matrix3d inertia_kg_m2 = Eigen::Matrix3d::Zero();     ///< about the centre of mass, along its axes
+
+  /// Fixes a body to the link: its centre of mass and its inertia about that, both in this link's frame.
+  void add_body(double body_kg, const Eigen::Vector3d& centre_m, const Eigen::Matrix3d& body_kg_m2);
 };
 
 /// Order of the four elementary motions in a row of a DH table. z and x are the axes of the moving frame.
@@ -59,7 +63,11 @@ struct DhRow {
   double max_speed = 0.0, max_effort = 0.0;  ///< above 0; rad/s or m/s, N·m or N
   double mass_kg = 0.0;                      ///< of the carried link
   Eigen::Vector3d centre_of_mass_m = Eigen::Vector3d::Zero();  ///< in the row's frame
+  Eigen::Matrix3d inertia_kg_m2 = Eigen::Matrix3d::Zero();     ///< about that centre, along the row's axes
 };
+
+/// Returns whether `inertia_kg_m2` may be that of a body: finite, symmetric, no principal moment below zero.
+bool is_inertia(const Eigen::Matrix3d& inertia_kg_m2);
 
 /// Poses of the links in the workspace frame, by link index (0 = base).
 using LinkPoses = std::array<geometry::Pose, core::kMaxJoints + 1>;
@@ -74,7 +82,8 @@ class SerialArm {
   /// meshes; a link without a visual is seen as its collision geometry. find_mesh() finds the files.
   /// notices() has what was decided. Errors name the file, the link or joint, and what is allowed: a joint of
   /// the chain that mimics another or whose type is not revolute, continuous or prismatic, more than 16 of
-  /// them, a missing mesh file, a missing limit, a stated position of no held joint or outside of its limits.
+  /// them, a missing mesh file, a missing limit, a stated position of no held joint or outside of its
+  /// limits, an inertia that no body has.
   static core::Expected<SerialArm> from_urdf(const std::filesystem::path& urdf, const std::string& tip_link,
                                              const geometry::Pose& X_WB,
                                              const std::map<std::string, double>& held = {});

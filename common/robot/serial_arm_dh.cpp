@@ -49,6 +49,7 @@ std::string fault_of(const DhRow& row) {
     return "max_effort: " + number(row.max_effort) + "; allowed: above 0";
   if (!(row.mass_kg >= 0.0) || !std::isfinite(row.mass_kg) || !row.centre_of_mass_m.allFinite())
     return "mass must be 0 or above and its centre finite";
+  if (!is_inertia(row.inertia_kg_m2)) return "inertia must be finite, with no principal moment below 0";
   return {};
 }
 
@@ -96,8 +97,8 @@ core::Expected<SerialArm> SerialArm::from_dh(const std::vector<DhRow>& rows, DhC
     Link link;
     link.name = row.link;
     link.frames.emplace_back(row.link, X_link_row);
-    link.mass_kg = row.mass_kg;
-    link.centre_of_mass_m = X_link_row * row.centre_of_mass_m;
+    const Eigen::Matrix3d& R = X_link_row.rotation;
+    link.add_body(row.mass_kg, X_link_row * row.centre_of_mass_m, R * row.inertia_kg_m2 * R.transpose());
     arm.links_.push_back(std::move(link));
   }
   arm.tip_m_ = X_link_row.translation_m;

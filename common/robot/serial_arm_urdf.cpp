@@ -302,6 +302,15 @@ void add_meshes(const urdf::Link& source, const geometry::Pose& X_link_frame, Re
   }
 }
 
+/// Returns the inertia about the centre of mass, along the axes of the <inertial>'s frame.
+Eigen::Matrix3d inertia_of(const urdf::Inertial& body, const std::string& link) {
+  Eigen::Matrix3d inertia;
+  inertia << body.ixx, body.ixy, body.ixz, body.ixy, body.iyy, body.iyz, body.ixz, body.iyz, body.izz;
+  if (!is_inertia(inertia))
+    throw Fault{"link '" + link + "': inertia must be finite, with no principal moment below 0"};
+  return inertia;
+}
+
 /// Adds a URDF link, at `X_link_frame` in the moving link `link`, and everything that is fixed to it or held.
 void absorb(const urdf::Link& source, const geometry::Pose& X_link_frame, const std::string& next_in_chain,
             Reading& reading, Link& link) {
@@ -312,9 +321,10 @@ void absorb(const urdf::Link& source, const geometry::Pose& X_link_frame, const 
     if (!(mass >= 0.0) || !std::isfinite(mass))
       throw Fault{"link '" + source.name + "': mass must be 0 or above"};
     if (mass > 0.0) {
-      const Eigen::Vector3d centre = X_link_frame * pose_of(source.inertial->origin).translation_m;
-      link.centre_of_mass_m = (link.mass_kg * link.centre_of_mass_m + mass * centre) / (link.mass_kg + mass);
-      link.mass_kg += mass;
+      const geometry::Pose X_link_body = X_link_frame * pose_of(source.inertial->origin);
+      const Eigen::Matrix3d& R = X_link_body.rotation;
+      const Eigen::Matrix3d inertia = inertia_of(*source.inertial, source.name);
+      link.add_body(mass, X_link_body.translation_m, R * inertia * R.transpose());
     }
   }
   for (const auto& joint : source.child_joints) {

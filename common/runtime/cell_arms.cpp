@@ -30,6 +30,10 @@ robot::DhRow read_dh_row(const Fields& fields) {
   fields.number(slides ? "max_force_N" : "max_torque_Nm", row.max_effort);
   fields.number("mass_kg", row.mass_kg);
   fields.vector3("centre_of_mass_m", row.centre_of_mass_m);
+  std::vector<double> i(6, 0.0);  // xx, yy, zz, xy, xz, yz
+  fields.numbers("inertia_kg_m2", i);
+  fields.check(i.size() == 6, "inertia_kg_m2", "is not [xx, yy, zz, xy, xz, yz]");
+  row.inertia_kg_m2 << i[0], i[3], i[4], i[3], i[1], i[5], i[4], i[5], i[2];
   return row;
 }
 

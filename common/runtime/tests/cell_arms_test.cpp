@@ -130,7 +130,8 @@ class ArmFile : public testing::Test {
   static constexpr const char* kArm = R"(dh:
   convention: classic
   rows:
-    - {link: base_turn, d_m: 0.3, alpha_deg: 90, range_deg: [-90, 90], max_speed_deg_s: 30, max_torque_Nm: 50}
+    - {link: base_turn, d_m: 0.3, alpha_deg: 90, range_deg: [-90, 90], max_speed_deg_s: 30, max_torque_Nm: 50,
+       mass_kg: 2, inertia_kg_m2: [0.2, 0.3, 0.4, 0.01, 0.02, 0.03]}
     - {link: slide, type: prismatic, range_m: [0, 0.4], max_speed_m_s: 0.1, max_force_N: 200}
 home: [0, 0.1]
 skin:
@@ -150,6 +151,9 @@ TEST_F(ArmFile, LoadsWithUnits) {
   EXPECT_NEAR(arm.dh[0].alpha_rad, std::numbers::pi / 2, 1e-12);
   EXPECT_NEAR(arm.dh[0].max_speed, 30 * core::kRadPerDegree, 1e-12);
   EXPECT_EQ(arm.dh[1].upper, 0.4);
+  Eigen::Matrix3d inertia;
+  inertia << 0.2, 0.01, 0.02, 0.01, 0.3, 0.03, 0.02, 0.03, 0.4;
+  EXPECT_EQ(arm.dh[0].inertia_kg_m2, inertia);
   EXPECT_EQ(arm.skin[1].axes[0].cluster->shape, robot::ClusterShape::kFraction);
   EXPECT_EQ(arm.skin[1].axes[0].tip_reach_vox, 1);
   const auto skin = load_skin(arm, load_arm(arm));
@@ -197,6 +201,7 @@ TEST_F(ArmFile, EachFaultIsNamed) {
   expect_refused("range_m: [0, 0.4], ", "", "range_m: is missing");
   expect_refused("max_speed_deg_s: 30", "max_speed_deg_s: 0", "0.001 to 36000 degrees/s");
   expect_refused("max_force_N: 200", "max_torque_Nm: 200", "max_force_N: is missing");
+  expect_refused(", 0.01, 0.02, 0.03]", "]", "is not [xx, yy, zz, xy, xz, yz]");
   expect_refused("type: prismatic", "type: screw", "allowed: revolute, prismatic");
   expect_refused("home: [0, 0.1]", "home: [0]", "home: has 1 values; allowed: 2");
   expect_refused("home: [0, 0.1]", "home: [0, 0.5]", "is outside of its limits; allowed: 0.0");
