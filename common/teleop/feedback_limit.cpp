@@ -24,11 +24,16 @@ Complex hold(double omega_rad_s, double period_s, int samples) {
   return std::polar(half > 0.0 ? std::sin(half) / half : 1.0, -half * (1.0 + 2.0 * samples));
 }
 
-// Response of sample differences through a first-order filter, as Encoders computes velocities.
+// Response of a first-order filter of samples, as Encoders and MomentumObserver have it.
+Complex filtered(double omega_rad_s, double period_s, double filter_s) {
+  const double share = period_s / (period_s + filter_s);
+  return share / (1.0 - (1.0 - share) * std::polar(1.0, -omega_rad_s * period_s));
+}
+
+// Response of sample differences through such a filter, as Encoders computes velocities.
 Complex filtered_rate(double omega_rad_s, double period_s, double filter_s) {
   const Complex back = std::polar(1.0, -omega_rad_s * period_s);
-  const double share = period_s / (period_s + filter_s);
-  return (1.0 - back) / period_s * share / (1.0 - (1.0 - share) * back);
+  return (1.0 - back) / period_s * filtered(omega_rad_s, period_s, filter_s);
 }
 
 // F(jω) behind the master's hold = at_once + answered·e^(−jωτ).
@@ -48,7 +53,8 @@ Stiffness stiffness_at(BilateralLaw law, const FeedbackLoop& loop, bool held, do
     torque = commanded / (1.0 + plant * (loop.slave_k_p + loop.slave_k_v * slave_rate));
     moved = plant * torque;
   }
-  const Complex force = held ? torque : 0.0;  // −F_e: a free slave feels no external force
+  // −F_e: a free slave feels no external force.
+  const Complex force = held ? torque * filtered(omega_rad_s, loop.slave_period_s, loop.force_lag_s) : 0.0;
   const bool exchange = law == BilateralLaw::kPe || law == BilateralLaw::kPeff;
   Stiffness f{0.0, 0.0};
   if (law == BilateralLaw::kSctfb) f.answered += torque;

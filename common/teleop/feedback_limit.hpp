@@ -22,6 +22,7 @@ struct FeedbackLoop {
   double slave_period_s = 0.001;
   int slave_delay_samples = 0;
   double slave_filter_s = 0.0;
+  double force_lag_s = 0.0;  ///< time constant with which F_e follows the force on the slave, ≥ 0
   double exchange_k_p = 0.0, exchange_k_v = 0.0, force_share = 1.0;  ///< as in ExchangeGains
 };
 

@@ -91,6 +91,7 @@ std::vector<teleop::FeedbackLoop> read_loops(const Fields& slave, const robot::S
                               .master_filter_s = config.device.velocity_filter_s,
                               .slave_period_s = 1.0 / slave.value("rate_Hz", 1000),
                               .slave_filter_s = slave.value("velocity_filter_s", 0.002),
+                              .force_lag_s = slave.value("force_lag_s"),
                               .force_share = config.feedback.exchange.force_share};
   slave.number("command_delay_samples", as_all.slave_delay_samples);
   const double bandwidth_Hz = slave.value("bandwidth_Hz"), damping = slave.value("damping_ratio", 1.0);

@@ -67,13 +67,15 @@ double growth(BilateralLaw law, const FeedbackLoop& loop, double inverse_a, int 
   Late<Answer> back(back_ticks);
   Late<double> motor(loop.master_delay_samples), drive(loop.slave_delay_samples);
   master.v = 1.0;
-  double first = 0.0, middle = 0.0, last = 0.0;
+  double first = 0.0, middle = 0.0, last = 0.0, known_Nm = 0.0;
   const int ticks = static_cast<int>(duration_s / loop.master_period_s);
   for (int k = 0; k < ticks; ++k) {
     const Motion asked = there.pass({master.q, master.measured_v});
     const double loop_Nm =
         loop.slave_k_p * (asked.q - slave.q) + loop.slave_k_v * (asked.v - slave.measured_v);
-    const Answer heard = back.pass({{slave.q, slave.measured_v}, loop_Nm, held ? -loop_Nm : 0.0});
+    const double external_Nm = held ? -loop_Nm : 0.0;
+    known_Nm += loop.slave_period_s / (loop.slave_period_s + loop.force_lag_s) * (external_Nm - known_Nm);
+    const Answer heard = back.pass({{slave.q, slave.measured_v}, loop_Nm, known_Nm});
     const bool exchange = law == BilateralLaw::kPe || law == BilateralLaw::kPeff;
     double felt_Nm = 0.0;  // F_am · A
     if (law == BilateralLaw::kSctfb) felt_Nm = heard.loop_Nm;
@@ -119,8 +121,10 @@ TEST(FeedbackLimit, SR13_JustBelowItTheLoopComesToRestAndJustAboveItSwings) {
   FeedbackLoop on_can = kShoulder;
   on_can.master_period_s = on_can.slave_period_s = 0.002;
   on_can.master_delay_samples = on_can.slave_delay_samples = 2;
+  FeedbackLoop observed = on_can;
+  observed.force_lag_s = 0.02;
   int tried = 0;
-  for (const auto& loop : {kGantry, kShoulder, kTool, on_can}) {
+  for (const auto& loop : {kGantry, kShoulder, kTool, on_can, observed}) {
     for (const auto law :
          {BilateralLaw::kSctfb, BilateralLaw::kPfff, BilateralLaw::kPe, BilateralLaw::kPeff}) {
       for (const auto& [there, back] : {std::pair{0, 1}, {2, 2}, {3, 7}, {9, 6}}) {
