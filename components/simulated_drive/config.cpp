@@ -26,6 +26,20 @@ void read_drive(const runtime::Fields& drive, DriveOptions& options) {
     hand.number("damping_Nms_per_rad", motor.hand.damping_Nms_per_rad);
   }
   drive.number("start_rad", motor.start_rad);
+  if (drive.has("wall")) {
+    const runtime::Fields wall = drive.section("wall");
+    wall.number("at_rad", motor.wall.at_rad);
+    wall.number("stiffness_Nm_per_rad", motor.wall.stiffness_Nm_per_rad);
+    wall.number("damping_Nms_per_rad", motor.wall.damping_Nms_per_rad);
+    wall.check(motor.wall.at_rad != motor.start_rad, "at_rad", "is start_rad; allowed: a place beside it");
+    // The joint moves in steps: a stiffer wall would throw it back farther at each of them.
+    const double stiffest = motor.joint.inertia / (kSubStep_s * kSubStep_s);
+    wall.check(motor.wall.stiffness_Nm_per_rad <= stiffest, "stiffness_Nm_per_rad",
+               "is too much for the joint's inertia; allowed: up to " + std::to_string(stiffest));
+    const double thickest = motor.joint.inertia / kSubStep_s;
+    wall.check(motor.wall.damping_Nms_per_rad <= thickest, "damping_Nms_per_rad",
+               "is too much for the joint's inertia; allowed: up to " + std::to_string(thickest));
+  }
   drive.number("lower_stop_rad", motor.joint.lower);
   drive.number("upper_stop_rad", motor.joint.upper);
   drive.check(motor.joint.lower <= motor.start_rad, "lower_stop_rad",

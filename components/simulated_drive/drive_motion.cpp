@@ -66,6 +66,8 @@ void SimulatedDrive::move(double dt_s) {
   if (nmt_ == Nmt::kOperational) obey_controlword();
   const double limit = std::min(static_cast<double>(od_.value(0x6072)), 1e3 * options_.motor.peak_share);
   torque_mille_ = loops_.step(demand(dt_s), limit, dt_s);
+  torque_sum_mille_s_ += torque_mille_ * dt_s;
+  torque_sum_s_ += dt_s;
   const double error = demand_counts_ - static_cast<double>(motor().counts());
   const bool follows_position = state_ == Power::kEnabled && od_.value(0x6060) == kCyclicPosition;
   const bool off_track =

@@ -22,10 +22,19 @@ double Motor::hand_torque_Nm() const {
          hand.damping_Nms_per_rad * (speed_rad_s - v_rad_s_);
 }
 
+double Motor::wall_torque_Nm() const {
+  const WallParameters& wall = parameters_.wall;
+  const double into = wall.at_rad > parameters_.start_rad ? 1.0 : -1.0;
+  const double depth_rad = into * (q_rad_ - wall.at_rad);
+  if (wall.stiffness_Nm_per_rad == 0.0 || depth_rad <= 0.0) return 0.0;
+  return -into *
+         std::max(0.0, wall.stiffness_Nm_per_rad * depth_rad + wall.damping_Nms_per_rad * into * v_rad_s_);
+}
+
 void Motor::step(double mille, double dt_s) {
   time_s_ += dt_s;
   const double torque_Nm = mille * 1e-3 * parameters_.rated_torque_Nm * parameters_.gear_ratio +
-                           parameters_.load_Nm + hand_torque_Nm();
+                           parameters_.load_Nm + hand_torque_Nm() + wall_torque_Nm();
   simulation::integrate(parameters_.joint, torque_Nm, dt_s, q_rad_, v_rad_s_);
 }
 

@@ -6,12 +6,22 @@
 
 namespace phantom::simulated_drive {
 
+/// The motor moves in steps of this length.
+inline constexpr double kSubStep_s = 0.00025;
+
 /// A person's compliant hand on the joint of a master arm. It swings about the joint's initial position.
 struct HandParameters {
   double swing_rad = 0.0;  ///< 0: no hand
   double period_s = 12.0;
   double stiffness_Nm_per_rad = 50.0;
   double damping_Nms_per_rad = 2.5;
+};
+
+/// A wall that the joint meets: a spring and a damper that push it back, and never pull.
+struct WallParameters {
+  double at_rad = 0.0;
+  double stiffness_Nm_per_rad = 0.0;  ///< 0: no wall
+  double damping_Nms_per_rad = 0.0;
 };
 
 /// Parameters of the motor, its gear and encoder, and the joint that it drives.
@@ -22,6 +32,7 @@ struct MotorParameters {
   double peak_share = 3.0;         ///< greatest torque ÷ rated torque
   double load_Nm = 0.0;            ///< constant torque on the joint, like that of a weight
   HandParameters hand;
+  WallParameters wall;  ///< met from the side of start_rad
   simulation::JointMechanics joint{
       .inertia = 0.5, .viscous = 0.2, .coulomb = 0.05, .lower = -10, .upper = 10};
   double start_rad = 0.0;  ///< joint angle at power-up; count 0 is joint angle 0
@@ -38,6 +49,7 @@ class Motor {
   double counts_per_s() const;
   double joint_rad() const { return q_rad_; }
   double joint_rad_s() const { return v_rad_s_; }
+  double wall_torque_Nm() const;  ///< that the wall exerts on the joint now
   /// Returns the torque per mille that accelerates the joint by one count/s².
   double mille_per_acceleration() const;
   const MotorParameters& parameters() const { return parameters_; }

@@ -6,7 +6,6 @@
 namespace phantom::simulated_drive {
 namespace {
 
-constexpr double kSubStep_s = 0.00025;
 constexpr double kMostMadeUp_s = 0.05;  // a process that was suspended does not make up for the time
 
 }  // namespace
@@ -166,7 +165,10 @@ void SimulatedDrive::on_sync() {
   od_.set(0x6041, 0, statusword());
   od_.set(0x6064, 0, motor().counts());
   od_.set(0x606C, 0, std::llround(motor().counts_per_s()));
-  od_.set(0x6077, 0, std::llround(torque_mille_));
+  // Drives filter their current: the loops' ripple within a cycle, which keeps step with the SYNC, is not in
+  // it.
+  if (torque_sum_s_ > 0.0) od_.set(0x6077, 0, std::llround(torque_sum_mille_s_ / torque_sum_s_));
+  torque_sum_mille_s_ = torque_sum_s_ = 0.0;
   od_.set(0x6061, 0, misbehaviour.shown_mode != 0 ? misbehaviour.shown_mode : od_.value(0x6060));
   for (std::uint16_t i = 0; i < 4; ++i) {
     const Pdo tpdo = pdo(static_cast<std::uint16_t>(0x1800 + i));

@@ -114,6 +114,7 @@ class SimulatedDrive {
   double demand_counts_ = 0.0,
          demand_speed_ = 0.0;  // interpolated position; velocity that is ramped down
   double torque_mille_ = 0.0;
+  double torque_sum_mille_s_ = 0.0, torque_sum_s_ = 0.0;  // since the last SYNC
   double to_go_s_ = 0.0;
 };
 
