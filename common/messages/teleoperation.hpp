@@ -27,12 +27,12 @@ struct SlaveState {
   core::JointArray position{};        ///< rad or m
   core::JointArray velocity{};        ///< rad/s or m/s
   core::JointArray loop_torque_Nm{};  ///< of the position loop (F_as)
-  bool force_measured = false;        ///< the arm has a force sensor
+  bool force_measured = false;        ///< external_torque_Nm is known
   core::JointArray external_torque_Nm{};
   bool contact = false;
   double contact_force_N = -1.0;     ///< −1: not measured
   std::uint16_t contact_object = 0;  ///< 0: none or unknown
-  Vector3 contact_point_m{};         ///< in W
+  Vector3 contact_point_m{};         ///< in W; known while contact_force_N is
   double tool_speed_m_s = 0.0;
   double clearance_m = -1.0;  ///< −1: unknown
 

@@ -63,6 +63,7 @@ void Collector::narrate_until(double now_s) {
 }
 
 std::string Collector::object_name(int object) const {
+  if (object == 0) return "something unknown";
   const auto found = object_names_.find(object);
   return found != object_names_.end() ? found->second : "object " + std::to_string(object);
 }

@@ -88,7 +88,8 @@ Aids Compositor::hit_aids(const Moment& moment, const HitView& hit) const {
 
 void Compositor::add_contact(Frame& frame, const Moment& moment) const {
   const ArmSample& arm = moment.state.arm;
-  if (arm.contact && age_s(arm.received_ns, moment.now_ns) <= config_.staleness.slave_s) {
+  const bool seen = arm.contact && arm.contact_force_N >= 0.0;  // otherwise nobody knows where it is
+  if (seen && age_s(arm.received_ns, moment.now_ns) <= config_.staleness.slave_s) {
     add_marker(frame, eigen(arm.contact_point_m), 0.014, kContactColour);
   }
 }
@@ -194,7 +195,7 @@ Hud Compositor::main_hud(const Moment& moment) const {
   hud.model_age = age_text(age_s(state.arm.received_ns, moment.now_ns));
   hud.voxel_error = voxel_error_text(state.workspace);
   if (state.arm.contact && hud.banner.empty()) {
-    hud.subtitle = "contact with " + object_name(state, state.arm.contact_object);
+    hud.subtitle = "contact with " + touched_object(state);
   }
   return hud;
 }

@@ -17,25 +17,24 @@ Json number_or_null(double value, bool known = true) {
 Json link_json(const ViewerState& state, core::Nanoseconds now_ns) {
   const MasterSample& master = state.master;
   const bool master_known = master.received_ns != 0;
-  return {
-      {"slave", state.arm.received_ns == 0 ? "NONE" : label_of(state.arm.state)},
-      {"master", master_known ? label_of(master.state) : "NONE"},
-      {"slave_age_s", number_or_null(age_s(state.arm.received_ns, now_ns))},
-      {"master_age_s", number_or_null(age_s(master.received_ns, now_ns))},
-      {"quality", number_or_null(state.link_quality.share(), state.link_quality.share() >= 0)},
-      {"round_trip_s", number_or_null(master.round_trip_s, master.round_trip_s >= 0)},
-      {"percept_gain", number_or_null(master.percept_gain, master_known)},
-      {"feedback_gain", number_or_null(master.feedback_gain, master_known)},
-      {"percept_enabled", master.percept_enabled},
-      {"percept_limited", master.percept_limited},
-      {"law", master_known ? Json(static_cast<int>(master.law)) : Json()},
-      {"feedback_damped", master.feedback_damped},
-      {"force_missing", master.force_missing},
-      {"reach", master.reach},
-      {"contact", state.arm.contact},
-      {"contact_object", object_name(state, state.arm.contact ? state.arm.contact_object : std::uint16_t{0})},
-      {"contact_force_N", number_or_null(state.arm.contact_force_N, state.arm.contact_force_N >= 0)},
-      {"tool_speed_m_s", state.arm.tool_speed_m_s}};
+  return {{"slave", state.arm.received_ns == 0 ? "NONE" : label_of(state.arm.state)},
+          {"master", master_known ? label_of(master.state) : "NONE"},
+          {"slave_age_s", number_or_null(age_s(state.arm.received_ns, now_ns))},
+          {"master_age_s", number_or_null(age_s(master.received_ns, now_ns))},
+          {"quality", number_or_null(state.link_quality.share(), state.link_quality.share() >= 0)},
+          {"round_trip_s", number_or_null(master.round_trip_s, master.round_trip_s >= 0)},
+          {"percept_gain", number_or_null(master.percept_gain, master_known)},
+          {"feedback_gain", number_or_null(master.feedback_gain, master_known)},
+          {"percept_enabled", master.percept_enabled},
+          {"percept_limited", master.percept_limited},
+          {"law", master_known ? Json(static_cast<int>(master.law)) : Json()},
+          {"feedback_damped", master.feedback_damped},
+          {"force_missing", master.force_missing},
+          {"reach", master.reach},
+          {"contact", state.arm.contact},
+          {"contact_object", touched_object(state)},
+          {"contact_force_N", number_or_null(state.arm.contact_force_N, state.arm.contact_force_N >= 0)},
+          {"tool_speed_m_s", state.arm.tool_speed_m_s}};
 }
 
 Json percept_json(const ViewerState& state, const CellScene& scene, const Staleness& staleness,

@@ -100,6 +100,11 @@ std::string object_name(const ViewerState& state, std::uint16_t id) {
                                                                     : found->second.name;
 }
 
+std::string touched_object(const ViewerState& state) {
+  if (!state.arm.contact) return object_name(state, 0);
+  return state.arm.contact_object == 0 ? "something unknown" : object_name(state, state.arm.contact_object);
+}
+
 std::string label_of(LinkState state) {
   std::string label = teleop::name_of(state);
   std::transform(label.begin(), label.end(), label.begin(), [](char c) { return c & ~0x20; });

@@ -97,6 +97,8 @@ std::string condition_text(const ViewerState& state, const Staleness& staleness,
 
 /// Returns the object's name, such as "table"; "object 7" if the name is not known; "free space" for 0.
 std::string object_name(const ViewerState& state, std::uint16_t id);
+/// Returns what the arm touches; "something unknown" if only its force is felt.
+std::string touched_object(const ViewerState& state);
 
 std::string label_of(LinkState state);  ///< "COUPLED"
 const char* name_of(MotionClass motion) noexcept;
