@@ -18,6 +18,7 @@ const ArmDrivesSense& ArmDrives::sense() noexcept {
   sense_.position = r.position;
   sense_.velocity = r.velocity;
   sense_.torque = r.torque;
+  sense_.current = r.current;
   sense_.follows = r.state == DriveGroupState::kEnabled;
   sense_.fault = r.state == DriveGroupState::kFault;
   return sense_;

@@ -116,6 +116,11 @@ class Drive {
   void on_sync() noexcept;
 
   const DriveReport& report() const noexcept { return report_; }
+  /// Returns whether position, velocity and torque are the newest that the drive has to give, once its
+  /// answers to the last SYNC were processed. One answer may be missing, as it may come a little late.
+  bool is_current() const noexcept {
+    return missed_ + (answers_ == 0 ? 1 : 0) <= 1 && unmeasured_ <= timing_.measure_every;
+  }
   /// Returns whether the drive follows the targets. Otherwise its actual position, zero velocity and zero
   /// torque are sent.
   bool follows() const noexcept { return report_.phase == DrivePhase::kEnabled; }

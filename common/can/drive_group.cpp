@@ -81,6 +81,8 @@ DriveGoal DriveGroup::goal_of(const DriveCommand& command, const Drive& drive) c
 const DriveGroupReport& DriveGroup::listen() noexcept {
   for (Bus& bus : buses_) take_frames(bus);
   update_motion();
+  report_.current =
+      std::all_of(drives_.begin(), drives_.end(), [](const Drive& drive) { return drive.is_current(); });
   return report_;
 }
 

@@ -38,6 +38,7 @@ struct DriveGroupReport {
   DriveGroupState state = DriveGroupState::kStarting;
   core::JointArray position{}, velocity{}, torque{};  ///< as the drives report; kept while a drive is silent
   bool has_positions = false;                         ///< every drive has reported its position
+  bool current = false;  ///< at the last listen(), every drive's position, velocity and torque were current
   std::array<DriveReport, core::kMaxJoints> drives{};
   std::array<BusState, kMaxBuses> buses{};
   std::uint64_t refused_values = 0;  ///< commanded values that were not finite

@@ -1,5 +1,7 @@
 #include "components/slave_io/can_arm.hpp"
 
+#include <algorithm>
+
 namespace phantom::slave_io {
 
 CanArm::CanArm(const ArmModel& model, const Config& config, std::vector<std::unique_ptr<can::CanBus>> buses)
@@ -12,6 +14,14 @@ CanArm::CanArm(const ArmModel& model, const Config& config, std::vector<std::uni
     const auto& gains = config.gains[j];
     velocity_per_error_[j] = gains.k_v > 0.0 ? gains.k_p / gains.k_v : 0.0;
   }
+  if (!config.force_sensor) return;
+  observer_.emplace(model.arm, config.force_observer.value());
+  double threshold = 0.0;
+  for (std::size_t j = 0; j < axes_.size(); ++j) {
+    threshold =
+        std::max(threshold, config.force_observer->threshold_Nm[j] / model.arm.joints()[j].max_effort);
+  }
+  force_figures_ = {{"force_lag", force_lag_s(config), "s"}, {"force_threshold", threshold, "of effort"}};
 }
 
 const ArmSense& CanArm::sense() noexcept {
@@ -24,10 +34,15 @@ const ArmSense& CanArm::sense() noexcept {
   exerted_Nm_ = drives.torque;
   model_.arm.link_poses(sense_.position, X_WL_);
   if (feed_forward_) sense_.gravity_Nm = model_.arm.gravity_torque(X_WL_);
+  if (observer_) {
+    external_ = observer_->step(X_WL_, {drives.follows && drives.current, drives.velocity, drives.torque},
+                                since_last_s_);
+  }
   return sense_;
 }
 
-void CanArm::move(const ArmDemand& demand, double, core::Nanoseconds now_ns) noexcept {
+void CanArm::move(const ArmDemand& demand, double dt_s, core::Nanoseconds now_ns) noexcept {
+  since_last_s_ = dt_s;
   can::DriveCommand command{.enable = demand.outputs.power && !demand.stop,
                             .quick_stop = demand.stop,
                             .reset = demand.reset,
@@ -43,9 +58,18 @@ void CanArm::move(const ArmDemand& demand, double, core::Nanoseconds now_ns) noe
   drives_.step(command, now_ns);
 }
 
+core::ActuatorHealth CanArm::health() {
+  core::ActuatorHealth health = drives_.health();
+  health.figures.insert(health.figures.end(), force_figures_.begin(), force_figures_.end());
+  return health;
+}
+
 void CanArm::fill(messages::SlaveState& state) const noexcept {
   state.position = sense_.position;
   state.velocity = sense_.velocity;
+  state.force_measured = external_.measured;
+  state.external_torque_Nm = external_.torque_Nm;
+  state.contact = external_.contact;
   for (std::size_t j = 0; j < axes_.size(); ++j) {
     // If the position loop is closed in the drive, its torque is the torque that the drive exerts.
     if (axes_[j].mode != can::DriveMode::kTorque)

@@ -1,6 +1,9 @@
 #pragma once
 
+#include <optional>
+
 #include "common/can/arm_drives.hpp"
+#include "common/teleop/momentum_observer.hpp"
 #include "components/slave_io/arm_driver.hpp"
 #include "components/slave_io/model.hpp"
 
@@ -8,8 +11,9 @@ namespace phantom::slave_io {
 
 /// The arm's drives on their CAN buses. Each joint runs in the mode of its drive: torque (of the controller's
 /// position loop), velocity (the reference's velocity plus k_p/k_v times the position error) or position (the
-/// reference). An emergency stop is the drives' quick stop. This arm cannot sense contact: contact, contact
-/// force and clearance are reported as unknown.
+/// reference). An emergency stop is the drives' quick stop. With `force_sensor` the external torques and
+/// contact come from the drives' torque (MomentumObserver), while the drives follow. Where the arm is touched
+/// and with which force is unknown, as is the clearance.
 class CanArm final : public ArmDriver {
  public:
   /// `config.can` must be set; `model` must outlive the arm. `buses`: one open bus per address.
@@ -20,7 +24,7 @@ class CanArm final : public ArmDriver {
   void end(core::Nanoseconds now_ns) noexcept override { drives_.end(now_ns); }
   void fill(messages::SlaveState& state) const noexcept override;
   bool makes_up_periods() const noexcept override { return false; }
-  core::ActuatorHealth health() override { return drives_.health(); }
+  core::ActuatorHealth health() override;
 
   const can::DriveGroupReport& drives() const noexcept { return drives_.report(); }  ///< for the servo thread
 
@@ -34,6 +38,10 @@ class CanArm final : public ArmDriver {
   ArmSense sense_;
   core::JointArray exerted_Nm_{};
   robot::LinkPoses X_WL_;
+  std::optional<teleop::MomentumObserver> observer_;
+  teleop::ExternalTorque external_;
+  double since_last_s_ = 0.0;  // from the last SYNC but one to the last, which the drives have answered
+  std::vector<core::HealthFigure> force_figures_;
 };
 
 }  // namespace phantom::slave_io

@@ -77,6 +77,46 @@ void read_can(const Fields& section, const robot::SerialArm& arm, Config& config
   }
 }
 
+// The Coulomb friction of a joint rises up to this share of its greatest speed.
+constexpr double kSlowShare = 0.01;
+// A lag shorter than so many measurements would follow their steps.
+constexpr double kMeasurementsPerLag = 2.0;
+
+void read_force_observer(const Fields& section, const robot::SerialArm& arm, Config& config) {
+  auto& observer = config.force_observer.emplace();
+  section.number("lag_s", observer.lag_s);
+  section.choice("model", observer.coupled, {{"arm", true}, {"joints", false}});
+  observer.weight = observer.coupled && !config.plant.balanced;
+  const double share = section.value("threshold_share_of_effort", 0.05);
+  for (std::size_t j = 0; j < arm.joint_count(); ++j) {
+    const auto& mechanics = config.plant.joints[j];
+    observer.inertia_kg_m2[j] = observer.coupled ? config.plant.rotor.value()[j] : mechanics.inertia;
+    observer.coulomb_Nm[j] = mechanics.coulomb;
+    observer.viscous_Nms_per_rad[j] = mechanics.viscous;
+    observer.slow_rad_s[j] = kSlowShare * arm.joints()[j].max_speed;
+    observer.threshold_Nm[j] = share * arm.joints()[j].max_effort;
+  }
+  section.named("joints", runtime::joint_names(arm), [&](const Fields& own, std::size_t j) {
+    own.number("threshold", observer.threshold_Nm[j]);
+    own.number("coulomb", observer.coulomb_Nm[j]);
+    own.number("viscous", observer.viscous_Nms_per_rad[j]);
+  });
+  for (std::size_t j = 0; j < arm.joint_count(); ++j) {
+    // A joint that rests may bear so much by its friction alone.
+    if (observer.threshold_Nm[j] > observer.coulomb_Nm[j]) continue;
+    const std::string& name = arm.joints()[j].name;
+    const bool own = section.section("joints").has(name);
+    throw section.error(own ? "joints" : "threshold_share_of_effort",
+                        "is not above the Coulomb friction of " + name + "; allowed: more than " +
+                            std::to_string(observer.coulomb_Nm[j]) + " N·m or N");
+  }
+  if (!config.can) return;
+  const double shortest_s = kMeasurementsPerLag * config.can->group.timing.measure_every * config.period_s;
+  section.check(observer.lag_s >= shortest_s * (1.0 - 1e-9), "lag_s",
+                "is less than two measurements of the drives take; allowed: at least " +
+                    std::to_string(shortest_s) + " s");
+}
+
 // A torque takes effect one SYNC after it was sent and acts half a period later on average. The position that
 // it answers is one SYNC old.
 constexpr double kDelayOnCan_periods = 2.5;
@@ -111,6 +151,11 @@ void check_loops(const Fields& servo, const robot::SerialArm& arm, const Config&
 
 }  // namespace
 
+double force_lag_s(const Config& config) {
+  return config.force_observer.value().lag_s +
+         config.can.value().group.timing.measure_every * config.period_s;
+}
+
 Config load_config(const std::filesystem::path& path, const robot::SerialArm& arm,
                    const core::JointArray& home) {
   const Fields file(path, {kParameters, runtime::kDriveParameters});
@@ -127,6 +172,10 @@ Config load_config(const std::filesystem::path& path, const robot::SerialArm& ar
   if (config.driver == Driver::kSimulated || file.has("contact"))
     read_contact(file.section("contact"), config);
   if (config.driver == Driver::kCan || file.has("can")) read_can(file.section("can"), arm, config);
+  if (file.has("force_observer")) read_force_observer(file.section("force_observer"), arm, config);
+  file.check(
+      !config.force_sensor || config.driver == Driver::kSimulated || config.force_observer, "force_sensor",
+      "has nothing behind it with drives on CAN; allowed: false, or true with a section force_observer");
   check_loops(servo, arm, config);
   set_held(arm, config);
   file.finish();

@@ -11,6 +11,7 @@
 #include "common/simulation/slave_plant.hpp"
 #include "common/teleop/joint_servo.hpp"
 #include "common/teleop/link_state.hpp"
+#include "common/teleop/momentum_observer.hpp"
 
 namespace phantom::slave_io {
 
@@ -37,11 +38,16 @@ struct Config {
   teleop::LoopGuardParameters loop;
   bool gravity_feed_forward = false;
   bool force_sensor = false;  ///< the arm measures the external forces on it (F_e, laws c and e)
+  std::optional<teleop::MomentumObserverParameters> force_observer;  ///< always set for that on CAN
   core::JointArray align_tolerance{}, align_speed{}, align_range{};  ///< rad, rad/s, rad; or m, m/s, m
   simulation::SlavePlantParameters plant;
   ContactConfig contact;
   std::optional<runtime::DrivesConfig> can;  ///< always set for driver can
 };
+
+/// Returns by how much F_e of drives on CAN lags, in s: the observer's time constant, and the measurements of
+/// the drives, which are a cycle old at least.
+double force_lag_s(const Config& config);
 
 extern const char* const kParameters;  ///< the shipped slave_io.yaml as table of the parameters
 

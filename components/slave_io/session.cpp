@@ -153,6 +153,12 @@ int run_drives(const runtime::CellConfig& cell, const ArmModel& model, const Con
                  config.can->addresses[b], 100.0 * load.share, config.can->group.bit_rates[b] * 1e-3,
                  load.frames_per_cycle, config.period_s * 1e3);
   }
+  if (config.force_sensor) {
+    const auto& threshold_Nm = config.force_observer->threshold_Nm;
+    spdlog::info("external torques by the drives' torque: behind by {:.0f} ms, zero below {:.3g} N·m or N",
+                 1e3 * force_lag_s(config),
+                 fmt::join(threshold_Nm.begin(), threshold_Nm.begin() + model.arm.joint_count(), ", "));
+  }
   CanArm arm(model, config, std::move(buses));
   const auto loops = run_servo(model, config, arm, inbox, stops, adapter);
   if (!report_dir.empty()) write_report(report_dir / "slave_io.json", loops, nullptr, cell);

@@ -14,8 +14,9 @@
 namespace phantom::slave_io {
 
 struct ArmBench : teleop::ServoRig<Inbox, SlaveReport> {
-  explicit ArmBench(Config with = can_config(), const core::JointArray& start = shipped_arm().home)
-      : rig(std::move(with), start), config(rig.config), drives(rig.drives), frozen(rig.frozen) {
+  explicit ArmBench(Config with = can_config(), const core::JointArray& start = shipped_arm().home,
+                    const DriveRig::Change& change = {})
+      : rig(std::move(with), start, change), config(rig.config), drives(rig.drives), frozen(rig.frozen) {
     arm = std::make_unique<CanArm>(shipped_arm(), config, rig.connect());
     servo = std::make_unique<Servo>(shipped_arm(), config, *arm, inbox, 1, stops);
     master.position = shipped_arm().home;

@@ -86,7 +86,9 @@ TEST(CanArm, WhenSlaveIoEndsTheDrivesHoldOrCoastAtOnce) {
 }
 
 TEST(CanArm, WhatItCannotKnowIsToldAsUnknown) {
-  Bench bench;
+  Config without = can_config();
+  without.force_sensor = false;
+  Bench bench(without);
   ASSERT_TRUE(bench.reaches(LinkState::kCoupled));
   EXPECT_FALSE(bench.last.contact);
   EXPECT_EQ(bench.last.contact_force_N, -1.0);

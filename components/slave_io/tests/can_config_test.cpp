@@ -104,6 +104,63 @@ TEST(CanConfig, LoopsThatSwingAtTheirRateAreRefused) {
   EXPECT_NO_THROW(load_config(file, shipped_arm().arm, shipped_arm().home));
 }
 
+// The shipped file's section force_observer.
+std::string observer_section() {
+  std::ostringstream read;
+  read << std::ifstream(kCanFile).rdbuf();
+  const std::string text = read.str();
+  const auto begin = text.find("force_observer:  ");
+  return text.substr(begin, text.find("\nlink:") - begin);
+}
+
+TEST(CanConfig, AForceSensorNeedsSomethingBehindIt) {
+  EXPECT_THAT(can_problem(observer_section(), ""),
+              AllOf(HasSubstr("force_sensor: 'true' has nothing behind it with drives on CAN"),
+                    HasSubstr("allowed: false, or true with a section force_observer")));
+  const auto file = changed("force_sensor: true", "force_sensor: false", kCanFile);
+  EXPECT_FALSE(load_config(file, shipped_arm().arm, shipped_arm().home).force_sensor);
+}
+
+TEST(CanConfig, TheObserversModelIsThatOfTheArmOrOfSingleJoints) {
+  const robot::SerialArm& arm = shipped_arm().arm;
+  const Config joints = load_config(kCanFile, arm, shipped_arm().home);
+  const auto& alone = joints.force_observer.value();
+  EXPECT_FALSE(alone.coupled || alone.weight);
+  EXPECT_EQ(alone.inertia_kg_m2[2], joints.plant.joints[2].inertia);
+  EXPECT_DOUBLE_EQ(alone.threshold_Nm[1], 0.05 * arm.joints()[1].max_effort);
+  EXPECT_EQ(alone.coulomb_Nm[1], joints.plant.joints[1].coulomb);
+  const auto file =
+      changed("  model: joints ", "  joints: {j2_yaw: {threshold: 9, coulomb: 2, viscous: 4}}\n  model: arm ",
+              kCanFile);
+  auto observer = load_config(file, arm, shipped_arm().home).force_observer.value();
+  EXPECT_TRUE(observer.coupled);
+  EXPECT_FALSE(observer.weight) << "the plant is balanced";
+  EXPECT_EQ(observer.inertia_kg_m2[0], 5.0);
+  EXPECT_EQ(observer.inertia_kg_m2[2], 0.3) << "of the rotor: the links' come from the URDF";
+  EXPECT_EQ(observer.threshold_Nm[1], 9.0);
+  EXPECT_EQ(observer.coulomb_Nm[1], 2.0);
+  EXPECT_EQ(observer.viscous_Nms_per_rad[1], 4.0);
+  const auto heavy = test::changed(file, "plant: ", "plant:\n  balanced: false #");
+  EXPECT_TRUE(load_config(heavy, arm, shipped_arm().home).force_observer->weight);
+}
+
+TEST(CanConfig, AnObserverThatCouldNotServeIsRefused) {
+  EXPECT_THAT(
+      can_problem("  lag_s: 0.02 ", "  lag_s: 0.003 "),
+      AllOf(HasSubstr("force_observer.lag_s: '0.003' is less than two measurements of the drives take"),
+            HasSubstr("allowed: at least 0.004")));
+  EXPECT_EQ(can_problem("  lag_s: 0.02 ", "  lag_s: 0.004 "), "accepted");
+  EXPECT_THAT(
+      can_problem("threshold_share_of_effort: 0.05", "threshold_share_of_effort: 0.01"),
+      AllOf(
+          HasSubstr(
+              "force_observer.threshold_share_of_effort: '0.01' is not above the Coulomb friction of j1_gantry"),
+          HasSubstr("allowed: more than 8")));
+  EXPECT_THAT(can_problem("  model: joints ", "  joints: {j2_yaw: {threshold: 1}}\n  model: joints "),
+              HasSubstr("force_observer.joints: is not above the Coulomb friction of j2_yaw"));
+  EXPECT_THAT(can_problem("  model: joints ", "  model: chain "), HasSubstr("allowed: arm, joints"));
+}
+
 TEST(CanConfig, GainsThatAreNoNumbersOrCannotServeAreRefused) {
   const auto own_gains = [](const std::string& gains) {
     return "gravity_feed_forward: false\n  joints: {j2_yaw: {" + gains + "}}\n#";

@@ -3,6 +3,7 @@
 // The drives of the hot cell's arm on CAN buses in this process, as deploy/can/hot_cell_slave_io.yaml has
 // them.
 
+#include <functional>
 #include <memory>
 #include <vector>
 
@@ -38,15 +39,19 @@ inline simulated_drive::DriveOptions drive_with_friction(const can::AxisConfig& 
 /// Buses and drives; time passes on them as the test says.
 class DriveRig {
  public:
+  /// Changes the drive of a joint before it is made.
+  using Change = std::function<void(std::size_t joint, simulated_drive::DriveOptions&)>;
+
   /// `config.can` must be there; it is kept.
-  DriveRig(Config with, const core::JointArray& start) : config(std::move(with)) {
+  DriveRig(Config with, const core::JointArray& start, const Change& change = {}) : config(std::move(with)) {
     for (std::size_t b = 0; b < config.can->addresses.size(); ++b)
       buses.push_back(std::make_unique<simulation::LocalBus>(simulation::BusModelOptions{.bit_rate = 1e6}));
     const auto& axes = config.can->group.axes;
     for (std::size_t j = 0; j < axes.size(); ++j) {
+      auto options = drive_with_friction(axes[j], start[j], config.plant.joints[j].inertia);
+      if (change) change(j, options);
       drives.push_back(std::make_unique<simulated_drive::SimulatedDrive>(
-          drive_with_friction(axes[j], start[j], config.plant.joints[j].inertia),
-          buses[axes[j].bus]->connect(axes[j].name)));
+          options, buses[axes[j].bus]->connect(axes[j].name)));
     }
     frozen.resize(drives.size());
   }
