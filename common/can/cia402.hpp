@@ -41,6 +41,9 @@ constexpr PowerState power_state(std::uint16_t statusword) noexcept {
   }
 }
 
+/// Bit of the statusword, in position mode.
+inline constexpr std::uint16_t kFollowingErrorBit = 0x2000;
+
 /// Commands of the controlword.
 inline constexpr std::uint16_t kCommandDisableVoltage = 0x00, kCommandQuickStop = 0x02,
                                kCommandShutdown = 0x06, kCommandSwitchOn = 0x07,

@@ -27,7 +27,8 @@ constexpr int kCountedSyncs = 1 << 20;  // above any limit: a drive may be silen
 // Faults of the drive itself are reset by the controlword. All others need a new connection.
 bool is_reset_by_controlword(DriveFault fault) {
   return fault == DriveFault::kDriveFault || fault == DriveFault::kEmergency ||
-         fault == DriveFault::kEnableTimeout || fault == DriveFault::kLeftEnabled;
+         fault == DriveFault::kFollowingError || fault == DriveFault::kEnableTimeout ||
+         fault == DriveFault::kLeftEnabled;
 }
 
 }  // namespace
@@ -201,6 +202,9 @@ DriveFault Drive::found_fault(core::Nanoseconds now_ns) const noexcept {
   if (booted_) return DriveFault::kRebooted;
   // The drive's own fault takes precedence, because the other faults may follow from it.
   const bool in_fault = report_.power == PowerState::kFault || report_.power == PowerState::kFaultReaction;
+  // A drive may send no emergency, or go on in spite of it. In position mode bit 13 has this one meaning.
+  const bool off_track = mode_ == DriveMode::kPosition && (report_.statusword & kFollowingErrorBit) != 0;
+  if (off_track && report_.phase == DrivePhase::kEnabled) return DriveFault::kFollowingError;
   if (in_fault && report_.phase != DrivePhase::kResetting) return DriveFault::kDriveFault;
   if (nmt_ != NmtState::kOperational) return DriveFault::kNotOperational;
   if (missed_ > timing_.most_missed) return DriveFault::kFeedbackMissing;

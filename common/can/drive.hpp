@@ -35,13 +35,14 @@ enum class DriveFault : std::uint8_t {
   kFeedbackMissing,     ///< does not answer SYNCs
   kMeasurementMissing,  ///< answers SYNCs, but its velocity and torque do not arrive
   kHeartbeatLost,
-  kRebooted,       ///< restarted by itself
-  kBusOff,         ///< our CAN controller has left the bus
-  kBusDown,        ///< our CAN interface is down or gone
-  kEmergency,      ///< the drive sent an emergency message
-  kDriveFault,     ///< its statusword reports a fault
-  kEnableTimeout,  ///< does not reach the commanded power state
-  kLeftEnabled,    ///< switched its power off by itself
+  kRebooted,        ///< restarted by itself
+  kBusOff,          ///< our CAN controller has left the bus
+  kBusDown,         ///< our CAN interface is down or gone
+  kFollowingError,  ///< its statusword reports a following error
+  kEmergency,       ///< the drive sent an emergency message
+  kDriveFault,      ///< its statusword reports a fault
+  kEnableTimeout,   ///< does not reach the commanded power state
+  kLeftEnabled,     ///< switched its power off by itself
 };
 
 const char* name_of(DrivePhase phase) noexcept;

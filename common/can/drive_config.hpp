@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -25,6 +26,10 @@ struct AxisConfig {
   double lower = 0.0, upper = 0.0;  ///< range of the joint
   double max_speed = 0.0;           ///< joint units/s; > 0: limits the speed of position targets
   double max_torque = 0.0;          ///< at the joint; > 0
+  // What the drive itself watches; without a value its own setting stays.
+  std::optional<double>
+      following_window;  ///< greatest following error (0x6065), rad or m; not in torque mode
+  std::optional<double> following_time_s;  ///< for which the error may be greater (0x6066)
 };
 
 /// Timing of the connection, in seconds.

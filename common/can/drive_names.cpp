@@ -30,6 +30,8 @@ constexpr FaultText kFaults[] = {  // in the order of DriveFault
     {"rebooted", "started anew by itself"},
     {"bus-off", "cannot be reached: the CAN controller left the bus (bus-off)"},
     {"bus down", "cannot be reached: the CAN interface is down"},
+    {"following error",
+     "is too far from its target (following error): blocked, overloaded, or too narrow a window"},
     {"emergency", ""},
     {"drive fault", ""},
     {"enable timeout", "does not reach the commanded power state"},

@@ -59,6 +59,15 @@ std::uint32_t greatest_motor_rpm(const AxisConfig& axis) {
 
 std::uint32_t milliseconds(double s) { return static_cast<std::uint32_t>(std::lround(s * 1e3)); }
 
+void set_following(Steps& steps, const AxisConfig& axis) {
+  if (axis.following_window) {
+    const double counts = std::ceil(*axis.following_window * std::abs(axis.units.counts_per_unit()));
+    add_write(steps, 0x6065, 0, 4,
+              static_cast<std::uint32_t>(std::min(counts, 4294967294.0)));  // the last: off
+  }
+  if (axis.following_time_s) add_write(steps, 0x6066, 0, 2, milliseconds(*axis.following_time_s));
+}
+
 void map_targets(Steps& steps, DriveMode mode, std::uint32_t cob) {
   constexpr std::uint32_t kControlword = 0x60400010, kTorqueOffset = 0x60B20010;
   switch (mode) {
@@ -94,6 +103,7 @@ std::vector<SetupStep> setup_steps(const AxisConfig& axis, const DriveGroupConfi
             static_cast<std::uint32_t>(axis.max_torque / std::abs(axis.units.torque_per_mille())));
   add_write(steps, 0x6080, 0, 4, greatest_motor_rpm(axis));  // in torque mode, who else would limit the speed
   steps.back().optional = true;
+  set_following(steps, axis);
   set_interpolation(steps, t.period_s);
   map_pdo(steps, 0x1800, kCobTpdo1 + node, 1, {0x60410010, 0x60640020, 0x60610008});
   map_pdo(steps, 0x1801, kCobTpdo2 + node, static_cast<std::uint32_t>(t.measure_every),

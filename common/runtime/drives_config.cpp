@@ -25,6 +25,10 @@ void read_units(const Fields& drive, bool slides, can::AxisUnits& units) {
   drive.number("velocity_counts_per_turn", units.velocity_counts_per_turn);
 }
 
+void read_optional(const Fields& drive, const std::string& key, std::optional<double>& value) {
+  if (drive.has(key)) drive.number(key, value.emplace());
+}
+
 can::AxisConfig read_axis(const Fields& drive, const robot::Joint& joint, double max_torque,
                           const DrivesConfig& config) {
   can::AxisConfig axis{.name = joint.name,
@@ -39,7 +43,10 @@ can::AxisConfig read_axis(const Fields& drive, const robot::Joint& joint, double
   drive.number("node", axis.node);
   using enum can::DriveMode;
   drive.choice("mode", axis.mode, {{"torque", kTorque}, {"velocity", kVelocity}, {"position", kPosition}});
-  read_units(drive, robot::is_prismatic(joint), axis.units);
+  const bool slides = robot::is_prismatic(joint);
+  read_units(drive, slides, axis.units);
+  read_optional(drive, slides ? "following_window_m" : "following_window_rad", axis.following_window);
+  read_optional(drive, "following_time_s", axis.following_time_s);
   drive.check(axis.node != config.group.master_node, "node",
               "is the master's (can.master_node); allowed: another node id");
   for (const can::AxisConfig& other : config.group.axes)

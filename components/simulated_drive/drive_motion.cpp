@@ -9,10 +9,6 @@ namespace {
 
 constexpr int kCyclicPosition = 8, kCyclicVelocity = 9, kCyclicTorque = 10;
 
-double joint_to_counts(const MotorParameters& motor, double joint) {
-  return joint * motor.counts_per_turn * motor.gear_ratio / (2.0 * 3.14159265358979323846);
-}
-
 }  // namespace
 
 // Interpolates linearly to a new target within one interpolation period.
@@ -25,7 +21,7 @@ void SimulatedDrive::begin_interpolation() {
 }
 
 void SimulatedDrive::run_quick_stop(double dt_s) {
-  const double slower = joint_to_counts(options_.motor, options_.quick_stop_rad_s2) * dt_s;
+  const double slower = options_.motor.counts_per_rad() * options_.quick_stop_rad_s2 * dt_s;
   demand_speed_ =
       std::abs(demand_speed_) <= slower ? 0.0 : demand_speed_ - std::copysign(slower, demand_speed_);
   demand_counts_ += demand_speed_ * dt_s;
@@ -48,6 +44,7 @@ MotionDemand SimulatedDrive::demand(double dt_s) {
       if (to_go_s_ == 0.0) demand_speed_ = 0.0;
       return {Kind::kPosition, demand_counts_, demand_speed_, static_cast<double>(od_.value(0x60B2))};
     case kCyclicVelocity:
+      demand_counts_ += static_cast<double>(od_.value(0x60FF)) * dt_s;
       return {Kind::kVelocity, 0.0, static_cast<double>(od_.value(0x60FF)),
               static_cast<double>(od_.value(0x60B2))};
     case kCyclicTorque: {
@@ -62,19 +59,27 @@ MotionDemand SimulatedDrive::demand(double dt_s) {
   }
 }
 
+// Watches the following error as object 0x6065 asks; its greatest value switches that off. In velocity mode,
+// of which CiA 402 says nothing, the position is due that the target velocities lead to.
+void SimulatedDrive::watch_following() {
+  const std::int64_t mode = od_.value(0x6060), window = od_.value(0x6065);
+  const bool watched = state_ == Power::kEnabled && (mode == kCyclicPosition || mode == kCyclicVelocity) &&
+                       window != 0xFFFFFFFF;
+  const double error = demand_counts_ - static_cast<double>(motor().counts());
+  const bool off_track = watched && std::abs(error) > static_cast<double>(window);
+  if (!off_track) off_track_ns_ = -1;
+  if (off_track && off_track_ns_ < 0) off_track_ns_ = now_ns_;
+  following_error_ = off_track && now_ns_ - off_track_ns_ >= od_.value(0x6066) * core::kNsPerMillisecond;
+  if (following_error_ && !misbehaviour.only_show_following_error) trip(0x8611);
+}
+
 void SimulatedDrive::move(double dt_s) {
   if (nmt_ == Nmt::kOperational) obey_controlword();
   const double limit = std::min(static_cast<double>(od_.value(0x6072)), 1e3 * options_.motor.peak_share);
   torque_mille_ = loops_.step(demand(dt_s), limit, dt_s);
   torque_sum_mille_s_ += torque_mille_ * dt_s;
   torque_sum_s_ += dt_s;
-  const double error = demand_counts_ - static_cast<double>(motor().counts());
-  const bool follows_position = state_ == Power::kEnabled && od_.value(0x6060) == kCyclicPosition;
-  const bool off_track =
-      follows_position && std::abs(error) > joint_to_counts(options_.motor, options_.following_window_rad);
-  if (!off_track) off_track_ns_ = -1;
-  if (off_track && off_track_ns_ < 0) off_track_ns_ = now_ns_;
-  if (off_track && now_ns_ - off_track_ns_ >= od_.value(0x6066) * core::kNsPerMillisecond) trip(0x8611);
+  watch_following();
 }
 
 }  // namespace phantom::simulated_drive

@@ -16,6 +16,7 @@ void SimulatedDrive::build_communication_objects() { od_.add_from_sheet(0x1000, 
 
 void SimulatedDrive::build_profile_objects() {
   od_.add_from_sheet(0x2000, 0xFFFF, options_.node);
+  od_.set(0x6065, 0, std::llround(options_.motor.counts_per_rad() * options_.following_window_rad));
   od_.set(0x6072, 0, std::llround(1e3 * options_.motor.peak_share));
   od_.set(0x6076, 0, std::llround(1e3 * options_.motor.rated_torque_Nm));
 }
@@ -67,6 +68,7 @@ AbortCode SimulatedDrive::check_mapping(std::uint16_t index, std::uint8_t sub, s
 AbortCode SimulatedDrive::write_object(std::uint16_t index, std::uint8_t sub,
                                        const std::vector<std::uint8_t>& bytes) {
   if (misbehaviour.refuse_sdo && index >= 0x1000 && index < 0x6040) return kAbortState;
+  if (misbehaviour.lacks_object == index) return kAbortNoObject;
   const bool is_mapping = (index >= 0x1600 && index < 0x1604) || (index >= 0x1A00 && index < 0x1A04);
   if (is_mapping && od_.find(index, sub) != nullptr && bytes.size() == od_.find(index, sub)->bytes.size()) {
     std::uint32_t value = 0;

@@ -38,13 +38,15 @@ void Motor::step(double mille, double dt_s) {
   simulation::integrate(parameters_.joint, torque_Nm, dt_s, q_rad_, v_rad_s_);
 }
 
-std::int64_t Motor::counts() const { return std::llround(std::floor(q_rad_ * counts_per_rad() + 0.5)); }
+std::int64_t Motor::counts() const {
+  return std::llround(std::floor(q_rad_ * parameters_.counts_per_rad() + 0.5));
+}
 
-double Motor::counts_per_s() const { return v_rad_s_ * counts_per_rad(); }
+double Motor::counts_per_s() const { return v_rad_s_ * parameters_.counts_per_rad(); }
 
 double Motor::mille_per_acceleration() const {
   const double torque_per_mille = 1e-3 * parameters_.rated_torque_Nm * parameters_.gear_ratio;
-  return parameters_.joint.inertia / torque_per_mille / counts_per_rad();
+  return parameters_.joint.inertia / torque_per_mille / parameters_.counts_per_rad();
 }
 
 double MotionLoops::step(const MotionDemand& demand, double limit_mille, double dt_s) {

@@ -36,6 +36,8 @@ struct MotorParameters {
   simulation::JointMechanics joint{
       .inertia = 0.5, .viscous = 0.2, .coulomb = 0.05, .lower = -10, .upper = 10};
   double start_rad = 0.0;  ///< joint angle at power-up; count 0 is joint angle 0
+
+  double counts_per_rad() const { return counts_per_turn * gear_ratio / 6.283185307179586; }
 };
 
 /// Simulates the motor with its joint, and the encoder's counts.
@@ -56,9 +58,6 @@ class Motor {
 
  private:
   double hand_torque_Nm() const;
-  double counts_per_rad() const {
-    return parameters_.counts_per_turn * parameters_.gear_ratio / 6.283185307179586;
-  }
   MotorParameters parameters_;
   double q_rad_ = 0.0, v_rad_s_ = 0.0, time_s_ = 0.0;
 };

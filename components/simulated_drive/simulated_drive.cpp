@@ -198,7 +198,9 @@ void SimulatedDrive::send_tpdo(std::uint16_t communication) {
 std::uint16_t SimulatedDrive::statusword() const {
   constexpr std::uint16_t kRemoteAndVoltage = 0x0210, kFollows = 0x1000;
   constexpr std::array<std::uint16_t, 7> kOfState{0x40, 0x21, 0x23, kFollows | 0x27, 0x07, 0x0F, 0x08};
-  return static_cast<std::uint16_t>(kRemoteAndVoltage | kOfState.at(static_cast<std::size_t>(state_)));
+  const std::uint16_t off_track = following_error_ && od_.value(0x6060) == 8 ? 0x2000 : 0;
+  return static_cast<std::uint16_t>(kRemoteAndVoltage | misbehaviour.other_status_bits | off_track |
+                                    kOfState.at(static_cast<std::size_t>(state_)));
 }
 
 // Makes one transition per controlword, as in the figure of the state machine.

@@ -16,9 +16,10 @@ namespace phantom::simulated_drive {
 struct DriveOptions {
   int node = 1;
   MotorParameters motor;
-  double following_window_rad = 0.2;  ///< position error, at the joint, above which the drive goes into fault
-  double quick_stop_rad_s2 = 20.0;    ///< deceleration at the joint
-  bool keeps_max_speed = true;        ///< object 0x6080 limits it in torque mode
+  double following_window_rad =
+      0.2;                          ///< at power-up (0x6065): the position error at the joint that is a fault
+  double quick_stop_rad_s2 = 20.0;  ///< deceleration at the joint
+  bool keeps_max_speed = true;      ///< object 0x6080 limits it in torque mode
 };
 
 /// Faults that can be injected into a drive.
@@ -30,9 +31,12 @@ struct Misbehaviour {
   std::int8_t shown_mode = 0;      ///< displayed mode of operation, if not the true one; 0: the true one
   std::uint8_t cut_pdo_bytes = 0;  ///< number of bytes by which its PDOs are too short
   bool refuse_enable = false;
-  bool refuse_reset = false;      ///< its fault lasts
-  bool refuse_sdo = false;        ///< every write is refused
-  bool ignore_max_speed = false;  ///< as a drive that has no object 0x6080
+  bool refuse_reset = false;               ///< its fault lasts
+  bool refuse_sdo = false;                 ///< every write is refused
+  std::uint16_t other_status_bits = 0;     ///< set in its statusword
+  std::uint16_t lacks_object = 0;          ///< as a drive without this object: it cannot be written
+  bool only_show_following_error = false;  ///< goes on in spite of it
+  bool ignore_max_speed = false;           ///< as a drive that has no object 0x6080
 };
 
 /// Simulates a CiA 402 servo drive as seen from the bus: CiA 301 services, the power state machine, cyclic
@@ -91,6 +95,7 @@ class SimulatedDrive {
   void obey_controlword();
   void leave_enabled(std::int64_t option);
   void watch();
+  void watch_following();
   void move(double dt_s);
   MotionDemand demand(double dt_s);
   void run_quick_stop(double dt_s);
@@ -104,7 +109,7 @@ class SimulatedDrive {
   MotionLoops loops_;
   Power state_ = Power::kSwitchOnDisabled;
   Nmt nmt_ = Nmt::kPreOperational;
-  bool booted_ = false;
+  bool booted_ = false, following_error_ = false;
   core::Nanoseconds now_ns_ = 0, moved_ns_ = 0, heartbeat_ns_ = 0, master_heartbeat_ns_ = -1,
                     off_track_ns_ = -1;
   std::uint16_t last_controlword_ = 0;

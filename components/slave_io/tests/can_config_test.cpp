@@ -70,6 +70,26 @@ TEST(CanConfig, FaultsOfTheDrivesAreNamedWithWhatIsAllowed) {
               AllOf(HasSubstr("can.drives"), HasSubstr("j1_gantry"), HasSubstr("counts")));
 }
 
+// One drive of the shipped file with more keys.
+can::AxisConfig axis_with(const std::string& from, const std::string& to, std::size_t joint) {
+  const auto file = changed(from, to, kCanFile);
+  return load_config(file, shipped_arm().arm, shipped_arm().home).can.value().group.axes[joint];
+}
+
+TEST(CanConfig, WhatADriveWatchesByItselfIsReadInTheJointsUnits) {
+  const can::AxisConfig axis =
+      axis_with("node: 1, mode: torque,",
+                "node: 1, mode: position, following_window_m: 0.004, following_time_s: 0.02,", 0);
+  EXPECT_EQ(axis.following_window, 0.004);
+  EXPECT_EQ(axis.following_time_s, 0.02);
+  EXPECT_THAT(can_problem("node: 2, mode: torque,", "node: 2, mode: torque, following_window_rad: 0.1,"),
+              HasSubstr("j2_yaw.following_window: a drive in torque mode has no target to follow"));
+  EXPECT_THAT(can_problem("node: 2, mode: torque,", "node: 2, mode: position, following_window_rad: -1,"),
+              HasSubstr("can.drives.j2_yaw.following_window_rad: '-1' is out of range"));
+  EXPECT_THAT(can_problem("node: 2, mode: torque,", "node: 2, mode: position, following_window_m: 1,"),
+              HasSubstr("following_window_m"));
+}
+
 TEST(CanConfig, FaultsOfTheBusesAndTimesAreNamed) {
   EXPECT_THAT(can_problem("rate_Hz: 500 ", "rate_Hz: 1000 "),
               AllOf(HasSubstr("can.drives"), HasSubstr("bus 0: 4 drives need 13 frames"),
