@@ -28,8 +28,10 @@ const ArmDrivesSense& ArmDrives::sense() noexcept {
 std::int32_t ArmDrives::joint_outside() const noexcept {
   for (std::size_t j = 0; j < config_.axes.size(); ++j) {
     const double q = sense_.position[j];
-    if (!(q >= config_.axes[j].lower - tolerance_[j] && q <= config_.axes[j].upper + tolerance_[j]))
-      return static_cast<std::int32_t>(j);
+    const AxisConfig& axis = config_.axes[j];
+    // Nor beyond the drive's own limits: there it would pull the joint back at its own speed.
+    const double beyond = std::min(tolerance_[j], axis.limits_margin.value_or(tolerance_[j]));
+    if (!(q >= axis.lower - beyond && q <= axis.upper + beyond)) return static_cast<std::int32_t>(j);
   }
   return -1;
 }

@@ -23,13 +23,16 @@ Status out_of_range(const std::string& what, double value, const std::string& al
   return Status::invalid_argument(what + ": " + number(value) + "; allowed: " + allowed);
 }
 
-Status check_following(const AxisConfig& axis) {
+Status check_watched(const AxisConfig& axis) {
   const double window = axis.following_window.value_or(1.0), time_s = axis.following_time_s.value_or(0.0);
   if (!(window > 0.0 && window * std::abs(axis.units.counts_per_unit()) < 4294967295.0))
     return out_of_range(axis.name + ".following_window", window,
                         "greater than 0 and within 32 bits of counts");
   if (!(time_s >= 0.0 && time_s <= 65.535))
     return out_of_range(axis.name + ".following_time_s", time_s, "0 to 65.535");
+  const double margin = axis.limits_margin.value_or(0.0);
+  if (!(margin >= 0.0 && std::isfinite(margin)))
+    return out_of_range(axis.name + ".limits_margin", margin, "0 or more");
   if (axis.mode == DriveMode::kTorque && (axis.following_window || axis.following_time_s))
     return Status::invalid_argument(axis.name +
                                     ".following_window: a drive in torque mode has no target to follow; "
@@ -52,7 +55,7 @@ Status check_axis(const AxisConfig& axis, std::size_t buses) {
     return Status::invalid_argument(axis.name + ".max_torque: " + number(axis.max_torque) + " is " +
                                     number(mille) +
                                     " per mille of the drive's rated torque; allowed: 1 to 32767");
-  return check_following(axis);
+  return check_watched(axis);
 }
 
 Status check_timing(const DriveTiming& t) {

@@ -30,6 +30,7 @@ struct AxisConfig {
   std::optional<double>
       following_window;  ///< greatest following error (0x6065), rad or m; not in torque mode
   std::optional<double> following_time_s;  ///< for which the error may be greater (0x6066)
+  std::optional<double> limits_margin;  ///< ≥ 0: targets farther beyond the range are cut (0x607D); rad or m
 };
 
 /// Timing of the connection, in seconds.

@@ -68,6 +68,16 @@ void set_following(Steps& steps, const AxisConfig& axis) {
   if (axis.following_time_s) add_write(steps, 0x6066, 0, 2, milliseconds(*axis.following_time_s));
 }
 
+// The drive's limits of targets. A motor that turns opposite to the joint has its least count at the upper
+// one.
+void set_limits(Steps& steps, const AxisConfig& axis) {
+  if (!axis.limits_margin || !std::isfinite(axis.lower) || !std::isfinite(axis.upper)) return;
+  const std::int32_t lower = axis.units.position_counts(axis.lower - *axis.limits_margin);
+  const std::int32_t upper = axis.units.position_counts(axis.upper + *axis.limits_margin);
+  add_write(steps, 0x607D, 1, 4, static_cast<std::uint32_t>(std::min(lower, upper)));
+  add_write(steps, 0x607D, 2, 4, static_cast<std::uint32_t>(std::max(lower, upper)));
+}
+
 void map_targets(Steps& steps, DriveMode mode, std::uint32_t cob) {
   constexpr std::uint32_t kControlword = 0x60400010, kTorqueOffset = 0x60B20010;
   switch (mode) {
@@ -104,6 +114,7 @@ std::vector<SetupStep> setup_steps(const AxisConfig& axis, const DriveGroupConfi
   add_write(steps, 0x6080, 0, 4, greatest_motor_rpm(axis));  // in torque mode, who else would limit the speed
   steps.back().optional = true;
   set_following(steps, axis);
+  set_limits(steps, axis);
   set_interpolation(steps, t.period_s);
   map_pdo(steps, 0x1800, kCobTpdo1 + node, 1, {0x60410010, 0x60640020, 0x60610008});
   map_pdo(steps, 0x1801, kCobTpdo2 + node, static_cast<std::uint32_t>(t.measure_every),

@@ -24,7 +24,7 @@ struct SetupStep {
 };
 
 /// Returns the SDO accesses that configure a drive in pre-operational state, in order. They check profile,
-/// supported mode and torque scale, and set reactions, limits of torque and speed, following error,
+/// supported mode and torque scale, and set reactions, limits of torque, speed and position, following error,
 /// interpolation time, PDO mapping, mode, and how long a drive waits for heartbeats and targets. CiA 301,
 /// 402.
 std::vector<SetupStep> setup_steps(const AxisConfig& axis, const DriveGroupConfig& config);

@@ -47,6 +47,7 @@ can::AxisConfig read_axis(const Fields& drive, const robot::Joint& joint, double
   read_units(drive, slides, axis.units);
   read_optional(drive, slides ? "following_window_m" : "following_window_rad", axis.following_window);
   read_optional(drive, "following_time_s", axis.following_time_s);
+  read_optional(drive, slides ? "limits_margin_m" : "limits_margin_rad", axis.limits_margin);
   drive.check(axis.node != config.group.master_node, "node",
               "is the master's (can.master_node); allowed: another node id");
   for (const can::AxisConfig& other : config.group.axes)

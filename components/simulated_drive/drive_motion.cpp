@@ -17,7 +17,23 @@ void SimulatedDrive::begin_interpolation() {
       static_cast<double>(od_.value(0x60C2, 1)) * std::pow(10.0, static_cast<double>(od_.value(0x60C2, 2)));
   if (state_ != Power::kEnabled || od_.value(0x6060) != kCyclicPosition) return;
   to_go_s_ = std::max(period_s, 1e-4);
-  demand_speed_ = (static_cast<double>(od_.value(0x607A)) - demand_counts_) / to_go_s_;
+  demand_speed_ = (within_limits(static_cast<double>(od_.value(0x607A))) - demand_counts_) / to_go_s_;
+}
+
+// Cuts a target position at the software limits (0x607D), which shows in the statusword.
+double SimulatedDrive::within_limits(double counts) {
+  const auto least = static_cast<double>(od_.value(0x607D, 1)),
+             most = static_cast<double>(od_.value(0x607D, 2));
+  limited_ = counts < least || counts > most;
+  return std::clamp(counts, std::min(least, most), most);
+}
+
+// The target velocity, which ends at the software limits.
+double SimulatedDrive::velocity_within_limits() {
+  const auto target = static_cast<double>(od_.value(0x60FF)), counts = static_cast<double>(motor().counts());
+  const bool outwards = target * (counts - within_limits(counts)) > 0.0;
+  limited_ = outwards;
+  return outwards ? 0.0 : target;
 }
 
 void SimulatedDrive::run_quick_stop(double dt_s) {
@@ -43,10 +59,11 @@ MotionDemand SimulatedDrive::demand(double dt_s) {
       to_go_s_ = std::max(0.0, to_go_s_ - dt_s);
       if (to_go_s_ == 0.0) demand_speed_ = 0.0;
       return {Kind::kPosition, demand_counts_, demand_speed_, static_cast<double>(od_.value(0x60B2))};
-    case kCyclicVelocity:
-      demand_counts_ += static_cast<double>(od_.value(0x60FF)) * dt_s;
-      return {Kind::kVelocity, 0.0, static_cast<double>(od_.value(0x60FF)),
-              static_cast<double>(od_.value(0x60B2))};
+    case kCyclicVelocity: {
+      const double velocity = velocity_within_limits();
+      demand_counts_ += velocity * dt_s;
+      return {Kind::kVelocity, 0.0, velocity, static_cast<double>(od_.value(0x60B2))};
+    }
     case kCyclicTorque: {
       const auto target = static_cast<double>(od_.value(0x6071));
       const double most_counts_s =

@@ -198,9 +198,12 @@ void SimulatedDrive::send_tpdo(std::uint16_t communication) {
 std::uint16_t SimulatedDrive::statusword() const {
   constexpr std::uint16_t kRemoteAndVoltage = 0x0210, kFollows = 0x1000;
   constexpr std::array<std::uint16_t, 7> kOfState{0x40, 0x21, 0x23, kFollows | 0x27, 0x07, 0x0F, 0x08};
-  const std::uint16_t off_track = following_error_ && od_.value(0x6060) == 8 ? 0x2000 : 0;
-  return static_cast<std::uint16_t>(kRemoteAndVoltage | misbehaviour.other_status_bits | off_track |
-                                    kOfState.at(static_cast<std::size_t>(state_)));
+  unsigned word =
+      kRemoteAndVoltage | kOfState.at(static_cast<std::size_t>(state_)) | misbehaviour.other_status_bits;
+  if (following_error_ && od_.value(0x6060) == 8) word |= 0x2000;
+  if (limited_ && state_ == Power::kEnabled && od_.value(0x6060) != 10)
+    word |= 0x0800;  // internal limit active
+  return static_cast<std::uint16_t>(word);
 }
 
 // Makes one transition per controlword, as in the figure of the state machine.

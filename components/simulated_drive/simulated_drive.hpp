@@ -101,6 +101,8 @@ class SimulatedDrive {
   void run_quick_stop(double dt_s);
   std::uint16_t statusword() const;
   void begin_interpolation();
+  double within_limits(double counts);
+  double velocity_within_limits();
 
   DriveOptions options_;
   std::unique_ptr<can::CanBus> bus_;
@@ -109,7 +111,7 @@ class SimulatedDrive {
   MotionLoops loops_;
   Power state_ = Power::kSwitchOnDisabled;
   Nmt nmt_ = Nmt::kPreOperational;
-  bool booted_ = false, following_error_ = false;
+  bool booted_ = false, following_error_ = false, limited_ = false;
   core::Nanoseconds now_ns_ = 0, moved_ns_ = 0, heartbeat_ns_ = 0, master_heartbeat_ns_ = -1,
                     off_track_ns_ = -1;
   std::uint16_t last_controlword_ = 0;

@@ -132,6 +132,16 @@ TEST_P(Reactions, PermissionGivesNoPowerToAnArmThatIsOutOfItsRange) {
   EXPECT_THAT(rig.arm->health().message, HasSubstr("outside its range"));
 }
 
+TEST_P(Reactions, NorToAnArmThatIsBeyondItsDrivesOwnLimits) {
+  simulated_drive::DriveOptions options;
+  options.motor.start_rad = 3.01;  // within the tolerance of 0.02 rad
+  auto near = config(), beyond = config();
+  near.axes[0].limits_margin = near.axes[1].limits_margin = 0.015;
+  beyond.axes[0].limits_margin = beyond.axes[1].limits_margin = 0.005;
+  EXPECT_TRUE(ArmRig(near, options).bring_up());
+  EXPECT_FALSE(ArmRig(beyond, options).bring_up());
+}
+
 TEST_P(Reactions, AnArmIsKnownOnceEveryDriveHasSaidWhereItStands) {
   ArmRig rig(config());
   rig.drives.front()->misbehaviour.mute_pdos = true;

@@ -3,7 +3,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
+#include <random>
 
 #include "tests/can/rig.hpp"
 
@@ -119,6 +122,97 @@ TEST(FollowingWindow, WhatMakesNoSenseIsRefusedByName) {
   EXPECT_THAT(can::check(with_window(DriveMode::kPosition, 0.05, 70.0)).message(),
               HasSubstr("j1.following_time_s: 70; allowed: 0 to 65.535"));
   EXPECT_TRUE(can::check(with_window(DriveMode::kVelocity, 0.05, 0.0)));
+}
+
+can::DriveGroupConfig with_margin(DriveMode mode, double margin_rad) {
+  auto config = group_config(mode, 1);
+  config.axes[0].limits_margin = margin_rad;
+  return config;
+}
+
+// Whatever sign, offset, gear and range: the drive's limits are those of the joint, in its counts, least
+// first.
+TEST(PositionLimits, AreTheJointsWithTheMarginInEveryUnit) {
+  std::mt19937 random(7);
+  const auto between = [&](double a, double b) { return std::uniform_real_distribution<>(a, b)(random); };
+  for (int i = 0; i < 40; ++i) {
+    auto config = with_margin(i % 2 ? DriveMode::kPosition : DriveMode::kTorque, between(0.0, 0.3));
+    can::AxisConfig& axis = config.axes[0];
+    axis.units.sign = i % 3 ? 1 : -1;
+    axis.units.offset = between(-2.0, 2.0);
+    axis.lower = between(-3.0, -0.1);
+    axis.upper = between(0.1, 3.0);
+    Rig rig(config);
+    rig.run(0.3);
+    ASSERT_TRUE(can::check(config));
+    const auto& od = rig.drives[0]->dictionary();
+    const double ends[] = {
+        axis.units.sign * (axis.lower - *axis.limits_margin - axis.units.offset) * kCountsPerRad,
+        axis.units.sign * (axis.upper + *axis.limits_margin - axis.units.offset) * kCountsPerRad};
+    EXPECT_NEAR(static_cast<double>(od.value(0x607D, 1)), std::min(ends[0], ends[1]), 0.51);
+    EXPECT_NEAR(static_cast<double>(od.value(0x607D, 2)), std::max(ends[0], ends[1]), 0.51);
+    EXPECT_LT(od.value(0x607D, 1), od.value(0x607D, 2));
+  }
+}
+
+TEST(PositionLimits, AreCutAtTheDrivesThirtyTwoBits) {
+  auto config = with_margin(DriveMode::kPosition, 0.5);
+  config.axes[0].units.counts_per_turn = 8.9e8;  // ±3 rad just fit, with the gear; the margin does not
+  ASSERT_TRUE(can::check(config)) << can::check(config).message();
+  Rig rig(config);
+  rig.run(0.3);
+  EXPECT_EQ(rig.drives[0]->dictionary().value(0x607D, 1), INT32_MIN);
+  EXPECT_EQ(rig.drives[0]->dictionary().value(0x607D, 2), INT32_MAX);
+}
+
+TEST(PositionLimits, NoneAreWrittenWithoutAMarginOrForAContinuousJoint) {
+  const auto writes = [](const can::DriveGroupConfig& config) {
+    const auto steps = can::setup_steps(config.axes[0], config);
+    return std::count_if(steps.begin(), steps.end(), [](const auto& step) { return step.index == 0x607D; });
+  };
+  auto config = with_margin(DriveMode::kPosition, 0.1);
+  EXPECT_EQ(writes(config), 2);
+  config.axes[0].limits_margin.reset();
+  EXPECT_EQ(writes(config), 0);
+  config.axes[0].limits_margin = 0.1;
+  config.axes[0].lower = -std::numeric_limits<double>::infinity();
+  config.axes[0].upper = std::numeric_limits<double>::infinity();
+  EXPECT_EQ(writes(config), 0);
+}
+
+// The master's own range is 3 rad; the drive's limit is then made less, as somebody might with a tool.
+TEST(PositionLimits, TheDriveCutsWhatLiesBeyondThemExceptInTorqueMode) {
+  for (const DriveMode mode : {DriveMode::kPosition, DriveMode::kVelocity, DriveMode::kTorque}) {
+    Rig rig(with_margin(mode, 0.0));
+    auto tool = rig.bus.connect("tool");
+    ASSERT_TRUE(rig.bring_up());
+    EXPECT_EQ(rig.drive(0).statusword & 0x0800, 0) << "no internal limit is active";
+    const auto limit = static_cast<std::uint32_t>(std::llround(1.0 * kCountsPerRad));
+    can::CanFrame write{.id = 0x601, .length = 8, .data = {0x23, 0x7D, 0x60, 0x02}};
+    can::put_le(std::span(write.data).subspan(4), limit, 4);
+    tool->send(write);
+    rig.command.position[0] = 2.0;
+    rig.command.velocity[0] = 0.8;
+    rig.command.torque[0] = mode == DriveMode::kTorque ? 1.0 : 0.0;
+    rig.run(3.0);
+    if (mode == DriveMode::kTorque) {
+      EXPECT_GT(rig.drives[0]->motor().joint_rad(), 1.5);
+      EXPECT_EQ(rig.drive(0).statusword & 0x0800, 0);
+    } else {
+      // In velocity mode it brakes from there: v²/2a with 5 N·m on 0.5 kg·m².
+      EXPECT_NEAR(rig.drives[0]->motor().joint_rad(), 1.0, mode == DriveMode::kPosition ? 0.001 : 0.035);
+      EXPECT_NE(rig.drive(0).statusword & 0x0800, 0);
+    }
+  }
+}
+
+TEST(PositionLimits, NegativeMarginsAndDrivesWithoutLimitsAreRefused) {
+  EXPECT_THAT(can::check(with_margin(DriveMode::kPosition, -0.1)).message(),
+              HasSubstr("j1.limits_margin: -0.1"));
+  Rig rig(with_margin(DriveMode::kPosition, 0.1));
+  rig.drives[0]->misbehaviour.lacks_object = 0x607D;
+  rig.run(1.0);
+  EXPECT_THAT(rig.group->sentence(), HasSubstr("refuses object 0x607D:1: no such object"));
 }
 
 }  // namespace

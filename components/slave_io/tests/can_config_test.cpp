@@ -82,6 +82,10 @@ TEST(CanConfig, WhatADriveWatchesByItselfIsReadInTheJointsUnits) {
                 "node: 1, mode: position, following_window_m: 0.004, following_time_s: 0.02,", 0);
   EXPECT_EQ(axis.following_window, 0.004);
   EXPECT_EQ(axis.following_time_s, 0.02);
+  EXPECT_EQ(axis.limits_margin, std::nullopt);
+  EXPECT_EQ(
+      axis_with("node: 2, mode: torque,", "node: 2, mode: torque, limits_margin_rad: 0.03,", 1).limits_margin,
+      0.03);
   EXPECT_THAT(can_problem("node: 2, mode: torque,", "node: 2, mode: torque, following_window_rad: 0.1,"),
               HasSubstr("j2_yaw.following_window: a drive in torque mode has no target to follow"));
   EXPECT_THAT(can_problem("node: 2, mode: torque,", "node: 2, mode: position, following_window_rad: -1,"),
