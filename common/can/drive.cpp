@@ -28,7 +28,7 @@ constexpr int kCountedSyncs = 1 << 20;  // above any limit: a drive may be silen
 bool is_reset_by_controlword(DriveFault fault) {
   return fault == DriveFault::kDriveFault || fault == DriveFault::kEmergency ||
          fault == DriveFault::kFollowingError || fault == DriveFault::kEnableTimeout ||
-         fault == DriveFault::kLeftEnabled;
+         fault == DriveFault::kLeftEnabled || fault == DriveFault::kBrakeClosed;
 }
 
 }  // namespace
@@ -36,11 +36,15 @@ bool is_reset_by_controlword(DriveFault fault) {
 Drive::Drive(const AxisConfig& axis, const DriveGroupConfig& config)
     : timing_(config.timing),
       mode_(axis.mode),
-      reaction_(config.reaction),
+      brake_(axis.brake),
       node_(axis.node),
+      stop_word_(config.reaction == FaultReaction::kHold || axis.brake ? kCommandQuickStop
+                                                                       : kCommandDisableVoltage),
+      moved_counts_(axis.units.counts_per_turn * axis.units.gear_ratio / 2000.0),
+      full_mille_(0.9 * axis.max_torque / std::abs(axis.units.torque_per_mille())),
       setup_(setup_steps(axis, config)),
       sdo_(static_cast<std::uint8_t>(axis.node), core::from_seconds(config.timing.sdo_timeout_s)),
-      controlword_(config.reaction == FaultReaction::kHold ? kCommandQuickStop : kCommandDisableVoltage),
+      controlword_(stop_word_),
       most_owed_(std::max(kLeastOwed, kHeldUp * (config.timing.most_missed + 1))) {}
 
 bool Drive::is_watched() const noexcept {
@@ -54,6 +58,7 @@ void Drive::enter(DrivePhase phase, core::Nanoseconds now_ns) noexcept {
   report_.phase = phase;
   phase_ns_ = now_ns;
   asked_ns_ = -1;
+  if (phase == DrivePhase::kEnabling) powered_ns_ = -1;
   if (phase == DrivePhase::kSearching) booted_ = report_.answered = false;
   if (phase == DrivePhase::kConfiguring) {
     setup_next_ = 0;
@@ -321,7 +326,7 @@ void Drive::control(DriveGoal goal, core::Nanoseconds now_ns) noexcept {
   const PowerState power = report_.power;
   const DrivePhase phase = report_.phase;
   if (phase == DrivePhase::kFault) {
-    controlword_ = reaction_ == FaultReaction::kHold ? kCommandQuickStop : kCommandDisableVoltage;
+    controlword_ = stop_word_;
     return;
   }
   if (phase == DrivePhase::kResetting) {
@@ -341,19 +346,24 @@ void Drive::control(DriveGoal goal, core::Nanoseconds now_ns) noexcept {
   if (goal == DriveGoal::kQuickStop && phase != DrivePhase::kQuickStop) enter(DrivePhase::kQuickStop, now_ns);
   switch (report_.phase) {
     case DrivePhase::kEnabling:
-      controlword_ = towards_enabled(power);
-      if (enabled) return enter(DrivePhase::kEnabled, now_ns);
-      if (phase_age_s(now_ns) > timing_.state_timeout_s) fail(DriveFault::kEnableTimeout, now_ns);
+      // What closes its brake is waited for: it cannot be turned back.
+      controlword_ =
+          brake_ && power == PowerState::kQuickStopActive ? kCommandQuickStop : towards_enabled(power);
+      if (brake_is_open(now_ns)) return enter(DrivePhase::kEnabled, now_ns);
+      if (phase_age_s(now_ns) > enable_timeout_s()) fail(DriveFault::kEnableTimeout, now_ns);
       return;
     case DrivePhase::kEnabled:
       controlword_ = kCommandEnableOperation;
-      if (!enabled) fail(DriveFault::kLeftEnabled, now_ns);
+      if (!enabled) return fail(DriveFault::kLeftEnabled, now_ns);
+      if (brake_seems_closed(now_ns)) fail(DriveFault::kBrakeClosed, now_ns);
       return;
     case DrivePhase::kQuickStop:
       controlword_ = kCommandQuickStop;
       return;
     default:
-      controlword_ = kCommandDisableVoltage;
+      // With a brake the torque ends when that holds.
+      controlword_ = brake_ && (enabled || power == PowerState::kQuickStopActive) ? kCommandQuickStop
+                                                                                  : kCommandDisableVoltage;
       return;
   }
 }
@@ -376,7 +386,9 @@ void Drive::send_targets(const DriveTargets& targets, Outbox& out) noexcept {
   const std::span bytes(frame.data);
   put_le(bytes, controlword_, 2);
   if (missed_ <= kStaleSyncs) torque_mille_ = targets.torque_mille;
-  const std::int16_t torque = live ? torque_mille_ : std::int16_t{0};
+  // While the brake opens the torque target already holds up the weight.
+  const bool opens = brake_ && report_.phase == DrivePhase::kEnabling && powered_ns_ >= 0;
+  const std::int16_t torque = live || opens ? torque_mille_ : std::int16_t{0};
   switch (mode_) {
     case DriveMode::kPosition:
       put_le(bytes.subspan(2),

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -43,6 +44,7 @@ enum class DriveFault : std::uint8_t {
   kDriveFault,      ///< its statusword reports a fault
   kEnableTimeout,   ///< does not reach the commanded power state
   kLeftEnabled,     ///< switched its power off by itself
+  kBrakeClosed,     ///< has not moved under its full torque since it got power
 };
 
 const char* name_of(DrivePhase phase) noexcept;
@@ -65,6 +67,7 @@ struct DriveReport {
   std::int32_t position_counts = 0, velocity_counts = 0;
   std::int16_t torque_mille = 0;
   bool has_position = false;
+  bool unmoved = false;       ///< it has a brake and has not moved since it got power
   std::uint64_t missed = 0;   ///< total number of SYNCs without an answer
   std::uint64_t surplus = 0;  ///< messages that show more than one node with this id
 };
@@ -144,19 +147,28 @@ class Drive {
   void finish_setup_step(core::Nanoseconds now_ns) noexcept;
   void start(core::Nanoseconds now_ns, Outbox& out) noexcept;
   void control(DriveGoal goal, core::Nanoseconds now_ns) noexcept;
+  bool brake_is_open(core::Nanoseconds now_ns) noexcept;
+  bool brake_seems_closed(core::Nanoseconds now_ns) noexcept;
+  double enable_timeout_s() const noexcept;
   void leave_fault(core::Nanoseconds now_ns) noexcept;
   bool is_watched() const noexcept;
   double phase_age_s(core::Nanoseconds now_ns) const noexcept { return core::seconds(now_ns - phase_ns_); }
 
   DriveTiming timing_;
   DriveMode mode_;
-  FaultReaction reaction_;
+  std::optional<BrakeConfig> brake_;
   int node_;
+  std::uint16_t stop_word_;  // controlword that ends its motion: quick stop or voltage off
+  double moved_counts_;      // farther than play and noise
+  double full_mille_;        // nearly its greatest torque
   std::vector<SetupStep> setup_;
   SdoClient sdo_;
   DriveReport report_;
-  core::Nanoseconds phase_ns_ = -1;  // start of the present phase; < 0: not stepped yet
-  core::Nanoseconds asked_ns_ = -1;  // when the last NMT command was sent
+  core::Nanoseconds phase_ns_ = -1;     // start of the present phase; < 0: not stepped yet
+  core::Nanoseconds asked_ns_ = -1;     // when the last NMT command was sent
+  core::Nanoseconds powered_ns_ = -1;   // when it reported power; < 0: it has none
+  core::Nanoseconds strained_ns_ = -1;  // since when it exerts its full torque
+  std::int32_t powered_counts_ = 0;     // where it stood when its brake opened
   std::size_t setup_next_ = 0;
   int attempts_ = 0;
   std::uint16_t controlword_;  // initially that of setup_steps(): a drive that still holds from an earlier

@@ -33,6 +33,9 @@ Status check_watched(const AxisConfig& axis) {
   const double margin = axis.limits_margin.value_or(0.0);
   if (!(margin >= 0.0 && std::isfinite(margin)))
     return out_of_range(axis.name + ".limits_margin", margin, "0 or more");
+  for (const double delay_s :
+       {axis.brake.value_or(BrakeConfig()).release_s, axis.brake.value_or(BrakeConfig()).engage_s})
+    if (!(delay_s >= 0.0 && delay_s <= 10.0)) return out_of_range(axis.name + ".brake", delay_s, "0 to 10 s");
   if (axis.mode == DriveMode::kTorque && (axis.following_window || axis.following_time_s))
     return Status::invalid_argument(axis.name +
                                     ".following_window: a drive in torque mode has no target to follow; "

@@ -16,6 +16,13 @@ enum class DriveMode : std::int8_t { kPosition = 8, kVelocity = 9, kTorque = 10 
 /// Reaction of the drives to a fault: stop on their ramp and hold, or switch off power.
 enum class FaultReaction : std::uint8_t { kHold, kCoast };
 
+/// A holding brake that the drive itself opens and closes with its power, as CiA 402 drives do: it opens when
+/// operation is enabled, and it closes at the end of a quick stop, before the torque ends.
+struct BrakeConfig {
+  double release_s = 0.2;  ///< from operation enabled until the joint is free: no target is followed before
+  double engage_s = 0.2;   ///< for which power lasts at rest, until the brake holds
+};
+
 /// One axis: a node on one of the buses.
 struct AxisConfig {
   std::string name;
@@ -26,6 +33,7 @@ struct AxisConfig {
   double lower = 0.0, upper = 0.0;  ///< range of the joint
   double max_speed = 0.0;           ///< joint units/s; > 0: limits the speed of position targets
   double max_torque = 0.0;          ///< at the joint; > 0
+  std::optional<BrakeConfig> brake;
   // What the drive itself watches; without a value its own setting stays.
   std::optional<double>
       following_window;  ///< greatest following error (0x6065), rad or m; not in torque mode

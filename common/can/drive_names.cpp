@@ -35,7 +35,8 @@ constexpr FaultText kFaults[] = {  // in the order of DriveFault
     {"emergency", ""},
     {"drive fault", ""},
     {"enable timeout", "does not reach the commanded power state"},
-    {"left enabled", "switched its power off by itself"}};
+    {"left enabled", "switched its power off by itself"},
+    {"brake closed", "has not moved under its full torque since it got power: its brake may be closed"}};
 
 std::string setup_sentence(const DriveReport& r) {
   char text[160];
@@ -65,7 +66,8 @@ std::string fault_sentence(const DriveReport& r) {
     case DriveFault::kDriveFault: {
       char code[16];
       std::snprintf(code, sizeof code, "0x%04X", r.emergency_code);
-      return std::string("is in fault: ") + emergency_text(r.emergency_code) + " (" + code + ")";
+      const char* brake = r.unmoved ? "; it has not moved since it got power: its brake may be closed" : "";
+      return std::string("is in fault: ") + emergency_text(r.emergency_code) + " (" + code + ")" + brake;
     }
     default:
       return kFaults[static_cast<std::size_t>(r.fault)].sentence;

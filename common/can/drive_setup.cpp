@@ -100,10 +100,11 @@ std::vector<SetupStep> setup_steps(const AxisConfig& axis, const DriveGroupConfi
   const auto mode_bit = 1U << (static_cast<int>(axis.mode) - 1);
   steps.push_back({.kind = Kind::kExpect, .index = 0x1000, .value = 402, .mask = 0xFFFF});
   // First stops a drive that an earlier process left enabled.
-  const bool hold = config.reaction == FaultReaction::kHold;
-  add_write(steps, 0x6007, 0, 2, hold ? 3 : 2);  // if the master is lost: quick stop, or voltage off
-  add_write(steps, 0x605A, 0, 2, 6);             // quick stop: on its ramp, then hold
-  add_write(steps, 0x6040, 0, 2, hold ? kCommandQuickStop : kCommandDisableVoltage);
+  const bool stop = config.reaction == FaultReaction::kHold || axis.brake;
+  add_write(steps, 0x6007, 0, 2, stop ? 3 : 2);  // if the master is lost: quick stop, or voltage off
+  add_write(steps, 0x605A, 0, 2,
+            axis.brake ? 2 : 6);  // quick stop: on its ramp, then off by the brake, or hold
+  add_write(steps, 0x6040, 0, 2, stop ? kCommandQuickStop : kCommandDisableVoltage);
   steps.push_back({.kind = Kind::kExpect, .index = 0x6502, .value = mode_bit, .mask = mode_bit});
   steps.push_back(
       {.kind = Kind::kNear,

@@ -48,6 +48,12 @@ can::AxisConfig read_axis(const Fields& drive, const robot::Joint& joint, double
   read_optional(drive, slides ? "following_window_m" : "following_window_rad", axis.following_window);
   read_optional(drive, "following_time_s", axis.following_time_s);
   read_optional(drive, slides ? "limits_margin_m" : "limits_margin_rad", axis.limits_margin);
+  bool brake = false;
+  drive.choice("brake", brake, {{"none", false}, {"drive", true}});
+  can::BrakeConfig delays;
+  drive.number("brake_release_s", delays.release_s);
+  drive.number("brake_engage_s", delays.engage_s);
+  if (brake) axis.brake = delays;
   drive.check(axis.node != config.group.master_node, "node",
               "is the master's (can.master_node); allowed: another node id");
   for (const can::AxisConfig& other : config.group.axes)

@@ -25,6 +25,12 @@ void read_drive(const runtime::Fields& drive, DriveOptions& options) {
     hand.number("stiffness_Nm_per_rad", motor.hand.stiffness_Nm_per_rad);
     hand.number("damping_Nms_per_rad", motor.hand.damping_Nms_per_rad);
   }
+  if (drive.has("brake")) {
+    const runtime::Fields brake = drive.section("brake");
+    brake.number("holds_Nm", motor.brake.holds_Nm);
+    brake.number("release_s", motor.brake.release_s);
+    brake.number("engage_s", motor.brake.engage_s);
+  }
   drive.number("start_rad", motor.start_rad);
   if (drive.has("wall")) {
     const runtime::Fields wall = drive.section("wall");

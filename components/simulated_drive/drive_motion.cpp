@@ -41,9 +41,12 @@ void SimulatedDrive::run_quick_stop(double dt_s) {
   demand_speed_ =
       std::abs(demand_speed_) <= slower ? 0.0 : demand_speed_ - std::copysign(slower, demand_speed_);
   demand_counts_ += demand_speed_ * dt_s;
-  const bool at_rest = demand_speed_ == 0.0;
-  if (state_ == Power::kFaultReaction && at_rest) state_ = Power::kFault;
-  if (state_ == Power::kQuickStop && at_rest && od_.value(0x605A) == 2) state_ = Power::kSwitchOnDisabled;
+  const bool ends = state_ == Power::kFaultReaction || od_.value(0x605A) == 2;
+  if (!ends || demand_speed_ != 0.0) return;
+  closing_s_ += dt_s;  // the torque ends when the brake holds
+  const BrakeParameters& brake = options_.motor.brake;
+  if (brake.holds_Nm > 0.0 && closing_s_ < brake.engage_s) return;
+  state_ = state_ == Power::kFaultReaction ? Power::kFault : Power::kSwitchOnDisabled;
 }
 
 MotionDemand SimulatedDrive::demand(double dt_s) {
@@ -93,6 +96,10 @@ void SimulatedDrive::watch_following() {
 void SimulatedDrive::move(double dt_s) {
   if (nmt_ == Nmt::kOperational) obey_controlword();
   const double limit = std::min(static_cast<double>(od_.value(0x6072)), 1e3 * options_.motor.peak_share);
+  const bool stops = state_ == Power::kQuickStop || state_ == Power::kFaultReaction;
+  if (!stops) closing_s_ = 0.0;
+  loops_.set_brake_coil((state_ == Power::kEnabled || (stops && closing_s_ == 0.0)) &&
+                        !misbehaviour.keep_brake);
   torque_mille_ = loops_.step(demand(dt_s), limit, dt_s);
   torque_sum_mille_s_ += torque_mille_ * dt_s;
   torque_sum_s_ += dt_s;

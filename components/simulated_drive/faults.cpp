@@ -26,6 +26,8 @@ constexpr Kind kKinds[] = {
     {"trip", "over-current: emergency message and fault", [](SimulatedDrive& d) { d.trip(0x2310); }},
     {"warn", "emergency message without fault", [](SimulatedDrive& d) { d.warn(0x4310); }},
     {"reboot", "its logic supply fails for a moment", [](SimulatedDrive& d) { d.power_cycle(); }},
+    {"brake", "its brake does not open any more",
+     [](SimulatedDrive& d) { d.misbehaviour.keep_brake = true; }},
     {"power", "its power stage loses its supply", [](SimulatedDrive& d) { d.cut_power(); }},
 };
 

@@ -31,11 +31,21 @@ double Motor::wall_torque_Nm() const {
          std::max(0.0, wall.stiffness_Nm_per_rad * depth_rad + wall.damping_Nms_per_rad * into * v_rad_s_);
 }
 
+void Motor::move_brake(double dt_s) {
+  const BrakeParameters& brake = parameters_.brake;
+  brake_moves_s_ = coil_ == closed_ ? brake_moves_s_ + dt_s : 0.0;
+  if (brake_moves_s_ < (closed_ ? brake.release_s : brake.engage_s)) return;
+  closed_ = !coil_;
+}
+
 void Motor::step(double mille, double dt_s) {
   time_s_ += dt_s;
   const double torque_Nm = mille * 1e-3 * parameters_.rated_torque_Nm * parameters_.gear_ratio +
                            parameters_.load_Nm + hand_torque_Nm() + wall_torque_Nm();
-  simulation::integrate(parameters_.joint, torque_Nm, dt_s, q_rad_, v_rad_s_);
+  move_brake(dt_s);
+  simulation::JointMechanics joint = parameters_.joint;
+  if (brake_is_closed()) joint.coulomb += parameters_.brake.holds_Nm;
+  simulation::integrate(joint, torque_Nm, dt_s, q_rad_, v_rad_s_);
 }
 
 std::int64_t Motor::counts() const {

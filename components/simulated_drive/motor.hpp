@@ -24,6 +24,13 @@ struct WallParameters {
   double damping_Nms_per_rad = 0.0;
 };
 
+/// A holding brake on the joint: a spring closes it, a coil opens it.
+struct BrakeParameters {
+  double holds_Nm = 0.0;    ///< friction of the closed brake; 0: no brake
+  double release_s = 0.05;  ///< from the coil's current until it is open
+  double engage_s = 0.05;   ///< from the end of the current until it holds
+};
+
 /// Parameters of the motor, its gear and encoder, and the joint that it drives.
 struct MotorParameters {
   double counts_per_turn = 65536;  ///< encoder, per turn of the motor
@@ -33,6 +40,7 @@ struct MotorParameters {
   double load_Nm = 0.0;            ///< constant torque on the joint, like that of a weight
   HandParameters hand;
   WallParameters wall;  ///< met from the side of start_rad
+  BrakeParameters brake;
   simulation::JointMechanics joint{
       .inertia = 0.5, .viscous = 0.2, .coulomb = 0.05, .lower = -10, .upper = 10};
   double start_rad = 0.0;  ///< joint angle at power-up; count 0 is joint angle 0
@@ -47,6 +55,9 @@ class Motor {
 
   /// Advances by dt_s. `mille`: torque of the motor, per mille of the rated torque.
   void step(double mille, double dt_s);
+  /// Switches the current of the brake's coil, which opens it.
+  void set_brake_coil(bool on) { coil_ = on; }
+  bool brake_is_closed() const { return closed_ && parameters_.brake.holds_Nm > 0.0; }
   std::int64_t counts() const;
   double counts_per_s() const;
   double joint_rad() const { return q_rad_; }
@@ -58,8 +69,11 @@ class Motor {
 
  private:
   double hand_torque_Nm() const;
+  void move_brake(double dt_s);
   MotorParameters parameters_;
   double q_rad_ = 0.0, v_rad_s_ = 0.0, time_s_ = 0.0;
+  double brake_moves_s_ = 0.0;  // for how long the coil has asked for the other state
+  bool coil_ = false, closed_ = true;
 };
 
 /// Input of the inner control loops.
@@ -79,6 +93,7 @@ class MotionLoops {
   double step(const MotionDemand& demand, double limit_mille, double dt_s);
   void reset() { integral_mille_ = 0.0; }
   const Motor& motor() const { return motor_; }
+  void set_brake_coil(bool on) { motor_.set_brake_coil(on); }
 
  private:
   Motor motor_;

@@ -232,8 +232,9 @@ void SimulatedDrive::obey_controlword() {
   const int command = word & 0x0F;
   if (command == 0x06 && state_ != Power::kQuickStop) state_ = Power::kReady;
   if (command == 0x07 && (state_ == Power::kReady || state_ == Power::kEnabled)) state_ = Power::kSwitchedOn;
-  if (command == 0x0F && (state_ == Power::kSwitchedOn || state_ == Power::kQuickStop) &&
-      !misbehaviour.refuse_enable) {
+  // Out of a quick stop only if that ends in holding (0x605A from 5 on).
+  const bool resumes = state_ == Power::kQuickStop && od_.value(0x605A) >= 5;
+  if (command == 0x0F && (state_ == Power::kSwitchedOn || resumes) && !misbehaviour.refuse_enable) {
     state_ = Power::kEnabled;
     demand_counts_ = static_cast<double>(motor().counts());
     demand_speed_ = 0.0;

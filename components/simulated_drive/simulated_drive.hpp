@@ -35,6 +35,7 @@ struct Misbehaviour {
   bool refuse_sdo = false;                 ///< every write is refused
   std::uint16_t other_status_bits = 0;     ///< set in its statusword
   std::uint16_t lacks_object = 0;          ///< as a drive without this object: it cannot be written
+  bool keep_brake = false;                 ///< its brake does not open
   bool only_show_following_error = false;  ///< goes on in spite of it
   bool ignore_max_speed = false;           ///< as a drive that has no object 0x6080
 };
@@ -123,6 +124,7 @@ class SimulatedDrive {
   double torque_mille_ = 0.0;
   double torque_sum_mille_s_ = 0.0, torque_sum_s_ = 0.0;  // since the last SYNC
   double to_go_s_ = 0.0;
+  double closing_s_ = 0.0;  // for how long its brake has been closing at the end of a stop
 };
 
 }  // namespace phantom::simulated_drive

@@ -94,6 +94,19 @@ TEST(CanConfig, WhatADriveWatchesByItselfIsReadInTheJointsUnits) {
               HasSubstr("following_window_m"));
 }
 
+TEST(CanConfig, BrakesHaveDelaysOfTheirOwn) {
+  EXPECT_EQ(axis_with("node: 2, mode: torque,", "node: 2, mode: torque, brake: none,", 1).brake,
+            std::nullopt);
+  const auto axis =
+      axis_with("node: 2, mode: torque,",
+                "node: 2, mode: torque, brake: drive, brake_release_s: 0.15, brake_engage_s: 0.1,", 1);
+  ASSERT_TRUE(axis.brake.has_value());
+  EXPECT_EQ(axis.brake->release_s, 0.15);
+  EXPECT_EQ(axis.brake->engage_s, 0.1);
+  EXPECT_THAT(can_problem("node: 2, mode: torque,", "node: 2, mode: torque, brake: slave,"),
+              AllOf(HasSubstr("can.drives.j2_yaw.brake"), HasSubstr("allowed: none, drive")));
+}
+
 TEST(CanConfig, FaultsOfTheBusesAndTimesAreNamed) {
   EXPECT_THAT(can_problem("rate_Hz: 500 ", "rate_Hz: 1000 "),
               AllOf(HasSubstr("can.drives"), HasSubstr("bus 0: 4 drives need 13 frames"),
