@@ -400,11 +400,11 @@ TEST(ForeignUrdf, DamagedFilesAreReadOrRefused) {
 TEST(ForeignUrdf, AnotherLaboratorysRobotsLoadWholeWithTheirHandsHeld) {
   const std::filesystem::path dart = "/usr/share/doc/dart/data/urdf";
   if (!std::filesystem::is_directory(dart)) GTEST_SKIP() << "dart-doc is not installed";
-  struct Case {
+  struct Laboratory {
     const char *file, *tip;
     std::size_t joints;
   };
-  for (const Case& one : {Case{"drchubo/drchubo.urdf", "Body_LWP", 6}, Case{"wam/wam.urdf", "/wam7", 7}}) {
+  for (const Laboratory& one : {Laboratory{"drchubo/drchubo.urdf", "Body_LWP", 6}, Laboratory{"wam/wam.urdf", "/wam7", 7}}) {
     const auto arm = SerialArm::from_urdf(dart / one.file, one.tip, {});
     ASSERT_TRUE(arm) << arm.status().message();
     EXPECT_GE(arm->joint_count(), one.joints);
