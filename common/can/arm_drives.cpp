@@ -14,7 +14,12 @@ ArmDrives::ArmDrives(const DriveGroupConfig& config, const core::JointArray& tol
 
 const ArmDrivesSense& ArmDrives::sense() noexcept {
   const DriveGroupReport& r = group_.listen();
-  sense_.known = sense_.known || r.has_positions;
+  // A drive that has lost its home says so; one that is only silent is where it was.
+  const bool lost =
+      std::any_of(r.drives.begin(), r.drives.end(), [](const DriveReport& d) { return d.needs_homing; });
+  sense_.known = (sense_.known && !lost) || r.has_positions;
+  sense_.needs_homing = r.needs_homing;
+  sense_.homing = r.homing;
   sense_.position = r.position;
   sense_.velocity = r.velocity;
   sense_.torque = r.torque;

@@ -10,9 +10,11 @@ namespace phantom::can {
 struct ArmDrivesSense {
   bool known = false;  ///< every encoder has reported; before that nothing else is valid
   core::JointArray position{}, velocity{}, torque{};  ///< as the drives report for the newest answered SYNC
-  bool current = false;  ///< that SYNC is the last one, or for a single one of a drive the one before
-  bool follows = false;  ///< all drives follow their commands
-  bool fault = false;    ///< the drives hold or coast until a reset
+  bool current = false;       ///< that SYNC is the last one, or for a single one of a drive the one before
+  bool follows = false;       ///< all drives follow their commands
+  bool needs_homing = false;  ///< the position is unknown until the drives are homed, which may begin now
+  bool homing = false;
+  bool fault = false;  ///< the drives hold or coast until a reset
 };
 
 /// A DriveGroup as slave_io and master_io use it. Power comes on while the caller permits it and every joint

@@ -44,6 +44,11 @@ constexpr PowerState power_state(std::uint16_t statusword) noexcept {
 /// Bit of the statusword, in position mode.
 inline constexpr std::uint16_t kFollowingErrorBit = 0x2000;
 
+/// Homing mode: its number, bits of the statusword, and the bit of the controlword that starts it.
+inline constexpr std::int8_t kHomingMode = 6;
+inline constexpr std::uint16_t kHomingAttained = 0x1000, kTargetReached = 0x0400, kHomingErrorBit = 0x2000,
+                               kStartHoming = 0x0010;
+
 /// Commands of the controlword.
 inline constexpr std::uint16_t kCommandDisableVoltage = 0x00, kCommandQuickStop = 0x02,
                                kCommandShutdown = 0x06, kCommandSwitchOn = 0x07,

@@ -28,7 +28,8 @@ constexpr int kCountedSyncs = 1 << 20;  // above any limit: a drive may be silen
 bool is_reset_by_controlword(DriveFault fault) {
   return fault == DriveFault::kDriveFault || fault == DriveFault::kEmergency ||
          fault == DriveFault::kFollowingError || fault == DriveFault::kEnableTimeout ||
-         fault == DriveFault::kLeftEnabled || fault == DriveFault::kBrakeClosed;
+         fault == DriveFault::kLeftEnabled || fault == DriveFault::kBrakeClosed ||
+         fault == DriveFault::kHomingError || fault == DriveFault::kHomingTimeout;
 }
 
 }  // namespace
@@ -37,6 +38,7 @@ Drive::Drive(const AxisConfig& axis, const DriveGroupConfig& config)
     : timing_(config.timing),
       mode_(axis.mode),
       brake_(axis.brake),
+      homing_(axis.homing),
       node_(axis.node),
       stop_word_(config.reaction == FaultReaction::kHold || axis.brake ? kCommandQuickStop
                                                                        : kCommandDisableVoltage),
@@ -45,12 +47,15 @@ Drive::Drive(const AxisConfig& axis, const DriveGroupConfig& config)
       setup_(setup_steps(axis, config)),
       sdo_(static_cast<std::uint8_t>(axis.node), core::from_seconds(config.timing.sdo_timeout_s)),
       controlword_(stop_word_),
-      most_owed_(std::max(kLeastOwed, kHeldUp * (config.timing.most_missed + 1))) {}
+      most_owed_(std::max(kLeastOwed, kHeldUp * (config.timing.most_missed + 1))) {
+  report_.has_reference = !homing_;
+}
 
 bool Drive::is_watched() const noexcept {
   const DrivePhase p = report_.phase;
-  return p == DrivePhase::kReady || p == DrivePhase::kEnabling || p == DrivePhase::kEnabled ||
-         p == DrivePhase::kQuickStop || p == DrivePhase::kResetting;
+  return p == DrivePhase::kReferencing || p == DrivePhase::kHoming || p == DrivePhase::kReady ||
+         p == DrivePhase::kEnabling || p == DrivePhase::kEnabled || p == DrivePhase::kQuickStop ||
+         p == DrivePhase::kResetting;
 }
 
 void Drive::enter(DrivePhase phase, core::Nanoseconds now_ns) noexcept {
@@ -58,7 +63,11 @@ void Drive::enter(DrivePhase phase, core::Nanoseconds now_ns) noexcept {
   report_.phase = phase;
   phase_ns_ = now_ns;
   asked_ns_ = -1;
-  if (phase == DrivePhase::kEnabling) powered_ns_ = -1;
+  if (phase == DrivePhase::kEnabling || phase == DrivePhase::kHoming) powered_ns_ = -1;
+  if (phase == DrivePhase::kReferencing || phase == DrivePhase::kHoming) {
+    wanted_mode_ = 0;
+    homed_ = homes_ = false;
+  }
   if (phase == DrivePhase::kSearching) booted_ = report_.answered = false;
   if (phase == DrivePhase::kConfiguring) {
     setup_next_ = 0;
@@ -71,6 +80,8 @@ void Drive::enter(DrivePhase phase, core::Nanoseconds now_ns) noexcept {
     credited_ns_ = before_ns;  // the drive may have sent heartbeats since it was given their period
     missed_ = unmeasured_ = answers_ = owed_ = 0;
     sync_open_ = measured_ = report_.has_position = false;
+    report_.has_reference = !homing_;
+    report_.needs_homing = false;
     booted_ = false;
   }
   if (phase != DrivePhase::kFault) {
@@ -216,6 +227,10 @@ DriveFault Drive::found_fault(core::Nanoseconds now_ns) const noexcept {
   // Position loops that use an old velocity would make the arm vibrate.
   if (unmeasured_ > (timing_.most_missed + 1) * timing_.measure_every) return DriveFault::kMeasurementMissing;
   if (core::seconds(now_ns - heartbeat_ns_) > timing_.heartbeat_timeout_s) return DriveFault::kHeartbeatLost;
+  // A drive that is to be homed may be in homing mode before it is ready.
+  const bool homes = report_.phase == DrivePhase::kReferencing || report_.phase == DrivePhase::kHoming ||
+                     (homing_ && report_.phase == DrivePhase::kResetting);
+  if (homes) return DriveFault::kNone;
   if (report_.mode != static_cast<std::int8_t>(mode_)) return DriveFault::kModeMismatch;
   return DriveFault::kNone;
 }
@@ -237,6 +252,10 @@ void Drive::step(DriveGoal goal, bool reset, BusState bus, core::Nanoseconds now
       return configure(now_ns, out);
     case DrivePhase::kStarting:
       return start(now_ns, out);
+    case DrivePhase::kReferencing:
+      return reference(goal, now_ns, out);
+    case DrivePhase::kHoming:
+      return home(goal, now_ns);
     default:
       return control(goal, now_ns);
   }
@@ -308,7 +327,7 @@ void Drive::start(core::Nanoseconds now_ns, Outbox& out) noexcept {
   const bool mode_agrees = report_.mode == static_cast<std::int8_t>(mode_);
   if (connected && report_.has_position && measured_ && mode_agrees) {
     missed_ = 0;
-    return enter(DrivePhase::kReady, now_ns);
+    return enter(connected_phase(), now_ns);
   }
   if (phase_age_s(now_ns) > timing_.state_timeout_s) {
     if (!connected) return fail(DriveFault::kNotOperational, now_ns);
@@ -332,7 +351,7 @@ void Drive::control(DriveGoal goal, core::Nanoseconds now_ns) noexcept {
   if (phase == DrivePhase::kResetting) {
     const bool in_fault = power == PowerState::kFault || power == PowerState::kFaultReaction;
     if (!in_fault)
-      return enter(DrivePhase::kReady, now_ns);  // keeps the controlword: a drive that holds goes on
+      return enter(connected_phase(), now_ns);  // keeps the controlword: a drive that holds goes on
     // A rising edge resets the fault. The edge is repeated every few cycles, in case one was lost.
     const auto cycle = std::llround(phase_age_s(now_ns) / timing_.period_s);
     controlword_ = cycle % 8 >= 4 ? kCommandFaultReset : kCommandDisableVoltage;

@@ -17,6 +17,8 @@ enum class DrivePhase : std::uint8_t {
   kSearching,    ///< asked to boot, not heard yet
   kConfiguring,  ///< configured by SDO
   kStarting,     ///< commanded to go operational; not all of its messages have arrived yet
+  kReferencing,  ///< asked whether it knows where its home is; waits to be homed
+  kHoming,       ///< moves to find its home
   kReady,        ///< power is off
   kEnabling,
   kEnabled,    ///< follows its targets
@@ -45,6 +47,8 @@ enum class DriveFault : std::uint8_t {
   kEnableTimeout,   ///< does not reach the commanded power state
   kLeftEnabled,     ///< switched its power off by itself
   kBrakeClosed,     ///< has not moved under its full torque since it got power
+  kHomingError,     ///< found no home, as it says itself
+  kHomingTimeout,   ///< found no home in time
 };
 
 const char* name_of(DrivePhase phase) noexcept;
@@ -68,6 +72,8 @@ struct DriveReport {
   std::int16_t torque_mille = 0;
   bool has_position = false;
   bool unmoved = false;       ///< it has a brake and has not moved since it got power
+  bool has_reference = true;  ///< false: its position means nothing, as it was not homed
+  bool needs_homing = false;  ///< it says so itself
   std::uint64_t missed = 0;   ///< total number of SYNCs without an answer
   std::uint64_t surplus = 0;  ///< messages that show more than one node with this id
 };
@@ -76,7 +82,7 @@ struct DriveReport {
 /// real-time safe.
 std::string describe(const DriveReport& report, const std::string& name);
 
-enum class DriveGoal : std::uint8_t { kOff, kEnabled, kQuickStop };
+enum class DriveGoal : std::uint8_t { kOff, kEnabled, kQuickStop, kHome };
 
 /// Frames to send in one cycle, in order of importance.
 class Outbox {
@@ -147,6 +153,12 @@ class Drive {
   void finish_setup_step(core::Nanoseconds now_ns) noexcept;
   void start(core::Nanoseconds now_ns, Outbox& out) noexcept;
   void control(DriveGoal goal, core::Nanoseconds now_ns) noexcept;
+  void reference(DriveGoal goal, core::Nanoseconds now_ns, Outbox& out) noexcept;
+  void home(DriveGoal goal, core::Nanoseconds now_ns) noexcept;
+  bool has_mode(std::int8_t mode, core::Nanoseconds now_ns, Outbox& out) noexcept;
+  DrivePhase connected_phase() const noexcept {
+    return homing_ ? DrivePhase::kReferencing : DrivePhase::kReady;
+  }
   bool brake_is_open(core::Nanoseconds now_ns) noexcept;
   bool brake_seems_closed(core::Nanoseconds now_ns) noexcept;
   double enable_timeout_s() const noexcept;
@@ -157,6 +169,7 @@ class Drive {
   DriveTiming timing_;
   DriveMode mode_;
   std::optional<BrakeConfig> brake_;
+  std::optional<HomingConfig> homing_;
   int node_;
   std::uint16_t stop_word_;  // controlword that ends its motion: quick stop or voltage off
   double moved_counts_;      // farther than play and noise
@@ -169,6 +182,9 @@ class Drive {
   core::Nanoseconds powered_ns_ = -1;   // when it reported power; < 0: it has none
   core::Nanoseconds strained_ns_ = -1;  // since when it exerts its full torque
   std::int32_t powered_counts_ = 0;     // where it stood when its brake opened
+  std::int8_t wanted_mode_ = 0;         // asked for while it is referenced; 0: none yet
+  core::Nanoseconds wanted_ns_ = 0;     // since when
+  bool homed_ = false, homes_ = false;  // it says that it knows its home; its search has begun
   std::size_t setup_next_ = 0;
   int attempts_ = 0;
   std::uint16_t controlword_;  // initially that of setup_steps(): a drive that still holds from an earlier

@@ -23,6 +23,20 @@ Status out_of_range(const std::string& what, double value, const std::string& al
   return Status::invalid_argument(what + ": " + number(value) + "; allowed: " + allowed);
 }
 
+Status check_homing(const AxisConfig& axis) {
+  if (!axis.homing) return Status::ok();
+  const HomingConfig& h = *axis.homing;
+  if (h.method < 1 || h.method > 37) return out_of_range(axis.name + ".homing.method", h.method, "1 to 37");
+  for (const double value : {h.search_speed, h.zero_speed, h.acceleration, h.timeout_s})
+    if (!(value > 0.0 && value * std::abs(axis.units.counts_per_unit()) < 4294967295.0))
+      return out_of_range(axis.name + ".homing", value, "greater than 0 and within 32 bits of counts");
+  if (!(axis.units.offset >= axis.lower && axis.units.offset <= axis.upper))
+    return out_of_range(
+        axis.name + ".offset", axis.units.offset,
+        "where its home is, within its range of " + number(axis.lower) + " to " + number(axis.upper));
+  return Status::ok();
+}
+
 Status check_watched(const AxisConfig& axis) {
   const double window = axis.following_window.value_or(1.0), time_s = axis.following_time_s.value_or(0.0);
   if (!(window > 0.0 && window * std::abs(axis.units.counts_per_unit()) < 4294967295.0))
@@ -58,6 +72,7 @@ Status check_axis(const AxisConfig& axis, std::size_t buses) {
     return Status::invalid_argument(axis.name + ".max_torque: " + number(axis.max_torque) + " is " +
                                     number(mille) +
                                     " per mille of the drive's rated torque; allowed: 1 to 32767");
+  if (Status homing = check_homing(axis); !homing) return homing;
   return check_watched(axis);
 }
 

@@ -23,6 +23,16 @@ struct BrakeConfig {
   double engage_s = 0.2;   ///< for which power lasts at rest, until the brake holds
 };
 
+/// Search for the home of an axis whose encoder is not absolute (CiA 402, homing mode). Home is count 0:
+/// AxisUnits::offset is the joint's position there.
+struct HomingConfig {
+  int method = 0;             ///< object 0x6098: 1…37
+  double search_speed = 0.0;  ///< to the switch; joint units/s, > 0
+  double zero_speed = 0.0;    ///< to its edge or to the index pulse
+  double acceleration = 0.0;  ///< joint units/s²
+  double timeout_s = 60.0;    ///< of one axis
+};
+
 /// One axis: a node on one of the buses.
 struct AxisConfig {
   std::string name;
@@ -34,6 +44,7 @@ struct AxisConfig {
   double max_speed = 0.0;           ///< joint units/s; > 0: limits the speed of position targets
   double max_torque = 0.0;          ///< at the joint; > 0
   std::optional<BrakeConfig> brake;
+  std::optional<HomingConfig> homing;  ///< without: the encoder is absolute
   // What the drive itself watches; without a value its own setting stays.
   std::optional<double>
       following_window;  ///< greatest following error (0x6065), rad or m; not in torque mode

@@ -65,11 +65,30 @@ bool DriveGroup::take_reset(bool requested) noexcept {
   return true;
 }
 
-DriveGoal DriveGroup::goal_of(const DriveCommand& command, const Drive& drive) const noexcept {
+// Homing begins with the command's edge and takes one drive after the other. A stop or a fault ends it.
+void DriveGroup::choose_homing(const DriveCommand& command) noexcept {
+  const bool edge = command.home && !home_before_;
+  home_before_ = command.home;
+  homing_begun_ = homing_begun_ && homing_;
+  homing_ = (homing_ || (edge && report_.needs_homing)) && !fault_latched_ && !command.quick_stop;
+  if (!homing_) return;
+  const DrivePhase phase = drives_[homing_axis_].report().phase;
+  const bool busy = phase == DrivePhase::kHoming || (phase == DrivePhase::kReferencing && homing_begun_);
+  homing_begun_ = true;
+  if (busy) return;
+  const auto next =
+      std::find_if(drives_.begin(), drives_.end(), [](const Drive& d) { return d.report().needs_homing; });
+  homing_ = next != drives_.end();
+  if (homing_) homing_axis_ = static_cast<std::size_t>(next - drives_.begin());
+}
+
+DriveGoal DriveGroup::goal_of(const DriveCommand& command, std::size_t axis) const noexcept {
+  const Drive& drive = drives_[axis];
   if (fault_latched_)
     return config_.reaction == FaultReaction::kHold ? DriveGoal::kQuickStop : DriveGoal::kOff;
   if (command.quick_stop) return DriveGoal::kQuickStop;
   if (command.enable && all_ready_) return DriveGoal::kEnabled;
+  if (homing_ && axis == homing_axis_) return DriveGoal::kHome;
   // No power yet, or no longer. A drive that holds goes on holding. With enable, the others are not all ready
   // to follow yet.
   const PowerState power = drive.report().power;
@@ -89,9 +108,10 @@ const DriveGroupReport& DriveGroup::listen() noexcept {
 const DriveGroupReport& DriveGroup::step(const DriveCommand& command, core::Nanoseconds now_ns) noexcept {
   for (Bus& bus : buses_) take_frames(bus);
   const bool reset = take_reset(command.reset);
+  choose_homing(command);
   for (std::size_t a = 0; a < drives_.size(); ++a) {
     Bus& bus = buses_[config_.axes[a].bus];
-    drives_[a].step(goal_of(command, drives_[a]), reset, bus.port->state(), now_ns, bus.others);
+    drives_[a].step(goal_of(command, a), reset, bus.port->state(), now_ns, bus.others);
     fault_latched_ = fault_latched_ || drives_[a].report().phase == DrivePhase::kFault;
   }
   all_ready_ =
@@ -170,8 +190,9 @@ void DriveGroup::update_motion() noexcept {
   for (std::size_t a = 0; a < drives_.size(); ++a) {
     const DriveReport& r = drives_[a].report();
     const AxisUnits& units = config_.axes[a].units;
-    report_.has_positions = report_.has_positions && r.has_position;
-    if (!r.has_position) continue;
+    const bool known = r.has_position && r.has_reference;
+    report_.has_positions = report_.has_positions && known;
+    if (!known) continue;
     report_.position[a] = units.position(r.position_counts);
     report_.velocity[a] = units.velocity(r.velocity_counts);
     report_.torque[a] = units.torque(r.torque_mille);
@@ -187,6 +208,11 @@ void DriveGroup::update_report(const DriveCommand& command) noexcept {
     all_stopping = all_stopping && r.phase == DrivePhase::kQuickStop;
     any_enabling = any_enabling || r.phase == DrivePhase::kEnabling;
   }
+  const auto needs = [](const Drive& d) { return d.report().needs_homing; };
+  report_.homing = homing_;
+  report_.needs_homing = !fault_latched_ && std::any_of(drives_.begin(), drives_.end(), needs) &&
+                         std::all_of(drives_.begin(), drives_.end(),
+                                     [&](const Drive& d) { return needs(d) || is_ready(d.report().phase); });
   for (std::size_t b = 0; b < std::min(buses_.size(), DriveGroupReport::kMaxBuses); ++b)
     report_.buses[b] = buses_[b].port->state();
   report_.state = fault_latched_                   ? DriveGroupState::kFault
@@ -199,11 +225,15 @@ void DriveGroup::update_report(const DriveCommand& command) noexcept {
 
 std::string describe(const DriveGroupReport& report, const std::vector<AxisConfig>& axes) {
   for (const DrivePhase wanted : {DrivePhase::kFault, DrivePhase::kSearching, DrivePhase::kConfiguring,
-                                  DrivePhase::kStarting, DrivePhase::kResetting}) {
+                                  DrivePhase::kStarting, DrivePhase::kResetting, DrivePhase::kHoming}) {
     for (std::size_t a = 0; a < axes.size(); ++a) {
       if (report.drives[a].phase == wanted) return describe(report.drives[a], axes[a].name);
     }
   }
+  std::string unhomed;
+  for (std::size_t a = 0; a < axes.size(); ++a)
+    if (report.drives[a].needs_homing) unhomed += (unhomed.empty() ? "" : ", ") + axes[a].name;
+  if (!unhomed.empty()) return "to be homed, as their encoders are not absolute: " + unhomed;
   return report.state == DriveGroupState::kFault ? "drives wait for a reset" : "";
 }
 

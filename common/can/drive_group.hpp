@@ -14,8 +14,9 @@ namespace phantom::can {
 struct DriveCommand {
   bool enable = false;  ///< power on and follow; false: no drive is given power
   bool hold = false;    ///< without enable: a drive with power stops on its ramp and holds; false: power off
-  bool quick_stop = false;      ///< stop on the drives' ramps and hold; gives no power; overrides enable
-  bool reset = false;           ///< a rising edge ends faults whose cause is gone
+  bool quick_stop = false;  ///< stop on the drives' ramps and hold; gives no power; overrides enable
+  bool reset = false;       ///< a rising edge ends faults whose cause is gone
+  bool home = false;  ///< a rising edge homes the drives that need it, one after the other, unless quick_stop
   bool hasten = false;          ///< the cycle is late: the targets act with its SYNC, not with the next one
   core::JointArray position{};  ///< rad or m, for axes in position mode
   core::JointArray velocity{};  ///< for axes in velocity mode
@@ -37,8 +38,10 @@ struct DriveGroupReport {
   static constexpr std::size_t kMaxBuses = 8;
   DriveGroupState state = DriveGroupState::kStarting;
   core::JointArray position{}, velocity{}, torque{};  ///< as the drives report; kept while a drive is silent
-  bool has_positions = false;                         ///< every drive has reported its position
   bool current = false;  ///< at the last listen(), every drive's position, velocity and torque were current
+  bool has_positions = false;  ///< every drive has reported its position, and knows where that is
+  bool needs_homing = false;   ///< a drive has to be homed, and all others are ready or have to be as well
+  bool homing = false;         ///< a drive is being homed
   std::array<DriveReport, core::kMaxJoints> drives{};
   std::array<BusState, kMaxBuses> buses{};
   std::uint64_t refused_values = 0;  ///< commanded values that were not finite
@@ -84,7 +87,8 @@ class DriveGroup {
   };
   void take_frames(Bus& bus) noexcept;
   bool take_reset(bool requested) noexcept;
-  DriveGoal goal_of(const DriveCommand& command, const Drive& drive) const noexcept;
+  DriveGoal goal_of(const DriveCommand& command, std::size_t axis) const noexcept;
+  void choose_homing(const DriveCommand& command) noexcept;
   DriveTargets targets_of(const DriveCommand& command, std::size_t axis) noexcept;
   double lead_position(double wanted, std::size_t axis) noexcept;
   double finite_or_zero(double value) noexcept;
@@ -101,6 +105,8 @@ class DriveGroup {
   DriveGroupReport report_;
   bool fault_latched_ = false, reset_before_ = false, reset_pending_ = false;
   bool all_ready_ = false;
+  bool home_before_ = false, homing_ = false, homing_begun_ = false;
+  std::size_t homing_axis_ = 0;  // while homing_
 };
 
 }  // namespace phantom::can

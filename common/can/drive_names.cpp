@@ -5,8 +5,9 @@
 namespace phantom::can {
 
 const char* name_of(DrivePhase phase) noexcept {
-  constexpr const char* kNames[] = {"searching", "configuring", "starting",  "ready", "enabling",
-                                    "enabled",   "quick stop",  "resetting", "fault"};
+  constexpr const char* kNames[] = {"searching",  "configuring", "starting", "referencing",
+                                    "homing",     "ready",       "enabling", "enabled",
+                                    "quick stop", "resetting",   "fault"};
   return kNames[static_cast<std::size_t>(phase)];
 }
 
@@ -36,7 +37,9 @@ constexpr FaultText kFaults[] = {  // in the order of DriveFault
     {"drive fault", ""},
     {"enable timeout", "does not reach the commanded power state"},
     {"left enabled", "switched its power off by itself"},
-    {"brake closed", "has not moved under its full torque since it got power: its brake may be closed"}};
+    {"brake closed", "has not moved under its full torque since it got power: its brake may be closed"},
+    {"homing error", "found no home: it reports a homing error"},
+    {"homing timeout", "found no home in time"}};
 
 std::string setup_sentence(const DriveReport& r) {
   char text[160];
@@ -80,6 +83,7 @@ const char* name_of(DriveFault fault) noexcept { return kFaults[static_cast<std:
 
 std::string describe(const DriveReport& report, const std::string& name) {
   if (report.phase == DrivePhase::kFault) return name + " " + fault_sentence(report);
+  if (report.phase == DrivePhase::kReferencing && report.needs_homing) return name + " has to be homed";
   if (report.phase == DrivePhase::kSearching) return name + " has not answered yet";
   return name + " is " + (report.phase == DrivePhase::kQuickStop ? "in " : "") + name_of(report.phase);
 }

@@ -78,6 +78,21 @@ void set_limits(Steps& steps, const AxisConfig& axis) {
   add_write(steps, 0x607D, 2, 4, static_cast<std::uint32_t>(std::max(lower, upper)));
 }
 
+void set_homing(Steps& steps, const AxisConfig& axis) {
+  if (!axis.homing) return;
+  const auto counts = [&axis](double value) {
+    return static_cast<std::uint32_t>(
+        std::max(1.0, std::round(value * std::abs(axis.units.counts_per_unit()))));
+  };
+  constexpr std::uint32_t kHomingBit = 1U << 5;
+  steps.push_back({.kind = Kind::kExpect, .index = 0x6502, .value = kHomingBit, .mask = kHomingBit});
+  add_write(steps, 0x6098, 0, 1, static_cast<std::uint32_t>(axis.homing->method));
+  add_write(steps, 0x6099, 1, 4, counts(axis.homing->search_speed));
+  add_write(steps, 0x6099, 2, 4, counts(axis.homing->zero_speed));
+  add_write(steps, 0x609A, 0, 4, counts(axis.homing->acceleration));
+  add_write(steps, 0x607C, 0, 4, 0);  // home is count 0
+}
+
 void map_targets(Steps& steps, DriveMode mode, std::uint32_t cob) {
   constexpr std::uint32_t kControlword = 0x60400010, kTorqueOffset = 0x60B20010;
   switch (mode) {
@@ -116,6 +131,7 @@ std::vector<SetupStep> setup_steps(const AxisConfig& axis, const DriveGroupConfi
   steps.back().optional = true;
   set_following(steps, axis);
   set_limits(steps, axis);
+  set_homing(steps, axis);
   set_interpolation(steps, t.period_s);
   map_pdo(steps, 0x1800, kCobTpdo1 + node, 1, {0x60410010, 0x60640020, 0x60610008});
   map_pdo(steps, 0x1801, kCobTpdo2 + node, static_cast<std::uint32_t>(t.measure_every),

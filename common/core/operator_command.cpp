@@ -17,7 +17,8 @@ constexpr std::array<CommandRule, kCommandKinds> kRules{
      {"view_hold", false, false, true, 0, 1, true},
      {"view_node", false, false, true, 0, 14, true},
      {"set_law", true, false, true, 0, 4, true},
-     {"mark", false, false, false, 0, 0, false}}};
+     {"mark", false, false, false, 0, 0, false},
+     {"home", false, true, false, 0, 0, false}}};
 constexpr CommandRule kUnknown{"unknown", true, false, false, 0, 0, false};
 
 }  // namespace

@@ -19,8 +19,9 @@ enum class CommandKind : std::uint32_t {
   kViewNode,
   kSetLaw,
   kMark,
+  kHome,
 };
-inline constexpr std::uint32_t kCommandKinds = 9;
+inline constexpr std::uint32_t kCommandKinds = 10;
 
 /// Name of a kind of command, who answers it, and which values it takes.
 struct CommandRule {

@@ -64,7 +64,7 @@ constexpr auto kViewPose = [](auto& codec, auto& m, auto& s) {
 
 constexpr auto kOperatorCommand = [](auto& codec, auto& m, auto& s) {
   codec.stamp(m.stamp(), s.stamp);
-  codec.enumeration("kind", m.kind(), s.kind, core::CommandKind::kMark);
+  codec.enumeration("kind", m.kind(), s.kind, core::CommandKind::kHome);
   codec.any(m.value(), s.value);
   codec.any(m.joint(), s.joint);
   codec.any(m.master_stop(), s.master_stop);
@@ -76,7 +76,7 @@ constexpr auto kOperatorReply = [](auto& codec, auto& m, auto& s) {
   codec.stamp(m.stamp(), s.stamp);
   codec.echo(m.command(), s.command);
   codec.any(m.component_name(), s.component);
-  codec.enumeration("kind", m.kind(), s.kind, core::CommandKind::kMark);
+  codec.enumeration("kind", m.kind(), s.kind, core::CommandKind::kHome);
   codec.any(m.done(), s.done);
   codec.any(m.message(), s.message);
 };

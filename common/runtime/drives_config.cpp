@@ -29,6 +29,14 @@ void read_optional(const Fields& drive, const std::string& key, std::optional<do
   if (drive.has(key)) drive.number(key, value.emplace());
 }
 
+void read_homing(const Fields& section, bool slides, can::HomingConfig& homing) {
+  section.number("method", homing.method);
+  section.number(slides ? "search_speed_m_s" : "search_speed_rad_s", homing.search_speed);
+  section.number(slides ? "zero_speed_m_s" : "zero_speed_rad_s", homing.zero_speed);
+  section.number(slides ? "acceleration_m_s2" : "acceleration_rad_s2", homing.acceleration);
+  section.number("timeout_s", homing.timeout_s);
+}
+
 can::AxisConfig read_axis(const Fields& drive, const robot::Joint& joint, double max_torque,
                           const DrivesConfig& config) {
   can::AxisConfig axis{.name = joint.name,
@@ -48,6 +56,7 @@ can::AxisConfig read_axis(const Fields& drive, const robot::Joint& joint, double
   read_optional(drive, slides ? "following_window_m" : "following_window_rad", axis.following_window);
   read_optional(drive, "following_time_s", axis.following_time_s);
   read_optional(drive, slides ? "limits_margin_m" : "limits_margin_rad", axis.limits_margin);
+  if (drive.has("homing")) read_homing(drive.section("homing"), slides, axis.homing.emplace());
   bool brake = false;
   drive.choice("brake", brake, {{"none", false}, {"drive", true}});
   can::BrakeConfig delays;

@@ -54,6 +54,8 @@ void add_operator_options(Command command, core::OperatorRequest& request, bool 
   sub("stop", "emergency stop of master and slave; reports who has stopped, and who has not within 0.3 s",
       CommandKind::kEmergencyStop);
   sub("reset", "release the stops that are in force now", CommandKind::kReset);
+  sub("home", "home the arm's drives whose encoders are not absolute, one after the other; any stop ends it",
+      CommandKind::kHome);
   if (settings) add_settings(command, request);
   command.require_subcommand(1, 1);
 }

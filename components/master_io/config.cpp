@@ -100,6 +100,10 @@ void read_can(const Fields& section, const robot::SerialArm& arm, Config& config
       throw section.section("drives")
           .section(axis.name, "NAME")
           .error("mode", "does not let the master render torques; allowed: torque");
+    if (axis.homing)
+      throw section.section("drives")
+          .section(axis.name, "NAME")
+          .error("homing", "is for the drives of slave_io; allowed: a master whose encoders are absolute");
   }
 }
 

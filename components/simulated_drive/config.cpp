@@ -52,6 +52,13 @@ void read_drive(const runtime::Fields& drive, DriveOptions& options) {
               "is above start_rad; allowed: that or less");
   drive.check(motor.joint.upper >= motor.start_rad, "upper_stop_rad",
               "is below start_rad; allowed: that or more");
+  drive.choice("encoder", options.incremental, {{"absolute", false}, {"incremental", true}});
+  const double counts_per_rad = motor.counts_per_rad();
+  drive.number("lower_switch_rad", options.switches.lower_limit, counts_per_rad);
+  drive.number("upper_switch_rad", options.switches.upper_limit, counts_per_rad);
+  drive.number("home_from_rad", options.switches.home_from, counts_per_rad);
+  drive.number("home_to_rad", options.switches.home_to, counts_per_rad);
+  drive.number("index_rad", options.switches.index, counts_per_rad);
   drive.number("following_window_rad", options.following_window_rad);
   drive.number("quick_stop_rad_s2", options.quick_stop_rad_s2);
   drive.flag("keeps_max_speed", options.keeps_max_speed);

@@ -7,7 +7,7 @@
 namespace phantom::simulated_drive {
 namespace {
 
-constexpr int kCyclicPosition = 8, kCyclicVelocity = 9, kCyclicTorque = 10;
+constexpr int kHoming = 6, kCyclicPosition = 8, kCyclicVelocity = 9, kCyclicTorque = 10;
 
 }  // namespace
 
@@ -30,10 +30,28 @@ double SimulatedDrive::within_limits(double counts) {
 
 // The target velocity, which ends at the software limits.
 double SimulatedDrive::velocity_within_limits() {
-  const auto target = static_cast<double>(od_.value(0x60FF)), counts = static_cast<double>(motor().counts());
-  const bool outwards = target * (counts - within_limits(counts)) > 0.0;
-  limited_ = outwards;
-  return outwards ? 0.0 : target;
+  const auto target = static_cast<double>(od_.value(0x60FF)), at = static_cast<double>(counts());
+  limited_ = target * (at - within_limits(at)) > 0.0;
+  return limited_ ? 0.0 : target;
+}
+
+// At power-up: an absolute encoder knows where it is.
+void SimulatedDrive::forget_position() {
+  homed_ = !options_.incremental;
+  zero_counts_ = options_.incremental ? motor().counts() : 0;
+  homing_.stop();
+}
+
+MotionDemand SimulatedDrive::home(double dt_s) {
+  using Kind = MotionDemand::Kind;
+  if (!homing_.runs()) return {Kind::kPosition, demand_counts_, 0.0, static_cast<double>(od_.value(0x60B2))};
+  const double speed = homing_.step(static_cast<double>(motor().counts()), dt_s);
+  if (homing_.state() == Homing::State::kFound) {
+    zero_counts_ = std::llround(homing_.home_counts()) - od_.value(0x607C);
+    homed_ = true;
+  }
+  demand_counts_ = static_cast<double>(counts());
+  return {Kind::kVelocity, 0.0, speed, static_cast<double>(od_.value(0x60B2))};
 }
 
 void SimulatedDrive::run_quick_stop(double dt_s) {
@@ -57,6 +75,8 @@ MotionDemand SimulatedDrive::demand(double dt_s) {
   }
   if (state_ != Power::kEnabled) return {};
   switch (od_.value(0x6060)) {
+    case kHoming:
+      return home(dt_s);
     case kCyclicPosition:
       if (to_go_s_ > 0.0) demand_counts_ += demand_speed_ * std::min(dt_s, to_go_s_);
       to_go_s_ = std::max(0.0, to_go_s_ - dt_s);
@@ -85,7 +105,7 @@ void SimulatedDrive::watch_following() {
   const std::int64_t mode = od_.value(0x6060), window = od_.value(0x6065);
   const bool watched = state_ == Power::kEnabled && (mode == kCyclicPosition || mode == kCyclicVelocity) &&
                        window != 0xFFFFFFFF;
-  const double error = demand_counts_ - static_cast<double>(motor().counts());
+  const double error = demand_counts_ - static_cast<double>(counts());
   const bool off_track = watched && std::abs(error) > static_cast<double>(window);
   if (!off_track) off_track_ns_ = -1;
   if (off_track && off_track_ns_ < 0) off_track_ns_ = now_ns_;
@@ -100,7 +120,10 @@ void SimulatedDrive::move(double dt_s) {
   if (!stops) closing_s_ = 0.0;
   loops_.set_brake_coil((state_ == Power::kEnabled || (stops && closing_s_ == 0.0)) &&
                         !misbehaviour.keep_brake);
-  torque_mille_ = loops_.step(demand(dt_s), limit, dt_s);
+  if (homing_.runs() && (state_ != Power::kEnabled || od_.value(0x6060) != kHoming)) homing_.stop();
+  MotionDemand due = demand(dt_s);
+  due.position += static_cast<double>(zero_counts_);
+  torque_mille_ = loops_.step(due, limit, dt_s);
   torque_sum_mille_s_ += torque_mille_ * dt_s;
   torque_sum_s_ += dt_s;
   watch_following();

@@ -75,6 +75,8 @@ AbortCode SimulatedDrive::write_object(std::uint16_t index, std::uint8_t sub,
     for (std::size_t i = bytes.size(); i-- > 0;) value = value << 8 | bytes[i];
     if (const AbortCode code = check_mapping(index, sub, value); code != kNoAbort) return code;
   }
+  if (index == 0x6098 && bytes.size() == 1 && !Homing::supports(static_cast<std::int8_t>(bytes[0])))
+    return kAbortRange;
   const AbortCode code = od_.write(index, sub, bytes);
   if (code == kNoAbort && index == 0x1017) heartbeat_ns_ = now_ns_;
   // Written by SDO, the controlword acts at once. In operational state it is read in every step.

@@ -8,13 +8,21 @@ namespace {
 
 constexpr double kMostMadeUp_s = 0.05;  // a process that was suspended does not make up for the time
 
+HomingSwitches switches_of(const DriveOptions& options) {
+  HomingSwitches switches = options.switches;
+  switches.turn = options.motor.counts_per_turn;
+  return switches;
+}
+
 }  // namespace
 
 SimulatedDrive::SimulatedDrive(const DriveOptions& options, std::unique_ptr<can::CanBus> bus)
     : options_(options),
       bus_(std::move(bus)),
       sdo_(od_, [this](auto index, auto sub, const auto& bytes) { return write_object(index, sub, bytes); }),
-      loops_(options.motor) {
+      loops_(options.motor),
+      homing_(switches_of(options)) {
+  forget_position();
   misbehaviour.ignore_max_speed = !options.keeps_max_speed;
   build_communication_objects();
   build_profile_objects();
@@ -44,6 +52,7 @@ void SimulatedDrive::boot() {
 void SimulatedDrive::power_cycle() {
   state_ = Power::kSwitchOnDisabled;
   last_controlword_ = 0;
+  forget_position();
   build_profile_objects();
   boot();
 }
@@ -60,7 +69,7 @@ void SimulatedDrive::trip(std::uint16_t code) {
   if (state_ == Power::kFault || state_ == Power::kFaultReaction) return;
   const bool moving = state_ == Power::kEnabled || state_ == Power::kQuickStop;
   demand_speed_ = motor().counts_per_s();
-  demand_counts_ = static_cast<double>(motor().counts());  // brakes from here, whatever the mode was
+  demand_counts_ = static_cast<double>(counts());  // brakes from here, whatever the mode was
   // Fault reaction option code 2 brakes on the quick-stop ramp first; others switch power off at once.
   state_ = moving && od_.value(0x605E) == 2 ? Power::kFaultReaction : Power::kFault;
   od_.set(0x603F, 0, code);
@@ -163,7 +172,7 @@ void SimulatedDrive::on_sync() {
   }
   begin_interpolation();
   od_.set(0x6041, 0, statusword());
-  od_.set(0x6064, 0, motor().counts());
+  od_.set(0x6064, 0, counts());
   od_.set(0x606C, 0, std::llround(motor().counts_per_s()));
   // Drives filter their current: the loops' ripple within a cycle, which keeps step with the SYNC, is not in
   // it.
@@ -196,10 +205,17 @@ void SimulatedDrive::send_tpdo(std::uint16_t communication) {
 // ---- the power state machine (CiA 402)
 
 std::uint16_t SimulatedDrive::statusword() const {
-  constexpr std::uint16_t kRemoteAndVoltage = 0x0210, kFollows = 0x1000;
+  constexpr std::uint16_t kRemoteAndVoltage = 0x0210, kFollows = 0x1000, kTargetReached = 0x0400;
+  const bool homes = od_.value(0x6060) == 6;
   constexpr std::array<std::uint16_t, 7> kOfState{0x40, 0x21, 0x23, kFollows | 0x27, 0x07, 0x0F, 0x08};
   unsigned word =
       kRemoteAndVoltage | kOfState.at(static_cast<std::size_t>(state_)) | misbehaviour.other_status_bits;
+  if (homes) {  // here bits 12, 10 and 13 say: home is known, at rest, no home was found
+    word &= ~unsigned{kFollows};
+    word |= homed_ ? kFollows : 0U;
+    word |= homing_.runs() ? 0U : kTargetReached;
+    word |= homing_.state() == Homing::State::kError ? 0x2000U : 0U;
+  }
   if (following_error_ && od_.value(0x6060) == 8) word |= 0x2000;
   if (limited_ && state_ == Power::kEnabled && od_.value(0x6060) != 10)
     word |= 0x0800;  // internal limit active
@@ -211,6 +227,16 @@ void SimulatedDrive::obey_controlword() {
   const auto word = static_cast<std::uint16_t>(od_.value(0x6040));
   const bool reset_edge = (word & 0x80) != 0 && (last_controlword_ & 0x80) == 0;
   last_controlword_ = word;
+  const bool starts =
+      (word & 0x10) != 0 && !start_bit_ && state_ == Power::kEnabled && od_.value(0x6060) == 6;
+  start_bit_ = (word & 0x10) != 0;
+  if (starts) {
+    homed_ = false;
+    homing_.start(od_.value(0x6098),
+                  {static_cast<double>(od_.value(0x6099, 1)), static_cast<double>(od_.value(0x6099, 2)),
+                   static_cast<double>(od_.value(0x609A))},
+                  static_cast<double>(motor().counts()));
+  }
   if (state_ == Power::kFault) {
     if (!reset_edge || misbehaviour.refuse_reset) return;
     state_ = Power::kSwitchOnDisabled;
@@ -236,7 +262,7 @@ void SimulatedDrive::obey_controlword() {
   const bool resumes = state_ == Power::kQuickStop && od_.value(0x605A) >= 5;
   if (command == 0x0F && (state_ == Power::kSwitchedOn || resumes) && !misbehaviour.refuse_enable) {
     state_ = Power::kEnabled;
-    demand_counts_ = static_cast<double>(motor().counts());
+    demand_counts_ = static_cast<double>(counts());
     demand_speed_ = 0.0;
     off_track_ns_ = -1;
   }
@@ -246,7 +272,7 @@ void SimulatedDrive::obey_controlword() {
 // then off) and 6 (ramp, then hold) are supported.
 void SimulatedDrive::leave_enabled(std::int64_t option) {
   demand_speed_ = motor().counts_per_s();
-  demand_counts_ = static_cast<double>(motor().counts());
+  demand_counts_ = static_cast<double>(counts());
   state_ = option == 0 ? Power::kSwitchOnDisabled : Power::kQuickStop;
 }
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "common/can/can_bus.hpp"
+#include "components/simulated_drive/homing.hpp"
 #include "components/simulated_drive/motor.hpp"
 #include "components/simulated_drive/object_dictionary.hpp"
 #include "components/simulated_drive/sdo_server.hpp"
@@ -19,7 +20,9 @@ struct DriveOptions {
   double following_window_rad =
       0.2;                          ///< at power-up (0x6065): the position error at the joint that is a fault
   double quick_stop_rad_s2 = 20.0;  ///< deceleration at the joint
-  bool keeps_max_speed = true;      ///< object 0x6080 limits it in torque mode
+  bool incremental = false;     ///< its encoder counts from 0 where it stands at power-up, until it was homed
+  HomingSwitches switches;      ///< turn is set by the encoder
+  bool keeps_max_speed = true;  ///< object 0x6080 limits it in torque mode
 };
 
 /// Faults that can be injected into a drive.
@@ -66,6 +69,10 @@ class SimulatedDrive {
   enum class Nmt { kPreOperational, kOperational, kStopped };
   Power power() const { return state_; }
   const Motor& motor() const { return loops_.motor(); }
+  /// Position as the drive knows it.
+  std::int64_t counts() const { return motor().counts() - zero_counts_; }
+  /// Forgets where home is, as after damage to its encoder; its counts stay.
+  void lose_reference() { homed_ = false; }
   double torque_mille() const { return torque_mille_; }
   const can::CanBus& bus() const { return *bus_; }
   int node() const { return options_.node; }
@@ -96,6 +103,8 @@ class SimulatedDrive {
   void obey_controlword();
   void leave_enabled(std::int64_t option);
   void watch();
+  void forget_position();
+  MotionDemand home(double dt_s);
   void watch_following();
   void move(double dt_s);
   MotionDemand demand(double dt_s);
@@ -110,6 +119,9 @@ class SimulatedDrive {
   ObjectDictionary od_;
   SdoServer sdo_;
   MotionLoops loops_;
+  Homing homing_;
+  std::int64_t zero_counts_ = 0;  // true angle of the motor at count 0
+  bool homed_ = true, start_bit_ = false;
   Power state_ = Power::kSwitchOnDisabled;
   Nmt nmt_ = Nmt::kPreOperational;
   bool booted_ = false, following_error_ = false, limited_ = false;

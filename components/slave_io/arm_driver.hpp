@@ -12,8 +12,9 @@ struct ArmSense {
   core::JointArray position{};  ///< as measured by the encoders
   core::JointArray velocity{};
   core::JointArray gravity_Nm{};  ///< torques that hold the weight; zero if not wanted
-  bool follows = true;            ///< the drives follow their commands
-  bool fault = false;             ///< the drives hold or coast until a reset
+  HomingRequest::State homing = HomingRequest::State::kNotNeeded;  ///< without regard to stops
+  bool follows = true;                                             ///< the drives follow their commands
+  bool fault = false;                                              ///< the drives hold or coast until a reset
 };
 
 /// Commands of a tick of the controller to the arm.
@@ -21,6 +22,7 @@ struct ArmDemand {
   SlaveOutputs outputs;
   bool stop = false;   ///< a stop is in force
   bool reset = false;  ///< a reset that releases the stop was requested since the last tick
+  bool home = false;   ///< homing was requested since the last tick, and no stop is in force
 };
 
 /// Interface of the arm that the servo moves: simulated, or with drives. sense(), move() and fill() belong to

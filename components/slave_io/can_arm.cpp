@@ -31,6 +31,11 @@ const ArmSense& CanArm::sense() noexcept {
   sense_.velocity = drives.velocity;
   sense_.follows = drives.follows;
   sense_.fault = drives.fault;
+  using Homing = HomingRequest::State;
+  sense_.homing = drives.homing         ? Homing::kRuns
+                  : drives.needs_homing ? Homing::kPossible
+                  : drives.known        ? Homing::kNotNeeded
+                                        : Homing::kNotYet;
   exerted_Nm_ = drives.torque;
   model_.arm.link_poses(sense_.position, X_WL_);
   if (feed_forward_) sense_.gravity_Nm = model_.arm.gravity_torque(X_WL_);
@@ -46,6 +51,7 @@ void CanArm::move(const ArmDemand& demand, double dt_s, core::Nanoseconds now_ns
   can::DriveCommand command{.enable = demand.outputs.power && !demand.stop,
                             .quick_stop = demand.stop,
                             .reset = demand.reset,
+                            .home = demand.home,
                             .hasten = demand.outputs.loop.late,
                             .position = demand.outputs.reference};
   for (std::size_t j = 0; j < axes_.size(); ++j) {

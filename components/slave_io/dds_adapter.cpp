@@ -11,6 +11,24 @@
 
 namespace phantom::slave_io {
 
+core::Status HomingRequest::ask() {
+  switch (state_.load(std::memory_order_acquire)) {
+    case State::kNotNeeded:
+      return core::Status::invalid_argument("home: no drive has to be homed");
+    case State::kNotYet:
+      return core::Status::invalid_argument(
+          "home: the drives are not ready yet; allowed: once slave_io names who has to be homed");
+    case State::kStopped:
+      return core::Status::invalid_argument("home: the arm is stopped; allowed: after a reset");
+    case State::kRuns:
+      return core::Status::invalid_argument("home: the drives are being homed already");
+    case State::kPossible:
+      break;
+  }
+  requested_.store(true, std::memory_order_release);
+  return core::Status::ok();
+}
+
 struct DdsAdapter::Impl {
   Impl(const core::NetworkOptions& network, const messages::ArmBounds& arm, Inbox& inbox)
       : participant("slave_io", network),
@@ -20,7 +38,14 @@ struct DdsAdapter::Impl {
                [this, &inbox](const messages::MasterState& state, core::Nanoseconds received_ns) {
                  inbox.master.write({state, state.slave_echo, received_ns, participant.session()});
                }),
-        responder(participant, core::Side::kSlave, inbox.stops) {}
+        responder(participant, core::Side::kSlave, inbox.stops,
+                  [&inbox](const messages::OperatorCommand& command) { return homing(command, inbox); }) {}
+
+  static core::Status homing(const messages::OperatorCommand& command, Inbox& inbox) {
+    const core::Status status = inbox.homing.ask();
+    if (status) spdlog::info("homing of the drives begins, asked for by {}", command.issuer);
+    return status;
+  }
 
   dds::Participant participant;
   messages::StatusReporter status;

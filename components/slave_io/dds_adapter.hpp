@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <memory>
 #include <string>
 
@@ -18,10 +19,28 @@ struct SlaveReport : messages::SlaveState {
   std::uint32_t stop_requests = 0;  ///< those of the inbox that are in force
 };
 
+/// A person's request to home the drives, between the thread that takes commands and the servo's. Real-time
+/// safe: yes.
+class HomingRequest {
+ public:
+  enum class State : std::uint8_t { kNotNeeded, kNotYet, kStopped, kPossible, kRuns };
+  /// Servo thread: reports what would become of a request now.
+  void report(State state) noexcept { state_.store(state, std::memory_order_release); }
+  /// Servo thread: returns once whether homing was requested.
+  bool take() noexcept { return requested_.exchange(false, std::memory_order_acq_rel); }
+  /// Requests it, or returns why it is refused and what is allowed.
+  core::Status ask();
+
+ private:
+  std::atomic<State> state_{State::kNotNeeded};
+  std::atomic<bool> requested_{false};
+};
+
 /// Validated data from the topics. The servo thread is the reader.
 struct Inbox {
   core::Snapshot<MasterSample> master;
   core::StopRequests stops;
+  HomingRequest homing;
 };
 
 /// Connects slave_io to the topics. It stamps what it publishes and refuses samples that are invalid or out

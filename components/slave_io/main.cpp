@@ -26,7 +26,7 @@ int main(int argc, char** argv) {
   description.details =
       "Topics in: master_state, operator_command. Topics out: slave_state (1 kHz), component_status.\n"
       "Example: slave_io --deployment deploy/topologies/single_host.yaml\n"
-      "Example while it runs: slave_io command stop; slave_io command reset; slave_io command status\n"
+      "Example while it runs: slave_io command stop; slave_io command reset; slave_io command home\n"
       "kill -USR1 is an emergency stop; a stop outlives the process (--state-dir), until a reset.\n"
       "With --report-dir it leaves slave_io.json: how the loop ran, and every contact.";
   description.add_options = [&](runtime::Command app) {

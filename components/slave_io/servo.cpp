@@ -33,7 +33,12 @@ void Servo::tick(double dt_s, core::Nanoseconds now_ns) noexcept {
     known = sense.known;
     report.outputs = controller_.step(inputs_, steps.step_s);
     const bool released = stops_.end(inputs_, report.outputs);
-    arm_.move({report.outputs, report.outputs.stop.id != 0, released}, steps.step_s, now_ns);
+    const bool stopped = report.outputs.stop.id != 0;
+    using Homing = HomingRequest::State;
+    const bool possible = sense.homing == Homing::kPossible;
+    inbox_.homing.report(possible && stopped ? Homing::kStopped : sense.homing);
+    const bool home = inbox_.homing.take() && possible && !stopped;
+    arm_.move({report.outputs, stopped, released, home}, steps.step_s, now_ns);
   }
   if (!known) return;
   report.state = report.outputs.state;

@@ -20,8 +20,6 @@ using test::group_config;
 using test::Rig;
 using testing::HasSubstr;
 
-constexpr double kCountsPerRad = test::kCounts * test::kGear / 6.283185307179586;
-
 /// A joint that friction holds fast, whatever its motor does.
 simulated_drive::DriveOptions blocked() {
   simulated_drive::DriveOptions options;
@@ -42,7 +40,7 @@ TEST(FollowingWindow, IsWrittenInTheDrivesCountsAndMilliseconds) {
     config.axes[0].units.sign = sign;
     Rig rig(config);
     ASSERT_TRUE(rig.bring_up()) << rig.group->sentence();
-    EXPECT_EQ(rig.drives[0]->dictionary().value(0x6065), std::llround(std::ceil(0.05 * kCountsPerRad)));
+    EXPECT_EQ(rig.drives[0]->dictionary().value(0x6065), std::llround(std::ceil(0.05 * test::kCountsPerRad)));
     EXPECT_EQ(rig.drives[0]->dictionary().value(0x6066), 25);
   }
 }
@@ -52,7 +50,7 @@ TEST(FollowingWindow, LeftOutTheDriveKeepsItsOwn) {
   options.following_window_rad = 0.3;
   Rig rig(group_config(DriveMode::kPosition, 1), options);
   ASSERT_TRUE(rig.bring_up());
-  EXPECT_EQ(rig.drives[0]->dictionary().value(0x6065), std::llround(0.3 * kCountsPerRad));
+  EXPECT_EQ(rig.drives[0]->dictionary().value(0x6065), std::llround(0.3 * test::kCountsPerRad));
   EXPECT_EQ(rig.drives[0]->dictionary().value(0x6066), 10);
 }
 
@@ -147,8 +145,8 @@ TEST(PositionLimits, AreTheJointsWithTheMarginInEveryUnit) {
     ASSERT_TRUE(can::check(config));
     const auto& od = rig.drives[0]->dictionary();
     const double ends[] = {
-        axis.units.sign * (axis.lower - *axis.limits_margin - axis.units.offset) * kCountsPerRad,
-        axis.units.sign * (axis.upper + *axis.limits_margin - axis.units.offset) * kCountsPerRad};
+        axis.units.sign * (axis.lower - *axis.limits_margin - axis.units.offset) * test::kCountsPerRad,
+        axis.units.sign * (axis.upper + *axis.limits_margin - axis.units.offset) * test::kCountsPerRad};
     EXPECT_NEAR(static_cast<double>(od.value(0x607D, 1)), std::min(ends[0], ends[1]), 0.51);
     EXPECT_NEAR(static_cast<double>(od.value(0x607D, 2)), std::max(ends[0], ends[1]), 0.51);
     EXPECT_LT(od.value(0x607D, 1), od.value(0x607D, 2));
@@ -187,7 +185,7 @@ TEST(PositionLimits, TheDriveCutsWhatLiesBeyondThemExceptInTorqueMode) {
     auto tool = rig.bus.connect("tool");
     ASSERT_TRUE(rig.bring_up());
     EXPECT_EQ(rig.drive(0).statusword & 0x0800, 0) << "no internal limit is active";
-    const auto limit = static_cast<std::uint32_t>(std::llround(1.0 * kCountsPerRad));
+    const auto limit = static_cast<std::uint32_t>(std::llround(1.0 * test::kCountsPerRad));
     can::CanFrame write{.id = 0x601, .length = 8, .data = {0x23, 0x7D, 0x60, 0x02}};
     can::put_le(std::span(write.data).subspan(4), limit, 4);
     tool->send(write);

@@ -10,7 +10,7 @@
 
 namespace phantom::test {
 
-inline constexpr double kGear = 5.0, kCounts = 65536.0;
+inline constexpr double kGear = 5.0, kCounts = 65536.0, kCountsPerRad = kCounts * kGear / 6.283185307179586;
 
 inline can::AxisConfig axis(int node, can::DriveMode mode) {
   can::AxisConfig axis;

@@ -26,7 +26,8 @@ static_assert(same_number(CommandKind::kViewHold, msg::CommandKind::COMMAND_VIEW
 static_assert(same_number(CommandKind::kViewNode, msg::CommandKind::COMMAND_VIEW_NODE));
 static_assert(same_number(CommandKind::kSetLaw, msg::CommandKind::COMMAND_SET_LAW));
 static_assert(same_number(CommandKind::kMark, msg::CommandKind::COMMAND_MARK));
-static_assert(core::kCommandKinds == static_cast<int>(msg::CommandKind::COMMAND_MARK) + 1);
+static_assert(same_number(CommandKind::kHome, msg::CommandKind::COMMAND_HOME));
+static_assert(core::kCommandKinds == static_cast<int>(msg::CommandKind::COMMAND_HOME) + 1);
 static_assert(same_number(SensingRequest::kAllowContact, msg::SensingRequest::SENSING_ALLOW_CONTACT));
 static_assert(same_number(SensingRequest::kForbidContact, msg::SensingRequest::SENSING_FORBID_CONTACT));
 static_assert(same_number(SensingRequest::kSelfTest, msg::SensingRequest::SENSING_SELF_TEST));

@@ -404,7 +404,8 @@ TEST(ForeignUrdf, AnotherLaboratorysRobotsLoadWholeWithTheirHandsHeld) {
     const char *file, *tip;
     std::size_t joints;
   };
-  for (const Laboratory& one : {Laboratory{"drchubo/drchubo.urdf", "Body_LWP", 6}, Laboratory{"wam/wam.urdf", "/wam7", 7}}) {
+  for (const Laboratory& one :
+       {Laboratory{"drchubo/drchubo.urdf", "Body_LWP", 6}, Laboratory{"wam/wam.urdf", "/wam7", 7}}) {
     const auto arm = SerialArm::from_urdf(dart / one.file, one.tip, {});
     ASSERT_TRUE(arm) << arm.status().message();
     EXPECT_GE(arm->joint_count(), one.joints);

@@ -176,5 +176,15 @@ TEST(CanDevice, OnlyTorqueModeCanRender) {
   }
 }
 
+TEST(CanDevice, AMastersEncodersAreAbsolute) {
+  try {
+    can_config(", homing: {method: 35, search_speed_m_s: 1, zero_speed_m_s: 1, acceleration_m_s2: 1}");
+    FAIL() << "accepted";
+  } catch (const core::ConfigError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("can.drives.j1_gantry.homing"));
+    EXPECT_THAT(error.what(), HasSubstr("is for the drives of slave_io"));
+  }
+}
+
 }  // namespace
 }  // namespace phantom::master_io

@@ -235,5 +235,48 @@ TEST(CanArm, TheTickUsesNoHeap) {
   EXPECT_EQ(bench.state(), LinkState::kStopped);
 }
 
+// One joint whose encoder is not absolute; its home is where it stands.
+Config with_homing() {
+  Config config = can_config();
+  can::AxisConfig& axis = config.can->group.axes[2];
+  axis.homing = can::HomingConfig{.method = 35, .search_speed = 0.1, .zero_speed = 0.02, .acceleration = 0.5};
+  axis.units.offset = shipped_arm().home[2];
+  return config;
+}
+
+TEST(CanArm, AnArmThatHasToBeHomedStandsStillUntilAPersonAsks) {
+  Bench bench(with_homing());
+  EXPECT_THAT(bench.inbox.homing.ask().message(), HasSubstr("no drive has to be homed"));
+  bench.tick();
+  EXPECT_THAT(bench.inbox.homing.ask().message(), HasSubstr("not ready yet"));
+  bench.run(3.0);
+  EXPECT_FALSE(bench.arm->health().follows);
+  EXPECT_FALSE(bench.arm->health().fault);
+  EXPECT_EQ(bench.arm->health().message, "to be homed, as their encoders are not absolute: j3_shoulder");
+  EXPECT_EQ(bench.published, 0) << "no position is known";
+  for (const auto& drive : bench.drives)
+    EXPECT_EQ(drive->power(), simulated_drive::SimulatedDrive::Power::kSwitchOnDisabled);
+  EXPECT_TRUE(bench.inbox.homing.ask());
+  EXPECT_TRUE(bench.reaches(LinkState::kCoupled)) << bench.arm->health().message;
+  EXPECT_NEAR(bench.joint(2), shipped_arm().home[2], 1e-3);
+  EXPECT_THAT(bench.inbox.homing.ask().message(), HasSubstr("no drive has to be homed"));
+}
+
+TEST(CanArm, SR04_NoDriveIsHomedDuringAStop) {
+  Bench bench(with_homing());
+  bench.run(2.0);
+  EXPECT_TRUE(bench.inbox.homing.ask());
+  bench.inbox.stops.stop();  // in the same tick
+  bench.run(1.0);
+  for (const auto& drive : bench.drives)
+    EXPECT_NE(drive->power(), simulated_drive::SimulatedDrive::Power::kEnabled);
+  EXPECT_THAT(bench.inbox.homing.ask().message(), HasSubstr("the arm is stopped; allowed: after a reset"));
+  bench.reset();
+  bench.run(0.5);
+  EXPECT_THAT(bench.arm->health().message, HasSubstr("to be homed")) << "it was asked for before the stop";
+  EXPECT_TRUE(bench.inbox.homing.ask());
+  EXPECT_TRUE(bench.reaches(LinkState::kCoupled)) << bench.arm->health().message;
+}
+
 }  // namespace
 }  // namespace phantom::slave_io

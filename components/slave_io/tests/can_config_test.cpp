@@ -94,6 +94,21 @@ TEST(CanConfig, WhatADriveWatchesByItselfIsReadInTheJointsUnits) {
               HasSubstr("following_window_m"));
 }
 
+TEST(CanConfig, HomingIsReadInTheJointsUnits) {
+  const std::string homing =
+      "node: 1, mode: torque, homing: {method: 19, search_speed_m_s: 0.03, zero_speed_m_s: 0.01, "
+      "acceleration_m_s2: 0.2, timeout_s: 20}, offset_m: ";
+  const auto axis = axis_with("node: 1, mode: torque,", homing + "0.3,", 0);
+  ASSERT_TRUE(axis.homing.has_value());
+  EXPECT_EQ(axis.homing->method, 19);
+  EXPECT_EQ(axis.homing->search_speed, 0.03);
+  EXPECT_EQ(axis.homing->timeout_s, 20.0);
+  EXPECT_THAT(can_problem("node: 1, mode: torque,", homing + "100,"),
+              HasSubstr("j1_gantry.offset: 100; allowed: where its home is, within its range"));
+  EXPECT_THAT(can_problem("node: 1, mode: torque,", "node: 1, mode: torque, homing: {method: 19},"),
+              HasSubstr("homing.search_speed_m_s: is missing"));
+}
+
 TEST(CanConfig, BrakesHaveDelaysOfTheirOwn) {
   EXPECT_EQ(axis_with("node: 2, mode: torque,", "node: 2, mode: torque, brake: none,", 1).brake,
             std::nullopt);

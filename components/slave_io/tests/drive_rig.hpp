@@ -33,6 +33,7 @@ inline simulated_drive::DriveOptions drive_with_friction(const can::AxisConfig& 
   simulated_drive::DriveOptions o = simulated_drive::drive_like(axis, home, inertia);
   o.motor.joint.viscous = 2.0 * o.motor.joint.inertia;
   o.motor.joint.coulomb = 0.75 * o.motor.joint.inertia;
+  o.incremental = axis.homing.has_value();
   return o;
 }
 
