@@ -9,6 +9,16 @@ Eigen::Matrix3d rotation_about(const Eigen::Vector3d& axis, double angle_rad) {
   return Eigen::AngleAxisd(angle_rad, axis).toRotationMatrix();
 }
 
+Eigen::Matrix3d rotation_from_vector(const Eigen::Vector3d& v) {
+  const double angle = v.norm();
+  return angle > 0.0 ? rotation_about(v / angle, angle) : Eigen::Matrix3d::Identity();
+}
+
+Eigen::Vector3d rotation_vector(const Eigen::Matrix3d& rotation) {
+  const Eigen::AngleAxisd turn(rotation);
+  return turn.angle() * turn.axis();
+}
+
 Eigen::Matrix3d rotation_between(const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
   const Eigen::Vector3d a = from.normalized(), b = to.normalized();
   // The direction perpendicular to `a` in the plane of both. It is made orthogonal twice, to stay exact where

@@ -23,6 +23,11 @@ Eigen::Matrix3d rotation_from_rpy(double roll_rad, double pitch_rad, double yaw_
 /// Returns the rotation by `angle_rad` about the unit vector `axis` (Rodrigues). Real-time safe: yes.
 Eigen::Matrix3d rotation_about(const Eigen::Vector3d& axis, double angle_rad);
 
+/// Returns the rotation by |v| about v, and v of a rotation (its axis times its angle, 0…π). Real-time safe:
+/// yes.
+Eigen::Matrix3d rotation_from_vector(const Eigen::Vector3d& v);
+Eigen::Vector3d rotation_vector(const Eigen::Matrix3d& rotation);
+
 /// Returns the smallest rotation that turns the direction of `from` into that of `to`. Opposite directions
 /// give half a turn about some axis perpendicular to them. Neither vector may be zero. Real-time safe: yes.
 Eigen::Matrix3d rotation_between(const Eigen::Vector3d& from, const Eigen::Vector3d& to);

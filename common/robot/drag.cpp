@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/robot/jacobian.hpp"
+
 namespace phantom::robot {
 namespace {
 
@@ -13,10 +15,8 @@ double share(const DirectionalLaw& law, double x) noexcept {
   return 1.0 - (1.0 - law.leaving_share) * away * away * (3.0 - 2.0 * away);
 }
 
-/// Linear over angular part. As a twist: motion per unit of one joint's velocity, about an origin; a point at
-/// d from it moves with velocity linear + angular×d. As a wrench: force over moment about the origin.
-using Spatial = Eigen::Matrix<double, 6, 1>;
-
+// As a twist: motion per unit of one joint's velocity, about an origin; a point at d from it moves with
+// velocity linear + angular×d. As a wrench: force over moment about the origin.
 Spatial spatial(const Eigen::Vector3d& linear, const Eigen::Vector3d& angular) noexcept {
   Spatial both;
   both << linear, angular;

@@ -12,6 +12,7 @@
 #include <random>
 #include <sstream>
 
+#include "common/robot/jacobian.hpp"
 #include "common/robot/tests/foreign_arms.hpp"
 #include "common/robot/tests/test_arms.hpp"
 
@@ -44,15 +45,18 @@ void compare(const SerialArm& arm, const std::string& tip, const KDL::Chain& cha
       EXPECT_NEAR(actual.translation_m[r], expected.p(r), 1e-12);
       for (int c = 0; c < 3; ++c) EXPECT_NEAR(actual.rotation(r, c), expected.M(r, c), 1e-12);
     }
+    const Jacobian ours = tool_jacobian(arm, X_WL);
+    EXPECT_LT((tool_pose(arm, X_WL).translation_m - actual.translation_m).norm(), 1e-12);
     for (std::size_t j = 0; j < arm.joint_count(); ++j) {
       JointArray unit{};
       unit[j] = 1.0;
       const Eigen::Vector3d linear = arm.point_velocity_W(link, actual.translation_m, X_WL, unit);
-      const bool turns = arm.joints()[j].type == JointType::kRevolute;
-      const Eigen::Vector3d angular = turns ? arm.axis_W(j, X_WL) : Eigen::Vector3d::Zero();
-      for (unsigned r = 0; r < 3; ++r) {
-        EXPECT_NEAR(linear[r], jacobian(r, static_cast<unsigned>(j)), 1e-12) << "joint " << j;
-        EXPECT_NEAR(angular[r], jacobian(r + 3, static_cast<unsigned>(j)), 1e-12) << "joint " << j;
+      for (int r = 0; r < 6; ++r) {
+        const double expected_rate = jacobian(static_cast<unsigned>(r), static_cast<unsigned>(j));
+        EXPECT_NEAR(ours(r, static_cast<int>(j)), expected_rate, 1e-12) << "joint " << j;
+        if (r < 3) {
+          EXPECT_NEAR(linear[r], expected_rate, 1e-12) << "joint " << j;
+        }
       }
     }
   }
