@@ -26,12 +26,22 @@ void choose_law(const Fields& fields, const std::string& chosen, teleop::Bilater
   law = known.value_or(law);
 }
 
-void read_arm_of(const Fields& section, const robot::SerialArm& arm, simulation::OperatorParameters& hand) {
-  hand.stiffness =
-      by_joint_type(arm, section.value("stiffness_N_m_per_rad"), section.value("stiffness_N_per_m"));
-  hand.damping =
-      by_joint_type(arm, section.value("damping_N_m_s_per_rad"), section.value("damping_N_s_per_m"));
-  hand.max_force = by_joint_type(arm, section.value("max_torque_N_m"), section.value("max_force_N"));
+/// Coordinates in which a simulated person works: the arm's joints, or the axes of a Cartesian hand.
+struct HandAxes {
+  const robot::SerialArm& arm;
+  bool cartesian;
+
+  std::size_t count() const { return cartesian ? kCartesianAxes : arm.joint_count(); }
+  core::JointArray by_type(double turning, double sliding) const {
+    if (!cartesian) return by_joint_type(arm, turning, sliding);
+    return {sliding, sliding, sliding, turning, turning, turning};
+  }
+};
+
+void read_arm_of(const Fields& section, const HandAxes& axes, simulation::OperatorParameters& hand) {
+  hand.stiffness = axes.by_type(section.value("stiffness_N_m_per_rad"), section.value("stiffness_N_per_m"));
+  hand.damping = axes.by_type(section.value("damping_N_m_s_per_rad"), section.value("damping_N_s_per_m"));
+  hand.max_force = axes.by_type(section.value("max_torque_N_m"), section.value("max_force_N"));
 }
 
 /// Reads how a simulated person slows down under load.
@@ -47,16 +57,15 @@ void read_caution(const Fields& section, simulation::OperatorParameters& person)
   section.number("reaction_delay_s", person.reaction_delay_s);
 }
 
-void read_tremor(const Fields& section, const robot::SerialArm& arm, simulation::OperatorParameters& person) {
-  person.tremor_rms = by_joint_type(arm, section.value("rms_rad", 0), section.value("rms_m", 0));
+void read_tremor(const Fields& section, const HandAxes& axes, simulation::OperatorParameters& person) {
+  person.tremor_rms = axes.by_type(section.value("rms_rad", 0), section.value("rms_m", 0));
   section.number("centre_Hz", person.tremor_Hz);
   section.number("seed", person.seed);
 }
 
-void read_operator(const Fields& section, const robot::SerialArm& arm, const std::string& chosen,
-                   Config& config) {
-  simulation::OperatorParameters person{.joint_count = arm.joint_count()},
-      servo{.joint_count = arm.joint_count(), .kind = simulation::OperatorKind::kConstantVelocity};
+void read_operator(const Fields& section, const HandAxes& axes, const std::string& chosen, Config& config) {
+  simulation::OperatorParameters person{.joint_count = axes.count()},
+      servo{.joint_count = axes.count(), .kind = simulation::OperatorKind::kConstantVelocity};
   std::string& model = config.operator_model = "minimum_jerk";
   section.choice("model", model,
                  {{"minimum_jerk", "minimum_jerk"},
@@ -66,13 +75,13 @@ void read_operator(const Fields& section, const robot::SerialArm& arm, const std
   section.check(model == "minimum_jerk" || model == "cautious" || model == "constant_velocity", "model",
                 "is '" + model + "' on the command line; allowed: minimum_jerk, cautious, constant_velocity");
   const Fields p = section.section("minimum_jerk");
-  read_arm_of(p, arm, person);
+  read_arm_of(p, axes, person);
   read_caution(p, person);
-  read_tremor(p.section("tremor"), arm, person);
+  read_tremor(p.section("tremor"), axes, person);
   simulation::OperatorParameters cautious = person;
   read_caution(section.section("cautious"), cautious);
   const Fields s = section.section("constant_velocity");
-  read_arm_of(s, arm, servo);
+  read_arm_of(s, axes, servo);
   s.number("ramp_share", servo.velocity_ramp_share);
   config.hand = model == "cautious" ? cautious : model == "minimum_jerk" ? person : servo;
 }
@@ -126,12 +135,40 @@ void read_sequence(const Fields& section, simulation::ReachScriptParameters& scr
 
 Driver driver_of(const Fields& file, const std::string& chosen) {
   Driver driver = Driver::kSim;
-  file.choice("driver", driver, {{"sim", Driver::kSim}, {"desk", Driver::kDesk}, {"can", Driver::kCan}});
-  if (chosen.empty()) return driver;
-  return chosen == "desk" ? Driver::kDesk : chosen == "can" ? Driver::kCan : Driver::kSim;
+  std::vector<std::pair<const char*, Driver>> all;
+  for (const Driver one : {Driver::kSim, Driver::kDesk, Driver::kCan, Driver::kCartesian})
+    all.emplace_back(name_of(one), one);
+  file.choice("driver", driver, all);
+  for (const auto& [name, one] : all) {
+    if (chosen == name) driver = one;
+  }
+  return driver;
+}
+
+/// Puts the reaches, and where the hand begins, into the coordinates of a Cartesian hand.
+void reach_in_space(const robot::SerialArm& arm, const core::JointArray& home, Config& config) {
+  const Eigen::Matrix3d R_home = tool_pose_at(arm, home).rotation;
+  const auto in_space = [&](const core::JointArray& q) {
+    return tool_coordinates(*config.cartesian, R_home, tool_pose_at(arm, q));
+  };
+  for (auto& reach : config.script.reaches) reach = {in_space(reach.from), in_space(reach.target)};
+  config.hand_start = in_space(home);
 }
 
 }  // namespace
+
+const char* name_of(Driver driver) noexcept {
+  switch (driver) {
+    case Driver::kDesk:
+      return "desk";
+    case Driver::kCan:
+      return "can";
+    case Driver::kCartesian:
+      return "cartesian";
+    default:
+      return "sim";
+  }
+}
 
 Config load_config(const std::filesystem::path& path, const std::filesystem::path& cell_file,
                    const robot::SerialArm& arm, const core::JointArray& home, const Choices& choices) {
@@ -148,13 +185,19 @@ Config load_config(const std::filesystem::path& path, const std::filesystem::pat
   choose_law(file, choices.law, config.feedback.law);
   read_device(file.section("device"), arm, config);
   if (config.driver == Driver::kCan || file.has("can")) read_can(file.section("can"), arm, config);
+  if (config.driver == Driver::kCartesian || file.has("cartesian")) {
+    core::JointArray inertia{};
+    for (std::size_t j = 0; j < arm.joint_count(); ++j) inertia[j] = config.device.joints[j].inertia;
+    config.cartesian = read_cartesian(file.section("cartesian"), arm, inertia);
+  }
   read_percept(file.section("percept"), arm, config);
   read_feedback(file.section("feedback"), arm, home, config);
-  config.hand.joint_count = arm.joint_count();  // used for a person; a simulated operator's is read below
-  if (config.driver == Driver::kSim || file.has("operator"))
-    read_operator(file.section("operator"), arm, choices.operator_model, config);
+  const HandAxes axes{arm, config.driver == Driver::kCartesian};
+  config.hand.joint_count = axes.count();  // used for a person; a simulated operator's is read below
+  if (is_scripted(config.driver) || file.has("operator"))
+    read_operator(file.section("operator"), axes, choices.operator_model, config);
   const Fields sequence = file.section("sequence");
-  config.script.joint_count = arm.joint_count();
+  config.script.joint_count = axes.count();
   read_sequence(sequence, config.script);
   std::string reaches;
   file.text("reaches_file", reaches);
@@ -165,6 +208,7 @@ Config load_config(const std::filesystem::path& path, const std::filesystem::pat
     config.script.reaches.push_back(reach.reach);
     config.labels.push_back(reach.label);
   }
+  if (axes.cartesian) reach_in_space(arm, home, config);
   return config;
 }
 

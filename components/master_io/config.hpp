@@ -15,6 +15,7 @@
 #include "common/teleop/feedback_rendering.hpp"
 #include "common/teleop/link_state.hpp"
 #include "common/teleop/percept_rendering.hpp"
+#include "components/master_io/config_cartesian.hpp"
 #include "components/master_io/desk.hpp"
 
 namespace phantom::master_io {
@@ -29,10 +30,18 @@ struct ReachLabel {
 
 /// What moves the master.
 enum class Driver {
-  kSim,   ///< a simulated operator with a simulated device
-  kDesk,  ///< a person with a stick or keys on a simulated device
-  kCan,   ///< a person with a master arm whose drives are on CAN
+  kSim,        ///< a simulated operator with a simulated device
+  kDesk,       ///< a person with a stick or keys on a simulated device
+  kCan,        ///< a person with a master arm whose drives are on CAN
+  kCartesian,  ///< a simulated operator with a simulated device of six axes in its own frame
 };
+
+/// Returns the driver's name in the configuration.
+const char* name_of(Driver driver) noexcept;
+/// Returns whether a script moves a simulated operator.
+inline bool is_scripted(Driver driver) noexcept {
+  return driver == Driver::kSim || driver == Driver::kCartesian;
+}
 
 /// Parameters of master_io.yaml for one arm. Arrays have one value per joint.
 struct Config {
@@ -42,6 +51,7 @@ struct Config {
   Driver driver = Driver::kSim;
   DeskConfig desk;
   std::optional<runtime::DrivesConfig> can;  ///< always set for driver can
+  std::optional<CartesianConfig> cartesian;  ///< always set for driver cartesian
   teleop::LinkTiming link;
   teleop::LoopGuardParameters loop;
   core::JointArray align_tolerance{};  ///< rad or m
@@ -59,6 +69,7 @@ struct Config {
   std::string operator_model;  ///< name of the simulated operator; empty: a person moves the master
   simulation::ReachScriptParameters script;
   std::vector<ReachLabel> labels;  ///< per reach of the script
+  core::JointArray hand_start{};   ///< where the hand of driver cartesian begins
 };
 
 /// Choices on the command line that replace the file's; empty: the file's.

@@ -16,6 +16,7 @@ struct DeviceSense {
   core::JointArray hand_position{}, hand_velocity{};  ///< as felt by a simulated hand
   bool follows = true;                                ///< its motors follow their commands
   bool fault = false;                                 ///< its motors hold or coast until a reset
+  bool hand_waits = false;                            ///< a simulated hand re-indexes: its task waits
 };
 
 /// Commands of a tick to the master device.
@@ -25,6 +26,9 @@ struct DeviceDemand {
   bool power = false;           ///< its drives may have power
   bool reset = false;           ///< a reset that releases the stop was requested since the last tick
   bool late = false;            ///< the tick is late: commands must act at once
+  bool coupled = false;         ///< master and slave are coupled
+  const core::JointArray* meet =
+      nullptr;  ///< where the slave waits for the master to come; null: it does not
 };
 
 /// Interface of the device that the hand holds: simulated, or with drives. sense() and move() belong to the
@@ -43,6 +47,8 @@ class Device {
   virtual bool makes_up_periods() const noexcept = 0;
   /// Returns the device's health. Only one thread may call it, and not the servo's.
   virtual core::ActuatorHealth health() = 0;
+  /// Returns figures of a Cartesian device, valid once the servo thread has ended; null for any other.
+  virtual const CartesianFigures* cartesian_figures() const noexcept { return nullptr; }
 };
 
 class SimulatedDevice final : public Device {

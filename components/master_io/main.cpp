@@ -43,8 +43,8 @@ int main(int argc, char** argv) {
                "pf (a), sctfb (b), pfff (c), pe (d), peff (e)")
         .one_of({"pf", "sctfb", "pfff", "pe", "peff"});
     app.option("--driver", choices.driver,
-               "who moves the master, instead of the configured one: sim, desk or can")
-        .one_of({"sim", "desk", "can"});
+               "who moves the master, instead of the configured one: sim, desk, can or cartesian")
+        .one_of({"sim", "desk", "can", "cartesian"});
     app.text_flag("--help-reaches", master_io::kReachKeys,
                   "print every key of a reaches file with its meaning");
     app.option("--desk-device", choices.desk_device,
@@ -67,7 +67,7 @@ int main(int argc, char** argv) {
       runtime::require_simulation_meant(
           deployment, options,
           (choices.driver.empty() ? options.config.string() + ": driver: " : "--driver ") +
-              (config.driver == master_io::Driver::kSim ? "sim" : "desk"));
+              master_io::name_of(config.driver));
     dds::check_qos_profiles(deployment.network.qos_profiles);
     if (options.check) {
       if (config.driver == master_io::Driver::kDesk) master_io::check_device(config.desk);

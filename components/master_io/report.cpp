@@ -37,6 +37,16 @@ Json reach_json(const ReachRecord& reach, const Config& config, const runtime::C
           {"contact_object", touched && known ? Json(cell.objects[reach.contact_object - 1U].name) : Json()}};
 }
 
+Json cartesian_json(const CartesianFigures& figures) {
+  return {{"greatest_force_N", figures.greatest_force_N},
+          {"greatest_moment_N_m", figures.greatest_moment_N_m},
+          {"steepest_force_N_per_s", figures.steepest_force_N_per_s},
+          {"greatest_excess_W", figures.greatest_excess_W},
+          {"energy_from_hand_J", figures.energy_from_hand_J},
+          {"least_followed", figures.least_followed},
+          {"clutched_out", figures.clutched_out}};
+}
+
 }  // namespace
 
 void write_report(const std::filesystem::path& file, const SessionFigures& figures, const ReachLog& reaches,
@@ -44,6 +54,7 @@ void write_report(const std::filesystem::path& file, const SessionFigures& figur
   Json report;
   for (const auto& loop : figures.loops) report["loops"][loop.name] = runtime::loop_json(loop);
   report["round_trip"] = round_trip_json(figures.round_trips);
+  if (figures.cartesian != nullptr) report["cartesian"] = cartesian_json(*figures.cartesian);
   report["law"] = teleop::name_of(config.feedback.law);
   report["percept_gain"] = config.percept_gain;
   report["damping_limit"] = Json::array();

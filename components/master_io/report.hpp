@@ -14,6 +14,7 @@ namespace phantom::master_io {
 struct SessionFigures {
   std::vector<core::LoopStatistics> loops;
   core::DurationHistogram round_trips;
+  const CartesianFigures* cartesian = nullptr;  ///< of a Cartesian device
 };
 
 /// Writes master_io.json: loops, round trips, reaches, and the damping that the device's stability allows for

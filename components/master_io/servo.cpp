@@ -32,7 +32,7 @@ Servo::Servo(const Config& config, const core::JointArray& home, Device& device,
       driver_(config.driver),
       stops_(inbox.stops, stops),
       desk_hand_(config.desk, config.device.joint_count),
-      hand_(config.hand, home),
+      hand_(config.hand, config.driver == Driver::kCartesian ? config.hand_start : home),
       script_(config.script, hand_) {
   inputs_.settings.percept_gain = config.percept_gain;
   inputs_.settings.law = config.feedback.law;
@@ -56,7 +56,10 @@ void Servo::read_inbox(core::Nanoseconds now_ns) noexcept {
 const core::JointArray& Servo::hand_torque(bool go, const DeviceSense& sense, double dt_s) noexcept {
   if (driver_ == Driver::kCan) return no_torque_;
   if (driver_ == Driver::kDesk) return desk_hand_.step(go ? desk_now_ : DeskState{}, sense.hand_velocity);
-  return hand_.step(sense.hand_position, sense.hand_velocity, go || script_.meeting(), dt_s);
+  // A hand on a Cartesian device lets go while nothing is coupled: the master goes to the slave by itself.
+  if (driver_ == Driver::kCartesian && !go) hand_.release(sense.hand_position);
+  return hand_.step(sense.hand_position, sense.hand_velocity, (go && !sense.hand_waits) || script_.meeting(),
+                    dt_s);
 }
 
 // Returns false if the device's position is not known yet.
@@ -65,11 +68,12 @@ bool Servo::step(MasterReport& report, double dt_s, core::Nanoseconds now_ns) no
   const bool heard = inputs_.partner_age_s <= staleness_s_;
   const bool contact = inputs_.slave.contact && heard;
   const DeviceSense& sense = device_.sense();
-  if (driver_ == Driver::kSim) {
-    if (state_ == teleop::LinkState::kReady && heard) {
+  const bool apart = state_ == teleop::LinkState::kReady && heard;
+  if (is_scripted(driver_)) {
+    if (apart && driver_ == Driver::kSim) {
       script_.meet(inputs_.slave.position, dt_s);
     } else {
-      script_.step(sense.hand_position, go, contact, dt_s);
+      script_.step(sense.hand_position, go && !sense.hand_waits, contact, dt_s);
     }
     inputs_.percept_wanted = script_.percept_on();
   }
@@ -80,9 +84,16 @@ bool Servo::step(MasterReport& report, double dt_s, core::Nanoseconds now_ns) no
   report.take(controller_.step(inputs_, dt_s));
   const bool released = stops_.end(inputs_, report.outputs);
   state_ = report.outputs.state;
-  report.operator_torque_Nm = hand_torque(go, sense, dt_s);
-  device_.move({report.outputs.motor_Nm, report.operator_torque_Nm, report.outputs.power, released,
-                report.outputs.loop.late},
+  const core::JointArray& hand_Nm = hand_torque(go, sense, dt_s);
+  // A Cartesian hand's wrench is none of the joints' torques.
+  report.operator_torque_Nm = driver_ == Driver::kCartesian ? no_torque_ : hand_Nm;
+  device_.move({.motor_Nm = report.outputs.motor_Nm,
+                .hand_Nm = hand_Nm,
+                .power = report.outputs.power,
+                .reset = released,
+                .late = report.outputs.loop.late,
+                .coupled = state_ == teleop::LinkState::kCoupled,
+                .meet = apart ? &inputs_.slave.position : nullptr},
                dt_s, now_ns);
   log_.step({script_.number(), script_.index(), script_.percept_on(), report.outputs.percept_Nm,
              report.operator_torque_Nm},

@@ -13,6 +13,7 @@
 #include "common/runtime/process.hpp"
 #include "common/runtime/servo_session.hpp"
 #include "common/teleop/percept_set.hpp"
+#include "components/master_io/cartesian_device.hpp"
 #include "components/master_io/dds_adapter.hpp"
 #include "components/master_io/desk_input.hpp"
 #include "components/master_io/report.hpp"
@@ -95,6 +96,8 @@ double felt_share(const MasterOutputs& now, const Config& config) {
 
 // Returns the configured device and waits for its buses; null if a stop was requested meanwhile.
 std::unique_ptr<Device> make_device(const ArmModel& model, const Config& config, DdsAdapter& adapter) {
+  if (config.driver == Driver::kCartesian)
+    return std::make_unique<CartesianDevice>(config, model.arm, model.home);
   if (config.driver != Driver::kCan) return std::make_unique<SimulatedDevice>(config, model.home);
   auto buses = runtime::open_buses(*config.can, [&](const std::string& missing) {
     adapter.publish_health({core::ComponentState::kStarting, "waiting: " + missing, {}, {}});
@@ -181,9 +184,9 @@ int run_session(const runtime::CellConfig& cell, const ArmModel& model, const Co
   if (config.driver == Driver::kCan) {
     spdlog::info("the master's drives are on CAN: {}", fmt::join(config.can->addresses, ", "));
   } else {
-    spdlog::info("THE MASTER IS SIMULATED (driver {})", config.driver == Driver::kSim ? "sim" : "desk");
+    spdlog::info("THE MASTER IS SIMULATED (driver {})", name_of(config.driver));
   }
-  if (config.driver == Driver::kSim) {
+  if (is_scripted(config.driver)) {
     spdlog::info("law {}, {} reaches, operator {}", teleop::name_of(config.feedback.law),
                  config.labels.size(), config.operator_model);
   } else {
@@ -194,8 +197,8 @@ int run_session(const runtime::CellConfig& cell, const ArmModel& model, const Co
   Servo servo(config, model.home, *device, inbox, core::random_number(), stops);
   const std::vector<core::LoopStatistics> loops = run_servo(config, *device, servo, stops, adapter);
   if (!report_dir.empty()) {
-    write_report(report_dir / "master_io.json", {loops, adapter.round_trips()}, servo.reaches(), config,
-                 cell);
+    write_report(report_dir / "master_io.json", {loops, adapter.round_trips(), device->cartesian_figures()},
+                 servo.reaches(), config, cell);
   }
   return runtime::kExitDone;
 }

@@ -1,0 +1,50 @@
+#pragma once
+
+#include "common/simulation/handle_plant.hpp"
+#include "common/simulation/indexing_hand.hpp"
+#include "common/teleop/cartesian_hand.hpp"
+#include "common/teleop/wrench_slew.hpp"
+#include "components/master_io/config_cartesian.hpp"
+#include "components/master_io/device.hpp"
+
+namespace phantom::master_io {
+
+/// A device with position and force in its own frame as master: a virtual replica of the arm's joints, led by
+/// the hand's twist, whose torques go back to the hand as a wrench (teleop::CartesianHand). The device is
+/// simulated: a handle of six axes, and a person who re-indexes it where its workspace ends.
+///
+/// The person works in the tool's coordinates (`tool_coordinates`): hand_position and hand_velocity of
+/// DeviceSense and hand_Nm of DeviceDemand have six values, in the world's axes and in metres and radians of
+/// the hand.
+class CartesianDevice final : public Device {
+ public:
+  /// `arm` must outlive the device.
+  CartesianDevice(const Config& config, const robot::SerialArm& arm, const core::JointArray& start_q);
+
+  const DeviceSense& sense() noexcept override;
+  void move(const DeviceDemand& demand, double dt_s, core::Nanoseconds now_ns) noexcept override;
+  void end(core::Nanoseconds) noexcept override {}  // its time ends with the loop's
+  bool makes_up_periods() const noexcept override { return true; }
+  core::ActuatorHealth health() override { return {}; }
+  const CartesianFigures* cartesian_figures() const noexcept override { return &figures_; }
+
+  /// Wrench on the hand, in the device's axes, of the last tick.
+  const robot::Spatial& wrench() const noexcept { return slew_.wrench(); }
+  const robot::Spatial& twist() const noexcept { return handle_.twist; }
+
+ private:
+  void note(const robot::Spatial& before, const DeviceDemand& demand, double dt_s) noexcept;
+
+  CartesianConfig parameters_;
+  std::size_t joint_count_;
+  Eigen::Matrix3d R_home_;
+  teleop::CartesianHand hand_;
+  teleop::WrenchSlew slew_;
+  simulation::HandlePlant plant_;
+  simulation::IndexingHand person_;
+  teleop::HandState handle_;
+  DeviceSense sense_;
+  CartesianFigures figures_;
+};
+
+}  // namespace phantom::master_io
