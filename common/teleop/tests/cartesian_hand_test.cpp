@@ -19,7 +19,7 @@ using robot::test_arms::suspended;
 
 constexpr core::JointArray kBent{0.0, 0.4, 0.5, 0.9, 0.3, 0.8, -0.2};
 
-CartesianHandParameters parameters() {
+CartesianHandParameters hand_parameters() {
   CartesianHandParameters p;
   p.map = {.joint_count = 7, .mass_kg = 1.0, .inertia_kg_m2 = 0.02};
   p.map.inertia = {0.3, 0.006, 0.006, 0.006, 0.003, 0.003, 0.002};
@@ -29,7 +29,8 @@ CartesianHandParameters parameters() {
 
 /// A hand that moves as it is asked to, with its pose true to its twist.
 struct Rig {
-  explicit Rig(const CartesianHandParameters& chosen = parameters(), const core::JointArray& start = kBent)
+  explicit Rig(const CartesianHandParameters& chosen = hand_parameters(),
+               const core::JointArray& start = kBent)
       : p(chosen), hand(arm, p, start) {
     state.valid = state.clutch = true;
   }
@@ -89,7 +90,7 @@ struct Wanderer {
 };
 
 TEST(CartesianHand, ToolFollowsTheHandScaledAndTheHandFeelsTheTransposedInverse) {
-  auto p = parameters();
+  auto p = hand_parameters();
   p.scale = 1.5;
   p.rotation_scale = 0.5;
   Rig rig(p);
@@ -130,7 +131,7 @@ INSTANTIATE_TEST_SUITE_P(Frames, Wandering,
 // The key property, wherever the hand drags the arm: through singular poses, onto limits, with the clutch in
 // and out.
 TEST_P(Wandering, PowerAtTheHandIsPowerAtTheJointsAndNothingJumps) {
-  auto p = parameters();
+  auto p = hand_parameters();
   p.frame = GetParam();
   p.R_FD = geometry::rotation_from_rpy(0.2, 1.1, -0.4);
   p.scale = 1.4;
@@ -227,7 +228,7 @@ TEST(CartesianHand, ARoundTripOfTheHandIsOneOfTheTool) {
 TEST(CartesianHand, AJointAtItsLimitLeavesTheWorkToTheOthersAndComesBackAtOnce) {
   core::JointArray start = kBent;
   start[0] = 0.4;
-  Rig rig(parameters(), start);
+  Rig rig(hand_parameters(), start);
   rig.run(0.3, Spatial::Zero());
   const auto begin = rig.hand.tool_pose();
   rig.run(2.0, twist(0.1, 0.0, 0.0));
@@ -247,7 +248,7 @@ TEST(CartesianHand, AJointAtItsLimitLeavesTheWorkToTheOthersAndComesBackAtOnce) 
 }
 
 TEST(CartesianHand, TheViewIsTakenAsTheClutchGoesIn) {
-  auto p = parameters();
+  auto p = hand_parameters();
   p.frame = HandFrame::kView;
   Rig rig(p);
   rig.coupled = false;
@@ -279,7 +280,7 @@ TEST(CartesianHand, TheViewIsTakenAsTheClutchGoesIn) {
 }
 
 TEST(CartesianHand, AlongTheToolMeansAlongTheTool) {
-  auto p = parameters();
+  auto p = hand_parameters();
   p.frame = HandFrame::kTool;
   Rig rig(p);
   rig.run(0.3, Spatial::Zero());
@@ -291,7 +292,7 @@ TEST(CartesianHand, AlongTheToolMeansAlongTheTool) {
 }
 
 TEST(CartesianHand, WithoutOrientationTheHandTurnsFreelyAndFeelsNoMoment) {
-  auto p = parameters();
+  auto p = hand_parameters();
   p.map.orientation = false;
   Rig rig(p);
   rig.run(0.3, Spatial::Zero());
