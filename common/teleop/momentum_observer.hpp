@@ -9,7 +9,7 @@ namespace phantom::teleop {
 
 /// What is known of the arm. Arrays have one value per joint; of a prismatic joint read kg, N and m.
 struct MomentumObserverParameters {
-  double lag_s = 0.02;              ///< 1/K_I: time constant with which the estimate follows, > 0
+  double lag_s = 0.01;              ///< 1/K_I: time constant with which the estimate follows, > 0
   core::JointArray threshold_Nm{};  ///< > 0; what friction, inertia, payload and drives may do unmodelled
   core::JointArray coulomb_Nm{}, viscous_Nms_per_rad{};  ///< friction
   core::JointArray slow_rad_s{};     ///< > 0; the Coulomb friction rises linearly up to this speed

@@ -199,6 +199,7 @@ TEST(FeedbackGain, TheShippedSlavesLoopIsWhatTheShippedMasterTakesItFor) {
       EXPECT_DOUBLE_EQ(loop.slave_inertia, slave.plant.joints[j].inertia) << slave_file;
       EXPECT_DOUBLE_EQ(loop.slave_period_s, slave.period_s) << slave_file;
       EXPECT_EQ(loop.slave_delay_samples, slave.driver == slave_io::Driver::kCan ? 2 : 0) << slave_file;
+      EXPECT_EQ(loop.force_lag_s, slave.force_observer ? slave.force_observer->lag_s : 0.0) << slave_file;
     }
   };
   loops_of(slave_io::kShipped, master_io::kShipped);

@@ -23,6 +23,7 @@ using robot::SerialArm;
 constexpr double kPeriod_s = 0.002;
 constexpr int kSubSteps = 20;
 constexpr std::size_t kJoints = 7;
+constexpr double kLag_s = 0.02;
 
 const SerialArm& arm() {
   static const SerialArm made =
@@ -35,6 +36,7 @@ const SerialArm& arm() {
 /// The shipped arm with the shipped drives' inertia and friction, and threshold and lag of 5 % and 20 ms.
 MomentumObserverParameters parameters() {
   MomentumObserverParameters p;
+  p.lag_s = kLag_s;
   p.weight = true;
   for (std::size_t j = 0; j < kJoints; ++j) {
     const robot::Joint& joint = arm().joints()[j];
@@ -136,8 +138,6 @@ double apart(const JointArray& a, const JointArray& b) {
     most = std::max(most, std::abs(a[j] - b[j]) / arm().joints()[j].max_effort);
   return most;
 }
-
-constexpr double kLag_s = 0.02;
 
 // Step by step the residual is the external torque behind a low-pass of the stated lag, while the arm moves
 // at full speed in all joints.

@@ -198,10 +198,10 @@ TEST(CanConfig, TheObserversModelIsThatOfTheArmOrOfSingleJoints) {
 
 TEST(CanConfig, AnObserverThatCouldNotServeIsRefused) {
   EXPECT_THAT(
-      can_problem("  lag_s: 0.02 ", "  lag_s: 0.003 "),
+      can_problem("  lag_s: 0.01 ", "  lag_s: 0.003 "),
       AllOf(HasSubstr("force_observer.lag_s: '0.003' is less than two measurements of the drives take"),
             HasSubstr("allowed: at least 0.004")));
-  EXPECT_EQ(can_problem("  lag_s: 0.02 ", "  lag_s: 0.004 "), "accepted");
+  EXPECT_EQ(can_problem("  lag_s: 0.01 ", "  lag_s: 0.004 "), "accepted");
   EXPECT_THAT(
       can_problem("threshold_share_of_effort: 0.05", "threshold_share_of_effort: 0.01"),
       AllOf(

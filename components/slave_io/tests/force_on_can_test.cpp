@@ -92,6 +92,7 @@ TEST(ForceOnCan, LagsTheWallAsStated) {
   for (const int measure_every : {1, 4}) {
     Config config = can_config();
     config.can->group.timing.measure_every = measure_every;
+    config.force_observer->lag_s = 0.02;
     WalledBench bench(config);
     ASSERT_TRUE(bench.reaches(LinkState::kCoupled)) << bench.arm->health().message;
     bench.run(0.2);
@@ -197,7 +198,7 @@ TEST(ForceOnCan, StatusSaysLagAndThreshold) {
   const auto of = [&](const std::string& name) {
     return std::find_if(figures.begin(), figures.end(), [&](const auto& f) { return f.name == name; })->value;
   };
-  EXPECT_DOUBLE_EQ(of("force_lag"), 0.022);
+  EXPECT_DOUBLE_EQ(of("force_lag"), 0.012);
   EXPECT_DOUBLE_EQ(of("force_threshold"), 0.05);
 }
 
