@@ -86,7 +86,8 @@ TEST(OperatorCommandCodec, WhatCannotBeTrueIsRefused) {
   const Refusals<msg::OperatorCommand> refusal{to_idl(a_gain())};
   EXPECT_EQ(refusal([](auto&) {}), "");
   EXPECT_THAT(refusal([](auto& m) { m.stamp().sequence_number(0); }), HasSubstr("sequence_number"));
-  EXPECT_EQ(refusal([](auto& m) { m.kind(static_cast<msg::CommandKind>(9)); }), "kind is 9; allowed: 0 to 8");
+  EXPECT_EQ(refusal([](auto& m) { m.kind(static_cast<msg::CommandKind>(10)); }),
+            "kind is 10; allowed: 0 to 9");
   EXPECT_EQ(refusal([](auto& m) { m.joint(16); }), "joint is 16; allowed: -1 (all) to 15");
   EXPECT_EQ(refusal([](auto& m) { m.joint(-2); }), "joint is -2; allowed: -1 (all) to 15");
   const auto value = [&](msg::CommandKind kind, double number) {
@@ -127,7 +128,7 @@ TEST(OperatorReplyCodec, ThereAndBackItIsTheSameAndWhatCannotBeTrueIsRefused) {
   expect_same_after_round_trip(reply);
   const Refusals<msg::OperatorReply> refusal{to_idl(reply)};
   EXPECT_THAT(refusal([](auto& m) { m.stamp().sequence_number(0); }), HasSubstr("sequence_number"));
-  EXPECT_THAT(refusal([](auto& m) { m.kind(static_cast<msg::CommandKind>(9)); }), HasSubstr("kind is 9"));
+  EXPECT_THAT(refusal([](auto& m) { m.kind(static_cast<msg::CommandKind>(10)); }), HasSubstr("kind is 10"));
 }
 
 TEST(SensingCommandCodec, ThereAndBackItIsTheSame) {

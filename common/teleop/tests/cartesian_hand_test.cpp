@@ -19,7 +19,7 @@ using robot::test_arms::suspended;
 
 constexpr core::JointArray kBent{0.0, 0.4, 0.5, 0.9, 0.3, 0.8, -0.2};
 
-CartesianHandParameters hand_parameters() {
+CartesianHandParameters led_hand() {
   CartesianHandParameters p;
   p.map = {.joint_count = 7, .mass_kg = 1.0, .inertia_kg_m2 = 0.02};
   p.map.inertia = {0.3, 0.006, 0.006, 0.006, 0.003, 0.003, 0.002};
@@ -29,8 +29,7 @@ CartesianHandParameters hand_parameters() {
 
 /// A hand that moves as it is asked to, with its pose true to its twist.
 struct Rig {
-  explicit Rig(const CartesianHandParameters& chosen = hand_parameters(),
-               const core::JointArray& start = kBent)
+  explicit Rig(const CartesianHandParameters& chosen = led_hand(), const core::JointArray& start = kBent)
       : p(chosen), hand(arm, p, start) {
     state.valid = state.clutch = true;
   }
@@ -90,7 +89,7 @@ struct Wanderer {
 };
 
 TEST(CartesianHand, ToolFollowsTheHandScaledAndTheHandFeelsTheTransposedInverse) {
-  auto p = hand_parameters();
+  auto p = led_hand();
   p.scale = 1.5;
   p.rotation_scale = 0.5;
   Rig rig(p);
@@ -131,7 +130,7 @@ INSTANTIATE_TEST_SUITE_P(Frames, Wandering,
 // The key property, wherever the hand drags the arm: through singular poses, onto limits, with the clutch in
 // and out.
 TEST_P(Wandering, PowerAtTheHandIsPowerAtTheJointsAndNothingJumps) {
-  auto p = hand_parameters();
+  auto p = led_hand();
   p.frame = GetParam();
   p.R_FD = geometry::rotation_from_rpy(0.2, 1.1, -0.4);
   p.scale = 1.4;
@@ -228,7 +227,7 @@ TEST(CartesianHand, ARoundTripOfTheHandIsOneOfTheTool) {
 TEST(CartesianHand, AJointAtItsLimitLeavesTheWorkToTheOthersAndComesBackAtOnce) {
   core::JointArray start = kBent;
   start[0] = 0.4;
-  Rig rig(hand_parameters(), start);
+  Rig rig(led_hand(), start);
   rig.run(0.3, Spatial::Zero());
   const auto begin = rig.hand.tool_pose();
   rig.run(2.0, twist(0.1, 0.0, 0.0));
@@ -248,7 +247,7 @@ TEST(CartesianHand, AJointAtItsLimitLeavesTheWorkToTheOthersAndComesBackAtOnce) 
 }
 
 TEST(CartesianHand, TheViewIsTakenAsTheClutchGoesIn) {
-  auto p = hand_parameters();
+  auto p = led_hand();
   p.frame = HandFrame::kView;
   Rig rig(p);
   rig.coupled = false;
@@ -280,7 +279,7 @@ TEST(CartesianHand, TheViewIsTakenAsTheClutchGoesIn) {
 }
 
 TEST(CartesianHand, AlongTheToolMeansAlongTheTool) {
-  auto p = hand_parameters();
+  auto p = led_hand();
   p.frame = HandFrame::kTool;
   Rig rig(p);
   rig.run(0.3, Spatial::Zero());
@@ -292,7 +291,7 @@ TEST(CartesianHand, AlongTheToolMeansAlongTheTool) {
 }
 
 TEST(CartesianHand, WithoutOrientationTheHandTurnsFreelyAndFeelsNoMoment) {
-  auto p = hand_parameters();
+  auto p = led_hand();
   p.map.orientation = false;
   Rig rig(p);
   rig.run(0.3, Spatial::Zero());
