@@ -29,20 +29,23 @@ CartesianDevice::CartesianDevice(const Config& config, const robot::SerialArm& a
       hand_(arm, parameters_.hand, start_q),
       slew_(parameters_.wrench),
       plant_(parameters_.handle),
-      person_(parameters_.indexing) {
+      person_(parameters_.indexing),
+      pushed_(parameters_.input != CartesianInput::kSimulated) {
   handle_.valid = true;
+  clutch_out_ = pushed_;  // the simulated person begins with it in
 }
 
 const DeviceSense& CartesianDevice::sense() noexcept {
   handle_.pose = plant_.pose();
   handle_.twist = plant_.twist();
-  handle_.clutch = person_.clutch();
+  handle_.clutch = !clutch_out_;
   hand_.sense(handle_, nullptr);
   sense_.position = hand_.position();
   sense_.velocity = hand_.velocity();
   sense_.hand_position = tool_coordinates(parameters_, R_home_, hand_.tool_pose());
-  sense_.hand_velocity = array_of(turned(hand_.rotation(), plant_.true_twist()));
-  sense_.hand_waits = !person_.clutch() || hand_.authority() < 1.0;
+  sense_.hand_velocity =
+      array_of(pushed_ ? plant_.true_twist() : turned(hand_.rotation(), plant_.true_twist()));
+  sense_.hand_waits = !handle_.clutch || hand_.authority() < 1.0;
   return sense_;
 }
 
@@ -52,10 +55,12 @@ void CartesianDevice::move(const DeviceDemand& demand, double dt_s, core::Nanose
   note(before, demand, dt_s);
   Spatial task;
   std::copy_n(demand.hand_Nm.begin(), kCartesianAxes, task.data());
-  const bool was_in = person_.clutch();
+  const bool was_in = handle_.clutch;
   const Spatial push =
-      person_.step(plant_.pose(), plant_.true_twist(), turned(hand_.rotation().transpose(), task));
-  figures_.clutched_out += was_in && !person_.clutch() ? 1U : 0U;
+      pushed_ ? task
+              : person_.step(plant_.pose(), plant_.true_twist(), turned(hand_.rotation().transpose(), task));
+  clutch_out_ = pushed_ ? demand.clutch_out : !person_.clutch();
+  figures_.clutched_out += was_in && clutch_out_ ? 1U : 0U;
   if (demand.meet != nullptr) {
     hand_.meet(*demand.meet, dt_s);
   } else {

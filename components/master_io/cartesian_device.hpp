@@ -13,9 +13,10 @@ namespace phantom::master_io {
 /// the hand's twist, whose torques go back to the hand as a wrench (teleop::CartesianHand). The device is
 /// simulated: a handle of six axes, and a person who re-indexes it where its workspace ends.
 ///
-/// The person works in the tool's coordinates (`tool_coordinates`): hand_position and hand_velocity of
-/// DeviceSense and hand_Nm of DeviceDemand have six values, in the world's axes and in metres and radians of
-/// the hand.
+/// Or a person pushes the handle, which then has no edges, with a space mouse or a gamepad: hand_velocity and
+/// hand_Nm are then in the device's axes, and clutch_out of DeviceDemand is the clutch. A simulated person
+/// works in the tool's coordinates (`tool_coordinates`): hand_position and hand_velocity of DeviceSense and
+/// hand_Nm of DeviceDemand have six values, in the world's axes and in metres and radians of the hand.
 class CartesianDevice final : public Device {
  public:
   /// `arm` must outlive the device.
@@ -43,6 +44,8 @@ class CartesianDevice final : public Device {
   simulation::HandlePlant plant_;
   simulation::IndexingHand person_;
   teleop::HandState handle_;
+  bool pushed_;  // by a space mouse or a gamepad
+  bool clutch_out_ = true;
   DeviceSense sense_;
   CartesianFigures figures_;
 };

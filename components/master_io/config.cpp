@@ -86,20 +86,32 @@ void read_operator(const Fields& section, const HandAxes& axes, const std::strin
   config.hand = model == "cautious" ? cautious : model == "minimum_jerk" ? person : servo;
 }
 
-void read_desk(const Fields& section, const robot::SerialArm& arm, const std::string& chosen_device,
-               DeskConfig& desk) {
+/// Lays the desk's axes on the hand's: sticks on four joints at a time, or on the axes of a Cartesian hand.
+std::vector<std::array<int, kDeskAxes>> banks_of(const HandAxes& axes, bool space_mouse) {
+  if (space_mouse) return {{0, 1, 2, 3, 4, 5}};
+  // Left stick: right, away; right stick: turned about the vertical, up. Then left stick: rolled, pitched.
+  if (axes.cartesian) return {{0, 1, 5, 2, -1, -1}, {4, 3, -1, -1, -1, -1}};
+  std::vector<std::array<int, kDeskAxes>> banks;
+  for (std::size_t first = 0; first < axes.count(); first += kStickAxes) {
+    auto& bank = banks.emplace_back();
+    bank.fill(-1);
+    for (std::size_t k = 0; k < kStickAxes && first + k < axes.count(); ++k)
+      bank[k] = static_cast<int>(first + k);
+  }
+  return banks;
+}
+
+void read_desk(const Fields& section, const HandAxes& axes, const std::string& chosen_device,
+               Config& config) {
+  DeskConfig& desk = config.desk;
   section.text("device", desk.device);
   if (!chosen_device.empty()) desk.device = chosen_device;
+  desk.space_mouse = axes.cartesian && config.cartesian->input == CartesianInput::kSpaceMouse;
   section.number("dead_zone", desk.dead_zone);
   section.number("exponent", desk.exponent);
-  desk.push = by_joint_type(arm, section.value("push_N_m", 2), section.value("push_N", 30));
-  desk.brake =
-      by_joint_type(arm, section.value("brake_N_m_s_per_rad", 4), section.value("brake_N_s_per_m", 200));
-  for (std::size_t first = 0; first < arm.joint_count(); first += kDeskAxes) {
-    auto& bank = desk.banks.emplace_back();
-    for (std::size_t k = 0; k < kDeskAxes; ++k)
-      bank[k] = first + k < arm.joint_count() ? static_cast<int>(first + k) : -1;
-  }
+  desk.push = axes.by_type(section.value("push_N_m", 2), section.value("push_N", 30));
+  desk.brake = axes.by_type(section.value("brake_N_m_s_per_rad", 4), section.value("brake_N_s_per_m", 200));
+  desk.banks = banks_of(axes, desk.space_mouse);
 }
 
 void read_can(const Fields& section, const robot::SerialArm& arm, Config& config) {
@@ -175,7 +187,6 @@ Config load_config(const std::filesystem::path& path, const std::filesystem::pat
   const Fields file(path, {kParameters, runtime::kDriveParameters});
   Config config;
   config.driver = driver_of(file, choices.driver);
-  read_desk(file.section("desk"), arm, choices.desk_device, config.desk);
   config.period_s = runtime::read_servo_loop(file, config.scheduling, config.measure_bare_loop);
   const Fields link = file.section("link");
   runtime::read_link(link, config.link);
@@ -193,8 +204,9 @@ Config load_config(const std::filesystem::path& path, const std::filesystem::pat
   read_percept(file.section("percept"), arm, config);
   read_feedback(file.section("feedback"), arm, home, config);
   const HandAxes axes{arm, config.driver == Driver::kCartesian};
+  read_desk(file.section("desk"), axes, choices.desk_device, config);
   config.hand.joint_count = axes.count();  // used for a person; a simulated operator's is read below
-  if (is_scripted(config.driver) || file.has("operator"))
+  if (is_scripted(config) || file.has("operator"))
     read_operator(file.section("operator"), axes, choices.operator_model, config);
   const Fields sequence = file.section("sequence");
   config.script.joint_count = axes.count();

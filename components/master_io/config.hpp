@@ -38,10 +38,6 @@ enum class Driver {
 
 /// Returns the driver's name in the configuration.
 const char* name_of(Driver driver) noexcept;
-/// Returns whether a script moves a simulated operator.
-inline bool is_scripted(Driver driver) noexcept {
-  return driver == Driver::kSim || driver == Driver::kCartesian;
-}
 
 /// Parameters of master_io.yaml for one arm. Arrays have one value per joint.
 struct Config {
@@ -71,6 +67,16 @@ struct Config {
   std::vector<ReachLabel> labels;  ///< per reach of the script
   core::JointArray hand_start{};   ///< where the hand of driver cartesian begins
 };
+
+/// Returns whether a person pushes the master by sticks, keys or a space mouse.
+inline bool uses_desk(const Config& config) noexcept {
+  return config.driver == Driver::kDesk ||
+         (config.driver == Driver::kCartesian && config.cartesian->input != CartesianInput::kSimulated);
+}
+/// Returns whether a script moves a simulated operator.
+inline bool is_scripted(const Config& config) noexcept {
+  return config.driver != Driver::kCan && !uses_desk(config);
+}
 
 /// Choices on the command line that replace the file's; empty: the file's.
 struct Choices {

@@ -23,6 +23,10 @@ void read_handle(const Fields& section, CartesianConfig& config) {
   section.number("velocity_filter_s", handle.velocity_filter_s);
   handle.force_limit_N = config.wrench.force_cap_N;
   handle.moment_limit_N_m = config.wrench.moment_cap_N_m;
+  if (config.input != CartesianInput::kSimulated) {
+    handle.moved.upper = 1e9, handle.moved.lower = -1e9;
+    handle.turned.upper = 10.0;  // beyond every rotation
+  }
   // A person turns back before the end stop.
   config.indexing.reach_m = 0.75 * handle.moved.upper;
   config.indexing.reach_rad = 0.75 * handle.turned.upper;
@@ -34,6 +38,10 @@ CartesianConfig read_cartesian(const Fields& section, const robot::SerialArm& ar
                                const core::JointArray& joint_inertia) {
   CartesianConfig config;
   auto& hand = config.hand;
+  section.choice("input", config.input,
+                 {{"simulated", CartesianInput::kSimulated},
+                  {"space_mouse", CartesianInput::kSpaceMouse},
+                  {"gamepad", CartesianInput::kGamepad}});
   using enum teleop::HandFrame;
   section.choice("frame", hand.frame, {{"base", kBase}, {"tool", kTool}});
   const Eigen::Vector3d rpy = std::numbers::pi / 180.0 * section.vector3("device_rpy_deg");

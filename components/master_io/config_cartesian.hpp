@@ -14,8 +14,13 @@ namespace phantom::master_io {
 /// Axes of what a Cartesian hand does: three of translation, three of rotation.
 inline constexpr std::size_t kCartesianAxes = 6;
 
+/// What the hand holds. None but the simulated device knows positions: a space mouse and a gamepad push a
+/// simulated handle without an edge.
+enum class CartesianInput { kSimulated, kSpaceMouse, kGamepad };
+
 /// Parameters of driver cartesian.
 struct CartesianConfig {
+  CartesianInput input = CartesianInput::kSimulated;
   teleop::CartesianHandParameters hand;
   teleop::WrenchSlewParameters wrench;
   simulation::HandlePlantParameters handle;

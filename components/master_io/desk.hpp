@@ -10,15 +10,17 @@
 
 namespace phantom::master_io {
 
-/// Axes of the desk, at which a person works without a master arm. A stick or keys push a virtual master; its
-/// drag and feedback are felt as its slowness and as rumble.
-inline constexpr std::size_t kDeskAxes = 4;
+/// Axes of the desk, at which a person works without a master arm. Sticks, keys or a space mouse push a
+/// virtual master; its drag and feedback are felt as its slowness and as rumble. Sticks have the first
+/// kStickAxes.
+inline constexpr std::size_t kDeskAxes = 6, kStickAxes = 4;
 
 struct DeskConfig {
   std::string device =
       "auto";  ///< a file of /dev/input, "auto" for the first gamepad or joystick, or "terminal" for keys
-  double dead_zone = 0.12;  ///< share of an axis around its middle that has no effect, 0…0.9
-  double exponent = 1.5;    ///< exponent of the axes' curve; above 1: fine near the middle
+  bool space_mouse = false;  ///< "auto" is the first space mouse
+  double dead_zone = 0.12;   ///< share of an axis around its middle that has no effect, 0…0.9
+  double exponent = 1.5;     ///< exponent of the axes' curve; above 1: fine near the middle
   std::vector<std::array<int, kDeskAxes>>
       banks;                ///< joint, from 0, that each axis pushes, −1: none; one bank applies at a time
   core::JointArray push{};  ///< greatest push, N·m or N
@@ -28,9 +30,12 @@ struct DeskConfig {
 
 /// Present state of the stick or keys.
 struct DeskState {
-  std::array<double, kDeskAxes> axes{};  ///< −1…1: left right/up, right right/up
+  /// −1…1: left stick right/up, right stick right/up. Of a space mouse: moved right, away, up; turned about
+  /// these.
+  std::array<double, kDeskAxes> axes{};
   std::size_t bank = 0;
-  bool alive = false;  ///< false: the device is gone, and nothing is pushed
+  bool clutch_out = false;  ///< a space mouse's left button is held
+  bool alive = false;       ///< false: the device is gone, and nothing is pushed
 };
 
 /// Numbers of stop and reset requests so far.

@@ -1,10 +1,11 @@
 #include "components/master_io/desk_decode.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 namespace phantom::master_io {
 
-void InputDecoder::take(const input_event& event) noexcept {
+void InputDecoder::take(const input_event& event, double) noexcept {
   if (event.type == EV_ABS) take_axis(event.code, event.value);
   if (event.type == EV_KEY && event.value != 2) take_key(event.code, event.value == 1);  // 2: key repetition
 }
@@ -71,6 +72,29 @@ void InputDecoder::take_key(unsigned code, bool down) noexcept {
       return;
     default:
       return;
+  }
+}
+
+void SpaceMouseDecoder::take(const input_event& event, double now_s) noexcept {
+  static_assert(ABS_X == REL_X && ABS_RZ == REL_RZ && ABS_RZ == ABS_X + 5);
+  if ((event.type == EV_ABS || event.type == EV_REL) && event.code < kDeskAxes) {
+    const bool relative = event.type == EV_REL;
+    const AxisRange range = relative ? AxisRange{-kFull, kFull} : ranges_[event.code];
+    const double full = static_cast<double>(std::max(std::abs(range.min), std::abs(range.max)));
+    const double deflection = full > 0.0 ? std::clamp(event.value / full, -1.0, 1.0) : 0.0;
+    const bool along_x = event.code == ABS_X || event.code == ABS_RX;
+    state_.axes[event.code] = along_x ? deflection : -deflection;
+    relative_[event.code] = relative;
+    until_s_[event.code] = now_s + kHeld_s;
+  }
+  if (event.type != EV_KEY) return;
+  if (event.code == BTN_0) state_.clutch_out = event.value != 0;
+  if (event.code == BTN_1 && event.value == 1) ++events_.stops;
+}
+
+void SpaceMouseDecoder::release_expired(double now_s) noexcept {
+  for (std::size_t i = 0; i < kDeskAxes; ++i) {
+    if (relative_[i] && now_s >= until_s_[i]) state_.axes[i] = 0.0;
   }
 }
 

@@ -23,7 +23,8 @@ class InputDecoder {
  public:
   InputDecoder(const AxisRanges& ranges, bool right_stick_is_rx) : ranges_(ranges), rx_(right_stick_is_rx) {}
 
-  void take(const input_event& event) noexcept;
+  void take(const input_event& event, double now_s = 0.0) noexcept;
+  void release_expired(double) noexcept {}  ///< a stick reports where it stands
   const DeskState& state() const noexcept { return state_; }
   DeskState& state() noexcept { return state_; }
   const DeskEvents& events() const noexcept { return events_; }
@@ -38,6 +39,31 @@ class InputDecoder {
   std::array<std::array<bool, 2>, kDeskAxes> held_{};  // by axis: negative, positive
   DeskState state_{.alive = true};
   DeskEvents events_;
+};
+
+/// Decodes the kernel's input events of a 3Dconnexion space mouse: three axes moved, three turned, as
+/// absolute or relative events (each a deflection; the kernel leaves out zeros, so that they expire after
+/// kHeld_s). Its axes are right, towards the person and down; ours right, away and up. Left button held:
+/// clutch out; right: emergency stop.
+class SpaceMouseDecoder {
+ public:
+  static constexpr double kHeld_s = 0.1;
+  static constexpr int kFull = 350;  ///< deflection of a relative event at the end stop
+
+  explicit SpaceMouseDecoder(const AxisRanges& ranges) : ranges_(ranges) {}
+  void take(const input_event& event, double now_s) noexcept;
+  /// Sets relative axes to 0 whose last event is too old.
+  void release_expired(double now_s) noexcept;
+  const DeskState& state() const noexcept { return state_; }
+  DeskState& state() noexcept { return state_; }
+  const DeskEvents& events() const noexcept { return events_; }
+
+ private:
+  AxisRanges ranges_;
+  DeskState state_{.alive = true};
+  DeskEvents events_;
+  std::array<double, kDeskAxes> until_s_{};
+  std::array<bool, kDeskAxes> relative_{};
 };
 
 /// Decodes the bytes of a terminal, which reports presses but no releases. A press pushes for kPress_s; the

@@ -68,6 +68,16 @@ bool has_stick(int fd) {
   return axes[ABS_X] && axes[ABS_Y] && (keys[BTN_GAMEPAD] || keys[BTN_JOYSTICK] || keys[BTN_TRIGGER]);
 }
 
+bool has_six_axes(int fd) {
+  const auto absolute = bits_of<ABS_CNT>(fd, EV_ABS);
+  const auto relative = bits_of<REL_CNT>(fd, EV_REL);
+  const auto keys = bits_of<KEY_CNT>(fd, EV_KEY);
+  const auto six = [](const auto& axes) {
+    return axes[ABS_X] && axes[ABS_Y] && axes[ABS_Z] && axes[ABS_RX] && axes[ABS_RY] && axes[ABS_RZ];
+  };
+  return (six(absolute) || six(relative)) && keys[BTN_0] && !keys[BTN_GAMEPAD];
+}
+
 std::string name_of_device(int fd, const std::string& path) {
   char name[128] = "";
   return ioctl(fd, EVIOCGNAME(sizeof name), name) > 0 ? std::string(name) + " (" + path + ")" : path;
@@ -78,8 +88,8 @@ int open_device(const std::string& path) {
   return fd >= 0 ? fd : open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);  // read-only: no rumble
 }
 
-/// Opens the first gamepad or joystick and returns its descriptor; −1: none.
-int find_stick(std::string& path) {
+/// Opens the first gamepad or joystick, or the first space mouse, and returns its descriptor; −1: none.
+int find_input(bool space_mouse, std::string& path) {
   std::error_code none;
   std::vector<std::string> files;
   for (const auto& entry : std::filesystem::directory_iterator("/dev/input", none)) {
@@ -89,7 +99,7 @@ int find_stick(std::string& path) {
   for (const std::string& file : files) {
     const int fd = open_device(file);
     if (fd < 0) continue;
-    if (has_stick(fd)) {
+    if (space_mouse ? has_six_axes(fd) : has_stick(fd)) {
       path = file;
       return fd;
     }
@@ -99,7 +109,8 @@ int find_stick(std::string& path) {
 }
 
 /// Opens the configured device and returns its descriptor and path; for a terminal, the standard input.
-int open_wanted(const std::string& wanted, std::string& path) {
+int open_wanted(const DeskConfig& config, std::string& path) {
+  const std::string& wanted = config.device;
   if (wanted == "terminal") {
     if (isatty(STDIN_FILENO) == 0)
       throw core::MissingError(
@@ -107,20 +118,21 @@ int open_wanted(const std::string& wanted, std::string& path) {
     return STDIN_FILENO;
   }
   path = wanted;
-  const int fd = wanted == "auto" ? find_stick(path) : open_device(wanted);
+  const int fd = wanted == "auto" ? find_input(config.space_mouse, path) : open_device(wanted);
   if (fd < 0) {
     throw core::MissingError(
-        wanted == "auto"
-            ? "desk.device: auto: no gamepad or joystick in /dev/input that may be read; allowed: "
-              "plug one in, name its file, or 'terminal' for keys"
-            : "desk.device: " + wanted + ": " + std::strerror(errno));
+        wanted == "auto" ? std::string("desk.device: auto: no ") +
+                               (config.space_mouse ? "space mouse" : "gamepad or joystick") +
+                               " in /dev/input that may be read; allowed: plug one in, or name its file" +
+                               (config.space_mouse ? "" : ", or 'terminal' for keys")
+                         : "desk.device: " + wanted + ": " + std::strerror(errno));
   }
   return fd;
 }
 
-std::unique_ptr<OpenDevice> open_desk(const std::string& wanted, std::string& name) {
+std::unique_ptr<OpenDevice> open_desk(const DeskConfig& config, std::string& name) {
   std::string path;
-  const int fd = open_wanted(wanted, path);
+  const int fd = open_wanted(config, path);
   if (fd == STDIN_FILENO) {
     name = "the keys of this terminal";
     return std::make_unique<OpenDevice>(fd, true);
@@ -170,19 +182,28 @@ AxisRanges ranges_of(int fd) {
 
 void check_device(const DeskConfig& config) {
   std::string path;
-  const int fd = open_wanted(config.device, path);
+  const int fd = open_wanted(config, path);
   if (fd != STDIN_FILENO) close(fd);
 }
 
 struct DeskInput::Impl {
   Impl(const DeskConfig& config, core::Snapshot<DeskState>& into, Listener listens, int servo_priority)
-      : state(into), listener(std::move(listens)), device(open_desk(config.device, name)) {
-    thread = std::jthread([this, servo_priority](const std::stop_token& stop) {
-      core::take_place(core::ThreadRole::kDesk, servo_priority);
-      progress.begin();
-      device->terminal() ? read_terminal(stop) : read_events(stop);
-      progress.end();
-    });
+      : state(into), listener(std::move(listens)), device(open_desk(config, name)) {
+    thread =
+        std::jthread([this, servo_priority, space_mouse = config.space_mouse](const std::stop_token& stop) {
+          core::take_place(core::ThreadRole::kDesk, servo_priority);
+          progress.begin();
+          if (device->terminal()) {
+            read_terminal(stop);
+          } else if (space_mouse) {
+            SpaceMouseDecoder decoder(ranges_of(device->fd()));
+            read_events(stop, decoder);
+          } else {
+            InputDecoder decoder(ranges_of(device->fd()), bits_of<ABS_CNT>(device->fd(), EV_ABS)[ABS_RX]);
+            read_events(stop, decoder);
+          }
+          progress.end();
+        });
   }
 
   void report(const DeskState& now, const DeskEvents& events) {
@@ -197,19 +218,21 @@ struct DeskInput::Impl {
     return poll(&wait, 1, kPoll_ms) > 0;
   }
 
-  void read_events(const std::stop_token& stop) {
+  template <class Decoder>
+  void read_events(const std::stop_token& stop, Decoder& decoder) {
     Rumble rumble(device->fd());
-    const auto axes = bits_of<ABS_CNT>(device->fd(), EV_ABS);
-    InputDecoder decoder(ranges_of(device->fd()), axes[ABS_RX]);
     listener.notice(rumble.able() ? "drag and feedback are felt as rumble" : "the device cannot rumble");
     while (!stop.stop_requested()) {
-      if (ready()) {
+      const bool any = ready();
+      const double now_s = core::seconds(core::monotonic_ns());
+      if (any) {
         input_event events[64];
         const auto bytes = read(device->fd(), events, sizeof events);
         if (bytes == 0 || (bytes < 0 && errno != EAGAIN && errno != EINTR)) break;  // unplugged
         for (std::size_t i = 0; bytes > 0 && i < static_cast<std::size_t>(bytes) / sizeof events[0]; ++i)
-          decoder.take(events[i]);
+          decoder.take(events[i], now_s);
       }
+      decoder.release_expired(now_s);
       report(decoder.state(), decoder.events());
       rumble.play(strength.load(std::memory_order_relaxed));
     }

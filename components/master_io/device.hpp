@@ -26,6 +26,7 @@ struct DeviceDemand {
   bool power = false;           ///< its drives may have power
   bool reset = false;           ///< a reset that releases the stop was requested since the last tick
   bool late = false;            ///< the tick is late: commands must act at once
+  bool clutch_out = false;      ///< a person holds the clutch out
   bool coupled = false;         ///< master and slave are coupled
   const core::JointArray* meet =
       nullptr;  ///< where the slave waits for the master to come; null: it does not

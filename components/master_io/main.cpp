@@ -70,7 +70,7 @@ int main(int argc, char** argv) {
               master_io::name_of(config.driver));
     dds::check_qos_profiles(deployment.network.qos_profiles);
     if (options.check) {
-      if (config.driver == master_io::Driver::kDesk) master_io::check_device(config.desk);
+      if (master_io::uses_desk(config)) master_io::check_device(config.desk);
       return runtime::configuration_is_valid(
           config.driver == master_io::Driver::kCan ? runtime::check_drives(*config.can) : "");
     }

@@ -30,8 +30,10 @@ Servo::Servo(const Config& config, const core::JointArray& home, Device& device,
       device_(device),
       loop_guard_(config.loop),
       driver_(config.driver),
+      desk_leads_(uses_desk(config)),
+      scripted_(is_scripted(config)),
       stops_(inbox.stops, stops),
-      desk_hand_(config.desk, config.device.joint_count),
+      desk_hand_(config.desk, config.hand.joint_count),
       hand_(config.hand, config.driver == Driver::kCartesian ? config.hand_start : home),
       script_(config.script, hand_) {
   inputs_.settings.percept_gain = config.percept_gain;
@@ -55,7 +57,7 @@ void Servo::read_inbox(core::Nanoseconds now_ns) noexcept {
 // torque.
 const core::JointArray& Servo::hand_torque(bool go, const DeviceSense& sense, double dt_s) noexcept {
   if (driver_ == Driver::kCan) return no_torque_;
-  if (driver_ == Driver::kDesk) return desk_hand_.step(go ? desk_now_ : DeskState{}, sense.hand_velocity);
+  if (desk_leads_) return desk_hand_.step(go ? desk_now_ : DeskState{}, sense.hand_velocity);
   // A hand on a Cartesian device lets go while nothing is coupled: the master goes to the slave by itself.
   if (driver_ == Driver::kCartesian && !go) hand_.release(sense.hand_position);
   return hand_.step(sense.hand_position, sense.hand_velocity, (go && !sense.hand_waits) || script_.meeting(),
@@ -69,7 +71,7 @@ bool Servo::step(MasterReport& report, double dt_s, core::Nanoseconds now_ns) no
   const bool contact = inputs_.slave.contact && heard;
   const DeviceSense& sense = device_.sense();
   const bool apart = state_ == teleop::LinkState::kReady && heard;
-  if (is_scripted(driver_)) {
+  if (scripted_) {
     if (apart && driver_ == Driver::kSim) {
       script_.meet(inputs_.slave.position, dt_s);
     } else {
@@ -92,6 +94,7 @@ bool Servo::step(MasterReport& report, double dt_s, core::Nanoseconds now_ns) no
                 .power = report.outputs.power,
                 .reset = released,
                 .late = report.outputs.loop.late,
+                .clutch_out = desk_leads_ && (desk_now_.clutch_out || !desk_now_.alive),
                 .coupled = state_ == teleop::LinkState::kCoupled,
                 .meet = apart ? &inputs_.slave.position : nullptr},
                dt_s, now_ns);

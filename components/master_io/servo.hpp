@@ -46,6 +46,7 @@ class Servo {
   Device& device_;
   teleop::LoopGuard loop_guard_;
   Driver driver_;
+  bool desk_leads_, scripted_;
   teleop::StopExchange stops_;
   core::JointArray no_torque_{};
   DeskState desk_now_;

@@ -108,16 +108,17 @@ std::unique_ptr<Device> make_device(const ArmModel& model, const Config& config,
 
 // Returns the input of the operator's desk; null for another driver.
 std::unique_ptr<DeskInput> make_desk(const Config& config, Servo& servo, DdsAdapter& adapter) {
-  if (config.driver != Driver::kDesk) return nullptr;
+  if (!uses_desk(config)) return nullptr;
   auto desk = std::make_unique<DeskInput>(
       config.desk, servo.desk,
       DeskInput::Listener{[&adapter] { adapter.emergency_stop("desk"); },
                           [&adapter] { adapter.reset("desk"); },
                           [](const std::string& what) { spdlog::info("desk: {}", what); }},
       config.scheduling.servo_priority);
-  spdlog::info(
-      "desk: {}; Tab or shoulder: other joints, Esc or Select: emergency stop, Enter or Start: reset",
-      desk->name());
+  spdlog::info("desk: {}; {}", desk->name(),
+               config.desk.space_mouse
+                   ? "left button: clutch out, right button: emergency stop"
+                   : "Tab or shoulder: other joints, Esc or Select: emergency stop, Enter or Start: reset");
   return desk;
 }
 
@@ -186,7 +187,7 @@ int run_session(const runtime::CellConfig& cell, const ArmModel& model, const Co
   } else {
     spdlog::info("THE MASTER IS SIMULATED (driver {})", name_of(config.driver));
   }
-  if (is_scripted(config.driver)) {
+  if (is_scripted(config)) {
     spdlog::info("law {}, {} reaches, operator {}", teleop::name_of(config.feedback.law),
                  config.labels.size(), config.operator_model);
   } else {

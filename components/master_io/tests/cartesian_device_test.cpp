@@ -123,6 +123,37 @@ TEST(CartesianDevice, NothingMovesWhileNothingIsCoupled) {
   EXPECT_EQ(rig.device.wrench().norm(), 0.0);
 }
 
+TEST(CartesianDevice, ASpaceMouseLeadsTheToolAtPushByBrakeAndItsClutchHoldsIt) {
+  const auto file = changed("  input: simulated", "  input: space_mouse", kCartesianSite);
+  CartesianRig rig(load_config(file, hot_cell().file, shipped_arm().arm, shipped_arm().home, {}));
+  rig.drag.drag.plus.fill(0.0);
+  rig.drag.drag.minus.fill(0.0);
+  rig.run(1.0);
+  ASSERT_EQ(rig.last.outputs.state, LinkState::kCoupled);
+  EXPECT_EQ(rig.last.reach, -1) << "nothing is scripted";
+  const auto tool = [&] { return tool_pose_at(shipped_arm().arm, rig.last.position).translation_m; };
+  DeskState mouse{.alive = true};
+  rig.servo.desk.write(mouse);
+  rig.run(0.5);
+  const Eigen::Vector3d start = tool();
+  mouse.axes[1] = 1.0;
+  rig.servo.desk.write(mouse);
+  rig.run(1.0);
+  const double scale = rig.config.cartesian->hand.scale;
+  const double wanted_m = scale * rig.config.desk.push[1] / rig.config.desk.brake[1];
+  EXPECT_NEAR((tool() - start).y(), wanted_m, 0.15 * wanted_m);
+  mouse.clutch_out = true;
+  rig.servo.desk.write(mouse);
+  rig.run(0.3);
+  const Eigen::Vector3d held = tool();
+  rig.run(1.0);
+  EXPECT_LT((tool() - held).norm(), 1e-12);
+  mouse.alive = mouse.clutch_out = false;
+  rig.servo.desk.write(mouse);
+  rig.run(1.0);
+  EXPECT_LT((tool() - held).norm(), 1e-12) << "a mouse that is gone leads nothing";
+}
+
 TEST(CartesianConfig, ReadsItsSectionAndRefusesWhatCannotBe) {
   const auto config = site_config();
   EXPECT_EQ(config.driver, Driver::kCartesian);

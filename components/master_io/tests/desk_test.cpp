@@ -49,7 +49,7 @@ TEST(Desk, SticksAreScaledByTheirDevicesRangeAndUpIsPositive) {
   decoder.take(event(EV_ABS, ABS_X, 255));
   decoder.take(event(EV_ABS, ABS_RY, -100));
   decoder.take(event(EV_ABS, ABS_Z, 50));  // a trigger, where the right stick is RX, RY
-  EXPECT_THAT(decoder.state().axes, testing::ElementsAre(1.0, 0.0, 0.0, 1.0));
+  EXPECT_THAT(decoder.state().axes, testing::ElementsAre(1.0, 0.0, 0.0, 1.0, 0.0, 0.0));
   decoder.take(event(EV_ABS, ABS_X, 100000));
   EXPECT_EQ(decoder.state().axes[0], 1.0);
 }
@@ -76,9 +76,9 @@ TEST(Desk, APressInATerminalPushesForAMoment) {
   decoder.take("\x1b[C", 10.0);
   decoder.take("s", 10.1);
   decoder.release_expired(10.2);
-  EXPECT_THAT(decoder.state().axes, testing::ElementsAre(1.0, 0.0, 0.0, -1.0));
+  EXPECT_THAT(decoder.state().axes, testing::ElementsAre(1.0, 0.0, 0.0, -1.0, 0.0, 0.0));
   decoder.release_expired(10.0 + TerminalDecoder::kPress_s);
-  EXPECT_THAT(decoder.state().axes, testing::ElementsAre(0.0, 0.0, 0.0, -1.0));
+  EXPECT_THAT(decoder.state().axes, testing::ElementsAre(0.0, 0.0, 0.0, -1.0, 0.0, 0.0));
   decoder.take("\x1b", 11.0);
   decoder.take(" ", 11.0);
   decoder.take("\r", 11.0);
@@ -185,6 +185,36 @@ TEST(Desk, ReadsEventsAndTellsWhenTheDeviceIsGone) {
   state.read(now);
   EXPECT_FALSE(now.alive);
   std::filesystem::remove(path);
+}
+
+TEST(SpaceMouse, AxesAreRightAwayAndUpWhetherAbsoluteOrRelative) {
+  AxisRanges ranges;
+  for (auto& range : ranges) range = {-500, 500};
+  SpaceMouseDecoder absolute(ranges);
+  const std::pair<int, int> deflections[] = {
+      {ABS_X, 250}, {ABS_Y, 500}, {ABS_Z, -900}, {ABS_RX, -500}, {ABS_RZ, 100}};
+  for (const auto& [code, value] : deflections)
+    absolute.take(event(EV_ABS, static_cast<unsigned>(code), value), 1.0);
+  EXPECT_EQ(absolute.state().axes, (std::array<double, 6>{0.5, -1.0, 1.0, -1.0, 0.0, -0.2}));
+  absolute.release_expired(100.0);
+  EXPECT_EQ(absolute.state().axes[0], 0.5) << "it says itself when it is back in the middle";
+  SpaceMouseDecoder relative(ranges);
+  relative.take(event(EV_REL, REL_X, 175), 1.0);
+  relative.take(event(EV_REL, REL_RY, -350), 1.05);
+  EXPECT_EQ(relative.state().axes, (std::array<double, 6>{0.5, 0.0, 0.0, 0.0, 1.0, 0.0}));
+  relative.release_expired(1.12);
+  EXPECT_EQ(relative.state().axes, (std::array<double, 6>{0.0, 0.0, 0.0, 0.0, 1.0, 0.0}));
+}
+
+TEST(SpaceMouse, LeftButtonIsTheClutchAndRightButtonTheStop) {
+  SpaceMouseDecoder decoder({});
+  decoder.take(event(EV_KEY, BTN_0, 1), 0.0);
+  EXPECT_TRUE(decoder.state().clutch_out);
+  decoder.take(event(EV_KEY, BTN_0, 0), 0.0);
+  EXPECT_FALSE(decoder.state().clutch_out);
+  decoder.take(event(EV_KEY, BTN_1, 1), 0.0);
+  decoder.take(event(EV_KEY, BTN_1, 0), 0.0);
+  EXPECT_EQ(decoder.events().stops, 1U);
 }
 
 }  // namespace
