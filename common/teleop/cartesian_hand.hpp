@@ -57,8 +57,7 @@ class CartesianHand {
   CartesianHand(const robot::SerialArm& arm, const CartesianHandParameters& parameters,
                 const core::JointArray& start_q);
 
-  /// Takes the hand's state of this tick. `R_WV`: axes of the view in W (x right, y down, z into the
-  /// picture); null: unknown.
+  /// Takes the hand's state of this tick. `R_WV`: axes of the view in W; null: unknown.
   void sense(const HandState& hand, const Eigen::Matrix3d* R_WV) noexcept;
   /// Returns the wrench on the hand, in the device's axes, of joint torques in this tick.
   Spatial wrench(const core::JointArray& torque_Nm) const noexcept;

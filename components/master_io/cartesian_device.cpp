@@ -39,7 +39,7 @@ const DeviceSense& CartesianDevice::sense() noexcept {
   handle_.pose = plant_.pose();
   handle_.twist = plant_.twist();
   handle_.clutch = !clutch_out_;
-  hand_.sense(handle_, nullptr);
+  hand_.sense(handle_, R_WV_ ? &*R_WV_ : nullptr);
   sense_.position = hand_.position();
   sense_.velocity = hand_.velocity();
   sense_.hand_position = tool_coordinates(parameters_, R_home_, hand_.tool_pose());
@@ -61,6 +61,8 @@ void CartesianDevice::move(const DeviceDemand& demand, double dt_s, core::Nanose
               : person_.step(plant_.pose(), plant_.true_twist(), turned(hand_.rotation().transpose(), task));
   clutch_out_ = pushed_ ? demand.clutch_out : !person_.clutch();
   figures_.clutched_out += was_in && clutch_out_ ? 1U : 0U;
+  R_WV_.reset();
+  if (demand.view != nullptr) R_WV_ = Eigen::Map<const Eigen::Matrix3d>(demand.view->R_WC.data());
   if (demand.meet != nullptr) {
     hand_.meet(*demand.meet, dt_s);
   } else {

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <optional>
+
 #include "common/simulation/handle_plant.hpp"
 #include "common/simulation/indexing_hand.hpp"
 #include "common/teleop/cartesian_hand.hpp"
@@ -46,6 +48,7 @@ class CartesianDevice final : public Device {
   teleop::HandState handle_;
   bool pushed_;  // by a space mouse or a gamepad
   bool clutch_out_ = true;
+  std::optional<Eigen::Matrix3d> R_WV_;  // of the view, as last heard
   DeviceSense sense_;
   CartesianFigures figures_;
 };

@@ -43,7 +43,7 @@ CartesianConfig read_cartesian(const Fields& section, const robot::SerialArm& ar
                   {"space_mouse", CartesianInput::kSpaceMouse},
                   {"gamepad", CartesianInput::kGamepad}});
   using enum teleop::HandFrame;
-  section.choice("frame", hand.frame, {{"base", kBase}, {"tool", kTool}});
+  section.choice("frame", hand.frame, {{"base", kBase}, {"view", kView}, {"tool", kTool}});
   const Eigen::Vector3d rpy = std::numbers::pi / 180.0 * section.vector3("device_rpy_deg");
   hand.R_FD = geometry::rotation_from_rpy(rpy.x(), rpy.y(), rpy.z());
   section.flag("orientation", hand.map.orientation);

@@ -36,6 +36,12 @@ double RoundTrip::measure(const messages::DragField& field, core::Nanoseconds re
   return core::seconds(received_ns - made_ns);
 }
 
+SeenView seen(const messages::ViewPose& view, core::Nanoseconds received_ns) noexcept {
+  SeenView result{received_ns, {}};
+  Eigen::Map<Eigen::Matrix3d>(result.R_WC.data()) = view.X_WC.rotation;
+  return result;
+}
+
 struct DdsAdapter::Impl {
   Impl(const core::NetworkOptions& network, const Expectations& expectations, const Settings& initial,
        Inbox& into)
@@ -61,6 +67,10 @@ struct DdsAdapter::Impl {
                 [this](const messages::Percept& sample, core::Nanoseconds received_ns) {
                   inbox.phantom.write(contact_of(sample, received_ns));
                 }),
+        view(participant, dds::kViewPose, {},
+             [this](const messages::ViewPose& sample, core::Nanoseconds received_ns) {
+               inbox.view.write(seen(sample, received_ns));
+             }),
         responder(participant, core::Side::kMaster, inbox.stops,
                   [this](const messages::OperatorCommand& command) { return on_setting(command); }) {
     inbox.settings.write(settings);
@@ -110,6 +120,7 @@ struct DdsAdapter::Impl {
   messages::CheckedReader<msg::SlaveState> slave;
   messages::CheckedReader<msg::DragField> field;
   messages::CheckedReader<msg::Percept> percept;
+  messages::CheckedReader<msg::ViewPose> view;
   messages::OperatorResponder responder;
 };
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <memory>
 #include <string>
 
@@ -23,11 +24,18 @@ struct MasterReport : messages::MasterState {
   void take(const MasterOutputs& made) noexcept;
 };
 
+/// How the view stands that the operator looks at.
+struct SeenView {
+  core::Nanoseconds received_ns = 0;  ///< 0: none received yet
+  std::array<double, 9> R_WC{};       ///< camera in W: x right, y up, z backward; by columns
+};
+
 /// Validated data from the topics. The servo thread is the reader of all.
 struct Inbox {
   core::Snapshot<SlaveSample> slave;
   core::Snapshot<DragSample> drag;
   core::Snapshot<PhantomContact> phantom;
+  core::Snapshot<SeenView> view;
   core::Snapshot<Settings> settings;
   core::StopRequests stops;
 };

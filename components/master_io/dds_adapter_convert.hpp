@@ -22,4 +22,7 @@ class RoundTrip {
   std::uint64_t session_, last_ = 0;
 };
 
+/// Returns what the servo needs of a view.
+SeenView seen(const messages::ViewPose& view, core::Nanoseconds received_ns) noexcept;
+
 }  // namespace phantom::master_io

@@ -6,6 +6,7 @@
 #include "common/can/arm_drives.hpp"
 #include "common/simulation/master_plant.hpp"
 #include "components/master_io/config.hpp"
+#include "components/master_io/dds_adapter.hpp"
 
 namespace phantom::master_io {
 
@@ -21,13 +22,14 @@ struct DeviceSense {
 
 /// Commands of a tick to the master device.
 struct DeviceDemand {
-  core::JointArray motor_Nm{};  ///< torque of its motors
-  core::JointArray hand_Nm{};   ///< torque of a simulated hand
-  bool power = false;           ///< its drives may have power
-  bool reset = false;           ///< a reset that releases the stop was requested since the last tick
-  bool late = false;            ///< the tick is late: commands must act at once
-  bool clutch_out = false;      ///< a person holds the clutch out
-  bool coupled = false;         ///< master and slave are coupled
+  core::JointArray motor_Nm{};     ///< torque of its motors
+  core::JointArray hand_Nm{};      ///< torque of a simulated hand
+  bool power = false;              ///< its drives may have power
+  bool reset = false;              ///< a reset that releases the stop was requested since the last tick
+  bool late = false;               ///< the tick is late: commands must act at once
+  bool clutch_out = false;         ///< a person holds the clutch out
+  bool coupled = false;            ///< master and slave are coupled
+  const SeenView* view = nullptr;  ///< that the operator looks at; null: none, or stale
   const core::JointArray* meet =
       nullptr;  ///< where the slave waits for the master to come; null: it does not
 };

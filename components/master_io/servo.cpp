@@ -4,6 +4,10 @@
 
 namespace phantom::master_io {
 
+namespace {
+constexpr core::Nanoseconds kViewStale_ns = core::kNsPerSecond;  // it comes at 10 Hz
+}
+
 void MasterReport::take(const MasterOutputs& made) noexcept {
   outputs = made;
   state = made.state;
@@ -45,6 +49,7 @@ void Servo::read_inbox(core::Nanoseconds now_ns) noexcept {
   drag_is_new_ = inbox_.drag.read(inputs_.drag);
   inbox_.phantom.read(inputs_.phantom);
   inbox_.settings.read(inputs_.settings);
+  inbox_.view.read(view_);
   desk.read(desk_now_);
   const auto since_s = [now_ns](core::Nanoseconds then_ns) { return core::seconds(now_ns - then_ns); };
   if (inputs_.drag.received_ns != 0) inputs_.drag_age_s = since_s(inputs_.drag.received_ns);
@@ -89,6 +94,7 @@ bool Servo::step(MasterReport& report, double dt_s, core::Nanoseconds now_ns) no
   const core::JointArray& hand_Nm = hand_torque(go, sense, dt_s);
   // A Cartesian hand's wrench is none of the joints' torques.
   report.operator_torque_Nm = driver_ == Driver::kCartesian ? no_torque_ : hand_Nm;
+  const bool seen = view_.received_ns != 0 && now_ns - view_.received_ns < kViewStale_ns;
   device_.move({.motor_Nm = report.outputs.motor_Nm,
                 .hand_Nm = hand_Nm,
                 .power = report.outputs.power,
@@ -96,6 +102,7 @@ bool Servo::step(MasterReport& report, double dt_s, core::Nanoseconds now_ns) no
                 .late = report.outputs.loop.late,
                 .clutch_out = desk_leads_ && (desk_now_.clutch_out || !desk_now_.alive),
                 .coupled = state_ == teleop::LinkState::kCoupled,
+                .view = seen ? &view_ : nullptr,
                 .meet = apart ? &inputs_.slave.position : nullptr},
                dt_s, now_ns);
   log_.step({script_.number(), script_.index(), script_.percept_on(), report.outputs.percept_Nm,

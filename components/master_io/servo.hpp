@@ -50,6 +50,7 @@ class Servo {
   teleop::StopExchange stops_;
   core::JointArray no_torque_{};
   DeskState desk_now_;
+  SeenView view_;
   DeskHand desk_hand_;
   simulation::OperatorModel hand_;
   simulation::ReachScript script_;

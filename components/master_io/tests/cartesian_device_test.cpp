@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "components/master_io/dds_adapter_convert.hpp"
 #include "components/master_io/servo.hpp"
 #include "components/master_io/tests/fixture.hpp"
 #include "tests/support/heap_guard.hpp"
@@ -152,6 +153,37 @@ TEST(CartesianDevice, ASpaceMouseLeadsTheToolAtPushByBrakeAndItsClutchHoldsIt) {
   rig.servo.desk.write(mouse);
   rig.run(1.0);
   EXPECT_LT((tool() - held).norm(), 1e-12) << "a mouse that is gone leads nothing";
+}
+
+TEST(CartesianDevice, InFrameViewTheToolMovesAsItIsSeenOrWithoutAViewAsTheBaseStands) {
+  const auto mouse_file = changed("  input: simulated", "  input: space_mouse", kCartesianSite);
+  const auto file = changed("  frame: base", "  frame: view", mouse_file);
+  const auto config = load_config(file, hot_cell().file, shipped_arm().arm, shipped_arm().home, {});
+  for (const bool viewed : {true, false}) {
+    CartesianRig rig(config);
+    rig.drag.drag.plus.fill(0.0);
+    rig.drag.drag.minus.fill(0.0);
+    messages::ViewPose view;
+    view.X_WC.rotation = geometry::rotation_from_rpy(0.0, 0.0, 3.14159265 / 2);  // its right is W's y
+    DeskState mouse{.alive = true};
+    const auto run = [&](double duration_s) {
+      rig.servo.desk.write(mouse);
+      for (double t = 0; t < duration_s; t += 0.1) {
+        if (viewed) rig.inbox.view.write(seen(view, rig.now_ns));
+        rig.run(0.1);
+      }
+    };
+    mouse.clutch_out = true;
+    run(1.0);
+    mouse.clutch_out = false;
+    run(0.5);
+    const auto tool = [&] { return tool_pose_at(shipped_arm().arm, rig.last.position).translation_m; };
+    const Eigen::Vector3d start = tool();
+    mouse.axes[0] = 0.5;
+    run(0.5);
+    const Eigen::Vector3d moved = (tool() - start).normalized();
+    EXPECT_GT(viewed ? moved.y() : moved.x(), 0.99) << moved.transpose();
+  }
 }
 
 TEST(CartesianConfig, ReadsItsSectionAndRefusesWhatCannotBe) {
