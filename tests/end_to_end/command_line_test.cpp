@@ -176,7 +176,7 @@ TEST_F(OwnEntry, GivesArgumentsWhichThoseOfTheCommandLineFollow) {
               AllOf(HasSubstr("topology.yaml:"), HasSubstr("].arguments: --law: "), HasSubstr("q")));
   EXPECT_EQ(run("master_io", "--check --deployment " + master("--law, pe")).exit_code, 0);
   EXPECT_EQ(run("master_io", "--check --law pf --deployment " + master("--law, pe")).exit_code, 0);
-  const test::Said host =
+  const test::Said stick =
       run("master_io", "--check --deployment " + master("--driver, desk, --desk-device, /nowhere"));
   EXPECT_EQ(stick.exit_code, 3) << stick.output;
   EXPECT_EQ(run("master_io",
