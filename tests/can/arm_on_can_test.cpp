@@ -61,7 +61,9 @@ class Processes {
           replaced(slave, "bandwidth_Hz: 8", "bandwidth_Hz: " + std::to_string(8 * std::stod(rate) / 500));
       for (std::string* arm : {&slave, &master})  // F_e likewise
         *arm = replaced(*arm, "lag_s: 0.01", "lag_s: " + std::to_string(0.01 * 500 / std::stod(rate)));
-      // The laws with a position loop of the master's own are not used here.
+      // Not used here: the laws with a position loop of the master's own, and the one with the force, which
+      // lags too much.
+      master = replaced(master, "    pfff: 0.003", "    pfff: 0");
       for (const char* law : {"    pe: ", "    peff: "})
         master = replaced(master, law + std::string("1"), law + std::string("0"));
     }
