@@ -145,10 +145,6 @@ int ended_with(const ProcessOptions& options, const std::function<int()>& run) {
   }
 }
 
-}  // namespace
-
-namespace {
-
 // Applies what the topology says of this process: parameters unless --config names others, and arguments
 // ahead of those of the command line, unless that asks for something by a subcommand. What is wrong with the
 // topology is told by whoever needs it: a component by its own load_deployment().
@@ -159,7 +155,11 @@ void apply_entry(CommandLine& line, ProcessOptions& options, int argc, const cha
   } catch (const std::exception&) {
     return;
   }
-  if (!own || own->component != options.component) return;
+  if (!own || own->component != options.component) {
+    if (options.name.empty()) return;
+    throw ConfigError("--name " + options.name + ": " + options.deployment.string() + " has no " +
+                      options.component + " of that name here; allowed: a name that it has, or none");
+  }
   if (options.config.empty()) options.config = own->config;
   if (own->arguments.empty() || line.has_subcommand()) return;
   try {

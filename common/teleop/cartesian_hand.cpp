@@ -85,7 +85,8 @@ double CartesianHand::room(std::size_t joint, double velocity) const noexcept {
   return std::max(0.0, velocity > 0.0 ? limits.upper - q_[joint] : q_[joint] - limits.lower);
 }
 
-// The square root makes a joint that runs towards its limit at constant wish brake at a constant rate.
+// The square root makes a joint that runs towards its limit under a constant command brake at a constant
+// rate.
 double CartesianHand::use(std::size_t joint) const noexcept {
   const robot::Joint& limits = arm_.joints()[joint];
   const double zone =

@@ -165,6 +165,15 @@ TEST_F(OwnEntry, NothingIsSimulatedUnlessItSaysSo) {
   }
 }
 
+TEST_F(OwnEntry, OfANameThatTheTopologyLacksIsRefused) {
+  for (const char* name : {"typo", "slave_io"}) {  // nobody's, and another component's
+    const test::Said result = run("wva_server", std::string("--check --name ") + name);
+    EXPECT_EQ(result.exit_code, 2);
+    EXPECT_THAT(result.output, AllOf(HasSubstr(std::string("--name ") + name), HasSubstr("single_host.yaml"),
+                                     HasSubstr("has no wva_server of that name"), HasSubstr("allowed: ")));
+  }
+}
+
 TEST_F(OwnEntry, GivesArgumentsWhichThoseOfTheCommandLineFollow) {
   const auto master = [&](const std::string& arguments) {
     return topology("{component: master_io, simulation: true}",

@@ -66,7 +66,7 @@ class Cell:
             talker.wait_until_up()
 
     def start(self, name):
-        words = [self.talker, "--deployment", self.topology, "--host", "here", "--name", name, "--work-us", self.work_us]
+        words = [self.talker, "--deployment", self.topology, "--host", "here", "--as", name, "--work-us", self.work_us]
         return Talker(self.host, words, self.folder / f"{name}.log")
 
     def heard(self):

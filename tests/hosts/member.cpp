@@ -24,18 +24,19 @@ const dds::TopicDescription& topic_called(const std::string& name) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  std::string name;
   std::vector<std::string> writes, reads;
   runtime::ProcessDescription description;
   description.name = "member";
-  description.summary =
-      "A silent participant with the name (--name) and the ends of a component, for measuring discovery.";
+  description.summary = "A silent participant with the ends of a component, for measuring discovery.";
   description.add_options = [&](runtime::Command app) {
+    app.option("--as", name, "that it has in the domain").required();
     app.option("--writes", writes, "topics");
     app.option("--reads", reads, "topics");
   };
   description.run = [&](const runtime::ProcessOptions& options) {
     const auto deployment = runtime::load_deployment(options);
-    dds::Participant participant(options.name, deployment.network);
+    dds::Participant participant(name, deployment.network);
     std::list<dds::RawWriter> writers;
     std::list<dds::RawReader> readers;
     for (const auto& topic : writes) writers.emplace_back(participant, topic_called(topic));

@@ -61,7 +61,7 @@ class Members:
 
     def start(self, member, host, name):
         writes, reads = self.rights[name]
-        words = [member, "--deployment", self.topology, "--host", host, "--name", name]
+        words = [member, "--deployment", self.topology, "--host", host, "--as", name]
         for option, topics in (("--writes", writes), ("--reads", reads)):
             words += [option, *sorted(topics)] if topics else []
         return Member(self.site[host], name, words, self.folder / f"{name}.log")

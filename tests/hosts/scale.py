@@ -148,7 +148,7 @@ class Network:
             writes, reads = (sorted(topics) for topics in self.rights[name])
             if "*" in reads:
                 reads = sorted({t for w, r in self.rights.values() for t in w | r} - {"*"})
-            words = [self.bin, "--deployment", file, "--name", name]
+            words = [self.bin, "--deployment", file, "--as", name]
             words += (["--writes", *writes] if writes else []) + (["--reads", *reads] if reads else [])
             member = subprocess.Popen(self.host.inside(words), stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
             member.writes, member.reads, member.cell = writes, reads, cell

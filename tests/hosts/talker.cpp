@@ -1,4 +1,4 @@
-// A participant (--name) that sends and hears periodic, reliable and durable samples all the time, to see who
+// A participant that sends and hears periodic, reliable and durable samples all the time, to see who
 // hears whom after processes were killed or stood still. Prints its session, then for each line that it reads
 // what it has heard since its start: {"longest_write_ms": …, "heard": {topic: {session: samples}}}.
 #include <atomic>
@@ -101,18 +101,19 @@ dds::Reader<T> read_counting(dds::Participant& participant, const dds::TopicSpec
 }  // namespace
 
 int main(int argc, char** argv) {
+  std::string name;
   int work_us = 0;
   runtime::ProcessDescription description;
   description.name = "talker";
-  description.summary =
-      "A participant (--name) that sends and hears all the time, for killing and freezing it.";
+  description.summary = "A participant that sends and hears all the time, for killing and freezing it.";
   description.add_options = [&](runtime::Command app) {
+    app.option("--as", name, "that it has in the domain").required();
     app.option("--work-us", work_us, "that each sample keeps its reader busy");
   };
   description.run = [&](const runtime::ProcessOptions& options) {
     const auto deployment = runtime::load_deployment(options);
     Received received;
-    dds::Participant participant(options.name, deployment.network);
+    dds::Participant participant(name, deployment.network);
     const std::chrono::microseconds work(work_us);
     const auto states = read_counting(participant, dds::kMasterState, received, work);
     const auto commands = read_counting(participant, dds::kOperatorCommand, received, work);

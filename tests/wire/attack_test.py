@@ -62,7 +62,7 @@ def ask(talker):
 
 
 def expect_participants_go_on(site):
-    talkers = [site.start([str(site.options.programs / "talker"), "--deployment", str(site.topology), "--name", name]) for name in ("one", "two")]
+    talkers = [site.start([str(site.options.programs / "talker"), "--deployment", str(site.topology), "--as", name]) for name in ("one", "two")]
     sessions = [talker.stdout.readline().strip() for talker in talkers]
     assert all(sessions), "a talker did not start:\n" + site.log()
     time.sleep(2)
