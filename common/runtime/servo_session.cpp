@@ -14,7 +14,8 @@ void LinkLogger::update(const teleop::SideOutputs& now) {
     spdlog::info("link {} → {}", name_of(before_.state), name_of(now.state));
   }
   if (now.partner_unconfirmed && !before_.partner_unconfirmed) {
-    spdlog::error("{} HAS NOT CONFIRMED THAT IT IS STOPPED within {} s", partner_, teleop::kConfirmWithin_s);
+    spdlog::error("{} HAS NOT CONFIRMED THAT IT IS STOPPED within {:g} s", partner_,
+                  teleop::kConfirmWithin_s);
   }
   if (now.loop.starved && !before_.loop.starved) spdlog::warn(held_up_sentence(now.loop));
   if (!now.loop.starved && before_.loop.starved) spdlog::info("the servo loop runs on schedule again");

@@ -1,16 +1,12 @@
 // slave_io and master_io as they run, both with their drives on CAN: two simulated_drive processes for the
-// arm, two for the master arm (whose hand swings two of its joints). On userspace buses, and on the SocketCAN
-// interfaces that PHANTOM_CAN_ARM_BUSES names: four buses separated by ',', the arm's two first; of a bus
-// with two controllers
-// ("can0+can1") the drives have the second; several sets are separated by ';'. On the real clock, with times
-// that a busy machine can keep; at PHANTOM_CAN_ARM_RATE_HZ where a machine cannot keep the shipped rate.
+// arm, two for the master arm (whose hand swings two of its joints). On userspace buses, on the real clock,
+// with times that a busy machine can keep. On SocketCAN: scripts/test_packages --vm.
 #include <gtest/gtest.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <map>
@@ -37,13 +33,6 @@ constexpr auto kPatience = std::chrono::seconds(120);
 using test::read_text;
 using test::replaced;
 
-std::vector<std::string> split(const std::string& text, char by) {
-  std::vector<std::string> parts;
-  std::istringstream stream(text);
-  for (std::string part; std::getline(stream, part, by);) parts.push_back(part);
-  return parts;
-}
-
 /// The shipped files, on other buses, and the processes that run by them.
 class Processes {
  public:
@@ -53,26 +42,11 @@ class Processes {
     std::string slave = shipped("hot_cell_slave_io.yaml"), master = shipped("hot_cell_master_io.yaml");
     const char* drives[] = {"hot_cell_drives_a", "hot_cell_drives_b", "hot_cell_master_drives_a",
                             "hot_cell_master_drives_b"};
-    if (const char* rate = std::getenv("PHANTOM_CAN_ARM_RATE_HZ")) {
-      for (std::string* arm : {&slave, &master})
-        *arm = replaced(*arm, "rate_Hz: 500", std::string("rate_Hz: ") + rate);
-      // So that the answers' delay, some cycles, is the same part of the loop's own time.
-      slave =
-          replaced(slave, "bandwidth_Hz: 8", "bandwidth_Hz: " + std::to_string(8 * std::stod(rate) / 500));
-      for (std::string* arm : {&slave, &master})  // F_e likewise
-        *arm = replaced(*arm, "lag_s: 0.01", "lag_s: " + std::to_string(0.01 * 500 / std::stod(rate)));
-      // Not used here: the laws with a position loop of the master's own, and the one with the force, which
-      // lags too much.
-      master = replaced(master, "    pfff: 0.003", "    pfff: 0");
-      for (const char* law : {"    pe: ", "    peff: "})
-        master = replaced(master, law + std::string("1"), law + std::string("0"));
-    }
     for (std::size_t b = 0; b < 4; ++b) {
-      const auto ends = split(buses.at(b), '+');
       std::string& arm = b < 2 ? slave : master;
-      arm = replaced(arm, names[b], ends.front());
+      arm = replaced(arm, names[b], buses.at(b));
       const std::string file = std::string(drives[b]) + ".yaml";
-      write(file, replaced(shipped(file), names[b], ends.back()));
+      write(file, replaced(shipped(file), names[b], buses.at(b)));
     }
     for (std::string* arm : {&slave, &master}) {  // silence for a second or two is no fault on a busy machine
       *arm = replaced(*arm, "heartbeat_timeout_s: 0.5", "heartbeat_timeout_s: 3");
@@ -134,7 +108,7 @@ class PowerWatch {
  public:
   explicit PowerWatch(const std::vector<std::string>& buses) {
     for (std::size_t b = 0; b < 2; ++b) {  // the arm's
-      auto bus = can::open_bus(split(buses.at(b), '+').front());
+      auto bus = can::open_bus(buses.at(b));
       if (!bus) throw std::runtime_error(bus.status().message());
       const can::CanFilter states{.id = can::kCobTpdo1, .mask = 0x780};
       if (const auto set = (*bus)->set_filters({&states, 1}); !set) throw std::runtime_error(set.message());
@@ -177,16 +151,12 @@ class PowerWatch {
   std::vector<std::jthread> listeners_;  // last: they end first
 };
 
-class ArmOnCan : public testing::TestWithParam<std::string> {
+class ArmOnCan : public testing::Test {
  protected:
   void SetUp() override {
-    std::string buses = GetParam();
-    if (buses == "user") {
-      const std::string own = "user:" + std::to_string(getpid()) + "_";
-      buses = own + "a," + own + "b," + own + "ma," + own + "mb";
-    }
+    for (const char* name : {"a", "b", "ma", "mb"})
+      buses_.push_back("user:" + std::to_string(getpid()) + "_" + name);
     const auto network = dds::test_network();
-    buses_ = split(buses, ',');
     processes_.emplace(buses_, network.domain);
     participant_.emplace("arm_on_can_test", network);
     stamper_.emplace(*participant_);
@@ -277,7 +247,7 @@ class ArmOnCan : public testing::TestWithParam<std::string> {
   std::optional<dds::Reader<msg::MasterState>> masters_;
 };
 
-TEST_P(ArmOnCan, TheArmFollowsTheHandAndFaultsOfEitherSidesDrivesStopItUntilAReset) {
+TEST_F(ArmOnCan, TheArmFollowsTheHandAndFaultsOfEitherSidesDrivesStopItUntilAReset) {
   ASSERT_TRUE(both(msg::LinkState::LINK_COUPLED)) << standing();
   core::JointArray before{};
   waiter_.change([&] { before = master_->position_rad(), greatest_step_ = 0.0; });
@@ -319,7 +289,7 @@ TEST_P(ArmOnCan, TheArmFollowsTheHandAndFaultsOfEitherSidesDrivesStopItUntilARes
 
 // The whole process stands still for 0.3 s, again and again: less than its partner's patience, and the
 // drives'.
-TEST_P(ArmOnCan, AServoThatIsHeldUpAgainAndAgainUncouplesTellsItAndCouplesAgainByItself) {
+TEST_F(ArmOnCan, AServoThatIsHeldUpAgainAndAgainUncouplesTellsItAndCouplesAgainByItself) {
   ASSERT_TRUE(both(msg::LinkState::LINK_COUPLED)) << standing();
   double fastest = 0.0;  // of the joints' speeds, as a share of the limit in the URDF
   constexpr std::array kLimit{0.4, 1.2, 1.2, 1.2, 1.4, 1.4, 1.5};
@@ -345,7 +315,7 @@ TEST_P(ArmOnCan, AServoThatIsHeldUpAgainAndAgainUncouplesTellsItAndCouplesAgainB
 
 // kill -9 of a stopped slave_io and its restart: its drives get no power and nothing moves, until a reset
 // that names the stop.
-TEST_P(ArmOnCan, AStopOutlivesTheProcessAndNoDriveIsPoweredUntilAResetThatNamesIt) {
+TEST_F(ArmOnCan, AStopOutlivesTheProcessAndNoDriveIsPoweredUntilAResetThatNamesIt) {
   ASSERT_TRUE(both(msg::LinkState::LINK_COUPLED)) << standing();
   PowerWatch power(buses_);
   processes_->signal("slave_io", SIGUSR1);
@@ -388,13 +358,6 @@ TEST_P(ArmOnCan, AStopOutlivesTheProcessAndNoDriveIsPoweredUntilAResetThatNamesI
   ASSERT_TRUE(couples_after_a_reset()) << standing();
   EXPECT_GT(power.count().second, 0);
 }
-
-std::vector<std::string> sets() {
-  const char* given = std::getenv("PHANTOM_CAN_ARM_BUSES");
-  return given == nullptr ? std::vector<std::string>{"user"} : split(given, ';');
-}
-
-INSTANTIATE_TEST_SUITE_P(Buses, ArmOnCan, testing::ValuesIn(sets()));
 
 }  // namespace
 }  // namespace phantom
