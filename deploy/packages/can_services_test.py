@@ -203,7 +203,8 @@ def forces_are_felt():
         assert in_contact and min(wall_Nm) < -20, f"law {law}: no contact: {min(wall_Nm)} N·m, {len(in_contact)} samples"
         print(f"  law {law}: the wall pushes with {min(wall_Nm):.1f} N·m, the hand feels {min(in_contact):.3f} N·m, in free motion {min(free_Nm):.3f} to {max(free_Nm):.3f} N·m", flush=True)
         assert min(in_contact) < 0.002 * min(wall_Nm), f"law {law}: {min(in_contact)} N·m of {min(wall_Nm)} N·m"
-        assert law == "peff" or max(map(abs, free_Nm)) < 1e-3, f"law {law}: {max(map(abs, free_Nm))} N·m in free motion"
+        # Samples of the two sides are some cycles apart.
+        assert law == "peff" or max(map(abs, free_Nm)) < 0.2 * max(map(abs, in_contact)), f"law {law}: {max(map(abs, free_Nm))} N·m in free motion"
     site.write_text(free)
     start_drives("hot_cell_drives_a")
     run("master_io", "command", "law", "sctfb", "--deployment", TOPOLOGY)
@@ -244,7 +245,7 @@ def drives_fail():
 
 def a_bus_fails():
     run("ip", "link", "set", "can2", "down")
-    stopped_by(["can2"], "a bus is pulled")
+    stopped_by(["the CAN interface is down"], "a bus is pulled")
     run("ip", "link", "set", "can2", "up")
     run("tc", "qdisc", "replace", "dev", "can2", "root", "netem", "rate", "1024kbit", "limit", "1000")
     couples()

@@ -21,6 +21,7 @@
 #include "common/workspace/brick_codec.hpp"
 #include "components/phantom_sensing/dds_adapter_messages.hpp"
 #include "components/phantom_sensing/tests/rig.hpp"
+#include "components/phantom_sensing/tests/server.hpp"
 #include "tests/support/child_process.hpp"
 
 namespace phantom::phantom_sensing {
@@ -208,148 +209,6 @@ TEST(OverDds, ASecondSlaveIsToldInTheStatus) {
   adapter.stop_reading();
 }
 
-/// Sends a workspace, as a wva_server would.
-class Server {
- public:
-  Server(const core::NetworkOptions& network, std::uint64_t version, const std::string& object,
-         const workspace::Workspace& world = rig::wall())
-      : participant_("wva_server", network), world_(world) {
-    for (const workspace::BrickKey key : world.bricks()) {
-      const std::vector<std::uint8_t> voxels = workspace::encode_brick(world.brick(key));
-      bricks_.write(messages::to_idl(messages::WorkspaceBrick{key, version, voxels}));
-    }
-    objects_.write(messages::to_idl(messages::WorkspaceObject{1, object, 5, {}, {}}));
-    commit(version, world.grid().voxel_size_m);
-  }
-  void commit(std::uint64_t number, double voxel_size_m) {
-    messages::WorkspaceVersion version{"cell", workspace::description_of(world_, world_.content_hash())};
-    version.description.version = number;
-    version.description.grid.voxel_size_m = voxel_size_m;
-    versions_.write(messages::to_idl(version));
-  }
-
- private:
-  dds::Participant participant_;
-  const workspace::Workspace& world_;
-  dds::Writer<msg::WorkspaceBrick> bricks_{participant_, dds::kWorkspaceBrick};
-  dds::Writer<msg::WorkspaceVersion> versions_{participant_, dds::kWorkspaceVersion};
-  dds::Writer<msg::WorkspaceObject> objects_{participant_, dds::kWorkspaceObject};
-};
-
-TEST(OverDds, TheWorkspaceIsThatOfOneServerAndASecondIsTold) {
-  const core::NetworkOptions network = dds::test_network();
-  const PhantomModel model = rig::suspended_model();
-  const Config config;
-  DdsAdapter adapter(network, model);
-  std::atomic<int> refused{0};
-  WorkspaceKeeper keeper({[&](const std::string&) { ++refused; }});
-  SensingLoop loop(model, config, keeper, adapter);
-  adapter.start_reading(loop, keeper);
-  std::atomic<bool> sound{false}, reported{false};
-  dds::Participant outside("outside", network);
-  dds::Reader<msg::ComponentStatus> status(
-      outside, dds::kComponentStatus, [&](const msg::ComponentStatus& s, const dds::SampleInfo&) {
-        const bool second = s.state() == msg::ComponentState::COMPONENT_DEGRADED &&
-                            s.message().to_string().find("two processes send workspace_version") == 0;
-        (second ? reported : sound) = true;
-      });
-
-  auto first = std::make_unique<Server>(network, 10, "vice");
-  ASSERT_TRUE(dds::eventually([&] { return keeper.version() == 10 && adapter.objects().size() == 1; }));
-  first->commit(11, std::nan(""));
-  EXPECT_TRUE(dds::eventually([&] { return refused == 1; }));
-  EXPECT_EQ(keeper.announced(), 10U);
-
-  const Server second(network, 20, "lathe");
-  ASSERT_TRUE(dds::eventually([&] { return keeper.contested(); }));
-  EXPECT_TRUE(dds::eventually([&] {
-    adapter.publish_status({});
-    return reported.load();
-  }));
-  EXPECT_TRUE(sound) << "not told before it could be a successor";
-  EXPECT_EQ(keeper.version(), 10U);
-  EXPECT_EQ(keeper.announced(), 10U);
-  EXPECT_EQ(adapter.objects().at(1), "vice");
-  first.reset();
-  EXPECT_TRUE(dds::eventually([&] { return keeper.version() == 20; }));
-  EXPECT_TRUE(dds::eventually([&] { return adapter.objects().at(1) == "lathe"; }));
-  sound = false;
-  EXPECT_TRUE(dds::eventually([&] {
-    adapter.publish_status({});
-    return sound.load();
-  }));
-  adapter.stop_reading();
-}
-
-/// A workspace whose bricks do not compress: 23 MiB, more than is kept beside one in force.
-workspace::Workspace large_world() {
-  constexpr std::int32_t kEdge = 9;  // bricks
-  constexpr std::int32_t kSize = kEdge * workspace::kBrickEdge;
-  std::vector<float> palette(256);
-  std::iota(palette.begin(), palette.end(), 0.0F);
-  workspace::Workspace world({{0, 0, 0}, 0.01, {kSize, kSize, kSize}}, palette);
-  std::mt19937 random(7);
-  const workspace::BrickLabels labels{std::make_shared<std::int8_t[]>(workspace::kBrickVoxels, 1), nullptr,
-                                      1};
-  for (std::int32_t i = 0; i < kEdge * kEdge * kEdge; ++i) {
-    std::uint8_t* codes = world.make_brick({i % kEdge, i / kEdge % kEdge, i / kEdge / kEdge}, labels);
-    std::generate_n(codes, workspace::kBrickVoxels,
-                    [&] { return static_cast<std::uint8_t>(1 + random() % 255); });
-  }
-  return world;
-}
-
-/// A server whose workspace is too large to be kept beside the one in force succeeds it all the same.
-void expect_a_large_one_succeeds(const core::NetworkOptions& network) {
-  const PhantomModel model = rig::suspended_model();
-  const Config config;
-  DdsAdapter adapter(network, model);
-  std::atomic<int> excess{0};
-  WorkspaceKeeper::Callbacks callbacks = adapter.workspace_callbacks();
-  callbacks.excess = [&, pass_on = callbacks.excess](const workspace::SourceId& source) {
-    ++excess;
-    pass_on(source);
-  };
-  WorkspaceKeeper keeper(callbacks);
-  SensingLoop loop(model, config, keeper, adapter);
-  adapter.start_reading(loop, keeper);
-  auto first = std::make_unique<Server>(network, 10, "vice");
-  ASSERT_TRUE(dds::eventually([&] { return keeper.version() == 10; }));
-  const workspace::Workspace large = large_world();
-  const Server second(network, 20, "hall", large);
-  const bool relayed =
-      !network.discovery_servers.empty();  // then Fast DDS forgets nobody until the server says so
-  ASSERT_TRUE(dds::eventually([&] { return excess > 0 && (relayed || !keeper.contested()); }));
-  EXPECT_EQ(keeper.version(), 10U);
-  first.reset();
-  EXPECT_TRUE(dds::eventually([&] { return keeper.version() == 20; }, 300.0));
-  EXPECT_EQ(keeper.share()->brick_count(), large.brick_count());
-  adapter.stop_reading();
-}
-
-TEST(OverDds, AServerWhoseWorkspaceIsTooLargeToWaitSucceedsTheFirstAllTheSame) {
-  expect_a_large_one_succeeds(dds::test_network());
-}
-
-TEST(OverDds, WithADiscoveryServerItSucceedsTheFirstToo) {
-  core::NetworkOptions network = dds::test_network();
-  const int port = 20000 + network.domain;
-  network.discovery_servers = {"127.0.0.1:" + std::to_string(port)};
-  const test::Process server(
-      {"fast-discovery-server", "-i", "0", "-l", "127.0.0.1", "-p", std::to_string(port)},
-      test::own_folder() / "server.log");
-  expect_a_large_one_succeeds(network);
-}
-
-TEST(OverDds, OnASecuredSiteItSucceedsTheFirstToo) {
-  core::NetworkOptions network = dds::test_network();
-  network.security = test::new_folder() / "security";
-  const std::string make = PHANTOM_SOURCE_DIR "/deploy/security/make site " + network.security.string();
-  const auto made = test::run_line(make + " --days 1 --domain " + std::to_string(network.domain));
-  ASSERT_EQ(made.exit_code, 0) << made.output;
-  expect_a_large_one_succeeds(network);
-}
-
 TEST(OverDds, TheSixtyFifthCommandIsRefusedAloud) {
   const core::NetworkOptions network = dds::test_network();
   const PhantomModel model = rig::suspended_model();
@@ -424,7 +283,7 @@ TEST(OverDds, StatesBecomeDragAndBadOnesAreCounted) {
                                            });
 
   EXPECT_TRUE(dds::eventually([&] { return invalid_seen.load(); })) << "invalid results from the start on";
-  const Server server(network, 1, "wall");
+  const rig::Server server(network, 1, "wall");
 
   dds::Stamper stamper(outside);
   msg::SlaveState state = good_state(model.arm);

@@ -4,8 +4,10 @@
 #include "common/percept/closeness.hpp"
 #include "common/robot/tests/test_arms.hpp"
 #include "common/robot/tests/test_worlds.hpp"
+#include "common/workspace/brick_codec.hpp"
 #include "components/phantom_sensing/config.hpp"
 #include "components/phantom_sensing/phantom_sensing.hpp"
+#include "components/phantom_sensing/workspace_keeper.hpp"
 
 namespace phantom::phantom_sensing::rig {
 
@@ -35,6 +37,16 @@ inline StepInputs hanging(double x_m, double speed_m_s, double dt_s = 0.001) {
   inputs.workspace = sensed_wall();
   inputs.state_valid = true;
   return inputs;
+}
+
+/// Sends a workspace as its topics would.
+inline void send(const workspace::Workspace& world, std::uint64_t version, WorkspaceKeeper& keeper,
+                 const workspace::SourceId& source = {}) {
+  for (const workspace::BrickKey key : world.bricks()) {
+    keeper.put_brick(source, key, version, workspace::encode_brick(world.brick(key)));
+  }
+  keeper.commit(source, {version, world.grid(), world.palette(),
+                         static_cast<std::uint32_t>(world.brick_count()), world.content_hash()});
 }
 
 }  // namespace phantom::phantom_sensing::rig
