@@ -8,6 +8,9 @@ namespace phantom::can {
 ArmDrives::ArmDrives(const DriveGroupConfig& config, const core::JointArray& tolerance,
                      std::vector<std::unique_ptr<CanBus>> buses)
     : config_(config), tolerance_(tolerance), group_(config, std::move(buses)) {
+  const auto sends = std::find_if(config_.axes.begin(), config_.axes.end(),
+                                  [](const AxisConfig& axis) { return axis.digital_inputs; });
+  inputs_axis_ = static_cast<std::size_t>(sends - config_.axes.begin());
   for (std::size_t b = 0; b < config_.bit_rates.size(); ++b)
     worst_load_ = std::max(worst_load_, bus_load(config_, b).share);
 }
@@ -26,6 +29,10 @@ const ArmDrivesSense& ArmDrives::sense() noexcept {
   sense_.current = r.current;
   sense_.follows = r.state == DriveGroupState::kEnabled;
   sense_.fault = r.state == DriveGroupState::kFault;
+  if (inputs_axis_ < config_.axes.size()) {
+    const DriveReport& drive = group_.drive(inputs_axis_);
+    sense_.inputs = {drive.digital_inputs, drive.inputs_ns};
+  }
   return sense_;
 }
 

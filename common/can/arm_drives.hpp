@@ -6,6 +6,12 @@
 
 namespace phantom::can {
 
+/// Digital inputs of a drive (object 0x60FD).
+struct DigitalInputs {
+  std::uint32_t bits = 0;
+  core::Nanoseconds at_ns = 0;  ///< when they were received; 0: never
+};
+
 /// State of an arm's drives at a tick.
 struct ArmDrivesSense {
   bool known = false;  ///< every encoder has reported; before that nothing else is valid
@@ -14,7 +20,8 @@ struct ArmDrivesSense {
   bool follows = false;       ///< all drives follow their commands
   bool needs_homing = false;  ///< the position is unknown until the drives are homed, which may begin now
   bool homing = false;
-  bool fault = false;  ///< the drives hold or coast until a reset
+  bool fault = false;    ///< the drives hold or coast until a reset
+  DigitalInputs inputs;  ///< of the first drive that is to send them
 };
 
 /// A DriveGroup as slave_io and master_io use it. Power comes on while the caller permits it and every joint
@@ -57,6 +64,7 @@ class ArmDrives {
   DriveGroupConfig config_;
   core::JointArray tolerance_;
   DriveGroup group_;
+  std::size_t inputs_axis_;  // the first drive that sends its digital inputs; as many as there are: none
   ArmDrivesSense sense_;
   Published published_, read_;
   core::Snapshot<Published> for_health_;

@@ -16,6 +16,7 @@ enum Cob : std::uint32_t {
   kCobTpdo1 = 0x180,
   kCobRpdo1 = 0x200,
   kCobTpdo2 = 0x280,
+  kCobTpdo3 = 0x380,
   kCobSdoReply = 0x580,
   kCobSdoRequest = 0x600,
   kCobHeartbeat = 0x700,

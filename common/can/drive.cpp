@@ -39,6 +39,7 @@ Drive::Drive(const AxisConfig& axis, const DriveGroupConfig& config)
       mode_(axis.mode),
       brake_(axis.brake),
       homing_(axis.homing),
+      digital_inputs_(axis.digital_inputs),
       node_(axis.node),
       stop_word_(config.reaction == FaultReaction::kHold || axis.brake ? kCommandQuickStop
                                                                        : kCommandDisableVoltage),
@@ -80,6 +81,7 @@ void Drive::enter(DrivePhase phase, core::Nanoseconds now_ns) noexcept {
     credited_ns_ = before_ns;  // the drive may have sent heartbeats since it was given their period
     missed_ = unmeasured_ = answers_ = owed_ = 0;
     sync_open_ = measured_ = report_.has_position = false;
+    report_.inputs_ns = 0;
     report_.has_reference = !homing_;
     report_.needs_homing = false;
     booted_ = false;
@@ -106,6 +108,8 @@ void Drive::on_frame(const CanFrame& frame, core::Nanoseconds time_ns) noexcept 
       return on_state_pdo(frame);
     case kCobTpdo2:
       return on_measure_pdo(frame);
+    case kCobTpdo3:
+      return on_inputs_pdo(frame, time_ns);
     case kCobEmcy:
       return on_emergency(frame);
     case kCobHeartbeat:
@@ -169,6 +173,17 @@ void Drive::on_measure_pdo(const CanFrame& frame) noexcept {
   report_.torque_mille = static_cast<std::int16_t>(get_le(bytes.subspan(4), 2));
   measured_ = true;
   unmeasured_ = 0;
+}
+
+// Whoever uses the inputs minds their age: a drive whose inputs do not come is no fault of the arm's.
+void Drive::on_inputs_pdo(const CanFrame& frame, core::Nanoseconds time_ns) noexcept {
+  if (report_.phase <= DrivePhase::kConfiguring || !digital_inputs_) return;
+  if (frame.length != kInputsPdoBytes) {
+    pending_ = DriveFault::kPdoLength;
+    return;
+  }
+  report_.digital_inputs = get_le(frame.data, 4);
+  report_.inputs_ns = time_ns;
 }
 
 void Drive::on_heartbeat(const CanFrame& frame, core::Nanoseconds time_ns) noexcept {

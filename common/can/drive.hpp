@@ -71,11 +71,13 @@ struct DriveReport {
   std::int32_t position_counts = 0, velocity_counts = 0;
   std::int16_t torque_mille = 0;
   bool has_position = false;
-  bool unmoved = false;       ///< it has a brake and has not moved since it got power
-  bool has_reference = true;  ///< false: its position means nothing, as it was not homed
-  bool needs_homing = false;  ///< it says so itself
-  std::uint64_t missed = 0;   ///< total number of SYNCs without an answer
-  std::uint64_t surplus = 0;  ///< messages that show more than one node with this id
+  std::uint32_t digital_inputs = 0;  ///< object 0x60FD, if it was asked for
+  core::Nanoseconds inputs_ns = 0;   ///< when they were received; 0: never
+  bool unmoved = false;              ///< it has a brake and has not moved since it got power
+  bool has_reference = true;         ///< false: its position means nothing, as it was not homed
+  bool needs_homing = false;         ///< it says so itself
+  std::uint64_t missed = 0;          ///< total number of SYNCs without an answer
+  std::uint64_t surplus = 0;         ///< messages that show more than one node with this id
 };
 
 /// Returns a sentence for the operator: the drive's problem, or its activity. `name` is the drive's name. Not
@@ -138,6 +140,7 @@ class Drive {
  private:
   void on_state_pdo(const CanFrame& frame) noexcept;
   void on_measure_pdo(const CanFrame& frame) noexcept;
+  void on_inputs_pdo(const CanFrame& frame, core::Nanoseconds time_ns) noexcept;
   void on_heartbeat(const CanFrame& frame, core::Nanoseconds time_ns) noexcept;
   void on_emergency(const CanFrame& frame) noexcept;
   void count_sdo_reply() noexcept;
@@ -170,6 +173,7 @@ class Drive {
   DriveMode mode_;
   std::optional<BrakeConfig> brake_;
   std::optional<HomingConfig> homing_;
+  bool digital_inputs_;
   int node_;
   std::uint16_t stop_word_;  // controlword that ends its motion: quick stop or voltage off
   double moved_counts_;      // farther than play and noise

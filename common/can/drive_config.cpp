@@ -137,6 +137,7 @@ BusLoad bus_load(const DriveGroupConfig& config, std::size_t bus) {
     cycle_bits +=
         worst_case_bits(kStatePdoBytes, false) + worst_case_bits(target_pdo_bytes(axis.mode), false);
     cycle_bits += static_cast<double>(worst_case_bits(kMeasurePdoBytes, false)) / t.measure_every;
+    cycle_bits += axis.digital_inputs ? worst_case_bits(kInputsPdoBytes, false) : 0;
     heartbeat_bits += worst_case_bits(1, false);
     load.frames_per_cycle += t.measure_every == 1 ? 3 : 2;
   }

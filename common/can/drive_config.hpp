@@ -45,6 +45,7 @@ struct AxisConfig {
   double max_torque = 0.0;          ///< at the joint; > 0
   std::optional<BrakeConfig> brake;
   std::optional<HomingConfig> homing;  ///< without: the encoder is absolute
+  bool digital_inputs = false;         ///< its digital inputs (0x60FD) are sent on each SYNC
   // What the drive itself watches; without a value its own setting stays.
   std::optional<double>
       following_window;  ///< greatest following error (0x6065), rad or m; not in torque mode
@@ -90,10 +91,11 @@ BusLoad bus_load(const DriveGroupConfig& config, std::size_t bus);
 /// names the axis or bus, the value and what is allowed.
 core::Status check(const DriveGroupConfig& config);
 
-/// Lengths in bytes of the PDOs: sent by a drive on each SYNC, sent with the measurements, and received by
-/// it.
+/// Lengths in bytes of the PDOs: sent by a drive on each SYNC, sent with the measurements, sent on each SYNC
+/// by a drive with digital inputs, and received by it.
 inline constexpr std::uint8_t kStatePdoBytes = 7;    ///< statusword, position, mode
 inline constexpr std::uint8_t kMeasurePdoBytes = 6;  ///< velocity, torque
+inline constexpr std::uint8_t kInputsPdoBytes = 4;   ///< digital inputs
 std::uint8_t target_pdo_bytes(DriveMode mode) noexcept;
 
 }  // namespace phantom::can

@@ -75,6 +75,8 @@ class DriveGroup {
   const DriveGroupReport& step(const DriveCommand& command, core::Nanoseconds now_ns) noexcept;
 
   const DriveGroupReport& report() const noexcept { return report_; }
+  /// Returns what is known of one drive, frames of the last listen() included. Real-time safe: yes.
+  const DriveReport& drive(std::size_t axis) const noexcept { return drives_[axis].report(); }
   /// Returns the sentence of describe(). Not real-time safe.
   std::string sentence() const { return describe(report_, config_.axes); }
 

@@ -142,6 +142,10 @@ std::vector<SetupStep> setup_steps(const AxisConfig& axis, const DriveGroupConfi
   steps.back().optional = true;
   for (std::uint16_t i = 1; i < 4; ++i) {
     switch_pdo_off(steps, static_cast<std::uint16_t>(0x1400 + i), kCobRpdo1 + 0x100U * i + node);
+    if (i == 2 && axis.digital_inputs) {
+      map_pdo(steps, 0x1802, kCobTpdo3 + node, 1, {0x60FD0020});
+      continue;
+    }
     if (i > 1) switch_pdo_off(steps, static_cast<std::uint16_t>(0x1800 + i), kCobTpdo1 + 0x100U * i + node);
   }
   add_write(steps, 0x6060, 0, 1, static_cast<std::uint8_t>(axis.mode));

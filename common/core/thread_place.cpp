@@ -24,6 +24,8 @@ constexpr ThreadPlace kScheme[] = {
      "its clock alone"},
     {kPublisher, "publisher", 2, "master_io, slave_io", "publishes what the servo leaves",
      "the servo's tick; locks of Fast DDS and a socket's buffer"},
+    {kSwitch, "switch", 2, "master_io, slave_io", "reads the input device of an enabling switch",
+     "the device"},
     {kCanBus, "can_bus", 2, "simulated_drive", "serves a CAN bus in user space", "its nodes' sockets"},
     {kDrives, "", 2, "simulated_drive", "the main thread: the drives' motion and answers", "its bus"},
     {kReceiver, "receiver", 4, "all; FIFO in master_io, slave_io, phantom_sensing",

@@ -14,6 +14,7 @@ enum class ThreadRole {
   kCanBus,
   kDrives,
   kReceiver,
+  kSwitch,
   kDesk,
   kSensing,
   kControl,

@@ -22,7 +22,9 @@ struct SlaveState {
   core::SampleId stamp;
   core::SampleId master_echo;  ///< the master_state that the drives follow now
   teleop::LinkState state = teleop::LinkState::kInit;
-  teleop::StopRecord stop;  ///< the stop in force
+  teleop::StopRecord stop;       ///< the stop in force
+  bool switch_fitted = false;    ///< this side has an enabling switch
+  bool motion_permitted = true;  ///< and it is held; true without one
   std::uint32_t joint_count = 0;
   core::JointArray position{};        ///< rad or m
   core::JointArray velocity{};        ///< rad/s or m/s
@@ -43,7 +45,9 @@ struct SlaveState {
 struct MasterState {
   core::SampleId stamp;
   teleop::LinkState state = teleop::LinkState::kInit;
-  teleop::StopRecord stop;  ///< the stop in force
+  teleop::StopRecord stop;       ///< the stop in force
+  bool switch_fitted = false;    ///< this side has an enabling switch
+  bool motion_permitted = true;  ///< and it is held; true without one
   teleop::BilateralLaw law = teleop::BilateralLaw::kPf;
   std::uint32_t joint_count = 0;
   core::JointArray position{};  ///< in the slave's joint coordinates

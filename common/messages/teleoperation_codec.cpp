@@ -16,6 +16,8 @@ constexpr auto kSide = [](auto& codec, auto& m, auto& s) {
   codec.enumeration("state", m.state(), s.state, LinkState::kStopped);
   codec.enumeration("stop_cause", m.stop_cause(), s.stop.cause, StopCause::kPartner);
   codec.any(m.stop(), s.stop.id);
+  codec.any(m.enabling_switch_fitted(), s.switch_fitted);
+  codec.any(m.motion_permitted(), s.motion_permitted);
   codec.positions("position_rad", m.position_rad(), s.position);
   codec.joints("velocity_rad_s", m.velocity_rad_s(), s.velocity);
 };

@@ -17,6 +17,11 @@ void LinkLogger::update(const teleop::SideOutputs& now) {
     spdlog::error("{} HAS NOT CONFIRMED THAT IT IS STOPPED within {:g} s", partner_,
                   teleop::kConfirmWithin_s);
   }
+  if (now.enabling != before_.enabling) {
+    const bool trouble = component_state(now.enabling) != core::ComponentState::kReady;
+    spdlog::log(trouble ? spdlog::level::warn : spdlog::level::info, "enabling switch {}",
+                permits(now.enabling) ? "held" : reason_of(now.enabling));
+  }
   if (now.loop.starved && !before_.loop.starved) spdlog::warn(held_up_sentence(now.loop));
   if (!now.loop.starved && before_.loop.starved) spdlog::info("the servo loop runs on schedule again");
   before_ = now;

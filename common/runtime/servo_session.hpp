@@ -17,7 +17,8 @@
 
 namespace phantom::runtime {
 
-/// Logs changes of the link's state, a partner that has not confirmed a stop, and a servo that is held up.
+/// Logs changes of the link's state and of the enabling switch, a partner that has not confirmed a stop, and
+/// a servo that is held up.
 class LinkLogger {
  public:
   /// `partner`: in capitals, "THE SLAVE".

@@ -77,8 +77,9 @@ LinkDecision LinkMonitor::step(const LinkObservation& seen, double dt_s) noexcep
                                             .partner_stop = seen.partner_stop,
                                             .reset = seen.reset});
   const bool in_time = seen.partner_age_s <= timing_.staleness_s;  // false for NaN too
+  const bool permitted = seen.permitted && seen.partner_permitted;
   const bool fresh = !seen.loop_starved && seen.drives_follow && !seen.answers_another && in_time &&
-                     seen.round_trip_s <= timing_.round_trip_limit_s;
+                     permitted && seen.round_trip_s <= timing_.round_trip_limit_s;
   const bool usable = fresh && !partner_stopped;
   fresh_s_ = usable ? fresh_s_ + dt_s : 0.0;
   agree_s_ = usable && seen.poses_agree ? agree_s_ + dt_s : 0.0;
@@ -90,8 +91,12 @@ LinkDecision LinkMonitor::step(const LinkObservation& seen, double dt_s) noexcep
                                     .partner = seen.partner});
   // The time for which the partner was fresh before the loss must not count as recovery.
   if (state_ == LinkState::kDegraded && before != LinkState::kDegraded) fresh_s_ = 0.0;
-  return {state_, stop(), outcome, !seen.loop_starved && heard && !partner_stopped && !latch_.stopped(),
-          unconfirmed(in_time, partner_stopped && in_time, dt_s)};
+  return {state_,
+          stop(),
+          outcome,
+          !seen.loop_starved && heard && !partner_stopped && !latch_.stopped(),
+          unconfirmed(in_time, partner_stopped && in_time, dt_s),
+          in_time && !seen.partner_permitted};
 }
 
 double pose_difference(const core::JointArray& a, const core::JointArray& b,

@@ -13,11 +13,12 @@ namespace phantom::teleop {
 /// State of the link between master and slave, from no partner to coupled. Numbered as in the topics'
 /// LinkState.
 enum class LinkState {
-  kInit,      ///< no valid partner yet: no torque, the slave holds its pose
+  kInit,      ///< no valid partner yet, or a side does not permit motion: no torque, the slave holds its pose
   kReady,     ///< the partner is heard; master and slave are being aligned
   kAligned,   ///< the poses agree; this side waits until the partner is aligned too
   kCoupled,   ///< the slave follows the master
-  kDegraded,  ///< the partner is stale or has uncoupled: torques fade out, the slave holds its pose
+  kDegraded,  ///< the partner is stale or has uncoupled, or a side no longer permits motion: torques fade
+              ///< out, the slave holds its pose
   kStopped,   ///< a stop is in force (StopCause) until a reset names it
 };
 
@@ -25,7 +26,8 @@ const char* name_of(LinkState state) noexcept;
 
 /// What a transition of the link's state depends on.
 struct LinkConditions {
-  bool partner_fresh = false;  ///< the partner's newest valid sample is younger than the staleness limit
+  bool partner_fresh = false;  ///< the partner's newest valid sample is younger than the staleness limit,
+                               ///< and both sides permit motion
   bool aligned = false;        ///< the poses have agreed within tolerance for the hold time
   bool recovered = false;      ///< the partner has been fresh for the recovery time
   bool stop = false;           ///< a stop is in force
@@ -64,6 +66,8 @@ struct LinkObservation {
   bool drives_follow =
       true;  ///< false: this side's drives do not follow their commands, so nothing is coupled
   bool drive_fault = false;
+  bool permitted = true;          ///< this side permits motion: its enabling switch is held, or it has none
+  bool partner_permitted = true;  ///< the partner's newest sample says so of the partner
   bool loop_starved = false;  ///< this side's servo does not run often enough (LoopGuard): as a lost partner,
                               ///< and without power, because drives hold better by themselves
 };
@@ -80,13 +84,16 @@ struct LinkDecision {
   /// it is stopped. For a stop that was kept from before the start, the time counts only while the partner is
   /// fresh.
   bool partner_unconfirmed = false;
+  bool partner_withholds = false;  ///< the partner is heard in time and does not permit motion
 };
 
 inline constexpr double kConfirmWithin_s = core::seconds(core::kStopConfirmedWithin_ns);
 
 /// Runs the transition table with its stop latch, watchdog and timers. Ages come from a monotonic clock,
-/// never from DDS events. The echo of our own stamps reveals samples that arrive regularly but late, so
-/// clocks of two hosts are never compared.
+/// never from DDS events. A side that does not permit motion uncouples in that tick, and its partner in the
+/// tick in which it hears of it; afterwards everything is as after a loss, so that coupling needs the
+/// recovery time and aligned poses again. The echo of our own stamps reveals samples that arrive regularly
+/// but late, so clocks of two hosts are never compared.
 class LinkMonitor {
  public:
   /// `latch` holds the stop that was in force when the previous process ended, if there was one.

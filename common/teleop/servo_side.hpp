@@ -4,10 +4,12 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <string>
 
 #include "common/core/clock.hpp"
 #include "common/core/joints.hpp"
 #include "common/core/stop_requests.hpp"
+#include "common/teleop/enabling_switch.hpp"
 #include "common/teleop/link_state.hpp"
 #include "common/teleop/loop_guard.hpp"
 #include "common/teleop/stop_latch.hpp"
@@ -27,7 +29,8 @@ struct SideInputs {
   core::JointArray velocity{};
   bool drives_follow = true;  ///< false: they do not follow their commands (power off, starting, stopped)
   bool drive_fault = false;   ///< they need a reset
-  LoopPace loop;              ///< how regularly this side's ticks come, if its drives are real
+  SwitchState enabling = SwitchState::kNotFitted;  ///< this side's enabling switch
+  LoopPace loop;  ///< how regularly this side's ticks come, if its drives are real
 };
 
 /// Decisions of a controller about the link, the same for master and slave.
@@ -38,8 +41,29 @@ struct SideOutputs {
   bool power = false;                ///< the drives may have power
   bool partner_unconfirmed = false;  ///< stopped for a while without the partner's report that it is stopped
   bool partner_elsewhere = false;    ///< the partner is heard but answers another process in our place
-  LoopPace loop;                     ///< as it was given
+  bool partner_withholds = false;    ///< the partner is heard and does not permit motion
+  SwitchState enabling = SwitchState::kNotFitted;  ///< as it was given
+  LoopPace loop;                                   ///< as it was given
 };
+
+/// Returns whether the link waits for an enabling switch, of this side or of the partner.
+inline bool waits_for_switch(const SideOutputs& now) noexcept {
+  const bool waits = now.state == LinkState::kInit || now.state == LinkState::kDegraded;
+  return waits && (!permits(now.enabling) || now.partner_withholds);
+}
+
+/// Returns the component's state: that of the link, or of the enabling switch that the link waits for.
+inline core::ComponentState component_state(const SideOutputs& now) noexcept {
+  return waits_for_switch(now) ? component_state(now.enabling) : component_state(now.state);
+}
+
+/// Returns one sentence on the enabling switch that the link waits for. `partner`: "master" or "slave". Not
+/// real-time safe.
+inline std::string switch_sentence(const SideOutputs& now, const std::string& partner) {
+  constexpr const char* kSwitch = "enabling switch ";
+  if (permits(now.enabling)) return "the " + partner + "'s " + kSwitch + "is not held: the arm holds";
+  return std::string(kSwitch) + reason_of(now.enabling) + ": the arm holds";
+}
 
 /// Steps the link's state by one tick. `partner`: the partner's state as received (messages::Answer).
 /// Real-time safe: yes.
@@ -58,11 +82,19 @@ SideOutputs step_link(LinkMonitor& link, const SideInputs& in, const Partner& pa
        .reset = in.reset,
        .drives_follow = in.drives_follow,
        .drive_fault = in.drive_fault,
+       .permitted = permits(in.enabling),
+       .partner_permitted = partner.motion_permitted,
        .loop_starved = in.loop.starved},
       dt_s);
-  return {
-      decision.state,          decision.stop, decision.reset, decision.power, decision.partner_unconfirmed,
-      partner.answers_another, in.loop};
+  return {.state = decision.state,
+          .stop = decision.stop,
+          .reset = decision.reset,
+          .power = decision.power,
+          .partner_unconfirmed = decision.partner_unconfirmed,
+          .partner_elsewhere = partner.answers_another,
+          .partner_withholds = decision.partner_withholds,
+          .enabling = in.enabling,
+          .loop = in.loop};
 }
 
 /// Passes stop and reset requests to the servo thread, keeps the stop in force in the store and reports

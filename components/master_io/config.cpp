@@ -3,6 +3,7 @@
 #include "common/robot/joint_values.hpp"
 #include "common/runtime/drives_config.hpp"
 #include "components/master_io/config_rendering.hpp"
+#include "components/master_io/desk_decode.hpp"
 #include "components/master_io/reaches.hpp"
 
 namespace phantom::master_io {
@@ -145,6 +146,20 @@ void read_sequence(const Fields& section, simulation::ReachScriptParameters& scr
   section.number("seed", script.seed);
 }
 
+/// A button of the device that also steers must mean nothing there.
+void check_switch_keys(const Fields& file, const Config& config) {
+  const auto& fitted = config.enabling_switch;
+  if (!uses_desk(config) || !fitted || fitted->source != runtime::EnablingSwitchConfig::Source::kInput)
+    return;
+  const auto& keys = fitted->keys;
+  if (keys.device != "auto" && keys.device != config.desk.device) return;
+  const auto free = [&config](int code) { return code < 0 || !is_desk_key(code, config.desk.space_mouse); };
+  file.check(
+      free(keys.key) && free(keys.through_key), "enabling_switch",
+      "has a key that means something else at the desk; allowed: another button, such as BTN_THUMBR or "
+      "BTN_TR2, or one of another device, by its name");
+}
+
 Driver driver_of(const Fields& file, const std::string& chosen) {
   Driver driver = Driver::kSim;
   std::vector<std::pair<const char*, Driver>> all;
@@ -184,7 +199,7 @@ const char* name_of(Driver driver) noexcept {
 
 Config load_config(const std::filesystem::path& path, const std::filesystem::path& cell_file,
                    const robot::SerialArm& arm, const core::JointArray& home, const Choices& choices) {
-  const Fields file(path, {kParameters, runtime::kDriveParameters});
+  const Fields file(path, {kParameters, runtime::kDriveParameters, runtime::kSwitchParameters});
   Config config;
   config.driver = driver_of(file, choices.driver);
   config.period_s = runtime::read_servo_loop(file, config.scheduling, config.measure_bare_loop);
@@ -196,6 +211,7 @@ Config load_config(const std::filesystem::path& path, const std::filesystem::pat
   choose_law(file, choices.law, config.feedback.law);
   read_device(file.section("device"), arm, config);
   if (config.driver == Driver::kCan || file.has("can")) read_can(file.section("can"), arm, config);
+  config.enabling_switch = runtime::read_enabling_switch(file, config.can);
   if (config.driver == Driver::kCartesian || file.has("cartesian")) {
     core::JointArray inertia{};
     for (std::size_t j = 0; j < arm.joint_count(); ++j) inertia[j] = config.device.joints[j].inertia;
@@ -205,6 +221,7 @@ Config load_config(const std::filesystem::path& path, const std::filesystem::pat
   read_feedback(file.section("feedback"), arm, home, config);
   const HandAxes axes{arm, config.driver == Driver::kCartesian};
   read_desk(file.section("desk"), axes, choices.desk_device, config);
+  check_switch_keys(file, config);
   config.hand.joint_count = axes.count();  // used for a person; a simulated operator's is read below
   if (is_scripted(config) || file.has("operator"))
     read_operator(file.section("operator"), axes, choices.operator_model, config);

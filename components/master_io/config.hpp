@@ -8,6 +8,7 @@
 #include "common/core/joints.hpp"
 #include "common/robot/serial_arm.hpp"
 #include "common/runtime/drives_config.hpp"
+#include "common/runtime/enabling_switch.hpp"
 #include "common/runtime/periodic_loop.hpp"
 #include "common/simulation/master_plant.hpp"
 #include "common/simulation/operator_model.hpp"
@@ -46,8 +47,9 @@ struct Config {
   bool measure_bare_loop = true;
   Driver driver = Driver::kSim;
   DeskConfig desk;
-  std::optional<runtime::DrivesConfig> can;  ///< always set for driver can
-  std::optional<CartesianConfig> cartesian;  ///< always set for driver cartesian
+  std::optional<runtime::DrivesConfig> can;                      ///< always set for driver can
+  std::optional<runtime::EnablingSwitchConfig> enabling_switch;  ///< without: this side has none
+  std::optional<CartesianConfig> cartesian;                      ///< always set for driver cartesian
   teleop::LinkTiming link;
   teleop::LoopGuardParameters loop;
   core::JointArray align_tolerance{};  ///< rad or m

@@ -98,6 +98,20 @@ void SpaceMouseDecoder::release_expired(double now_s) noexcept {
   }
 }
 
+bool is_desk_key(int code, bool space_mouse) noexcept {
+  if (space_mouse) return code == BTN_0 || code == BTN_1;
+  InputDecoder decoder({}, true);
+  decoder.state().bank = 1;  // from which another one may be chosen in either direction
+  input_event down{};
+  down.type = EV_KEY;
+  down.code = static_cast<__u16>(code);
+  down.value = 1;
+  decoder.take(down);
+  const DeskState& now = decoder.state();
+  return now.bank != 1 || now.axes != DeskState{}.axes ||
+         decoder.events().stops + decoder.events().resets > 0;
+}
+
 void TerminalDecoder::press(std::size_t axis, double push, double now_s) noexcept {
   state_.axes[axis] = push;
   until_s_[axis] = now_s + kPress_s;

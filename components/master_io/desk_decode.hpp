@@ -66,6 +66,9 @@ class SpaceMouseDecoder {
   std::array<bool, kDeskAxes> relative_{};
 };
 
+/// Returns whether a key or button means something at the desk, so that it cannot be an enabling switch too.
+bool is_desk_key(int code, bool space_mouse) noexcept;
+
 /// Decodes the bytes of a terminal, which reports presses but no releases. A press pushes for kPress_s; the
 /// keyboard's repetition prolongs it. Esc or Space alone: emergency stop.
 class TerminalDecoder {

@@ -9,16 +9,14 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
-#include <bitset>
 #include <cerrno>
 #include <cstring>
-#include <filesystem>
 #include <thread>
-#include <vector>
 
 #include "common/core/clock.hpp"
 #include "common/core/errors.hpp"
 #include "common/core/thread_place.hpp"
+#include "common/runtime/input_device.hpp"
 #include "components/master_io/desk_decode.hpp"
 
 namespace phantom::master_io {
@@ -53,25 +51,16 @@ class OpenDevice {
   termios before_{};
 };
 
-template <std::size_t Bits>
-std::bitset<Bits> bits_of(int fd, int kind) {
-  std::array<unsigned char, (Bits + 7) / 8> bytes{};
-  std::bitset<Bits> bits;
-  if (ioctl(fd, EVIOCGBIT(static_cast<unsigned>(kind), bytes.size()), bytes.data()) < 0) return bits;
-  for (std::size_t i = 0; i < Bits; ++i) bits[i] = (bytes[i / 8] >> (i % 8) & 1) != 0;
-  return bits;
-}
-
 bool has_stick(int fd) {
-  const auto axes = bits_of<ABS_CNT>(fd, EV_ABS);
-  const auto keys = bits_of<KEY_CNT>(fd, EV_KEY);
+  const auto axes = runtime::input_codes<ABS_CNT>(fd, EV_ABS);
+  const auto keys = runtime::input_codes<KEY_CNT>(fd, EV_KEY);
   return axes[ABS_X] && axes[ABS_Y] && (keys[BTN_GAMEPAD] || keys[BTN_JOYSTICK] || keys[BTN_TRIGGER]);
 }
 
 bool has_six_axes(int fd) {
-  const auto absolute = bits_of<ABS_CNT>(fd, EV_ABS);
-  const auto relative = bits_of<REL_CNT>(fd, EV_REL);
-  const auto keys = bits_of<KEY_CNT>(fd, EV_KEY);
+  const auto absolute = runtime::input_codes<ABS_CNT>(fd, EV_ABS);
+  const auto relative = runtime::input_codes<REL_CNT>(fd, EV_REL);
+  const auto keys = runtime::input_codes<KEY_CNT>(fd, EV_KEY);
   const auto six = [](const auto& axes) {
     return axes[ABS_X] && axes[ABS_Y] && axes[ABS_Z] && axes[ABS_RX] && axes[ABS_RY] && axes[ABS_RZ];
   };
@@ -79,8 +68,8 @@ bool has_six_axes(int fd) {
 }
 
 std::string name_of_device(int fd, const std::string& path) {
-  char name[128] = "";
-  return ioctl(fd, EVIOCGNAME(sizeof name), name) > 0 ? std::string(name) + " (" + path + ")" : path;
+  const std::string name = runtime::input_name(fd);
+  return name.empty() ? path : name + " (" + path + ")";
 }
 
 int open_device(const std::string& path) {
@@ -90,13 +79,7 @@ int open_device(const std::string& path) {
 
 /// Opens the first gamepad or joystick, or the first space mouse, and returns its descriptor; −1: none.
 int find_input(bool space_mouse, std::string& path) {
-  std::error_code none;
-  std::vector<std::string> files;
-  for (const auto& entry : std::filesystem::directory_iterator("/dev/input", none)) {
-    if (entry.path().filename().string().starts_with("event")) files.push_back(entry.path().string());
-  }
-  std::sort(files.begin(), files.end());
-  for (const std::string& file : files) {
+  for (const std::string& file : runtime::input_files()) {
     const int fd = open_device(file);
     if (fd < 0) continue;
     if (space_mouse ? has_six_axes(fd) : has_stick(fd)) {
@@ -199,7 +182,8 @@ struct DeskInput::Impl {
             SpaceMouseDecoder decoder(ranges_of(device->fd()));
             read_events(stop, decoder);
           } else {
-            InputDecoder decoder(ranges_of(device->fd()), bits_of<ABS_CNT>(device->fd(), EV_ABS)[ABS_RX]);
+            InputDecoder decoder(ranges_of(device->fd()),
+                                 runtime::input_codes<ABS_CNT>(device->fd(), EV_ABS)[ABS_RX]);
             read_events(stop, decoder);
           }
           progress.end();

@@ -17,6 +17,7 @@ struct DeviceSense {
   core::JointArray hand_position{}, hand_velocity{};  ///< as felt by a simulated hand
   bool follows = true;                                ///< its motors follow their commands
   bool fault = false;                                 ///< its motors hold or coast until a reset
+  can::DigitalInputs inputs;                          ///< of its drives, if one is to send them
   bool hand_waits = false;                            ///< a simulated hand re-indexes: its task waits
 };
 
@@ -92,6 +93,7 @@ class CanDevice final : public Device {
     sense_.velocity = sense_.hand_velocity = drives.velocity;
     sense_.follows = drives.follows;
     sense_.fault = drives.fault;
+    sense_.inputs = drives.inputs;
     return sense_;
   }
   void move(const DeviceDemand& demand, double, core::Nanoseconds now_ns) noexcept override {

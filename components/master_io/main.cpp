@@ -8,6 +8,7 @@
 #include "common/runtime/drives_check.hpp"
 #include "common/runtime/operator_options.hpp"
 #include "common/runtime/process.hpp"
+#include "common/runtime/switch_input.hpp"
 #include "components/master_io/config.hpp"
 #include "components/master_io/desk_input.hpp"
 #include "components/master_io/reaches.hpp"
@@ -50,7 +51,7 @@ int main(int argc, char** argv) {
     app.option("--desk-device", choices.desk_device,
                "driver desk: auto (first gamepad or joystick), a file of /dev/input, or terminal (keys)");
   };
-  description.parameters = {master_io::kParameters, runtime::kDriveParameters};
+  description.parameters = {master_io::kParameters, runtime::kDriveParameters, runtime::kSwitchParameters};
   description.run = [&](const runtime::ProcessOptions& options) {
     std::optional<runtime::EndsAtOnce> starting(std::in_place);
     const auto deployment = runtime::load_deployment(options);
@@ -68,9 +69,14 @@ int main(int argc, char** argv) {
           deployment, options,
           (choices.driver.empty() ? options.config.string() + ": driver: " : "--driver ") +
               master_io::name_of(config.driver));
+    if (config.enabling_switch &&
+        config.enabling_switch->source == runtime::EnablingSwitchConfig::Source::kSimulated)
+      runtime::require_simulation_meant(deployment, options,
+                                        options.config.string() + ": enabling_switch.source: simulated");
     dds::check_qos_profiles(deployment.network.qos_profiles);
     if (options.check) {
       if (master_io::uses_desk(config)) master_io::check_device(config.desk);
+      runtime::check_switch(config.enabling_switch);
       return runtime::configuration_is_valid(
           config.driver == master_io::Driver::kCan ? runtime::check_drives(*config.can) : "");
     }

@@ -12,6 +12,8 @@ void MasterReport::take(const MasterOutputs& made) noexcept {
   outputs = made;
   state = made.state;
   stop = made.stop;
+  switch_fitted = made.enabling != teleop::SwitchState::kNotFitted;
+  motion_permitted = teleop::permits(made.enabling);
   law = made.law;
   percept_torque_Nm = made.percept_Nm;
   feedback_torque_Nm = made.feedback_Nm;
@@ -26,7 +28,8 @@ void MasterReport::take(const MasterOutputs& made) noexcept {
 
 Servo::Servo(const Config& config, const core::JointArray& home, Device& device, Inbox& inbox,
              std::uint64_t seed, teleop::StopStore& stops)
-    : joint_count_(static_cast<std::uint32_t>(config.device.joint_count)),
+    : enabling(config.enabling_switch),
+      joint_count_(static_cast<std::uint32_t>(config.device.joint_count)),
       inbox_(inbox),
       period_s_(config.period_s),
       staleness_s_(config.link.staleness_s),
@@ -88,6 +91,7 @@ bool Servo::step(MasterReport& report, double dt_s, core::Nanoseconds now_ns) no
   inputs_.velocity = sense.velocity;
   inputs_.drives_follow = sense.follows;
   inputs_.drive_fault = sense.fault;
+  inputs_.enabling = enabling.step(sense.inputs, now_ns, dt_s);
   report.take(controller_.step(inputs_, dt_s));
   const bool released = stops_.end(inputs_, report.outputs);
   state_ = report.outputs.state;

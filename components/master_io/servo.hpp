@@ -1,6 +1,7 @@
 #pragma once
 
 #include "common/core/snapshot.hpp"
+#include "common/runtime/enabling_switch.hpp"
 #include "common/runtime/wake_signal.hpp"
 #include "common/simulation/operator_model.hpp"
 #include "common/simulation/reach_script.hpp"
@@ -26,6 +27,7 @@ class Servo {
   /// yes.
   void tick(double dt_s, core::Nanoseconds now_ns) noexcept;
 
+  runtime::SwitchReader enabling;                            ///< this side's enabling switch
   core::Snapshot<DeskState> desk;                            ///< written by the desk's input, if there is one
   core::Snapshot<MasterReport> outbox;                       ///< read by the publishing thread
   runtime::WakeSignal published;                             ///< raised after each tick

@@ -12,6 +12,7 @@
 #include "common/runtime/arm_model.hpp"
 #include "common/runtime/process.hpp"
 #include "common/runtime/servo_session.hpp"
+#include "common/runtime/switch_input.hpp"
 #include "common/teleop/percept_set.hpp"
 #include "components/master_io/cartesian_device.hpp"
 #include "components/master_io/dds_adapter.hpp"
@@ -27,6 +28,7 @@ using teleop::LinkState;
 constexpr core::Nanoseconds kAnnounceEvery_ns = 30 * core::kNsPerSecond;
 
 std::string sentence(const MasterOutputs& now) {
+  if (teleop::waits_for_switch(now)) return teleop::switch_sentence(now, "slave");
   switch (now.state) {
     case LinkState::kInit:
       return now.partner_elsewhere ? "the slave answers another master_io: waiting" : "waiting for the slave";
@@ -124,7 +126,7 @@ std::unique_ptr<DeskInput> make_desk(const Config& config, Servo& servo, DdsAdap
 
 core::Health health_of(const MasterReport& now, const core::DurationHistogram& trips,
                        std::vector<core::LoopStatistics> loops, bool simulated) {
-  return {component_state(now.outputs.state),
+  return {teleop::component_state(now.outputs),
           sentence(now.outputs),
           std::move(loops),
           {{"round_trip_p50", static_cast<double>(trips.quantile_ns(0.5)) * 1e-3, "µs"},
@@ -139,6 +141,8 @@ core::Health health_of(const MasterReport& now, const core::DurationHistogram& t
 std::vector<core::LoopStatistics> run_servo(const Config& config, Device& device, Servo& servo,
                                             runtime::StopFile& stops, DdsAdapter& adapter) {
   const auto desk = make_desk(config, servo, adapter);
+  const auto enabling =
+      runtime::SwitchInput::make(config.enabling_switch, servo.enabling, config.scheduling.servo_priority);
   EventLogger event_logger;
   runtime::ServoCallbacks<MasterReport> callbacks;
   callbacks.report = [&](const MasterReport& report) {
@@ -150,6 +154,7 @@ std::vector<core::LoopStatistics> run_servo(const Config& config, Device& device
     return health_of(now, adapter.round_trips(), std::move(loops), simulated);
   };
   if (desk) callbacks.watched.push_back(&desk->progress());
+  if (enabling) callbacks.watched.push_back(&enabling->progress());
   return runtime::run_servo_session({config.period_s, config.scheduling, config.measure_bare_loop}, servo,
                                     device, stops, adapter, runtime::LinkLogger("THE SLAVE"), callbacks);
 }

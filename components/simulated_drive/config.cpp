@@ -62,6 +62,9 @@ void read_drive(const runtime::Fields& drive, DriveOptions& options) {
   drive.number("following_window_rad", options.following_window_rad);
   drive.number("quick_stop_rad_s2", options.quick_stop_rad_s2);
   drive.flag("keeps_max_speed", options.keeps_max_speed);
+  std::vector<int> bits;
+  drive.numbers("enabling_bits", bits);
+  for (const int bit : bits) options.enabling_inputs |= 1U << static_cast<unsigned>(bit);
 }
 
 }  // namespace

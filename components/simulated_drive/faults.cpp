@@ -28,6 +28,12 @@ constexpr Kind kKinds[] = {
     {"reboot", "its logic supply fails for a moment", [](SimulatedDrive& d) { d.power_cycle(); }},
     {"brake", "its brake does not open any more",
      [](SimulatedDrive& d) { d.misbehaviour.keep_brake = true; }},
+    {"hold", "the enabling switch on its terminals is held (enabling_bits)",
+     [](SimulatedDrive& d) { d.hold_switch(true); }},
+    {"let_go", "that switch is let go", [](SimulatedDrive& d) { d.hold_switch(false); }},
+    {"inputs", "its digital inputs do not come any more",
+     [](SimulatedDrive& d) { d.misbehaviour.mute_inputs = true; }},
+    {"stuck", "one contact of its enabling switch sticks", [](SimulatedDrive& d) { d.stick_contact(); }},
     {"power", "its power stage loses its supply", [](SimulatedDrive& d) { d.cut_power(); }},
 };
 

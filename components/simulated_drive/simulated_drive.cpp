@@ -179,14 +179,15 @@ void SimulatedDrive::on_sync() {
   if (torque_sum_s_ > 0.0) od_.set(0x6077, 0, std::llround(torque_sum_mille_s_ / torque_sum_s_));
   torque_sum_mille_s_ = torque_sum_s_ = 0.0;
   od_.set(0x6061, 0, misbehaviour.shown_mode != 0 ? misbehaviour.shown_mode : od_.value(0x6060));
+  od_.set(0x60FD, 0, (switch_held_ ? options_.enabling_inputs : 0U) | misbehaviour.stuck_inputs);
   for (std::uint16_t i = 0; i < 4; ++i) {
     const Pdo tpdo = pdo(static_cast<std::uint16_t>(0x1800 + i));
     if (!tpdo.on || tpdo.transmission == 0 || tpdo.transmission > 240) continue;
     if (++syncs_[i] < tpdo.transmission) continue;
     syncs_[i] = 0;
-    const bool measurement = i == 1;
-    if (!misbehaviour.mute_pdos && !(measurement && misbehaviour.mute_measurement))
-      send_tpdo(static_cast<std::uint16_t>(0x1800 + i));
+    const bool muted = misbehaviour.mute_pdos || (i == 1 && misbehaviour.mute_measurement) ||
+                       (i == 2 && misbehaviour.mute_inputs);
+    if (!muted) send_tpdo(static_cast<std::uint16_t>(0x1800 + i));
   }
 }
 

@@ -23,6 +23,9 @@ struct DriveOptions {
   bool incremental = false;     ///< its encoder counts from 0 where it stands at power-up, until it was homed
   HomingSwitches switches;      ///< turn is set by the encoder
   bool keeps_max_speed = true;  ///< object 0x6080 limits it in torque mode
+  /// Digital inputs (bits of 0x60FD) that an enabling switch on its terminals closes while it is held; 0:
+  /// none.
+  std::uint32_t enabling_inputs = 0;
 };
 
 /// Faults that can be injected into a drive.
@@ -41,6 +44,8 @@ struct Misbehaviour {
   bool keep_brake = false;                 ///< its brake does not open
   bool only_show_following_error = false;  ///< goes on in spite of it
   bool ignore_max_speed = false;           ///< as a drive that has no object 0x6080
+  bool mute_inputs = false;                ///< the third of its transmit PDOs: digital inputs
+  std::uint32_t stuck_inputs = 0;          ///< digital inputs that stay closed
 };
 
 /// Simulates a CiA 402 servo drive as seen from the bus: CiA 301 services, the power state machine, cyclic
@@ -61,6 +66,10 @@ class SimulatedDrive {
   void warn(std::uint16_t emergency_code);
   /// Interrupts the logic supply: the drive boots and has lost everything but the motor's position.
   void power_cycle();
+  /// Holds the enabling switch on its terminals, or lets it go.
+  void hold_switch(bool held) { switch_held_ = held; }
+  /// The contact of the switch on its lowest input stays closed.
+  void stick_contact() { misbehaviour.stuck_inputs = options_.enabling_inputs & -options_.enabling_inputs; }
   /// Interrupts the supply of the power stage.
   void cut_power() { state_ = Power::kSwitchOnDisabled; }
   Misbehaviour misbehaviour;
@@ -121,7 +130,7 @@ class SimulatedDrive {
   MotionLoops loops_;
   Homing homing_;
   std::int64_t zero_counts_ = 0;  // true angle of the motor at count 0
-  bool homed_ = true, start_bit_ = false;
+  bool homed_ = true, start_bit_ = false, switch_held_ = false;
   Power state_ = Power::kSwitchOnDisabled;
   Nmt nmt_ = Nmt::kPreOperational;
   bool booted_ = false, following_error_ = false, limited_ = false;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "common/can/arm_drives.hpp"
 #include "common/core/health.hpp"
 #include "components/slave_io/dds_adapter.hpp"
 #include "components/slave_io/slave_io.hpp"
@@ -15,12 +16,13 @@ struct ArmSense {
   HomingRequest::State homing = HomingRequest::State::kNotNeeded;  ///< without regard to stops
   bool follows = true;                                             ///< the drives follow their commands
   bool fault = false;                                              ///< the drives hold or coast until a reset
+  can::DigitalInputs inputs;                                       ///< of its drives, if one is to send them
 };
 
 /// Commands of a tick of the controller to the arm.
 struct ArmDemand {
   SlaveOutputs outputs;
-  bool stop = false;   ///< a stop is in force
+  bool stop = false;   ///< a stop is in force, or homing has to end
   bool reset = false;  ///< a reset that releases the stop was requested since the last tick
   bool home = false;   ///< homing was requested since the last tick, and no stop is in force
 };

@@ -31,6 +31,7 @@ const ArmSense& CanArm::sense() noexcept {
   sense_.velocity = drives.velocity;
   sense_.follows = drives.follows;
   sense_.fault = drives.fault;
+  sense_.inputs = drives.inputs;
   using Homing = HomingRequest::State;
   sense_.homing = drives.homing         ? Homing::kRuns
                   : drives.needs_homing ? Homing::kPossible

@@ -158,7 +158,7 @@ double force_lag_s(const Config& config) {
 
 Config load_config(const std::filesystem::path& path, const robot::SerialArm& arm,
                    const core::JointArray& home) {
-  const Fields file(path, {kParameters, runtime::kDriveParameters});
+  const Fields file(path, {kParameters, runtime::kDriveParameters, runtime::kSwitchParameters});
   Config config;
   file.choice("driver", config.driver, {{"sim", Driver::kSimulated}, {"can", Driver::kCan}});
   config.period_s = runtime::read_servo_loop(file, config.scheduling, config.measure_bare_loop);
@@ -172,6 +172,7 @@ Config load_config(const std::filesystem::path& path, const robot::SerialArm& ar
   if (config.driver == Driver::kSimulated || file.has("contact"))
     read_contact(file.section("contact"), config);
   if (config.driver == Driver::kCan || file.has("can")) read_can(file.section("can"), arm, config);
+  config.enabling_switch = runtime::read_enabling_switch(file, config.can);
   if (file.has("force_observer")) read_force_observer(file.section("force_observer"), arm, config);
   file.check(
       !config.force_sensor || config.driver == Driver::kSimulated || config.force_observer, "force_sensor",

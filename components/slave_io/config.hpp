@@ -7,6 +7,7 @@
 #include "common/core/joints.hpp"
 #include "common/robot/serial_arm.hpp"
 #include "common/runtime/drives_config.hpp"
+#include "common/runtime/enabling_switch.hpp"
 #include "common/runtime/periodic_loop.hpp"
 #include "common/simulation/slave_plant.hpp"
 #include "common/teleop/joint_servo.hpp"
@@ -42,7 +43,8 @@ struct Config {
   core::JointArray align_tolerance{}, align_speed{}, align_range{};  ///< rad, rad/s, rad; or m, m/s, m
   simulation::SlavePlantParameters plant;
   ContactConfig contact;
-  std::optional<runtime::DrivesConfig> can;  ///< always set for driver can
+  std::optional<runtime::DrivesConfig> can;                      ///< always set for driver can
+  std::optional<runtime::EnablingSwitchConfig> enabling_switch;  ///< without: this side has none
 };
 
 /// Returns by how much F_e of drives on CAN lags, in s: the observer's time constant, and the measurements of

@@ -20,6 +20,9 @@ core::Status HomingRequest::ask() {
           "home: the drives are not ready yet; allowed: once slave_io names who has to be homed");
     case State::kStopped:
       return core::Status::invalid_argument("home: the arm is stopped; allowed: after a reset");
+    case State::kWithheld:
+      return core::Status::invalid_argument(
+          "home: an enabling switch is released; allowed: while it is held");
     case State::kRuns:
       return core::Status::invalid_argument("home: the drives are being homed already");
     case State::kPossible:

@@ -23,7 +23,7 @@ struct SlaveReport : messages::SlaveState {
 /// safe: yes.
 class HomingRequest {
  public:
-  enum class State : std::uint8_t { kNotNeeded, kNotYet, kStopped, kPossible, kRuns };
+  enum class State : std::uint8_t { kNotNeeded, kNotYet, kStopped, kWithheld, kPossible, kRuns };
   /// Servo thread: reports what would become of a request now.
   void report(State state) noexcept { state_.store(state, std::memory_order_release); }
   /// Servo thread: returns once whether homing was requested.

@@ -8,6 +8,7 @@
 #include "common/runtime/drives_check.hpp"
 #include "common/runtime/operator_options.hpp"
 #include "common/runtime/process.hpp"
+#include "common/runtime/switch_input.hpp"
 #include "common/simulation/contact_points.hpp"
 #include "components/slave_io/config.hpp"
 #include "components/slave_io/model.hpp"
@@ -33,7 +34,7 @@ int main(int argc, char** argv) {
     command = app.subcommand("command", "ask something of the running master_io and slave_io");
     runtime::add_operator_options(command, request, false);
   };
-  description.parameters = {slave_io::kParameters, runtime::kDriveParameters};
+  description.parameters = {slave_io::kParameters, runtime::kDriveParameters, runtime::kSwitchParameters};
   description.run = [&](const runtime::ProcessOptions& options) {
     std::optional<runtime::EndsAtOnce> starting(std::in_place);
     const auto deployment = runtime::load_deployment(options);
@@ -51,9 +52,14 @@ int main(int argc, char** argv) {
       simulation::contact_points(model.arm, model.skin, config.contact.point_pitch_m,
                                  config.contact.max_points);
     }
+    if (config.enabling_switch &&
+        config.enabling_switch->source == runtime::EnablingSwitchConfig::Source::kSimulated)
+      runtime::require_simulation_meant(deployment, options,
+                                        options.config.string() + ": enabling_switch.source: simulated");
     dds::check_qos_profiles(deployment.network.qos_profiles);
     if (options.check) {
       if (simulated) runtime::load_real_bodies(cell);
+      runtime::check_switch(config.enabling_switch);
       return runtime::configuration_is_valid(simulated ? "" : runtime::check_drives(*config.can));
     }
     starting.reset();

@@ -6,7 +6,8 @@ namespace phantom::slave_io {
 
 Servo::Servo(const ArmModel& model, const Config& config, ArmDriver& arm, Inbox& inbox, std::uint64_t seed,
              teleop::StopStore& stops)
-    : joint_count_(static_cast<std::uint32_t>(model.arm.joint_count())),
+    : enabling(config.enabling_switch),
+      joint_count_(static_cast<std::uint32_t>(model.arm.joint_count())),
       inbox_(inbox),
       period_s_(config.period_s),
       controller_(model.arm, config, model.home, teleop::StopLatch(seed, stops.read())),
@@ -30,19 +31,27 @@ void Servo::tick(double dt_s, core::Nanoseconds now_ns) noexcept {
     inputs_.gravity_Nm = sense.gravity_Nm;
     inputs_.drives_follow = sense.follows;
     inputs_.drive_fault = sense.fault;
+    inputs_.enabling = enabling.step(sense.inputs, now_ns, steps.step_s);
     known = sense.known;
     report.outputs = controller_.step(inputs_, steps.step_s);
     const bool released = stops_.end(inputs_, report.outputs);
     const bool stopped = report.outputs.stop.id != 0;
     using Homing = HomingRequest::State;
     const bool possible = sense.homing == Homing::kPossible;
-    inbox_.homing.report(possible && stopped ? Homing::kStopped : sense.homing);
-    const bool home = inbox_.homing.take() && possible && !stopped;
-    arm_.move({report.outputs, stopped, released, home}, steps.step_s, now_ns);
+    // Homing moves the arm, too.
+    const bool withheld = !teleop::permits(inputs_.enabling) || report.outputs.partner_withholds;
+    inbox_.homing.report(possible && stopped    ? Homing::kStopped
+                         : possible && withheld ? Homing::kWithheld
+                                                : sense.homing);
+    const bool home = inbox_.homing.take() && possible && !stopped && !withheld;
+    const bool ends = stopped || (withheld && sense.homing == Homing::kRuns);
+    arm_.move({report.outputs, ends, released, home}, steps.step_s, now_ns);
   }
   if (!known) return;
   report.state = report.outputs.state;
   report.stop = report.outputs.stop;
+  report.switch_fitted = report.outputs.enabling != teleop::SwitchState::kNotFitted;
+  report.motion_permitted = teleop::permits(report.outputs.enabling);
   report.master_echo = inputs_.master.stamp;
   report.joint_count = joint_count_;
   report.loop_torque_Nm = report.outputs.torque.loop_Nm;

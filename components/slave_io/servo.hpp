@@ -1,6 +1,7 @@
 #pragma once
 
 #include "common/core/snapshot.hpp"
+#include "common/runtime/enabling_switch.hpp"
 #include "common/runtime/periodic_loop.hpp"
 #include "common/runtime/wake_signal.hpp"
 #include "components/slave_io/arm_driver.hpp"
@@ -22,6 +23,7 @@ class Servo {
   /// one command for all of them. Publishes nothing before the arm's position is known. Real-time safe: yes.
   void tick(double dt_s, core::Nanoseconds now_ns) noexcept;
 
+  runtime::SwitchReader enabling;      ///< this side's enabling switch
   core::Snapshot<SlaveReport> outbox;  ///< read by the publishing thread
   runtime::WakeSignal published;       ///< raised after each tick
 

@@ -15,6 +15,7 @@
 #include "common/runtime/loop_json.hpp"
 #include "common/runtime/process.hpp"
 #include "common/runtime/servo_session.hpp"
+#include "common/runtime/switch_input.hpp"
 #include "components/slave_io/can_arm.hpp"
 #include "components/slave_io/servo.hpp"
 #include "components/slave_io/simulated_arm.hpp"
@@ -26,6 +27,7 @@ using Json = nlohmann::ordered_json;
 using teleop::LinkState;
 
 std::string sentence(const SlaveOutputs& now, const robot::SerialArm& arm) {
+  if (teleop::waits_for_switch(now)) return teleop::switch_sentence(now, "master");
   switch (now.state) {
     case LinkState::kInit:
       return now.partner_elsewhere ? "the master answers another slave_io: waiting"
@@ -77,10 +79,13 @@ void write_report(const std::filesystem::path& file, const std::vector<core::Loo
 std::vector<core::LoopStatistics> run_servo(const ArmModel& model, const Config& config, ArmDriver& arm,
                                             Inbox& inbox, runtime::StopFile& stops, DdsAdapter& adapter) {
   Servo servo(model, config, arm, inbox, core::random_number(), stops);
+  const auto enabling =
+      runtime::SwitchInput::make(config.enabling_switch, servo.enabling, config.scheduling.servo_priority);
   runtime::ServoCallbacks<SlaveReport> callbacks;
+  if (enabling) callbacks.watched.push_back(&enabling->progress());
   callbacks.health = [&model, simulated = config.driver == Driver::kSimulated](
                          const SlaveReport& now, std::vector<core::LoopStatistics> loops) -> core::Health {
-    return {component_state(now.outputs.state),
+    return {teleop::component_state(now.outputs),
             sentence(now.outputs, model.arm),
             std::move(loops),
             {{"simulated", simulated ? 1.0 : 0.0, ""}}};

@@ -86,6 +86,10 @@ std::string condition_text(const ViewerState& state, const Staleness& staleness,
   if (state.arm.received_ns == 0) return "NO SLAVE: waiting for its first state";
   if (slave_age_s > staleness.slave_s)
     return fmt::format("LINK LOST: the arm's pose is {:.1f} s old", std::floor(slave_age_s * 10) / 10);
+  const bool master_permits =
+      state.master.motion_permitted || age_s(state.master.received_ns, now_ns) > staleness.slave_s;
+  if (state.arm.state != LinkState::kStopped && !(state.arm.motion_permitted && master_permits))
+    return "ENABLING SWITCH RELEASED: the arm holds";
   if (state.arm.state == LinkState::kDegraded) return "LINK DEGRADED: the slave holds";
   if (age_s(state.percept.received_ns, now_ns) > staleness.percept_s)
     return "NO PERCEPT: the phantom is silent";

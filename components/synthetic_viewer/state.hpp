@@ -91,8 +91,8 @@ double age_s(core::Nanoseconds received_ns, core::Nanoseconds now_ns) noexcept;
 /// who has not confirmed it, else two processes that send the same topic, else condition_text().
 std::string banner_text(const ViewerState& state, const Staleness& staleness, core::Nanoseconds now_ns);
 
-/// Returns the most urgent of: slave lost or missing, link degraded, phantom silent or without a valid model.
-/// Empty if none applies.
+/// Returns the most urgent of: slave lost or missing, an enabling switch released, link degraded, phantom
+/// silent or without a valid model. Empty if none applies.
 std::string condition_text(const ViewerState& state, const Staleness& staleness, core::Nanoseconds now_ns);
 
 /// Returns the object's name, such as "table"; "object 7" if the name is not known; "free space" for 0.

@@ -274,6 +274,36 @@ TEST(Drives, MeasurementsMayComeSeldomer) {
   EXPECT_NEAR(rig.group->report().velocity[0], 1.0, 0.1);
 }
 
+// Two drives, of which the second one sends its digital inputs: an enabling switch on its terminals.
+TEST(Drives, SR19_DigitalInputsComeWithEachSyncAndWithTheTimeOfTheirReceipt) {
+  auto config = group_config(DriveMode::kPosition, 2);
+  config.axes[1].digital_inputs = true;
+  Rig rig(config, {.enabling_inputs = 0x80000001});
+  EXPECT_EQ(rig.group->drive(1).inputs_ns, 0) << "nothing was heard yet";
+  ASSERT_TRUE(rig.bring_up()) << rig.group->sentence();
+  const auto age_s = [&rig] { return core::seconds(rig.bus.now_ns() - rig.group->drive(1).inputs_ns); };
+  rig.drives[1]->hold_switch(true);
+  rig.run(0.004);
+  rig.group->listen();
+  EXPECT_EQ(rig.group->drive(1).digital_inputs, 0x80000001U);
+  EXPECT_LE(age_s(), config.timing.period_s);
+  EXPECT_EQ(rig.group->drive(0).inputs_ns, 0) << "the first one was not asked for them";
+  rig.drives[1]->hold_switch(false);
+  rig.run(0.004);
+  rig.group->listen();
+  EXPECT_EQ(rig.group->drive(1).digital_inputs, 0U);
+  rig.drives[1]->misbehaviour.mute_inputs = true;
+  rig.run(0.5);
+  EXPECT_NEAR(age_s(), 0.5, 0.005) << "they grow old";
+  EXPECT_EQ(rig.state(), can::DriveGroupState::kEnabled) << "which is no fault of the drive";
+  rig.drives[1]->misbehaviour.mute_inputs = false;
+  rig.drives[1]->power_cycle();
+  rig.run(0.1);
+  rig.reset();
+  EXPECT_TRUE(rig.bring_up()) << rig.group->sentence();
+  EXPECT_LE(age_s(), 2 * config.timing.period_s) << "set up again after it has booted";
+}
+
 // On a real bus the answers of one cycle must be there before the next: the bus paces at 1 Mbit/s here.
 TEST(Drives, SixDrivesFitAtFiveHundredHertzWithOneMeasurementInFive) {
   auto config = group_config(DriveMode::kTorque, 6);

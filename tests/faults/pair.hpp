@@ -103,6 +103,14 @@ class Pair {
     start_master();
     start_slave();
   }
+  /// With both sides' configurations; a slave with a section can has simulated drives.
+  Pair(const master_io::Config& master, const slave_io::Config& slave)
+      : master_config_(master), slave_config_(slave) {
+    if (slave_config_.can)
+      rig = std::make_unique<slave_io::DriveRig>(slave_config_, slave_io::shipped_arm().home);
+    start_master();
+    start_slave();
+  }
   /// A person presses the stop of the page: for both sides, as far as they are there and reached.
   void stop() {
     if (master_life != Life::kGone && !person_off_master) master_inbox_->stops.stop();
@@ -152,6 +160,8 @@ class Pair {
     master_heard_.emplace();
     slave_life = Life::kRuns;
   }
+  /// What the input device of the master's enabling switch says.
+  core::Snapshot<runtime::SwitchReading>& master_switch() { return master_->enabling.input; }
   void step() {
     now_ns += kTick_ns;
     if (master_life == Life::kRuns) tick_master();

@@ -116,7 +116,7 @@ struct Tick {
   int side = 0;
   int asked, has_reset, reset_own, reset_partner, fault;
   int heard, age, partner, partner_stop, answers, writer;
-  int agree, follows, starved;
+  int agree, follows, starved, permits, partner_permits;
   int state, stop, power, accepted, torque;
 };
 
@@ -124,7 +124,8 @@ std::istream& operator>>(std::istream& in, Tick& t) {
   char bar = 0;
   return in >> t.side >> bar >> t.asked >> t.has_reset >> t.reset_own >> t.reset_partner >> t.fault >> bar >>
          t.heard >> t.age >> t.partner >> t.partner_stop >> t.answers >> t.writer >> bar >> t.agree >>
-         t.follows >> t.starved >> bar >> t.state >> t.stop >> t.power >> t.accepted >> t.torque;
+         t.follows >> t.starved >> t.permits >> t.partner_permits >> bar >> t.state >> t.stop >> t.power >>
+         t.accepted >> t.torque;
 }
 
 constexpr double kTick_s = 0.001;
@@ -226,6 +227,8 @@ class Twins {
     in.drives_follow = t.follows != 0;
     in.drive_fault = t.fault != 0;
     in.loop.starved = t.starved != 0;
+    in.enabling = t.permits != 0 ? teleop::SwitchState::kHeld : teleop::SwitchState::kReleased;
+    partner.motion_permitted = t.partner_permits != 0;
   }
   teleop::SideOutputs master(const Tick& t, const teleop::StopReset& reset, std::ostringstream& difference) {
     master_io::MasterInputs in;
@@ -308,7 +311,7 @@ std::array<int, 6> drive(const std::filesystem::path& file, int& torques) {
   return visits;
 }
 
-TEST(LinkTwin, SR01_SR02_SR03_SR04_SR05_SR06_SR07_SR08_SR18_TheModelsTracesDriveTheShippedControllers) {
+TEST(LinkTwin, SR01_SR02_SR03_SR04_SR05_SR06_SR07_SR08_SR18_SR19_TheModelsTracesDriveTheShippedControllers) {
   int traces = 0, torques = 0;
   std::array<int, 6> visits{};
   for (const auto& entry : std::filesystem::directory_iterator(PHANTOM_TRACE_DIR)) {

@@ -25,6 +25,7 @@ CONFIGURATIONS = {
     "restarts": dict(SHORT, RESTARTS=1),
     "drives": dict(SHORT, DRIVES=1, ASKS=1, POSES=0),
     "starved": dict(SHORT, STARVE=1),
+    "switches": dict(SWITCH=1, RAMP=1, ASKS=0),
     "second_master": dict(SHORT, RIVAL=2, ASKS=0, POSES=0),
     "second_slave": dict(SHORT, RIVAL=1, ASKS=0, POSES=0),
     "late_at_slave": dict(SHORT, STALE=2, DELAY=2, TRIP=1, ROUND_TRIP=1, ASKS=1, POSES=0, RESETS=0),
@@ -33,6 +34,7 @@ CONFIGURATIONS = {
     "way_out": dict(SHORT, SETTLE=16),
     "way_out_drives": dict(SHORT, SETTLE=16, DRIVES=1, POSES=0),
     "way_out_starved": dict(SHORT, SETTLE=16, STARVE=1, POSES=0),
+    "way_out_switches": dict(SHORT, SETTLE=16, SWITCH=1, ASKS=1, POSES=0),
     "way_out_restarts": dict(SHORT, SETTLE=16, RESTARTS=1, POSES=0),
     "way_out_second_master": dict(SHORT, SETTLE=16, RIVAL=2, ASKS=0, POSES=0),
 }
@@ -61,6 +63,8 @@ DEFECTS = {
     "reset_needs_a_running_partner": (15, "way_out"),
     "starved_stays_coupled": (16, "starved"),
     "power_while_starved": (17, "starved"),
+    "own_switch_ignored": (18, "switches"),
+    "partners_switch_ignored": (19, "switches"),
 }
 
 

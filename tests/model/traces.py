@@ -10,7 +10,7 @@ from pathlib import Path
 MODEL = Path(__file__).resolve().with_name("link.pml")
 TABLES = MODEL.with_name("link_tables.csv")
 STEPS = 1_500_000  # of spin; about a hundred are one tick
-TROUBLES = ("RESTARTS=1", "DRIVES=1", "STARVE=1", "DELAY=3", "REPEAT=1", "RIVAL=2")
+TROUBLES = ("RESTARTS=1", "DRIVES=1", "STARVE=1", "SWITCH=1", "DELAY=3", "REPEAT=1", "RIVAL=2")
 # Ticks of staleness, alignment, recovery and ramp: three sets, so that no number is right by chance.
 LIMITS = ((1, 1, 1, 2), (3, 2, 4, 3), (2, 5, 3, 1))
 
@@ -35,7 +35,7 @@ def write_traces(folder):
         old.unlink()
     for number, (stale, hold, recovery, ramp) in enumerate(LIMITS):
         flags = [f"-DSTALE={stale}", f"-DHOLD={hold}", f"-DRECOVERY={recovery}", f"-DRAMP={ramp}", "-DTRACE=1", f"-u{STEPS}"]
-        for seed, troubles in enumerate((TROUBLES[:3], TROUBLES)):
+        for seed, troubles in enumerate((TROUBLES[:4], TROUBLES)):
             lines = [line for line in spin(*flags, f"-n{10 * number + seed + 1}", *(f"-D{word}" for word in troubles))
                      if line.startswith(("tick", "restart"))]
             if len(lines) < 1000:

@@ -2,8 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
+#include <cmath>
 #include <limits>
 #include <optional>
+#include <random>
 #include <string>
 
 namespace phantom::teleop {
@@ -242,6 +245,93 @@ TEST(LinkMonitor, SR18_AStarvedLoopUncouplesWithoutPowerAndRecoversAsAfterALoss)
   seen.stop_requests = 1;
   run(0.001);
   EXPECT_EQ(now.state, kStopped) << "a stop takes precedence";
+}
+
+// As after a loss, on both sides: the side itself in the same tick, its partner when it hears of it.
+TEST(LinkMonitor, SR19_WithoutPermissionOfBothSidesNothingIsCoupledAndCouplingNeedsAlignedPosesAgain) {
+  for (const bool own : {true, false}) {
+    LinkMonitor monitor({.staleness_s = 0.02, .align_hold_s = 0.01, .recovery_s = 0.1}, StopLatch(1, {}));
+    LinkObservation seen{.partner_age_s = 0.001, .partner = kCoupled, .poses_agree = true};
+    bool& permitted = own ? seen.permitted : seen.partner_permitted;
+    LinkDecision now;
+    const auto run = [&](double duration_s) {
+      for (double t = 0; t < duration_s; t += 0.001) now = monitor.step(seen, 0.001);
+    };
+    permitted = false;
+    run(1.0);
+    EXPECT_EQ(now.state, kInit) << "not even aligned: the arm does not come to the master either";
+    EXPECT_EQ(now.partner_withholds, !own);
+    permitted = true;
+    run(0.1);
+    ASSERT_EQ(now.state, kCoupled);
+    EXPECT_FALSE(now.partner_withholds);
+    permitted = false;
+    run(0.001);
+    EXPECT_EQ(now.state, kDegraded) << "in the same tick";
+    EXPECT_TRUE(now.power) << "the arm is held";
+    EXPECT_EQ(now.stop.id, 0U) << "it is no stop";
+    run(5.0);
+    EXPECT_EQ(now.state, kDegraded);
+    permitted = true;
+    seen.poses_agree = false;
+    run(0.09);
+    EXPECT_EQ(now.state, kDegraded) << "the time of recovery begins when it is held again";
+    run(5.0);
+    EXPECT_EQ(now.state, kReady);
+    seen.poses_agree = true;
+    run(0.1);
+    EXPECT_EQ(now.state, kCoupled);
+  }
+}
+
+// Two sides with a switch each, that are pressed and let go at random, over a wire that loses and delays.
+TEST(LinkMonitor, SR19_NoSequenceOfInputsCouplesWithoutPermissionOfEverySwitch) {
+  std::mt19937 random(11);
+  const auto chance = [&random](double share) {
+    return static_cast<double>(random()) < share * 4294967296.0;
+  };
+  int coupled = 0, uncoupled = 0;
+  for (int walk = 0; walk < 40; ++walk) {
+    const LinkTiming timing{.staleness_s = 0.0205, .align_hold_s = 0.003, .recovery_s = 0.01};
+    std::array<LinkMonitor, 2> sides{LinkMonitor(timing, StopLatch(1, {})),
+                                     LinkMonitor(timing, StopLatch(2, {}))};
+    struct Sample {
+      LinkState state = kInit;
+      bool permitted = false;
+    };
+    std::array<Sample, 2> known;  // of the partner
+    std::array<double, 2> age_s{INFINITY, INFINITY};
+    std::array<int, 2> withheld_ticks{1000, 1000};  // for which a side has not permitted
+    std::array<bool, 2> held{};
+    for (int tick = 0; tick < 3000; ++tick) {
+      for (auto& one : held) one = chance(0.01) ? !one : one;
+      const bool wire = !chance(0.2), agree = !chance(0.02);
+      for (std::size_t s = 0; s < 2; ++s) {
+        age_s[s] += 0.001;
+        const LinkState before = sides[s].state();
+        const auto now = sides[s].step({.partner_age_s = age_s[s],
+                                        .partner = known[s].state,
+                                        .poses_agree = agree,
+                                        .permitted = held[s],
+                                        .partner_permitted = known[s].permitted},
+                                       0.001);
+        withheld_ticks[s] = held[s] ? 0 : withheld_ticks[s] + 1;
+        ++(now.state == kCoupled ? coupled : uncoupled);
+        if (now.state == kCoupled) {
+          ASSERT_TRUE(held[s]) << "in the tick in which it is let go";
+          // Whatever is lost: not longer than a partner may be stale, and a tick.
+          ASSERT_LE(withheld_ticks[1 - s], 22);
+          ASSERT_TRUE(before == kCoupled || (before == kAligned && agree)) << "only from an aligned pose";
+        }
+        if (wire) {
+          known[1 - s] = {now.state, held[s]};
+          age_s[1 - s] = 0.0;
+        }
+      }
+    }
+  }
+  EXPECT_GT(coupled, 1000);
+  EXPECT_GT(uncoupled, 1000);
 }
 
 TEST(LinkMonitor, SR06_NothingIsCoupledWhileTheDrivesDoNotFollow) {

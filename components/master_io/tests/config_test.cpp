@@ -56,6 +56,19 @@ TEST(MasterConfig, TheShippedFileIsValidAndLeavesStabilityItsMargin) {
   }
 }
 
+TEST(MasterConfig, AnEnablingSwitchIsNoKeyThatMeansSomethingElseAtTheDesk) {
+  EXPECT_FALSE(shipped_config().enabling_switch.has_value()) << "none is fitted unless it is named";
+  const auto with = [](const std::string& keys) {
+    const std::string file = test::text_of(kShipped) + "\nenabling_switch: {source: input, " + keys + "}\n";
+    return problem_of(test::new_file(file), {.driver = "desk"});
+  };
+  EXPECT_EQ(with("key: BTN_THUMBR, through_key: BTN_TR2"), "accepted");
+  for (const char* taken : {"KEY_SPACE", "BTN_TR", "BTN_TL", "KEY_A", "0x13a"})
+    EXPECT_THAT(with(std::string("key: ") + taken), HasSubstr("enabling_switch: has a key")) << taken;
+  EXPECT_THAT(with("through_key: BTN_TL"), HasSubstr("enabling_switch: has a key"));
+  EXPECT_EQ(with("key: KEY_A, device: My pedal"), "accepted") << "another device";
+}
+
 TEST(MasterConfig, TheCommandLineChoosesOperatorAndLaw) {
   const auto config = shipped_config({"constant_velocity", "pf"});
   EXPECT_EQ(config.hand.kind, simulation::OperatorKind::kConstantVelocity);

@@ -14,6 +14,7 @@
 #include <mutex>
 #include <thread>
 
+#include "common/runtime/switch_input.hpp"
 #include "components/master_io/desk_input.hpp"
 #include "tests/support/eventually.hpp"
 
@@ -149,6 +150,35 @@ TEST(Uinput, AGamepadIsFoundReadAndRumblesUntilItIsPulledOut) {
   })) << "nothing is pushed any more";
   const std::lock_guard lock(mutex);
   EXPECT_NE(reported.find("the device is gone"), std::string::npos);
+}
+
+TEST(Uinput, SR19_AButtonOfAGamepadIsAnEnablingSwitchUntilItIsPulledOut) {
+  if (std::getenv("PHANTOM_UINPUT") == nullptr)
+    GTEST_SKIP() << "needs /dev/uinput and root; scripts/test_can_vm runs this case on Debian's own kernel";
+  Gamepad gamepad;
+  ASSERT_TRUE(gamepad.made()) << std::strerror(errno);
+  const runtime::SwitchKeys keys{.device = "Test gamepad", .key = BTN_SOUTH};
+  std::unique_ptr<runtime::SwitchDevice> device;
+  ASSERT_TRUE(eventually([&] {  // its file comes a moment after the device
+    device = std::make_unique<runtime::SwitchDevice>(keys);
+    return device->plugged_in();
+  })) << device->name();
+  EXPECT_FALSE(device->wait(0).contacts.first);
+  const auto is = [&](bool held) {
+    return eventually([&] { return device->wait(1).contacts.first == held; });
+  };
+  gamepad.send(EV_KEY, BTN_SOUTH, 1);
+  EXPECT_TRUE(is(true));
+  gamepad.send(EV_KEY, BTN_SOUTH, 0);
+  EXPECT_TRUE(is(false));
+  // More events than the kernel keeps for a reader: what was held before is read from the device.
+  gamepad.send(EV_KEY, BTN_SOUTH, 1);
+  for (int i = 0; i < 5000; ++i) gamepad.send(EV_KEY, BTN_TL, (i + 1) % 2);
+  EXPECT_TRUE(is(true));
+  EXPECT_TRUE(runtime::SwitchDevice(keys).wait(0).contacts.first) << "one that opens it while it is held";
+  gamepad.unplug();
+  EXPECT_TRUE(eventually([&] { return !device->wait(1).contacts.read; }));
+  EXPECT_FALSE(device->plugged_in());
 }
 
 }  // namespace

@@ -278,5 +278,37 @@ TEST(CanArm, SR04_NoDriveIsHomedDuringAStop) {
   EXPECT_TRUE(bench.reaches(LinkState::kCoupled)) << bench.arm->health().message;
 }
 
+// Homing is motion that nobody's hand leads.
+TEST(CanArm, SR19_DrivesAreHomedOnlyWhileTheEnablingSwitchIsHeld) {
+  Config config = with_homing();
+  config.can->group.axes[2].homing->method = 19;  // to a home switch that is a radian away
+  Bench bench(config, shipped_arm().home, [](std::size_t j, simulated_drive::DriveOptions& o) {
+    if (j != 2) return;
+    o.switches.home_from = o.motor.counts_per_rad() * (o.motor.start_rad + 1.0);
+    o.switches.home_to = o.motor.counts_per_rad() * (o.motor.start_rad + 1.2);
+  });
+  bench.master.motion_permitted = false;
+  bench.run(3.0);
+  EXPECT_THAT(bench.inbox.homing.ask().message(),
+              HasSubstr("an enabling switch is released; allowed: while"));
+  bench.master.motion_permitted = true;
+  bench.run(0.1);
+  EXPECT_TRUE(bench.inbox.homing.ask());
+  bench.run(2.0);
+  ASSERT_GT(std::abs(bench.speed(2)), 0.05) << bench.arm->health().message;
+  bench.master.motion_permitted = false;
+  bench.run(0.1);
+  const double where = bench.joint(2);
+  EXPECT_NEAR(bench.speed(2), 0.0, 1e-3);
+  bench.run(2.0);
+  bench.master.motion_permitted = true;
+  bench.run(2.0);
+  EXPECT_NEAR(bench.joint(2), where, 1e-3) << "only a new request goes on";
+  EXPECT_THAT(bench.arm->health().message, HasSubstr("to be homed"));
+  EXPECT_TRUE(bench.inbox.homing.ask());
+  bench.run(2.0);
+  EXPECT_GT(std::abs(bench.joint(2) - where), 0.05);
+}
+
 }  // namespace
 }  // namespace phantom::slave_io

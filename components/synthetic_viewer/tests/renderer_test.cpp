@@ -349,6 +349,14 @@ TEST(Banner, SaysWhatIsWorst) {
   EXPECT_NE(banner_text(state, {}, kNow_ns).find("no valid model"), std::string::npos);
   state.percept.valid = true;
   EXPECT_EQ(banner_text(state, {}, kNow_ns), "");
+  for (bool* permitted : {&state.arm.motion_permitted, &state.master.motion_permitted}) {
+    state.master.received_ns = kNow_ns;
+    *permitted = false;
+    EXPECT_EQ(banner_text(state, {}, kNow_ns), "ENABLING SWITCH RELEASED: the arm holds");
+    state.master.received_ns = kNow_ns - 10 * core::kNsPerSecond;  // a master that is gone says nothing
+    EXPECT_EQ(banner_text(state, {}, kNow_ns).empty(), permitted == &state.master.motion_permitted);
+    *permitted = true;
+  }
   state.stops.in_force = true;
   state.stops.headline = "EMERGENCY STOP";
   state.arm.received_ns = 0;

@@ -11,6 +11,9 @@
 #ifndef STARVE
 #define STARVE 0 /* the servo of a side is starved: it runs, but not often enough */
 #endif
+#ifndef SWITCH
+#define SWITCH 0 /* each side has an enabling switch, which is held or not as its person likes */
+#endif
 #ifndef RIVAL
 #define RIVAL 0 /* samples of a second writer come, to the side named */
 #endif

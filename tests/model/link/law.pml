@@ -118,6 +118,12 @@ inline step(s) {
 #if DEFECT != 11 /* 11: also with a partner that answers another process */
   usable = usable && known[s].answers != ANOTHER;
 #endif
+#if SWITCH && DEFECT != 18 /* 18: the own switch is ignored */
+  usable = usable && permit[s];
+#endif
+#if SWITCH && DEFECT != 19 /* 19: the partner's switch is ignored */
+  usable = usable && known[s].permits;
+#endif
 #if TRIP && DEFECT != 7 /* 7: samples may be as late as they like */
   usable = usable && (known[s].answers != US || known[s].trip <= ROUND_TRIP);
 #endif

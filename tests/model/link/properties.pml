@@ -32,6 +32,15 @@ inline judge(s) {
   /* SR-18: nor is who does not run often enough, and its drives hold by themselves once the hand's torque is gone. */
   assert(!starved || state[s] != COUPLED);
   assert(!starved || !power || (s == 0 && torque > 0));
+#if SWITCH
+  /* SR-19: nothing is coupled, nor the arm led to the master's pose, in a tick in which the own switch is not held or the partner
+   * says that its own is not; nor is anything coupled longer than until the partner is stale after its switch was let go. */
+  assert((permit[s] && known[s].permits) || (state[s] != READY && state[s] != ALIGNED && state[s] != COUPLED));
+#if !DELAY && !RIVAL
+  withheld[s] = (permit[OTHER(s)] -> 0 : (withheld[s] <= STALE + 1 -> withheld[s] + 1 : withheld[s]));
+  assert(state[s] != COUPLED || withheld[s] <= STALE);
+#endif
+#endif
 #if TRIP
   /* SR-07: whatever the wire does, a side is uncoupled a round trip after its partner stopped. */
   silent_stop[s] = (stop[OTHER(s)] == 0 -> 0 : (silent_stop[s] <= ROUND_TRIP + 1 -> silent_stop[s] + 1 : silent_stop[s]));

@@ -6,6 +6,9 @@ typedef Sample {
   unsigned stop : 4; /* 0: not stopped */
   unsigned answers : 2;
   unsigned writer : 2;
+#if SWITCH
+  unsigned permits : 1; /* its writer's enabling switch is held */
+#endif
 #if TRIP
   unsigned made : 3; /* ticks of its writer since it was made */
   unsigned trip : 3; /* ticks of its reader since the reader made what this answers */
@@ -21,6 +24,10 @@ bit releasing[2];
 byte agreed[2]; /* ticks for which poses have agreed and the partner was usable */
 byte fresh[2];  /* ticks for which the partner was usable */
 byte authority; /* of the master's torques; 0: no torque */
+
+#if SWITCH
+bit permit[2]; /* the side's enabling switch is held */
+#endif
 
 /* What a side knows of its partner. */
 bit heard[2];
@@ -48,6 +55,9 @@ byte named_partner[2];     /* bit i: a reset has named the partner's stop i */
 byte in_truth[2];  /* ticks for which poses agreed with a partner that was heard in time */
 #if TRIP
 byte silent_stop[2]; /* own ticks since the partner stopped; 0: it is not stopped */
+#endif
+#if SWITCH
+byte withheld[2]; /* own ticks since the partner's switch was let go; 0: it is held */
 #endif
 byte fading; /* ticks of the master since it was coupled */
 

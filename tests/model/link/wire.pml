@@ -5,6 +5,9 @@ inline copy(to, from) {
   to.stop = from.stop;
   to.answers = from.answers;
   to.writer = from.writer;
+#if SWITCH
+  to.permits = from.permits;
+#endif
 #if TRIP
   to.made = from.made;
   to.trip = from.trip;
@@ -16,6 +19,9 @@ inline clear(sample) {
   sample.stop = 0;
   sample.answers = 0;
   sample.writer = 0;
+#if SWITCH
+  sample.permits = 0;
+#endif
 #if TRIP
   sample.made = 0;
   sample.trip = 0;
@@ -48,6 +54,9 @@ inline say(s, sample) {
   sample.state = state[s];
   sample.stop = stop[s];
   sample.writer = PRESENT;
+#if SWITCH
+  sample.permits = permit[s];
+#endif
   sample.answers = (heard[s] -> (known[s].writer == PRESENT -> US : ANOTHER) : NOBODY);
 #if TRIP
   sample.made = 0;
@@ -104,6 +113,9 @@ inline receive(s) {
   :: RARE(3) && FOREIGN_TO(s) && LETS_IN(s, SECOND) ->
      clear(known[s]);
      known[s].writer = SECOND;
+#if SWITCH
+     known[s].permits = 1;
+#endif
      heard[s] = 1;
      age[s] = 0;
      if

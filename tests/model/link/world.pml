@@ -21,6 +21,10 @@ inline restart(s) {
   heard[s] = 0;
   age[s] = 0;
   clear(known[s]);
+#if SWITCH
+  permit[s] = 0;
+  withheld[s] = 0;
+#endif
   in_truth[s] = 0;
   named_own[s] = 0;
   named_partner[s] = 0;
@@ -51,6 +55,9 @@ inline nothing_chosen(s) {
   follows = 1;
   starved = 0;
   agree = 1;
+#if SWITCH
+  permit[s] = 1;
+#endif
   want = 2;
   powered = HEARD_NOT_STOPPED(s) && stop[s] == 0 /* as the last tick left it */
 }
@@ -71,6 +78,12 @@ inline choose(s) {
 #if STARVE
   if
   :: RARE(4) -> starved = 1
+  :: skip
+  fi;
+#endif
+#if SWITCH
+  if
+  :: RARE(4) -> permit[s] = 0
   :: skip
   fi;
 #endif
@@ -135,11 +148,18 @@ inline tidy() {
   before = 0; state_before = 0; want = 0; torque = 0
 }
 
+#if SWITCH
+#define PERMIT(s) permit[s]
+#define HEARD_PERMIT(s) known[s].permits
+#else
+#define PERMIT(s) 1
+#define HEARD_PERMIT(s) 1
+#endif
 inline tell(s) {
 #if TRACE
-  printf("tick %d | %d %d %d %d %d | %d %d %d %d %d %d | %d %d %d | %d %d %d %d %d\n", s, asked, has_reset, reset_own,
+  printf("tick %d | %d %d %d %d %d | %d %d %d %d %d %d | %d %d %d %d %d | %d %d %d %d %d\n", s, asked, has_reset, reset_own,
          reset_partner, fault, heard[s], age[s], known[s].state, known[s].stop, known[s].answers, known[s].writer,
-         agree, follows, starved, state[s], stop[s], power, released_now, torque)
+         agree, follows, starved, PERMIT(s), HEARD_PERMIT(s), state[s], stop[s], power, released_now, torque)
 #else
   skip
 #endif
