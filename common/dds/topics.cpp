@@ -2,6 +2,7 @@
 
 #include "common/dds/topic_list.hpp"
 #include "fast_dds/type_support.hpp"
+#include "phantom_idl/haptic_devicePubSubTypes.hpp"
 #include "phantom_idl/perceptPubSubTypes.hpp"
 #include "phantom_idl/statusPubSubTypes.hpp"
 #include "phantom_idl/teleoperationPubSubTypes.hpp"
@@ -67,6 +68,12 @@ const TopicSpec<msg::OperatorReply> kOperatorReply{
     {"operator_reply", "phantom::msg::OperatorReply", kEvent, &make_type<msg::OperatorReplyPubSubType>}};
 const TopicSpec<msg::ViewPose> kViewPose{
     {"view_pose", "phantom::msg::ViewPose", periodic(500, 2000), &make_type<msg::ViewPosePubSubType>}};
+const TopicSpec<msg::HapticDevice> kHapticDevice{{"haptic_device", "phantom::msg::HapticDevice",
+                                                  periodic(20, 200),
+                                                  &make_type<msg::HapticDevicePubSubType>}};
+const TopicSpec<msg::HapticDeviceWrench> kHapticDeviceWrench{
+    {"haptic_device_wrench", "phantom::msg::HapticDeviceWrench", periodic(20, 200),
+     &make_type<msg::HapticDeviceWrenchPubSubType>}};
 const TopicSpec<msg::WorkspaceBrick> kWorkspaceBrick{
     {"workspace_brick", "phantom::msg::WorkspaceBrick", kDurable, &make_type<msg::WorkspaceBrickPubSubType>}};
 const TopicSpec<msg::WorkspaceVersion> kWorkspaceVersion{{"workspace_version",
@@ -88,10 +95,11 @@ const TopicSpec<msg::ComponentStatus> kComponentStatus{{"component_status", "pha
 
 std::span<const TopicDescription* const> all_topics() {
   static const TopicDescription* const topics[] = {
-      &kMasterState,      &kSlaveState,    &kDragField,        &kPercept,        &kInterestPoints,
-      &kSkinPercept,      &kHitAlert,      &kSensingCommand,   &kSensingReply,   &kOperatorCommand,
-      &kRecordingRequest, &kOperatorReply, &kViewPose,         &kWorkspaceBrick, &kWorkspaceVersion,
-      &kWorkspaceObject,  &kMeshChunk,     &kWorkspaceCommand, &kWorkspaceReply, &kComponentStatus};
+      &kMasterState,      &kSlaveState,       &kDragField,       &kPercept,      &kInterestPoints,
+      &kSkinPercept,      &kHitAlert,         &kSensingCommand,  &kSensingReply, &kOperatorCommand,
+      &kRecordingRequest, &kOperatorReply,    &kViewPose,        &kHapticDevice, &kHapticDeviceWrench,
+      &kWorkspaceBrick,   &kWorkspaceVersion, &kWorkspaceObject, &kMeshChunk,    &kWorkspaceCommand,
+      &kWorkspaceReply,   &kComponentStatus};
   return topics;
 }
 

@@ -5,6 +5,7 @@
 
 #include <cstdint>
 
+#include "phantom_idl/haptic_device.hpp"
 #include "phantom_idl/percept.hpp"
 #include "phantom_idl/status.hpp"
 #include "phantom_idl/teleoperation.hpp"
@@ -40,25 +41,27 @@ struct TopicDescription {
 template <class T>
 struct TopicSpec : TopicDescription {};
 
-extern const TopicSpec<msg::MasterState> kMasterState;            ///< 1 kHz
-extern const TopicSpec<msg::SlaveState> kSlaveState;              ///< 1 kHz
-extern const TopicSpec<msg::DragField> kDragField;                ///< 1 kHz
-extern const TopicSpec<msg::Percept> kPercept;                    ///< 100 Hz
-extern const TopicSpec<msg::InterestPoints> kInterestPoints;      ///< 100 Hz
-extern const TopicSpec<msg::SkinPercept> kSkinPercept;            ///< 20 Hz
-extern const TopicSpec<msg::HitAlert> kHitAlert;                  ///< on events
-extern const TopicSpec<msg::SensingCommand> kSensingCommand;      ///< on events
-extern const TopicSpec<msg::SensingReply> kSensingReply;          ///< on events
-extern const TopicSpec<msg::OperatorCommand> kOperatorCommand;    ///< on events
-extern const TopicSpec<msg::OperatorCommand> kRecordingRequest;   ///< on request; kind MARK
-extern const TopicSpec<msg::OperatorReply> kOperatorReply;        ///< on events
-extern const TopicSpec<msg::ViewPose> kViewPose;                  ///< 10 Hz
-extern const TopicSpec<msg::WorkspaceBrick> kWorkspaceBrick;      ///< durable
-extern const TopicSpec<msg::WorkspaceVersion> kWorkspaceVersion;  ///< durable
-extern const TopicSpec<msg::WorkspaceObject> kWorkspaceObject;    ///< durable
-extern const TopicSpec<msg::MeshChunk> kMeshChunk;                ///< durable
-extern const TopicSpec<msg::WorkspaceCommand> kWorkspaceCommand;  ///< on events
-extern const TopicSpec<msg::WorkspaceReply> kWorkspaceReply;      ///< on events
-extern const TopicSpec<msg::ComponentStatus> kComponentStatus;    ///< 2 Hz
+extern const TopicSpec<msg::MasterState> kMasterState;                ///< 1 kHz
+extern const TopicSpec<msg::SlaveState> kSlaveState;                  ///< 1 kHz
+extern const TopicSpec<msg::DragField> kDragField;                    ///< 1 kHz
+extern const TopicSpec<msg::Percept> kPercept;                        ///< 100 Hz
+extern const TopicSpec<msg::InterestPoints> kInterestPoints;          ///< 100 Hz
+extern const TopicSpec<msg::SkinPercept> kSkinPercept;                ///< 20 Hz
+extern const TopicSpec<msg::HitAlert> kHitAlert;                      ///< on events
+extern const TopicSpec<msg::SensingCommand> kSensingCommand;          ///< on events
+extern const TopicSpec<msg::SensingReply> kSensingReply;              ///< on events
+extern const TopicSpec<msg::OperatorCommand> kOperatorCommand;        ///< on events
+extern const TopicSpec<msg::OperatorCommand> kRecordingRequest;       ///< on request; kind MARK
+extern const TopicSpec<msg::OperatorReply> kOperatorReply;            ///< on events
+extern const TopicSpec<msg::ViewPose> kViewPose;                      ///< 10 Hz
+extern const TopicSpec<msg::HapticDevice> kHapticDevice;              ///< at its device's rate
+extern const TopicSpec<msg::HapticDeviceWrench> kHapticDeviceWrench;  ///< 1 kHz
+extern const TopicSpec<msg::WorkspaceBrick> kWorkspaceBrick;          ///< durable
+extern const TopicSpec<msg::WorkspaceVersion> kWorkspaceVersion;      ///< durable
+extern const TopicSpec<msg::WorkspaceObject> kWorkspaceObject;        ///< durable
+extern const TopicSpec<msg::MeshChunk> kMeshChunk;                    ///< durable
+extern const TopicSpec<msg::WorkspaceCommand> kWorkspaceCommand;      ///< on events
+extern const TopicSpec<msg::WorkspaceReply> kWorkspaceReply;          ///< on events
+extern const TopicSpec<msg::ComponentStatus> kComponentStatus;        ///< 2 Hz
 
 }  // namespace phantom::dds

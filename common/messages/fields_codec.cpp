@@ -74,19 +74,35 @@ void Decoder::positions(const char* field, const core::JointArray& from, core::J
 }
 
 void Decoder::pose(const char* field, const msg::Pose& from, geometry::Pose& to) {
-  constexpr double kNormTolerance = 1e-3;
   place(text(field, ".position_m").c_str(), from.position_m(), to.translation_m);
+  to.rotation = rotation(field, from);
+}
+
+Eigen::Matrix3d Decoder::rotation(const char* field, const msg::Pose& from) {
+  constexpr double kNormTolerance = 1e-3;
   const Eigen::Vector4d quaternion(from.qx(), from.qy(), from.qz(), from.qw());
   const double norm = quaternion.norm();
-  if (!(std::abs(norm - 1.0) <= kNormTolerance))
-    return refuse(text(field, "'s quaternion has length ", norm, "; allowed: 1"));
-  to.rotation = geometry::rotation_from_quaternion(quaternion);
+  if (std::abs(norm - 1.0) <= kNormTolerance) return geometry::rotation_from_quaternion(quaternion);
+  refuse(text(field, "'s quaternion has length ", norm, "; allowed: 1"));
+  return Eigen::Matrix3d::Identity();
+}
+
+void Decoder::placement(const char* field, const msg::Pose& from, Vector3& position_m,
+                        std::array<double, 9>& R, double most_m) {
+  vector(field, from.position_m(), position_m, most_m);
+  Eigen::Map<Eigen::Matrix3d>(R.data()) = rotation(field, from);
 }
 
 void Encoder::stamp(msg::Stamp& to, const core::SampleId& from) {
   to.sequence_number(from.sequence_number);
   to.monotonic_ns(from.monotonic_ns);
   to.session(from.session);
+}
+
+void Encoder::placement(const char* field, msg::Pose& to, const Vector3& position_m,
+                        const std::array<double, 9>& R, double) {
+  pose(field, to,
+       {Eigen::Map<const Eigen::Matrix3d>(R.data()), Eigen::Map<const Eigen::Vector3d>(position_m.data())});
 }
 
 void Encoder::pose(const char* field, msg::Pose& to, const geometry::Pose& from) {

@@ -58,12 +58,20 @@ class Decoder {
   void positions(const char* field, const core::JointArray& from, core::JointArray& to);
   template <class To>
   void place(const char* field, const msg::Vector3& from, To& to) {
+    vector(field, from, to, kFarthest_m);
+  }
+  /// Reads a vector whose coordinates are each within ± `most`.
+  template <class To>
+  void vector(const char* field, const msg::Vector3& from, To& to, double most) {
     to[0] = from.x();
     to[1] = from.y();
     to[2] = from.z();
-    for (const double coordinate : to) in_range(field, coordinate, -kFarthest_m, kFarthest_m);
+    for (const double coordinate : to) in_range(field, coordinate, -most, most);
   }
   void pose(const char* field, const msg::Pose& from, geometry::Pose& to);
+  /// As pose(), into arrays, the rotation by columns, and with a position within ± `most_m`.
+  void placement(const char* field, const msg::Pose& from, Vector3& position_m, std::array<double, 9>& R,
+                 double most_m);
   template <class From, class To>
   void number(const char* field, const From& from, To& to, double least = -kAnyNumber,
               double most = kAnyNumber) {
@@ -101,6 +109,7 @@ class Decoder {
 
  private:
   bool in_range(const char* field, double value, double least, double most);
+  Eigen::Matrix3d rotation(const char* field, const msg::Pose& from);
   std::string joint_text(const char* field, std::size_t joint) const;
 
   const ArmBounds& arm_;
@@ -128,6 +137,12 @@ class Encoder {
     to.y(from[1]);
     to.z(from[2]);
   }
+  template <class From>
+  void vector(const char* field, msg::Vector3& to, const From& from, double) {
+    place(field, to, from);
+  }
+  void placement(const char* field, msg::Pose& to, const Vector3& position_m, const std::array<double, 9>& R,
+                 double);
   void pose(const char*, msg::Pose& to, const geometry::Pose& from);
   template <class To, class From>
   void number(const char*, To& to, const From& from, double = 0.0, double = 0.0) {

@@ -61,7 +61,8 @@ RenderedFeedback FeedbackRenderer::step(const FeedbackInputs& in, double dt_s) n
     const double cap_Nm = parameters_.torque_cap_Nm[j];
     if (std::isfinite(coupled_Nm_[j])) torque_Nm[j] = authority * std::clamp(coupled_Nm_[j], -cap_Nm, cap_Nm);
   }
-  out.torque_Nm = passivity_.step(torque_Nm, in.master.position, in.master.velocity, authority, dt_s);
+  out.torque_Nm =
+      passivity_.step(torque_Nm, in.master.position, in.master.velocity, in.limit_share * authority, dt_s);
   for (std::size_t j = 0; j < parameters_.joint_count; ++j) {
     const double cap_Nm = parameters_.torque_cap_Nm[j];
     out.torque_Nm[j] = std::clamp(out.torque_Nm[j], -cap_Nm, cap_Nm);

@@ -42,6 +42,7 @@ struct FeedbackInputs {
   bool contact = false;         ///< the arm touches something, or the phantom reports contact
   bool force_measured = false;  ///< F_e is available
   double round_trip_s = 0.0;    ///< from a master's position to the slave's answer in use; 0: unknown yet
+  double limit_share = 1.0;  ///< of the device's damping limits, what its loop's present length leaves, 0…1
   JointMotion master, slave;
   SlaveEffort effort;
 };

@@ -30,10 +30,11 @@ PerceptRenderer::PerceptRenderer(const PerceptParameters& parameters)
     : parameters_(parameters), authority_(parameters.ramp_up_s, parameters.ramp_down_s) {}
 
 RenderedPercept PerceptRenderer::step(const DragCoefficients& drag, bool fresh, bool enabled,
-                                      const core::JointArray& gain, const core::JointArray& v,
-                                      double dt_s) noexcept {
+                                      const core::JointArray& gain, const core::JointArray& v, double dt_s,
+                                      double limit_share) noexcept {
   RenderedPercept out;
   const std::size_t count = parameters_.joint_count;
+  for (std::size_t j = 0; j < count; ++j) limit_[j] = limit_share * parameters_.damping_limit_Nms_per_rad[j];
   const bool separable = parameters_.mode == DragMode::kSeparable;
   const bool usable =
       fresh && drag.valid && are_gains(gain, count) && is_finite(drag, count, parameters_.mode);
@@ -60,7 +61,7 @@ void PerceptRenderer::aim_separable(const DragCoefficients& drag, const core::Jo
   aimed_gain_ = least(gain, parameters_.joint_count);
   aim_limited_ = false;
   for (std::size_t j = 0; j < parameters_.joint_count; ++j) {
-    const double limit = parameters_.damping_limit_Nms_per_rad[j];
+    const double limit = limit_[j];
     const double plus = gain[j] * std::max(0.0, drag.plus[j]);
     const double minus = gain[j] * std::max(0.0, drag.minus[j]);
     aim_.plus[j] = std::min(plus, limit);
@@ -77,13 +78,12 @@ void PerceptRenderer::aim_separable(const DragCoefficients& drag, const core::Jo
 // row sum of magnitudes (Gershgorin). B± are at most D's diagonal, so no row of S·D·S has a greater sum than
 // D's.
 double PerceptRenderer::greatest_row(const DragCoefficients& drag) const noexcept {
-  const auto& limit = parameters_.damping_limit_Nms_per_rad;
   double bound = 0.0;
   for (std::size_t i = 0; i < parameters_.joint_count; ++i) {
     double row = 0.0;
     for (std::size_t j = 0; j < parameters_.joint_count; ++j) {
       if (drag.matrix(i, j) == 0.0) continue;  // avoids 0 ÷ 0 for a joint that may not be damped at all
-      row += std::abs(drag.matrix(i, j)) / std::sqrt(limit[i] * limit[j]);
+      row += std::abs(drag.matrix(i, j)) / std::sqrt(limit_[i] * limit_[j]);
     }
     bound = std::max(bound, row);
   }

@@ -50,9 +50,10 @@ class PerceptRenderer {
   explicit PerceptRenderer(const PerceptParameters& parameters);
 
   /// Computes the torques of one tick. `fresh`: the coefficients are recent enough. `gain`: the requested G ≥
-  /// 0 of each joint. `v`: the master's velocity, rad/s or m/s. Real-time safe: yes.
+  /// 0 of each joint. `v`: the master's velocity, rad/s or m/s. `limit_share`, 0…1: of the damping limits,
+  /// what the loop's present length leaves. Real-time safe: yes.
   RenderedPercept step(const DragCoefficients& drag, bool fresh, bool enabled, const core::JointArray& gain,
-                       const core::JointArray& v, double dt_s) noexcept;
+                       const core::JointArray& v, double dt_s, double limit_share = 1.0) noexcept;
 
  private:
   void aim_separable(const DragCoefficients& drag, const core::JointArray& gain) noexcept;
@@ -67,6 +68,7 @@ class PerceptRenderer {
   // Target damping and damping in force, after gain and limits. Both are kept while the input is stale, so
   // that the fade-out starts at the present value.
   DragCoefficients aim_, force_;
+  core::JointArray limit_{};  // damping limits of this tick
   double aimed_gain_ = 0.0;
   bool aim_limited_ = false;
 };

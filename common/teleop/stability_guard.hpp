@@ -8,9 +8,13 @@ namespace phantom::teleop {
 
 /// Returns the greatest damping that a sampled device of `inertia` m renders stably without a hand on it:
 /// B_max = (2m/T)·tan(π/(4(n+1))), in N·m·s/rad or N·s/m. T is `period_s`. n is `delay_samples`, the samples
-/// between measurement and action beyond the hold itself (computation, bus, velocity filter). Real-time safe:
-/// yes.
-double damping_stability_limit(double inertia, double period_s, int delay_samples) noexcept;
+/// between measurement and action beyond the hold itself (computation, bus, velocity filter); of a loop over
+/// a network, its whole length ÷ T, less the hold. Real-time safe: yes.
+double damping_stability_limit(double inertia, double period_s, double delay_samples) noexcept;
+
+/// Returns the share, 0…1, of the limit with `delay_samples` that is left with `more_samples` ≥ 0 beyond
+/// them. A sampling of the device that is slower than T allows more. Real-time safe: yes.
+double damping_share(double delay_samples, double more_samples) noexcept;
 
 /// Usable share of that limit. The other half is a margin for what the model leaves out (flexible links,
 /// friction that falls with speed, a loose grip).

@@ -12,11 +12,11 @@ namespace {
 
 /// The project's topics whose samples have a stamp.
 const auto& stamped_topics() {
-  static const auto topics =
-      std::tie(dds::kMasterState, dds::kSlaveState, dds::kDragField, dds::kPercept, dds::kInterestPoints,
-               dds::kSkinPercept, dds::kHitAlert, dds::kSensingCommand, dds::kSensingReply,
-               dds::kOperatorCommand, dds::kRecordingRequest, dds::kOperatorReply, dds::kViewPose,
-               dds::kWorkspaceCommand, dds::kWorkspaceReply, dds::kComponentStatus);
+  static const auto topics = std::tie(
+      dds::kMasterState, dds::kSlaveState, dds::kDragField, dds::kPercept, dds::kInterestPoints,
+      dds::kSkinPercept, dds::kHitAlert, dds::kSensingCommand, dds::kSensingReply, dds::kOperatorCommand,
+      dds::kRecordingRequest, dds::kOperatorReply, dds::kViewPose, dds::kHapticDevice,
+      dds::kHapticDeviceWrench, dds::kWorkspaceCommand, dds::kWorkspaceReply, dds::kComponentStatus);
   return topics;
 }
 
@@ -26,6 +26,8 @@ void move_all(T& sample, Restamper& restamper) {
   if constexpr (requires { sample.slave_echo(); }) restamper.move(sample.slave_echo());
   if constexpr (requires { sample.master_echo(); }) restamper.move(sample.master_echo());
   if constexpr (requires { sample.drag_echo(); }) restamper.move(sample.drag_echo());
+  if constexpr (requires { sample.wrench_echo(); }) restamper.move(sample.wrench_echo());
+  if constexpr (requires { sample.device_echo(); }) restamper.move(sample.device_echo());
   if constexpr (requires { sample.command(); }) restamper.move(sample.command());
 }
 

@@ -10,6 +10,6 @@ struct IdlFile {
 };
 
 /// The unchanged files of idl/; embed.cmake generates this.
-extern const std::array<IdlFile, 5> kIdlFiles;
+extern const std::array<IdlFile, 6> kIdlFiles;
 
 }  // namespace phantom::dds_recorder

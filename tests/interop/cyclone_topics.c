@@ -1,5 +1,6 @@
 #include "cyclone_topics.h"
 
+#include "haptic_device.h"
 #include "percept.h"
 #include "status.h"
 #include "teleoperation.h"
@@ -15,5 +16,5 @@ const struct cyclone_type cyclone_types[] = {
     TYPE(OperatorCommand), TYPE(WorkspaceBrick),  TYPE(WorkspaceVersion),
     TYPE(WorkspaceObject), TYPE(MeshChunk),       TYPE(WorkspaceCommand),
     TYPE(WorkspaceReply),  TYPE(ComponentStatus), TYPE(ViewPose),
-    TYPE(OperatorReply),
+    TYPE(OperatorReply),   TYPE(HapticDevice),    TYPE(HapticDeviceWrench),
     {0, 0}};

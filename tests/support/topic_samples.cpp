@@ -127,6 +127,19 @@ void set(msg::ViewPose& s) {
   s.stamp(stamp()), s.view(msg::ViewKind::VIEW_HIT), s.node(count()), s.automatic(true), s.X_WC(pose()),
       s.look_at_m(vector());
 }
+void set(msg::HapticDevice& s) {
+  s.stamp(stamp()), s.wrench_echo(echo()), s.X_DH(pose()), s.velocity_m_s(vector()),
+      s.angular_velocity_rad_s(vector());
+  s.ready(true), s.clutch(true), s.buttons(count()), s.grip_opening(number()), s.measured_axes(63),
+      s.actuated_axes(7);
+  s.max_force_N(number()), s.max_moment_N_m(number()), s.mass_kg(number()), s.inertia_kg_m2(number()),
+      s.workspace_m(number()), s.workspace_rad(number()), s.period_s(number());
+}
+void set(msg::HapticDeviceWrench& s) {
+  s.stamp(stamp()), s.device_echo(echo()), s.force_N(vector()), s.moment_N_m(vector()), s.valid(true),
+      s.leads(true);
+  s.time_to_live_s(number()), s.fade_s(number());
+}
 void set(msg::WorkspaceBrick& s) {
   s.bx(-3), s.by(70000), s.bz(2), s.version(long_count()), s.voxels_zstd(octets(100'003));
 }
@@ -185,13 +198,14 @@ std::pair<const std::string, Builder> entry(const dds::TopicSpec<T>& topic) {
 
 void with_sample(const dds::TopicDescription& topic, const std::function<void(void*)>& use) {
   static const std::map<std::string, Builder> builders{
-      entry(dds::kMasterState),     entry(dds::kSlaveState),       entry(dds::kDragField),
-      entry(dds::kPercept),         entry(dds::kInterestPoints),   entry(dds::kSkinPercept),
-      entry(dds::kHitAlert),        entry(dds::kSensingCommand),   entry(dds::kSensingReply),
-      entry(dds::kOperatorCommand), entry(dds::kRecordingRequest), entry(dds::kOperatorReply),
-      entry(dds::kViewPose),        entry(dds::kWorkspaceBrick),   entry(dds::kWorkspaceVersion),
-      entry(dds::kWorkspaceObject), entry(dds::kMeshChunk),        entry(dds::kWorkspaceCommand),
-      entry(dds::kWorkspaceReply),  entry(dds::kComponentStatus)};
+      entry(dds::kMasterState),     entry(dds::kSlaveState),         entry(dds::kDragField),
+      entry(dds::kPercept),         entry(dds::kInterestPoints),     entry(dds::kSkinPercept),
+      entry(dds::kHitAlert),        entry(dds::kSensingCommand),     entry(dds::kSensingReply),
+      entry(dds::kOperatorCommand), entry(dds::kRecordingRequest),   entry(dds::kOperatorReply),
+      entry(dds::kViewPose),        entry(dds::kWorkspaceBrick),     entry(dds::kWorkspaceVersion),
+      entry(dds::kHapticDevice),    entry(dds::kHapticDeviceWrench), entry(dds::kWorkspaceObject),
+      entry(dds::kMeshChunk),       entry(dds::kWorkspaceCommand),   entry(dds::kWorkspaceReply),
+      entry(dds::kComponentStatus)};
   const auto builder = builders.find(topic.name);
   if (builder == builders.end())
     throw std::runtime_error(std::string(topic.name) + ": no sample of it here; add one to samples.cpp");

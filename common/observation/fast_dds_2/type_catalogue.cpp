@@ -11,6 +11,7 @@
 #include <stdexcept>
 
 #include "common/observation/learn_type.hpp"
+#include "phantom_idl_types/haptic_deviceTypeObject.h"
 #include "phantom_idl_types/perceptTypeObject.h"
 #include "phantom_idl_types/statusTypeObject.h"
 #include "phantom_idl_types/teleoperationTypeObject.h"
@@ -93,6 +94,7 @@ TypePtr described(const types::DynamicType_ptr& dynamic, const std::string& scop
 TypePtr looked_up(const std::string& name) {
   static std::once_flag registered;
   std::call_once(registered, [] {
+    registerhaptic_deviceTypes();
     registerperceptTypes();
     registerstatusTypes();
     registerteleoperationTypes();

@@ -19,6 +19,7 @@
 #include "common/dds/topic_list.hpp"
 #include "common/observation/learn_type.hpp"
 #include "fast_dds/types.hpp"
+#include "phantom_idl_types/haptic_deviceTypeObjectSupport.hpp"
 #include "phantom_idl_types/perceptTypeObjectSupport.hpp"
 #include "phantom_idl_types/statusTypeObjectSupport.hpp"
 #include "phantom_idl_types/teleoperationTypeObjectSupport.hpp"
@@ -161,6 +162,8 @@ void register_topics() {
   msg::register_OperatorCommand_type_identifier(ids);
   msg::register_OperatorReply_type_identifier(ids);
   msg::register_ViewPose_type_identifier(ids);
+  msg::register_HapticDevice_type_identifier(ids);
+  msg::register_HapticDeviceWrench_type_identifier(ids);
   msg::register_WorkspaceBrick_type_identifier(ids);
   msg::register_WorkspaceVersion_type_identifier(ids);
   msg::register_WorkspaceObject_type_identifier(ids);
