@@ -1,13 +1,8 @@
 #pragma once
 
-#include <optional>
-
 #include "common/simulation/handle_plant.hpp"
 #include "common/simulation/indexing_hand.hpp"
-#include "common/teleop/cartesian_hand.hpp"
-#include "common/teleop/wrench_slew.hpp"
-#include "components/master_io/config_cartesian.hpp"
-#include "components/master_io/device.hpp"
+#include "components/master_io/cartesian_lead.hpp"
 
 namespace phantom::master_io {
 
@@ -24,33 +19,26 @@ class CartesianDevice final : public Device {
   /// `arm` must outlive the device.
   CartesianDevice(const Config& config, const robot::SerialArm& arm, const core::JointArray& start_q);
 
-  const DeviceSense& sense() noexcept override;
-  void move(const DeviceDemand& demand, double dt_s, core::Nanoseconds now_ns) noexcept override;
+  const DeviceSense& sense(core::Nanoseconds) noexcept override;
+  void move(const DeviceDemand& demand, double dt_s, core::Nanoseconds) noexcept override;
   void end(core::Nanoseconds) noexcept override {}  // its time ends with the loop's
   bool makes_up_periods() const noexcept override { return true; }
   core::ActuatorHealth health() override { return {}; }
-  const CartesianFigures* cartesian_figures() const noexcept override { return &figures_; }
+  const CartesianFigures* cartesian_figures() const noexcept override { return &lead_.figures(); }
 
   /// Wrench on the hand, in the device's axes, of the last tick.
-  const robot::Spatial& wrench() const noexcept { return slew_.wrench(); }
-  const robot::Spatial& twist() const noexcept { return handle_.twist; }
+  const robot::Spatial& wrench() const noexcept { return lead_.wrench(); }
+  const robot::Spatial& twist() const noexcept { return lead_.handle().twist; }
 
  private:
-  void note(const robot::Spatial& before, const DeviceDemand& demand, double dt_s) noexcept;
-
   CartesianConfig parameters_;
-  std::size_t joint_count_;
   Eigen::Matrix3d R_home_;
-  teleop::CartesianHand hand_;
-  teleop::WrenchSlew slew_;
+  CartesianLead lead_;
   simulation::HandlePlant plant_;
   simulation::IndexingHand person_;
-  teleop::HandState handle_;
   bool pushed_;  // by a space mouse or a gamepad
-  bool clutch_out_ = true;
-  std::optional<Eigen::Matrix3d> R_WV_;  // of the view, as last heard
+  bool clutch_out_;
   DeviceSense sense_;
-  CartesianFigures figures_;
 };
 
 }  // namespace phantom::master_io

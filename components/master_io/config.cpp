@@ -215,7 +215,8 @@ Config load_config(const std::filesystem::path& path, const std::filesystem::pat
   if (config.driver == Driver::kCartesian || file.has("cartesian")) {
     core::JointArray inertia{};
     for (std::size_t j = 0; j < arm.joint_count(); ++j) inertia[j] = config.device.joints[j].inertia;
-    config.cartesian = read_cartesian(file.section("cartesian"), arm, inertia);
+    config.cartesian = read_cartesian(file.section("cartesian"), arm, inertia,
+                                      (config.command_delay_samples + 1) * config.period_s);
   }
   read_percept(file.section("percept"), arm, config);
   read_feedback(file.section("feedback"), arm, home, config);

@@ -34,7 +34,7 @@ enum class Driver {
   kSim,        ///< a simulated operator with a simulated device
   kDesk,       ///< a person with a stick or keys on a simulated device
   kCan,        ///< a person with a master arm whose drives are on CAN
-  kCartesian,  ///< a simulated operator with a simulated device of six axes in its own frame
+  kCartesian,  ///< a device of six axes in its own frame: simulated, or served by another process
 };
 
 /// Returns the driver's name in the configuration.
@@ -73,11 +73,16 @@ struct Config {
 /// Returns whether a person pushes the master by sticks, keys or a space mouse.
 inline bool uses_desk(const Config& config) noexcept {
   return config.driver == Driver::kDesk ||
-         (config.driver == Driver::kCartesian && config.cartesian->input != CartesianInput::kSimulated);
+         (config.driver == Driver::kCartesian && is_pushed(config.cartesian->input));
+}
+/// Returns whether a person holds a device that is not simulated here.
+inline bool is_held_by_person(const Config& config) noexcept {
+  return config.driver == Driver::kCan ||
+         (config.driver == Driver::kCartesian && config.cartesian->input == CartesianInput::kHapticDevice);
 }
 /// Returns whether a script moves a simulated operator.
 inline bool is_scripted(const Config& config) noexcept {
-  return config.driver != Driver::kCan && !uses_desk(config);
+  return !is_held_by_person(config) && !uses_desk(config);
 }
 
 /// Choices on the command line that replace the file's; empty: the file's.

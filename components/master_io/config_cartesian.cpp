@@ -23,7 +23,7 @@ void read_handle(const Fields& section, CartesianConfig& config) {
   section.number("velocity_filter_s", handle.velocity_filter_s);
   handle.force_limit_N = config.wrench.force_cap_N;
   handle.moment_limit_N_m = config.wrench.moment_cap_N_m;
-  if (config.input != CartesianInput::kSimulated) {
+  if (is_pushed(config.input)) {
     handle.moved.upper = 1e9, handle.moved.lower = -1e9;
     handle.turned.upper = 10.0;  // beyond every rotation
   }
@@ -35,13 +35,14 @@ void read_handle(const Fields& section, CartesianConfig& config) {
 }  // namespace
 
 CartesianConfig read_cartesian(const Fields& section, const robot::SerialArm& arm,
-                               const core::JointArray& joint_inertia) {
+                               const core::JointArray& joint_inertia, double loop_s) {
   CartesianConfig config;
   auto& hand = config.hand;
   section.choice("input", config.input,
                  {{"simulated", CartesianInput::kSimulated},
                   {"space_mouse", CartesianInput::kSpaceMouse},
-                  {"gamepad", CartesianInput::kGamepad}});
+                  {"gamepad", CartesianInput::kGamepad},
+                  {"haptic_device", CartesianInput::kHapticDevice}});
   using enum teleop::HandFrame;
   section.choice("frame", hand.frame, {{"base", kBase}, {"view", kView}, {"tool", kTool}});
   const Eigen::Vector3d rpy = std::numbers::pi / 180.0 * section.vector3("device_rpy_deg");
@@ -63,6 +64,10 @@ CartesianConfig read_cartesian(const Fields& section, const robot::SerialArm& ar
                    .force_rate_N_per_s = section.value("force_rate_N_per_s"),
                    .moment_rate_Nm_per_s = section.value("moment_rate_N_m_per_s")};
   read_handle(section.section("simulated"), config);
+  const Fields device = section.section("haptic_device");
+  device.number("staleness_s", config.watch.staleness_s);
+  device.number("round_trip_limit_s", config.watch.round_trip_limit_s);
+  config.watch.loop_s = loop_s;
   return config;
 }
 

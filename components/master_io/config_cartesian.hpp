@@ -7,6 +7,7 @@
 #include "common/simulation/handle_plant.hpp"
 #include "common/simulation/indexing_hand.hpp"
 #include "common/teleop/cartesian_hand.hpp"
+#include "common/teleop/device_watch.hpp"
 #include "common/teleop/wrench_slew.hpp"
 
 namespace phantom::master_io {
@@ -14,9 +15,13 @@ namespace phantom::master_io {
 /// Axes of what a Cartesian hand does: three of translation, three of rotation.
 inline constexpr std::size_t kCartesianAxes = 6;
 
-/// What the hand holds. None but the simulated device knows positions: a space mouse and a gamepad push a
-/// simulated handle without an edge.
-enum class CartesianInput { kSimulated, kSpaceMouse, kGamepad };
+/// What the hand holds. A space mouse and a gamepad know no positions: they push a simulated handle without
+/// an edge. A haptic device is served by another process, by topic.
+enum class CartesianInput { kSimulated, kSpaceMouse, kGamepad, kHapticDevice };
+
+inline bool is_pushed(CartesianInput input) noexcept {
+  return input == CartesianInput::kSpaceMouse || input == CartesianInput::kGamepad;
+}
 
 /// Parameters of driver cartesian.
 struct CartesianConfig {
@@ -25,6 +30,7 @@ struct CartesianConfig {
   teleop::WrenchSlewParameters wrench;
   simulation::HandlePlantParameters handle;
   simulation::IndexingHandParameters indexing;
+  teleop::DeviceWatchParameters watch;  ///< of a haptic device
 };
 
 /// What a session with a Cartesian device was like, for the report.
@@ -39,9 +45,10 @@ struct CartesianFigures {
   std::uint32_t clutched_out = 0;  ///< how often the clutch went out
 };
 
-/// Reads the section for `arm`, with the joints' inertias as found in `device`. Throws ConfigError.
+/// Reads the section for `arm`, with the joints' inertias as found in `device`. `loop_s`: length of the
+/// device's loop with which its damping limits are found. Throws ConfigError.
 CartesianConfig read_cartesian(const runtime::Fields& section, const robot::SerialArm& arm,
-                               const core::JointArray& joint_inertia);
+                               const core::JointArray& joint_inertia, double loop_s);
 
 /// Returns the tool's pose at `q` as a person with a handle works with it: position, then rotation vector
 /// from its orientation at `R_home`, both ÷ the scales, so that they are metres and radians of the hand.

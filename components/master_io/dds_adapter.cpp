@@ -1,5 +1,6 @@
 #include "components/master_io/dds_adapter.hpp"
 
+#include <spdlog/fmt/fmt.h>
 #include <spdlog/spdlog.h>
 
 #include <atomic>
@@ -7,6 +8,7 @@
 
 #include "common/dds/participant.hpp"
 #include "common/messages/checked_reader.hpp"
+#include "common/messages/haptic_device_codec.hpp"
 #include "common/messages/operator_responder.hpp"
 #include "common/messages/percept_codec.hpp"
 #include "common/messages/publisher.hpp"
@@ -34,6 +36,24 @@ double RoundTrip::measure(const messages::DragField& field, core::Nanoseconds re
   if (made_ns == 0 || echo.sequence_number <= last_) return -1.0;
   last_ = echo.sequence_number;
   return core::seconds(received_ns - made_ns);
+}
+
+std::string refusal(const messages::HapticDevice& device, const HapticNeeds& needs) {
+  const auto& able = device.able;
+  const auto why = [](const char* what, double has, const char* key, double wanted, const char* allowed) {
+    return fmt::format("its {} is {:g}, cartesian.{} {:g}; allowed: {}", what, has, key, wanted, allowed);
+  };
+  constexpr std::uint32_t kAbout = messages::kAllAxes & ~messages::kPositionAxes;
+  if (able.mass_kg < needs.mass_kg) return why("mass_kg", able.mass_kg, "mass_kg", needs.mass_kg, "no more");
+  if (able.inertia_kg_m2 < needs.inertia_kg_m2)
+    return why("inertia_kg_m2", able.inertia_kg_m2, "inertia_kg_m2", needs.inertia_kg_m2, "no more");
+  if ((able.actuated_axes & messages::kPositionAxes) != 0 && able.max_force_N < needs.force_N)
+    return why("max_force_N", able.max_force_N, "force_limit_N", needs.force_N, "no more");
+  if ((able.actuated_axes & kAbout) != 0 && able.max_moment_N_m < needs.moment_N_m)
+    return why("max_moment_N_m", able.max_moment_N_m, "moment_limit_N_m", needs.moment_N_m, "no more");
+  if (needs.orientation && able.measured_axes != messages::kAllAxes)
+    return "it does not measure its orientation; allowed: cartesian.orientation: false";
+  return "";
 }
 
 SeenView seen(const messages::ViewPose& view, core::Nanoseconds received_ns) noexcept {
@@ -71,6 +91,17 @@ struct DdsAdapter::Impl {
              [this](const messages::ViewPose& sample, core::Nanoseconds received_ns) {
                inbox.view.write(seen(sample, received_ns));
              }),
+        haptic_stamper(participant),
+        wrench(participant, dds::kHapticDeviceWrench),
+        haptic(
+            participant, dds::kHapticDevice, {},
+            [this](const messages::HapticDevice& sample, core::Nanoseconds received_ns) {
+              inbox.haptic.write({sample, sample.wrench_echo, received_ns, participant.session()});
+            },
+            [needs = expected.haptic](const messages::HapticDevice& sample) {
+              return needs ? refusal(sample, *needs)
+                           : "no haptic device is used here; allowed: cartesian.input: haptic_device";
+            }),
         responder(participant, core::Side::kMaster, inbox.stops,
                   [this](const messages::OperatorCommand& command) { return on_setting(command); }) {
     inbox.settings.write(settings);
@@ -88,7 +119,20 @@ struct DdsAdapter::Impl {
 
   const char* topic_with_rival() const {
     const core::Nanoseconds now_ns = core::monotonic_ns();
-    return slave.has_rival(now_ns) ? "slave_state" : field.has_rival(now_ns) ? "drag_field" : nullptr;
+    return slave.has_rival(now_ns)    ? "slave_state"
+           : field.has_rival(now_ns)  ? "drag_field"
+           : haptic.has_rival(now_ns) ? "haptic_device"
+                                      : nullptr;
+  }
+
+  // The stamp has the tick's time, to which the device's echo is compared: it counts the wait for this
+  // thread, too.
+  void publish(const messages::HapticDeviceWrench& sample) {
+    msg::HapticDeviceWrench message = to_idl(sample);
+    msg::Stamp stamp = haptic_stamper.next();
+    stamp.monotonic_ns(sample.stamp.monotonic_ns);
+    message.stamp(stamp);
+    wrench.write(message);
   }
 
   core::Status on_setting(const messages::OperatorCommand& command) {
@@ -121,6 +165,9 @@ struct DdsAdapter::Impl {
   messages::CheckedReader<msg::DragField> field;
   messages::CheckedReader<msg::Percept> percept;
   messages::CheckedReader<msg::ViewPose> view;
+  dds::Stamper haptic_stamper;
+  dds::Writer<msg::HapticDeviceWrench> wrench;
+  messages::CheckedReader<msg::HapticDevice> haptic;
   messages::OperatorResponder responder;
 };
 
@@ -131,6 +178,7 @@ DdsAdapter::~DdsAdapter() = default;
 
 void DdsAdapter::publish(const MasterReport& report) {
   impl_->feedback_delay_s = report.outputs.feedback_delay_s;
+  if (report.has_wrench) impl_->publish(report.wrench);
   impl_->master.publish(report);
   impl_->responder.on_report(report.stop_requests, report.outputs.stop.id != 0);
   impl_->stop_in_force.store(report.outputs.stop.id, std::memory_order_relaxed);

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "common/core/health.hpp"
@@ -10,6 +11,7 @@
 #include "common/core/snapshot.hpp"
 #include "common/core/stop_requests.hpp"
 #include "common/messages/arm_bounds.hpp"
+#include "common/messages/haptic_device.hpp"
 #include "components/master_io/gains.hpp"
 #include "components/master_io/master_io.hpp"
 
@@ -19,6 +21,8 @@ namespace phantom::master_io {
 struct MasterReport : messages::MasterState {
   MasterOutputs outputs;
   std::uint32_t stop_requests = 0;  ///< those of the inbox that are in force
+  bool has_wrench = false;          ///< a haptic device is served by another process
+  messages::HapticDeviceWrench wrench;
 
   /// Copies the outputs' values into the sample. Real-time safe: yes.
   void take(const MasterOutputs& made) noexcept;
@@ -30,14 +34,25 @@ struct SeenView {
   std::array<double, 9> R_WC{};       ///< camera in W: x right, y up, z backward; by columns
 };
 
+/// The newest valid haptic_device.
+using HapticSample = messages::Answer<messages::HapticDevice>;
+
 /// Validated data from the topics. The servo thread is the reader of all.
 struct Inbox {
   core::Snapshot<SlaveSample> slave;
   core::Snapshot<DragSample> drag;
   core::Snapshot<PhantomContact> phantom;
   core::Snapshot<SeenView> view;
+  core::Snapshot<HapticSample> haptic;
   core::Snapshot<Settings> settings;
   core::StopRequests stops;
+};
+
+/// What a haptic device must be able to do.
+struct HapticNeeds {
+  double mass_kg = 0.0, inertia_kg_m2 = 0.0;  ///< at least, as the damping limits are found with
+  double force_N = 0.0, moment_N_m = 0.0;     ///< at least
+  bool orientation = true;                    ///< it measures its orientation
 };
 
 /// What received samples must match.
@@ -45,6 +60,7 @@ struct Expectations {
   messages::ArmBounds arm;  ///< bounds that the slave's arm must have
   teleop::DragMode drag_mode = teleop::DragMode::kSeparable;
   GainRules gains;
+  std::optional<HapticNeeds> haptic;  ///< none: no haptic device is used
 };
 
 /// Connects master_io to the topics. It stamps what it publishes and refuses samples that are invalid or out

@@ -22,6 +22,10 @@ class RoundTrip {
   std::uint64_t session_, last_ = 0;
 };
 
+/// Returns why a haptic device does not fit, naming the key and what is allowed; empty if it does. It needs
+/// no moments or forces of axes along or about which it says that it cannot act.
+std::string refusal(const messages::HapticDevice& device, const HapticNeeds& needs);
+
 /// Returns what the servo needs of a view.
 SeenView seen(const messages::ViewPose& view, core::Nanoseconds received_ns) noexcept;
 

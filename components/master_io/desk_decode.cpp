@@ -112,6 +112,22 @@ bool is_desk_key(int code, bool space_mouse) noexcept {
          decoder.events().stops + decoder.events().resets > 0;
 }
 
+void SpacenavDecoder::deflect(const std::array<int, kDeskAxes>& axes, double now_s) noexcept {
+  constexpr std::array<std::size_t, kDeskAxes> kFrom{0, 2, 1, 3, 5, 4};
+  for (std::size_t i = 0; i < kDeskAxes; ++i)
+    state_.axes[i] = std::clamp(axes[kFrom[i]] / double{SpaceMouseDecoder::kFull}, -1.0, 1.0);
+  until_s_ = now_s + kHeld_s;
+}
+
+void SpacenavDecoder::press(int button, bool down) noexcept {
+  if (button == 0) state_.clutch_out = down;
+  if (button == 1 && down) ++events_.stops;
+}
+
+void SpacenavDecoder::release_expired(double now_s) noexcept {
+  if (now_s >= until_s_) state_.axes = {};
+}
+
 void TerminalDecoder::press(std::size_t axis, double push, double now_s) noexcept {
   state_.axes[axis] = push;
   until_s_[axis] = now_s + kPress_s;

@@ -69,6 +69,28 @@ class SpaceMouseDecoder {
 /// Returns whether a key or button means something at the desk, so that it cannot be an enabling switch too.
 bool is_desk_key(int code, bool space_mouse) noexcept;
 
+/// Decodes what spacenavd reports of a space mouse: its axes are right, up and away, moved and turned; ours
+/// right, away and up. A deflection that is not renewed for kHeld_s counts as none, since a daemon that hangs
+/// would hold it for ever. Left button held: clutch out; right: emergency stop.
+class SpacenavDecoder {
+ public:
+  static constexpr double kHeld_s = 0.5;
+
+  void deflect(const std::array<int, kDeskAxes>& axes, double now_s) noexcept;
+  void press(int button, bool down) noexcept;
+  void release_expired(double now_s) noexcept;
+  void lose() noexcept {
+    state_ = {.alive = true};
+  }  ///< forgets deflection and buttons of a daemon that ended
+  const DeskState& state() const noexcept { return state_; }
+  const DeskEvents& events() const noexcept { return events_; }
+
+ private:
+  DeskState state_{.alive = true};
+  DeskEvents events_;
+  double until_s_ = 0.0;
+};
+
 /// Decodes the bytes of a terminal, which reports presses but no releases. A press pushes for kPress_s; the
 /// keyboard's repetition prolongs it. Esc or Space alone: emergency stop.
 class TerminalDecoder {

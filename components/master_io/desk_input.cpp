@@ -18,6 +18,7 @@
 #include "common/core/thread_place.hpp"
 #include "common/runtime/input_device.hpp"
 #include "components/master_io/desk_decode.hpp"
+#include "components/master_io/spacenav.hpp"
 
 namespace phantom::master_io {
 namespace {
@@ -89,6 +90,24 @@ int find_input(bool space_mouse, std::string& path) {
     close(fd);
   }
   return -1;
+}
+
+constexpr const char* kSpacenavd = "spacenavd";
+
+/// Connects to spacenavd if the configuration names it, or leaves the choice of a space mouse: a daemon that
+/// runs keeps its mouse to itself. Throws ConfigError and MissingError.
+std::unique_ptr<Spacenav> open_spacenav(const DeskConfig& config) {
+  const bool named = config.device == kSpacenavd;
+  if (!config.space_mouse || (!named && config.device != "auto")) return nullptr;
+  if (named && !Spacenav::built_in())
+    throw core::ConfigError(
+        "desk.device: spacenavd: this build lacks libspnav; allowed: auto, or a file of /dev/input");
+  auto spacenav = Spacenav::connect();
+  if (named && !spacenav)
+    throw core::MissingError(
+        "desk.device: spacenavd: nobody serves its socket ($SPNAV_SOCKET, /etc/spnavrc, "
+        "/var/run/spnav.sock); allowed: start it, or name a file of /dev/input");
+  return spacenav;
 }
 
 /// Opens the configured device and returns its descriptor and path; for a terminal, the standard input.
@@ -164,6 +183,7 @@ AxisRanges ranges_of(int fd) {
 }  // namespace
 
 void check_device(const DeskConfig& config) {
+  if (open_spacenav(config)) return;
   std::string path;
   const int fd = open_wanted(config, path);
   if (fd != STDIN_FILENO) close(fd);
@@ -171,12 +191,19 @@ void check_device(const DeskConfig& config) {
 
 struct DeskInput::Impl {
   Impl(const DeskConfig& config, core::Snapshot<DeskState>& into, Listener listens, int servo_priority)
-      : state(into), listener(std::move(listens)), device(open_desk(config, name)) {
+      : state(into), listener(std::move(listens)), spacenav(open_spacenav(config)) {
+    if (spacenav) {
+      name = kSpacenavd;
+    } else {
+      device = open_desk(config, name);
+    }
     thread =
         std::jthread([this, servo_priority, space_mouse = config.space_mouse](const std::stop_token& stop) {
           core::take_place(core::ThreadRole::kDesk, servo_priority);
           progress.begin();
-          if (device->terminal()) {
+          if (spacenav) {
+            read_spacenav(stop);
+          } else if (device->terminal()) {
             read_terminal(stop);
           } else if (space_mouse) {
             SpaceMouseDecoder decoder(ranges_of(device->fd()));
@@ -225,6 +252,34 @@ struct DeskInput::Impl {
     if (!stop.stop_requested()) listener.notice("the device is gone: nothing is pushed any more");
   }
 
+  // The daemon may end and come back; meanwhile the device counts as gone.
+  void read_spacenav(const std::stop_token& stop) {
+    constexpr double kRetry_s = 2.0;
+    SpacenavDecoder decoder;
+    double retry_s = 0.0;
+    while (!stop.stop_requested()) {
+      const double now_s = core::seconds(core::monotonic_ns());
+      if (!spacenav && now_s >= retry_s) {
+        retry_s = now_s + kRetry_s;
+        spacenav = Spacenav::connect();
+        if (spacenav) listener.notice("spacenavd is back");
+      }
+      if (!spacenav) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(kPoll_ms));
+        report({}, decoder.events());
+        continue;
+      }
+      const bool lives = spacenav->read(kPoll_ms, now_s, decoder);
+      decoder.release_expired(core::seconds(core::monotonic_ns()));
+      report(lives ? decoder.state() : DeskState{}, decoder.events());
+      if (lives) continue;
+      spacenav.reset();
+      decoder.lose();
+      listener.notice("spacenavd is gone: nothing is pushed until it is back");
+    }
+    state.write({});
+  }
+
   void read_terminal(const std::stop_token& stop) {
     TerminalDecoder decoder;
     while (!stop.stop_requested()) {
@@ -243,7 +298,8 @@ struct DeskInput::Impl {
   core::Snapshot<DeskState>& state;
   Listener listener;
   std::string name;
-  std::unique_ptr<OpenDevice> device;
+  std::unique_ptr<Spacenav> spacenav;
+  std::unique_ptr<OpenDevice> device;  // where it is not spacenavd
   std::atomic<double> strength{0.0};
   DeskEvents handled;
   core::Progress progress{"desk"};

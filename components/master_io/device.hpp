@@ -18,7 +18,8 @@ struct DeviceSense {
   bool follows = true;                                ///< its motors follow their commands
   bool fault = false;                                 ///< its motors hold or coast until a reset
   can::DigitalInputs inputs;                          ///< of its drives, if one is to send them
-  bool hand_waits = false;                            ///< a simulated hand re-indexes: its task waits
+  double longer_s = 0.0;    ///< by how much the loop through it is longer than configured
+  bool hand_waits = false;  ///< a simulated hand re-indexes: its task waits
 };
 
 /// Commands of a tick to the master device.
@@ -35,13 +36,14 @@ struct DeviceDemand {
       nullptr;  ///< where the slave waits for the master to come; null: it does not
 };
 
-/// Interface of the device that the hand holds: simulated, or with drives. sense() and move() belong to the
-/// servo thread, allocate no memory and never wait.
+/// Interface of the device that the hand holds: simulated, with drives, or served by another process. sense()
+/// and move() belong to the servo thread, allocate no memory and never wait.
 class Device {
  public:
   virtual ~Device() = default;
 
-  virtual const DeviceSense& sense() noexcept = 0;
+  /// Returns its state at a tick at `now_ns` on the monotonic clock.
+  virtual const DeviceSense& sense(core::Nanoseconds now_ns) noexcept = 0;
   /// Advances the device by `dt_s` under the demand.
   virtual void move(const DeviceDemand& demand, double dt_s, core::Nanoseconds now_ns) noexcept = 0;
   /// Ends the device after the servo thread has ended: the motors stop following earlier commands. It is the
@@ -53,13 +55,16 @@ class Device {
   virtual core::ActuatorHealth health() = 0;
   /// Returns figures of a Cartesian device, valid once the servo thread has ended; null for any other.
   virtual const CartesianFigures* cartesian_figures() const noexcept { return nullptr; }
+  /// Returns the wrench of the last tick for the process that serves the device; null: there is none. Servo
+  /// thread only.
+  virtual const messages::HapticDeviceWrench* wrench_to_send() const noexcept { return nullptr; }
 };
 
 class SimulatedDevice final : public Device {
  public:
   SimulatedDevice(const Config& config, const core::JointArray& start_q) : plant_(config.device, start_q) {}
 
-  const DeviceSense& sense() noexcept override {
+  const DeviceSense& sense(core::Nanoseconds) noexcept override {
     sense_.position = plant_.position();
     sense_.velocity = plant_.velocity();
     sense_.hand_position = plant_.true_position();
@@ -86,7 +91,7 @@ class CanDevice final : public Device {
   CanDevice(const Config& config, std::vector<std::unique_ptr<can::CanBus>> buses)
       : drives_(config.can.value().group, config.align_tolerance, std::move(buses)) {}
 
-  const DeviceSense& sense() noexcept override {
+  const DeviceSense& sense(core::Nanoseconds) noexcept override {
     const can::ArmDrivesSense& drives = drives_.sense();
     sense_.known = drives.known;
     sense_.position = sense_.hand_position = drives.position;

@@ -64,7 +64,7 @@ int main(int argc, char** argv) {
           messages::run_operator_request(deployment.network, "master_io command", request, std::cout)));
     }
     const auto config = master_io::load_config(options.config, cell.file, model.arm, model.home, choices);
-    if (config.driver != master_io::Driver::kCan)
+    if (!master_io::is_held_by_person(config))
       runtime::require_simulation_meant(
           deployment, options,
           (choices.driver.empty() ? options.config.string() + ": driver: " : "--driver ") +

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/teleop/stability_guard.hpp"
+
 namespace phantom::master_io {
 
 using teleop::LinkState;
@@ -27,6 +29,8 @@ MasterIo::MasterIo(const Config& config, const teleop::StopLatch& latch)
       percept_staleness_s_(config.percept_staleness_s),
       round_trip_limit_s_(config.link.round_trip_limit_s),
       period_s_(config.period_s),
+      delay_samples_(config.command_delay_samples +
+                     teleop::filter_delay_samples(config.device.velocity_filter_s, config.period_s)),
       link_(config.link, latch),
       percept_(config.percept),
       feedback_(config.feedback),
@@ -43,12 +47,13 @@ MasterOutputs MasterIo::step(const MasterInputs& in, double dt_s) noexcept {
   const bool coupled = out.state == LinkState::kCoupled;
   out.percept_enabled = in.percept_wanted && in.settings.percept_enabled;
   const bool fresh = in.drag_age_s <= percept_staleness_s_ && in.drag_round_trip_s <= round_trip_limit_s_;
+  const double limit_share = teleop::damping_share(delay_samples_, in.device_longer_s / period_s_);
   auto percept = percept_.step(in.drag.drag, fresh, coupled && out.percept_enabled, in.settings.percept_gain,
-                               in.velocity, dt_s);
+                               in.velocity, dt_s, limit_share);
   out.percept_gain = fresh ? percept.gain : least(in.settings.percept_gain, count_);
   out.damping_limited = percept.damping_limited;
   out.torque_limited = percept.torque_limited;
-  render_feedback(in, dt_s, out);
+  render_feedback(in, limit_share, dt_s, out);
   // Stable gains are inversely proportional to the time that a torque acts unchanged.
   const double share = in.loop.share_within(teleop::kPunctual * period_s_);
   for (std::size_t j = 0; j < count_; ++j) {
@@ -65,18 +70,21 @@ MasterOutputs MasterIo::step(const MasterInputs& in, double dt_s) noexcept {
   return out;
 }
 
-void MasterIo::render_feedback(const MasterInputs& in, double dt_s, MasterOutputs& out) noexcept {
+void MasterIo::render_feedback(const MasterInputs& in, double limit_share, double dt_s,
+                               MasterOutputs& out) noexcept {
   // Slightly more than a percept period: an older contact of the phantom does not count.
   constexpr double kPhantomStaleness_s = 0.1;
   const bool sensed = contact_source_ != ContactSource::kPhantom && in.slave.contact;
   const bool predicted = contact_source_ != ContactSource::kSlave && in.phantom.contact &&
                          in.phantom_age_s <= kPhantomStaleness_s;
+  const double link_s = hears(out.state) ? in.partner_round_trip_s : 0.0;
   const auto felt = feedback_.step({.law = in.settings.law,
                                     .inverse_a = in.settings.feedback_gain,
                                     .coupled = out.state == LinkState::kCoupled,
                                     .contact = sensed || predicted,
                                     .force_measured = in.slave.force_measured,
-                                    .round_trip_s = hears(out.state) ? in.partner_round_trip_s : 0.0,
+                                    .round_trip_s = link_s > 0.0 ? link_s + in.device_longer_s : 0.0,
+                                    .limit_share = limit_share,
                                     .master = {in.position, in.velocity},
                                     .slave = {in.slave.position, in.slave.velocity},
                                     .effort = {in.slave.loop_torque_Nm, in.slave.external_torque_Nm}},

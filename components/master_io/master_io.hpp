@@ -48,6 +48,8 @@ struct MasterInputs : teleop::SideInputs {
   PhantomContact phantom;
   double phantom_age_s = std::numeric_limits<double>::infinity();
   Settings settings;
+  /// By how much the loop through a device that another process serves is longer than configured; ≥ 0.
+  double device_longer_s = 0.0;
   bool percept_wanted = true;  ///< the script of reaches enables the percept
 };
 
@@ -82,12 +84,12 @@ class MasterIo {
   MasterOutputs step(const MasterInputs& in, double dt_s) noexcept;
 
  private:
-  void render_feedback(const MasterInputs& in, double dt_s, MasterOutputs& out) noexcept;
+  void render_feedback(const MasterInputs& in, double limit_share, double dt_s, MasterOutputs& out) noexcept;
 
   std::size_t count_;
   ContactSource contact_source_;
   core::JointArray align_tolerance_;
-  double percept_staleness_s_, round_trip_limit_s_, period_s_;
+  double percept_staleness_s_, round_trip_limit_s_, period_s_, delay_samples_;
   teleop::LinkMonitor link_;
   teleop::PerceptRenderer percept_;
   teleop::FeedbackRenderer feedback_;

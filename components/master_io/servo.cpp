@@ -37,6 +37,7 @@ Servo::Servo(const Config& config, const core::JointArray& home, Device& device,
       device_(device),
       loop_guard_(config.loop),
       driver_(config.driver),
+      held_by_person_(is_held_by_person(config)),
       desk_leads_(uses_desk(config)),
       scripted_(is_scripted(config)),
       stops_(inbox.stops, stops),
@@ -64,7 +65,7 @@ void Servo::read_inbox(core::Nanoseconds now_ns) noexcept {
 // The desk pushes nothing before master and slave are coupled. A person on real drives needs no simulated
 // torque.
 const core::JointArray& Servo::hand_torque(bool go, const DeviceSense& sense, double dt_s) noexcept {
-  if (driver_ == Driver::kCan) return no_torque_;
+  if (held_by_person_) return no_torque_;
   if (desk_leads_) return desk_hand_.step(go ? desk_now_ : DeskState{}, sense.hand_velocity);
   // A hand on a Cartesian device lets go while nothing is coupled: the master goes to the slave by itself.
   if (driver_ == Driver::kCartesian && !go) hand_.release(sense.hand_position);
@@ -77,7 +78,7 @@ bool Servo::step(MasterReport& report, double dt_s, core::Nanoseconds now_ns) no
   const bool go = state_ == teleop::LinkState::kCoupled;
   const bool heard = inputs_.partner_age_s <= staleness_s_;
   const bool contact = inputs_.slave.contact && heard;
-  const DeviceSense& sense = device_.sense();
+  const DeviceSense& sense = device_.sense(now_ns);
   const bool apart = state_ == teleop::LinkState::kReady && heard;
   if (scripted_) {
     if (apart && driver_ == Driver::kSim) {
@@ -92,6 +93,7 @@ bool Servo::step(MasterReport& report, double dt_s, core::Nanoseconds now_ns) no
   inputs_.drives_follow = sense.follows;
   inputs_.drive_fault = sense.fault;
   inputs_.enabling = enabling.step(sense.inputs, now_ns, dt_s);
+  inputs_.device_longer_s = sense.longer_s;
   report.take(controller_.step(inputs_, dt_s));
   const bool released = stops_.end(inputs_, report.outputs);
   state_ = report.outputs.state;
@@ -130,6 +132,9 @@ void Servo::tick(double dt_s, core::Nanoseconds now_ns) noexcept {
   report.position = inputs_.position;
   report.velocity = inputs_.velocity;
   report.reach = script_.number();
+  const messages::HapticDeviceWrench* wrench = device_.wrench_to_send();
+  report.has_wrench = wrench != nullptr;
+  if (wrench != nullptr) report.wrench = *wrench;
   report.slave_echo = inputs_.slave.stamp;
   report.drag_echo = inputs_.drag.stamp;
   if (drag_is_new_) report.round_trip_s = inputs_.drag.round_trip_s;

@@ -48,7 +48,7 @@ class Servo {
   Device& device_;
   teleop::LoopGuard loop_guard_;
   Driver driver_;
-  bool desk_leads_, scripted_;
+  bool held_by_person_, desk_leads_, scripted_;
   teleop::StopExchange stops_;
   core::JointArray no_torque_{};
   DeskState desk_now_;

@@ -17,6 +17,7 @@
 #include "components/master_io/cartesian_device.hpp"
 #include "components/master_io/dds_adapter.hpp"
 #include "components/master_io/desk_input.hpp"
+#include "components/master_io/haptic_device.hpp"
 #include "components/master_io/report.hpp"
 #include "components/master_io/servo.hpp"
 
@@ -97,7 +98,10 @@ double felt_share(const MasterOutputs& now, const Config& config) {
 }
 
 // Returns the configured device and waits for its buses; null if a stop was requested meanwhile.
-std::unique_ptr<Device> make_device(const ArmModel& model, const Config& config, DdsAdapter& adapter) {
+std::unique_ptr<Device> make_device(const ArmModel& model, const Config& config, Inbox& inbox,
+                                    DdsAdapter& adapter) {
+  if (is_held_by_person(config) && config.driver == Driver::kCartesian)
+    return std::make_unique<HapticDevice>(config, model.arm, model.home, inbox.haptic);
   if (config.driver == Driver::kCartesian)
     return std::make_unique<CartesianDevice>(config, model.arm, model.home);
   if (config.driver != Driver::kCan) return std::make_unique<SimulatedDevice>(config, model.home);
@@ -122,6 +126,13 @@ std::unique_ptr<DeskInput> make_desk(const Config& config, Servo& servo, DdsAdap
                    ? "left button: clutch out, right button: emergency stop"
                    : "Tab or shoulder: other joints, Esc or Select: emergency stop, Enter or Start: reset");
   return desk;
+}
+
+std::optional<HapticNeeds> haptic_needs(const Config& config) {
+  if (config.driver != Driver::kCartesian || !is_held_by_person(config)) return std::nullopt;
+  const CartesianConfig& c = *config.cartesian;
+  return HapticNeeds{c.hand.map.mass_kg, c.hand.map.inertia_kg_m2, c.wrench.force_cap_N,
+                     c.wrench.moment_cap_N_m, c.hand.map.orientation};
 }
 
 core::Health health_of(const MasterReport& now, const core::DurationHistogram& trips,
@@ -149,7 +160,7 @@ std::vector<core::LoopStatistics> run_servo(const Config& config, Device& device
     event_logger.look(report.outputs, core::monotonic_ns());
     if (desk) desk->rumble(felt_share(report.outputs, config));
   };
-  callbacks.health = [&adapter, simulated = config.driver != Driver::kCan](
+  callbacks.health = [&adapter, simulated = !is_held_by_person(config)](
                          const MasterReport& now, std::vector<core::LoopStatistics> loops) {
     return health_of(now, adapter.round_trips(), std::move(loops), simulated);
   };
@@ -185,10 +196,13 @@ int run_session(const runtime::CellConfig& cell, const ArmModel& model, const Co
   if (!stops.notice().empty()) spdlog::warn("{}", stops.notice());
   Inbox inbox;
   DdsAdapter adapter(core::in_haptic_path(network, config.scheduling.servo_priority),
-                     {messages::bounds_of(model.arm), config.percept.mode, gain_rules(config, model.arm)},
+                     {messages::bounds_of(model.arm), config.percept.mode, gain_rules(config, model.arm),
+                      haptic_needs(config)},
                      initial_settings(config), inbox);
   if (config.driver == Driver::kCan) {
     spdlog::info("the master's drives are on CAN: {}", fmt::join(config.can->addresses, ", "));
+  } else if (is_held_by_person(config)) {
+    spdlog::info("the master is a haptic device that another process serves (topic haptic_device)");
   } else {
     spdlog::info("THE MASTER IS SIMULATED (driver {})", name_of(config.driver));
   }
@@ -198,7 +212,7 @@ int run_session(const runtime::CellConfig& cell, const ArmModel& model, const Co
   } else {
     spdlog::info("law {}, moved by a person", teleop::name_of(config.feedback.law));
   }
-  const auto device = make_device(model, config, adapter);
+  const auto device = make_device(model, config, inbox, adapter);
   if (!device) return runtime::kExitDone;
   Servo servo(config, model.home, *device, inbox, core::random_number(), stops);
   const std::vector<core::LoopStatistics> loops = run_servo(config, *device, servo, stops, adapter);

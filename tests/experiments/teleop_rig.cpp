@@ -22,8 +22,8 @@ class Device final : public master_io::Device {
  public:
   Device(const master_io::Config& config, const core::JointArray& start_q, Sabotage sabotage)
       : device_(config, start_q), sabotage_(sabotage) {}
-  const master_io::DeviceSense& sense() noexcept override {
-    sense_ = device_.sense();
+  const master_io::DeviceSense& sense(core::Nanoseconds now_ns) noexcept override {
+    sense_ = device_.sense(now_ns);
     sense_.velocity = sabotaged(sense_.velocity, sabotage_);
     return sense_;
   }

@@ -99,7 +99,7 @@ TEST(CartesianDevice, TheToolArrivesWhereTheReachSays) {
   double nearest_m = 1.0;
   for (int i = 0; i < 300; ++i) {
     rig.run(0.1);
-    const auto at = rig.device.sense().hand_position;
+    const auto at = rig.device.sense(rig.now_ns).hand_position;
     nearest_m = std::min(nearest_m, config.cartesian->hand.scale *
                                         std::hypot(at[0] - target[0], at[1] - target[1], at[2] - target[2]));
   }
