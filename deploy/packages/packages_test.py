@@ -5,6 +5,7 @@ packages_test.py BUILD_FOLDER VERSION COMPONENT …
 """
 import hashlib
 import json
+import os
 import re
 import shutil
 import subprocess
@@ -56,6 +57,27 @@ def check_common(deb, files):
                    "share/phantom/examples/can-restart.conf", "lib/systemd/system/phantom.target",
                    "lib/systemd/system/phantom-discovery.service", "lib/sysusers.d/phantom.conf"):
         assert "/usr/" + wanted in files, f"phantom-common lacks {wanted}"
+
+
+def check_haptic_device(deb, files, root, folder):
+    """What a maker of devices gets is enough to build and start his process: plain C, by pkg-config."""
+    lib = next(f for f in files if f.endswith("/libphantom_haptic_device.so"))
+    assert {"/usr/bin/haptic_device_example", "/usr/include/phantom_haptic_device.h", "/usr/share/phantom/doc/haptic_device.md",
+            "/usr/share/phantom/examples/haptic_device/haptic_device_example.c"} <= files, sorted(files)
+    depends = field(deb, "Depends")
+    assert f"phantom-common (= {VERSION})" in depends and re.search("libfast(rtps|dds)[0-9]", depends), depends
+    seen = run("nm", "-D", "--defined-only", root / lib.lstrip("/"))
+    names = {line.split()[-1] for line in seen.splitlines()}
+    assert {n for n in names if "phantom" in n} == {f"phantom_haptic_device_{n}" for n in ("open", "receive", "send", "why", "close")}, names
+    pkg_config = root / Path(lib.lstrip("/")).parent / "pkgconfig"
+    flags = run("pkg-config", "--cflags", "--libs", "phantom-haptic-device",
+                env={**os.environ, "PKG_CONFIG_PATH": str(pkg_config), "PKG_CONFIG_ALLOW_SYSTEM_CFLAGS": "1", "PKG_CONFIG_ALLOW_SYSTEM_LIBS": "1"}).split()
+    mine = folder / "my_device"
+    run("cc", "-std=c99", "-pedantic-errors", "-Wall", "-Wextra", "-Werror", root / "usr/share/phantom/examples/haptic_device/haptic_device_example.c",
+        *flags, "-lm", "-o", mine)
+    done = subprocess.run([mine, "--deployment", "/nowhere.yaml"], capture_output=True, text=True,
+                          env={**os.environ, "LD_LIBRARY_PATH": str((root / lib.lstrip("/")).parent)})
+    assert done.returncode == 2 and "/nowhere.yaml" in done.stderr, done
 
 
 def check_bill(whole):
@@ -146,7 +168,7 @@ def main():
         folder = Path(name)
         run("cpack", "-G", "DEB", "-D", f"CPACK_OUTPUT_FILE_PREFIX={folder}", "--config", BUILD / "CPackConfig.cmake", cwd=folder)
         debs = {field(deb, "Package"): deb for deb in folder.glob("*.deb")}
-        assert set(debs) == {"phantom-common", *map(name_of, COMPONENTS)}, sorted(debs)
+        assert set(debs) == {"phantom-common", "phantom-haptic-device", *map(name_of, COMPONENTS)}, sorted(debs)
         owner, root = {}, folder / "root"
         root.mkdir()
         for package, deb in sorted(debs.items()):
@@ -158,6 +180,8 @@ def main():
                 owner[file] = package
             if package == "phantom-common":
                 check_common(deb, files)
+            elif package == "phantom-haptic-device":
+                check_haptic_device(deb, files, root / package, folder)
             else:
                 check_package(deb, next(c for c in COMPONENTS if name_of(c) == package), files)
         whole = folder / "whole"
