@@ -3,6 +3,7 @@
 master arm with drives on them, and drives, buses and processes fail. scripts/test_packages --vm boots such a machine and calls it.
 """
 import csv
+import fcntl
 import json
 import os
 import signal
@@ -20,6 +21,24 @@ SLAVE, MASTER, SENSING, SERVER = (f"phantom-{name}.service" for name in ("slave-
 # Of a bus with two controllers the drives have the second.
 BUSES = {"hot_cell_a": ("can0", "can1"), "hot_cell_b": ("can2", "can3"), "master_a": ("vcan0", "vcan0"), "master_b": ("vcan1", "vcan1")}
 DRIVES = {"hot_cell_drives_a": "hot_cell_a", "hot_cell_drives_b": "hot_cell_b", "hot_cell_master_drives_a": "master_a", "hot_cell_master_drives_b": "master_b"}
+
+
+class Pedal:
+    """The master's enabling switch: an input device that the kernel makes (linux/uinput.h)."""
+    NAME, KEY = "hold-to-run pedal", 0x13E  # BTN_THUMBR
+
+    def __init__(self):
+        self.file = os.open("/dev/uinput", os.O_WRONLY)
+        fcntl.ioctl(self.file, 0x40045564, 1)  # UI_SET_EVBIT, EV_KEY
+        fcntl.ioctl(self.file, 0x40045565, self.KEY)  # UI_SET_KEYBIT
+        fcntl.ioctl(self.file, 0x405C5503, struct.pack("4H80sI", 3, 1, 1, 1, self.NAME.encode(), 0))  # UI_DEV_SETUP
+        fcntl.ioctl(self.file, 0x5501)  # UI_DEV_CREATE
+
+    def press(self, down):
+        os.write(self.file, struct.pack("qqHHi", 0, 0, 1, self.KEY, int(down)) + struct.pack("qqHHi", 0, 0, 0, 0, 0))
+
+    def pull(self):
+        os.close(self.file)
 
 
 def run(*words, may_fail=False):
@@ -84,6 +103,7 @@ def write_site():
         else:
             slave = replaced(slave, (f"user:{bus}", arm))
     (SITE / "slave_io.yaml").write_text(slave)
+    master += f"\nenabling_switch: {{source: input, device: {Pedal.NAME}, key: BTN_THUMBR}}\n"
     (SITE / "master_io.yaml").write_text(master)
     # The same layers of coarser voxels: this processor is emulated.
     CELL.write_text(replaced((SHARE / "cells/hot_cell/cell.yaml").read_text(), ("voxel_size_m: 0.005", "voxel_size_m: 0.02"), ("[4, 4, 4, 4, 4, 4]", "[1, 1, 1, 1, 1, 1]")))
@@ -211,17 +231,21 @@ def forces_are_felt():
     couples()
 
 
-def holds(seconds):
-    """No drive of the arm moves while a stop is in force."""
-    begin = time.monotonic()
+def stands(seconds):
+    """No drive of the arm moves."""
     time.sleep(1)
     start = time.monotonic()
     time.sleep(seconds)
     for name in ("hot_cell_drives_a", "hot_cell_drives_b"):
         for node in range(1, 5):
             way = [q for t, q in positions(name, node) if t > start]
-            assert not way or max(way) - min(way) < 5e-3, f"{name}, node {node}: {max(way) - min(way)} rad during a stop"
-    assert both("stopped"), f"{sides()} after {time.monotonic() - begin} s"
+            assert not way or max(way) - min(way) < 5e-3, f"{name}, node {node}: {max(way) - min(way)} rad although the arm holds"
+
+
+def holds(seconds):
+    """No drive of the arm moves, since a stop is in force."""
+    stands(seconds)
+    assert both("stopped"), sides()
 
 
 def stopped_by(words, what, unit=SLAVE):
@@ -249,6 +273,25 @@ def a_bus_fails():
     run("ip", "link", "set", "can2", "up")
     run("tc", "qdisc", "replace", "dev", "can2", "root", "netem", "rate", "1024kbit", "limit", "1000")
     couples()
+
+
+def the_arm_follows_only_while_the_switch_is_held(pedal):
+    """Letting go is no stop, and nor is a pulled plug: the arm holds, and couples again by itself."""
+    pedal.press(False)
+    eventually(lambda: "enabling switch" in says(MASTER) and "enabling switch" in says(SLAVE), "the enabling switch is let go: both sides say so")
+    print(f"  {says(MASTER)} / {says(SLAVE)}", flush=True)
+    stands(3)
+    pedal.press(True)
+    eventually(lambda: both("coupled"), "held again: coupled, without a reset")
+    pedal.pull()
+    eventually(lambda: "not heard" in says(MASTER) and "enabling switch" in says(SLAVE), "the enabling switch is pulled out: both sides say so")
+    print(f"  {says(MASTER)} / {says(SLAVE)}", flush=True)
+    stands(3)
+    pedal = Pedal()
+    eventually(lambda: "has to be released" in says(MASTER) or "released" in says(MASTER), "plugged in again")
+    pedal.press(True)
+    eventually(lambda: both("coupled"), "held again: coupled, without a reset")
+    return pedal
 
 
 def a_controller_goes_off_its_bus():
@@ -279,13 +322,17 @@ def main():
     buses_are_up()
     a_shipped_topology_simulates_nothing_by_mistake()
     check_asks_the_drives()
+    pedal = Pedal()
     systemctl("start", SERVER, SLAVE, SENSING, MASTER)
+    eventually(lambda: "enabling switch" in says(SLAVE), "nothing follows before the enabling switch is held")
+    pedal.press(True)
     couples()
     log = run("journalctl", "--no-pager", "-o", "cat", "-u", SLAVE).stdout
     assert "the arm's drives are on CAN: can0, can2" in log, log
     assert Path(f"/proc/{show(SLAVE, 'MainPID')}/status").read_text().count("CapEff:\t0000000000000000") == 1
     the_arm_follows_the_hand()
     forces_are_felt()
+    pedal = the_arm_follows_only_while_the_switch_is_held(pedal)
     drives_fail()
     a_bus_fails()
     a_controller_goes_off_its_bus()
