@@ -14,10 +14,11 @@ using enum ThreadRole;
 constexpr int kOrdinary = ThreadPlace::kOrdinary;
 
 // A thread that waits for fewer things has a higher priority. A thread that publishes for the servo comes
-// before the receivers, so that a burst of samples does not delay our own states. Simulated drives and their
-// bus replace hardware that would run in parallel. Sensing computes longest and comes after the receivers, so
-// that it never delays the link. The main thread of a process in the haptic path sometimes publishes, holding
-// locks of Fast DDS that the publisher needs too: it must not be kept from running meanwhile.
+// before the receivers, so that a burst of samples does not delay our own states. So does who reads an
+// enabling switch. Simulated drives and their bus replace hardware that would run in parallel. Sensing
+// computes longest and comes after the receivers, so that it never delays the link. The main thread of a
+// process in the haptic path sometimes publishes, holding locks of Fast DDS that the publisher needs too: it
+// must not be kept from running meanwhile.
 constexpr ThreadPlace kScheme[] = {
     {kServo, "servo", 0, "master_io, slave_io", "control, every period", "its clock alone"},
     {kBareLoop, "bare_loop", 0, "master_io, slave_io", "nothing, every period: what the host can do at best",

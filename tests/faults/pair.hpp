@@ -107,7 +107,9 @@ class Pair {
   Pair(const master_io::Config& master, const slave_io::Config& slave)
       : master_config_(master), slave_config_(slave) {
     if (slave_config_.can)
-      rig = std::make_unique<slave_io::DriveRig>(slave_config_, slave_io::shipped_arm().home);
+      rig = std::make_unique<slave_io::DriveRig>(
+          slave_config_, slave_io::shipped_arm().home,
+          [this](std::size_t j, simulated_drive::DriveOptions& drive) { wire_switch(j, drive); });
     start_master();
     start_slave();
   }
@@ -201,6 +203,13 @@ class Pair {
     }
   };
 
+  // The slave's enabling switch, if one is configured, is on the terminals of its drive.
+  void wire_switch(std::size_t joint, simulated_drive::DriveOptions& drive) const {
+    if (!slave_config_.can->group.axes[joint].digital_inputs) return;
+    const auto& wired = slave_config_.enabling_switch.value();
+    for (const auto& contact : {wired.first, wired.second})
+      if (contact.bit >= 0) drive.enabling_inputs |= 1U << static_cast<unsigned>(contact.bit);
+  }
   bool takes(std::optional<dds::SourceGuard>& guard, const msg::Stamp& stamp) const {
     return guard->assess(stamp, now_ns) == dds::SourceGuard::Verdict::kAccepted;
   }

@@ -169,7 +169,7 @@ class Ids {
 
  private:
   static constexpr StopId kNobodys = 0xdeadbeef;
-  std::map<int, StopId> real_{{7, 0xf0e1}};  // of a second writer
+  std::map<int, StopId> real_;
 };
 
 // Master and slave as they are shipped, each given what the model gave its side.
@@ -183,6 +183,7 @@ class Twins {
   void restart(int side) {
     const teleop::StopLatch latch(++seed_, kept_.at(side));
     requests_.at(side) = 0;
+    heard_stop_.at(side) = 0;
     if (side == 0) {
       master_.emplace(master_config_, latch);
     } else {
@@ -192,6 +193,11 @@ class Twins {
   /// Returns what the product did otherwise than the model; empty if nothing.
   std::string tick(const Tick& t) {
     const teleop::StopReset reset{ids_.at(t.side).of(t.reset_own), ids_.at(1 - t.side).of(t.reset_partner)};
+    // A second writer's stop that was not heard of in the tick before is a new one, whatever a reset has
+    // named.
+    if (t.partner_stop == kForeign && heard_stop_.at(t.side) != kForeign)
+      ids_.at(1 - t.side).put(kForeign, ++foreign_);
+    heard_stop_.at(t.side) = t.partner_stop;
     requests_.at(t.side) += t.asked;
     std::ostringstream difference;
     const teleop::SideOutputs out = t.side == 0 ? master(t, reset, difference) : slave(t, reset, difference);
@@ -266,6 +272,9 @@ class Twins {
     return out;
   }
 
+  static constexpr int kForeign = 7;  // the model's id of a second writer's stop
+  StopId foreign_ = 0xf0e1;
+  std::array<int, 2> heard_stop_{};
   master_io::Config master_config_;
   slave_io::Config slave_config_;
   core::JointArray q_ = slave_io::shipped_arm().home, reference_{};

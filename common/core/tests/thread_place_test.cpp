@@ -21,7 +21,7 @@ TEST(ThreadPlace, TheServoComesBeforeThePublisherBeforeTheReceiverBeforeAllElse)
     const bool first = place.role == ThreadRole::kServo || place.role == ThreadRole::kBareLoop ||
                        place.role == ThreadRole::kPublisher || place.role == ThreadRole::kCanBus ||
                        place.role == ThreadRole::kDrives || place.role == ThreadRole::kReceiver ||
-                       place.role == ThreadRole::kDesk;
+                       place.role == ThreadRole::kDesk || place.role == ThreadRole::kSwitch;
     if (!first) {
       EXPECT_LT(at(place.role), at(ThreadRole::kReceiver)) << place.name;
     }

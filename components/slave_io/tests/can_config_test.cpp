@@ -94,6 +94,23 @@ TEST(CanConfig, WhatADriveWatchesByItselfIsReadInTheJointsUnits) {
               HasSubstr("following_window_m"));
 }
 
+// The shipped file has it as a comment: uncommented it is valid, and its frames fit the bus.
+TEST(CanConfig, TheExampleOfAnEnablingSwitchIsValid) {
+  std::string text = test::text_of(kCanFile);
+  const auto begin = text.find("# enabling_switch:"), end = text.find("\n\n", begin);
+  ASSERT_NE(begin, std::string::npos);
+  std::string example = "\n" + text.substr(begin, end - begin);
+  for (std::size_t at = 0; (at = example.find("\n# ", at)) != std::string::npos;) example.erase(at + 1, 2);
+  const auto config = load_config(test::new_file(text.replace(begin, end - begin, example)),
+                                  shipped_arm().arm, shipped_arm().home);
+  ASSERT_TRUE(config.enabling_switch.has_value());
+  EXPECT_EQ(config.enabling_switch->source, runtime::EnablingSwitchConfig::Source::kDrive);
+  EXPECT_EQ(config.enabling_switch->first.bit, 16);
+  EXPECT_EQ(config.enabling_switch->second.bit, 17);
+  for (std::size_t j = 0; j < 7; ++j) EXPECT_EQ(config.can->group.axes[j].digital_inputs, j == 3) << j;
+  EXPECT_FALSE(load_config(kCanFile, shipped_arm().arm, shipped_arm().home).enabling_switch.has_value());
+}
+
 TEST(CanConfig, HomingIsReadInTheJointsUnits) {
   const std::string homing =
       "node: 1, mode: torque, homing: {method: 19, search_speed_m_s: 0.03, zero_speed_m_s: 0.01, "
