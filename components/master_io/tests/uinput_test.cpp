@@ -152,7 +152,7 @@ TEST(Uinput, AGamepadIsFoundReadAndRumblesUntilItIsPulledOut) {
   EXPECT_NE(reported.find("the device is gone"), std::string::npos);
 }
 
-TEST(Uinput, SR19_AButtonOfAGamepadIsAnEnablingSwitchUntilItIsPulledOut) {
+TEST(Uinput, AButtonOfAGamepadIsAnEnablingSwitchUntilItIsPulledOut) {
   if (std::getenv("PHANTOM_UINPUT") == nullptr)
     GTEST_SKIP() << "needs /dev/uinput and root; scripts/test_can_vm runs this case on Debian's own kernel";
   Gamepad gamepad;
