@@ -46,9 +46,9 @@ static void device_read(const struct device* device, struct phantom_haptic_state
 }
 
 /* What an SDK's "set force and moment" gets; here the simulated handle also moves on. The hand draws it along a swing of
- * 5 cm, at 0.4 Hz, with 300 N/m, while it holds the clutch in. */
+ * up to 8 cm, at 0.4 Hz, with 300 N/m, while it holds the clutch in. */
 static void device_write(struct device* device, const struct phantom_haptic_wrench* wrench) {
-  static const double way_m[3] = {0.02, 0.05, 0.03};
+  static const double way_m[3] = {0.03, 0.08, 0.05};
   int i;
   device->swing_s = device->clutch ? device->swing_s + PERIOD_S : 0.0;
   for (i = 0; i < 3; ++i) {
