@@ -76,15 +76,16 @@ std::string ArmDrives::why_not_following() const {
   return axis.name + text;
 }
 
-core::ActuatorHealth ArmDrives::health() {
+core::ActuatorHealth ArmDrives::health(const char* reset) {
   for_health_.read(read_);
   core::ActuatorHealth health;
   health.fault = read_.report.state == DriveGroupState::kFault;
   health.follows = read_.report.state == DriveGroupState::kEnabled;
   if (!health.follows) health.message = why_not_following();
   if (health.fault) {
-    health.message += config_.reaction == FaultReaction::kHold ? "; the drives hold until a reset"
-                                                               : "; the drives coast until a reset";
+    health.message +=
+        config_.reaction == FaultReaction::kHold ? "; the drives hold until " : "; the drives coast until ";
+    health.message += reset;
   }
   double missed = 0.0;
   for (const DriveReport& drive : read_.report.drives) missed += static_cast<double>(drive.missed);

@@ -48,9 +48,10 @@ class ArmDrives {
   void end(core::Nanoseconds now_ns) noexcept;
 
   const DriveGroupReport& report() const noexcept { return group_.report(); }
-  /// Returns the drives' health. Only one thread may call it, and not that of step(). Its figures: the
+  /// Returns the drives' health. Only one thread may call it, and not that of step(). `reset`: what ends a
+  /// fault, for people. Its figures: the
   /// planned load of the fullest bus, SYNCs without an answer, frames that a bus refused.
-  core::ActuatorHealth health();
+  core::ActuatorHealth health(const char* reset = "a reset");
 
  private:
   struct Published {

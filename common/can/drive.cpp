@@ -37,6 +37,7 @@ bool is_reset_by_controlword(DriveFault fault) {
 Drive::Drive(const AxisConfig& axis, const DriveGroupConfig& config)
     : timing_(config.timing),
       mode_(axis.mode),
+      limits_force_(axis.limits_force),
       brake_(axis.brake),
       homing_(axis.homing),
       digital_inputs_(axis.digital_inputs),
@@ -422,7 +423,7 @@ void Drive::send_targets(const DriveTargets& targets, Outbox& out) noexcept {
   if (missed_ <= kStaleSyncs) torque_mille_ = targets.torque_mille;
   // While the brake opens the torque target already holds up the weight.
   const bool opens = brake_ && report_.phase == DrivePhase::kEnabling && powered_ns_ >= 0;
-  const std::int16_t torque = live || opens ? torque_mille_ : std::int16_t{0};
+  const std::int16_t torque = live || opens || limits_force_ ? torque_mille_ : std::int16_t{0};
   switch (mode_) {
     case DriveMode::kPosition:
       put_le(bytes.subspan(2),

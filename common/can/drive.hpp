@@ -105,7 +105,7 @@ class Outbox {
 struct DriveTargets {
   std::int32_t position_counts = 0;
   std::int32_t velocity_counts = 0;
-  std::int16_t torque_mille = 0;  ///< target in torque mode, else an offset
+  std::int16_t torque_mille = 0;  ///< target in torque mode, else an offset, or the greatest
 };
 
 /// Master side of one CiA 402 drive: boots, configures, starts, monitors, enables and stops it. It uses no
@@ -171,6 +171,7 @@ class Drive {
 
   DriveTiming timing_;
   DriveMode mode_;
+  bool limits_force_;
   std::optional<BrakeConfig> brake_;
   std::optional<HomingConfig> homing_;
   bool digital_inputs_;

@@ -43,6 +43,9 @@ struct AxisConfig {
   double lower = 0.0, upper = 0.0;  ///< range of the joint
   double max_speed = 0.0;           ///< joint units/s; > 0: limits the speed of position targets
   double max_torque = 0.0;          ///< at the joint; > 0
+  /// In position mode: the drive's greatest torque (0x6072) comes with each target, in place of a torque
+  /// offset.
+  bool limits_force = false;
   std::optional<BrakeConfig> brake;
   std::optional<HomingConfig> homing;  ///< without: the encoder is absolute
   bool digital_inputs = false;         ///< its digital inputs (0x60FD) are sent on each SYNC
@@ -70,6 +73,9 @@ struct DriveGroupConfig {
   std::vector<AxisConfig> axes;  ///< in joint order, at most core::kMaxJoints
   DriveTiming timing;
   FaultReaction reaction = FaultReaction::kHold;
+  /// Sends SYNC and the master's heartbeat. If not, another group on the same buses does: each cycle, this
+  /// group is listened to before that one's step, and stepped after it.
+  bool sends_sync = true;
   int master_node = 127;                  ///< node id of the master, whose heartbeat the drives monitor
   std::vector<double> bit_rates = {1e6};  ///< per bus
   double load_budget = 0.85;              ///< greatest planned worst-case load of a bus, as a share

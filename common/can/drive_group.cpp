@@ -106,7 +106,9 @@ const DriveGroupReport& DriveGroup::listen() noexcept {
 }
 
 const DriveGroupReport& DriveGroup::step(const DriveCommand& command, core::Nanoseconds now_ns) noexcept {
-  for (Bus& bus : buses_) take_frames(bus);
+  // An answer to the SYNC that another group has just sent must not count as one to the last.
+  if (config_.sends_sync)
+    for (Bus& bus : buses_) take_frames(bus);
   const bool reset = take_reset(command.reset);
   choose_homing(command);
   for (std::size_t a = 0; a < drives_.size(); ++a) {
@@ -146,6 +148,7 @@ DriveTargets DriveGroup::targets_of(const DriveCommand& command, std::size_t a) 
   DriveTargets targets;
   const double torque = finite_or_zero(command.torque[a]);
   targets.torque_mille = axis.units.torque_mille(std::clamp(torque, -axis.max_torque, axis.max_torque));
+  if (axis.limits_force) targets.torque_mille = static_cast<std::int16_t>(std::abs(targets.torque_mille));
   if (axis.mode == DriveMode::kPosition)
     targets.position_counts = axis.units.position_counts(lead_position(command.position[a], a));
   if (axis.mode == DriveMode::kVelocity) {
@@ -166,7 +169,7 @@ bool DriveGroup::put(Bus& bus, const CanFrame& frame) noexcept {
 }
 
 void DriveGroup::send_sync(Bus& bus, std::size_t index) noexcept {
-  if (!put(bus, sync_frame())) return;
+  if (config_.sends_sync && !put(bus, sync_frame())) return;
   for (std::size_t a = 0; a < drives_.size(); ++a) {
     if (config_.axes[a].bus == index) drives_[a].on_sync();
   }
@@ -176,7 +179,9 @@ void DriveGroup::send(Bus& bus, std::size_t index, bool hasten, core::Nanosecond
   if (!hasten) send_sync(bus, index);
   for (const CanFrame& frame : bus.targets.frames()) put(bus, frame);
   if (hasten) send_sync(bus, index);
-  if (bus.heartbeat_ns < 0 || core::seconds(now_ns - bus.heartbeat_ns) >= config_.timing.heartbeat_s) {
+  const bool due =
+      bus.heartbeat_ns < 0 || core::seconds(now_ns - bus.heartbeat_ns) >= config_.timing.heartbeat_s;
+  if (config_.sends_sync && due) {
     put(bus, heartbeat_frame(static_cast<std::uint8_t>(config_.master_node), NmtState::kOperational));
     bus.heartbeat_ns = now_ns;
   }

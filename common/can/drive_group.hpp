@@ -20,7 +20,8 @@ struct DriveCommand {
   bool hasten = false;          ///< the cycle is late: the targets act with its SYNC, not with the next one
   core::JointArray position{};  ///< rad or m, for axes in position mode
   core::JointArray velocity{};  ///< for axes in velocity mode
-  core::JointArray torque{};    ///< N·m or N at the joint: target in torque mode, else added by the drive
+  core::JointArray torque{};  ///< N·m or N at the joint: target in torque mode, else added by the drive; or
+                              ///< the greatest (AxisConfig::limits_force)
 };
 
 enum class DriveGroupState : std::uint8_t {

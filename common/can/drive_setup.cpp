@@ -93,11 +93,12 @@ void set_homing(Steps& steps, const AxisConfig& axis) {
   add_write(steps, 0x607C, 0, 4, 0);  // home is count 0
 }
 
-void map_targets(Steps& steps, DriveMode mode, std::uint32_t cob) {
-  constexpr std::uint32_t kControlword = 0x60400010, kTorqueOffset = 0x60B20010;
-  switch (mode) {
+void map_targets(Steps& steps, const AxisConfig& axis, std::uint32_t cob) {
+  constexpr std::uint32_t kControlword = 0x60400010, kTorqueOffset = 0x60B20010, kGreatestTorque = 0x60720010;
+  switch (axis.mode) {
     case DriveMode::kPosition:
-      return map_pdo(steps, 0x1400, cob, 1, {kControlword, 0x607A0020, kTorqueOffset});
+      return map_pdo(steps, 0x1400, cob, 1,
+                     {kControlword, 0x607A0020, axis.limits_force ? kGreatestTorque : kTorqueOffset});
     case DriveMode::kVelocity:
       return map_pdo(steps, 0x1400, cob, 1, {kControlword, 0x60FF0020, kTorqueOffset});
     case DriveMode::kTorque:
@@ -136,7 +137,7 @@ std::vector<SetupStep> setup_steps(const AxisConfig& axis, const DriveGroupConfi
   map_pdo(steps, 0x1800, kCobTpdo1 + node, 1, {0x60410010, 0x60640020, 0x60610008});
   map_pdo(steps, 0x1801, kCobTpdo2 + node, static_cast<std::uint32_t>(t.measure_every),
           {0x606C0020, 0x60770010});
-  map_targets(steps, axis.mode, kCobRpdo1 + node);
+  map_targets(steps, axis, kCobRpdo1 + node);
   // Where a drive has it: without targets it stops as without the master's heartbeat.
   add_write(steps, 0x1400, 5, 2, milliseconds(t.target_timeout_s));
   steps.back().optional = true;

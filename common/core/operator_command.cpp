@@ -18,7 +18,9 @@ constexpr std::array<CommandRule, kCommandKinds> kRules{
      {"view_node", false, false, true, 0, 14, true},
      {"set_law", true, false, true, 0, 4, true},
      {"mark", false, false, false, 0, 0, false},
-     {"home", false, true, false, 0, 0, false}}};
+     {"home", false, true, false, 0, 0, false},
+     {"gripper_width", false, true, true, 0, 1, false},
+     {"gripper_force", false, true, true, 0, 10000, false}}};
 constexpr CommandRule kUnknown{"unknown", true, false, false, 0, 0, false};
 
 }  // namespace

@@ -20,8 +20,10 @@ enum class CommandKind : std::uint32_t {
   kSetLaw,
   kMark,
   kHome,
+  kGripperWidth,
+  kGripperForce,
 };
-inline constexpr std::uint32_t kCommandKinds = 10;
+inline constexpr std::uint32_t kCommandKinds = 12;
 
 /// Name of a kind of command, who answers it, and which values it takes.
 struct CommandRule {
@@ -41,9 +43,10 @@ std::string value_refusal(CommandKind kind, double value);
 /// A person's request to the running system, from the command line.
 struct OperatorRequest {
   std::optional<CommandKind> kind;  ///< none: shows only how master and slave are
-  double value = 0.0;               ///< the gain, or the law's number; for the percept: 1 on, 0 off
-  std::string joint_name;           ///< the joint whose gain is set; empty: all
-  int joint = -1;                   ///< that joint's index from 0; −1: all
+  double value = 0.0;  ///< the gain, or the law's number; for the percept: 1 on, 0 off; a width in m
+  std::optional<double> gripper_force_N;  ///< requested first, and the width only if that is done
+  std::string joint_name;                 ///< the joint whose gain is set; empty: all
+  int joint = -1;                         ///< that joint's index from 0; −1: all
   double timeout_s = 5.0;
 };
 

@@ -45,6 +45,9 @@ const TopicSpec<msg::MasterState> kMasterState{
     {"master_state", "phantom::msg::MasterState", periodic(20, 200), &make_type<msg::MasterStatePubSubType>}};
 const TopicSpec<msg::SlaveState> kSlaveState{
     {"slave_state", "phantom::msg::SlaveState", periodic(20, 200), &make_type<msg::SlaveStatePubSubType>}};
+const TopicSpec<msg::GripperState> kGripperState{{"gripper_state", "phantom::msg::GripperState",
+                                                  periodic(100, 500),
+                                                  &make_type<msg::GripperStatePubSubType>}};
 const TopicSpec<msg::DragField> kDragField{
     {"drag_field", "phantom::msg::DragField", periodic(20, 200), &make_type<msg::DragFieldPubSubType>}};
 const TopicSpec<msg::Percept> kPercept{
@@ -95,11 +98,11 @@ const TopicSpec<msg::ComponentStatus> kComponentStatus{{"component_status", "pha
 
 std::span<const TopicDescription* const> all_topics() {
   static const TopicDescription* const topics[] = {
-      &kMasterState,      &kSlaveState,       &kDragField,       &kPercept,      &kInterestPoints,
-      &kSkinPercept,      &kHitAlert,         &kSensingCommand,  &kSensingReply, &kOperatorCommand,
-      &kRecordingRequest, &kOperatorReply,    &kViewPose,        &kHapticDevice, &kHapticDeviceWrench,
-      &kWorkspaceBrick,   &kWorkspaceVersion, &kWorkspaceObject, &kMeshChunk,    &kWorkspaceCommand,
-      &kWorkspaceReply,   &kComponentStatus};
+      &kMasterState,        &kSlaveState,       &kGripperState,     &kDragField,       &kPercept,
+      &kInterestPoints,     &kSkinPercept,      &kHitAlert,         &kSensingCommand,  &kSensingReply,
+      &kOperatorCommand,    &kRecordingRequest, &kOperatorReply,    &kViewPose,        &kHapticDevice,
+      &kHapticDeviceWrench, &kWorkspaceBrick,   &kWorkspaceVersion, &kWorkspaceObject, &kMeshChunk,
+      &kWorkspaceCommand,   &kWorkspaceReply,   &kComponentStatus};
   return topics;
 }
 

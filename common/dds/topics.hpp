@@ -43,6 +43,7 @@ struct TopicSpec : TopicDescription {};
 
 extern const TopicSpec<msg::MasterState> kMasterState;                ///< 1 kHz
 extern const TopicSpec<msg::SlaveState> kSlaveState;                  ///< 1 kHz
+extern const TopicSpec<msg::GripperState> kGripperState;              ///< 100 Hz, where there is a gripper
 extern const TopicSpec<msg::DragField> kDragField;                    ///< 1 kHz
 extern const TopicSpec<msg::Percept> kPercept;                        ///< 100 Hz
 extern const TopicSpec<msg::InterestPoints> kInterestPoints;          ///< 100 Hz

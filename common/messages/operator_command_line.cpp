@@ -52,6 +52,12 @@ class CommandLine {
     OperatorCommand command{
         .kind = *request.kind, .value = request.value, .joint = request.joint, .issuer = issuer};
     if (reset) name_stops(command);
+    if (request.gripper_force_N) {
+      OperatorCommand force{
+          .kind = CommandKind::kGripperForce, .value = *request.gripper_force_N, .issuer = issuer};
+      const core::CommandAnswers answers = client_.ask(force, request.timeout_s);
+      if (!answers.done()) return outcome(answers, command_words(answers));
+    }
     const std::uint64_t number = client_.send(command, request.timeout_s);
     if (stop) {
       constexpr double kOverdue_s = core::seconds(core::CommandAnswers::kOverdue_ns);
@@ -59,9 +65,7 @@ class CommandLine {
         print_ << stop_words(soon) << " within " << kOverdue_s << " s; asking again\n" << std::flush;
     }
     const core::CommandAnswers answers = client_.wait(number, request.timeout_s);
-    print_ << (stop ? stop_words(answers) : command_words(answers)) << '\n';
-    if (answers.done()) return OperatorOutcome::kDone;
-    return silent(answers) ? OperatorOutcome::kNobody : OperatorOutcome::kNotDone;
+    return outcome(answers, stop ? stop_words(answers) : command_words(answers));
   }
 
  private:
@@ -102,6 +106,11 @@ class CommandLine {
       print_ << '\n';
     }
     return any ? OperatorOutcome::kDone : OperatorOutcome::kNobody;
+  }
+  OperatorOutcome outcome(const core::CommandAnswers& answers, const std::string& words) {
+    print_ << words << '\n';
+    if (answers.done()) return OperatorOutcome::kDone;
+    return silent(answers) ? OperatorOutcome::kNobody : OperatorOutcome::kNotDone;
   }
   static bool silent(const core::CommandAnswers& answers) {
     bool none = true;

@@ -9,6 +9,7 @@
 #include "common/geometry/pose.hpp"
 #include "common/messages/received.hpp"
 #include "common/teleop/bilateral.hpp"
+#include "common/teleop/gripper.hpp"
 #include "common/teleop/link_state.hpp"
 #include "common/teleop/stop_latch.hpp"
 
@@ -66,6 +67,12 @@ struct MasterState {
   double round_trip_s = -1.0;  ///< −1: no new measurement
 
   friend bool operator==(const MasterState&, const MasterState&) = default;
+};
+
+/// Topic gripper_state: the gripper as its drive reports it, and what it can do.
+struct GripperState : teleop::GripperStatus {
+  core::SampleId stamp;
+  double widest_m = 0.0, least_force_N = 0.0, greatest_force_N = 0.0;
 };
 
 /// Topic operator_command: a command from a person or a script to the running system.

@@ -36,6 +36,26 @@ constexpr auto kSlaveState = [](auto& codec, auto& m, auto& s) {
   codec.number("clearance_m", m.clearance_m(), s.clearance_m);
 };
 
+constexpr auto kGripperState = [](auto& codec, auto& m, auto& s) {
+  constexpr double kWidest_m = 1.0, kBeyond_m = 0.01, kMost_N = 10'000.0, kAboveZero = 1e-9;
+  codec.stamp(m.stamp(), s.stamp);
+  codec.number("width_m", m.width_m(), s.sense.width_m, -kBeyond_m, kWidest_m + kBeyond_m);
+  codec.number("velocity_m_s", m.velocity_m_s(), s.sense.velocity_m_s);
+  codec.number("force_N", m.force_N(), s.sense.force_N);
+  codec.number("requested_width_m", m.requested_width_m(), s.requested_width_m, 0.0, kWidest_m);
+  codec.number("requested_force_N", m.requested_force_N(), s.requested_force_N, kAboveZero, kMost_N);
+  codec.number("widest_m", m.widest_m(), s.widest_m, kAboveZero, kWidest_m);
+  codec.number("least_force_N", m.least_force_N(), s.least_force_N, kAboveZero, kMost_N);
+  codec.number("greatest_force_N", m.greatest_force_N(), s.greatest_force_N, kAboveZero, kMost_N);
+  codec.any(m.known(), s.sense.known);
+  codec.any(m.follows(), s.sense.follows);
+  codec.any(m.fault(), s.sense.fault);
+  codec.any(m.moves(), s.moves);
+  codec.any(m.holds(), s.holds);
+  codec.any(m.open(), s.open);
+  codec.any(m.closed(), s.closed);
+};
+
 constexpr auto kMasterState = [](auto& codec, auto& m, auto& s) {
   kSide(codec, m, s);
   codec.enumeration("law", m.law(), s.law, teleop::BilateralLaw::kPeff);
@@ -66,7 +86,7 @@ constexpr auto kViewPose = [](auto& codec, auto& m, auto& s) {
 
 constexpr auto kOperatorCommand = [](auto& codec, auto& m, auto& s) {
   codec.stamp(m.stamp(), s.stamp);
-  codec.enumeration("kind", m.kind(), s.kind, core::CommandKind::kHome);
+  codec.enumeration("kind", m.kind(), s.kind, core::CommandKind::kGripperForce);
   codec.any(m.value(), s.value);
   codec.any(m.joint(), s.joint);
   codec.any(m.master_stop(), s.master_stop);
@@ -78,7 +98,7 @@ constexpr auto kOperatorReply = [](auto& codec, auto& m, auto& s) {
   codec.stamp(m.stamp(), s.stamp);
   codec.echo(m.command(), s.command);
   codec.any(m.component_name(), s.component);
-  codec.enumeration("kind", m.kind(), s.kind, core::CommandKind::kHome);
+  codec.enumeration("kind", m.kind(), s.kind, core::CommandKind::kGripperForce);
   codec.any(m.done(), s.done);
   codec.any(m.message(), s.message);
 };
@@ -115,11 +135,17 @@ core::Expected<SlaveState> from_idl(const msg::SlaveState& message, const ArmBou
 core::Expected<MasterState> from_idl(const msg::MasterState& message, const ArmBounds& arm) {
   return decoded<MasterState>(kMasterState, message, arm);
 }
+core::Expected<GripperState> from_idl(const msg::GripperState& message, const ArmBounds& arm) {
+  return decoded<GripperState>(kGripperState, message, arm);
+}
 core::Expected<ViewPose> from_idl(const msg::ViewPose& message, const ArmBounds& arm) {
   return decoded<ViewPose>(kViewPose, message, arm);
 }
 msg::SlaveState to_idl(const SlaveState& state) { return encoded<msg::SlaveState>(kSlaveState, state); }
 msg::MasterState to_idl(const MasterState& state) { return encoded<msg::MasterState>(kMasterState, state); }
+msg::GripperState to_idl(const GripperState& state) {
+  return encoded<msg::GripperState>(kGripperState, state);
+}
 msg::ViewPose to_idl(const ViewPose& view) { return encoded<msg::ViewPose>(kViewPose, view); }
 msg::OperatorCommand to_idl(const OperatorCommand& command) {
   return encoded<msg::OperatorCommand>(kOperatorCommand, command);

@@ -74,6 +74,11 @@ robot::SerialArm load_arm(const ArmConfig& config) {
   return *std::move(arm);
 }
 
+robot::SerialArm load_arm_with_closed_gripper(ArmConfig config) {
+  for (const auto& [joint, q] : config.gripper_closed) config.held_joints[joint] = q;
+  return load_arm(config);
+}
+
 std::vector<robot::LinkSkin> load_skin(const ArmConfig& config, const robot::SerialArm& arm) {
   std::vector<robot::LinkSkin> skin;
   for (const LinkSkinConfig& link : config.skin) {

@@ -12,6 +12,8 @@ namespace phantom::runtime {
 /// the limits for each joint. Logs the arm's notices. Throws ConfigError naming the arm's file, the key and
 /// what is allowed; throws MissingError if a mesh or the URDF is missing.
 robot::SerialArm load_arm(const ArmConfig& config);
+/// Loads it with its gripper closed; its links and meshes are in the same order. Throws as load_arm().
+robot::SerialArm load_arm_with_closed_gripper(ArmConfig config);
 
 /// Loads the arm's skin: places the ends of all segments and axes and reads all meshes, ready for
 /// lay_out_skin(). Throws as load_arm().

@@ -41,6 +41,11 @@ void read_kinematics(const Fields& fields, ArmConfig& arm) {
   if (fields.one_of("urdf", "joints") == "urdf") {
     fields.text("tip_link", arm.tip_link);
     fields.numbers("held_joints", arm.held_joints);
+    fields.numbers("gripper_closed", arm.gripper_closed);
+    for (const auto& [joint, q] : arm.gripper_closed)
+      fields.check(arm.held_joints.contains(joint), "gripper_closed",
+                   "names " + joint +
+                       ", which held_joints does not have at the gripper's widest; allowed: its joints");
     arm.urdf = fields.existing_file("urdf");
     return;
   }

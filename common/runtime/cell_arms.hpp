@@ -65,6 +65,8 @@ struct ArmConfig {
   std::filesystem::path urdf;                 ///< empty: the arm is described by a DH table
   std::string tip_link;                       ///< last link of the serial chain
   std::map<std::string, double> held_joints;  ///< positions of the URDF's joints off the chain, rad or m
+  std::map<std::string, double>
+      gripper_closed;  ///< of those, where a closed gripper's stand; empty: none moves
   std::vector<robot::DhRow> dh;
   robot::DhConvention dh_convention = robot::DhConvention::kClassic;
   geometry::Pose X_WB;       ///< pose of the base link in the workspace frame

@@ -72,6 +72,28 @@ can::AxisConfig read_axis(const Fields& drive, const robot::Joint& joint, double
   return axis;
 }
 
+// The width of a gripper as a sliding axis.
+can::AxisConfig read_gripper(const Fields& drives, const teleop::GripperLimits& limits,
+                             const DrivesConfig& config) {
+  drives.check(drives.has("gripper"), "gripper",
+               "is missing; allowed: a mapping, as there is a section gripper");
+  robot::Joint width;
+  width.name = "gripper";
+  width.type = robot::JointType::kPrismatic;
+  width.upper = limits.widest_m;
+  width.max_speed = limits.max_speed_m_s;
+  const Fields drive = drives.section("gripper", "NAME");
+  can::AxisConfig axis = read_axis(drive, width, limits.greatest_force_N, config);
+  drive.check(axis.mode == can::DriveMode::kPosition, "mode", "is not that of a gripper; allowed: position");
+  // Fingers that press on something stay behind their target for good.
+  drive.check(axis.following_window.value_or(1.0) > teleop::GripperControl::kLead_m, "following_window_m",
+              "is what fingers that grip are behind their target; allowed: more than " +
+                  std::to_string(teleop::GripperControl::kLead_m) + " m");
+  if (!axis.following_window) axis.following_window = 2.0 * limits.widest_m;
+  axis.limits_force = true;
+  return axis;
+}
+
 void read_timing(const Fields& section, can::DriveTiming& t) {
   section.number("measure_every", t.measure_every);
   section.number("heartbeat_s", t.heartbeat_s);
@@ -122,7 +144,8 @@ std::vector<std::string> joint_names(const robot::SerialArm& arm) {
 }
 
 DrivesConfig read_drives(const Fields& section, const robot::SerialArm& arm,
-                         const core::JointArray& max_torque, double period_s) {
+                         const core::JointArray& max_torque, double period_s,
+                         const teleop::GripperLimits* gripper) {
   DrivesConfig config;
   can::DriveGroupConfig& group = config.group;
   group.bit_rates.clear();
@@ -146,8 +169,23 @@ DrivesConfig read_drives(const Fields& section, const robot::SerialArm& arm,
     drives.check(drives.has(name), name, "is missing; allowed: a mapping");
     group.axes.push_back(read_axis(drives.section(name, "NAME"), arm.joints()[j], max_torque[j], config));
   }
-  const core::Status status = can::check(group);
+  can::DriveGroupConfig together = group;
+  if (gripper != nullptr)
+    together.axes.push_back(config.gripper.emplace(read_gripper(drives, *gripper, config)));
+  const core::Status status = can::check(together);
   section.check(static_cast<bool>(status), "drives", status ? "" : status.message());
+  return config;
+}
+
+DrivesConfig gripper_drive(const DrivesConfig& arm) {
+  DrivesConfig config = arm;
+  can::AxisConfig axis = arm.gripper.value();
+  config.addresses = {arm.addresses[axis.bus]};
+  config.group.bit_rates = {arm.group.bit_rates[axis.bus]};
+  config.group.sends_sync = false;
+  config.group.reaction = can::FaultReaction::kHold;  // one that coasts would drop what it holds
+  axis.bus = 0;
+  config.group.axes = {axis};
   return config;
 }
 

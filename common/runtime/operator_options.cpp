@@ -1,5 +1,7 @@
 #include "common/runtime/operator_options.hpp"
 
+#include <memory>
+
 #include "common/teleop/bilateral.hpp"
 
 namespace phantom::runtime {
@@ -41,6 +43,36 @@ void add_settings(Command command, core::OperatorRequest& request) {
   percept.on_use([&request] { request.kind = CommandKind::kEnablePercept; });
 }
 
+// People speak of a gripper's width in millimetres.
+void add_gripper(Command command, core::OperatorRequest& request) {
+  Command gripper = command.subcommand("gripper", "open, close or press with the slave's gripper");
+  const auto force_too = [&request](Command app) {
+    app.option("--force-N", request.gripper_force_N, "greatest force from now on; left out: as it is");
+  };
+  const auto to = [&](const char* name, const char* summary, double width_m) {
+    Command app = gripper.subcommand(name, summary);
+    force_too(app);
+    app.on_use([&request, width_m] {
+      request.kind = CommandKind::kGripperWidth;
+      request.value = width_m;
+    });
+  };
+  to("open", "as wide as it opens", 1.0);
+  to("close", "until the fingers meet, or hold something", 0.0);
+  Command width = gripper.subcommand("width", "to a width in mm");
+  const auto width_mm = std::make_shared<double>(0.0);
+  width.option("MM", *width_mm, "between the pads of its fingers").required().between(0.0, 1000.0);
+  force_too(width);
+  width.on_use([&request, width_mm] {
+    request.kind = CommandKind::kGripperWidth;
+    request.value = *width_mm * 1e-3;
+  });
+  Command force = gripper.subcommand("force", "set its greatest force, also while it holds something");
+  force.option("N", request.value, "on each finger; slave_io says what is allowed").required().not_negative();
+  force.on_use([&request] { request.kind = CommandKind::kGripperForce; });
+  gripper.require_subcommand(1, 1);
+}
+
 }  // namespace
 
 void add_operator_options(Command command, core::OperatorRequest& request, bool settings) {
@@ -56,6 +88,7 @@ void add_operator_options(Command command, core::OperatorRequest& request, bool 
   sub("reset", "release the stops that are in force now", CommandKind::kReset);
   sub("home", "home the arm's drives whose encoders are not absolute, one after the other; any stop ends it",
       CommandKind::kHome);
+  add_gripper(command, request);
   if (settings) add_settings(command, request);
   command.require_subcommand(1, 1);
 }

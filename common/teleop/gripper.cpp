@@ -58,7 +58,7 @@ void GripperControl::begin(const GripperSense& sense) noexcept {
 }
 
 // Decides whether the fingers hold something.
-void GripperControl::judge(const GripperSense& sense, double dt_s) noexcept {
+void GripperControl::assess(const GripperSense& sense, double dt_s) noexcept {
   const double way_m = status_.requested_width_m - sense.width_m;
   const double along_N = way_m < 0.0 ? sense.force_N : -sense.force_N;
   const bool still = std::abs(sense.velocity_m_s) < kStill_m_s;
@@ -90,7 +90,7 @@ GripperDemand GripperControl::step(const GripperSense& sense, const GripperReque
   if (!followed) begin(sense);
   begun_ = true;
   waiting_ = false;
-  judge(sense, dt_s);
+  assess(sense, dt_s);
   const double most_m = limits_.max_speed_m_s * std::max(dt_s, 0.0);
   reference_m_ += std::clamp(status_.requested_width_m - reference_m_, -most_m, most_m);
   reference_m_ = near(reference_m_, sense.width_m);

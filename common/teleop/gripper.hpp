@@ -80,7 +80,7 @@ class GripperControl {
  private:
   void take(const GripperRequest& request) noexcept;
   void begin(const GripperSense& sense) noexcept;
-  void judge(const GripperSense& sense, double dt_s) noexcept;
+  void assess(const GripperSense& sense, double dt_s) noexcept;
 
   GripperLimits limits_;
   GripperStatus status_;

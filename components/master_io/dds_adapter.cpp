@@ -205,6 +205,11 @@ void DdsAdapter::reset(const std::string& issuer) {
                              .issuer = issuer});
 }
 
+void DdsAdapter::ask_gripper(double width_m, const std::string& issuer) {
+  spdlog::info("gripper {} by {}", width_m > 0.0 ? "open" : "closed", issuer);
+  impl_->responder.announce({.kind = core::CommandKind::kGripperWidth, .value = width_m, .issuer = issuer});
+}
+
 void DdsAdapter::publish_health(const core::Health& health) {
   const char* topic = impl_->topic_with_rival();
   impl_->status.publish(topic != nullptr ? dds::with_rival(health, topic) : health);

@@ -82,6 +82,9 @@ class DdsAdapter {
   /// Releases the stops that master and slave have in force now, on both sides. Thread and `issuer` as for
   /// emergency_stop().
   void reset(const std::string& issuer);
+  /// Requests a width of the slave's gripper, in m; 1: as wide as it opens. Thread and `issuer` as for
+  /// emergency_stop(). A refusal shows in the slave's log.
+  void ask_gripper(double width_m, const std::string& issuer);
   /// Returns the times from publishing a master_state to receiving a drag_field computed from it. Each
   /// master_state counts once.
   core::DurationHistogram round_trips() const;

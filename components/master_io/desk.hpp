@@ -38,9 +38,9 @@ struct DeskState {
   bool alive = false;       ///< false: the device is gone, and nothing is pushed
 };
 
-/// Numbers of stop and reset requests so far.
+/// Numbers of requests so far: to stop, to reset, to open and to close the gripper.
 struct DeskEvents {
-  std::uint32_t stops = 0, resets = 0;
+  std::uint32_t stops = 0, resets = 0, opens = 0, closes = 0;
 };
 
 /// Returns an axis after dead zone and curve, −1…1. Real-time safe: yes.

@@ -70,6 +70,14 @@ void InputDecoder::take_key(unsigned code, bool down) noexcept {
     case KEY_ENTER:
       ++events_.resets;
       return;
+    case BTN_SOUTH:
+    case KEY_C:
+      ++events_.closes;
+      return;
+    case BTN_EAST:
+    case KEY_O:
+      ++events_.opens;
+      return;
     default:
       return;
   }
@@ -89,7 +97,10 @@ void SpaceMouseDecoder::take(const input_event& event, double now_s) noexcept {
   }
   if (event.type != EV_KEY) return;
   if (event.code == BTN_0) state_.clutch_out = event.value != 0;
-  if (event.code == BTN_1 && event.value == 1) ++events_.stops;
+  if (event.value != 1) return;
+  if (event.code == BTN_1) ++events_.stops;
+  if (event.code == BTN_2) ++events_.closes;
+  if (event.code == BTN_3) ++events_.opens;
 }
 
 void SpaceMouseDecoder::release_expired(double now_s) noexcept {
@@ -167,6 +178,12 @@ void TerminalDecoder::take(std::string_view bytes, double now_s) noexcept {
       case '\r':
       case '\n':
         ++events_.resets;
+        break;
+      case 'c':
+        ++events_.closes;
+        break;
+      case 'o':
+        ++events_.opens;
         break;
       default:
         break;

@@ -18,7 +18,8 @@ using AxisRanges = std::array<AxisRange, ABS_CNT>;
 
 /// Decodes the kernel's input events. Sticks: left x, y and right x, y (ABS_RX/RY, or ABS_Z/RZ if the device
 /// has no RX). Shoulder buttons or Tab: other joints. Select, Mode or Esc: emergency stop. Start or Enter:
-/// reset. A keyboard's arrows are the left stick, W A S D the right stick. Up is positive.
+/// reset. Button A (south) or C: gripper closed; B (east) or O: open. A keyboard's arrows are the left stick,
+/// W A S D the right stick. Up is positive.
 class InputDecoder {
  public:
   InputDecoder(const AxisRanges& ranges, bool right_stick_is_rx) : ranges_(ranges), rx_(right_stick_is_rx) {}
@@ -44,7 +45,7 @@ class InputDecoder {
 /// Decodes the kernel's input events of a 3Dconnexion space mouse: three axes moved, three turned, as
 /// absolute or relative events (each a deflection; the kernel leaves out zeros, so that they expire after
 /// kHeld_s). Its axes are right, towards the person and down; ours right, away and up. Left button held:
-/// clutch out; right: emergency stop.
+/// clutch out; right: emergency stop; third and fourth, of those that have them: gripper closed, open.
 class SpaceMouseDecoder {
  public:
   static constexpr double kHeld_s = 0.1;
@@ -92,7 +93,7 @@ class SpacenavDecoder {
 };
 
 /// Decodes the bytes of a terminal, which reports presses but no releases. A press pushes for kPress_s; the
-/// keyboard's repetition prolongs it. Esc or Space alone: emergency stop.
+/// keyboard's repetition prolongs it. Esc or Space alone: emergency stop. C, O: gripper closed, open.
 class TerminalDecoder {
  public:
   static constexpr double kPress_s = 0.3;

@@ -221,6 +221,8 @@ struct DeskInput::Impl {
     progress.tick();
     for (; handled.stops != events.stops; ++handled.stops) listener.on_stop();
     for (; handled.resets != events.resets; ++handled.resets) listener.on_reset();
+    for (; handled.opens != events.opens; ++handled.opens) listener.on_gripper(true);
+    for (; handled.closes != events.closes; ++handled.closes) listener.on_gripper(false);
     state.write(now);
   }
 

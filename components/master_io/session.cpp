@@ -119,12 +119,15 @@ std::unique_ptr<DeskInput> make_desk(const Config& config, Servo& servo, DdsAdap
       config.desk, servo.desk,
       DeskInput::Listener{[&adapter] { adapter.emergency_stop("desk"); },
                           [&adapter] { adapter.reset("desk"); },
-                          [](const std::string& what) { spdlog::info("desk: {}", what); }},
+                          [](const std::string& what) { spdlog::info("desk: {}", what); },
+                          [&adapter](bool open) { adapter.ask_gripper(open ? 1.0 : 0.0, "desk"); }},
       config.scheduling.servo_priority);
-  spdlog::info("desk: {}; {}", desk->name(),
-               config.desk.space_mouse
-                   ? "left button: clutch out, right button: emergency stop"
-                   : "Tab or shoulder: other joints, Esc or Select: emergency stop, Enter or Start: reset");
+  spdlog::info(
+      "desk: {}; {}", desk->name(),
+      config.desk.space_mouse
+          ? "left button: clutch out, right button: emergency stop, third and fourth: gripper closed, open"
+          : "Tab or shoulder: other joints, Esc or Select: emergency stop, Enter or Start: reset, "
+            "C or A: gripper closed, O or B: open");
   return desk;
 }
 

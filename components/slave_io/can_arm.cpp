@@ -32,11 +32,7 @@ const ArmSense& CanArm::sense() noexcept {
   sense_.follows = drives.follows;
   sense_.fault = drives.fault;
   sense_.inputs = drives.inputs;
-  using Homing = HomingRequest::State;
-  sense_.homing = drives.homing         ? Homing::kRuns
-                  : drives.needs_homing ? Homing::kPossible
-                  : drives.known        ? Homing::kNotNeeded
-                                        : Homing::kNotYet;
+  sense_.homing = homing_of(drives);
   exerted_Nm_ = drives.torque;
   model_.arm.link_poses(sense_.position, X_WL_);
   if (feed_forward_) sense_.gravity_Nm = model_.arm.gravity_torque(X_WL_);

@@ -9,6 +9,14 @@
 
 namespace phantom::slave_io {
 
+/// What would become of a request to home the drives, stops aside.
+inline HomingRequest::State homing_of(const can::ArmDrivesSense& drives) noexcept {
+  return drives.homing         ? HomingRequest::State::kRuns
+         : drives.needs_homing ? HomingRequest::State::kPossible
+         : drives.known        ? HomingRequest::State::kNotNeeded
+                               : HomingRequest::State::kNotYet;
+}
+
 /// The arm's drives on their CAN buses. Each joint runs in the mode of its drive: torque (of the controller's
 /// position loop), velocity (the reference's velocity plus k_p/k_v times the position error) or position (the
 /// reference). An emergency stop is the drives' quick stop. With `force_sensor` the external torques and

@@ -69,12 +69,45 @@ void read_contact(const Fields& section, Config& config) {
 void read_can(const Fields& section, const robot::SerialArm& arm, Config& config) {
   core::JointArray max_torque{};
   for (std::size_t j = 0; j < arm.joint_count(); ++j) max_torque[j] = config.gains[j].torque_limit;
-  config.can = runtime::read_drives(section, arm, max_torque, config.period_s);
+  config.can = runtime::read_drives(section, arm, max_torque, config.period_s,
+                                    config.gripper ? &config.gripper->limits : nullptr);
+  if (config.gripper) config.gripper->drive = runtime::gripper_drive(*config.can);
   for (std::size_t j = 0; j < arm.joint_count(); ++j) {
     section.check(
         config.can->group.axes[j].mode != can::DriveMode::kVelocity || config.gains[j].k_v > 0.0, "drives",
         arm.joints()[j].name + " is in mode velocity, which needs servo k_v; allowed: greater than 0");
   }
+}
+
+void read_gripper(const Fields& section, bool simulated, GripperConfig& gripper) {
+  teleop::GripperLimits& limits = gripper.limits;
+  section.number("widest_m", limits.widest_m);
+  section.number("max_speed_m_s", limits.max_speed_m_s);
+  section.number("least_force_N", limits.least_force_N);
+  section.number("greatest_force_N", limits.greatest_force_N);
+  section.number("force_N", limits.usual_force_N);
+  section.check(limits.greatest_force_N >= limits.least_force_N, "greatest_force_N",
+                "is less than least_force_N; allowed: that or more");
+  section.check(
+      limits.usual_force_N >= limits.least_force_N && limits.usual_force_N <= limits.greatest_force_N,
+      "force_N", "is not between least_force_N and greatest_force_N; allowed: that");
+  simulation::GripperPlantParameters& plant = gripper.plant;
+  plant.widest_m = limits.widest_m;
+  section.number("finger_mass_kg", plant.finger_mass_kg);
+  section.number("friction_N", plant.coulomb_N);
+  section.number("object_width_m", plant.object_width_m);
+  section.number("object_stiffness_N_per_m", plant.object_stiffness_N_per_m);
+  if (!simulated) return;
+  section.check(plant.object_width_m < limits.widest_m, "object_width_m",
+                "does not fit between the open fingers; allowed: less than widest_m");
+  section.check(plant.coulomb_N < limits.least_force_N, "friction_N",
+                "is not less than least_force_N; allowed: less");
+  // Or the drive would not press with its greatest force at what is in its way.
+  const double most_N =
+      simulation::GripperPlant(plant, 0.0).drive_stiffness_N_per_m() * teleop::GripperControl::kLead_m;
+  section.check(limits.greatest_force_N <= most_N, "greatest_force_N",
+                "is more than a simulated gripper with such light fingers exerts; allowed: at most " +
+                    std::to_string(most_N) + " N");
 }
 
 // The Coulomb friction of a joint rises up to this share of its greatest speed.
@@ -171,6 +204,8 @@ Config load_config(const std::filesystem::path& path, const robot::SerialArm& ar
   read_alignment(file.section("alignment"), arm, config);
   if (config.driver == Driver::kSimulated || file.has("contact"))
     read_contact(file.section("contact"), config);
+  if (file.has("gripper"))
+    read_gripper(file.section("gripper"), config.driver == Driver::kSimulated, config.gripper.emplace());
   if (config.driver == Driver::kCan || file.has("can")) read_can(file.section("can"), arm, config);
   config.enabling_switch = runtime::read_enabling_switch(file, config.can);
   if (file.has("force_observer")) read_force_observer(file.section("force_observer"), arm, config);

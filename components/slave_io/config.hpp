@@ -9,7 +9,9 @@
 #include "common/runtime/drives_config.hpp"
 #include "common/runtime/enabling_switch.hpp"
 #include "common/runtime/periodic_loop.hpp"
+#include "common/simulation/gripper_plant.hpp"
 #include "common/simulation/slave_plant.hpp"
+#include "common/teleop/gripper.hpp"
 #include "common/teleop/joint_servo.hpp"
 #include "common/teleop/link_state.hpp"
 #include "common/teleop/momentum_observer.hpp"
@@ -23,6 +25,13 @@ struct ContactConfig {
   double touch_voxel_m = 0.008;     ///< voxel of the field close to the surfaces
   double clearance_voxel_m = 0.02;  ///< voxel of the field farther out
   double clearance_range_m = 0.13;
+};
+
+/// The gripper at the end of the arm.
+struct GripperConfig {
+  teleop::GripperLimits limits;
+  simulation::GripperPlantParameters plant;    ///< of driver sim
+  std::optional<runtime::DrivesConfig> drive;  ///< always set for driver can: one axis on one bus
 };
 
 enum class Driver { kSimulated, kCan };
@@ -45,6 +54,7 @@ struct Config {
   ContactConfig contact;
   std::optional<runtime::DrivesConfig> can;                      ///< always set for driver can
   std::optional<runtime::EnablingSwitchConfig> enabling_switch;  ///< without: this side has none
+  std::optional<GripperConfig> gripper;
 };
 
 /// Returns by how much F_e of drives on CAN lags, in s: the observer's time constant, and the measurements of

@@ -10,27 +10,12 @@
 #include "common/messages/teleoperation_codec.hpp"
 
 namespace phantom::slave_io {
+namespace {
 
-core::Status HomingRequest::ask() {
-  switch (state_.load(std::memory_order_acquire)) {
-    case State::kNotNeeded:
-      return core::Status::invalid_argument("home: no drive has to be homed");
-    case State::kNotYet:
-      return core::Status::invalid_argument(
-          "home: the drives are not ready yet; allowed: once slave_io names who has to be homed");
-    case State::kStopped:
-      return core::Status::invalid_argument("home: the arm is stopped; allowed: after a reset");
-    case State::kWithheld:
-      return core::Status::invalid_argument(
-          "home: an enabling switch is released; allowed: while it is held");
-    case State::kRuns:
-      return core::Status::invalid_argument("home: the drives are being homed already");
-    case State::kPossible:
-      break;
-  }
-  requested_.store(true, std::memory_order_release);
-  return core::Status::ok();
-}
+constexpr core::Nanoseconds kGripperPeriod_ns =
+    core::from_seconds(0.0095);  // 100 Hz, at any of the servo's rates
+
+}  // namespace
 
 struct DdsAdapter::Impl {
   Impl(const core::NetworkOptions& network, const messages::ArmBounds& arm, Inbox& inbox)
@@ -42,17 +27,37 @@ struct DdsAdapter::Impl {
                  inbox.master.write({state, state.slave_echo, received_ns, participant.session()});
                }),
         responder(participant, core::Side::kSlave, inbox.stops,
-                  [&inbox](const messages::OperatorCommand& command) { return homing(command, inbox); }) {}
+                  [&inbox](const messages::OperatorCommand& command) { return ask(command, inbox); }) {
+    if (inbox.gripper.has_gripper()) gripper.emplace(participant, dds::kGripperState);
+  }
 
-  static core::Status homing(const messages::OperatorCommand& command, Inbox& inbox) {
-    const core::Status status = inbox.homing.ask();
-    if (status) spdlog::info("homing of the drives begins, asked for by {}", command.issuer);
+  static core::Status ask(const messages::OperatorCommand& command, Inbox& inbox) {
+    using core::CommandKind;
+    const core::Status status =
+        command.kind == CommandKind::kGripperWidth   ? inbox.gripper.ask_width(command.value)
+        : command.kind == CommandKind::kGripperForce ? inbox.gripper.ask_force(command.value)
+                                                     : inbox.homing.ask();
+    if (status) {
+      spdlog::info("{} {:g}, asked for by {}", core::rule_of(command.kind).name, command.value,
+                   command.issuer);
+    } else {
+      spdlog::warn("{} asked for what is refused: {}", command.issuer, status.message());
+    }
     return status;
+  }
+
+  // Slower than the state: nothing is closed in a loop over it.
+  void publish_gripper(const SlaveReport& report, core::Nanoseconds now_ns) {
+    if (!gripper || !report.gripper || now_ns < gripper_due_ns) return;
+    gripper_due_ns = now_ns + kGripperPeriod_ns;
+    gripper->publish(*report.gripper);
   }
 
   dds::Participant participant;
   messages::StatusReporter status;
   messages::Publisher<messages::SlaveState> slave;
+  std::optional<messages::Publisher<messages::GripperState>> gripper;
+  core::Nanoseconds gripper_due_ns = 0;
   messages::CheckedReader<msg::MasterState> master;
   messages::OperatorResponder responder;
 };
@@ -63,6 +68,7 @@ DdsAdapter::~DdsAdapter() = default;
 
 void DdsAdapter::publish(const SlaveReport& report) {
   impl_->slave.publish(report);
+  impl_->publish_gripper(report, core::monotonic_ns());
   impl_->responder.on_report(report.stop_requests, report.outputs.stop.id != 0);
 }
 

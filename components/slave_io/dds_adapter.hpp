@@ -1,7 +1,7 @@
 #pragma once
 
-#include <atomic>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "common/core/health.hpp"
@@ -9,6 +9,7 @@
 #include "common/core/snapshot.hpp"
 #include "common/core/stop_requests.hpp"
 #include "common/messages/arm_bounds.hpp"
+#include "components/slave_io/gripper.hpp"
 #include "components/slave_io/slave_io.hpp"
 
 namespace phantom::slave_io {
@@ -17,23 +18,7 @@ namespace phantom::slave_io {
 struct SlaveReport : messages::SlaveState {
   SlaveOutputs outputs;
   std::uint32_t stop_requests = 0;  ///< those of the inbox that are in force
-};
-
-/// A person's request to home the drives, between the thread that takes commands and the servo's. Real-time
-/// safe: yes.
-class HomingRequest {
- public:
-  enum class State : std::uint8_t { kNotNeeded, kNotYet, kStopped, kWithheld, kPossible, kRuns };
-  /// Servo thread: reports what would become of a request now.
-  void report(State state) noexcept { state_.store(state, std::memory_order_release); }
-  /// Servo thread: returns once whether homing was requested.
-  bool take() noexcept { return requested_.exchange(false, std::memory_order_acq_rel); }
-  /// Requests it, or returns why it is refused and what is allowed.
-  core::Status ask();
-
- private:
-  std::atomic<State> state_{State::kNotNeeded};
-  std::atomic<bool> requested_{false};
+  std::optional<messages::GripperState> gripper;
 };
 
 /// Validated data from the topics. The servo thread is the reader.
@@ -41,14 +26,15 @@ struct Inbox {
   core::Snapshot<MasterSample> master;
   core::StopRequests stops;
   HomingRequest homing;
+  GripperRequests gripper;
 };
 
 /// Connects slave_io to the topics. It stamps what it publishes and refuses samples that are invalid or out
 /// of order. Never used by the servo thread.
 class DdsAdapter {
  public:
-  /// `arm`: bounds of the arm that the master must command. `inbox` must outlive the adapter. Throws
-  /// DdsError.
+  /// `arm`: bounds of the arm that the master must command. `inbox` must outlive the adapter; whether there
+  /// is a gripper is known in it by now. Throws DdsError.
   DdsAdapter(const core::NetworkOptions& network, const messages::ArmBounds& arm, Inbox& inbox);
   ~DdsAdapter();
 

@@ -5,7 +5,7 @@
 namespace phantom::slave_io {
 
 Servo::Servo(const ArmModel& model, const Config& config, ArmDriver& arm, Inbox& inbox, std::uint64_t seed,
-             teleop::StopStore& stops)
+             teleop::StopStore& stops, GripperDriver* gripper)
     : enabling(config.enabling_switch),
       joint_count_(static_cast<std::uint32_t>(model.arm.joint_count())),
       inbox_(inbox),
@@ -13,7 +13,9 @@ Servo::Servo(const ArmModel& model, const Config& config, ArmDriver& arm, Inbox&
       controller_(model.arm, config, model.home, teleop::StopLatch(seed, stops.read())),
       arm_(arm),
       loop_guard_(config.loop),
-      stops_(inbox.stops, stops) {}
+      stops_(inbox.stops, stops) {
+  if (gripper != nullptr) gripper_.emplace(config.gripper.value().limits, *gripper, inbox.gripper);
+}
 
 void Servo::tick(double dt_s, core::Nanoseconds now_ns) noexcept {
   SlaveReport report;
@@ -25,6 +27,7 @@ void Servo::tick(double dt_s, core::Nanoseconds now_ns) noexcept {
   const auto steps = teleop::steps_of_tick(dt_s, period_s_, arm_.makes_up_periods());
   bool known = false;
   for (int k = 0; k < steps.count; ++k) {
+    if (gripper_) gripper_->sense();
     const ArmSense& sense = arm_.sense();
     inputs_.position = sense.position;
     inputs_.velocity = sense.velocity;
@@ -37,16 +40,24 @@ void Servo::tick(double dt_s, core::Nanoseconds now_ns) noexcept {
     const bool released = stops_.end(inputs_, report.outputs);
     const bool stopped = report.outputs.stop.id != 0;
     using Homing = HomingRequest::State;
-    const bool possible = sense.homing == Homing::kPossible;
+    // The gripper's drive is homed as the arm's are, and with them.
+    const bool whole = sense.homing == Homing::kNotNeeded && gripper_;
+    const Homing homing = whole ? gripper_->homing() : sense.homing;
+    const bool possible = homing == Homing::kPossible;
     // Homing moves the arm, too.
     const bool withheld = !teleop::permits(inputs_.enabling) || report.outputs.partner_withholds;
     inbox_.homing.report(possible && stopped    ? Homing::kStopped
                          : possible && withheld ? Homing::kWithheld
-                                                : sense.homing);
+                                                : homing);
     const bool home = inbox_.homing.take() && possible && !stopped && !withheld;
     const bool ends = stopped || (withheld && sense.homing == Homing::kRuns);
     arm_.move({report.outputs, ends, released, home}, steps.step_s, now_ns);
+    if (gripper_) {
+      const bool holds = withheld && homing == Homing::kRuns;
+      gripper_->step(holds ? teleop::LinkState::kStopped : report.outputs.state, home, steps.step_s, now_ns);
+    }
   }
+  if (gripper_) report.gripper = gripper_->state();
   if (!known) return;
   report.state = report.outputs.state;
   report.stop = report.outputs.stop;

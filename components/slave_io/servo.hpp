@@ -1,5 +1,7 @@
 #pragma once
 
+#include <optional>
+
 #include "common/core/snapshot.hpp"
 #include "common/runtime/enabling_switch.hpp"
 #include "common/runtime/periodic_loop.hpp"
@@ -13,10 +15,10 @@ namespace phantom::slave_io {
 /// outputs to the outbox. It never calls DDS, allocates memory or waits.
 class Servo {
  public:
-  /// `arm`, `inbox` and `stops` must outlive the servo. `seed`: random, for the ids of stops. `stops` stores
-  /// the stop in force and holds that of the previous process.
+  /// `arm`, `inbox`, `stops` and `gripper` (null: there is none) must outlive the servo. `seed`: random, for
+  /// the ids of stops. `stops` stores the stop in force and holds that of the previous process.
   Servo(const ArmModel& model, const Config& config, ArmDriver& arm, Inbox& inbox, std::uint64_t seed,
-        teleop::StopStore& stops);
+        teleop::StopStore& stops, GripperDriver* gripper = nullptr);
 
   /// Runs one tick of `dt_s`, a whole multiple of the period, at `now_ns` on the monotonic clock. Makes up
   /// for up to teleop::kMostMadeUp missed periods, so that a simulated arm keeps real time; real drives get
@@ -34,6 +36,7 @@ class Servo {
   SlaveInputs inputs_;
   SlaveIo controller_;
   ArmDriver& arm_;
+  std::optional<Gripper> gripper_;
   teleop::LoopGuard loop_guard_;
   teleop::StopExchange stops_;
 };

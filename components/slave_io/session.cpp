@@ -17,8 +17,10 @@
 #include "common/runtime/servo_session.hpp"
 #include "common/runtime/switch_input.hpp"
 #include "components/slave_io/can_arm.hpp"
+#include "components/slave_io/can_gripper.hpp"
 #include "components/slave_io/servo.hpp"
 #include "components/slave_io/simulated_arm.hpp"
+#include "components/slave_io/simulated_gripper.hpp"
 
 namespace phantom::slave_io {
 namespace {
@@ -75,20 +77,35 @@ void write_report(const std::filesystem::path& file, const std::vector<core::Loo
   stream << report.dump(2) << '\n';
 }
 
+// The configured gripper; null if there is none. Waits for its bus, which is the arm's.
+std::unique_ptr<GripperDriver> make_gripper(const Config& config) {
+  if (!config.gripper) return nullptr;
+  if (config.driver == Driver::kSimulated) return std::make_unique<SimulatedGripper>(config.gripper->plant);
+  auto buses = runtime::open_buses(*config.gripper->drive, [](const std::string&) {});
+  if (buses.empty()) return nullptr;
+  return std::make_unique<CanGripper>(config.gripper->drive->group, std::move(buses.front()));
+}
+
 // Runs the servo on `arm` until a stop is requested. Returns the statistics of its loops.
 std::vector<core::LoopStatistics> run_servo(const ArmModel& model, const Config& config, ArmDriver& arm,
                                             Inbox& inbox, runtime::StopFile& stops, DdsAdapter& adapter) {
-  Servo servo(model, config, arm, inbox, core::random_number(), stops);
+  const auto gripper = make_gripper(config);
+  Servo servo(model, config, arm, inbox, core::random_number(), stops, gripper.get());
   const auto enabling =
       runtime::SwitchInput::make(config.enabling_switch, servo.enabling, config.scheduling.servo_priority);
+  runtime::ActuatorLogger gripper_logger;
   runtime::ServoCallbacks<SlaveReport> callbacks;
   if (enabling) callbacks.watched.push_back(&enabling->progress());
-  callbacks.health = [&model, simulated = config.driver == Driver::kSimulated](
+  callbacks.health = [&, simulated = config.driver == Driver::kSimulated](
                          const SlaveReport& now, std::vector<core::LoopStatistics> loops) -> core::Health {
-    return {teleop::component_state(now.outputs),
-            sentence(now.outputs, model.arm),
-            std::move(loops),
-            {{"simulated", simulated ? 1.0 : 0.0, ""}}};
+    core::Health health{teleop::component_state(now.outputs),
+                        sentence(now.outputs, model.arm),
+                        std::move(loops),
+                        {{"simulated", simulated ? 1.0 : 0.0, ""}}};
+    if (!gripper) return health;
+    const core::ActuatorHealth its = gripper->health();
+    gripper_logger.update(its);
+    return with_gripper(std::move(health), its, now.gripper.value_or(messages::GripperState()));
   };
   return runtime::run_servo_session({config.period_s, config.scheduling, config.measure_bare_loop}, servo,
                                     arm, stops, adapter, runtime::LinkLogger("THE MASTER"), callbacks);
@@ -125,6 +142,7 @@ int run_simulated(const runtime::CellConfig& cell, const ArmModel& model, const 
   const auto begun_ns = core::monotonic_ns();
   // Lets the others find this process while the field is made.
   Inbox inbox;
+  if (config.gripper) inbox.gripper.open(config.gripper->limits);
   DdsAdapter adapter(core::in_haptic_path(network, config.scheduling.servo_priority),
                      messages::bounds_of(model.arm), inbox);
   const auto world = make_world(cell, config.contact, cache, adapter);
@@ -146,6 +164,7 @@ int run_drives(const runtime::CellConfig& cell, const ArmModel& model, const Con
                const std::filesystem::path& report_dir) {
   spdlog::info("the arm's drives are on CAN: {}", fmt::join(config.can->addresses, ", "));
   Inbox inbox;
+  if (config.gripper) inbox.gripper.open(config.gripper->limits);
   DdsAdapter adapter(core::in_haptic_path(network, config.scheduling.servo_priority),
                      messages::bounds_of(model.arm), inbox);
   auto buses = runtime::open_buses(*config.can, [&](const std::string& missing) {

@@ -88,6 +88,17 @@ geometry::TriangleMesh segment_body(const robot::SkinSegment& segment) {
   return body;
 }
 
+void set_closing(const robot::SerialArm& closed, std::vector<LinkMeshData>& meshes) {
+  // load_arm_meshes() has the visuals of all links first, in the arm's order.
+  auto mesh = meshes.begin();
+  for (const robot::Link& link : closed.links()) {
+    for (const robot::LinkMesh& visual : link.meshes) {
+      mesh->closing_m = visual.X_link_mesh.translation_m - mesh->X_link_mesh.translation_m;
+      ++mesh;
+    }
+  }
+}
+
 std::vector<LinkMeshData> load_arm_meshes(const robot::SerialArm& arm,
                                           const std::vector<robot::LinkSkin>& skin) {
   std::vector<LinkMeshData> meshes;

@@ -14,6 +14,8 @@ struct LinkMeshData {
   geometry::Pose X_link_mesh;
   std::array<float, 3> colour{};
   geometry::TriangleMesh mesh;
+  Eigen::Vector3d closing_m =
+      Eigen::Vector3d::Zero();  ///< in the link's frame: its way when the gripper closes
 };
 
 /// Loads all visual meshes of the arm. A moving link that has none (from a DH table, or a URDF without
@@ -21,6 +23,10 @@ struct LinkMeshData {
 /// exist, core::ConfigError for one that is no usable mesh.
 std::vector<LinkMeshData> load_arm_meshes(const robot::SerialArm& arm,
                                           const std::vector<robot::LinkSkin>& skin);
+
+/// Sets the ways of a gripper's fingers: from where `meshes` are, of the arm with the gripper at its widest,
+/// to where they are in `closed`.
+void set_closing(const robot::SerialArm& closed, std::vector<LinkMeshData>& meshes);
 
 /// Returns the closed body between the polygons at a segment's ends, in the frame of the link that the skin
 /// names. Pure.

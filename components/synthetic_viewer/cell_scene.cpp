@@ -27,7 +27,17 @@ MeshBody uploaded(const geometry::TriangleMesh& mesh, Renderer& renderer) {
 }
 
 LinkBody uploaded(const LinkMeshData& part, Renderer& renderer) {
-  return {part.link, part.X_link_mesh, part.colour, uploaded(part.mesh, renderer), part.mesh.bounding_box()};
+  return {
+      part.link,     part.X_link_mesh, part.colour, uploaded(part.mesh, renderer), part.mesh.bounding_box(),
+      part.closing_m};
+}
+
+geometry::Pose pose_in_link(const LinkBody& part, const GripperSample& gripper) {
+  geometry::Pose pose = part.X_link_mesh;
+  if (gripper.received_ns == 0 || !gripper.sense.known) return pose;
+  pose.translation_m +=
+      (1.0 - std::clamp(gripper.sense.width_m / gripper.widest_m, 0.0, 1.0)) * part.closing_m;
+  return pose;
 }
 
 std::map<std::uint64_t, MeshBody>::iterator CellScene::oldest_unnamed(const ViewerState& state) {
@@ -59,8 +69,12 @@ Frame CellScene::frame(const ViewerState& state, const Staleness& staleness, cor
   robot::LinkPoses X_WL;
   arm_.link_poses(state.arm.position, X_WL);
   for (const LinkBody& part : links) {
-    DrawItem item{
-        part.body.picture, matrix_of(X_WL[part.link] * part.X_link_mesh), part.colour, 1.0F, 0.0F, true};
+    DrawItem item{part.body.picture,
+                  matrix_of(X_WL[part.link] * pose_in_link(part, state.gripper)),
+                  part.colour,
+                  1.0F,
+                  0.0F,
+                  true};
     if (felt) {
       item.paint = static_cast<PaintHandle>(part.link);
       item.paint_from_mesh = matrix_of(part.X_link_mesh);
@@ -96,7 +110,8 @@ RayScene CellScene::obstacles(const ViewerState& state, bool with_arm) const {
   arm_.link_poses(state.arm.position, X_WL);
   for (const LinkBody& part : links) {
     if (part.body.obstacle)
-      scene.bodies.push_back({part.body.obstacle, X_WL[part.link] * part.X_link_mesh, {0, part.link}});
+      scene.bodies.push_back(
+          {part.body.obstacle, X_WL[part.link] * pose_in_link(part, state.gripper), {0, part.link}});
   }
   return scene;
 }

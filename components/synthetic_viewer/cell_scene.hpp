@@ -28,8 +28,12 @@ struct LinkBody {
   geometry::Pose X_link_mesh;
   Colour colour{};
   MeshBody body;
-  geometry::BoundingBox box;  ///< of the mesh, in its own frame
+  geometry::BoundingBox box;                            ///< of the mesh, in its own frame
+  Eigen::Vector3d closing_m = Eigen::Vector3d::Zero();  ///< see LinkMeshData
 };
+
+/// Returns X_link_mesh with the gripper as it was last heard of; at its widest while it was not.
+geometry::Pose pose_in_link(const LinkBody& part, const GripperSample& gripper);
 
 /// Uploads a mesh to `renderer` and prepares it for rays.
 MeshBody uploaded(const geometry::TriangleMesh& mesh, Renderer& renderer);

@@ -71,7 +71,7 @@ struct DdsAdapter::Impl {
   messages::StatusReporter status;
 
   // Each is used on the thread of its reader's callbacks.
-  dds::SoleSource arm_source, master_source, percept_source, skin_source{kSkinHold_ns};
+  dds::SoleSource arm_source, master_source, percept_source, gripper_source, skin_source{kSkinHold_ns};
   dds::FollowedSource phantom;  // the process that percept is taken from
   dds::SequenceGuard hit_order;
   std::uint64_t arm_arrived = 0;
@@ -87,6 +87,7 @@ struct DdsAdapter::Impl {
   // Declared last, so that their callbacks end before the members that they use are destroyed.
   std::optional<dds::Reader<msg::SlaveState>> arm;
   std::optional<dds::Reader<msg::MasterState>> master;
+  std::optional<dds::Reader<msg::GripperState>> gripper;
   std::optional<dds::Reader<msg::Percept>> percept;
   std::optional<dds::Reader<msg::HitAlert>> hits;
   std::optional<dds::Reader<msg::SkinPercept>> skin;
@@ -157,6 +158,8 @@ struct DdsAdapter::Impl {
 void DdsAdapter::Impl::open_states() {
   arm.emplace(participant, dds::kSlaveState, to_snapshot(dds::kSlaveState, arm_source, inbox.arm));
   master.emplace(participant, dds::kMasterState, to_snapshot(dds::kMasterState, master_source, inbox.master));
+  gripper.emplace(participant, dds::kGripperState,
+                  to_snapshot(dds::kGripperState, gripper_source, inbox.gripper));
   percept.emplace(participant, dds::kPercept, to_snapshot(dds::kPercept, percept_source, inbox.percept));
 }
 

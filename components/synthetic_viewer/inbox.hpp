@@ -31,6 +31,7 @@ class Inbox {
   core::Snapshot<ArmSample> arm;
   core::Snapshot<PerceptSample> percept;
   core::Snapshot<MasterSample> master;
+  core::Snapshot<GripperSample> gripper;
   StopBoard stops;  ///< any thread
 
   /// Queues an event. Any thread. A raised alert is urgent. Returns false if the queue is full: the event is

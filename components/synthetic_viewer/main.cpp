@@ -30,9 +30,12 @@ constexpr double kTurn_s = core::seconds(PublishingSchedule::kViewPeriod_ns);  /
 /// is missing.
 void run_session(ViewerConfig config, const runtime::CellConfig& cell, const core::NetworkOptions& network,
                  const std::filesystem::path& report_dir) {
-  robot::SerialArm arm = runtime::load_arm(cell.arm(config.arm));
+  const runtime::ArmConfig& arm_config = cell.arm(config.arm);
+  robot::SerialArm arm = runtime::load_arm(arm_config);
   const messages::ArmBounds shape{.joint_count = arm.joint_count(), .link_count = arm.links().size()};
-  std::vector<LinkMeshData> arm_meshes = load_arm_meshes(arm, runtime::load_skin(cell.arm(config.arm), arm));
+  std::vector<LinkMeshData> arm_meshes = load_arm_meshes(arm, runtime::load_skin(arm_config, arm));
+  if (!arm_config.gripper_closed.empty())
+    set_closing(runtime::load_arm_with_closed_gripper(arm_config), arm_meshes);
   if (config.recording.folder.empty()) config.recording.folder = report_dir;
   Inbox inbox;
   PageContent content;

@@ -86,6 +86,25 @@ Json hits_json(const ViewerState& state, const CellScene& scene, core::Nanosecon
   return hits;
 }
 
+/// Null if there is no gripper.
+Json gripper_json(const ViewerState& state, const Staleness& staleness, core::Nanoseconds now_ns) {
+  const GripperSample& gripper = state.gripper;
+  if (gripper.received_ns == 0) return {};
+  const double age = age_s(gripper.received_ns, now_ns);
+  const bool known = gripper.sense.known && age <= staleness.gripper_s;
+  return {{"words", gripper_words(state, staleness, now_ns)},
+          {"age_s", number_or_null(age)},
+          {"width_m", number_or_null(gripper.sense.width_m, known)},
+          {"force_N", number_or_null(gripper.sense.force_N, known)},
+          {"requested_width_m", gripper.requested_width_m},
+          {"requested_force_N", gripper.requested_force_N},
+          {"widest_m", gripper.widest_m},
+          {"least_force_N", gripper.least_force_N},
+          {"greatest_force_N", gripper.greatest_force_N},
+          {"holds", known && gripper.holds},
+          {"fault", gripper.sense.fault}};
+}
+
 /// Returns which views the operator has turned or zoomed.
 Json moved_json(const CameraControl& cameras) {
   Json moved = Json::object();
@@ -164,6 +183,7 @@ std::string page_state_json(const ViewerState& state, const CellScene& scene, co
       {"link", link_json(state, now_ns)},
       {"percept", percept_json(state, scene, staleness, now_ns)},
       {"joints", joints_json(state, scene)},
+      {"gripper", gripper_json(state, staleness, now_ns)},
       {"hits", hits_json(state, scene, facts.start_ns)},
       {"total_hits", state.total_hits},
       {"components", components_json(state, staleness, now_ns)},

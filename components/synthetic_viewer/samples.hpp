@@ -33,6 +33,7 @@ struct ArmSample : messages::Received<messages::SlaveState> {
 };
 using PerceptSample = messages::Received<messages::Percept>;
 using MasterSample = messages::Received<messages::MasterState>;
+using GripperSample = messages::Received<messages::GripperState>;
 
 struct HitSample : messages::Received<messages::HitAlert> {
   using messages::Received<messages::HitAlert>::Received;

@@ -109,6 +109,23 @@ std::string touched_object(const ViewerState& state) {
   return state.arm.contact_object == 0 ? "something unknown" : object_name(state, state.arm.contact_object);
 }
 
+std::string gripper_words(const ViewerState& state, const Staleness& staleness, core::Nanoseconds now_ns) {
+  const GripperSample& gripper = state.gripper;
+  if (gripper.received_ns == 0) return {};
+  if (const double age = age_s(gripper.received_ns, now_ns); age > staleness.gripper_s)
+    return fmt::format("not heard for {:.1f} s{}", std::floor(age * 10) / 10,
+                       gripper.holds ? "; it held something, and holds by itself" : "");
+  const std::string width = fmt::format("{:.0f} mm", std::abs(gripper.sense.width_m) * 1e3);
+  if (gripper.sense.fault)
+    return "its drive is in fault" + (gripper.holds ? "; it held something" : std::string());
+  if (!gripper.sense.known) return "its drive has not reported yet";
+  if (!gripper.sense.follows) return "its drive is not ready yet, at " + width;
+  if (gripper.holds)
+    return fmt::format("holds something {} wide with {:.0f} N", width, std::abs(gripper.sense.force_N));
+  if (gripper.moves) return (gripper.sense.velocity_m_s > 0 ? "opens, at " : "closes, at ") + width;
+  return gripper.open ? "open, " + width : gripper.closed ? "closed" : "at rest, " + width + " open";
+}
+
 std::string label_of(LinkState state) {
   std::string label = teleop::name_of(state);
   std::transform(label.begin(), label.end(), label.begin(), [](char c) { return c & ~0x20; });

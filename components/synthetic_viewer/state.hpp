@@ -15,6 +15,7 @@ namespace phantom::synthetic_viewer {
 struct Staleness {
   double slave_s = 0.25;
   double percept_s = 0.5;
+  double gripper_s = 0.5;
   double component_s = 2.0;  ///< status comes at 2 Hz
   double meshes_s = 5.0;     ///< from the first object on: meshes that are missing then are not waited for
 };
@@ -58,6 +59,7 @@ struct ViewerState {
   ArmSample arm;
   PerceptSample percept;
   MasterSample master;
+  GripperSample gripper;
   SkinSample skin;
   WorkspaceSample workspace;
   LinkQuality link_quality;
@@ -99,6 +101,10 @@ std::string condition_text(const ViewerState& state, const Staleness& staleness,
 std::string object_name(const ViewerState& state, std::uint16_t id);
 /// Returns what the arm touches; "something unknown" if only its force is felt.
 std::string touched_object(const ViewerState& state);
+
+/// Returns what the gripper does, in a few plain words: "holds something 42 mm wide with 30 N"; empty if
+/// there is no gripper.
+std::string gripper_words(const ViewerState& state, const Staleness& staleness, core::Nanoseconds now_ns);
 
 std::string label_of(LinkState state);  ///< "COUPLED"
 const char* name_of(MotionClass motion) noexcept;

@@ -126,6 +126,7 @@ void ViewerLoop::take_events() {
   if (inbox_.arm.read(state_.arm)) state_.link_quality.take(state_.arm, now_ns_);
   inbox_.percept.read(state_.percept);
   inbox_.master.read(state_.master);
+  inbox_.gripper.read(state_.gripper);
   state_.stops = inbox_.stops.at(now_ns_);
   // Alerts are taken before meshes.
   for (Event& hit : inbox_.take_hits()) take(hit);

@@ -17,4 +17,5 @@ const struct cyclone_type cyclone_types[] = {
     TYPE(WorkspaceObject), TYPE(MeshChunk),       TYPE(WorkspaceCommand),
     TYPE(WorkspaceReply),  TYPE(ComponentStatus), TYPE(ViewPose),
     TYPE(OperatorReply),   TYPE(HapticDevice),    TYPE(HapticDeviceWrench),
+    TYPE(GripperState),
     {0, 0}};

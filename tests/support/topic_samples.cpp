@@ -70,6 +70,11 @@ void set(msg::SlaveState& s) {
   s.external_torque_measured(true), s.contact(true), s.contact_force_N(number()), s.contact_object(65500);
   s.contact_point_m(vector()), s.tool_speed_m_s(number()), s.clearance_m(-1.0);
 }
+void set(msg::GripperState& s) {
+  s.stamp(stamp()), s.width_m(number()), s.velocity_m_s(number()), s.force_N(number()),
+      s.requested_width_m(number()), s.requested_force_N(number()), s.widest_m(number()),
+      s.least_force_N(number()), s.greatest_force_N(number()), s.known(true), s.holds(true), s.closed(true);
+}
 void set(msg::DragField& s) {
   s.stamp(stamp()), s.slave_echo(echo()), s.master_echo(echo()), s.workspace_version(long_count()),
       s.mode(msg::DragMode::DRAG_COUPLED), s.joint_count(16);
@@ -198,14 +203,14 @@ std::pair<const std::string, Builder> entry(const dds::TopicSpec<T>& topic) {
 
 void with_sample(const dds::TopicDescription& topic, const std::function<void(void*)>& use) {
   static const std::map<std::string, Builder> builders{
-      entry(dds::kMasterState),     entry(dds::kSlaveState),         entry(dds::kDragField),
-      entry(dds::kPercept),         entry(dds::kInterestPoints),     entry(dds::kSkinPercept),
-      entry(dds::kHitAlert),        entry(dds::kSensingCommand),     entry(dds::kSensingReply),
-      entry(dds::kOperatorCommand), entry(dds::kRecordingRequest),   entry(dds::kOperatorReply),
-      entry(dds::kViewPose),        entry(dds::kWorkspaceBrick),     entry(dds::kWorkspaceVersion),
-      entry(dds::kHapticDevice),    entry(dds::kHapticDeviceWrench), entry(dds::kWorkspaceObject),
-      entry(dds::kMeshChunk),       entry(dds::kWorkspaceCommand),   entry(dds::kWorkspaceReply),
-      entry(dds::kComponentStatus)};
+      entry(dds::kMasterState),      entry(dds::kSlaveState),      entry(dds::kDragField),
+      entry(dds::kGripperState),     entry(dds::kPercept),         entry(dds::kInterestPoints),
+      entry(dds::kSkinPercept),      entry(dds::kHitAlert),        entry(dds::kSensingCommand),
+      entry(dds::kSensingReply),     entry(dds::kOperatorCommand), entry(dds::kRecordingRequest),
+      entry(dds::kOperatorReply),    entry(dds::kViewPose),        entry(dds::kWorkspaceBrick),
+      entry(dds::kWorkspaceVersion), entry(dds::kHapticDevice),    entry(dds::kHapticDeviceWrench),
+      entry(dds::kWorkspaceObject),  entry(dds::kMeshChunk),       entry(dds::kWorkspaceCommand),
+      entry(dds::kWorkspaceReply),   entry(dds::kComponentStatus)};
   const auto builder = builders.find(topic.name);
   if (builder == builders.end())
     throw std::runtime_error(std::string(topic.name) + ": no sample of it here; add one to samples.cpp");

@@ -27,7 +27,9 @@ static_assert(same_number(CommandKind::kViewNode, msg::CommandKind::COMMAND_VIEW
 static_assert(same_number(CommandKind::kSetLaw, msg::CommandKind::COMMAND_SET_LAW));
 static_assert(same_number(CommandKind::kMark, msg::CommandKind::COMMAND_MARK));
 static_assert(same_number(CommandKind::kHome, msg::CommandKind::COMMAND_HOME));
-static_assert(core::kCommandKinds == static_cast<int>(msg::CommandKind::COMMAND_HOME) + 1);
+static_assert(same_number(CommandKind::kGripperWidth, msg::CommandKind::COMMAND_GRIPPER_WIDTH));
+static_assert(same_number(CommandKind::kGripperForce, msg::CommandKind::COMMAND_GRIPPER_FORCE));
+static_assert(core::kCommandKinds == static_cast<int>(msg::CommandKind::COMMAND_GRIPPER_FORCE) + 1);
 static_assert(same_number(SensingRequest::kAllowContact, msg::SensingRequest::SENSING_ALLOW_CONTACT));
 static_assert(same_number(SensingRequest::kForbidContact, msg::SensingRequest::SENSING_FORBID_CONTACT));
 static_assert(same_number(SensingRequest::kSelfTest, msg::SensingRequest::SENSING_SELF_TEST));
@@ -86,8 +88,8 @@ TEST(OperatorCommandCodec, WhatCannotBeTrueIsRefused) {
   const Refusals<msg::OperatorCommand> refusal{to_idl(a_gain())};
   EXPECT_EQ(refusal([](auto&) {}), "");
   EXPECT_THAT(refusal([](auto& m) { m.stamp().sequence_number(0); }), HasSubstr("sequence_number"));
-  EXPECT_EQ(refusal([](auto& m) { m.kind(static_cast<msg::CommandKind>(10)); }),
-            "kind is 10; allowed: 0 to 9");
+  EXPECT_EQ(refusal([](auto& m) { m.kind(static_cast<msg::CommandKind>(12)); }),
+            "kind is 12; allowed: 0 to 11");
   EXPECT_EQ(refusal([](auto& m) { m.joint(16); }), "joint is 16; allowed: -1 (all) to 15");
   EXPECT_EQ(refusal([](auto& m) { m.joint(-2); }), "joint is -2; allowed: -1 (all) to 15");
   const auto value = [&](msg::CommandKind kind, double number) {
@@ -111,6 +113,10 @@ TEST(OperatorCommandCodec, WhatCannotBeTrueIsRefused) {
   EXPECT_THAT(value(msg::CommandKind::COMMAND_VIEW_NODE, 15),
               HasSubstr("allowed: a whole number from 0 to 14"));
   EXPECT_THAT(value(msg::CommandKind::COMMAND_SET_LAW, 5), HasSubstr("allowed: a whole number from 0 to 4"));
+  EXPECT_EQ(value(msg::CommandKind::COMMAND_GRIPPER_WIDTH, 1.01),
+            "gripper_width: value is 1.01; allowed: 0 to 1");
+  EXPECT_THAT(value(msg::CommandKind::COMMAND_GRIPPER_WIDTH, -0.001), HasSubstr("allowed: 0 to 1"));
+  EXPECT_THAT(value(msg::CommandKind::COMMAND_GRIPPER_FORCE, 10'001), HasSubstr("allowed: 0 to 10000"));
 }
 
 TEST(OperatorCommandCodec, AStopAndAResetAreTakenWhateverTheFieldsAreThatTheyDoNotUse) {
@@ -128,7 +134,7 @@ TEST(OperatorReplyCodec, ThereAndBackItIsTheSameAndWhatCannotBeTrueIsRefused) {
   expect_same_after_round_trip(reply);
   const Refusals<msg::OperatorReply> refusal{to_idl(reply)};
   EXPECT_THAT(refusal([](auto& m) { m.stamp().sequence_number(0); }), HasSubstr("sequence_number"));
-  EXPECT_THAT(refusal([](auto& m) { m.kind(static_cast<msg::CommandKind>(10)); }), HasSubstr("kind is 10"));
+  EXPECT_THAT(refusal([](auto& m) { m.kind(static_cast<msg::CommandKind>(12)); }), HasSubstr("kind is 12"));
 }
 
 TEST(SensingCommandCodec, ThereAndBackItIsTheSame) {

@@ -192,6 +192,47 @@ TEST(MasterStateCodec, SR11_WhatCannotBeTrueIsRefused) {
   EXPECT_EQ(refusal([](auto& m) { m.round_trip_s(-1); }), "");
 }
 
+TEST(GripperStateCodec, ThereAndBackItIsTheSameAndWhatCannotBeTrueIsRefused) {
+  GripperState state;
+  state.stamp = {3, 4, 5};
+  state.sense = {true, 0.042, -0.01, 29.5, true, true};
+  state.requested_width_m = 0.0;
+  state.requested_force_N = 30.0;
+  state.moves = state.holds = state.open = state.closed = true;
+  state.widest_m = 0.1;
+  state.least_force_N = 3.0;
+  state.greatest_force_N = 60.0;
+  const msg::GripperState good = to_idl(state);
+  EXPECT_EQ(good.width_m(), 0.042);
+  EXPECT_EQ(good.velocity_m_s(), -0.01);
+  EXPECT_EQ(good.force_N(), 29.5);
+  EXPECT_TRUE(good.known() && good.follows() && good.fault() && good.moves() && good.holds() && good.open() &&
+              good.closed());
+  const auto back = from_idl(good);
+  ASSERT_TRUE(back) << back.status().message();
+  EXPECT_EQ(to_idl(*back), good);
+  const Refusals<msg::GripperState> refusal{good};
+  for (const double bad : kNoNumbers) {
+    EXPECT_THAT(refusal([&](auto& m) { m.width_m(bad); }), HasSubstr("width_m is not finite"));
+    EXPECT_THAT(refusal([&](auto& m) { m.velocity_m_s(bad); }), HasSubstr("velocity_m_s is not finite"));
+    EXPECT_THAT(refusal([&](auto& m) { m.force_N(bad); }), HasSubstr("force_N is not finite"));
+    EXPECT_THAT(refusal([&](auto& m) { m.requested_width_m(bad); }), HasSubstr("requested_width_m"));
+    EXPECT_THAT(refusal([&](auto& m) { m.requested_force_N(bad); }), HasSubstr("requested_force_N"));
+    EXPECT_THAT(refusal([&](auto& m) { m.widest_m(bad); }), HasSubstr("widest_m"));
+    EXPECT_THAT(refusal([&](auto& m) { m.least_force_N(bad); }), HasSubstr("least_force_N"));
+    EXPECT_THAT(refusal([&](auto& m) { m.greatest_force_N(bad); }), HasSubstr("greatest_force_N"));
+  }
+  EXPECT_EQ(refusal([](auto& m) { m.width_m(1.02); }), "width_m is 1.02; allowed: -0.01 to 1.01");
+  EXPECT_EQ(refusal([](auto& m) { m.width_m(-0.02); }), "width_m is -0.02; allowed: -0.01 to 1.01");
+  EXPECT_THAT(refusal([](auto& m) { m.requested_width_m(-0.001); }), HasSubstr("requested_width_m"));
+  EXPECT_THAT(refusal([](auto& m) { m.requested_width_m(1.1); }), HasSubstr("requested_width_m"));
+  EXPECT_THAT(refusal([](auto& m) { m.widest_m(0.0); }), HasSubstr("widest_m"));
+  EXPECT_THAT(refusal([](auto& m) { m.requested_force_N(0.0); }), HasSubstr("requested_force_N"));
+  EXPECT_THAT(refusal([](auto& m) { m.least_force_N(0.0); }), HasSubstr("least_force_N"));
+  EXPECT_THAT(refusal([](auto& m) { m.greatest_force_N(20'000.0); }), HasSubstr("greatest_force_N"));
+  EXPECT_THAT(refusal([](auto& m) { m.stamp().sequence_number(0); }), HasSubstr("sequence_number"));
+}
+
 TEST(ViewPoseCodec, ThereAndBackItIsTheSameAndWhatIsNoPoseIsRefused) {
   ViewPose view;
   view.stamp = {3, 4, 5};

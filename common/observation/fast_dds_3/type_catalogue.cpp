@@ -152,6 +152,7 @@ void register_topics() {
   edds::xtypes::TypeIdentifierPair ids;
   msg::register_MasterState_type_identifier(ids);
   msg::register_SlaveState_type_identifier(ids);
+  msg::register_GripperState_type_identifier(ids);
   msg::register_DragField_type_identifier(ids);
   msg::register_Percept_type_identifier(ids);
   msg::register_InterestPoints_type_identifier(ids);

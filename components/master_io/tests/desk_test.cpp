@@ -71,6 +71,25 @@ TEST(Desk, KeysHoldUntilTheyAreReleasedAndOppositeOnesCancel) {
   EXPECT_EQ(decoder.state().bank, 1U);
 }
 
+TEST(Desk, GripperIsOpenedAndClosedByAPressOfAKeyOrAButton) {
+  InputDecoder decoder({}, true);
+  for (const unsigned code : {KEY_C, BTN_SOUTH, KEY_O, BTN_EAST, BTN_EAST})
+    for (const int value : {1, 2, 2, 0})
+      decoder.take(event(EV_KEY, code, value));  // pressed, repeated, released
+  EXPECT_EQ(decoder.events().closes, 2U);
+  EXPECT_EQ(decoder.events().opens, 3U);
+  TerminalDecoder terminal;
+  terminal.take("coc", 1.0);
+  EXPECT_EQ(terminal.events().closes, 2U);
+  EXPECT_EQ(terminal.events().opens, 1U);
+  SpaceMouseDecoder space_mouse({});
+  for (const unsigned code : {BTN_2, BTN_3, BTN_2})
+    for (const int value : {1, 0}) space_mouse.take(event(EV_KEY, code, value), 1.0);
+  EXPECT_EQ(space_mouse.events().closes, 2U);
+  EXPECT_EQ(space_mouse.events().opens, 1U);
+  EXPECT_EQ(space_mouse.events().stops + decoder.events().stops, 0U);
+}
+
 TEST(Desk, APressInATerminalPushesForAMoment) {
   TerminalDecoder decoder;
   decoder.take("\x1b[C", 10.0);
@@ -154,7 +173,7 @@ TEST(Desk, AMissingDeviceIsNamed) {
     DeskConfig config = three_joints();
     config.device = device;
     try {
-      DeskInput input(config, state, {[] {}, [] {}, [](const std::string&) {}}, 0);
+      DeskInput input(config, state, {[] {}, [] {}, [](const std::string&) {}, [](bool) {}}, 0);
     } catch (const core::MissingError& missing) {
       return missing.what();
     }
@@ -170,18 +189,23 @@ TEST(Desk, ReadsEventsAndTellsWhenTheDeviceIsGone) {
   ASSERT_EQ(mkfifo(path.c_str(), 0600), 0);
   core::Snapshot<DeskState> state;
   std::atomic<int> stops{0};
+  std::string gripper;
   DeskConfig config = three_joints();
   config.device = path.string();
   DeskState now;
   {
-    DeskInput input(config, state, {[&] { ++stops; }, [] {}, [](const std::string&) {}}, 0);
+    DeskInput input(config, state,
+                    {[&] { ++stops; }, [] {}, [](const std::string&) {},
+                     [&](bool open) { gripper += open ? "open " : "closed "; }},
+                    0);
     std::ofstream device(path, std::ios::binary);
-    for (const auto& e : {event(EV_KEY, KEY_UP, 1), event(EV_KEY, KEY_ESC, 1)})
+    for (const auto& e : {event(EV_KEY, KEY_C, 1), event(EV_KEY, KEY_UP, 1), event(EV_KEY, KEY_ESC, 1)})
       device.write(reinterpret_cast<const char*>(&e), sizeof e);
     device.flush();
     while (stops == 0 || !state.read(now) || now.axes[1] != 1.0) std::this_thread::yield();
     EXPECT_TRUE(now.alive);
   }
+  EXPECT_EQ(gripper, "closed ");
   state.read(now);
   EXPECT_FALSE(now.alive);
   std::filesystem::remove(path);

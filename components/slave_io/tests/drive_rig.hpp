@@ -74,6 +74,7 @@ class DriveRig {
       for (std::size_t j = 0; j < drives.size(); ++j) {
         if (!frozen[j]) drives[j]->step(then_ns);
       }
+      if (on_part) on_part(then_ns);
     }
   }
   /// A further drive with joint `j`'s node id on its bus.
@@ -95,6 +96,7 @@ class DriveRig {
   std::vector<can::CanBus*> ports;
   std::vector<std::unique_ptr<simulated_drive::SimulatedDrive>> drives;
   std::vector<bool> frozen;
+  std::function<void(core::Nanoseconds)> on_part;  ///< steps what else is on the buses
 
  private:
   double unit(std::size_t j) const { return 1.0 / simulated_drive::rad_per_unit(config.can->group.axes[j]); }

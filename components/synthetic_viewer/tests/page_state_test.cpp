@@ -52,6 +52,43 @@ TEST(PageState, StalePerceptIsNotShownAsAValue) {
   EXPECT_EQ(page(state).at("percept").at("closeness"), 0.7);
 }
 
+TEST(PageState, SaysInPlainWordsWhatTheGripperDoes) {
+  ViewerState state;
+  EXPECT_TRUE(page(state).at("gripper").is_null()) << "there is none";
+  GripperSample& gripper = state.gripper;
+  gripper.received_ns = kPage_ns;
+  gripper.sense = {true, 0.0418, 0.0, 29.6, true, false};
+  gripper.widest_m = 0.1;
+  gripper.requested_force_N = 30.0;
+  gripper.holds = true;
+  const auto words = [&] { return page(state).at("gripper").at("words").get<std::string>(); };
+  EXPECT_EQ(words(), "holds something 42 mm wide with 30 N");
+  EXPECT_EQ(page(state).at("gripper").at("width_m"), 0.0418);
+  EXPECT_EQ(page(state).at("gripper").at("requested_force_N"), 30.0);
+  gripper.received_ns = kPage_ns - 3 * core::kNsPerSecond;
+  EXPECT_EQ(words(), "not heard for 3.0 s; it held something, and holds by itself");
+  EXPECT_TRUE(page(state).at("gripper").at("width_m").is_null());
+  gripper.received_ns = kPage_ns;
+  gripper.sense.fault = true;
+  EXPECT_EQ(words(), "its drive is in fault; it held something");
+  gripper.holds = false;
+  gripper.sense = {true, 0.063, -0.1, 1.0, true, false};
+  gripper.moves = true;
+  EXPECT_EQ(words(), "closes, at 63 mm");
+  gripper.sense.velocity_m_s = 0.1;
+  EXPECT_EQ(words(), "opens, at 63 mm");
+  gripper.moves = false;
+  EXPECT_EQ(words(), "at rest, 63 mm open");
+  gripper.closed = true;
+  EXPECT_EQ(words(), "closed");
+  gripper.open = true;
+  EXPECT_EQ(words(), "open, 63 mm");
+  gripper.sense.follows = false;
+  EXPECT_EQ(words(), "its drive is not ready yet, at 63 mm");
+  gripper.sense.known = false;
+  EXPECT_EQ(words(), "its drive has not reported yet");
+}
+
 TEST(PageState, ASilentComponentIsSaidToBeSilent) {
   ViewerState state;
   ComponentSample component;

@@ -75,6 +75,7 @@ function show() {
   showPercept(percept, link);
   showJoints(state.joints);
   showCommands(link, view, viewer);
+  showGripper(state.gripper);
   showViews(view, viewer);
   showHits(state.hits, state.total_hits);
   showComponents(state.components);
@@ -135,6 +136,17 @@ function showCommands(link, view, viewer) {
   byId('hold').setAttribute('aria-pressed', view.hold);
   showViewTools(view, viewer);
   if (document.activeElement !== byId('node')) byId('node').value = view.chosen;
+}
+
+function showGripper(gripper) {
+  byId('gripper').hidden = !gripper;
+  if (!gripper) return;
+  put('gripper-words', gripper.words);
+  byId('gripper-words').className = gripper.fault || gripper.width_m === null ? 'bad' : '';
+  put('gripper-force-now', fixed(gripper.requested_force_N, 1, ' N'));
+  byId('gripper-width').max = gripper.widest_m * 1e3;
+  byId('gripper-force').min = gripper.least_force_N;
+  byId('gripper-force').max = gripper.greatest_force_N;
 }
 
 function showViews(view, viewer) {
@@ -332,6 +344,10 @@ byId('hold').addEventListener('click', toggleHold);
 byId('node').addEventListener('change', () => command('view_node', +byId('node').value));
 byId('gain-form').addEventListener('submit', event => { event.preventDefault(); command('set_percept_gain', +byId('gain').value); });
 byId('feedback-form').addEventListener('submit', event => { event.preventDefault(); command('set_feedback_gain', +byId('feedback').value); });
+byId('gripper-open').addEventListener('click', () => command('gripper_width', 1));
+byId('gripper-close').addEventListener('click', () => command('gripper_width', 0));
+byId('gripper-width-form').addEventListener('submit', event => { event.preventDefault(); command('gripper_width', +byId('gripper-width').value / 1e3); });
+byId('gripper-force-form').addEventListener('submit', event => { event.preventDefault(); command('gripper_force', +byId('gripper-force').value); });
 byId('law').addEventListener('change', () => { command('set_law', +byId('law').value); byId('law').blur(); });
 document.addEventListener('visibilitychange', () => {
   if (document.hidden) {

@@ -1,0 +1,109 @@
+// The shipped example of a gripper, by real processes: a person at a shell closes it on an object, and it
+// holds that whatever becomes of the master.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <csignal>
+#include <fstream>
+#include <mutex>
+
+#include "common/dds/endpoint.hpp"
+#include "common/dds/topics.hpp"
+#include "common/messages/teleoperation_codec.hpp"
+#include "tests/processes/running_process.hpp"
+#include "tests/support/child_process.hpp"
+#include "tests/support/eventually.hpp"
+#include "tests/support/files.hpp"
+#include "tests/support/own_domain.hpp"
+
+namespace phantom::processes {
+namespace {
+
+using teleop::LinkState;
+using test::eventually;
+using testing::HasSubstr;
+
+class GripperExample : public testing::Test {
+ protected:
+  GripperExample() {
+    const std::string source = PHANTOM_SOURCE_DIR "/deploy/";
+    std::ofstream(topology_) << test::all_replaced(test::text_of(source + "topologies/gripper.yaml"), "../",
+                                                   source);
+  }
+  std::vector<std::string> where() const {
+    return {"--deployment", topology_.string(), "--domain", std::to_string(domain_)};
+  }
+  std::unique_ptr<RunningProcess> start(const std::string& name) {
+    return std::make_unique<RunningProcess>(name, RunningProcess::Options{.arguments = where()}, folder_);
+  }
+  /// A person at a shell.
+  test::Said command(const std::string& words) const {
+    return test::run_line(PHANTOM_BIN_DIR "/slave_io command " + words + " --timeout-s 20 --deployment " +
+                          topology_.string() + " --domain " + std::to_string(domain_));
+  }
+  messages::GripperState gripper() {
+    const std::lock_guard lock(mutex_);
+    return gripper_;
+  }
+  LinkState arm() {
+    const std::lock_guard lock(mutex_);
+    return arm_;
+  }
+
+  const int domain_ = test::own_domain();
+  const std::filesystem::path folder_ = test::new_folder(), topology_ = folder_ / "topology.yaml";
+  std::mutex mutex_;
+  messages::GripperState gripper_;
+  LinkState arm_ = LinkState::kInit;
+  dds::Participant observer_{"observer",
+                             {.domain = domain_,
+                              .interfaces = {"127.0.0.1"},
+                              .qos_profiles = PHANTOM_SOURCE_DIR "/deploy/qos/phantom.xml"}};
+  dds::Reader<msg::GripperState> grippers_{observer_, dds::kGripperState,
+                                           [this](const msg::GripperState& message, const dds::SampleInfo&) {
+                                             const auto state = messages::from_idl(message);
+                                             const std::lock_guard lock(mutex_);
+                                             if (state) gripper_ = *state;
+                                             return static_cast<bool>(state);
+                                           }};
+  dds::Reader<msg::SlaveState> arms_{observer_, dds::kSlaveState,
+                                     [this](const msg::SlaveState& message, const dds::SampleInfo&) {
+                                       const auto state = messages::from_idl(message);
+                                       const std::lock_guard lock(mutex_);
+                                       if (state) arm_ = state->state;
+                                       return static_cast<bool>(state);
+                                     }};
+};
+
+TEST_F(GripperExample, APersonAtAShellClosesItAndItHoldsWhateverBecomesOfTheMaster) {
+  const auto slave = start("slave_io");
+  auto master = start("master_io");
+  ASSERT_TRUE(eventually([&] { return gripper().open && arm() == LinkState::kCoupled; }, 120.0))
+      << slave->log();
+
+  const test::Said refused = command("gripper close --force-N 1000");
+  EXPECT_EQ(refused.exit_code, 1) << refused.output;
+  EXPECT_THAT(refused.output, HasSubstr("force is 1000; allowed: 3 to 40 N"));
+  EXPECT_TRUE(gripper().open) << "a force that is refused closes nothing";
+
+  const test::Said closed = command("gripper close --force-N 25");
+  ASSERT_EQ(closed.exit_code, 0) << closed.output;
+  EXPECT_THAT(closed.output, HasSubstr("slave_io: done"));
+  ASSERT_TRUE(eventually([&] { return gripper().holds; }, 60.0));
+  EXPECT_NEAR(gripper().sense.width_m, 0.042, 0.002);
+  EXPECT_NEAR(gripper().sense.force_N, 25.0, 0.5);
+  EXPECT_EQ(gripper().requested_force_N, 25.0);
+
+  master->end(SIGKILL);
+  ASSERT_TRUE(eventually([&] { return arm() == LinkState::kDegraded; }, 60.0));
+  EXPECT_TRUE(gripper().holds);
+  EXPECT_NEAR(gripper().sense.force_N, 25.0, 0.5);
+
+  ASSERT_EQ(command("gripper width 60").exit_code, 0);
+  EXPECT_TRUE(
+      eventually([&] { return std::abs(gripper().sense.width_m - 0.06) < 1e-3 && !gripper().moves; }, 60.0));
+  EXPECT_FALSE(gripper().holds);
+}
+
+}  // namespace
+}  // namespace phantom::processes
