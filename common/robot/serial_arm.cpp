@@ -6,8 +6,6 @@
 namespace phantom::robot {
 namespace {
 
-constexpr double kGravity_m_s2 = 9.80665;  // standard gravity
-
 /// Inertia about a point of a mass at `lever_m` from it (Steiner).
 Eigen::Matrix3d inertia_of_point(double mass_kg, const Eigen::Vector3d& lever_m) {
   return mass_kg * (lever_m.squaredNorm() * Eigen::Matrix3d::Identity() - lever_m * lever_m.transpose());
@@ -86,6 +84,13 @@ void SerialArm::add_force(std::size_t link, const Eigen::Vector3d& p_W_m, const 
     tau[j] += joints_[j].type == JointType::kPrismatic
                   ? axis.dot(f_W_N)
                   : axis.dot((p_W_m - axis_point_W(j, X_WL)).cross(f_W_N));
+  }
+}
+
+void SerialArm::add_torque(std::size_t link, const Eigen::Vector3d& torque_W_Nm, const LinkPoses& X_WL,
+                           core::JointArray& tau) const noexcept {
+  for (std::size_t j = 0; j < link; ++j) {
+    if (joints_[j].type != JointType::kPrismatic) tau[j] += axis_W(j, X_WL).dot(torque_W_Nm);
   }
 }
 

@@ -72,6 +72,8 @@ bool is_inertia(const Eigen::Matrix3d& inertia_kg_m2);
 /// Poses of the links in the workspace frame, by link index (0 = base).
 using LinkPoses = std::array<geometry::Pose, core::kMaxJoints + 1>;
 
+inline constexpr double kGravity_m_s2 = 9.80665;  ///< standard gravity, along −z of W
+
 /// Kinematics of a serial arm. Constant after loading.
 class SerialArm {
  public:
@@ -124,6 +126,9 @@ class SerialArm {
   /// Real-time safe: yes.
   void add_force(std::size_t link, const Eigen::Vector3d& p_W_m, const Eigen::Vector3d& f_W_N,
                  const LinkPoses& X_WL, core::JointArray& tau) const noexcept;
+  /// Adds those of a torque `torque_W_Nm` on link `link`, wherever it acts. Real-time safe: yes.
+  void add_torque(std::size_t link, const Eigen::Vector3d& torque_W_Nm, const LinkPoses& X_WL,
+                  core::JointArray& tau) const noexcept;
   /// Returns the torques that balance the arm's weight (gravity along −z of W). Real-time safe: yes.
   core::JointArray gravity_torque(const LinkPoses& X_WL) const noexcept;
 

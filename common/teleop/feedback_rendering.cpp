@@ -52,7 +52,7 @@ RenderedFeedback FeedbackRenderer::step(const FeedbackInputs& in, double dt_s) n
   follow_delay(in.round_trip_s, dt_s);
   out.round_trip_s = round_trip_s_;
   follow_gain(in, dt_s, out);
-  if (in.coupled) {
+  if (in.coupled && !out.force_missing) {  // else what was felt last fades
     coupled_Nm_ = feedback_torque(law_, in.master, in.slave, in.effort, parameters_.exchange, out.inverse_a,
                                   parameters_.joint_count);
   }

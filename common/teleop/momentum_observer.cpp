@@ -10,7 +10,8 @@ namespace phantom::teleop {
 void MomentumObserver::restart() noexcept {
   residual_Nm_ = {};
   started_ = false;
-  age_s_ = quiet_s_ = 0.0;
+  age_s_ = 0.0;
+  contact_ = {};
   external_ = {};
 }
 
@@ -25,15 +26,11 @@ void MomentumObserver::follow(const core::JointArray& momentum, const core::Join
   }
 }
 
-bool MomentumObserver::touched(double dt_s) noexcept {
-  bool quiet = true, above = false;
-  for (std::size_t j = 0; j < arm_.joint_count(); ++j) {
-    const double share = std::abs(residual_Nm_[j]) / parameters_.threshold_Nm[j];
-    above = above || share > 1.0;
-    quiet = quiet && share < kReleaseShare;
-  }
-  quiet_s_ = quiet ? quiet_s_ + dt_s : 0.0;
-  return above || (external_.contact && quiet_s_ < kHold_s);
+double MomentumObserver::greatest_share() const noexcept {
+  double greatest = 0.0;
+  for (std::size_t j = 0; j < arm_.joint_count(); ++j)
+    greatest = std::max(greatest, std::abs(residual_Nm_[j]) / parameters_.threshold_Nm[j]);
+  return greatest;
 }
 
 const ExternalTorque& MomentumObserver::step(const robot::LinkPoses& X_WL, const DriveMotion& motion,
@@ -62,13 +59,14 @@ const ExternalTorque& MomentumObserver::step(const robot::LinkPoses& X_WL, const
   if (started_ && dt_s > 0.0 && std::isfinite(dt_s)) {
     follow(now.momentum, known_Nm, dt_s);
     age_s_ += dt_s;
-    external_.contact = touched(dt_s);
+    external_.contact = contact_.step(greatest_share(), dt_s);
   }
   momentum_ = now.momentum;
   started_ = true;
   external_.measured = age_s_ >= kSettleLags * parameters_.lag_s;
   if (!external_.measured) {
     external_.contact = false;
+    contact_.release();
     return external_;
   }
   for (std::size_t j = 0; j < count; ++j) {

@@ -4,6 +4,7 @@
 
 #include "common/core/joints.hpp"
 #include "common/robot/serial_arm.hpp"
+#include "common/teleop/contact_latch.hpp"
 
 namespace phantom::teleop {
 
@@ -35,16 +36,16 @@ struct ExternalTorque {
 /// torque behind a first-order low-pass of time constant 1/K_I, joint by joint, without any acceleration.
 ///
 /// F_e is r less the threshold, towards zero (a soft threshold: continuous, never steeper than 1). Contact
-/// begins when a joint's |r| exceeds its threshold, and ends when all have been below kReleaseShare of theirs
-/// for kHold_s. The observer starts from r = 0 and says nothing for kSettleLags time constants; then r is
-/// within 5 % of a constant torque. It starts anew after any sample that is not usable or not finite.
+/// begins when a joint's |r| exceeds its threshold (ContactLatch). The observer starts from r = 0 and says
+/// nothing for kSettleLags time constants; then r is within 5 % of a constant torque. It starts anew after
+/// any sample that is not usable or not finite.
 class MomentumObserver {
  public:
   /// `arm` must outlive the observer.
   MomentumObserver(const robot::SerialArm& arm, const MomentumObserverParameters& parameters)
       : arm_(arm), parameters_(parameters) {}
 
-  static constexpr double kSettleLags = 3.0, kReleaseShare = 0.8, kHold_s = 0.05;
+  static constexpr double kSettleLags = 3.0;
 
   /// Takes the next sample, `dt_s` after the one before, with the links at `X_WL`. Real-time safe: yes.
   const ExternalTorque& step(const robot::LinkPoses& X_WL, const DriveMotion& motion, double dt_s) noexcept;
@@ -54,13 +55,14 @@ class MomentumObserver {
  private:
   void restart() noexcept;
   void follow(const core::JointArray& momentum, const core::JointArray& known_Nm, double dt_s) noexcept;
-  bool touched(double dt_s) noexcept;
+  double greatest_share() const noexcept;
 
   const robot::SerialArm& arm_;
   MomentumObserverParameters parameters_;
   core::JointArray momentum_{}, residual_Nm_{};
   bool started_ = false;
-  double age_s_ = 0.0, quiet_s_ = 0.0;
+  double age_s_ = 0.0;
+  ContactLatch contact_;
   ExternalTorque external_;
 };
 

@@ -112,6 +112,29 @@ TEST(FeedbackRendering, ALawThatNeedsAMissingForceSensorIsSaidAndSilent) {
   EXPECT_NEAR(out.torque_Nm[0], -1.5, 1e-9);
 }
 
+TEST(FeedbackRendering, SR10_AForceThatIsNoLongerMeasuredFadesWithinTheRampAndComesBackAsSlowly) {
+  for (const auto law : {BilateralLaw::kPfff, BilateralLaw::kPeff}) {
+    FeedbackRenderer renderer(parameters());
+    FeedbackInputs in = pushing();
+    in.law = law;
+    const double whole_Nm = run(renderer, in, 1.0).torque_Nm[0];
+    ASSERT_LT(whole_Nm, -0.5);
+    const auto measured = in.effort.external_torque_Nm;
+    double before_Nm = whole_Nm;
+    for (const bool comes_back : {false, true}) {
+      in.force_measured = comes_back;
+      in.effort.external_torque_Nm = comes_back ? measured : core::JointArray{};
+      const double ramp_s = comes_back ? 0.3 : 0.1;
+      for (double t = 0; t < ramp_s + 2 * kDt; t += kDt) {
+        const double now_Nm = renderer.step(in, kDt).torque_Nm[0];
+        EXPECT_LE(std::abs(now_Nm - before_Nm), 1.01 * std::abs(whole_Nm) * kDt / ramp_s);
+        before_Nm = now_Nm;
+      }
+      EXPECT_NEAR(before_Nm, comes_back ? whole_Nm : 0.0, 1e-9);
+    }
+  }
+}
+
 TEST(FeedbackRendering, SR07_FadesOutWithinTheRampWhenUncoupled) {
   FeedbackRenderer renderer(parameters());
   FeedbackInputs in = pushing();

@@ -185,7 +185,7 @@ TEST(MomentumObserver, AfterThreeLagsAForceIsKnownLessTheThreshold) {
   plant.force_W_N.setZero();
   int gone_after = 0;
   while (observer.step(plant.X_WL, plant.pass(0.3), kPeriod_s).contact && gone_after < 1000) ++gone_after;
-  EXPECT_LT(gone_after * kPeriod_s, 4 * kLag_s + MomentumObserver::kHold_s);
+  EXPECT_LT(gone_after * kPeriod_s, 4 * kLag_s + ContactLatch::kHold_s);
 }
 
 TEST(MomentumObserver, FreeMotionAtFullSpeedIsNoContact) {
