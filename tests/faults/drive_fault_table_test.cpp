@@ -41,6 +41,10 @@ const std::vector<DriveFault>& faults() {
        [](Pair& p) { p.rig->drives[kAxis]->trip(0x2310); },
        nothing,
        {"over-current (0x2310)"}},
+      {"a drive's following error",
+       [](Pair& p) { p.rig->drives[kAxis]->trip(0x8611); },
+       nothing,
+       {"following error (0x8611)"}},
       {"emergency message", [](Pair& p) { p.rig->drives[kAxis]->warn(0x4310); }, nothing, {"(0x4310)"}},
       {"a drive's heartbeat stops",
        [](Pair& p) { misbehaviour(p).mute_heartbeat = true; },
@@ -50,6 +54,10 @@ const std::vector<DriveFault>& faults() {
        [](Pair& p) { p.rig->frozen[kAxis] = true; },
        [](Pair& p) { p.rig->frozen[kAxis] = false; },
        {"leaves SYNCs without an answer"}},
+      {"a drive's speed and torque stop coming",
+       [](Pair& p) { misbehaviour(p).mute_measurement = true; },
+       [](Pair& p) { misbehaviour(p).mute_measurement = false; },
+       {"speed and torque"}},
       {"a drive reports another mode",
        [](Pair& p) { misbehaviour(p).shown_mode = 1; },
        [](Pair& p) { misbehaviour(p).shown_mode = 0; },
@@ -211,6 +219,7 @@ std::string row(const DriveFault& fault, LinkState state, const DriveOutcome& ou
 
 class DriveFaultTable : public testing::TestWithParam<FaultReaction> {};
 
+// Tries slave_io: a drive in fault … bus-off
 TEST_P(DriveFaultTable, SR05_SR10_EveryFaultInEveryStateIsNamedAndHeldOrCoastedWithoutAJump) {
   const bool hold = GetParam() == FaultReaction::kHold;
   std::ostringstream table;
@@ -238,6 +247,7 @@ INSTANTIATE_TEST_SUITE_P(Reactions, DriveFaultTable,
                          });
 
 // A process that dies leaves the drives to themselves; a new one finds the arm where it is.
+// Tries slave_io: slave_io dies
 TEST(DriveFaults, DrivesWhoseSlaveIoDiesHoldByThemselvesAndItsSuccessorCouplesAfresh) {
   Pair pair(FaultReaction::kHold);
   bring_to(pair, LinkState::kCoupled);

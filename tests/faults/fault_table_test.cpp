@@ -283,6 +283,12 @@ int limit_ms(const teleop::LinkTiming& link) {
   return static_cast<int>(1000 * std::max(link.staleness_s, link.round_trip_limit_s)) + 4;
 }
 
+// Tries slave_io: master silent … gone
+// Tries slave_io: master_state invalid
+// Tries slave_io: master restarts
+// Tries master_io: slave silent … gone
+// Tries master_io: a sample with a number that is none; with another joint count
+// Tries master_io: slave restarts
 TEST(FaultTable, SR07_SR09_SR10_EveryFaultInEveryStateEndsInADefinedStateInBoundedTimeWithoutAJerk) {
   const int master_limit_ms = limit_ms(Pair::master_config().link),
             slave_limit_ms = limit_ms(slave_io::shipped_config().link);
@@ -303,6 +309,7 @@ TEST(FaultTable, SR07_SR09_SR10_EveryFaultInEveryStateEndsInADefinedStateInBound
   });
 }
 
+// Tries master_io: slave stopped
 TEST(FaultTable,
      SR02_SR03_SR04_SR09_EveryStopInEveryStateStopsBothSidesAndOutlivesWhateverComesBetweenUntilAReset) {
   for_each_case(stops(), "stop_table", [](const Fault&, LinkState, const Outcome&) {});

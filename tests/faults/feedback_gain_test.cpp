@@ -167,6 +167,7 @@ TEST(FeedbackGain, TheGreatestThatIsAcceptedDoesNotShakeTheHand) {
   }
 }
 
+// Tries master_io: the delay grows
 TEST(FeedbackGain, ADelayThatGrowsLaterHoldsTheGainAndIsSaid) {
   Pair pair(config_with(BilateralLaw::kSctfb));
   couple(pair);

@@ -19,6 +19,7 @@ constexpr std::size_t kBusJoints = 7;
 
 using Bench = ArmBench;
 
+// Tries slave_io: drives not there yet
 TEST(CanArm, SaysNothingBeforeItsEncodersDoAndCouplesOnlyOnceTheDrivesFollow) {
   Bench bench;
   bench.tick();
@@ -62,6 +63,7 @@ INSTANTIATE_TEST_SUITE_P(Modes, EachMode,
                          testing::Values(DriveMode::kTorque, DriveMode::kVelocity, DriveMode::kPosition));
 
 // In the time that the drives take to miss the heartbeat, the last torque would go on unchecked.
+// Tries slave_io: slave_io ends in order
 TEST(CanArm, WhenSlaveIoEndsTheDrivesHoldOrCoastAtOnce) {
   using Power = simulated_drive::SimulatedDrive::Power;
   for (const auto reaction : {can::FaultReaction::kHold, can::FaultReaction::kCoast}) {
@@ -98,6 +100,7 @@ TEST(CanArm, WhatItCannotKnowIsToldAsUnknown) {
 
 // A drive dies while the arm moves: all stop, nothing jumps, nothing goes on before a reset, and then from an
 // aligned pose.
+// Tries slave_io: a drive in fault
 TEST(CanArm, AFaultStopsTheArmUntilAResetAndPosesAreAlignedAnew) {
   for (const auto reaction : {can::FaultReaction::kHold, can::FaultReaction::kCoast}) {
     Bench bench(can_config(DriveMode::kTorque, reaction));
@@ -137,6 +140,7 @@ TEST(CanArm, AFaultStopsTheArmUntilAResetAndPosesAreAlignedAnew) {
   }
 }
 
+// Tries slave_io: silent or frozen
 TEST(CanArm, ADriveThatFallsSilentIsNamedAndComesBackAfterAReset) {
   Bench bench;
   ASSERT_TRUE(bench.reaches(LinkState::kCoupled));
@@ -194,6 +198,7 @@ TEST(CanArm, AnEmergencyStopHoldsUntilAReset) {
 }
 
 // An encoder whose offset is wrong: with power on, the arm would be driven through half the cell.
+// Tries slave_io: a joint outside its range
 TEST(CanArm, AJointOutsideItsRangeKeepsThePowerOff) {
   auto start = shipped_arm().home;
   start[2] = 2.5;
@@ -244,6 +249,7 @@ Config with_homing() {
   return config;
 }
 
+// Tries slave_io: a joint has to be homed
 TEST(CanArm, AnArmThatHasToBeHomedStandsStillUntilAPersonAsks) {
   Bench bench(with_homing());
   EXPECT_THAT(bench.inbox.homing.ask().message(), HasSubstr("no drive has to be homed"));

@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <chrono>
+#include <cmath>
 #include <memory>
 #include <mutex>
 #include <thread>
@@ -34,6 +36,7 @@ messages::ArmBounds expected() {
   return arm;
 }
 
+// Tries slave_io: master restarts
 TEST(SlaveAdapter, ReorderedAndRepeatedSamplesAreRefusedARestartedMasterIsNot) {
   dds::SourceGuard source;
   auto master = good();
@@ -52,6 +55,7 @@ TEST(SlaveAdapter, ReorderedAndRepeatedSamplesAreRefusedARestartedMasterIsNot) {
 
 // On the real topics: the first writer is followed, the second one refused and told; when the first ends, the
 // second takes its place.
+// Tries slave_io: a second process sends master_state
 TEST(SlaveAdapter, OfTwoMastersOnTheTopicOnlyTheFirstIsFollowed) {
   const auto network = dds::test_network();
   Inbox inbox;
@@ -63,10 +67,12 @@ TEST(SlaveAdapter, OfTwoMastersOnTheTopicOnlyTheFirstIsFollowed) {
   dds::Stamper first_stamper(*first), second_stamper(second);
   std::mutex mutex;
   std::string reported;
+  msg::ComponentState state{};
   dds::Reader<msg::ComponentStatus> statuses(second, dds::kComponentStatus,
                                              [&](const msg::ComponentStatus& s, const dds::SampleInfo&) {
                                                const std::lock_guard lock(mutex);
                                                reported = s.message().to_string();
+                                               state = s.state();
                                              });
   const auto write = [](auto& writer, auto& stamper, double q) {
     auto master = good();
@@ -94,13 +100,64 @@ TEST(SlaveAdapter, OfTwoMastersOnTheTopicOnlyTheFirstIsFollowed) {
       },
       [&] {
         const std::lock_guard lock(mutex);
-        return reported.find("two processes send master_state") != std::string::npos;
+        return reported.find("two processes send master_state") != std::string::npos &&
+               state == msg::ComponentState::COMPONENT_DEGRADED;
       }));
   EXPECT_EQ(sample.position[0], 0.5) << "whoever came first";
   first_writer.reset();
   EXPECT_TRUE(
       until([&] { write(second_writer, second_stamper, 0.9); }, [&] { return sample.position[0] == 0.9; }))
       << "it takes the first one's place";
+}
+
+// Tries slave_io: master_state invalid
+TEST(SlaveAdapter, AnInvalidSampleIsRefusedCountedAndLeavesTheLastGoodOne) {
+  const auto network = dds::test_network();
+  Inbox inbox;
+  DdsAdapter adapter(network, expected(), inbox);
+  dds::Participant master("master_io", network);
+  dds::Writer<msg::MasterState> writer(master, dds::kMasterState);
+  dds::Stamper stamper(master);
+  std::atomic<std::uint64_t> refused{0};
+  dds::Reader<msg::ComponentStatus> statuses(master, dds::kComponentStatus,
+                                             [&](const msg::ComponentStatus& s, const dds::SampleInfo&) {
+                                               for (const auto& topic : s.topics())
+                                                 if (topic.topic() == "master_state" && !topic.writer())
+                                                   refused = topic.refused();
+                                             });
+  auto sample = good();
+  const auto send = [&] {
+    sample.stamp(stamper.next());
+    writer.write(sample);
+    adapter.publish_health({core::ComponentState::kRunning, "", {}, {}});
+  };
+  MasterSample taken;
+  ASSERT_TRUE(dds::eventually([&] {
+    send();
+    return inbox.master.read(taken);
+  }));
+  const auto held = taken.position;
+  std::uint64_t before = 0;
+  const auto expect_refused = [&](auto damage) {
+    sample = good();
+    damage(sample);
+    before = refused;
+    EXPECT_TRUE(dds::eventually([&] {
+      send();
+      return refused >= before + 3;
+    }));
+    inbox.master.read(taken);
+    EXPECT_EQ(taken.position, held);
+  };
+  expect_refused([](auto& m) { m.position_rad()[2] = std::nan(""); });
+  expect_refused([](auto& m) { m.position_rad()[2] = 1.2; });
+  expect_refused([](auto& m) { m.joint_count(6); });
+  sample = good();
+  sample.position_rad().fill(0.7);
+  EXPECT_TRUE(dds::eventually([&] {
+    send();
+    return inbox.master.read(taken) && taken.position[0] == 0.7;
+  })) << "the next good one is taken";
 }
 
 }  // namespace

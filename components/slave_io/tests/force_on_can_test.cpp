@@ -123,6 +123,7 @@ TEST(ForceOnCan, LagsTheWallAsStated) {
 }
 
 // One answer may come late; a drive that leaves more of them out makes the force unknown, not old.
+// Tries slave_io: a drive leaves more than one cycle unanswered
 TEST(ForceOnCan, ADriveThatLeavesCyclesUnansweredMakesItUnknown) {
   WalledBench bench;
   ASSERT_TRUE(bench.reaches(LinkState::kCoupled)) << bench.arm->health().message;
@@ -145,6 +146,7 @@ TEST(ForceOnCan, ADriveThatLeavesCyclesUnansweredMakesItUnknown) {
   EXPECT_EQ(bench.state(), LinkState::kCoupled);
 }
 
+// Tries slave_io: does not follow
 TEST(ForceOnCan, NothingIsKnownWhileTheDrivesDoNotFollow) {
   WalledBench bench;
   bench.heard = false;  // so that there is no power

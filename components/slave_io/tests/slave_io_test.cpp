@@ -146,6 +146,7 @@ TEST(SlaveIo, WhatKeepsItFromComingIsNotPressedHarder) {
   EXPECT_EQ(out.state, LinkState::kCoupled);
 }
 
+// Tries slave_io: master silent
 TEST(SlaveIo, SR07_StaleMasterMeansHoldingThePositionWithinTheLimit) {
   ServoRig bench;
   bench.run(0.5);
@@ -199,6 +200,7 @@ TEST(SlaveIo, SR04_EmergencyStopHoldsUntilReset) {
 }
 
 // kill -9 and a new process: what was kept is in force before anything moves.
+// Tries slave_io: slave_io dies
 TEST(SlaveIo, SR03_AStopThatWasKeptIsInForceFromTheFirstTick) {
   ServoRig before;
   before.run(0.5);
@@ -223,6 +225,7 @@ TEST(SlaveIo, SR03_AStopThatWasKeptIsInForceFromTheFirstTick) {
   }
 }
 
+// Tries slave_io: master stopped
 TEST(SlaveIo, AMasterThatIsStoppedStopsTheSlave) {
   ServoRig bench;
   bench.run(0.5);
@@ -314,6 +317,17 @@ TEST(SlaveIo, WhileTheDrivesDoNotFollowTheReferenceIsWhereTheArmIs) {
   EXPECT_EQ(slave.out.torque.loop_Nm[3], 0.0) << "nothing jumps when they do again";
 }
 
+// Tries slave_io: the master answers another slave_io
+TEST(SlaveIo, AMasterThatAnswersAnotherIsNotCoupledWithAndThatIsSaid) {
+  CoupledSlave slave;
+  EXPECT_FALSE(slave.out.partner_elsewhere);
+  slave.in.master.answers_another = true;
+  slave.out = slave.controller.step(slave.in, kDt);
+  EXPECT_EQ(slave.out.state, LinkState::kDegraded);
+  EXPECT_TRUE(slave.out.partner_elsewhere);
+  EXPECT_EQ(slave.out.reference, slave.in.position) << "it holds";
+}
+
 // Something holds the arm away from where it was led to: without its master it does not go on pressing.
 TEST(SlaveIo, WhenItBeginsToHoldItHoldsWhereItIs) {
   CoupledSlave slave;
@@ -368,6 +382,7 @@ struct CountedArm final : ArmDriver {
   double passed_s = 0.0;
 };
 
+// Tries slave_io: periods missed by the host
 TEST(SlaveIo, MissedPeriodsCostABoundedNumberOfStepsAndRealDrivesGetOneCommand) {
   for (const bool simulated : {true, false}) {
     Inbox inbox;

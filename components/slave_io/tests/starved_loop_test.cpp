@@ -146,6 +146,7 @@ TEST(StarvedLoop, SR18_WhateverThePatternOfGapsTheArmStaysWithinItsSpeeds) {
   EXPECT_GT(worst_without, 3.0) << "some of these patterns need the guard";
 }
 
+// Tries slave_io: the servo's loop is held up
 TEST(StarvedLoop, SR18_TheUncoupledArmIsHeldByItsDrivesWhichNeedNoLoop) {
   ArmBench bench(starvable(DriveMode::kTorque));
   ASSERT_TRUE(bench.reaches(LinkState::kCoupled));
