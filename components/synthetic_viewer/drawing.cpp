@@ -7,9 +7,11 @@
 namespace phantom::synthetic_viewer {
 
 Drawing::Drawing(const ViewerConfig& config, const runtime::CellConfig& cell, robot::SerialArm arm,
-                 const std::vector<LinkMeshData>& arm_meshes, const ViewerState& state)
+                 const std::vector<LinkMeshData>& arm_meshes, const ViewerState& state,
+                 std::size_t most_triangles)
     : config_(config),
       state_(state),
+      most_triangles_(most_triangles),
       renderer_(config.graphics),
       scene_(std::move(arm), cell.min_m, cell.max_m),
       compositor_(config, cell.name, scene_),
@@ -28,7 +30,7 @@ core::Status Drawing::take(MeshChunkSample chunk) {
   if (!make_room(triangles))
     return core::Status(
         core::ErrorCode::kResourceExhausted,
-        "the meshes of all objects have too many triangles; allowed: " + std::to_string(kMostTriangles) +
+        "the meshes of all objects have too many triangles; allowed: " + std::to_string(most_triangles_) +
             " in " + std::to_string(kMostMeshes) + " meshes");
   MeshBody& body = scene_.meshes[hash] = uploaded(**mesh, renderer_);
   body.order = next_order_++;
@@ -38,7 +40,7 @@ core::Status Drawing::take(MeshChunkSample chunk) {
 
 /// Returns whether one more mesh of so many triangles has room.
 bool Drawing::make_room(std::size_t triangles) {
-  while (scene_.meshes.size() >= kMostMeshes || triangles_ + triangles > kMostTriangles) {
+  while (scene_.meshes.size() >= kMostMeshes || triangles_ + triangles > most_triangles_) {
     const auto oldest = scene_.oldest_unnamed(state_);
     if (oldest == scene_.meshes.end()) return false;
     renderer_.drop(oldest->second.picture);

@@ -18,7 +18,8 @@ class Drawing {
   /// Draws `state` as `config` says; both must outlive this. `min_m`, `max_m`: the workspace's box in W.
   /// Throws core::MissingError if there is no OpenGL.
   Drawing(const ViewerConfig& config, const runtime::CellConfig& cell, robot::SerialArm arm,
-          const std::vector<LinkMeshData>& arm_meshes, const ViewerState& state);
+          const std::vector<LinkMeshData>& arm_meshes, const ViewerState& state,
+          std::size_t most_triangles = kMostTriangles);
 
   /// Greatest number of meshes, and of their triangles in all.
   static constexpr std::size_t kMostMeshes = 65536, kMostTriangles = std::size_t{1} << 25;
@@ -68,6 +69,7 @@ class Drawing {
 
   const ViewerConfig& config_;
   const ViewerState& state_;
+  const std::size_t most_triangles_;
   Renderer renderer_;
   CellScene scene_;
   Compositor compositor_;

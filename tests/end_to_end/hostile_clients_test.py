@@ -40,8 +40,11 @@ class Viewer:
             self.tls = ssl.create_default_context(cafile=str(certificate))
         config.write_text(f"frame_rate_hz: 2\nmain_view: {size}\nhit_view: {size}\ntool_view: {{enabled: false}}\n"
                           f"page: {{{page}}}\n")
-        self.process = subprocess.Popen([program, "--config", config, "--domain", "77", "--log-level", "error"],
-                                        stdout=subprocess.PIPE, text=True)
+        # A window is wanted, and there is no display for one.
+        self.log = (folder / "viewer.log").open("w+")
+        self.process = subprocess.Popen([program, "--config", config, "--domain", "77", "--log-level", "warning", "--window"],
+                                        stdout=subprocess.PIPE, stderr=self.log, text=True,
+                                        env={name: value for name, value in os.environ.items() if name not in ("DISPLAY", "WAYLAND_DISPLAY")})
         self.port = 0
         for line in self.process.stdout:
             if found := re.search(r"(https?)://127\.0\.0\.1:(\d+)/", line):
@@ -145,6 +148,13 @@ class Attack:
             thread.join(20)
 
 
+# Tries synthetic_viewer: `--window` and no display
+def expect_no_window_is_said(viewer):
+    viewer.log.seek(0)
+    said = viewer.log.read()
+    assert "no desktop to open a window on" in said and "the viewer goes on without a window" in said, said
+
+
 def main():
     with tempfile.TemporaryDirectory() as folder:
         viewer = Viewer(sys.argv[1], Path(folder), "--tls" in sys.argv[2:])
@@ -173,6 +183,7 @@ def main():
             # A loaded machine delays some of them; waiting for the dripping connections would delay each.
             assert min(took_s) < 1 and max(took_s) < 10, "a stop waited for hostile clients"
             assert most_kib - before_kib < MOST_GROWN_KIB, "hostile clients fill the viewer's memory"
+            expect_no_window_is_said(viewer)
         finally:
             viewer.end()
 

@@ -87,6 +87,7 @@ struct Fault {
 
 class Faults : public ::testing::TestWithParam<Fault> {};
 
+// Tries synthetic_viewer: unknown key; value out of range
 TEST_P(Faults, AreRefusedWithFileKeyAndWhatIsAllowed) {
   const std::string message = refusal(GetParam().yaml);
   EXPECT_THAT(message, HasSubstr(".yaml:"));

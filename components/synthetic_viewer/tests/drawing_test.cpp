@@ -53,6 +53,7 @@ TEST_F(DrawingOfACell, AViewThatTheOperatorTurnedKeepsItsNodeAndStandsAtNone) {
   EXPECT_FALSE(drawing_.view_pose().automatic);
 }
 
+// Tries synthetic_viewer: a damaged mesh
 TEST_F(DrawingOfACell, TakesAMeshOnceAndRefusesADamagedOne) {
   const geometry::TriangleMesh box = geometry::make_box({0.1, 0.2, 0.3});
   auto damaged = test::chunks_of(box, 1 << 17);
@@ -65,6 +66,33 @@ TEST_F(DrawingOfACell, TakesAMeshOnceAndRefusesADamagedOne) {
   const MeshHandle handle = drawing_.scene().meshes.begin()->second.picture;
   EXPECT_TRUE(drawing_.take(whole.front()));
   EXPECT_EQ(drawing_.scene().meshes.begin()->second.picture, handle);
+}
+
+// Tries synthetic_viewer: more come than there is room for
+TEST_F(DrawingOfACell, OfMoreMeshesThanThereIsRoomForThoseThatNoObjectNamesAreGivenUpOldestFirst) {
+  Drawing small{config_, cell_, arm_, load_arm_meshes(arm_, runtime::load_skin(cell_.arm(), arm_)),
+                state_,  36};  // three boxes
+  std::vector<std::uint64_t> hashes;
+  const auto take_box = [&](double size_m) {
+    const geometry::TriangleMesh box = geometry::make_box({0.1, 0.2, size_m});
+    hashes.push_back(box.content_hash());
+    return small.take(test::chunks_of(box, 1 << 17).front());
+  };
+  const auto name = [&](std::uint16_t id) {
+    state_.take(ObjectSample{id, "box", hashes[id], {}, {0.5F, 0.5F, 0.5F}}, now_ns_);
+  };
+  for (int i = 0; i < 3; ++i) EXPECT_TRUE(take_box(0.3 + 0.1 * i));
+  name(0);
+  EXPECT_TRUE(take_box(0.9));
+  EXPECT_TRUE(small.scene().meshes.contains(hashes[0])) << "an object has it";
+  EXPECT_FALSE(small.scene().meshes.contains(hashes[1])) << "the oldest of the others";
+  EXPECT_TRUE(small.scene().meshes.contains(hashes[2]));
+  EXPECT_EQ(small.meshes_given_up(), 1u);
+  name(2), name(3);
+  const core::Status refused = take_box(1.0);
+  ASSERT_FALSE(refused);
+  EXPECT_NE(refused.message().find("too many triangles; allowed: 36"), std::string::npos);
+  EXPECT_EQ(small.scene().meshes.size(), 3u);
 }
 
 TEST_F(DrawingOfACell, ThePaintCountsAsChangedOnlyIfItIs) {

@@ -47,6 +47,7 @@ TEST_F(Assembler, GivesTheMeshBackWhateverTheOrderOfItsChunks) {
   EXPECT_EQ(assembler_.pending(), 0U);
 }
 
+// Tries synthetic_viewer: more meshes begin
 TEST_F(Assembler, DoesNotGrowWithTheNumberOfMeshesThatBegin) {
   MeshChunkSample chunk = chunks_[0];
   chunk.chunk_count = 4096;
@@ -62,6 +63,7 @@ TEST_F(Assembler, DoesNotGrowWithTheNumberOfMeshesThatBegin) {
   EXPECT_TRUE(add_all(assembler_, chunks_).second);  // others are still taken
 }
 
+// Tries synthetic_viewer: more meshes begin
 TEST_F(Assembler, GivesUpWhatBeganFirstWhenTheMemoryIsUsedUp) {
   MeshChunkSample chunk = chunks_[0];
   chunk.chunk_count = 4096;

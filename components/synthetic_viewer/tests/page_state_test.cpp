@@ -146,6 +146,7 @@ TEST(PageState, NamesFromOutsideCannotBreakTheJson) {
   EXPECT_NO_THROW(page(state));
 }
 
+// Tries synthetic_viewer: component_status under more than 256
 TEST(ViewerStateBounds, TheComponentThatIsSilentLongestMakesRoom) {
   ViewerState state;
   ComponentSample sample;
@@ -161,6 +162,7 @@ TEST(ViewerStateBounds, TheComponentThatIsSilentLongestMakesRoom) {
   EXPECT_EQ(state.forgotten, 10'000 - ViewerState::kMaxComponents);
 }
 
+// Tries synthetic_viewer: more events come
 TEST(InboxBounds, WhatWaitsIsBoundedByNumberAndMemoryAndTheRestIsCounted) {
   Inbox inbox;
   ComponentSample status;

@@ -143,6 +143,7 @@ class StopInChromium : public test::Loop {
 };
 
 // Four windows follow sixteen streams; the browser opens six. The stop is pressed where none is left.
+// Tries synthetic_viewer: a browser with many windows
 TEST_F(StopInChromium, PressedInTheSecondOfFourWindowsIsHeardAndConfirmedInAll) {
   ASSERT_TRUE(eventually([&] { return text("slave-state") == "COUPLED"; }));
   for (int more = 0; more < 3; ++more) windows_.push_back(browser_->open_window(server_->url()));
@@ -172,6 +173,7 @@ TEST_F(StopInChromium, PressedInTheSecondOfFourWindowsIsHeardAndConfirmedInAll) 
   EXPECT_NE(sides_->slave.stop, 0U);
 }
 
+// Tries synthetic_viewer: a stop that nobody confirms
 TEST_F(StopInChromium, ASideThatDoesNotConfirmIsShoutedInEveryWindowUntilItDoes) {
   ASSERT_TRUE(eventually([&] { return text("slave-state") == "COUPLED"; }));
   windows_.push_back(browser_->open_window(server_->url()));
@@ -209,6 +211,7 @@ TEST_F(StopInChromium, ARefusedGainIsSaidInTheWordsOfMasterIo) {
   }));
 }
 
+// Tries synthetic_viewer: two processes send one topic
 TEST_F(StopInChromium, TwoProcessesInOnesPlaceAreSaid) {
   ASSERT_TRUE(eventually([&] { return text("slave-state") == "COUPLED"; }));
   EXPECT_FALSE(shown("notices"));

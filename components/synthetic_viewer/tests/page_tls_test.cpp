@@ -132,6 +132,7 @@ TEST_F(PageOverTls, OldVersionsAreRefused) {
   EXPECT_EQ(agreed(TLS1_3_VERSION), "TLSv1.3");
 }
 
+// Tries synthetic_viewer: HTTP on a port with TLS
 TEST_F(PageOverTls, WhoSpeaksHttpIsToldAndOthersAreCutOff) {
   serve_tls();
   for (const int port : {server_->port(), server_->stream_port()}) {
@@ -146,6 +147,7 @@ TEST_F(PageOverTls, WhoSpeaksHttpIsToldAndOthersAreCutOff) {
 }
 
 // A hundred clients that begin a handshake and do not go on; others finish it and send nothing.
+// Tries synthetic_viewer: a handshake that does not come
 TEST_F(PageOverTls, AStopIsServedWhileHandshakesHangAndTheseEndInTime) {
   serve_tls();
   std::vector<int> hanging;

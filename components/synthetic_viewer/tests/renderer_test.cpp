@@ -257,6 +257,7 @@ TEST_F(Scene, TheArmMovesWithItsJoints) {
   EXPECT_TRUE(red_at(lying, *side));
 }
 
+// Tries synthetic_viewer: slave silent
 TEST_F(Scene, AnUnknownArmIsNotDrawnAndAStaleOneIsSeeThrough) {
   EXPECT_EQ(frame().items.at(0).opacity, 1.0F);
   state_.arm.received_ns = kNow_ns - 2 * core::kNsPerSecond;
@@ -336,6 +337,9 @@ TEST_F(Scene, AnObjectIsDrawnOnceItsMeshIsThere) {
   EXPECT_EQ(scene_.obstacles(state_, true).bodies.size(), 2U);
 }
 
+// Tries synthetic_viewer: no slave yet
+// Tries synthetic_viewer: slave silent
+// Tries synthetic_viewer: phantom silent; without a model
 TEST(Banner, SaysWhatIsWorst) {
   constexpr core::Nanoseconds kNow_ns = 10 * core::kNsPerSecond;
   ViewerState state;

@@ -35,6 +35,8 @@ TEST(RequestFraming, EveryBeginningIsIncomplete) {
   EXPECT_EQ(framed("GET / HTTP/1.1\r\n" + kHost + "\r\n").state, State::kComplete);
 }
 
+// Tries synthetic_viewer: a request that is too long; chunked; compressed
+// Tries synthetic_viewer: not to be read in one way only
 TEST(RequestFraming, WhatCannotBeBoundedOrReadInOneWayOnlyIsRefused) {
   const std::string get = "GET / HTTP/1.1\r\n", post = "POST / HTTP/1.1\r\n" + kHost;
   const std::vector<std::pair<std::string, int>> cases{

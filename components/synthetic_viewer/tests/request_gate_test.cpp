@@ -112,6 +112,7 @@ TEST_F(Gate, WhatFollowsTheRequestIsNoRequest) {
   EXPECT_EQ(client.rest().find("quick\r"), std::string::npos);
 }
 
+// Tries synthetic_viewer: late
 TEST_F(Gate, ARequestThatDoesNotComeInTimeIsEnded) {
   GateLimits limits;
   limits.request_time = 300ms;
@@ -122,6 +123,7 @@ TEST_F(Gate, ARequestThatDoesNotComeInTimeIsEnded) {
   for (RawClient* client : {&silent, &headless, &bodiless}) EXPECT_THAT(client->rest(), HasSubstr(" 408 "));
 }
 
+// Tries synthetic_viewer: more connections without a request
 TEST_F(Gate, TheOldestOfTheAddressWithMostConnectionsGivesWay) {
   GateLimits limits;
   limits.connections = 6;
@@ -140,6 +142,7 @@ TEST_F(Gate, TheOldestOfTheAddressWithMostConnectionsGivesWay) {
   }
 }
 
+// Tries synthetic_viewer: more than 64 requests … one address
 TEST_F(Gate, AnUrgentRequestIsAnsweredWhileAllWorkersAreOccupied) {
   GateLimits limits;
   limits.workers = 2;
@@ -156,11 +159,20 @@ TEST_F(Gate, AnUrgentRequestIsAnsweredWhileAllWorkersAreOccupied) {
     slow.back()->put("GET /quick" + kHead + "\r\n");
   }
   EXPECT_THAT(get("/quick"), HasSubstr(" 503 ")) << "two of this address wait already";
+  for (int i = 0; i < 2; ++i) {
+    slow.push_back(std::make_unique<RawClient>(gate_->port(), "127.0.0.2"));
+    slow.back()->put("GET /quick" + kHead + "\r\n");
+  }
+  RawClient fifth(gate_->port(), "127.0.0.3");
+  fifth.put("GET /quick" + kHead + "\r\n");
+  EXPECT_THAT(fifth.rest(), HasSubstr(" 503 ")) << "four wait in all";
+  EXPECT_EQ(GateLimits().waiting, 64);
   EXPECT_THAT(get("/urgent"), HasSubstr("urgent"));
   release();
   EXPECT_THAT(slow[2]->rest(), HasSubstr("quick"));
 }
 
+// Tries synthetic_viewer: a request that is too long; chunked
 TEST_F(Gate, EndlessHeadersAndBodiesAreCutOff) {
   serve({});
   const std::string line = "X-" + std::string(1000, 'x') + ": y\r\n";

@@ -36,6 +36,7 @@ TEST_F(Stops, NothingIsSaidWhileNobodyStops) {
   EXPECT_EQ(board_.at(kStart_ns + 10 * kMs), StopView());
 }
 
+// Tries synthetic_viewer: a stop that nobody confirms
 TEST_F(Stops, SR15_ASideThatHasNotConfirmedIsShoutedAfterThreeTenthsOfASecondAndForAsLongAsItTakes) {
   both_coupled(kStart_ns);
   core::CommandAnswers request(true, true, kStart_ns);
@@ -61,6 +62,7 @@ TEST_F(Stops, SR15_ASideThatHasNotConfirmedIsShoutedAfterThreeTenthsOfASecondAnd
 }
 
 // The viewer alone in the domain.
+// Tries synthetic_viewer: a stop that nobody confirms
 TEST_F(Stops, AStopThatNobodyHearsIsShoutedOfBoth) {
   board_.take_request(core::CommandAnswers(true, true, kStart_ns));
   const StopView view = board_.at(kStart_ns + 301 * kMs);
@@ -80,6 +82,7 @@ TEST_F(Stops, ARefusedStopIsShoutedWithItsReason) {
 }
 
 // By key, signal, another page or a drives' fault: the viewer did not ask.
+// Tries synthetic_viewer: a side stops
 TEST_F(Stops, AStopOfOneSideIsShoutedOnceTheOtherShouldHaveFollowed) {
   both_coupled(kStart_ns);
   heard(Side::kSlave, LinkState::kStopped, kStart_ns, StopCause::kDriveFault);
@@ -135,6 +138,7 @@ TEST_F(Stops, ASecondProcessIsToldOfWhileItIsThere) {
   EXPECT_TRUE(board_.at(kStart_ns + 3 * core::kNsPerSecond).notices.empty());
 }
 
+// Tries synthetic_viewer: two processes send one topic
 TEST_F(Stops, ThePictureSaysTheSameInItsBanner) {
   ViewerState state;
   board_.take_request(core::CommandAnswers(true, true, kStart_ns));

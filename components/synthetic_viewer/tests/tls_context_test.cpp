@@ -26,6 +26,8 @@ std::string tls_refusal(const std::filesystem::path& certificate, const std::fil
   return "accepted";
 }
 
+// Tries synthetic_viewer: the certificate or its key
+// Tries synthetic_viewer: such a certificate or key
 TEST(TlsCertificate, WithItsKeyIsTakenAndAnythingElseRefusedByItsFile) {
   const Certificate own, other;
   EXPECT_EQ(tls_refusal(own.certificate, own.key), "accepted");
@@ -33,6 +35,7 @@ TEST(TlsCertificate, WithItsKeyIsTakenAndAnythingElseRefusedByItsFile) {
               AllOf(HasSubstr("/nowhere.pem"), HasSubstr("certificate")));
   EXPECT_THAT(tls_refusal(own.certificate, "/nowhere.pem"),
               AllOf(HasSubstr("/nowhere.pem"), HasSubstr("key")));
+  EXPECT_THROW(TlsContext("/nowhere.pem", own.key), core::MissingError);
   EXPECT_THAT(tls_refusal(own.folder, own.key), HasSubstr("is no file"));
   EXPECT_THAT(tls_refusal(own.certificate, other.key),
               AllOf(HasSubstr(other.key.string() + ": is not the key of " + own.certificate.string())));
@@ -47,6 +50,7 @@ TEST(TlsCertificate, WithItsKeyIsTakenAndAnythingElseRefusedByItsFile) {
   }
 }
 
+// Tries synthetic_viewer: such a certificate or key
 TEST(TlsCertificate, AKeyThatIsWeakOrHasAPassphraseIsRefusedWithTheReason) {
   const Certificate folder;
   const std::string weak = (folder.folder / "weak").string(), locked = (folder.folder / "locked").string();
@@ -57,6 +61,7 @@ TEST(TlsCertificate, AKeyThatIsWeakOrHasAPassphraseIsRefusedWithTheReason) {
   EXPECT_THAT(tls_refusal(folder.certificate, locked), HasSubstr("without a passphrase"));
 }
 
+// Tries synthetic_viewer: certificate expired; not valid yet
 TEST(TlsCertificate, IsWarnedOfByItsDates) {
   const Certificate own;
   const TlsContext context(own.certificate, own.key);

@@ -18,6 +18,7 @@ using ::testing::HasSubstr;
 using test::eventually;
 using test::Loop;
 
+// Tries synthetic_viewer: a mesh that does not come
 TEST_F(Loop, AMeshThatNeverArrivesIsNamedAndThePicturesGoOn) {
   content_.view(View::kMain).image.followers = 1;
   start();
@@ -36,6 +37,46 @@ TEST_F(Loop, AMeshThatNeverArrivesIsNamedAndThePicturesGoOn) {
   std::uint64_t seen = 0;
   EXPECT_TRUE(content_.view(View::kMain).image.next(seen, std::chrono::seconds(60)));
   EXPECT_EQ(loop_->health().state, core::ComponentState::kReady);
+}
+
+// Tries synthetic_viewer: no slave yet
+// Tries synthetic_viewer: slave silent
+TEST_F(Loop, IsReadyWithoutASlaveAndDegradedOnceItIsSilent) {
+  config_.staleness.slave_s = 1.0;
+  start();
+  const auto reaches = [&](core::ComponentState state, bool with_poses) {
+    return eventually([&] {
+      if (with_poses) send_pose();
+      return loop_->health().state == state;
+    });
+  };
+  EXPECT_TRUE(reaches(core::ComponentState::kReady, false));
+  ASSERT_TRUE(eventually([&] {
+    send_pose();
+    return !content_.main_png().empty();
+  }));
+  EXPECT_TRUE(reaches(core::ComponentState::kDegraded, false));
+  EXPECT_TRUE(reaches(core::ComponentState::kReady, true)) << "waiting for the cell's objects still";
+}
+
+// Tries synthetic_viewer: a damaged mesh
+TEST_F(Loop, ADamagedMeshIsCountedAndItsObjectLeftOut) {
+  config_.staleness.meshes_s = 0;
+  start();
+  const geometry::TriangleMesh box = geometry::make_box({0.1, 0.1, 0.1});
+  inbox_.put(ObjectSample{4, "box", box.content_hash(), {}, {0.5F, 0.5F, 0.5F}});
+  MeshChunkSample damaged = test::chunks_of(box, 1 << 17).front();
+  damaged.data.back() ^= 1U;
+  inbox_.put(std::move(damaged));
+  ASSERT_TRUE(eventually([&] {
+    send_pose();
+    return figure("meshes_refused") == 1;
+  }));
+  EXPECT_TRUE(eventually([&] {
+    send_pose();
+    return loop_->health().message.find("shown without what has no mesh: box") != std::string::npos;
+  })) << loop_->health().message;
+  EXPECT_EQ(figure("meshes"), 0);
 }
 
 TEST_F(Loop, EveryAlertGetsItsFirstPictureAlsoWhileAnotherIsShown) {
@@ -96,6 +137,7 @@ TEST_F(Loop, AnAlertBreaksOffTheViewsThatAreBeingDrawnButStarvesNone) {
   EXPECT_TRUE(eventually([&] { return !content_.hit_picture(number).empty(); }));
 }
 
+// Tries synthetic_viewer: more events come
 TEST_F(Loop, AnAlertDoesNotQueueBehindMeshes) {
   constexpr int kMeshes = 24;
   start();
@@ -183,6 +225,7 @@ TEST_F(Loop, RecordsOnRequestAndSaysWhere) {
   EXPECT_GT(std::filesystem::file_size(std::filesystem::directory_iterator(folder_)->path()), 0U);
 }
 
+// Tries synthetic_viewer: a recording that cannot be written
 TEST_F(Loop, AnUnwritableRecordingIsSaidInTheStatusAndThePicturesGoOn) {
   config_.recording.folder = "/proc/nowhere";
   start();
@@ -216,6 +259,7 @@ TEST_F(Loop, TheReportHasFramesPerSecondAndThePagesAddress) {
 }
 
 // A display that is not there, whatever this machine has.
+// Tries synthetic_viewer: no OpenGL
 TEST_F(Loop, WithoutOpenGlTheReasonReachesTheCaller) {
   setenv("EGL_PLATFORM", "x11", 1);
   setenv("DISPLAY", ":no_such_display", 1);
@@ -256,6 +300,7 @@ class Words : public Loop {
   HitView hit_;
 };
 
+// Tries synthetic_viewer: a view into a wall
 TEST_F(Words, AViewIntoAWallIsSaidAndTakenFromTheNearestFreePlace) {
   hit_.eye_m = {0.6, 0.6, 1.0};  // in the middle of the bellows, which begin at y = 0.4
   const auto into = picture();

@@ -76,6 +76,7 @@ TEST_F(Page, SendsEvents) {
       HasSubstr("data: {\"t\":1}"));
 }
 
+// Tries synthetic_viewer: all streams taken
 TEST_F(Page, MoreFollowersThanAllowedAreTurnedAwayAndCommandsStillPass) {
   PageConfig config;
   config.max_streams = 2;
@@ -253,6 +254,7 @@ TEST_F(Page, ViewRequestsPassTheSameChecksAsCommands) {
 }
 
 // One browser that takes in next to nothing: the others get every picture, and the publisher never waits.
+// Tries synthetic_viewer: a browser that reads slowly
 TEST_F(Page, ABrowserThatReadsSlowlyHoldsUpNobody) {
   serve();
   const std::string picture = "\xFF\xD8" + std::string(300'000, 'x');
@@ -361,6 +363,7 @@ TEST_F(Page, ThePageMayTakeStreamsFromTheirPortAndNobodyElseMayReadTheEvents) {
   EXPECT_EQ(allowed("http://elsewhere.example"), "");
 }
 
+// Tries synthetic_viewer: port taken
 TEST_F(Page, ATakenPortIsAnErrorThatNamesIt) {
   serve();
   PageConfig config;

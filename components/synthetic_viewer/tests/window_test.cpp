@@ -197,6 +197,7 @@ TEST_F(Desktop, KeysSteer) {
 
 // Over all views, without waiting for the next picture, and in alternating red while somebody has not
 // confirmed.
+// Tries synthetic_viewer: a stop that nobody confirms
 TEST_F(Desktop, SaysWhoIsStoppedAndShoutsWhoIsNot) {
   open();
   content_.view(View::kMain).image.publish(plain(0xE0, 0, 0));
@@ -264,6 +265,7 @@ TEST_F(Desktop, ClosingItIsTold) {
   for (const View view : kViews) EXPECT_EQ(content_.view(view).image.followers, 0);
 }
 
+// Tries synthetic_viewer: `--window` and no display
 TEST(NoDesktop, IsSaidWithTheReason) {
   unsetenv("DISPLAY");
   unsetenv("WAYLAND_DISPLAY");
