@@ -21,6 +21,7 @@ def kill_under_way(site, server, client, before):
     server.wait()
 
 
+# Tries wva_server: it is killed and started anew
 def expect_told_and_whole(site):
     server = site.serve()
     before = site.told.counted("workspace_reply")

@@ -90,6 +90,7 @@ def as_it_is(site):
     return names, {key: value for key, value in site.told.get("workspace_version").items() if key not in ("stamp", "version")}
 
 
+# Tries wva_server: while a command is carried out
 def expect_a_stop_leaves_nothing(site, server):
     before, kept, versions = as_it_is(site), site.changes.read_bytes(), site.told.counted("workspace_version")
     storm = begin_storm(site)

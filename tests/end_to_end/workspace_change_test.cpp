@@ -155,8 +155,10 @@ class Processes : public testing::Test {
     network.interfaces = std::move(interfaces);
     return network;
   }
-  void start_server(const std::string& deployment) {
-    server_.emplace(std::vector<std::string>{kWvaServer, "--deployment", deployment}, folder_ / "server.log");
+  void start_server(const std::string& deployment, const std::vector<std::string>& more = {}) {
+    std::vector<std::string> words{kWvaServer, "--deployment", deployment};
+    words.insert(words.end(), more.begin(), more.end());
+    server_.emplace(std::move(words), folder_ / "server.log");
   }
   void start_sensing(const std::string& deployment, std::vector<std::string> in_front = {}) {
     for (const char* word : {kSensing, "--deployment", deployment.c_str()}) in_front.push_back(word);
@@ -197,6 +199,8 @@ TEST_F(Processes, APhantomThatIsKilledDuringAChangeComesBackWithTheRightVersion)
   }
 }
 
+// Tries phantom_sensing: its successor comes
+// Tries wva_server: it is killed and started anew
 TEST_F(Processes, AServerThatIsKilledAndStartedAnewIsFollowedAndItsBricksReplaceTheOldOnes) {
   const std::string deployment = topology("topology.yaml", "127.0.0.1");
   WorkspaceObserver observer(network({"127.0.0.1"}));
@@ -215,6 +219,22 @@ TEST_F(Processes, AServerThatIsKilledAndStartedAnewIsFollowedAndItsBricksReplace
   ASSERT_TRUE(eventually([&] { return observer.version() > moved_version; }));
   EXPECT_EQ(observer.workspace()->content_hash(), hash_of_file) << "changes by command end with their server";
   EXPECT_TRUE(eventually([&] { return observer.felt_version() == observer.version(); }));
+}
+
+// Tries wva_server: the kept changes cannot be written
+TEST_F(Processes, AChangeThatCannotBeKeptHoldsAndItsReplyAndTheLogSayThatItWillBeLost) {
+  const std::string deployment = topology("topology.yaml", "127.0.0.1");
+  const auto keep_in = folder_ / "kept";
+  std::filesystem::create_directory(keep_in);
+  WorkspaceObserver observer(network({"127.0.0.1"}));
+  start_server(deployment, {"--keep-changes", (keep_in / "changes.json").string()});
+  ASSERT_TRUE(eventually([&] { return observer.version() != 0; }));
+  std::filesystem::remove(keep_in);
+  const Said moved = command(move_to(0.0), deployment, domain_);
+  EXPECT_EQ(moved.exit_code, 0) << moved.output;
+  EXPECT_THAT(moved.output, HasSubstr("it will be lost when wva_server ends: " + keep_in.string()));
+  EXPECT_TRUE(eventually([&] { return observer.version() == version_in(moved.output); }));
+  EXPECT_THAT(read_text(folder_ / "server.log"), HasSubstr("the cell's changes cannot be kept"));
 }
 
 /// phantom_sensing in a network namespace of its own, with one cable to the rest, which a test may cut.
@@ -262,6 +282,7 @@ class CutOff : public Processes {
   std::string space_, cable_, far_end_, here_, there_;
 };
 
+// Tries wva_server: was away
 TEST_F(CutOff, APhantomThatIsCutOffDuringChangesEndsWithTheRightVersion) {
   // Who commands sits at the server's host: a process that begins refuses an interface whose cable is cut.
   const std::string near = topology("near.yaml", "127.0.0.1, " + here_), far = topology("far.yaml", there_),

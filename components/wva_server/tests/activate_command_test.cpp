@@ -215,6 +215,7 @@ objects:
 }
 
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+// Tries wva_server: would take more memory
 TEST_F(ActivateCommand, SaysThatMemoryDoesNotSuffice) {
   const auto in_little_memory = [&] {
     const rlimit limit{128 << 20, 128 << 20};

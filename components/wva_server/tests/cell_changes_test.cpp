@@ -59,6 +59,7 @@ class Changes : public TestCell {
 
 TEST_F(Changes, WithoutAFileTheCellIsServedAsItsFileHasIt) { expect_same(started_anew(), activated(cell())); }
 
+// Tries wva_server: it is killed and started anew
 TEST_F(Changes, AServerStartedAnewServesTheCellAsItWas) {
   LiveCell live = activated(cell());
   carry_out(live, make_command(WorkspaceOperation::kMove, "ball", 0, turned(0.7, {0.1, -0.1, 0.2})));
@@ -108,6 +109,7 @@ TEST_F(Changes, AnySequenceOfCommandsIsKept) {
   }
 }
 
+// Tries wva_server: the cell file was edited since
 TEST_F(Changes, AreNotMixedWithAnotherCellFile) {
   LiveCell live = activated(cell());
   carry_out(live, make_command(WorkspaceOperation::kRemove, "ball"));
@@ -116,6 +118,7 @@ TEST_F(Changes, AreNotMixedWithAnotherCellFile) {
               AllOf(HasSubstr("kept.json"), HasSubstr("cell.yaml"), HasSubstr("remove the first")));
 }
 
+// Tries wva_server: the kept changes are damaged
 TEST_F(Changes, ThatAreDamagedAreRefusedByName) {
   LiveCell live = activated(cell());
   carry_out(live, make_command(WorkspaceOperation::kMove, "ball", 0, turned(0.7, {0.1, -0.1, 0.2})));
@@ -140,6 +143,7 @@ TEST_F(Changes, ThatAreDamagedAreRefusedByName) {
   EXPECT_EQ(refusal(), "accepted");
 }
 
+// Tries wva_server: the folder of `--keep-changes`
 TEST_F(Changes, NeedAFolderFromTheStart) {
   EXPECT_THROW(load_served_cell(cell(), folder_ / "no such folder" / "kept.json", {}), core::MissingError);
   EXPECT_NO_THROW(load_served_cell(cell(), folder_ / "kept.json", {}));

@@ -129,6 +129,7 @@ class DdsAdapterTest : public TestCell {
   }
 };
 
+// Tries wva_server: a consumer joins late
 TEST_F(DdsAdapterTest, EarlyAndLateConsumersHaveTheWholeCell) {
   const LiveCell cell_41 = activated(cell(), 41);
   Consumer early(dds::test_network());
@@ -163,6 +164,7 @@ TEST_F(DdsAdapterTest, EarlyAndLateConsumersHaveTheWholeCell) {
   EXPECT_EQ(unpack(pieces, last.vertex_count, last.triangle_count).content_hash(), ball.mesh_hash);
 }
 
+// Tries wva_server: a consumer joins late
 TEST_F(DdsAdapterTest, AChangeSendsItsBricksOnlyAndEndsRightForEarlyAndLateConsumers) {
   LiveCell live = activated(cell(), 41);
   Consumer early(dds::test_network());
@@ -280,6 +282,7 @@ TEST(WorkspaceCommands, ComeInOrderAndAreAnswered) {
   EXPECT_FALSE(adapter.next_command(0.0)) << "what is sent again is not carried out again";
 }
 
+// Tries wva_server: a pose that is not finite
 TEST(WorkspaceCommands, WhatCannotBeUsedIsRefusedAtOnceWithTheField) {
   DdsAdapter adapter(dds::test_network(), true);
   Asker asker(dds::test_network());
@@ -316,6 +319,7 @@ TEST(WorkspaceCommands, AServerThatTakesNoneSaysSo) {
   EXPECT_FALSE(adapter.next_command(0.0));
 }
 
+// Tries wva_server: a second wva_server publishes
 TEST_F(DdsAdapterTest, ASecondServerIsNoticedByBoth) {
   const LiveCell live = activated(cell(), 41);
   auto first = std::make_unique<DdsAdapter>(dds::test_network(), true);

@@ -13,6 +13,7 @@ namespace {
 
 using ::testing::AllOf;
 using ::testing::AnyOf;
+using ::testing::ContainsRegex;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
@@ -51,6 +52,7 @@ TEST_F(WvaServer, TheSameCellGivesTheSameWorkspace) {
   EXPECT_EQ(activated(cell()).content_hash(), activated(cell()).content_hash());
 }
 
+// Tries wva_server: a stop is requested while activating
 TEST_F(WvaServer, TellsItsProgressAndEndsWhenAskedTo) {
   const auto loaded = runtime::load_cell(cell());
   LiveCell live(loaded, {});
@@ -64,6 +66,7 @@ TEST_F(WvaServer, TellsItsProgressAndEndsWhenAskedTo) {
   EXPECT_EQ(live.workspace().brick_count(), 0U);
 }
 
+// Tries wva_server: a mesh is not closed
 TEST_F(WvaServer, SaysThatAMeshIsOpen) {
   std::string stl = ascii_stl(geometry::make_sphere(60, 3));
   const auto facet = stl.find("facet", stl.find("endfacet"));
@@ -71,15 +74,30 @@ TEST_F(WvaServer, SaysThatAMeshIsOpen) {
   write("ball.stl", stl);
   const LiveCell live = activated(cell());
   EXPECT_FALSE(live.objects().at(1).report.mesh.closed);
-  EXPECT_THAT(describe(live.objects().at(1)), HasSubstr("not closed"));
+  EXPECT_THAT(describe(live.objects().at(1)),
+              ContainsRegex("not closed: .* its winding number decided on [0-9]+ voxels"));
 }
 
+// Tries wva_server: names triangles twice
+TEST_F(WvaServer, SaysThatTrianglesCameTwice) {
+  const std::string once = ascii_stl(geometry::make_sphere(60, 3));
+  const auto facets = once.find("facet");
+  const std::string first = once.substr(facets, once.find("endfacet") + 9 - facets);
+  write("ball.stl", std::string(once).insert(facets, first + first));
+  const LiveCell live = activated(cell());
+  EXPECT_THAT(describe(live.objects().at(1)), HasSubstr("2 triangles came twice and were left out"));
+  write("ball.stl", once);
+  EXPECT_EQ(live.content_hash(), activated(cell()).content_hash());
+}
+
+// Tries wva_server: garbage
 TEST_F(WvaServer, RefusesAMeshThatIsNone) {
   write("post.stl", "this is no mesh");
   EXPECT_THAT(refusal(cell()),
               AllOf(HasSubstr("cell.yaml"), HasSubstr("'left post'"), HasSubstr("post.stl")));
 }
 
+// Tries wva_server: with all its layers: wrong unit; wrong pose
 TEST_F(WvaServer, RefusesAnObjectOutsideOfTheWorkspace) {
   EXPECT_THAT(
       refusal(cell_with("xyz_m: [0.2, 0.1, 0.15]", "xyz_m: [2.0, 0.1, 0.15]")),
@@ -90,10 +108,28 @@ TEST_F(WvaServer, AcceptsAnObjectOutsideWhoseLayersReachIn) {
   EXPECT_EQ(refusal(cell_with("xyz_m: [0.2, 0.1, 0.15]", "xyz_m: [0.43, 0.1, 0.15]")), "accepted");
 }
 
+// Tries wva_server: wrong unit
 TEST_F(WvaServer, RefusesAMeshInTheWrongUnit) {
   EXPECT_THAT(refusal(cell_with("mesh_scale: 0.001, pose: {xyz_m: [-0.2, 0.1, 0.15]",
                                 "mesh_scale: 1, pose: {xyz_m: [900.0, 0.1, 0.15]")),
               AllOf(HasSubstr("'left post'"), HasSubstr("mesh_scale")));
+}
+
+// Tries wva_server: more than 255 different μ in the cell
+TEST_F(WvaServer, RefusesMoreViscositiesThanThereAreCodes) {
+  const auto with_balls = [&](int count) {  // of 90 layers each
+    std::string balls;
+    for (int k = 1; k <= count; ++k) {
+      std::string thickness, mu;
+      for (int i = 0; i < 90; ++i) thickness += "1, ", mu += std::to_string(1000 * k - i) + ", ";
+      balls += "  - {name: ball" + std::to_string(k) + ", primitive: {sphere: {radius_m: 0.05}}, pose: " +
+               "{xyz_m: [0, 0, 0.2]}, profile: {thickness_vox: [" + thickness + "], mu_Pa_s_per_m: [" + mu +
+               "], mu_skin_Pa_s_per_m: 5000}}\n";
+    }
+    return refusal(cell_with("arms:", balls + "arms:"));
+  };
+  EXPECT_EQ(with_balls(2), "accepted");
+  EXPECT_THAT(with_balls(3), AllOf(HasSubstr("cell.yaml: objects: "), HasSubstr("allowed: 1 to 256")));
 }
 
 // What commands do, with everything as before where they are refused.
@@ -210,6 +246,8 @@ TEST_F(Commands, AddIsRefusedOnceTheVoxelsTakeTooMuchMemory) {
   EXPECT_TRUE(live_->apply(dome, 8, {}));
 }
 
+// Tries wva_server: names an object that is not there
+// Tries wva_server: one outside of the workspace … UTF-8
 TEST_F(Commands, AreRefusedWithOneClearSentence) {
   EXPECT_THAT(refused(move("bell", {0, 0, 0.2})),
               AllOf(HasSubstr("no object 'bell' in cell desk"), HasSubstr("ball, left post, right post")));
@@ -244,6 +282,7 @@ TEST_F(Commands, MeshesOutsideOfTheCellsFolderAreNotRead) {
   std::filesystem::remove(folder_.string() + "_elsewhere.stl");
 }
 
+// Tries wva_server: a command takes more work
 TEST_F(Commands, WorkOfAFormulaIsCountedAndEndsAtTheLimit) {
   const std::string box = ", min_m: [-0.4, -0.4, 0.0], max_m: [0.4, 0.4, 0.5]}}";
   for (const std::string f :
@@ -257,6 +296,7 @@ TEST_F(Commands, WorkOfAFormulaIsCountedAndEndsAtTheLimit) {
   }
 }
 
+// Tries wva_server: a command takes more work
 TEST_F(Commands, LayersAndMergingAreCountedAndEndAtTheLimit) {
   AddLimits limits;
   limits.steps = 60'000;  // voxelising the ball takes less, merging the bricks that it leaves and enters more
