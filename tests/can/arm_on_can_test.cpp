@@ -247,6 +247,9 @@ class ArmOnCan : public testing::Test {
   std::optional<dds::Reader<msg::MasterState>> masters_;
 };
 
+// Tries slave_io: its drives in fault
+// Tries master_io: slave stopped; its drives in fault
+// Tries master_io: in fault; silent
 TEST_F(ArmOnCan, TheArmFollowsTheHandAndFaultsOfEitherSidesDrivesStopItUntilAReset) {
   ASSERT_TRUE(both(msg::LinkState::LINK_COUPLED)) << standing();
   core::JointArray before{};
@@ -289,6 +292,7 @@ TEST_F(ArmOnCan, TheArmFollowsTheHandAndFaultsOfEitherSidesDrivesStopItUntilARes
 
 // The whole process stands still for 0.3 s, again and again: less than its partner's patience, and the
 // drives'.
+// Tries slave_io: the servo's loop is held up
 TEST_F(ArmOnCan, AServoThatIsHeldUpAgainAndAgainUncouplesTellsItAndCouplesAgainByItself) {
   ASSERT_TRUE(both(msg::LinkState::LINK_COUPLED)) << standing();
   double fastest = 0.0;  // of the joints' speeds, as a share of the limit in the URDF
@@ -315,6 +319,7 @@ TEST_F(ArmOnCan, AServoThatIsHeldUpAgainAndAgainUncouplesTellsItAndCouplesAgainB
 
 // kill -9 of a stopped slave_io and its restart: its drives get no power and nothing moves, until a reset
 // that names the stop.
+// Tries slave_io: slave_io dies
 TEST_F(ArmOnCan, AStopOutlivesTheProcessAndNoDriveIsPoweredUntilAResetThatNamesIt) {
   ASSERT_TRUE(both(msg::LinkState::LINK_COUPLED)) << standing();
   PowerWatch power(buses_);

@@ -163,6 +163,7 @@ TEST_P(Brakes, ComesUpAgainHoweverSoonAfterAStop) {
 
 // ---- a brake that does not open
 
+// Tries slave_io: a brake that does not open
 TEST(Brake, OneThatDoesNotOpenIsNamedAfterTheFollowingError) {
   auto config = with_brake(DriveMode::kPosition);
   config.axes[0].following_window = 0.05;
@@ -178,6 +179,7 @@ TEST(Brake, OneThatDoesNotOpenIsNamedAfterTheFollowingError) {
                         "power: its brake may be closed"));
 }
 
+// Tries slave_io: a brake that does not open
 TEST(Brake, OneThatDoesNotOpenIsNamedByTheTorqueThatMovesNothing) {
   for (const DriveMode mode : {DriveMode::kVelocity, DriveMode::kTorque}) {
     auto options = braked(0.0);

@@ -181,6 +181,7 @@ Outcome run_case(const Fault& fault, const Situation& situation, FaultReaction r
 
 class FaultTable : public testing::TestWithParam<FaultReaction> {};
 
+// Tries slave_io: silent or frozen … bus-off
 TEST_P(FaultTable, EveryFaultInEveryStateIsNamedInTimeAndMovesNothing) {
   const bool hold = GetParam() == FaultReaction::kHold;
   std::ofstream table(std::string(PHANTOM_BUILD_DIR) +
@@ -214,6 +215,9 @@ TEST_P(FaultTable, EveryFaultInEveryStateIsNamedInTimeAndMovesNothing) {
 
 INSTANTIATE_TEST_SUITE_P(Reactions, FaultTable, testing::Values(FaultReaction::kHold, FaultReaction::kCoast));
 
+// Tries slave_io: stands still
+// Tries master_io: stands still
+// Tries simulated_drive: the master's heartbeat stops
 TEST(DriveFaults, SR16_AFrozenMasterMakesTheDrivesHoldByThemselves) {
   Rig rig(group_config(DriveMode::kVelocity, 2));
   ASSERT_TRUE(rig.bring_up());
@@ -292,6 +296,7 @@ TEST(DriveFaults, SR05_AfterAFaultNothingFollowsWithoutAReset) {
   EXPECT_EQ(rig.group->sentence(), "j1 is in fault: continuous over-current (0x2310)");
 }
 
+// Tries slave_io: drives not there yet
 TEST(DriveFaults, ADriveThatIsNotThereIsNamed) {
   Rig rig(group_config(DriveMode::kTorque, 2));
   rig.frozen[1] = true;
@@ -399,6 +404,8 @@ TEST(DriveFaults, ADriveThatWillNotSwitchOnIsNamed) {
   EXPECT_NE(rig.drives[1]->power(), Power::kEnabled);
 }
 
+// Tries slave_io: its own following error
+// Tries simulated_drive: it cannot follow
 TEST(DriveFaults, FollowingErrorIsTheDrivesOwnFault) {
   simulated_drive::DriveOptions options;
   options.motor.load_Nm = 40.0;  // more than it can hold

@@ -10,6 +10,8 @@
 #include <sstream>
 #include <thread>
 
+#include "common/core/errors.hpp"
+#include "common/runtime/drives_check.hpp"
 #include "common/simulation/user_bus_hub.hpp"
 #include "tests/can/rig.hpp"
 #include "tests/support/child_process.hpp"
@@ -118,6 +120,7 @@ TEST_F(DriveProcess, AFaultOfItsOwnComesAsAskedFor) {
   EXPECT_TRUE(recovers()) << group_->sentence();
 }
 
+// Tries simulated_drive: wrong arguments
 TEST_F(DriveProcess, WrongArgumentsEndWithTwo) {
   start({"--fault", "explode@1"});
   EXPECT_EQ(process_->wait(), 2);
@@ -157,6 +160,7 @@ TEST_P(DriveOnSocketCan, FollowsAndIsFoundWhenFrozenAndWhenKilled) {
   EXPECT_TRUE(recovers()) << group_->sentence();
 }
 
+// Tries slave_io: bus down
 TEST_P(DriveOnSocketCan, AnInterfaceThatGoesDownIsNamedAndLeftByAReset) {
   start();
   ASSERT_TRUE(reaches(DriveGroupState::kEnabled)) << group_->sentence();
@@ -170,6 +174,19 @@ TEST_P(DriveOnSocketCan, AnInterfaceThatGoesDownIsNamedAndLeftByAReset) {
   command_.reset = false;
   start();
   EXPECT_TRUE(reaches(DriveGroupState::kEnabled)) << group_->sentence();
+}
+
+// Tries slave_io: is down
+TEST_P(DriveOnSocketCan, AnInterfaceThatIsDownIsNamedByTheCheck) {
+  const auto take = [this](const char* way) {
+    return std::system(("/sbin/ip link set " + address_ + " " + way).c_str());
+  };
+  ASSERT_EQ(take("down"), 0);
+  const runtime::DrivesConfig drives{.group = test::group_config(can::DriveMode::kPosition, 2),
+                                     .addresses = {address_}};
+  EXPECT_THAT([&] { runtime::check_drives(drives); },
+              testing::ThrowsMessage<core::MissingError>(testing::HasSubstr(address_ + ": is down")));
+  EXPECT_EQ(take("up"), 0);
 }
 
 std::vector<std::string> interfaces() {

@@ -71,6 +71,7 @@ TEST_F(DrivesCheck, NamesEveryDriveThatAnswers) {
                                  address_ + ": vendor 0x"));
 }
 
+// Tries slave_io: a drive does not answer
 TEST_F(DrivesCheck, ADriveThatIsSilentIsNamed) {
   serve();
   start_drives("1", 1);
@@ -79,6 +80,7 @@ TEST_F(DrivesCheck, ADriveThatIsSilentIsNamed) {
                   AllOf(HasSubstr("node 2 on " + address_), HasSubstr("no answer within 0.3 s"))));
 }
 
+// Tries slave_io: a node is no CiA 402 drive
 TEST_F(DrivesCheck, WhatIsNoDriveIsRefused) {
   serve();
   const Node gateway(address_, [](can::CanBus& bus) {
@@ -111,6 +113,7 @@ TEST_F(DrivesCheck, AUserspaceBusThatNobodyServesIsSaidToBeMissing) {
   EXPECT_THAT(runtime::check_drives(config(1)), HasSubstr(address_ + ": not there yet"));
 }
 
+// Tries slave_io: a CAN interface is missing
 TEST_F(DrivesCheck, AnInterfaceThatIsNotThereIsMissing) {
   auto drives = config(1);
   drives.addresses = {"can97"};

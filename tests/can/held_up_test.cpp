@@ -15,6 +15,9 @@ using test::Rig;
 using Power = simulated_drive::SimulatedDrive::Power;
 
 // The heartbeat alone would let the last torque act for half a second.
+// Tries slave_io: stands still
+// Tries master_io: master_io dies; stands still
+// Tries simulated_drive: its targets stop coming
 TEST(HeldUp, SR18_DrivesWhoseTargetsStopComingHoldOrCoastByThemselvesLongBeforeTheHeartbeatIsMissed) {
   for (const FaultReaction reaction : {FaultReaction::kHold, FaultReaction::kCoast}) {
     auto config = group_config(DriveMode::kTorque, 2, reaction);
@@ -40,6 +43,7 @@ TEST(HeldUp, SR18_DrivesWhoseTargetsStopComingHoldOrCoastByThemselvesLongBeforeT
   }
 }
 
+// Tries slave_io: stands still
 TEST(HeldUp, SR18_ADriveInTorqueModeThatHasASpeedLimitKeepsItWhateverTorqueActs) {
   simulated_drive::DriveOptions options;
   options.motor.joint = {.inertia = 0.5, .viscous = 0.0, .coulomb = 0.0};
@@ -52,6 +56,22 @@ TEST(HeldUp, SR18_ADriveInTorqueModeThatHasASpeedLimitKeepsItWhateverTorqueActs)
     const double speed_rad_s = rig.drives[0]->motor().joint_rad_s();
     EXPECT_EQ(speed_rad_s > -1.2, has_limit) << speed_rad_s << " at a limit of 1 rad/s";
     EXPECT_EQ(rig.state(), DriveGroupState::kEnabled);
+  }
+}
+
+// Tries simulated_drive: the master's heartbeat stops
+TEST(HeldUp, ADriveWhoseMasterFallsSilentDoesAsItsObject6007Says) {
+  const std::array wanted{Power::kEnabled, Power::kFault, Power::kSwitchOnDisabled, Power::kQuickStop};
+  for (std::uint8_t option = 0; option < wanted.size(); ++option) {
+    Rig rig(group_config(DriveMode::kVelocity, 1));
+    ASSERT_TRUE(rig.bring_up());
+    auto tool = rig.bus.connect("tool");
+    tool->send({.id = 0x601, .length = 8, .data = {0x2B, 0x07, 0x60, 0, option, 0, 0, 0}});
+    rig.run(0.05);
+    ASSERT_EQ(rig.drives[0]->power(), Power::kEnabled);
+    rig.master_frozen = true;
+    rig.run(0.5);
+    EXPECT_EQ(rig.drives[0]->power(), wanted[option]) << int{option};
   }
 }
 

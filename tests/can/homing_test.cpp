@@ -167,6 +167,7 @@ TEST(Homing, AFaultOfAnotherDriveEndsIt) {
   EXPECT_NEAR(rig.drives[0]->motor().joint_rad_s(), 0.0, 1e-3);
 }
 
+// Tries slave_io: a drive finds no home; not in time
 TEST(Homing, WhatFindsNoHomeIsAFaultThatSaysSo) {
   auto options = incremental(0.0);
   options.switches.home_to = options.switches.home_from;  // its home switch is broken: it comes to the limit

@@ -49,6 +49,7 @@ TEST_F(MotionRecords, ADriveHasARowWhenItChangesAndNowAndThen) {
   EXPECT_EQ(rows[2][2], "fault");
 }
 
+// Tries simulated_drive: its record cannot be written
 TEST_F(MotionRecords, WhatWasThereStaysAndAFileThatCannotBeIsAnError) {
   for (int i = 0; i < 2; ++i) {
     auto record = MotionRecord::open(file_).value();
