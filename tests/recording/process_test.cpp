@@ -1,7 +1,9 @@
 // The recorder's executable: killed at any moment, read by other people's tools, stopped, triggered,
 // replayed.
+#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <atomic>
 #include <csignal>
@@ -155,6 +157,7 @@ class AlertWriter {
 
 class Killed : public Recorded {};
 
+// Tries dds_recorder: it is killed
 TEST_F(Killed, AHundredTimesAtAnyMomentEveryCompletedChunkCanBeRead) {
   constexpr int kRounds = 20, kAtOnce = 5;
   std::mt19937 random(11);
@@ -408,6 +411,43 @@ TEST_F(Frozen, AWriterOfThousandsOfSamplesEndsThoughItsReaderHasNone) {
   }
 }
 
+class LittleSpace : public Recorded {
+ protected:
+  /// Arguments of a recording whose margin leaves it `MB` of what is free now.
+  std::vector<std::string> leaving(std::int64_t MB) {
+    const auto free_MB = static_cast<std::int64_t>(std::filesystem::space(folder).available / 1'000'000);
+    std::ofstream(folder / "config.yaml")
+        << "disk: {margin_MB: " << free_MB - MB << "}\nflush_interval_s: 0.02\nchunk_kB: 4\n";
+    return {"--folder", (folder / "kept").string()};
+  }
+};
+
+// Tries dds_recorder: less than the margin is free at start
+TEST_F(LittleSpace, AtTheStartIsMissing) {
+  std::string said;
+  EXPECT_EQ(run("record", leaving(-1'000), &said), 3);
+  EXPECT_THAT(said, HasSubstr("disk.margin_MB"));
+  EXPECT_TRUE(files_in(folder / "kept").empty());
+}
+
+// Tries dds_recorder: the margin is reached
+TEST_F(LittleSpace, WhileItRecordsFinishesTheFileAndEndsWithOne) {
+  constexpr std::int64_t kLeft_MB = 400;
+  AlertWriter writer(std::chrono::milliseconds(2));
+  Process recorder(command("record", leaving(kLeft_MB)), folder / "record.log");
+  ASSERT_TRUE(
+      eventually([&] { return topics_in(folder / "kept").contains("hit_alert"); }, std::chrono::seconds(60)))
+      << recorder.output();
+  const int others = open((folder / "others").c_str(), O_CREAT | O_WRONLY, 0600);
+  ASSERT_EQ(posix_fallocate(others, 0, 2 * kLeft_MB * 1'000'000), 0);
+  close(others);
+  EXPECT_EQ(recorder.wait(), 1);
+  std::filesystem::remove(folder / "others");
+  EXPECT_THAT(recorder.output(), HasSubstr("disk.margin_MB"));
+  EXPECT_TRUE(recording::check(files_in(folder / "kept").at(0))->ok()) << "finished";
+}
+
+// Tries dds_recorder: the folder cannot be written
 TEST(CommandLine, WrongRequestsAreNamed) {
   const auto log = std::filesystem::temp_directory_path() / ("dds_recorder_cli_" + std::to_string(getpid()));
   const auto run = [&](const std::vector<std::string>& more) {

@@ -72,6 +72,7 @@ TEST_F(Files, InfoTellsTopicsCountsRatesRangeEventsAndLosses) {
   EXPECT_TRUE(json[1]["complete"]);
 }
 
+// Tries dds_recorder: a chunk is damaged
 TEST_F(Files, CheckFindsAWrongByteAndSaysWhatHelps) {
   EXPECT_EQ(run_check(files, false, output), 0);
   EXPECT_THAT(output.str(), HasSubstr("all well"));
@@ -97,6 +98,7 @@ TEST_F(Files, ConvertJoinsASeriesIntoOneFileThatIsWhole) {
       << "nothing is overwritten";
 }
 
+// Tries dds_recorder: it is killed
 TEST_F(Files, ConvertMakesAWholeFileOfADamagedOne) {
   std::filesystem::resize_file(files[0], std::filesystem::file_size(files[0]) / 2);
   const auto out = folder / "mended.mcap";

@@ -20,6 +20,7 @@ namespace {
 
 using dds::eventually;
 using dds::test_network;
+using testing::AllOf;
 using testing::HasSubstr;
 
 /// An adapter with all its topics open.
@@ -128,6 +129,27 @@ TEST(DdsInput, ATopicOfSomebodyElsesTypeIsHeardOnceItIsDiscovered) {
   const auto& topic = heard.topics.back();
   EXPECT_EQ(topic.type, "other::Image");
   EXPECT_EQ(topic.schema_encoding, "") << "its description is not known";
+}
+
+// Tries dds_recorder: DDS refuses a reader
+TEST(DdsInput, ATopicThatDdsRefusesIsNotHeardAndTheOthersAre) {
+  Heard heard("camera");
+  std::string why;
+  const TopicInfo camera{.name = "camera", .type = "other::Image"};
+  ASSERT_TRUE(heard.adapter.open(camera, 0, why)) << why;
+  heard.topics = {camera};
+  EXPECT_FALSE(heard.adapter.open({.name = "camera", .type = "another::Picture"}, 1, why));
+  EXPECT_THAT(why, AllOf(HasSubstr("camera"), HasSubstr("another::Picture")));
+  EXPECT_FALSE(heard.adapter.losses(1).any()) << "what is not heard loses nothing";
+  dds::Participant there("stranger", test_network());
+  observation::PayloadWriter writer(there, {"camera", "other::Image", false},
+                                    {.reliability = diagnostics::Reliability::kReliable}, 8);
+  const std::vector<std::uint8_t> bytes{0, 1, 0, 0, 9, 8, 7, 6};
+  EXPECT_TRUE(eventually([&] {
+    writer.write(bytes);
+    heard.queue.drain([&](const SampleView& sample) { heard.got["camera"].push_back(owned(sample)); });
+    return !heard.got["camera"].empty();
+  }));
 }
 
 TEST(DdsOutput, WhatIsWrittenAsBytesReachesTypedReadersByInstance) {

@@ -23,6 +23,7 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::Not;
 
+// Tries dds_recorder: the disk is slow; too many samples
 TEST(Queue, KeepsOrderAndBytesAndRefusesWhatHasNoRoomWithoutTheHeap) {
   FakeWorld world;
   SampleQueue queue(20'000);

@@ -198,6 +198,7 @@ TEST(OnEvent, TheWindowIsBoundedInMemory) {
   EXPECT_EQ(states.back(), 1000u) << "the newest are kept";
 }
 
+// Tries dds_recorder: too many samples
 TEST(Losses, GapsOverflowAndDdsCountsStandInTheFile) {
   FakeWorld world;
   const auto owner = world.recorder(continuous());
@@ -303,6 +304,7 @@ TEST(Bounds, EventsAreCountedAndSoManyNotedInAFile) {
   EXPECT_EQ(reader.metadata(kTriggerRecord).size(), Recorder::kMostTriggers);
 }
 
+// Tries dds_recorder: the margin is reached
 TEST(Disk, RecordingEndsInOrderBeforeTheMarginIsTouched) {
   FakeWorld world;
   RecorderSettings settings = continuous();
@@ -325,6 +327,7 @@ TEST(Disk, RecordingEndsInOrderBeforeTheMarginIsTouched) {
   EXPECT_EQ(world.open(world.names()[0]).metadata(kEndRecord).back().at("reason"), "disk margin");
 }
 
+// Tries dds_recorder: a write fails
 TEST(Disk, AWriteThatFailsLeavesAFileThatCanBeReadAndIsTold) {
   FakeWorld world;
   RecorderSettings settings = continuous();
@@ -346,6 +349,7 @@ TEST(Disk, AWriteThatFailsLeavesAFileThatCanBeReadAndIsTold) {
   EXPECT_GT(recorder.figures().losses.unwritten, 90u);
 }
 
+// Tries dds_recorder: the margin is reached
 TEST(Disk, OnEventWaitsForSpaceAndGoesOn) {
   FakeWorld world;
   const auto owner = world.recorder(on_event());
