@@ -41,6 +41,7 @@ Voxels voxels_of(const workspace::Workspace& workspace, std::uint16_t object) {
   return voxels;
 }
 
+// Tries workspace_survey: the server refuses
 TEST(RunningDemo, ASurveyedObjectIsInTheWorkspaceWithItsGuardAndIsFeltAndARefusedOneAddsNothing) {
   RunningSystem system(0.0);
   WorkspaceObserver observer(system.network());
@@ -106,6 +107,7 @@ TEST(RunningDemo, ASurveyedObjectIsInTheWorkspaceWithItsGuardAndIsFeltAndARefuse
   EXPECT_EQ(system.wait(), 0) << system.output();
 }
 
+// Tries workspace_survey: nobody answers
 TEST(WithoutAServer, SendingEndsWithThreeAndSaysSo) {
   const std::string command = PHANTOM_BIN_DIR "/workspace_survey fit --send --timeout-s 0.5 --domain " +
                               std::to_string(test::own_domain()) +

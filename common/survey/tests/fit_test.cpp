@@ -112,6 +112,7 @@ TEST(Fit, TheCovarianceIsThatOfThePropagatedNodesByFiniteDifferences) {
   }
 }
 
+// Tries workspace_survey: nodes that do not determine the pose
 TEST(Fit, ThreeNodesInLineAreRefused) {
   const PartModel& part = part_named("brick");
   Exact e = exact(part, {});

@@ -1,6 +1,8 @@
 #include <gmock/gmock.h>
 
 #include <Eigen/Geometry>
+#include <array>
+#include <cstdio>
 #include <set>
 
 #include "common/core/units.hpp"
@@ -65,11 +67,18 @@ Measurement chain(const PartModel& part, const std::vector<std::uint32_t>& nodes
   return *register_nodes(head, {}, targetings);
 }
 
+// Tries workspace_survey: several parts
 TEST(Identify, ASingleEdgeListsEveryPartThatHasOneOfItsLength) {
   const PartModel& cube = part_named("cube");  // 120 mm
   const BorderLoop& loop = cube.loops.front();
   const auto found = names(identify(shipped_library(), chain(cube, {loop.nodes[0], loop.nodes[1]})));
   EXPECT_THAT(found, testing::ElementsAre("angle_bracket", "cube", "stepped_block", "wedge"));
+  const auto result = survey_object(shipped_library(), chain(cube, {loop.nodes[0], loop.nodes[1]}));
+  EXPECT_FALSE(result.object);
+  EXPECT_THAT(result.refusal,
+              testing::AllOf(testing::HasSubstr("several parts fit as well as each other"),
+                             testing::HasSubstr("stepped_block"), testing::HasSubstr("wedge")));
+  EXPECT_THAT(result.advice, testing::Contains(testing::HasSubstr("its length tells the candidates apart")));
 }
 
 TEST(Identify, AFaceSeenFromBehindIsNoFace) {
@@ -111,6 +120,7 @@ TEST(Identify, ACubesFaceFitsInTwentyFourPosesThatOccupyTheSameSpace) {
   EXPECT_EQ(result.choice.placements.size(), 1u);
 }
 
+// Tries workspace_survey: several poses
 TEST(Identify, PosesThatOccupyDifferentSpaceAreRefusedAndAFurtherEdgeTellsThemApart) {
   // The step's treads are 60 mm wide and 120 mm long: three of them look alike from above.
   const PartModel& steps = part_named("stepped_block");
@@ -136,6 +146,7 @@ TEST(Identify, PosesThatOccupyDifferentSpaceAreRefusedAndAFurtherEdgeTellsThemAp
   EXPECT_THAT(result.advice, testing::Contains(testing::HasSubstr("measure the edge that leaves node")));
 }
 
+// Tries workspace_survey: not in the library
 TEST(Identify, ALibraryWithoutThePartIsToldWithTheNearestMiss) {
   std::mt19937_64 random(4);
   std::vector<PartModel> others;
@@ -149,6 +160,7 @@ TEST(Identify, ALibraryWithoutThePartIsToldWithTheNearestMiss) {
   EXPECT_THAT(survey_object({}, m).refusal, testing::HasSubstr("library's 0"));
 }
 
+// Tries workspace_survey: a bad range
 TEST(Survey, OneBadRangeIsRefusedAndNamed) {
   std::mt19937_64 random(14);
   const PartModel& part = part_named("v_groove_block");
@@ -164,6 +176,8 @@ TEST(Survey, OneBadRangeIsRefusedAndNamed) {
       << result.refusal;
 }
 
+// Tries workspace_survey: a corner whose readings contradict
+// Tries workspace_survey: two nodes on one spot … too few
 TEST(Measurement, BadOnesAreNamed) {
   const RangeHead head = test_head();
   const auto at = [&](double x, double y) { return aim(head, {x, y, 0.0}).value(); };
@@ -192,6 +206,24 @@ TEST(Measurement, BadOnesAreNamed) {
   EXPECT_THAT(said({{"A", true, "1", at(0, 0), {}}, {"A", true, "1", at(0.05, 0), {}}}),
               testing::HasSubstr("node '1': measured again 50.0 mm away"));
   EXPECT_THAT(survey_object(shipped_library(), {}).refusal, testing::HasSubstr("nothing was measured"));
+}
+
+// Tries workspace_survey: too badly
+TEST(Survey, APoseThatIsKnownTooBadlyIsRefusedWithItsDisplacement) {
+  std::mt19937_64 random(14);
+  geometry::Pose X_WO;
+  X_WO.rotation = geometry::rotation_from_rpy(90 * core::kRadPerDegree, 0, 20 * core::kRadPerDegree);
+  const Measurement m = measure(part_named("v_groove_block"), X_WO, test_head(), {}, random);
+  const auto good = survey_object(shipped_library(), m);
+  ASSERT_TRUE(good.object) << good.refusal;
+  SurveyOptions strict;
+  strict.largest_displacement_m = 0.99 * good.object->worst_displacement_m;
+  const auto result = survey_object(shipped_library(), m, strict);
+  EXPECT_FALSE(result.object);
+  std::array<char, 64> off;
+  std::snprintf(off.data(), off.size(), "may be %.1f mm off", 1e3 * good.object->worst_displacement_m);
+  EXPECT_THAT(result.refusal,
+              testing::AllOf(testing::HasSubstr("v_groove_block"), testing::HasSubstr(off.data())));
 }
 
 TEST(Measurement, ReadingsOfOneCornerAreAveragedAndACopyIsNoOtherReading) {

@@ -114,6 +114,7 @@ TEST_F(Commands, TheSameSeedMeasuresTheSame) {
   EXPECT_NE(call(request).text, first);
 }
 
+// Tries workspace_survey: a bad range
 TEST_F(Commands, ABadRangeIsRefusedAndTheNodeNamed) {
   Request request = simulate("v_groove_block", "0 -0.1 0.301 90 0 200");
   request.out = folder_ / "bad.csv";
@@ -121,7 +122,8 @@ TEST_F(Commands, ABadRangeIsRefusedAndTheNodeNamed) {
   call(request);
   const Said said = call(fit(folder_ / "bad.csv"));
   EXPECT_EQ(said.exit_code, 1);
-  EXPECT_THAT(said.text, AllOf(HasSubstr("refused:"), HasSubstr("advice:      measure node '2' again"),
+  EXPECT_THAT(said.text, AllOf(HasSubstr("refused:"), HasSubstr("; the nearest: v_groove_block, but nodes '"),
+                               HasSubstr("advice:      measure node '2' again: without it the others fit"),
                                Not(HasSubstr("guard:"))));
 }
 
@@ -150,10 +152,33 @@ TEST_F(Commands, ALibraryWithoutThePartAndArgumentsThatCannotBeUsedAreNamed) {
 }
 
 // The unit of the range mistaken: metres where the column says millimetres.
+// Tries workspace_survey: out of the head's range
 TEST_F(Commands, ARangeInTheWrongUnitIsOutsideOfTheHeadsRange) {
   const auto file = write("metres.csv", "face,part,node,range_mm,pan_deg,tilt_deg\nA,whole,1,3.6,0,45\n");
   EXPECT_THAT(refusal([&] { call(fit(file)); }),
               AllOf(HasSubstr("metres.csv:2"), HasSubstr("range 0.0036 m; allowed: 0.5 to 10 m")));
+}
+
+// Tries workspace_survey: two nodes on one spot … too few
+TEST_F(Commands, CornersThatMakeNoFaceAreRefusedByName) {
+  const auto rows = read_measurements(source("deploy/parts/measurements/wedge.csv"));
+  ASSERT_TRUE(rows[0].reading && rows[1].reading);
+  const auto line = [](const survey::Targeting& row, const std::string& node) {
+    std::ostringstream out;
+    out.precision(12);
+    out << row.face << ",whole," << node << ',' << 1e3 * row.reading->range_m << ','
+        << row.reading->pan_rad / core::kRadPerDegree << ',' << row.reading->tilt_rad / core::kRadPerDegree
+        << '\n';
+    return out.str();
+  };
+  const std::string head = "face,part,node,range_mm,pan_deg,tilt_deg\n", first = line(rows[0], "1"),
+                    second = line(rows[1], "2");
+  const Said one_spot = call(fit(write("spot.csv", head + first + second + line(rows[0], "3"))));
+  EXPECT_EQ(one_spot.exit_code, 1);
+  EXPECT_THAT(one_spot.text, HasSubstr("nodes '1' and '3' are on one spot"));
+  const Said too_few = call(fit(write("few.csv", head + first + second)));
+  EXPECT_EQ(too_few.exit_code, 1);
+  EXPECT_THAT(too_few.text, HasSubstr("has 2 corners; allowed: at least 3"));
 }
 
 TEST_F(Commands, AssistLeadsThroughPracticeToAPose) {

@@ -66,6 +66,7 @@ TEST_F(LibraryTest, AnObjectsTextIsReadAsTheObjectItself) {
   }
 }
 
+// Tries workspace_survey: a mesh too large to travel
 TEST_F(LibraryTest, AMeshTooLargeToTravelIsRefusedWithWhatToDo) {
   LibraryPart vice = shipped_library().parts[find_part(shipped_library(), "vice")];
   vice.cell_mesh.clear();

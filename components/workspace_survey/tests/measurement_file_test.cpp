@@ -43,6 +43,8 @@ TEST(MeasurementFile, WhatIsWrittenIsReadAgain) {
   EXPECT_EQ(read[1].node, "1");
 }
 
+// Tries workspace_survey: a range of 0; NaN
+// Tries workspace_survey: a column without unit; a line with a cell too few
 TEST(MeasurementFile, EachFaultIsNamedWithItsPlaceAndWhatIsAllowed) {
   EXPECT_THAT(said(""), HasSubstr("points.csv: holds no measurement"));
   EXPECT_THAT(said(kHead), HasSubstr("holds no measurement"));
