@@ -85,13 +85,17 @@ struct phantom_haptic_device {
   void look(core::Nanoseconds now_ns) {
     Wrench newest;
     if (!inbox.read(newest)) return;
-    if (newest.valid) {
+    if (is_for_us(newest)) {
       exerted = newest;
       fades_from_ns = 0;
     } else if (fades_from_ns == 0) {
       fades_from_ns = now_ns;
     }
     heard = newest;
+  }
+  /// A second device hears the wrench of the first, too: it is valid for whose state it answers.
+  bool is_for_us(const Wrench& wrench) const {
+    return wrench.valid && wrench.device_echo.session == participant.session();
   }
   /// Share of the last valid wrench that is left.
   double share(core::Nanoseconds now_ns) const {
@@ -147,7 +151,7 @@ void phantom_haptic_device_receive(phantom_haptic_device* device, phantom_haptic
   const double age_s = any ? core::seconds(now_ns - heard.received_ns) : -1.0;
   const core::Nanoseconds measured_ns =
       any ? core::answered_ns(heard.device_echo, device->participant.session(), heard.received_ns) : 0;
-  const bool valid = any && heard.valid && age_s <= heard.time_to_live_s;
+  const bool valid = any && device->is_for_us(heard) && age_s <= heard.time_to_live_s;
   wrench->valid = valid ? 1 : 0;
   wrench->leads = valid && heard.leads ? 1 : 0;
   wrench->age_s = age_s;

@@ -38,6 +38,7 @@ void write_topology(const std::filesystem::path& folder, const std::string& name
   std::string topology = read_text(source / "deploy/topologies" / (name + ".yaml"));
   topology = replaced(topology, "../qos/", (source / "deploy/qos/").string());
   topology = replaced(topology, "../cells/", (source / "deploy/cells/").string());
+  topology = all_replaced(topology, "../cartesian/", (source / "deploy/cartesian/").string());
   topology = all_replaced(topology, "../can/", folder.string() + "/");
   topology = replaced(topology, "component: synthetic_viewer,",
                       "component: synthetic_viewer, arguments: [\"--config\", \"" +

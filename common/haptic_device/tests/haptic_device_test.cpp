@@ -68,6 +68,7 @@ class HapticDeviceLibrary : public testing::Test {
     {
       const std::lock_guard lock(mutex_);
       if (state_) wrench.device_echo(dds::echo_of(dds::id_of(state_->stamp())));
+      if (follows_another_) wrench.device_echo().session(wrench.device_echo().session() + 1);
     }
     sent_ = dds::id_of(wrench.stamp());
     wrenches_.write(wrench);
@@ -93,6 +94,7 @@ class HapticDeviceLibrary : public testing::Test {
   std::mutex mutex_;
   std::optional<msg::HapticDevice> state_;
   int count_ = 0;
+  bool follows_another_ = false;
   core::SampleId sent_;
   std::optional<dds::Reader<msg::HapticDevice>> states_;
   phantom_haptic_device* device_ = nullptr;
@@ -160,6 +162,18 @@ TEST_F(HapticDeviceLibrary, AWrenchThatIsNoLongerValidFadesToo) {
     return wrench.force_N[0] == 0.0 && wrench.valid == 0;
   }));
   EXPECT_TRUE(between);
+}
+
+TEST_F(HapticDeviceLibrary, AWrenchForAnotherDeviceIsNotExerted) {
+  ASSERT_TRUE(meets());
+  send_wrench(10.0);
+  ASSERT_TRUE(test::eventually([&] { return receive().force_N[0] == 10.0; }));
+  follows_another_ = true;
+  EXPECT_TRUE(test::eventually([&] {
+    send_wrench(10.0);
+    const phantom_haptic_wrench wrench = receive();
+    return wrench.force_N[0] == 0.0 && wrench.valid == 0 && wrench.leads == 0;
+  }));
 }
 
 TEST_F(HapticDeviceLibrary, AStateThatCannotBeIsRefusedAndNotSent) {
