@@ -171,8 +171,10 @@ int run_drives(const runtime::CellConfig& cell, const ArmModel& model, const Con
     adapter.publish_health({core::ComponentState::kStarting, "waiting: " + missing, {}, {}});
   });
   if (buses.empty()) return runtime::kExitDone;
+  can::DriveGroupConfig planned = config.can->group;
+  if (config.can->gripper) planned.axes.push_back(*config.can->gripper);
   for (std::size_t b = 0; b < buses.size(); ++b) {
-    const can::BusLoad load = can::bus_load(config.can->group, b);
+    const can::BusLoad load = can::bus_load(planned, b);
     spdlog::info("{}: {:.0f} % of {:.0f} kbit/s planned at worst, {} frames in each cycle of {:.1f} ms",
                  config.can->addresses[b], 100.0 * load.share, config.can->group.bit_rates[b] * 1e-3,
                  load.frames_per_cycle, config.period_s * 1e3);

@@ -3,8 +3,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <csignal>
 #include <fstream>
+#include <memory>
 #include <mutex>
 
 #include "common/dds/endpoint.hpp"
@@ -57,8 +59,8 @@ class GripperExample : public testing::Test {
   LinkState arm_ = LinkState::kInit;
   dds::Participant observer_{"observer",
                              {.domain = domain_,
-                              .interfaces = {"127.0.0.1"},
-                              .qos_profiles = PHANTOM_SOURCE_DIR "/deploy/qos/phantom.xml"}};
+                              .qos_profiles = PHANTOM_SOURCE_DIR "/deploy/qos/phantom.xml",
+                              .interfaces = {"127.0.0.1"}}};
   dds::Reader<msg::GripperState> grippers_{observer_, dds::kGripperState,
                                            [this](const msg::GripperState& message, const dds::SampleInfo&) {
                                              const auto state = messages::from_idl(message);

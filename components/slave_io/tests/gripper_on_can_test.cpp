@@ -275,6 +275,12 @@ TEST(CanGripper, TheArmsDrivesGetTheSameSyncsAndTargets) {
   Bench bench;
   auto port = bench.rig.buses[1]->connect("onlooker");
   bench.grip();
+  const auto irregular = [&] {
+    std::uint64_t sum = 0;
+    for (const auto& drive : bench.arm->drives().drives) sum += drive.missed + drive.surplus;
+    return sum;
+  };
+  const std::uint64_t at_start = irregular();
   const auto counts = frames_of(*port, bench, 1.0);
   const int cycles = static_cast<int>(std::lround(1.0 / bench.config.period_s));
   EXPECT_NEAR(counts.at(can::kCobSync), cycles, 1);
@@ -283,9 +289,7 @@ TEST(CanGripper, TheArmsDrivesGetTheSameSyncsAndTargets) {
     EXPECT_NEAR(counts.at(can::kCobRpdo1 + node), cycles, 1) << node;
     EXPECT_NEAR(counts.at(can::kCobTpdo1 + node), cycles, 1) << node;
   }
-  std::uint64_t missed = 0, surplus = 0;
-  for (const auto& drive : bench.arm->drives().drives) missed += drive.missed, surplus += drive.surplus;
-  EXPECT_EQ(missed + surplus, 0U);
+  EXPECT_EQ(irregular(), at_start) << "every SYNC answered, once";
 }
 
 TEST(CanGripper, TickDoesNotAllocate) {
