@@ -20,7 +20,8 @@ constexpr std::array<CommandRule, kCommandKinds> kRules{
      {"mark", false, false, false, 0, 0, false},
      {"home", false, true, false, 0, 0, false},
      {"gripper_width", false, true, true, 0, 1, false},
-     {"gripper_force", false, true, true, 0, 10000, false}}};
+     {"gripper_force", false, true, true, 0, 10000, false},
+     {"tare_force_sensor", false, true, false, 0, 0, false}}};
 constexpr CommandRule kUnknown{"unknown", true, false, false, 0, 0, false};
 
 }  // namespace

@@ -22,8 +22,9 @@ enum class CommandKind : std::uint32_t {
   kHome,
   kGripperWidth,
   kGripperForce,
+  kTareForceSensor,
 };
-inline constexpr std::uint32_t kCommandKinds = 12;
+inline constexpr std::uint32_t kCommandKinds = 13;
 
 /// Name of a kind of command, who answers it, and which values it takes.
 struct CommandRule {

@@ -63,6 +63,8 @@ const TopicSpec<msg::SensingCommand> kSensingCommand{
     {"sensing_command", "phantom::msg::SensingCommand", kEvent, &make_type<msg::SensingCommandPubSubType>}};
 const TopicSpec<msg::SensingReply> kSensingReply{
     {"sensing_reply", "phantom::msg::SensingReply", kEvent, &make_type<msg::SensingReplyPubSubType>}};
+const TopicSpec<msg::WristWrench> kWristWrench{
+    {"wrist_wrench", "phantom::msg::WristWrench", periodic(20, 200), &make_type<msg::WristWrenchPubSubType>}};
 const TopicSpec<msg::OperatorCommand> kOperatorCommand{{"operator_command", "phantom::msg::OperatorCommand",
                                                         kEvent, &make_type<msg::OperatorCommandPubSubType>}};
 const TopicSpec<msg::OperatorCommand> kRecordingRequest{{"recording_request", "phantom::msg::OperatorCommand",
@@ -98,11 +100,11 @@ const TopicSpec<msg::ComponentStatus> kComponentStatus{{"component_status", "pha
 
 std::span<const TopicDescription* const> all_topics() {
   static const TopicDescription* const topics[] = {
-      &kMasterState,        &kSlaveState,       &kGripperState,     &kDragField,       &kPercept,
-      &kInterestPoints,     &kSkinPercept,      &kHitAlert,         &kSensingCommand,  &kSensingReply,
-      &kOperatorCommand,    &kRecordingRequest, &kOperatorReply,    &kViewPose,        &kHapticDevice,
-      &kHapticDeviceWrench, &kWorkspaceBrick,   &kWorkspaceVersion, &kWorkspaceObject, &kMeshChunk,
-      &kWorkspaceCommand,   &kWorkspaceReply,   &kComponentStatus};
+      &kMasterState,     &kSlaveState,         &kGripperState,   &kDragField,        &kPercept,
+      &kInterestPoints,  &kSkinPercept,        &kHitAlert,       &kSensingCommand,   &kSensingReply,
+      &kOperatorCommand, &kRecordingRequest,   &kOperatorReply,  &kWristWrench,      &kViewPose,
+      &kHapticDevice,    &kHapticDeviceWrench, &kWorkspaceBrick, &kWorkspaceVersion, &kWorkspaceObject,
+      &kMeshChunk,       &kWorkspaceCommand,   &kWorkspaceReply, &kComponentStatus};
   return topics;
 }
 

@@ -54,6 +54,7 @@ extern const TopicSpec<msg::SensingReply> kSensingReply;              ///< on ev
 extern const TopicSpec<msg::OperatorCommand> kOperatorCommand;        ///< on events
 extern const TopicSpec<msg::OperatorCommand> kRecordingRequest;       ///< on request; kind MARK
 extern const TopicSpec<msg::OperatorReply> kOperatorReply;            ///< on events
+extern const TopicSpec<msg::WristWrench> kWristWrench;                ///< at the sensor's rate
 extern const TopicSpec<msg::ViewPose> kViewPose;                      ///< 10 Hz
 extern const TopicSpec<msg::HapticDevice> kHapticDevice;              ///< at its device's rate
 extern const TopicSpec<msg::HapticDeviceWrench> kHapticDeviceWrench;  ///< 1 kHz

@@ -132,7 +132,11 @@ class Encoder {
   void joints(const char*, core::JointArray& to, const core::JointArray& from, double = 0.0) { to = from; }
   void positions(const char*, core::JointArray& to, const core::JointArray& from) { to = from; }
   template <class From>
-  void place(const char*, msg::Vector3& to, const From& from) {
+  void place(const char* field, msg::Vector3& to, const From& from) {
+    vector(field, to, from, kFarthest_m);
+  }
+  template <class From>
+  void vector(const char*, msg::Vector3& to, const From& from, double) {
     to.x(from[0]);
     to.y(from[1]);
     to.z(from[2]);

@@ -75,6 +75,15 @@ struct GripperState : teleop::GripperStatus {
   double widest_m = 0.0, least_force_N = 0.0, greatest_force_N = 0.0;
 };
 
+/// Topic wrist_wrench: what a force/torque sensor at the arm's wrist measures, in its own frame.
+struct WristWrench {
+  core::SampleId stamp;
+  bool valid = false;  ///< the sensor vouches for it
+  Vector3 force_N{}, torque_Nm{};
+
+  friend bool operator==(const WristWrench&, const WristWrench&) = default;
+};
+
 /// Topic operator_command: a command from a person or a script to the running system.
 struct OperatorCommand {
   core::SampleId stamp;  ///< identifies the command, also when it is sent again

@@ -9,6 +9,8 @@ namespace {
 using teleop::LinkState;
 using teleop::StopCause;
 
+constexpr double kGreatestForce = 1e6;  // N or N·m
+
 /// The fields that both sides' states have.
 constexpr auto kSide = [](auto& codec, auto& m, auto& s) {
   codec.stamp(m.stamp(), s.stamp);
@@ -75,6 +77,13 @@ constexpr auto kMasterState = [](auto& codec, auto& m, auto& s) {
   codec.number("round_trip_s", m.round_trip_s(), s.round_trip_s);
 };
 
+constexpr auto kWristWrench = [](auto& codec, auto& m, auto& s) {
+  codec.stamp(m.stamp(), s.stamp);
+  codec.any(m.valid(), s.valid);
+  codec.vector("force_N", m.force_N(), s.force_N, kGreatestForce);
+  codec.vector("torque_Nm", m.torque_Nm(), s.torque_Nm, kGreatestForce);
+};
+
 constexpr auto kViewPose = [](auto& codec, auto& m, auto& s) {
   codec.stamp(m.stamp(), s.stamp);
   codec.enumeration("view", m.view(), s.hit_zone, true);
@@ -86,7 +95,7 @@ constexpr auto kViewPose = [](auto& codec, auto& m, auto& s) {
 
 constexpr auto kOperatorCommand = [](auto& codec, auto& m, auto& s) {
   codec.stamp(m.stamp(), s.stamp);
-  codec.enumeration("kind", m.kind(), s.kind, core::CommandKind::kGripperForce);
+  codec.enumeration("kind", m.kind(), s.kind, core::CommandKind::kTareForceSensor);
   codec.any(m.value(), s.value);
   codec.any(m.joint(), s.joint);
   codec.any(m.master_stop(), s.master_stop);
@@ -98,7 +107,7 @@ constexpr auto kOperatorReply = [](auto& codec, auto& m, auto& s) {
   codec.stamp(m.stamp(), s.stamp);
   codec.echo(m.command(), s.command);
   codec.any(m.component_name(), s.component);
-  codec.enumeration("kind", m.kind(), s.kind, core::CommandKind::kGripperForce);
+  codec.enumeration("kind", m.kind(), s.kind, core::CommandKind::kTareForceSensor);
   codec.any(m.done(), s.done);
   codec.any(m.message(), s.message);
 };
@@ -138,6 +147,9 @@ core::Expected<MasterState> from_idl(const msg::MasterState& message, const ArmB
 core::Expected<GripperState> from_idl(const msg::GripperState& message, const ArmBounds& arm) {
   return decoded<GripperState>(kGripperState, message, arm);
 }
+core::Expected<WristWrench> from_idl(const msg::WristWrench& message, const ArmBounds& arm) {
+  return decoded<WristWrench>(kWristWrench, message, arm);
+}
 core::Expected<ViewPose> from_idl(const msg::ViewPose& message, const ArmBounds& arm) {
   return decoded<ViewPose>(kViewPose, message, arm);
 }
@@ -146,6 +158,7 @@ msg::MasterState to_idl(const MasterState& state) { return encoded<msg::MasterSt
 msg::GripperState to_idl(const GripperState& state) {
   return encoded<msg::GripperState>(kGripperState, state);
 }
+msg::WristWrench to_idl(const WristWrench& wrench) { return encoded<msg::WristWrench>(kWristWrench, wrench); }
 msg::ViewPose to_idl(const ViewPose& view) { return encoded<msg::ViewPose>(kViewPose, view); }
 msg::OperatorCommand to_idl(const OperatorCommand& command) {
   return encoded<msg::OperatorCommand>(kOperatorCommand, command);

@@ -13,6 +13,7 @@ namespace phantom::messages {
 core::Expected<SlaveState> from_idl(const msg::SlaveState& message, const ArmBounds& arm = {});
 core::Expected<MasterState> from_idl(const msg::MasterState& message, const ArmBounds& arm = {});
 core::Expected<GripperState> from_idl(const msg::GripperState& message, const ArmBounds& arm = {});
+core::Expected<WristWrench> from_idl(const msg::WristWrench& message, const ArmBounds& arm = {});
 core::Expected<ViewPose> from_idl(const msg::ViewPose& message, const ArmBounds& arm = {});
 core::Expected<OperatorCommand> from_idl(const msg::OperatorCommand& message, const ArmBounds& arm = {});
 core::Expected<OperatorReply> from_idl(const msg::OperatorReply& message, const ArmBounds& arm = {});
@@ -23,6 +24,7 @@ core::Status read(const msg::OperatorCommand& message, OperatorCommand& command)
 msg::SlaveState to_idl(const SlaveState& state);
 msg::MasterState to_idl(const MasterState& state);
 msg::GripperState to_idl(const GripperState& state);
+msg::WristWrench to_idl(const WristWrench& wrench);
 msg::ViewPose to_idl(const ViewPose& view);
 msg::OperatorCommand to_idl(const OperatorCommand& command);
 msg::OperatorReply to_idl(const OperatorReply& reply);

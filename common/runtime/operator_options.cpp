@@ -89,6 +89,8 @@ void add_operator_options(Command command, core::OperatorRequest& request, bool 
   sub("home", "home the arm's drives whose encoders are not absolute, one after the other; any stop ends it",
       CommandKind::kHome);
   add_gripper(command, request);
+  sub("tare", "take what the arm's wrist sensor shows now as no force; the arm must rest and touch nothing",
+      CommandKind::kTareForceSensor);
   if (settings) add_settings(command, request);
   command.require_subcommand(1, 1);
 }

@@ -128,6 +128,7 @@ void set(msg::OperatorReply& s) {
   s.stamp(stamp()), s.command(echo()), s.component_name("slave_io"), s.kind(msg::CommandKind::COMMAND_RESET),
       s.done(true), s.message("Halt gelöst");
 }
+void set(msg::WristWrench& s) { s.stamp(stamp()), s.valid(true), s.force_N(vector()), s.torque_Nm(vector()); }
 void set(msg::ViewPose& s) {
   s.stamp(stamp()), s.view(msg::ViewKind::VIEW_HIT), s.node(count()), s.automatic(true), s.X_WC(pose()),
       s.look_at_m(vector());
@@ -203,14 +204,14 @@ std::pair<const std::string, Builder> entry(const dds::TopicSpec<T>& topic) {
 
 void with_sample(const dds::TopicDescription& topic, const std::function<void(void*)>& use) {
   static const std::map<std::string, Builder> builders{
-      entry(dds::kMasterState),      entry(dds::kSlaveState),      entry(dds::kDragField),
-      entry(dds::kGripperState),     entry(dds::kPercept),         entry(dds::kInterestPoints),
-      entry(dds::kSkinPercept),      entry(dds::kHitAlert),        entry(dds::kSensingCommand),
-      entry(dds::kSensingReply),     entry(dds::kOperatorCommand), entry(dds::kRecordingRequest),
-      entry(dds::kOperatorReply),    entry(dds::kViewPose),        entry(dds::kWorkspaceBrick),
-      entry(dds::kWorkspaceVersion), entry(dds::kHapticDevice),    entry(dds::kHapticDeviceWrench),
-      entry(dds::kWorkspaceObject),  entry(dds::kMeshChunk),       entry(dds::kWorkspaceCommand),
-      entry(dds::kWorkspaceReply),   entry(dds::kComponentStatus)};
+      entry(dds::kMasterState),        entry(dds::kSlaveState),       entry(dds::kDragField),
+      entry(dds::kGripperState),       entry(dds::kPercept),          entry(dds::kInterestPoints),
+      entry(dds::kSkinPercept),        entry(dds::kHitAlert),         entry(dds::kSensingCommand),
+      entry(dds::kSensingReply),       entry(dds::kOperatorCommand),  entry(dds::kRecordingRequest),
+      entry(dds::kOperatorReply),      entry(dds::kViewPose),         entry(dds::kWristWrench),
+      entry(dds::kWorkspaceBrick),     entry(dds::kWorkspaceVersion), entry(dds::kHapticDevice),
+      entry(dds::kHapticDeviceWrench), entry(dds::kWorkspaceObject),  entry(dds::kMeshChunk),
+      entry(dds::kWorkspaceCommand),   entry(dds::kWorkspaceReply),   entry(dds::kComponentStatus)};
   const auto builder = builders.find(topic.name);
   if (builder == builders.end())
     throw std::runtime_error(std::string(topic.name) + ": no sample of it here; add one to samples.cpp");

@@ -29,7 +29,8 @@ static_assert(same_number(CommandKind::kMark, msg::CommandKind::COMMAND_MARK));
 static_assert(same_number(CommandKind::kHome, msg::CommandKind::COMMAND_HOME));
 static_assert(same_number(CommandKind::kGripperWidth, msg::CommandKind::COMMAND_GRIPPER_WIDTH));
 static_assert(same_number(CommandKind::kGripperForce, msg::CommandKind::COMMAND_GRIPPER_FORCE));
-static_assert(core::kCommandKinds == static_cast<int>(msg::CommandKind::COMMAND_GRIPPER_FORCE) + 1);
+static_assert(same_number(CommandKind::kTareForceSensor, msg::CommandKind::COMMAND_TARE_FORCE_SENSOR));
+static_assert(core::kCommandKinds == static_cast<int>(msg::CommandKind::COMMAND_TARE_FORCE_SENSOR) + 1);
 static_assert(same_number(SensingRequest::kAllowContact, msg::SensingRequest::SENSING_ALLOW_CONTACT));
 static_assert(same_number(SensingRequest::kForbidContact, msg::SensingRequest::SENSING_FORBID_CONTACT));
 static_assert(same_number(SensingRequest::kSelfTest, msg::SensingRequest::SENSING_SELF_TEST));
@@ -88,8 +89,8 @@ TEST(OperatorCommandCodec, WhatCannotBeTrueIsRefused) {
   const Refusals<msg::OperatorCommand> refusal{to_idl(a_gain())};
   EXPECT_EQ(refusal([](auto&) {}), "");
   EXPECT_THAT(refusal([](auto& m) { m.stamp().sequence_number(0); }), HasSubstr("sequence_number"));
-  EXPECT_EQ(refusal([](auto& m) { m.kind(static_cast<msg::CommandKind>(12)); }),
-            "kind is 12; allowed: 0 to 11");
+  EXPECT_EQ(refusal([](auto& m) { m.kind(static_cast<msg::CommandKind>(core::kCommandKinds)); }),
+            "kind is 13; allowed: 0 to 12");
   EXPECT_EQ(refusal([](auto& m) { m.joint(16); }), "joint is 16; allowed: -1 (all) to 15");
   EXPECT_EQ(refusal([](auto& m) { m.joint(-2); }), "joint is -2; allowed: -1 (all) to 15");
   const auto value = [&](msg::CommandKind kind, double number) {
@@ -134,7 +135,8 @@ TEST(OperatorReplyCodec, ThereAndBackItIsTheSameAndWhatCannotBeTrueIsRefused) {
   expect_same_after_round_trip(reply);
   const Refusals<msg::OperatorReply> refusal{to_idl(reply)};
   EXPECT_THAT(refusal([](auto& m) { m.stamp().sequence_number(0); }), HasSubstr("sequence_number"));
-  EXPECT_THAT(refusal([](auto& m) { m.kind(static_cast<msg::CommandKind>(12)); }), HasSubstr("kind is 12"));
+  EXPECT_THAT(refusal([](auto& m) { m.kind(static_cast<msg::CommandKind>(core::kCommandKinds)); }),
+              HasSubstr("kind is 13"));
 }
 
 TEST(SensingCommandCodec, ThereAndBackItIsTheSame) {

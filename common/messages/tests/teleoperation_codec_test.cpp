@@ -233,6 +233,25 @@ TEST(GripperStateCodec, ThereAndBackItIsTheSameAndWhatCannotBeTrueIsRefused) {
   EXPECT_THAT(refusal([](auto& m) { m.stamp().sequence_number(0); }), HasSubstr("sequence_number"));
 }
 
+TEST(WristWrenchCodec, SR11_ThereAndBackItIsTheSameAndWhatIsNoWrenchIsRefused) {
+  const WristWrench wrench{
+      .stamp = {3, 4, 5}, .valid = true, .force_N = {1, -2, 3}, .torque_Nm = {-4, 5, 1e6}};
+  expect_same_after_round_trip(wrench);
+  const msg::WristWrench good = to_idl(wrench);
+  EXPECT_EQ(good.force_N().y(), -2.0);
+  EXPECT_EQ(good.torque_Nm().x(), -4.0);
+  const Refusals<msg::WristWrench> refusal{good};
+  for (const double bad : kNoNumbers) {
+    EXPECT_EQ(refusal([&](auto& m) { m.force_N().z(bad); }), "force_N is not finite");
+    EXPECT_EQ(refusal([&](auto& m) { m.torque_Nm().x(bad); }), "torque_Nm is not finite");
+  }
+  EXPECT_EQ(refusal([](auto& m) { m.force_N().x(-2e6); }), "force_N is -2e+06; allowed: -1e+06 to 1e+06");
+  EXPECT_THAT(refusal([](auto& m) { m.torque_Nm().y(2e6); }), HasSubstr("torque_Nm"));
+  EXPECT_THAT(refusal([](auto& m) { m.stamp().sequence_number(0); }), HasSubstr("sequence_number"));
+  const test::HeapGuard guard;
+  EXPECT_TRUE(from_idl(good).has_value());
+}
+
 TEST(ViewPoseCodec, ThereAndBackItIsTheSameAndWhatIsNoPoseIsRefused) {
   ViewPose view;
   view.stamp = {3, 4, 5};
