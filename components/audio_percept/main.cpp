@@ -10,6 +10,7 @@
 #include "components/audio_percept/dds_adapter.hpp"
 #include "components/audio_percept/device_keeper.hpp"
 #include "components/audio_percept/render.hpp"
+#include "components/audio_percept/spatialiser.hpp"
 
 namespace phantom::audio_percept {
 namespace {
@@ -148,9 +149,11 @@ int main(int argc, char** argv) {
         std::in_place);  // a sound server that does not answer can block
     dds::check_qos_profiles(deployment.network.qos_profiles);
     auto sink = open_sink(config);
-    if (options.check)
+    if (options.check) {
+      const Spatialiser renders(config.layout, config.listener.near_m);
       return runtime::configuration_is_valid("; sound would go to: " + std::string(sink.name()) +
                                              (sink.notice.empty() ? "" : " (" + sink.notice + ")"));
+    }
     starting.reset();
     run_session(config, deployment.network, std::move(sink), options.report_dir);
     return static_cast<int>(runtime::kExitDone);

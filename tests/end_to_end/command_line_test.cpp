@@ -8,6 +8,7 @@
 #include <fstream>
 
 #include "tests/support/child_process.hpp"
+#include "tests/support/own_domain.hpp"
 
 namespace phantom::end_to_end {
 namespace {
@@ -154,6 +155,8 @@ TEST_F(OwnEntry, NamesItsParameters) {
   EXPECT_THAT(simulated.output, HasSubstr("does not say simulation: true"));
 }
 
+// Tries slave_io: `driver: sim`
+// Tries master_io: `driver: sim`
 TEST_F(OwnEntry, NothingIsSimulatedUnlessItSaysSo) {
   for (const char* arm : {"slave_io", "master_io"}) {
     const std::string meant = std::string("{component: ") + arm + ", simulation: true}";
@@ -162,6 +165,8 @@ TEST_F(OwnEntry, NothingIsSimulatedUnlessItSaysSo) {
     EXPECT_EQ(result.exit_code, 2) << result.output;
     EXPECT_THAT(result.output, AllOf(HasSubstr("driver: sim, but "), HasSubstr("topology.yaml:"),
                                      HasSubstr("does not say simulation: true")));
+    EXPECT_EQ(run(arm, "--deployment " + topology(meant, std::string("{component: ") + arm + "}")).exit_code,
+              2);
   }
 }
 
@@ -211,13 +216,16 @@ class BrokenCell : public testing::Test {
   const std::filesystem::path folder_ = test::new_folder();
 };
 
+// Tries wva_server: a mesh is missing
 TEST_F(BrokenCell, AMissingMesh) {
   std::filesystem::remove(folder_ / "cells/hot_cell/meshes/vice.stl");
   const test::Said result = check("wva_server");
   EXPECT_EQ(result.exit_code, 3);
-  EXPECT_THAT(result.output, AllOf(HasSubstr("cell.yaml:"), HasSubstr("vice.stl")));
+  EXPECT_THAT(result.output,
+              AllOf(HasSubstr("cell.yaml:"), HasSubstr("objects[1].mesh"), HasSubstr("vice.stl")));
 }
 
+// Tries wva_server: garbage
 TEST_F(BrokenCell, AMeshOfGarbage) {
   std::ofstream(folder_ / "cells/hot_cell/meshes/vice.stl") << "this is no mesh";
   const test::Said result = check("wva_server");
@@ -232,6 +240,14 @@ TEST_F(BrokenCell, AWrongUnit) {
   EXPECT_THAT(result.output, AllOf(HasSubstr("voxel_size_m"), HasSubstr("allowed: 0.0001 to 1 m")));
 }
 
+// Tries synthetic_viewer: a link mesh is missing
+TEST_F(BrokenCell, AMissingMeshOfALink) {
+  std::filesystem::remove(folder_ / "cells/hot_cell/arm/meshes/forearm.stl");
+  const test::Said result = check("synthetic_viewer");
+  EXPECT_EQ(result.exit_code, 3);
+  EXPECT_THAT(result.output, HasSubstr("forearm.stl"));
+}
+
 TEST_F(BrokenCell, AJointCountThatDoesNotMatch) {
   replace_in_cell("home: [", "home: [0.0, ");
   for (const char* executable : {"slave_io", "phantom_sensing", "master_io"}) {
@@ -239,6 +255,25 @@ TEST_F(BrokenCell, AJointCountThatDoesNotMatch) {
     EXPECT_EQ(result.exit_code, 2) << executable;
     EXPECT_THAT(result.output, AllOf(HasSubstr("home"), HasSubstr("8"), HasSubstr("7"))) << executable;
   }
+}
+
+// Tries audio_percept: layout that OpenAL cannot render
+TEST_F(Files, ASoundThatOpenAlCannotRenderIsNamed) {
+  const std::string shipped = PHANTOM_SOURCE_DIR "/components/audio_percept/audio_percept.yaml";
+  const std::string text = test::text_of(shipped);
+  const auto channels = text.find("channels: ") + 10;
+  const std::string layout = text.substr(channels, text.find(' ', channels) - channels);
+  const std::string with_hrtf =
+      file("hrtf.yaml", test::replaced(text, "channels: " + layout, "channels: hrtf"));
+  const std::string alsoft = file("alsoft.conf", "[general]\nhrtf-paths=" + folder_.string() + "\n");
+  const auto checked = [&](const std::string& parameters) {
+    return test::run_line("ALSOFT_CONF=" + alsoft + " " PHANTOM_BIN_DIR "/audio_percept --check --config " +
+                          parameters);
+  };
+  EXPECT_EQ(checked(shipped).exit_code, 0) << "no data are needed for " << layout;
+  const test::Said result = checked(with_hrtf);
+  EXPECT_EQ(result.exit_code, 3) << result.output;
+  EXPECT_THAT(result.output, AllOf(HasSubstr("output.channels: hrtf"), HasSubstr("libopenal-data")));
 }
 
 class SessionArguments : public testing::Test {
@@ -257,6 +292,7 @@ class SessionArguments : public testing::Test {
   }
 };
 
+// Tries phantom_session: a component refuses its arguments
 TEST_F(SessionArguments, ALawOrOperatorThatThereIsNotEndsWithTwoBeforeAnythingStarts) {
   const test::Said law = refused("--law q");
   EXPECT_EQ(law.exit_code, 2);
@@ -267,6 +303,27 @@ TEST_F(SessionArguments, ALawOrOperatorThatThereIsNotEndsWithTwoBeforeAnythingSt
   EXPECT_EQ(refused("--driver steam").exit_code, 2);
 }
 
+// Tries phantom_session: a component is not ready
+TEST_F(Files, ASessionNamesWhoIsNotReadyAndEndsWithOne) {
+  const std::string patience =
+      test::replaced(test::text_of(PHANTOM_SOURCE_DIR "/components/phantom_session/phantom_session.yaml"),
+                     "ready_timeout_s: 120", "ready_timeout_s: 2");
+  std::string without;  // slave_io alone, whose drives' buses nobody serves
+  for (const char* name : {"wva_server", "phantom_sensing", "master_io", "audio_percept", "synthetic_viewer",
+                           "drives_a", "drives_b"})
+    without += std::string(" --without ") + name;
+  const test::Said result =
+      test::run_line("XDG_STATE_HOME=" + folder_.string() +
+                     " " PHANTOM_BIN_DIR "/phantom_session --deployment " PHANTOM_SOURCE_DIR
+                     "/deploy/topologies/can_drives.yaml --config " +
+                     file("session.yaml", patience) + " --domain " + std::to_string(test::own_domain()) +
+                     " --report-dir " + (folder_ / "report").string() + without);
+  EXPECT_EQ(result.exit_code, 1) << result.output;
+  EXPECT_THAT(result.output, HasSubstr("Not ready after 2 s: slave_io"));
+}
+
+// Tries master_io: `driver: desk`, and no device
+// Tries phantom_session: a device or file that it needs
 TEST_F(SessionArguments, AMissingGamepadEndsWithThreeBeforeAnythingStarts) {
   if (std::filesystem::exists("/dev/input")) GTEST_SKIP() << "this machine may have a gamepad";
   const test::Said result = refused("--driver desk");

@@ -48,6 +48,7 @@ struct KeeperRig {
   }
 };
 
+// Tries audio_percept: no playback device
 TEST(DeviceKeeper, FindsADeviceThatAppearsLater) {
   KeeperRig rig(false);
   rig.run(6.0);
@@ -64,6 +65,7 @@ TEST(DeviceKeeper, FindsADeviceThatAppearsLater) {
   EXPECT_EQ(rig.attempts, 2) << "what is there is not looked for";
 }
 
+// Tries audio_percept: the device goes away
 TEST(DeviceKeeper, GoesOnWithoutADeviceThatGoesAndComesBackToIt) {
   KeeperRig rig(true);
   rig.run(1.0);

@@ -56,6 +56,24 @@ TEST(Engine, WritesWhatTheDeviceWantsAndRecordsTheSame) {
   EXPECT_GT(*std::max_element(heard.begin(), heard.end()), 1000);
 }
 
+// Tries audio_percept: the disk is slow
+TEST(Engine, ARecordingThatNobodyWritesCountsWhatItLosesAndTheSoundGoesOn) {
+  std::vector<std::int16_t> heard;
+  Inbox inbox;
+  SampleRing ring(4 * kPeriodFrames);
+  Engine engine(test_config(), std::make_unique<ScriptedDevice>(&heard), inbox, &ring);
+  for (int i = 0; i < 100; ++i) {
+    inbox.percept.write(sensed((1000 + 5 * i) * core::kNsPerMillisecond));
+    engine.turn(kPeriod_s, (1001 + 5 * i) * core::kNsPerMillisecond);
+  }
+  EXPECT_EQ(heard.size(), 100 * kPeriodFrames);
+  std::vector<std::int16_t> kept(heard.size());
+  kept.resize(ring.pop(kept));
+  EXPECT_EQ(ring.dropped(), heard.size() - kept.size());
+  EXPECT_GT(ring.dropped(), 0U);
+  EXPECT_TRUE(std::equal(kept.begin(), kept.end(), heard.begin()));
+}
+
 TEST(Engine, LatencyIsTheWaitForTheTurnTheQueueAheadAndTheDevice) {
   std::vector<std::int16_t> heard;
   Inbox inbox;
@@ -139,16 +157,21 @@ TEST(Engine, ATurnUsesNoHeap) {
   }
 }
 
+// Tries audio_percept: no percept yet
+// Tries audio_percept: percept stale
+// Tries audio_percept: emergency stop … drives in fault
+// Tries audio_percept: the device goes away
 TEST(Health, SaysWhatTheOperatorMustKnow) {
   using percept::Alarm;
   EngineFigures figures;
-  EXPECT_EQ(health_of(figures, {}, "x").state, core::ComponentState::kReady);
+  EXPECT_EQ(health_of(figures, {}, "x").state, core::ComponentState::kReady) << "no percept yet";
   figures.situation = Situation::kSounding;
   EXPECT_EQ(health_of(figures, {}, "x").state, core::ComponentState::kRunning);
   figures.device_lost = true;
   EXPECT_EQ(health_of(figures, {}, "x").state, core::ComponentState::kDegraded);
   EXPECT_THAT(health_of(figures, {}, "x").message, testing::HasSubstr("device"));
   figures = {.situation = Situation::kStale};
+  EXPECT_EQ(health_of(figures, {}, "x").state, core::ComponentState::kDegraded);
   EXPECT_THAT(health_of(figures, {}, "x").message, testing::HasSubstr("stale"));
   for (const auto& [alarm, words] : {std::pair{Alarm::kEmergencyStop, "emergency stop"},
                                      {Alarm::kDriveFault, "drives in fault"},

@@ -117,6 +117,7 @@ TEST(PacedSink, AStalledHostIsCaughtUpWithButNotWithoutEnd) {
   EXPECT_EQ(sink.periods_due(3600.0), 1000);
 }
 
+// Tries audio_percept: no playback device
 TEST(OpenSink, SaysWhyThereIsNoLiveOne) {
   AudioPerceptConfig config = test_config();
   config.sink = SinkChoice::kAuto;
@@ -127,6 +128,7 @@ TEST(OpenSink, SaysWhyThereIsNoLiveOne) {
   EXPECT_THAT(opened.name(), testing::HasSubstr("without a device"));
 }
 
+// Tries audio_percept: `output.sink: live`
 TEST(OpenSink, ALiveOneThatIsRequiredAndMissingIsAnError) {
   AudioPerceptConfig config = test_config();
   config.sink = SinkChoice::kLive;

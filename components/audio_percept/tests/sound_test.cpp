@@ -167,6 +167,7 @@ TEST(Sound, NothingThatComesMakesItClick) {
   }
 }
 
+// Tries audio_percept: no viewer
 TEST(Sound, ThePerceptMovesWithItsPlaceAndWithTheView) {
   AudioPerceptConfig config = test_config(Layout::kStereo);
   config.listener.view = percept::ViewNode::kSouth;  // x is right
@@ -187,6 +188,7 @@ TEST(Sound, ThePerceptMovesWithItsPlaceAndWithTheView) {
 
 // What is seen and what is heard face alike, whoever chose the view; a viewer that fell silent does not
 // count.
+// Tries audio_percept: it falls silent
 TEST(Sound, ThePerceptMovesWithTheViewThatTheViewerTells) {
   AudioPerceptConfig config = test_config(Layout::kStereo);
   config.listener.view = percept::ViewNode::kSouth;  // x is right
@@ -222,6 +224,7 @@ TEST(Sound, ThePerceptMovesWithTheViewThatTheViewerTells) {
   EXPECT_LT(deaf.percept.source_position()[0], 0.0);
 }
 
+// Tries audio_percept: not valid any more
 TEST(Sound, EndsWithinATenthOfASecondAfterThePerceptIsStale) {
   SoundRig rig;
   rig.sense(0.6, 0.2, 60);
