@@ -9,6 +9,7 @@
 
 #include "common/dds/endpoint.hpp"
 #include "tests/processes/running_process.hpp"
+#include "tests/support/child_process.hpp"
 #include "tests/support/eventually.hpp"
 #include "tests/support/files.hpp"
 #include "tests/support/own_domain.hpp"
@@ -88,6 +89,18 @@ TEST_F(FullStderr, AnErrorEndsAProcessInTimeToo) {
                        folder_);
   EXPECT_TRUE(eventually([&] { return !slave.running(); })) << "it waits for a reader of its error";
   EXPECT_EQ(slave.exit_code(), 3);
+}
+
+// Tries dds_spy: the reader of its output goes away
+TEST_F(FullStderr, ASpyWhoseOutputNobodyReadsAnyMoreEnds) {
+  RunningProcess slave("slave_io", options(nobody_reads_.writer()), folder_);
+  const auto code = folder_ / "code";
+  const test::Said said =
+      test::run_line("{ timeout 300 " PHANTOM_BIN_DIR "/dds_spy echo slave_state --deployment " +
+                     write_topology(folder_).string() + " --domain " + std::to_string(network_.domain) +
+                     "; echo $? > " + code.string() + "; } | head -n 1");
+  EXPECT_THAT(said.output, testing::HasSubstr("slave_state"));
+  EXPECT_NE(test::text_of(code), "124\n") << "it was ended by its time limit";
 }
 
 TEST_F(FullStderr, WhereSomebodyReadsTheReasonOfTheEndIsTheLastLine) {

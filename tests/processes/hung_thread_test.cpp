@@ -105,6 +105,8 @@ class HungThread : public testing::TestWithParam<Case> {
   RunningProcess process_;
 };
 
+// Tries synthetic_viewer: the page's reading thread hangs
+// Tries master_io: the servo does not run for a second; the publisher
 TEST_P(HungThread, IsSeenInTheStatusAndStarvesTheServiceManagersWatchdogUntilItRunsAgain) {
   using testing::Each;
   using testing::HasSubstr;

@@ -48,6 +48,7 @@ class Sigterm : public testing::TestWithParam<Executable> {
   std::filesystem::path folder_ = test::new_folder();
 };
 
+// Tries wva_server: a stop is requested while activating
 TEST_P(Sigterm, EndsItWithinASecondWheneverItComes) {
   double worst_s = 0.0, worst_wall_s = 0.0;
   int tried = 0;

@@ -130,6 +130,7 @@ struct BadPayload {
 
 class DecodeBad : public testing::TestWithParam<BadPayload> {};
 
+// Tries dds_spy: of another version of the type
 TEST_P(DecodeBad, IsRefusedWithItsPlaceAndReason) {
   const auto type =
       structure("m::Bad", {{"flag", of(Kind::kBoolean)},

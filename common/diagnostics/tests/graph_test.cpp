@@ -48,6 +48,7 @@ TEST(Graph, AParticipantGoesWithItsEndpoints) {
   EXPECT_TRUE(graph.endpoints().empty());
 }
 
+// Tries dds_spy: with different types
 TEST(Graph, OnlyEndsOfOneTopicCanDisagree) {
   Graph graph;
   graph.put(end(1, 2, true, "a"));
@@ -82,6 +83,7 @@ TEST(Graph, CellsThatArePartitionedDoNotDisagreeButALonelyEndDoes) {
   }
 }
 
+// Tries dds_spy: with different keys
 TEST(Graph, AKeyAtOneEndOnlyIsADisagreement) {
   auto reader = end(2, 2, false, "a");
   reader.keyed = true;

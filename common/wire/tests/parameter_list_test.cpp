@@ -134,6 +134,7 @@ TEST(ParameterList, ChecksContentFilters) {
   EXPECT_EQ(of(Pid::kContentFilter, Octets().raw(filter.bytes).u32(2).text("5")), Fault::kParameter);
 }
 
+// Tries dds_spy: a participant that announces a type object
 TEST(ParameterList, HidesTypeDescriptionsFromFastDds) {
   for (const Pid pid : {Pid::kTypeIdV1, Pid::kTypeObjectV1, Pid::kTypeInformation}) {
     const Checked checked = check(Octets().parameter(pid, Octets().u32(0xdeadbeef)).sentinel());

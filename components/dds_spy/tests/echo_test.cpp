@@ -38,6 +38,7 @@ TEST(Echo, ShowsASampleAsTextAndAsJson) {
             "\"received_utc_ns\":0,\"source_utc_ns\":0,\"size\":12,\"sample\":{\"x\":0.5}}\n");
 }
 
+// Tries dds_spy: a payload that is cut … the type
 TEST(Echo, ShowsOctetsOfWhatItCannotDecode) {
   ReceivedSample foreign = note(1), broken = note(1);
   foreign.content.reset();

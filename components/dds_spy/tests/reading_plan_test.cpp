@@ -94,6 +94,7 @@ TEST(ReadingPlan, EveryWriterMatchesItsReader) {
   }
 }
 
+// Tries dds_spy: with different types
 TEST(ReadingPlan, AWriterOfAnotherTypeDoesNotWeakenIt) {
   const EndpointInfo one = writer();
   EndpointInfo other = writer();

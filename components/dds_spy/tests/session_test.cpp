@@ -219,6 +219,7 @@ TEST(Spy, MeasuresAForeignTypeAndShowsItsOctets) {
   EXPECT_GT(stream["rate_hz"], 1.0);
 }
 
+// Tries dds_spy: a payload that is cut; garbage
 TEST(Spy, GarbageUnderAProjectTypeIsSaidInWords) {
   dds::Participant there("broken", dds::test_network());
   observation::PayloadWriter writer(there, {dds::kPercept.name, dds::kPercept.type_name, false}, {}, 1);
@@ -275,6 +276,7 @@ TEST(Session, TypesAreFoundByTypeByItsShortNameAndByTopic) {
   EXPECT_THROW(types({"Prcept"}), core::ConfigError);
 }
 
+// Tries dds_spy: nobody in the domain
 TEST(Spy, SaysThatNobodyIsThere) {
   std::ostringstream out;
   const Request request{.command = Command::kTopology, .seconds = 0.2};
@@ -282,6 +284,7 @@ TEST(Spy, SaysThatNobodyIsThere) {
   EXPECT_THAT(out.str(), HasSubstr("0 participants"));
 }
 
+// Tries dds_spy: nothing on the topics asked for
 TEST(Spy, NamesTheTopicsThatThereAreWhereNoneIsCalledAsAskedFor) {
   dds::Participant there("slave_io", dds::test_network());
   SlaveWriter writer(there);
@@ -302,6 +305,7 @@ TEST(Spy, NamesTheTopicsThatThereAreWhereNoneIsCalledAsAskedFor) {
   EXPECT_EQ(code, runtime::kExitMissing);
 }
 
+// Tries dds_spy: a writer with weaker QoS joins
 TEST(Spy, FollowsAWriterWithWeakerQosThatComesLater) {
   dds::Participant there("slave_io", dds::test_network()), other("acme", dds::test_network());
   SlaveWriter slave(there);

@@ -124,6 +124,7 @@ TEST_F(SystemViewTest, GapsSkipsAndRestartsAreTold) {
             "a new session of the writer's process, 00000000000000ab\n");
 }
 
+// Tries dds_spy: a writer with weaker QoS joins
 TEST_F(SystemViewTest, ANewReaderOfTheSpyMakesNoGap) {
   view.on_sample(sample(1, 1 * core::kNsPerMillisecond, 1 * core::kNsPerMillisecond));
   view.on_reader_made("slave_state");
@@ -175,6 +176,7 @@ TEST_F(SystemViewTest, AParticipantThatIsLostIsToldFromOneThatLeft) {
   EXPECT_TRUE(view.graph().endpoints().empty());
 }
 
+// Tries dds_spy: a payload that is cut … the type
 TEST_F(SystemViewTest, WhatCannotBeDecodedIsCountedAndTold) {
   auto bad = sample(1, 1 * core::kNsPerMillisecond, 0);
   bad.problem = "phantom::msg::SlaveState.state: needs 4 octets at 72, 0 are left";
