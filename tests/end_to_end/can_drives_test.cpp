@@ -128,6 +128,9 @@ TEST_F(CanDrives, ASessionRunsToItsEndAndTheReachesFollow) {
   EXPECT_GT(fastest_, 0.05) << "the arm moved";
 }
 
+// Tries slave_io: bus down
+// Tries slave_io: buses not there yet
+// Tries simulated_drive: the process that serves the bus
 TEST_F(CanDrives, DrivesThatDieStopTheArmWithoutAJumpAndAResetBringsThemBack) {
   run(0.0, "drives_b");
   EXPECT_TRUE(told(msg::ComponentState::COMPONENT_STARTING, "nobody serves this bus"));
@@ -176,6 +179,7 @@ TEST_F(CanDrives, TheSessionTellsThatItsDrivesDied) {
 
 // The other side: the master arm has the drives, a hand moves it, the simulated arm follows, and drag is
 // felt.
+// Tries slave_io: its drives in fault
 TEST_F(CanDrives, AMasterArmWithDrivesMovesTheArmAndRendersTheDrag) {
   run(0.0, "", "can_master");
   ASSERT_TRUE(slave_reaches(msg::LinkState::LINK_COUPLED));

@@ -107,6 +107,7 @@ class Fault : public testing::Test {
   dds::Reader<msg::DragField> fields_;
 };
 
+// Tries phantom_session: a component ends unasked
 TEST_F(Fault, AComponentThatDiesIsToldAndEndsTheSessionWithAFailureCode) {
   ASSERT_TRUE(coupled());
   kill(pid("phantom_sensing"), SIGKILL);
@@ -115,6 +116,7 @@ TEST_F(Fault, AComponentThatDiesIsToldAndEndsTheSessionWithAFailureCode) {
   EXPECT_THAT(read_text(system_.report() / "summary.json"), testing::HasSubstr("\"exit\": 137"));
 }
 
+// Tries master_io: frozen
 TEST_F(Fault, AFrozenSlaveMakesTheMasterRampItsTorqueToZeroAndThePerceptInvalid) {
   ASSERT_TRUE(coupled());
   const pid_t slave = pid("slave_io");

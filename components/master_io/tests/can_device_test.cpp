@@ -107,6 +107,7 @@ TEST(CanDevice, RendersDragOnTheHandThroughItsDrivesAndItsEncodersAreTheMastersJ
   EXPECT_EQ(bench.last.reach, -1) << "a person makes no scripted reaches";
 }
 
+// Tries master_io: a drive of a master on CAN in fault
 TEST(CanDevice, AFaultTakesTheTorquesUntilAReset) {
   Bench bench;
   ASSERT_TRUE(bench.reaches(LinkState::kCoupled)) << bench.device->health().message;
@@ -120,6 +121,7 @@ TEST(CanDevice, AFaultTakesTheTorquesUntilAReset) {
   EXPECT_TRUE(bench.reaches(LinkState::kCoupled)) << bench.device->health().message;
 }
 
+// Tries master_io: the servo's loop is held up
 TEST(CanDevice, SR18_AfterAGapTheTorqueOnTheHandIsHeldDownAndAStarvedLoopLetsTheHandGo) {
   Bench bench;
   ASSERT_TRUE(bench.reaches(LinkState::kCoupled)) << bench.device->health().message;
@@ -148,6 +150,7 @@ TEST(CanDevice, SR18_AfterAGapTheTorqueOnTheHandIsHeldDownAndAStarvedLoopLetsThe
   EXPECT_TRUE(bench.reaches(LinkState::kCoupled)) << "by itself: " << bench.device->health().message;
 }
 
+// Tries master_io: master_io ends in order
 TEST(CanDevice, WhenMasterIoEndsTheHandIsFreeAtOnce) {
   Bench bench;
   ASSERT_TRUE(bench.reaches(LinkState::kCoupled)) << bench.device->health().message;

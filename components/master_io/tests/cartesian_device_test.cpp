@@ -124,6 +124,7 @@ TEST(CartesianDevice, NothingMovesWhileNothingIsCoupled) {
   EXPECT_EQ(rig.device.wrench().norm(), 0.0);
 }
 
+// Tries master_io: that of a Cartesian master
 TEST(CartesianDevice, ASpaceMouseLeadsTheToolAtPushByBrakeAndItsClutchHoldsIt) {
   const auto file = changed("  input: simulated", "  input: space_mouse", kCartesianSite);
   CartesianRig rig(load_config(file, hot_cell().file, shipped_arm().arm, shipped_arm().home, {}));

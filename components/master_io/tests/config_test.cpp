@@ -129,6 +129,7 @@ TEST(MasterConfig, AJointThatMayNotBeDampedDoesNotGoWithTheCoupledMatrix) {
 }
 
 // Every law's: it may change while running.
+// Tries master_io: a 1/A that is not stable at load
 TEST(MasterConfig, GainsThatAreNotStableAreRefusedWithTheGreatestThatIs) {
   EXPECT_THAT(
       problem("    sctfb: 0.01", "    sctfb: 10"),

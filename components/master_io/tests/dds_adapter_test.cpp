@@ -3,10 +3,17 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <limits>
 #include <map>
 
+#include "common/dds/endpoint.hpp"
 #include "common/dds/source_guard.hpp"
+#include "common/dds/stamp.hpp"
+#include "common/dds/tests/test_network.hpp"
+#include "common/messages/arm_bounds.hpp"
+#include "common/messages/percept_codec.hpp"
+#include "common/messages/teleoperation_codec.hpp"
 #include "components/master_io/dds_adapter_convert.hpp"
 #include "components/master_io/tests/fixture.hpp"
 #include "phantom_idl/percept.hpp"
@@ -19,6 +26,7 @@ using testing::HasSubstr;
 constexpr double kBad[] = {std::numeric_limits<double>::quiet_NaN(),
                            -std::numeric_limits<double>::infinity()};
 
+// Tries master_io: out of order
 TEST(MasterAdapter, ReorderedSamplesAndThoseOfASecondPhantomAreRefused) {
   dds::SourceGuard source;
   msg::DragField field;
@@ -111,6 +119,7 @@ TEST(MasterAdapter, WithSetLawANewLawSwitchesDragAsTable61HasIt) {
 }
 
 // 1/A = 10 from the page swung all joints at 57 Hz, 0.1 two of them.
+// Tries master_io: live
 TEST(MasterAdapter, AGainThatIsNotStableIsRefusedWithTheGreatestThatIs) {
   Settings settings;
   const GainRules rules = gain_rules(shipped_config(), shipped_arm().arm);
@@ -136,6 +145,7 @@ TEST(MasterAdapter, AGainThatIsNotStableIsRefusedWithTheGreatestThatIs) {
   EXPECT_THAT(give(5, 7, 0.004), HasSubstr("no joint 7"));
 }
 
+// Tries master_io: drag of another law
 TEST(MasterAdapter, ADragFieldOfAnotherLawIsRefused) {
   messages::DragField field{.joint_count = 7};
   field.mode = teleop::DragMode::kCoupled;
@@ -185,6 +195,67 @@ TEST(MasterAdapter, TheOutputsAreReportedFieldByField) {
   EXPECT_EQ(report.feedback_gain, 0.05);
   EXPECT_TRUE(report.percept_enabled);
   EXPECT_TRUE(report.percept_limited);
+}
+
+// Tries master_io: a second process sends `slave_state`; `drag_field`
+TEST(MasterAdapter, OfTwoSlavesOrPhantomsTheFirstIsFollowedAndTheSecondIsReported) {
+  const auto network = dds::test_network();
+  const Config config = shipped_config();
+  const messages::ArmBounds bounds = messages::bounds_of(shipped_arm().arm);
+  for (const std::string topic : {"slave_state", "drag_field"}) {
+    Inbox inbox;
+    DdsAdapter adapter(network, {bounds, config.percept.mode, gain_rules(config, shipped_arm().arm)},
+                       initial_settings(config), inbox);
+    dds::Participant first("first", network), second("second", network);
+    std::atomic<bool> reported{false};
+    dds::Reader<msg::ComponentStatus> statuses(
+        second, dds::kComponentStatus, [&](const msg::ComponentStatus& status, const dds::SampleInfo&) {
+          reported = status.state() == msg::ComponentState::COMPONENT_DEGRADED &&
+                     status.message().to_string().find("two processes send " + topic) != std::string::npos;
+        });
+    dds::Writer<msg::SlaveState> slaves[]{{first, dds::kSlaveState}, {second, dds::kSlaveState}};
+    dds::Writer<msg::DragField> fields[]{{first, dds::kDragField}, {second, dds::kDragField}};
+    dds::Stamper stampers[]{dds::Stamper(first), dds::Stamper(second)};
+    const auto joint_count = static_cast<std::uint32_t>(bounds.joint_count);
+    const auto send = [&](std::size_t who) {
+      if (topic == "slave_state") {
+        messages::SlaveState state{.joint_count = joint_count, .position = shipped_arm().home};
+        state.position[3] += 0.1 * static_cast<double>(who);
+        msg::SlaveState message = messages::to_idl(state);
+        message.stamp(stampers[who].next());
+        slaves[who].write(message);
+      } else {
+        messages::DragField field{.mode = config.percept.mode, .joint_count = joint_count};
+        field.drag.valid = true;
+        field.drag.plus.fill(1.0 + static_cast<double>(who));
+        field.drag.minus = field.drag.plus;
+        msg::DragField message = messages::to_idl(field);
+        message.stamp(stampers[who].next());
+        fields[who].write(message);
+      }
+    };
+    SlaveSample slave;
+    DragSample drag;
+    const auto heard = [&] {
+      return topic == "slave_state" ? inbox.slave.read(slave) : inbox.drag.read(drag);
+    };
+    ASSERT_TRUE(dds::eventually([&] {
+      send(0);
+      return heard();
+    })) << topic;
+    EXPECT_TRUE(dds::eventually([&] {
+      send(0);
+      send(1);
+      adapter.publish_health({core::ComponentState::kRunning, "", {}, {}});
+      return reported.load();
+    })) << topic;
+    ASSERT_TRUE(heard());
+    if (topic == "slave_state") {
+      EXPECT_EQ(slave.position[3], shipped_arm().home[3]);
+    } else {
+      EXPECT_EQ(drag.drag.plus[0], 1.0);
+    }
+  }
 }
 
 }  // namespace

@@ -113,6 +113,7 @@ DeskConfig three_joints() {
   return config;
 }
 
+// Tries master_io: the device at the desk is gone
 TEST(Desk, AFullStickMovesAtPushOverBrakeAndAGoneDeviceBrakes) {
   DeskHand hand(three_joints(), 3);
   core::JointArray v{};
@@ -167,6 +168,7 @@ TEST(Desk, TheStickMovesTheMasterOnlyWhileCoupledAndDragSlowsIt) {
   EXPECT_LT(speed[true], 0.7 * speed[false]);
 }
 
+// Tries master_io: `driver: desk`, and no device
 TEST(Desk, AMissingDeviceIsNamed) {
   core::Snapshot<DeskState> state;
   const auto problem = [&](const std::string& device) -> std::string {
@@ -183,6 +185,7 @@ TEST(Desk, AMissingDeviceIsNamed) {
 }
 
 // The reading thread against a pipe in the device's place: the same bytes as from the kernel.
+// Tries master_io: the device at the desk is gone
 TEST(Desk, ReadsEventsAndTellsWhenTheDeviceIsGone) {
   const auto path = std::filesystem::path(testing::TempDir()) / ("desk_" + std::to_string(getpid()));
   std::filesystem::remove(path);

@@ -110,6 +110,7 @@ TEST(MasterIo, ContactRaisesTheGainByWhoeverIsTrusted) {
   }
 }
 
+// Tries master_io: a law that needs a force sensor
 TEST(MasterIo, ALawWithoutItsForceSensorIsSaidAndSilent) {
   MasterIo master(shipped_config({"", "pfff"}), teleop::StopLatch(1, {}));
   MasterInputs in = coupled_inputs();
@@ -121,6 +122,8 @@ TEST(MasterIo, ALawWithoutItsForceSensorIsSaidAndSilent) {
 }
 
 // Whatever goes stale, torques fade out in bounded time and without a jump.
+// Tries master_io: slave silent
+// Tries master_io: phantom_sensing silent
 TEST(MasterIo, SR07_StaleInputsFadeOutInBoundedTime) {
   const auto config = shipped_config();
   for (const bool slave_lost : {true, false}) {
@@ -150,6 +153,7 @@ TEST(MasterIo, SR07_StaleInputsFadeOutInBoundedTime) {
 }
 
 // A drag_field that comes regularly but goes back to a pose of long ago is none.
+// Tries master_io: its drag of a pose of long ago
 TEST(MasterIo, SR14_DragOfLongAgoFadesOut) {
   const auto config = shipped_config();
   MasterIo master(config, teleop::StopLatch(1, {}));

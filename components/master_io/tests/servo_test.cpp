@@ -88,6 +88,7 @@ TEST(MasterServo, ASlaveThatIsHeldBackIsMetWhereItIsAndCoupledAgain) {
   EXPECT_EQ(bench.last.outputs.state, LinkState::kCoupled);
 }
 
+// Tries master_io: slave silent
 TEST(MasterServo, LosingTheSlaveStopsTheReachWhereItIs) {
   SimulatedRig bench;
   bench.run(2.5);
@@ -101,6 +102,7 @@ TEST(MasterServo, LosingTheSlaveStopsTheReachWhereItIs) {
   for (std::size_t j = 0; j < 7; ++j) EXPECT_NEAR(bench.last.position[j], there[j], 2e-3);
 }
 
+// Tries master_io: phantom_sensing silent
 TEST(MasterServo, ThePerceptEndsWhenThePhantomFallsSilent) {
   const Config config = shipped_config();
   SimulatedRig bench(config);
@@ -118,6 +120,7 @@ TEST(MasterServo, ThePerceptEndsWhenThePhantomFallsSilent) {
   EXPECT_EQ(bench.last.outputs.state, LinkState::kCoupled);
 }
 
+// Tries master_io: answering what is longer ago
 TEST(MasterServo, ASlaveThatAnswersWhatIsLongAgoIsLost) {
   SimulatedRig bench;
   const double limit_s = shipped_config().link.round_trip_limit_s;

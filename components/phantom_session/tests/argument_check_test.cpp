@@ -42,6 +42,7 @@ TEST_F(ArgumentCheck, AsksWithTheArgumentsThatItWillGet) {
   EXPECT_EQ(line, "--check --law q");
 }
 
+// Tries phantom_session: a component refuses … is missing
 TEST_F(ArgumentCheck, ARefusalIsToldInTheComponentsWordsByItsKind) {
   const std::string speak = "echo some notice; echo '--law: q not in {pf}' >&2; echo 'Run with --help' >&2; ";
   EXPECT_THAT([&] { check_arguments({component("a", speak + "exit 2")}, bin_); },
@@ -56,6 +57,7 @@ TEST_F(ArgumentCheck, WhoGetsTheCommonArgumentsOnlyIsNotAsked) {
   EXPECT_NO_THROW(check_arguments({component("a", "exit 2", false)}, bin_));
 }
 
+// Tries phantom_session: an executable is missing
 TEST_F(ArgumentCheck, AComponentThatIsNotThereIsMissing) {
   PlannedProcess planned;
   planned.process.component = "nowhere";

@@ -99,6 +99,7 @@ TEST(Collector, AHitThatSkinAndInterestPointTellIsOneLineAndLinesKeepTheirOrder)
   EXPECT_EQ(collector.hits().size(), 7u) << "the report has all";
 }
 
+// Tries phantom_session: a component is not ready
 TEST(Collector, ReadinessNamesWhoIsMissing) {
   Collector collector(0.05, 0.01, {});
   std::string missing;
@@ -138,6 +139,7 @@ TEST(Collector, TellsMessagesAtOnceButProgressOfAStartNowAndThen) {
   EXPECT_EQ(lines.size(), 4u) << "the same message is told once";
 }
 
+// Tries phantom_session: names, reaches and hits without end
 TEST(Collector, InventedComponentsReachesAndHitsDoNotMakeItGrow) {
   Collector collector(0.05, 1.0, {});
   StatusSample status;

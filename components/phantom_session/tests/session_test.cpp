@@ -46,6 +46,7 @@ TEST(Plan, TheViewerGetsTheFolderOfThePagesSecrets) {
                 testing::Not(testing::Contains("--page-secrets")));
 }
 
+// Tries phantom_session: a host that the topology lacks
 TEST(Plan, AnUnknownHostIsNamedWithThoseThereAre) {
   EXPECT_THAT([] { plan(two_hosts(), {.host = "desk"}, {}); },
               testing::ThrowsMessage<runtime::ConfigError>(

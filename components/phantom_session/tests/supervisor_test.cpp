@@ -27,6 +27,7 @@ class SupervisorTest : public testing::Test {
   const std::filesystem::path folder_ = test::new_folder();
 };
 
+// Tries phantom_session: a component ends unasked
 TEST_F(SupervisorTest, TellsOnceWhoDiedWithWhatCodeAndKeepsItsWords) {
   Supervisor supervisor;
   supervisor.start(shell("dies", "echo one; echo out of memory >&2; exit 3"));
@@ -44,6 +45,7 @@ TEST_F(SupervisorTest, ASignalIsToldAs128PlusItsNumber) {
   EXPECT_EQ(await_death(supervisor)[0].exit_code, 128 + SIGSEGV);
 }
 
+// Tries phantom_session: a component does not end in order
 TEST_F(SupervisorTest, EndsTheWillingWithTermAndTheUnwillingWithKill) {
   Supervisor supervisor;
   supervisor.start(shell(
@@ -72,6 +74,7 @@ TEST_F(SupervisorTest, EndsWhoHasOnlyJustBeenStarted) {
   std::signal(SIGTERM, before);
 }
 
+// Tries phantom_session: an executable is missing
 TEST_F(SupervisorTest, AMissingExecutableIsNamed) {
   Supervisor supervisor;
   EXPECT_THROW(supervisor.start({"x", "/nowhere/x", {}, 0, folder_ / "x.log"}), core::MissingError);
