@@ -21,7 +21,17 @@ Whole: `hosts.stop`
 It does not jump.
 Answers H-02. [Evidence](evidence.md#sr-02)
 """
-TESTS = "TEST(Arm, SR02_DoesNotJump) {}\nTEST(Arm, SR01_SR02_Both) {}\n"
+README = """# arm
+| failure | reaction |
+|---|---|
+| its cable is cut; crushed | stops |
+| a drive is in fault | stops, and `a | b` |
+
+| key | |
+|---|---|
+"""
+TRIES = "".join(f"// {line}\n" for line in ("Tries arm: its cable is cut … crushed", "Tries arm: a drive is", "And says so."))
+TESTS = TRIES + "TEST(Arm, SR02_DoesNotJump) {}\nTEST(Arm, SR01_SR02_Both) {}\n"
 CMAKE = """cmake_minimum_required(VERSION 3.20)
 project(p NONE)
 enable_testing()
@@ -37,7 +47,7 @@ class CheckSafetyCase(unittest.TestCase):
         self.folder = tempfile.TemporaryDirectory()
         self.addCleanup(self.folder.cleanup)
         self.root = Path(self.folder.name) / "project"
-        for name, text in {"docs/safety/hazards.md": HAZARDS, "docs/safety/requirements.md": REQUIREMENTS, "arm/arm_test.cpp": TESTS,
+        for name, text in {"docs/safety/hazards.md": HAZARDS, "docs/safety/requirements.md": REQUIREMENTS, "arm/arm_test.cpp": TESTS, "arm/README.md": README,
                            "CMakeLists.txt": CMAKE, "tests/hosts/stop_test.py": ""}.items():
             self.put(name, text)
         (self.root / "scripts").mkdir()
@@ -107,7 +117,36 @@ class CheckSafetyCase(unittest.TestCase):
         self.put("arm/arm_test.cpp", "\n" + TESTS)
         self.assertEqual(self.check().returncode, 0, "a test that only moved makes no page stale")
         self.put("arm/arm_test.cpp", TESTS.replace("SR02_DoesNotJump", "SR02_DoesNotJerk"))
-        self.refuses("evidence.md: is not what tests and requirements say")
+        self.refuses("evidence.md: is not what tests and pages say")
+
+    def test_every_failure_of_a_readme_is_tried_piece_by_piece(self):
+        page = (self.root / "docs/safety/failures.md").read_text()
+        self.assertIn("- its cable is cut; crushed: [Arm.SR02_DoesNotJump](../../arm/arm_test.cpp)", page)
+        for old, new, told in [(" … crushed", "", 'arm/README.md:4: no test tries "crushed"'),
+                               ("its cable is cut … ", "", 'arm/README.md:4: no test tries "its cable is cut"'),
+                               ("// Tries arm: a drive is\n", "", 'arm/README.md:5: no test tries "a drive is in fault"'),
+                               ("a drive is", "a drove is", "arm/arm_test.cpp:2: no failure of arm has these words"),
+                               ("a drive is", "i", "arm/arm_test.cpp:2: more than one failure of arm has these words"),
+                               ("// And says so.\n", "int x;\n", "arm/arm_test.cpp:1: stands before no test")]:
+            self.put("arm/arm_test.cpp", TESTS.replace(old, new))
+            self.refuses(told)
+        self.put("arm/arm_test.cpp", TESTS)
+        self.put("arm/README.md", README + README)
+        self.refuses("arm/README.md:12: is there twice")
+        self.put("arm/README.md", README.replace("cable", "plug"))
+        self.refuses('no test tries "its plug is cut"')
+
+    def test_a_failure_may_be_tried_in_python_and_by_what_runs_many_tests(self):
+        self.put("arm/arm_test.cpp", TESTS.replace(TRIES, ""))
+        self.put("tests/hosts/stop_test.py", "# Tries arm: its cable is cut; crushed\n# Tries arm: a drive is in fault\ndef expect_a_stop(arm):\n    pass\n")
+        self.check("--write")
+        self.put("CMakeLists.txt", CMAKE.replace("hosts.stop COMMAND true", "hosts.stop COMMAND sh -c true stop_test.py"))
+        build, results = self.run_tests()
+        self.assertEqual(self.check(build, results).returncode, 0, self.check(build, results).stdout)
+        self.put("CMakeLists.txt", CMAKE)
+        self.refuses('stop_test.expect_a_stop, which tries "a drive is in fault", does not exist in this build', self.run_tests()[0])
+        self.put("CMakeLists.txt", CMAKE.replace("hosts.stop COMMAND true", "hosts.stop COMMAND sh -c \"exit 77\" stop_test.py"))
+        self.refuses('no test that tries "a drive is in fault" was run and passed', *self.run_tests())
 
     def test_a_test_that_the_build_does_not_have(self):
         self.put("CMakeLists.txt", CMAKE.replace("add_test(NAME arm.Arm.SR02_DoesNotJump COMMAND true)\n", ""))

@@ -298,6 +298,8 @@ TEST(UserBus, BusOffIsToldAndLeftByARestart) {
   EXPECT_EQ(a->send({.id = 1}), SendResult::kSent);
 }
 
+// Tries simulated_drive: the process that serves the bus
+// Tries slave_io: bus down
 TEST(UserBus, AHubThatEndsIsABusThatIsDown) {
   const std::string address = "user:down-" + std::to_string(getpid());
   auto hub = UserBusHub::serve(address, {}).value();

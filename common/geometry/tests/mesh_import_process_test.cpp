@@ -70,6 +70,7 @@ TEST_F(Importer, GetsWhatItMustKnowAndNothingElse) {
   close(of_ours);
 }
 
+// Tries wva_server: crashes the importer
 TEST_F(Importer, ThatCrashesIsOneError) {
   stands_in("kill -SEGV $$");
   expect_error(core::ErrorCode::kInvalidArgument,
@@ -92,6 +93,7 @@ TEST_F(Importer, ThatNeverEndsItsAnswerIsOneError) {
                {.max_triangles = 1000});
 }
 
+// Tries wva_server: hangs it
 TEST_F(Importer, ThatWaitsForEverIsOneError) {
   stands_in("exec sleep 1000");
   expect_error(core::ErrorCode::kResourceExhausted, "was not read within 4 s", {.max_cpu_s = 1});

@@ -190,6 +190,7 @@ TEST_F(MeshFiles, ReadsABinaryStlAsTheTextOfTheSame) {
   expect_refused(write("nothing.stl", std::string(84, '\0')), "holds no triangles");
 }
 
+// Tries wva_server: a mesh is empty; garbage
 TEST_F(MeshFiles, RefusesWhatHoldsNoMesh) {
   expect_refused(folder_, "not a regular file");
   expect_refused(write("empty.stl", ""), "is empty");
@@ -204,12 +205,14 @@ TEST_F(MeshFiles, RefusesWhatHoldsNoMesh) {
                  "holds no triangles but 1 without extent");
 }
 
+// Tries wva_server: not finite; too large
 TEST_F(MeshFiles, RefusesCoordinatesThatAreNotFinite) {
   expect_refused(write("nan.off", "OFF\n3 1 0\n0 0 0\nnan 0 0\n0 1 0\n3 0 1 2\n"), "");
   expect_refused(write("huge.obj", "v 0 0 0\nv 1e30 0 0\nv 0 1e30 0\nf 1 2 3\n"), "not a finite number",
                  {.scale = 1e20});
 }
 
+// Tries wva_server: too large
 TEST_F(MeshFiles, RefusesTooManyTriangles) {
   expect_refused(write("sphere.stl", ascii_stl(make_sphere(1.0, 2))), "more than 100 triangles",
                  {.max_triangles = 100});
@@ -244,6 +247,7 @@ bool is_importer(pid_t process) {
   return std::ifstream("/proc/" + std::to_string(process) + "/comm") >> name && name == "phantom_mesh_im";
 }
 
+// Tries wva_server: hangs it
 TEST_F(MeshFiles, EndsAnImporterThatWaitsForEver) {
   const auto file = write("sphere.stl", ascii_stl(make_sphere(0.1, 6)));  // long enough to be caught at it
   std::jthread stopper([](const std::stop_token& stop) {

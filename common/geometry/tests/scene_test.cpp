@@ -64,6 +64,7 @@ TEST_F(Scenes, AMotionIsNoShape) {
 }
 
 /// Assimp takes the last point in place of one that does not exist: whoever relies on the shape must know.
+// Tries wva_server: its importer had to leave something out
 TEST_F(Scenes, WhatTheImporterMadeUpIsTold) {
   const auto mesh = load_mesh(write("face.off", "OFF\n3 2 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n3 0 1 7\n"),
                               {.scale = 1.0, .y_up = false});
@@ -79,6 +80,7 @@ TEST_F(Scenes, FlawsOfLooksAreNotTold) {
   EXPECT_THAT(mesh->notes, IsEmpty());
 }
 
+// Tries wva_server: depends on a glTF extension
 TEST_F(Scenes, ExtensionsOfGltfThatWouldChangeTheShapeAreRefused) {
   EXPECT_TRUE(load_mesh(write("plain.gltf", gltf(""))));
   EXPECT_TRUE(load_mesh(write("looks.gltf", gltf(R"(, "extensionsRequired": ["KHR_texture_transform"])"))));
@@ -95,6 +97,7 @@ TEST_F(Scenes, ExtensionsOfGltfThatWouldChangeTheShapeAreRefused) {
   refused("extensionsRequired", "VENDOR_of_tomorrow");
 }
 
+// Tries wva_server: depends on a glTF extension
 TEST_F(Scenes, ExtensionsOfBinaryGltfToo) {
   std::string json = gltf(R"(, "extensionsRequired": ["KHR_mesh_quantization"])");
   json.resize((json.size() + 3) / 4 * 4, ' ');

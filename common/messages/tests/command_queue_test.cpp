@@ -127,6 +127,7 @@ TEST(CommandQueue, NewsOfACommandUnderWayAreSentAndHeardAgainUntilItEnds) {
   EXPECT_EQ(only_reply(queue), "done");
 }
 
+// Tries wva_server: are being carried out
 TEST(CommandQueue, NewsLeaveItsPlaceAmongThoseThatWait) {
   Queue queue(rules());
   for (std::uint64_t i = 1; i <= 64; ++i) queue.receive(command(i));
@@ -137,6 +138,7 @@ TEST(CommandQueue, NewsLeaveItsPlaceAmongThoseThatWait) {
   EXPECT_TRUE(queue.receive(command(65)));
 }
 
+// Tries wva_server: 64 commands wait
 TEST(CommandQueue, TheSixtyFifthIsRefusedAloudAndMayBeSentAgain) {
   Queue queue(rules());
   for (std::uint64_t i = 1; i <= 64; ++i) EXPECT_TRUE(queue.receive(command(i)));

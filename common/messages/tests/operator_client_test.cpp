@@ -52,6 +52,7 @@ TEST_F(Asking, AStopIsConfirmedByBothSidesOwnWords) {
   EXPECT_EQ(reported_, std::nullopt);
 }
 
+// Tries synthetic_viewer: a stop that nobody confirms
 TEST_F(Asking, AStopIsSentAgainWithTheSameStampUntilTheSilentSideAnswers) {
   slave_->answers = false;
   EXPECT_FALSE(client_.ask(kStop, 0.05).done());

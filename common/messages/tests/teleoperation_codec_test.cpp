@@ -158,6 +158,8 @@ void expect_side_is_checked(const Message& good) {
   EXPECT_EQ(refusal([](auto& m) { m.position_rad()[6] = 1e3; }), "") << "that joint has no limits";
 }
 
+// Tries phantom_sensing: slave state not finite … 5 %
+// Tries master_io: a sample with a number … 5 % of the range
 TEST(SlaveStateCodec, SR11_WhatCannotBeTrueIsRefused) {
   const msg::SlaveState good = to_idl(a_slave_state());
   expect_side_is_checked(good);
@@ -175,6 +177,7 @@ TEST(SlaveStateCodec, SR11_WhatCannotBeTrueIsRefused) {
             "contact_point_m is 1e+09; allowed: -10000 to 10000");
 }
 
+// Tries slave_io: master_state invalid
 TEST(MasterStateCodec, SR11_WhatCannotBeTrueIsRefused) {
   const msg::MasterState good = to_idl(a_master_state());
   expect_side_is_checked(good);

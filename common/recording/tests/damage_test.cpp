@@ -78,6 +78,7 @@ TEST(Damage, AnyWrongByteIsFoundByTheCheckAndInventsNoMessage) {
   }
 }
 
+// Tries dds_recorder: a chunk is damaged
 TEST(Damage, ADamagedChunkTakesOnlyItsOwnMessagesAlong) {
   const Example made = example(200, kSmallChunks);
   const auto ends = chunk_ends(made.bytes);

@@ -95,6 +95,7 @@ TEST(Writer, WhatIsNotInTheFileIsRefused) {
 }
 
 // Every room from nothing to all: the first failure stays, and what is in the sink can be read.
+// Tries dds_recorder: a write fails
 TEST(Writer, ADiskThatFillsLeavesWhatWasWrittenReadable) {
   const WriterOptions options{.chunk_bytes = 400};
   const Example whole = example(60, options);

@@ -227,6 +227,8 @@ TEST_F(CellObjects, ProfilesSayHowLayersAreMade) {
   EXPECT_EQ(profile("set: linear").method, workspace::LayerMethod::kDistance);
 }
 
+// Tries wva_server: a profile that does not fall outwards
+// Tries wva_server: reaches too far
 TEST_F(CellObjects, EachFaultOfAProfileIsNamed) {
   EXPECT_THAT(profile_refused("set: steep"),
               HasSubstr("profile.set: 'steep' is not known; allowed: linear, nonlinear,"));

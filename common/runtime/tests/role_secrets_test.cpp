@@ -90,6 +90,8 @@ TEST(RoleSecretFiles, AreTheSameForAllWhoStartAtOnce) {
   }
 }
 
+// Tries synthetic_viewer: a secret
+// Tries synthetic_viewer: secrets that cannot be used
 TEST(RoleSecretFiles, ThatAreNoSecretsAreRefused) {
   const fs::path folder = new_secrets();
   const auto write = [&](const std::string& text) { std::ofstream(folder / "operate") << text; };
@@ -106,6 +108,7 @@ TEST(RoleSecretFiles, ThatAreNoSecretsAreRefused) {
   EXPECT_THAT(refused_secrets(folder), HasSubstr("operate: is the secret of the role watch, too"));
   fs::remove(folder / "operate");
   EXPECT_THAT(refused_secrets(folder), HasSubstr("operate: cannot be read"));
+  EXPECT_THROW(load_role_secrets(folder), core::MissingError);
 }
 
 }  // namespace

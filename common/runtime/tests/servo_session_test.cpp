@@ -24,6 +24,7 @@ TEST(WithActuator, TroubleWithItIsToldBeforeAllElse) {
   }
 }
 
+// Tries slave_io: the servo's loop is held up
 TEST(WithActuator, SR18_AServoThatIsHeldUpIsToldWithHowOftenAndForHowLong) {
   using core::ComponentState;
   const core::Health link{ComponentState::kReady, "waiting", {}, {}};

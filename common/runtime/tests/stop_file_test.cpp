@@ -55,6 +55,7 @@ TEST_F(StopFileTest, WhatWasWrittenIsReadByTheNext) {
 }
 
 // As kill -9 does it: no destructor, no flush.
+// Tries master_io: master_io dies
 TEST_F(StopFileTest, SR03_OutlivesAKilledProcess) {
   const StopRecord stop{42, StopCause::kEmergency};
   const pid_t child = fork();
@@ -131,6 +132,8 @@ TEST_F(StopFileTest, ADamagedFileOfAnotherProcessCountsAsAStop) {
   EXPECT_EQ(open().read(), StopRecord{});
 }
 
+// Tries slave_io: the folder for the stop
+// Tries master_io: the folder for the stop
 TEST_F(StopFileTest, SR03_AFolderThatCannotBeWrittenIsToldBeforeAnythingStarts) {
   try {
     const StopFile file("/proc/nothing", "slave_io", network_);

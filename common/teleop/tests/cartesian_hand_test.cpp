@@ -320,6 +320,7 @@ TEST(CartesianHand, MeetsTheSlaveAtNoMoreThanItsSpeed) {
   for (std::size_t j = 0; j < 7; ++j) EXPECT_NEAR(rig.hand.position()[j], slave[j], 1e-9);
 }
 
+// Tries master_io: that of a Cartesian master
 TEST(CartesianHand, NumbersThatAreNoneAndAHandThatIsGoneMoveNothing) {
   Rig rig;
   rig.run(0.5, twist(0.05, 0.0, 0.0));

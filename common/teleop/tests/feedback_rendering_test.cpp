@@ -211,6 +211,7 @@ FeedbackLoop shoulder() {
   return {.master_inertia = 0.05, .slave_inertia = 3.35, .slave_k_p = 8464, .slave_k_v = 337};
 }
 
+// Tries master_io: the delay grows
 TEST(FeedbackRendering, SR13_AGrowingDelayHoldsTheGainAtWhatIsStableThenAndSaysSo) {
   auto p = parameters();
   p.limits = FeedbackLimits({shoulder()});

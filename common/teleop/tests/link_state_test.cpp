@@ -210,6 +210,7 @@ TEST(LinkMonitor, SR07_SamplesThatComeRegularlyButLateAreStale) {
 }
 
 // As a lost partner; but power, too, is withdrawn, as long as it lasts.
+// Tries slave_io: the servo's loop is held up
 TEST(LinkMonitor, SR18_AStarvedLoopUncouplesWithoutPowerAndRecoversAsAfterALoss) {
   LinkMonitor monitor({.staleness_s = 0.02, .align_hold_s = 0.01, .recovery_s = 0.1}, StopLatch(1, {}));
   LinkObservation seen{.partner_age_s = 0.001, .partner = kReady, .poses_agree = true};
@@ -367,6 +368,7 @@ TEST(LinkMonitor, SR05_AFaultOfTheDrivesStopsUntilItIsGoneAndResetAndPosesAreAli
 }
 
 // Nobody has power before he knows that the other side is not stopped, and nobody keeps it after.
+// Tries slave_io: master stopped
 TEST(LinkMonitor, SR04_PowerIsForASideWhosePartnerIsHeardAndNotStopped) {
   LinkMonitor monitor{LinkTiming{}, StopLatch(1, {})};
   LinkObservation seen{.partner = kInit, .drives_follow = false};
@@ -426,6 +428,8 @@ TEST(LinkMonitor, SR15_AStopThatThePartnerDoesNotConfirmIsTold) {
   EXPECT_TRUE(monitor.step(seen, 0.001).partner_unconfirmed);
 }
 
+// Tries slave_io: the master answers another slave_io
+// Tries master_io: the slave answers another master_io
 TEST(LinkMonitor, SR11_WhoAnswersAnotherIsNoPartner) {
   LinkMonitor monitor{LinkTiming{}, StopLatch(1, {})};
   LinkObservation seen{

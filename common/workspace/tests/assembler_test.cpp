@@ -54,6 +54,7 @@ TEST(WorkspaceAssembler, TakesDuplicates) {
   expect_same(assembler.current().get(), workspace);
 }
 
+// Tries phantom_sensing: a version whose count does not fit
 TEST(WorkspaceAssembler, KeepsTheLastWholeVersionWhileTheNextIsIncomplete) {
   const Workspace first = random_workspace(5);
   Workspace second = first;
@@ -77,6 +78,7 @@ TEST(WorkspaceAssembler, KeepsTheLastWholeVersionWhileTheNextIsIncomplete) {
   expect_same(whole.get(), first);  // shared versions never change
 }
 
+// Tries phantom_sensing: whose hash does not
 TEST(WorkspaceAssembler, DoesNotAcceptAWrongHash) {
   const Workspace workspace = random_workspace(5);
   WorkspaceAssembler assembler;
@@ -388,6 +390,7 @@ TEST(WorkspaceAssembler, BricksThatNoVersionNamesAreBoundedByMemory) {
   EXPECT_TRUE(assembler.put_brick(key_number(7), 1, bricks[0]));
 }
 
+// Tries phantom_sensing: more than 262,144 of them
 TEST(WorkspaceAssembler, RefusesAVersionOfMoreBricksThanTheTopicHolds) {
   WorkspaceAssembler assembler;
   VersionDescription description{1, {Eigen::Vector3d::Zero(), 0.01, {64, 64, 64}}, {0.0F, 1.0F}, 0, 0};

@@ -128,6 +128,7 @@ TEST(WorkspaceSources, OneThatWasOnlyCutOffIsInForceStill) {
   expect_in_force(sources, kFirst, ours);
 }
 
+// Tries phantom_sensing: that cannot be one (voxel size … other content
 TEST(WorkspaceSources, WhatIsNoVersionIsRefusedAndChangesNothing) {
   const Workspace ours = world(2);
   WorkspaceSources sources;
