@@ -69,6 +69,7 @@ TEST_F(Register, AllowsAndForbidsByNameOrId) {
   EXPECT_EQ(contacts_.permits().size(), 0U);
 }
 
+// Tries phantom_sensing: a command that cannot be carried out
 TEST_F(Register, RefusesNamingWhatIsAllowed) {
   EXPECT_THAT(request(true, "vise").message, HasSubstr("no object is called 'vise'; allowed: wall, vice"));
   EXPECT_THAT(request(true, "vice", "tentacle").message, HasSubstr("no moving link called 'tentacle'"));

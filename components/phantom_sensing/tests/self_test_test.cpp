@@ -4,8 +4,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "common/core/errors.hpp"
 #include "common/runtime/cell.hpp"
 #include "components/phantom_sensing/model.hpp"
+#include "components/phantom_sensing/service.hpp"
+#include "components/phantom_sensing/tests/rig.hpp"
 
 namespace phantom::phantom_sensing {
 namespace {
@@ -46,6 +49,21 @@ TEST(SelfTest, PassesWithEverySettingThatTheConfigurationAllows) {
   EXPECT_TRUE(test_step(stricter).passed) << test_step(stricter).message;
 }
 
+// Tries phantom_sensing: a self-test fails at start
+TEST(SelfTest, ThatFailsAtTheStartEndsTheServiceBeforeItJoins) {
+  Config broken;
+  broken.percept.directional = {.enabled = true, .leaving_share = 2.0};  // as if the step were broken
+  ASSERT_FALSE(test_step(broken.percept).passed);
+  try {
+    run_service({}, {}, bench(), broken, rig::suspended_model());
+    FAIL() << "it ran";
+  } catch (const std::runtime_error& problem) {  // exit code 1
+    EXPECT_EQ(dynamic_cast<const core::ConfigError*>(&problem), nullptr);
+    EXPECT_EQ(dynamic_cast<const core::MissingError*>(&problem), nullptr);
+    EXPECT_THAT(problem.what(), HasSubstr("self-test failed: "));
+  }
+}
+
 TEST(SelfTest, PassesOnTheWorkspaceOfTheCell) {
   const SelfTestResult result = test_workspace(bench_workspace(), bench(), {});
   EXPECT_TRUE(result.passed) << result.message;
@@ -63,6 +81,7 @@ std::pair<workspace::BrickKey, std::size_t> layer_voxel(const workspace::Workspa
   throw std::runtime_error("no such voxel");
 }
 
+// Tries phantom_sensing: a self-test fails while running
 TEST(SelfTest, FailsOnAVoxelOfAnotherViscosity) {
   workspace::Workspace broken = bench_workspace();
   const auto [key, at] = layer_voxel(broken, 2);

@@ -72,18 +72,21 @@ class Loop : public testing::Test {
   SensingLoop loop_{model_, config_, keeper_, seen_};
 };
 
+// Tries phantom_sensing: no workspace yet; no slave state yet
 TEST_F(Loop, SaysInvalidFromTheStartAndKeepsSayingSo) {
   loop_.turn(1);
   ASSERT_EQ(seen_.drags.size(), 1U);
   EXPECT_FALSE(seen_.drags[0].valid);
   EXPECT_EQ(seen_.drags[0].coefficient, 0.0);
   EXPECT_EQ(seen_.drags[0].slave, 0U);
+  EXPECT_EQ(loop_.watchdog_period_ns(), 10 * kNsPerMillisecond);
   loop_.turn(1 + loop_.watchdog_period_ns());
   EXPECT_EQ(seen_.drags.size(), 2U);
   EXPECT_FALSE(seen_.percepts.empty());
   EXPECT_FALSE(seen_.percepts[0]);
 }
 
+// Tries phantom_sensing: no workspace yet
 TEST_F(Loop, AStateWithoutAWorkspaceIsInvalid) {
   offer(1, 100);
   loop_.turn(200);
@@ -119,6 +122,7 @@ TEST_F(Loop, TheNewestStateWins) {
   EXPECT_EQ(seen_.drags[0].slave, 7U);
 }
 
+// Tries phantom_sensing: slave state older than
 TEST_F(Loop, AStaleStateBecomesInvalidInBoundedTimeAndEndsTheAlert) {
   give_workspace();
   offer(1, kNsPerMillisecond);
@@ -172,6 +176,7 @@ TEST_F(Loop, CountsWhatItDoes) {
   EXPECT_EQ(figures.condition, PerceptCondition::kStateStale);
 }
 
+// Tries phantom_sensing: no slave state yet
 TEST_F(Loop, SaysWhyThereIsNoPercept) {
   loop_.turn(1);
   EXPECT_EQ(seen_.conditions.back(), PerceptCondition::kNoWorkspace);
@@ -186,6 +191,7 @@ TEST_F(Loop, SaysWhyThereIsNoPercept) {
   EXPECT_FALSE(seen_.drags.back().valid);
 }
 
+// Tries phantom_sensing: a version is announced
 TEST_F(Loop, APerceptFromAStaleWorkspaceIsMarkedAndThenEnds) {
   give_workspace(1);
   std::uint64_t number = 0;
@@ -211,6 +217,7 @@ TEST_F(Loop, APerceptFromAStaleWorkspaceIsMarkedAndThenEnds) {
   EXPECT_TRUE(seen_.drags.back().valid);
 }
 
+// Tries phantom_sensing: wva_server ends
 TEST_F(Loop, AWorkspaceWithoutItsServerStaysValidAndIsMarked) {
   give_workspace();
   loop_.workspace_watch().attended(false);
@@ -220,6 +227,7 @@ TEST_F(Loop, AWorkspaceWithoutItsServerStaysValidAndIsMarked) {
   EXPECT_TRUE(seen_.drags.back().valid);
 }
 
+// Tries phantom_sensing: a self-test fails while running
 TEST_F(Loop, AFailedSelfTestEndsThePerceptUntilOnePasses) {
   give_workspace();
   loop_.self_tested(false);
@@ -289,6 +297,7 @@ TEST_F(Loop, AnOldWorkspaceIsLetGoOnlyWhenTheTickHasMovedOn) {
   EXPECT_TRUE(eventually([&] { return keeper_.versions_kept() == 1; }));
 }
 
+// Tries phantom_sensing: a brick that cannot be decoded
 TEST_F(Loop, ABrickThatIsNoneIsRefusedAndTheWorkspaceStays) {
   give_workspace(1);
   keeper_.put_brick({}, {0, 0, 0}, 2, {1, 2, 3});
@@ -297,6 +306,7 @@ TEST_F(Loop, ABrickThatIsNoneIsRefusedAndTheWorkspaceStays) {
   EXPECT_TRUE(eventually([&] { return refused_ == 1; }));
 }
 
+// Tries phantom_sensing: that cannot be one (voxel size … sent before
 TEST_F(Loop, AVersionThatIsRefusedTakesNoPerceptAway) {
   give_workspace(4);
   workspace::VersionDescription bad{5, rig::wall().grid(), rig::wall().palette(), 1, 1};
@@ -313,6 +323,7 @@ TEST_F(Loop, AVersionThatIsRefusedTakesNoPerceptAway) {
   }
 }
 
+// Tries phantom_sensing: a second process sends a workspace
 TEST_F(Loop, ASecondServerIsSetAsideWhileTheFirstIsThere) {
   constexpr workspace::SourceId kOther{7};
   give_workspace(4);
@@ -335,5 +346,6 @@ TEST_F(Loop, ASecondServerIsSetAsideWhileTheFirstIsThere) {
   EXPECT_FALSE(keeper_.contested());
 }
 
+// Tries phantom_sensing: bricks beyond `workspace.max_mib`
 }  // namespace
 }  // namespace phantom::phantom_sensing

@@ -21,6 +21,8 @@ namespace {
 using rig::Server;
 using testing::HasSubstr;
 
+// Tries phantom_sensing: a second process sends a workspace
+// Tries phantom_sensing: its successor comes
 TEST(OverDds, TheWorkspaceIsThatOfOneServerAndASecondIsTold) {
   const core::NetworkOptions network = dds::test_network();
   const PhantomModel model = rig::suspended_model();
@@ -112,6 +114,7 @@ void expect_a_large_one_succeeds(const core::NetworkOptions& network) {
   adapter.stop_reading();
 }
 
+// Tries phantom_sensing: bricks beyond `workspace.max_mib`
 TEST(OverDds, AServerWhoseWorkspaceIsTooLargeToWaitSucceedsTheFirstAllTheSame) {
   expect_a_large_one_succeeds(dds::test_network());
 }

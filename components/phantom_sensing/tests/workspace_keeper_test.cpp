@@ -20,6 +20,7 @@ namespace {
 using phantom::test::eventually;
 using rig::send;
 
+// Tries phantom_sensing: bricks beyond `workspace.max_mib`
 TEST(WorkspaceKeeperBounds, BricksBeyondItsMemoryAreRefusedAndCounted) {
   std::atomic<int> refused = 0;
   WorkspaceKeeper keeper({[&](const std::string&) { ++refused; }}, std::size_t{1} << 20);
@@ -30,6 +31,7 @@ TEST(WorkspaceKeeperBounds, BricksBeyondItsMemoryAreRefusedAndCounted) {
   EXPECT_TRUE(eventually([&] { return refused > 0; }));
 }
 
+// Tries phantom_sensing: bricks beyond `workspace.max_mib`
 TEST(WorkspaceKeeperBounds, WhoSendsTooMuchBesideTheServerInUseIsNamedAndMaySendOnceItHasGone) {
   std::atomic<int> excess = 0, of_server = 0, unattended = 0;
   const workspace::SourceId server{1}, other{2};
@@ -55,6 +57,7 @@ TEST(WorkspaceKeeperBounds, WhoSendsTooMuchBesideTheServerInUseIsNamedAndMaySend
   EXPECT_EQ(of_server, 0);
 }
 
+// Tries phantom_sensing: faster than they can be taken
 TEST(WorkspaceKeeperBounds, WhatWaitsOfOthersIsBoundedAndTheServerInUseIsHeardAllTheSame) {
   std::atomic<bool> held = false, is_held = false;  // the keeper's thread, as if it got no processor
   std::atomic<int> excess = 0, of_server = 0;
@@ -101,6 +104,7 @@ TEST(WorkspaceKeeperBounds, WhatWaitsOfOthersIsBoundedAndTheServerInUseIsHeardAl
 }
 
 // What it lost while the keeper was busy with that departure must be sent again: it is in excess first.
+// Tries phantom_sensing: faster than they can be taken
 TEST(WorkspaceKeeperBounds, WhoLosesSomethingAsTheServerInUseGoesMaySendItAnew) {
   std::counting_semaphore<> goes_on(0);  // the keeper's thread, once for each sample that is refused
   std::atomic<int> refused = 0, unattended = 0;
