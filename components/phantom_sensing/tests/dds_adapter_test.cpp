@@ -303,12 +303,28 @@ TEST(OverDds, StatesBecomeDragAndBadOnesAreCounted) {
     send();
     return valid_seen && percept_seen && alert_raised;
   }));
-  state.position_rad()[2] = std::nan("");
-  EXPECT_TRUE(dds::eventually([&] {
-    send();
-    adapter.publish_status({});
-    return refused >= 3;
-  }));
+  const auto expect_refused = [&](auto damage) {
+    state = good_state(model.arm);
+    damage(state);
+    const std::uint64_t before = refused;
+    EXPECT_TRUE(dds::eventually([&] {
+      if (state.stamp().sequence_number() == 1) {
+        slave.write(state);
+      } else {
+        send();
+      }
+      adapter.publish_status({});
+      return refused >= before + 3;
+    }));
+  };
+  expect_refused([](auto& s) { s.position_rad()[2] = std::nan(""); });
+  expect_refused([](auto& s) { s.joint_count(s.joint_count() - 1); });
+  const robot::Joint& joint = model.arm.joints()[2];
+  expect_refused([&](auto& s) { s.position_rad()[2] = joint.upper + 0.06 * (joint.upper - joint.lower); });
+  expect_refused([&](auto& s) {
+    s.stamp(stamper.next());
+    s.stamp().sequence_number(1);  // out of order
+  });
   invalid_seen = false;  // bad states count for nothing: the last good one grows stale
   EXPECT_TRUE(dds::eventually([&] { return invalid_seen && alert_cleared; }));
 

@@ -346,6 +346,5 @@ TEST_F(Loop, ASecondServerIsSetAsideWhileTheFirstIsThere) {
   EXPECT_FALSE(keeper_.contested());
 }
 
-// Tries phantom_sensing: bricks beyond `workspace.max_mib`
 }  // namespace
 }  // namespace phantom::phantom_sensing
