@@ -21,7 +21,9 @@ constexpr std::array<CommandRule, kCommandKinds> kRules{
      {"home", false, true, false, 0, 0, false},
      {"gripper_width", false, true, true, 0, 1, false},
      {"gripper_force", false, true, true, 0, 10000, false},
-     {"tare_force_sensor", false, true, false, 0, 0, false}}};
+     {"tare_force_sensor", false, true, false, 0, 0, false},
+     {"set_percepts", true, false, true, 0, 8, true},
+     {"counterbalance", false, true, true, 0, 1, true}}};
 constexpr CommandRule kUnknown{"unknown", true, false, false, 0, 0, false};
 
 }  // namespace

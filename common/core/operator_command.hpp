@@ -23,8 +23,11 @@ enum class CommandKind : std::uint32_t {
   kGripperWidth,
   kGripperForce,
   kTareForceSensor,
+  kSetPercepts,
+  kCounterbalance,
 };
-inline constexpr std::uint32_t kCommandKinds = 13;
+inline constexpr std::uint32_t kCommandKinds = 15;
+inline constexpr auto kLastCommandKind = static_cast<CommandKind>(kCommandKinds - 1);
 
 /// Name of a kind of command, who answers it, and which values it takes.
 struct CommandRule {
@@ -44,7 +47,8 @@ std::string value_refusal(CommandKind kind, double value);
 /// A person's request to the running system, from the command line.
 struct OperatorRequest {
   std::optional<CommandKind> kind;  ///< none: shows only how master and slave are
-  double value = 0.0;  ///< the gain, or the law's number; for the percept: 1 on, 0 off; a width in m
+  /// The gain, the law's number, a width in m; 1 on, 0 off; the percepts, as COMMAND_SET_PERCEPTS has them.
+  double value = 0.0;
   std::optional<double> gripper_force_N;  ///< requested first, and the width only if that is done
   std::string joint_name;                 ///< the joint whose gain is set; empty: all
   int joint = -1;                         ///< that joint's index from 0; −1: all

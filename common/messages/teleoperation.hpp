@@ -9,6 +9,7 @@
 #include "common/geometry/pose.hpp"
 #include "common/messages/received.hpp"
 #include "common/teleop/bilateral.hpp"
+#include "common/teleop/counterbalance.hpp"
 #include "common/teleop/gripper.hpp"
 #include "common/teleop/link_state.hpp"
 #include "common/teleop/stop_latch.hpp"
@@ -30,7 +31,8 @@ struct SlaveState {
   core::JointArray position{};        ///< rad or m
   core::JointArray velocity{};        ///< rad/s or m/s
   core::JointArray loop_torque_Nm{};  ///< of the position loop (F_as)
-  bool force_measured = false;        ///< external_torque_Nm is known
+  teleop::Counterbalance counterbalance = teleop::Counterbalance::kMechanical;
+  bool force_measured = false;  ///< external_torque_Nm is known
   core::JointArray external_torque_Nm{};
   bool contact = false;
   double contact_force_N = -1.0;     ///< −1: not measured
@@ -53,12 +55,15 @@ struct MasterState {
   std::uint32_t joint_count = 0;
   core::JointArray position{};  ///< in the slave's joint coordinates
   core::JointArray velocity{};
-  core::JointArray percept_torque_Nm{};   ///< drag rendered, scaled by G and limited
-  core::JointArray feedback_torque_Nm{};  ///< slave feedback rendered, divided by A
-  core::JointArray operator_torque_Nm{};  ///< torque of the operator's hand; 0 if unknown
-  double percept_gain = 0.0;              ///< G in force
-  double feedback_gain = 0.0;             ///< 1/A in force
-  bool percept_enabled = false, percept_limited = false;
+  core::JointArray percept_torque_Nm{};                   ///< drag rendered, scaled by G and limited
+  core::JointArray feedback_torque_Nm{};                  ///< slave feedback rendered, divided by A
+  core::JointArray operator_torque_Nm{};                  ///< torque of the operator's hand; 0 if unknown
+  double percept_gain = 0.0;                              ///< G in force
+  double feedback_gain = 0.0;                             ///< 1/A in force
+  bool percept_enabled = false, percept_limited = false;  ///< of drag
+  bool drag_chosen = true;  ///< by the operator; a script of reaches may go without it meanwhile
+  bool tone_enabled = true, views_enabled = true;
+  bool percept_set_automatic = false;  ///< drag, tone and views are as Table 6.1 has them beside the law
   bool feedback_limited = false, feedback_damped = false;
   bool force_missing = false;  ///< the law needs F_e, which the slave does not measure
   /// Running number of the operator's reach, which rises during a session; −1: none.

@@ -28,6 +28,8 @@ constexpr auto kSlaveState = [](auto& codec, auto& m, auto& s) {
   kSide(codec, m, s);
   codec.echo(m.master_echo(), s.master_echo);
   codec.joints("loop_torque_Nm", m.loop_torque_Nm(), s.loop_torque_Nm);
+  codec.enumeration("counterbalance", m.counterbalance(), s.counterbalance,
+                    teleop::Counterbalance::kAutomatic);
   codec.any(m.external_torque_measured(), s.force_measured);
   codec.joints("external_torque_Nm", m.external_torque_Nm(), s.external_torque_Nm);
   codec.any(m.contact(), s.contact);
@@ -67,6 +69,10 @@ constexpr auto kMasterState = [](auto& codec, auto& m, auto& s) {
   codec.number("percept_gain", m.percept_gain(), s.percept_gain, 0.0);
   codec.number("feedback_gain", m.feedback_gain(), s.feedback_gain, 0.0);
   codec.any(m.percept_enabled(), s.percept_enabled);
+  codec.any(m.drag_chosen(), s.drag_chosen);
+  codec.any(m.tone_enabled(), s.tone_enabled);
+  codec.any(m.views_enabled(), s.views_enabled);
+  codec.any(m.percept_set_automatic(), s.percept_set_automatic);
   codec.any(m.percept_limited(), s.percept_limited);
   codec.any(m.feedback_limited(), s.feedback_limited);
   codec.any(m.feedback_damped(), s.feedback_damped);
@@ -95,7 +101,7 @@ constexpr auto kViewPose = [](auto& codec, auto& m, auto& s) {
 
 constexpr auto kOperatorCommand = [](auto& codec, auto& m, auto& s) {
   codec.stamp(m.stamp(), s.stamp);
-  codec.enumeration("kind", m.kind(), s.kind, core::CommandKind::kTareForceSensor);
+  codec.enumeration("kind", m.kind(), s.kind, core::kLastCommandKind);
   codec.any(m.value(), s.value);
   codec.any(m.joint(), s.joint);
   codec.any(m.master_stop(), s.master_stop);
@@ -107,7 +113,7 @@ constexpr auto kOperatorReply = [](auto& codec, auto& m, auto& s) {
   codec.stamp(m.stamp(), s.stamp);
   codec.echo(m.command(), s.command);
   codec.any(m.component_name(), s.component);
-  codec.enumeration("kind", m.kind(), s.kind, core::CommandKind::kTareForceSensor);
+  codec.enumeration("kind", m.kind(), s.kind, core::kLastCommandKind);
   codec.any(m.done(), s.done);
   codec.any(m.message(), s.message);
 };

@@ -42,6 +42,10 @@ Option& Option::one_of(const std::vector<std::string>& allowed) {
   option_->check(CLI::IsMember(allowed));
   return *this;
 }
+Option& Option::accepted_by(std::function<std::string(const std::string&)> why_not) {
+  option_->check(std::move(why_not), "");
+  return *this;
+}
 Option& Option::separated_by(char delimiter) {
   option_->delimiter(delimiter);
   return *this;

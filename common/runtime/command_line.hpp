@@ -26,6 +26,8 @@ class Option {
   /// Numbers from 0; NaN is refused.
   Option& not_negative();
   Option& one_of(const std::vector<std::string>& allowed);
+  /// Accepts texts for which `why_not` returns an empty text; otherwise that is the error.
+  Option& accepted_by(std::function<std::string(const std::string&)> why_not);
   /// Lets one argument hold several values, e.g. "4,4,2".
   Option& separated_by(char delimiter);
   /// Lets a list take one value each time it is named, so that a positional argument may follow.

@@ -3,6 +3,7 @@
 #include <memory>
 
 #include "common/teleop/bilateral.hpp"
+#include "common/teleop/percept_set.hpp"
 
 namespace phantom::runtime {
 namespace {
@@ -33,14 +34,32 @@ void add_settings(Command command, core::OperatorRequest& request) {
       .one_of({"pf", "sctfb", "pfff", "pe", "peff"});
   law.on_use([&request] { request.kind = CommandKind::kSetLaw; });
 
-  Command percept = command.subcommand("percept", "switch the haptic percept on or off");
-  percept
+  const auto on_off = [&](const char* name, const char* summary, CommandKind kind) {
+    Command app = command.subcommand(name, summary);
+    app.option(
+           "STATE", [&request](const std::string& state) { request.value = state == "on" ? 1.0 : 0.0; },
+           "on or off")
+        .required()
+        .one_of({"on", "off"});
+    app.on_use([&request, kind] { request.kind = kind; });
+  };
+  on_off("percept", "switch the haptic percept, drag, on or off", CommandKind::kEnablePercept);
+  on_off("counterbalance", "let the arm's gravity model carry its weight, so that it is not felt",
+         CommandKind::kCounterbalance);
+
+  Command percepts = command.subcommand("percepts", "choose the percepts: a column of Table 6.1");
+  percepts
       .option(
-          "STATE", [&request](const std::string& state) { request.value = state == "on" ? 1.0 : 0.0; },
-          "on or off")
+          "NAMES",
+          [&request](const std::string& names) {
+            request.value = teleop::percepts_from_name(names).value_or(teleop::kAllPercepts);
+          },
+          teleop::kPerceptNames)
       .required()
-      .one_of({"on", "off"});
-  percept.on_use([&request] { request.kind = CommandKind::kEnablePercept; });
+      .accepted_by([](const std::string& names) {
+        return teleop::percepts_from_name(names) ? "" : names + " is none; allowed: " + teleop::kPerceptNames;
+      });
+  percepts.on_use([&request] { request.kind = CommandKind::kSetPercepts; });
 }
 
 // People speak of a gripper's width in millimetres.

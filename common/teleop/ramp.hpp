@@ -8,8 +8,8 @@ namespace phantom::teleop {
 /// exactly 0 within `down_s` plus one step; from 0 it reaches exactly 1 within `up_s` plus one step.
 class Ramp {
  public:
-  /// Both durations > 0.
-  Ramp(double up_s, double down_s) : up_s_(up_s), down_s_(down_s) {}
+  /// Both durations > 0. `start`: the factor at first, 0 or 1.
+  Ramp(double up_s, double down_s, double start = 0.0) : up_s_(up_s), down_s_(down_s), value_(start) {}
 
   /// Moves the factor towards 1 if `on`, else towards 0, and returns it. Real-time safe: yes.
   double step(bool on, double dt_s) noexcept {
@@ -19,8 +19,7 @@ class Ramp {
   double value() const noexcept { return value_; }
 
  private:
-  double up_s_, down_s_;
-  double value_ = 0.0;
+  double up_s_, down_s_, value_;
 };
 
 }  // namespace phantom::teleop

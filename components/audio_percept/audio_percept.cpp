@@ -46,7 +46,13 @@ Situation AudioPercept::assess(const Inputs& inputs) noexcept {
       sample.received_ns > 0 && inputs.now_ns - sample.received_ns <= config_.percept_timeout_ns;
   if (!fresh || !sample.valid) return had_percept_ ? Situation::kStale : Situation::kWaiting;
   had_percept_ = true;
+  if (switched_off(inputs.master, inputs.now_ns)) return Situation::kOff;
   return sample.closeness > 0.0 ? Situation::kSounding : Situation::kFreeSpace;
+}
+
+// Only a master that is heard can do without the tone: otherwise the operator is warned.
+bool AudioPercept::switched_off(const LinkSample& master, core::Nanoseconds now_ns) const noexcept {
+  return !master.tone_enabled && now_ns - master.received_ns <= config_.link_timeout_ns;
 }
 
 bool AudioPercept::link_lost(const LinkSample& link, core::Nanoseconds now_ns) const noexcept {

@@ -37,6 +37,7 @@ struct LinkSample {
   core::Nanoseconds received_ns = 0;
   teleop::LinkState state = teleop::LinkState::kInit;
   core::StopCause cause = core::StopCause::kNone;  ///< cause of the stop, while it is stopped
+  bool tone_enabled = true;                        ///< as the master reports it
 };
 
 struct AlertSample {
@@ -71,6 +72,7 @@ enum class Situation {
   kWaiting,    ///< no valid percept has come yet: silence
   kFreeSpace,  ///< silence
   kSounding,   ///< tone: near an object
+  kOff,        ///< the operator works without the tone: silence, but alarms as ever
   kStale       ///< a percept was valid before and is not now: silence and alarm
 };
 
@@ -97,6 +99,7 @@ class AudioPercept {
  private:
   Situation assess(const Inputs& inputs) noexcept;
   AlarmSet conditions(const Inputs& inputs) const noexcept;
+  bool switched_off(const LinkSample& master, core::Nanoseconds now_ns) const noexcept;
   bool link_lost(const LinkSample& link, core::Nanoseconds now_ns) const noexcept;
   ListenerAxes facing(const Inputs& inputs) const noexcept;
   void turn_to(const Inputs& inputs, double dt_s) noexcept;

@@ -3,6 +3,7 @@
 // Conversion from topic messages to samples: included only by the DDS adapter and its tests.
 
 #include <set>
+#include <type_traits>
 
 #include "common/dds/followed_source.hpp"
 #include "common/dds/sole_source.hpp"
@@ -35,6 +36,7 @@ class LinkConverter {
     const auto state = messages::from_idl(message);
     if (!state || !source_.accept(message.stamp(), received_ns)) return false;
     out = {received_ns, state->state, state->stop.cause};
+    if constexpr (std::is_same_v<Message, msg::MasterState>) out.tone_enabled = state->tone_enabled;
     return true;
   }
   bool has_second(core::Nanoseconds now_ns) const { return source_.has_second(now_ns); }

@@ -139,6 +139,7 @@ core::Health health_of(const EngineFigures& figures, const core::LoopStatistics&
   const bool stale = figures.situation == Situation::kStale;
   const char* const stale_text = "the percept is stale: silence and alarm";
   set(kRunning, "sounding, " + sink_name);
+  if (figures.situation == Situation::kOff) set(kRunning, "the operator works without the tone: alarms only");
   if (figures.situation == Situation::kWaiting) set(kReady, "waiting for the percept");
   if (stale) set(kDegraded, stale_text);
   if (figures.device_lost) set(kDegraded, "the playback device went away: no sound");

@@ -16,6 +16,7 @@
 #include "common/teleop/feedback_rendering.hpp"
 #include "common/teleop/link_state.hpp"
 #include "common/teleop/percept_rendering.hpp"
+#include "common/teleop/percept_set.hpp"
 #include "components/master_io/config_cartesian.hpp"
 #include "components/master_io/desk.hpp"
 
@@ -58,7 +59,7 @@ struct Config {
   teleop::PerceptParameters percept;
   core::JointArray percept_gain{};  ///< initial G, by joint
   double percept_staleness_s = 0.06;
-  bool percept_follows_law = false;  ///< a new law switches drag on or off, as Table 6.1 has it
+  int percepts = teleop::kAllPercepts;  ///< the choice of percepts at the start, by its number
   teleop::FeedbackParameters feedback;
   std::vector<teleop::FeedbackLoop> feedback_loops;  ///< by joint; the feedback must be stable in them
   core::JointArray torque_rate_Nm_per_s{};           ///< greatest rate of the motors' torque, by joint

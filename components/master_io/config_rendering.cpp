@@ -166,7 +166,12 @@ void read_percept(const Fields& section, const robot::SerialArm& arm, Config& co
   percept.joint_count = arm.joint_count();
   section.choice("mode", percept.mode,
                  {{"separable", teleop::DragMode::kSeparable}, {"coupled", teleop::DragMode::kCoupled}});
-  section.choice("set", config.percept_follows_law, {{"all", false}, {"law", true}});
+  std::string set = "all";
+  section.text("set", set);
+  const auto number = teleop::percepts_from_name(set);
+  section.check(number.has_value(), "set",
+                std::string("is no choice of percepts; allowed: ") + teleop::kPerceptNames);
+  config.percepts = *number;
   config.percept_gain = teleop::everywhere(section.value("gain"));
   section.number("staleness_s", config.percept_staleness_s);
   percept.torque_cap_Nm = by_joint_type(arm, section.value("torque_cap_N_m"), section.value("force_cap_N"));

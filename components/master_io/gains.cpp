@@ -37,15 +37,14 @@ std::string why_not_stable(const messages::OperatorCommand& command, const GainR
 }  // namespace
 
 GainRules gain_rules(const Config& config, const robot::SerialArm& arm) {
-  return {runtime::joint_names(arm), config.feedback.limits, config.feedback.contact_gain_ratio,
-          config.percept_follows_law};
+  return {runtime::joint_names(arm), config.feedback.limits, config.feedback.contact_gain_ratio};
 }
 
 Settings initial_settings(const Config& config) {
   Settings settings;
   settings.percept_gain = config.percept_gain;
   settings.law = config.feedback.law;
-  settings.percept_enabled = !config.percept_follows_law || teleop::drag_stands_apart(settings.law);
+  settings.percepts = teleop::percepts_of(config.percepts, settings.law);
   return settings;
 }
 
@@ -62,11 +61,13 @@ core::Status apply_setting(const messages::OperatorCommand& command, const GainR
   } else if (feedback_gain) {
     set(settings.feedback_gain, command.joint, command.value);
   } else if (command.kind == CommandKind::kEnablePercept) {
-    settings.percept_enabled = command.value == 1.0;
+    settings.percepts.drag = command.value == 1.0;
+  } else if (command.kind == CommandKind::kSetPercepts) {
+    settings.percepts = teleop::percepts_of(static_cast<int>(command.value), settings.law);
   } else if (command.kind == CommandKind::kSetLaw) {
     settings.law = static_cast<teleop::BilateralLaw>(command.value);
     settings.feedback_gain = teleop::everywhere(teleop::kLawsOwnGain);
-    if (rules.percept_follows_law) settings.percept_enabled = teleop::drag_stands_apart(settings.law);
+    if (settings.percepts.automatic) settings.percepts = teleop::percepts_beside(settings.law);
   } else {
     return core::Status::invalid_argument("this command is not for master_io");
   }

@@ -15,7 +15,6 @@ struct GainRules {
   std::vector<std::string> joints;  ///< their names
   teleop::FeedbackLimits limits;
   double contact_ratio = 1.0;  ///< 1/A in contact ÷ 1/A out of it
-  bool percept_follows_law = false;
 };
 
 /// Returns the settings before the first command.
@@ -26,7 +25,7 @@ GainRules gain_rules(const Config& config, const robot::SerialArm& arm);
 /// Applies a command that is neither stop nor reset, or leaves `settings` unchanged and returns why, with
 /// what is allowed. Refuses gains 1/A that are not stable with `round_trip_s`, the delay in force, and names
 /// the joint with the lowest limit. A new law gets the 1/A that is configured for it and,
-/// with percept_follows_law, its percept on or off. Not for the servo
+/// where the choice of percepts is automatic, the percepts that Table 6.1 has beside it. Not for the servo
 /// thread.
 core::Status apply_setting(const messages::OperatorCommand& command, const GainRules& rules,
                            double round_trip_s, Settings& settings);

@@ -45,7 +45,9 @@ MasterOutputs MasterIo::step(const MasterInputs& in, double dt_s) noexcept {
   MasterOutputs out{teleop::step_link(link_, in, in.slave, align_tolerance_, count_, dt_s)};
   out.slave_touches = in.slave.contact;
   const bool coupled = out.state == LinkState::kCoupled;
-  out.percept_enabled = in.percept_wanted && in.settings.percept_enabled;
+  out.percepts = in.settings.percepts;
+  out.percept_enabled = in.percept_wanted && out.percepts.drag;
+  out.counterbalance = in.slave.counterbalance;
   const bool fresh = in.drag_age_s <= percept_staleness_s_ && in.drag_round_trip_s <= round_trip_limit_s_;
   const double limit_share = teleop::damping_share(delay_samples_, in.device_longer_s / period_s_);
   auto percept = percept_.step(in.drag.drag, fresh, coupled && out.percept_enabled, in.settings.percept_gain,

@@ -9,6 +9,7 @@
 #include "common/messages/teleoperation.hpp"
 #include "common/teleop/feedback_rendering.hpp"
 #include "common/teleop/percept_rendering.hpp"
+#include "common/teleop/percept_set.hpp"
 #include "common/teleop/servo_side.hpp"
 #include "common/teleop/torque_slew.hpp"
 #include "components/master_io/config.hpp"
@@ -30,7 +31,7 @@ struct Settings {
   core::JointArray percept_gain{};  ///< G, by joint
   teleop::BilateralLaw law = teleop::BilateralLaw::kSctfb;
   core::JointArray feedback_gain = teleop::everywhere(teleop::kLawsOwnGain);  ///< 1/A, by joint
-  bool percept_enabled = true;
+  teleop::PerceptChoice percepts;
 };
 
 /// The phantom's report whether the arm is in contact.
@@ -62,7 +63,9 @@ struct MasterOutputs : teleop::SideOutputs {
   double feedback_gain = 0.0;      ///< 1/A in force, contact included; the least of the joints
   double feedback_delay_s = 0.0;   ///< round trip in force, with which 1/A must be stable
   teleop::BilateralLaw law = teleop::BilateralLaw::kSctfb;  ///< in force
-  bool percept_enabled = false;
+  bool percept_enabled = false;                             ///< of drag: wanted by the script, too
+  teleop::PerceptChoice percepts;
+  teleop::Counterbalance counterbalance = teleop::Counterbalance::kMechanical;  ///< of the slave
   bool damping_limited = false, torque_limited = false;
   bool feedback_limited = false;  ///< 1/A of a joint is reduced to the stable value for the delay in force
   bool feedback_damped = false;   ///< the passivity guard adds damping

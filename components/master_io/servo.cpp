@@ -1,6 +1,7 @@
 #include "components/master_io/servo.hpp"
 
 #include "common/runtime/process.hpp"
+#include "components/master_io/gains.hpp"
 
 namespace phantom::master_io {
 
@@ -20,6 +21,10 @@ void MasterReport::take(const MasterOutputs& made) noexcept {
   percept_gain = made.percept_gain;
   feedback_gain = made.feedback_gain;
   percept_enabled = made.percept_enabled;
+  drag_chosen = made.percepts.drag;
+  tone_enabled = made.percepts.tone;
+  views_enabled = made.percepts.views;
+  percept_set_automatic = made.percepts.automatic;
   percept_limited = made.damping_limited || made.torque_limited;
   feedback_limited = made.feedback_limited;
   feedback_damped = made.feedback_damped;
@@ -44,8 +49,7 @@ Servo::Servo(const Config& config, const core::JointArray& home, Device& device,
       desk_hand_(config.desk, config.hand.joint_count),
       hand_(config.hand, config.driver == Driver::kCartesian ? config.hand_start : home),
       script_(config.script, hand_) {
-  inputs_.settings.percept_gain = config.percept_gain;
-  inputs_.settings.law = config.feedback.law;
+  inputs_.settings = initial_settings(config);
 }
 
 void Servo::read_inbox(core::Nanoseconds now_ns) noexcept {

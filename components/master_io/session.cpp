@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <optional>
+#include <tuple>
 
 #include "common/core/errors.hpp"
 #include "common/core/random.hpp"
@@ -56,20 +58,24 @@ std::string sentence(const MasterOutputs& now) {
   }
 }
 
-std::string proposal(teleop::BilateralLaw law) {
-  // Only the slave knows whether the arm is balanced; the proposal assumes the common case.
-  const auto set = teleop::percept_set(law, true);
-  return fmt::format("law {}: drag {}, tone {}, views {} ({})", teleop::name_of(law), name_of(set.haptic),
-                     name_of(set.audio), name_of(set.view), set.reason);
+std::string row_of_table(const MasterOutputs& now) {
+  const auto set = teleop::percept_set(now.law, now.counterbalance);
+  return fmt::format("{}: {}{}; Table 6.1: drag {}, tone {}, views {} ({})", set.row,
+                     teleop::words_of(now.percepts), now.percepts.automatic ? ", as the law has them" : "",
+                     name_of(set.haptic), name_of(set.audio), name_of(set.view), set.reason);
 }
 
-/// Logs changes of the law, and a percept or feedback that is reduced for stability.
+/// Logs changes of law, percepts and counterbalancing, and a percept or feedback that is reduced for
+/// stability.
 class EventLogger {
  public:
   void look(const MasterOutputs& now, core::Nanoseconds now_ns) {
-    if (now.law != law_ || !law_logged_) spdlog::info(proposal(now.law));
-    law_ = now.law;
-    law_logged_ = true;
+    // Before the slave is heard, nobody knows what carries its weight.
+    const Row row{now.law, now.counterbalance, now.percepts};
+    if (now.state != LinkState::kInit && row != row_) {
+      row_ = row;
+      spdlog::info(row_of_table(now));
+    }
     if (now.feedback_damped && now_ns >= damped_quiet_until_ns_) {
       damped_quiet_until_ns_ = now_ns + kAnnounceEvery_ns;
       spdlog::info("the slave's feedback gave more energy than it took: damped");
@@ -81,8 +87,8 @@ class EventLogger {
   }
 
  private:
-  teleop::BilateralLaw law_ = teleop::BilateralLaw::kSctfb;
-  bool law_logged_ = false;
+  using Row = std::tuple<teleop::BilateralLaw, teleop::Counterbalance, teleop::PerceptChoice>;
+  std::optional<Row> row_;
   core::Nanoseconds quiet_until_ns_ = 0, damped_quiet_until_ns_ = 0;
 };
 

@@ -7,7 +7,7 @@ namespace phantom::slave_io {
 CanArm::CanArm(const ArmModel& model, const Config& config, std::vector<std::unique_ptr<can::CanBus>> buses)
     : model_(model),
       axes_(config.can.value().group.axes),
-      feed_forward_(config.gravity_feed_forward),
+      balanced_(config.plant.balanced),
       held_(config.held),
       drives_(config.can->group, config.align_tolerance, std::move(buses)) {
   for (std::size_t j = 0; j < axes_.size(); ++j) {
@@ -35,7 +35,7 @@ const ArmSense& CanArm::sense() noexcept {
   sense_.homing = homing_of(drives);
   exerted_Nm_ = drives.torque;
   model_.arm.link_poses(sense_.position, X_WL_);
-  if (feed_forward_) sense_.gravity_Nm = model_.arm.gravity_torque(X_WL_);
+  if (!balanced_) sense_.gravity_Nm = model_.arm.gravity_torque(X_WL_);
   if (observer_) {
     external_ = observer_->step(X_WL_, {drives.follows && drives.current, drives.velocity, drives.torque},
                                 since_last_s_);
@@ -45,6 +45,7 @@ const ArmSense& CanArm::sense() noexcept {
 
 void CanArm::move(const ArmDemand& demand, double dt_s, core::Nanoseconds now_ns) noexcept {
   since_last_s_ = dt_s;
+  weight_Nm_ = demand.outputs.weight_Nm;
   can::DriveCommand command{.enable = demand.outputs.power && !demand.stop,
                             .quick_stop = demand.stop,
                             .reset = demand.reset,
@@ -53,7 +54,7 @@ void CanArm::move(const ArmDemand& demand, double dt_s, core::Nanoseconds now_ns
                             .position = demand.outputs.reference};
   for (std::size_t j = 0; j < axes_.size(); ++j) {
     const bool by_torque = axes_[j].mode == can::DriveMode::kTorque;
-    command.torque[j] = by_torque ? demand.outputs.torque.drive_Nm[j] : sense_.gravity_Nm[j];
+    command.torque[j] = by_torque ? demand.outputs.torque.drive_Nm[j] : weight_Nm_[j];
     const double share = demand.outputs.loop.share_within(held_[j].longest_s);
     command.velocity[j] = demand.outputs.reference_velocity[j] +
                           share * velocity_per_error_[j] * (demand.outputs.reference[j] - sense_.position[j]);
@@ -75,8 +76,7 @@ void CanArm::fill(messages::SlaveState& state) const noexcept {
   state.contact = external_.contact;
   for (std::size_t j = 0; j < axes_.size(); ++j) {
     // If the position loop is closed in the drive, its torque is the torque that the drive exerts.
-    if (axes_[j].mode != can::DriveMode::kTorque)
-      state.loop_torque_Nm[j] = exerted_Nm_[j] - sense_.gravity_Nm[j];
+    if (axes_[j].mode != can::DriveMode::kTorque) state.loop_torque_Nm[j] = exerted_Nm_[j] - weight_Nm_[j];
     if (!sense_.follows) state.loop_torque_Nm[j] = 0.0;
   }
   const std::size_t last = model_.arm.joint_count();

@@ -39,12 +39,12 @@ class CanArm final : public ArmDriver {
  private:
   const ArmModel& model_;
   std::vector<can::AxisConfig> axes_;
-  bool feed_forward_;
+  bool balanced_;
   std::array<teleop::HeldTorque, core::kMaxJoints> held_;
   core::JointArray velocity_per_error_{};
   can::ArmDrives drives_;
   ArmSense sense_;
-  core::JointArray exerted_Nm_{};
+  core::JointArray exerted_Nm_{}, weight_Nm_{};
   robot::LinkPoses X_WL_;
   std::optional<teleop::MomentumObserver> observer_;
   teleop::ExternalTorque external_;

@@ -37,6 +37,9 @@ void read_servo(const Fields& section, const robot::SerialArm& arm, Config& conf
   const double bandwidth_Hz = section.value("bandwidth_Hz"), damping = section.value("damping_ratio", 1.0),
                share = section.value("torque_share_of_effort", 1.0);
   section.flag("gravity_feed_forward", config.gravity_feed_forward);
+  section.check(
+      !config.gravity_feed_forward || !config.plant.balanced, "gravity_feed_forward",
+      "is true, but counterweights take the weight (plant.balanced); allowed: false, or plant.balanced: false");
   for (std::size_t j = 0; j < arm.joint_count(); ++j)
     config.gains[j] = teleop::gains_for(config.plant.joints[j].inertia, bandwidth_Hz, damping,
                                         share * arm.joints()[j].max_effort);

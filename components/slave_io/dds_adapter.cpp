@@ -17,6 +17,18 @@ constexpr core::Nanoseconds kGripperPeriod_ns =
 
 }  // namespace
 
+core::Status CounterbalanceRequest::ask(bool on) {
+  const State now = state_.load(std::memory_order_acquire);
+  if (now == State::kNotYet)
+    return core::Status::invalid_argument("counterbalance: slave_io is still starting; try again");
+  if (now == State::kBalanced && on) {
+    return core::Status::invalid_argument(
+        "counterbalance: counterweights carry the arm's weight (plant.balanced); allowed: off");
+  }
+  if (now != State::kBalanced) state_.store(on ? State::kOn : State::kOff, std::memory_order_release);
+  return core::Status::ok();
+}
+
 struct DdsAdapter::Impl {
   Impl(const core::NetworkOptions& network, const messages::ArmBounds& arm, Inbox& inbox)
       : participant("slave_io", network),
@@ -31,12 +43,22 @@ struct DdsAdapter::Impl {
     if (inbox.gripper.has_gripper()) gripper.emplace(participant, dds::kGripperState);
   }
 
+  static core::Status carry_out(const messages::OperatorCommand& command, Inbox& inbox) {
+    switch (command.kind) {
+      case core::CommandKind::kHome:
+        return inbox.homing.ask();
+      case core::CommandKind::kGripperWidth:
+        return inbox.gripper.ask_width(command.value);
+      case core::CommandKind::kGripperForce:
+        return inbox.gripper.ask_force(command.value);
+      case core::CommandKind::kCounterbalance:
+        return inbox.counterbalance.ask(command.value == 1.0);
+      default:
+        return core::Status::invalid_argument("this command is not for slave_io");
+    }
+  }
   static core::Status ask(const messages::OperatorCommand& command, Inbox& inbox) {
-    using core::CommandKind;
-    const core::Status status =
-        command.kind == CommandKind::kGripperWidth   ? inbox.gripper.ask_width(command.value)
-        : command.kind == CommandKind::kGripperForce ? inbox.gripper.ask_force(command.value)
-                                                     : inbox.homing.ask();
+    const core::Status status = carry_out(command, inbox);
     if (status) {
       spdlog::info("{} {:g}, asked for by {}", core::rule_of(command.kind).name, command.value,
                    command.issuer);

@@ -21,12 +21,31 @@ struct SlaveReport : messages::SlaveState {
   std::optional<messages::GripperState> gripper;
 };
 
+/// A person's choice whether the gravity model carries the arm's weight, between the thread that takes
+/// commands and the servo's. Real-time safe: yes.
+class CounterbalanceRequest {
+ public:
+  /// Says what is so at the start. Before that, requests are refused.
+  void begin(bool balanced, bool on) noexcept {
+    state_.store(balanced ? State::kBalanced : on ? State::kOn : State::kOff, std::memory_order_release);
+  }
+  /// Servo thread: returns what is wanted now.
+  bool on() const noexcept { return state_.load(std::memory_order_acquire) == State::kOn; }
+  /// Requests it, or returns why it is refused and what is allowed.
+  core::Status ask(bool on);
+
+ private:
+  enum class State : std::uint8_t { kNotYet, kBalanced, kOff, kOn };
+  std::atomic<State> state_{State::kNotYet};
+};
+
 /// Validated data from the topics. The servo thread is the reader.
 struct Inbox {
   core::Snapshot<MasterSample> master;
   core::StopRequests stops;
   HomingRequest homing;
   GripperRequests gripper;
+  CounterbalanceRequest counterbalance;
 };
 
 /// Connects slave_io to the topics. It stamps what it publishes and refuses samples that are invalid or out

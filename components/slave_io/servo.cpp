@@ -15,6 +15,7 @@ Servo::Servo(const ArmModel& model, const Config& config, ArmDriver& arm, Inbox&
       loop_guard_(config.loop),
       stops_(inbox.stops, stops) {
   if (gripper != nullptr) gripper_.emplace(config.gripper.value().limits, *gripper, inbox.gripper);
+  inbox_.counterbalance.begin(config.plant.balanced, config.gravity_feed_forward);
 }
 
 void Servo::tick(double dt_s, core::Nanoseconds now_ns) noexcept {
@@ -32,6 +33,7 @@ void Servo::tick(double dt_s, core::Nanoseconds now_ns) noexcept {
     inputs_.position = sense.position;
     inputs_.velocity = sense.velocity;
     inputs_.gravity_Nm = sense.gravity_Nm;
+    inputs_.counterbalance = inbox_.counterbalance.on();
     inputs_.drives_follow = sense.follows;
     inputs_.drive_fault = sense.fault;
     inputs_.enabling = enabling.step(sense.inputs, now_ns, steps.step_s);
@@ -66,6 +68,7 @@ void Servo::tick(double dt_s, core::Nanoseconds now_ns) noexcept {
   report.master_echo = inputs_.master.stamp;
   report.joint_count = joint_count_;
   report.loop_torque_Nm = report.outputs.torque.loop_Nm;
+  report.counterbalance = report.outputs.counterbalance;
   arm_.fill(report);
   outbox.write(report);
   published.raise();

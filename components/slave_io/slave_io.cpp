@@ -27,7 +27,6 @@ bool holds(LinkState state) {
 SlaveIo::SlaveIo(const robot::SerialArm& arm, const Config& config, const core::JointArray& start_q,
                  const teleop::StopLatch& latch)
     : count_(arm.joint_count()),
-      gravity_feed_forward_(config.gravity_feed_forward),
       lower_(limits_of(arm, &robot::Joint::lower)),
       upper_(limits_of(arm, &robot::Joint::upper)),
       max_speed_(limits_of(arm, &robot::Joint::max_speed)),
@@ -36,6 +35,7 @@ SlaveIo::SlaveIo(const robot::SerialArm& arm, const Config& config, const core::
       align_range_(config.align_range),
       link_(config.link, latch),
       servo_(arm.joint_count(), config.gains, config.held),
+      weight_(config.plant.balanced, config.gravity_feed_forward),
       limiter_(arm.joint_count(), lower_, upper_) {
   limiter_.reset(start_q);
 }
@@ -48,8 +48,10 @@ SlaveOutputs SlaveIo::step(const SlaveInputs& in, double dt_s) noexcept {
   out.far_joint = comes ? far_joint(in.master.position) : std::int8_t{-1};
   out.reference_velocity = lead_reference(in, out.far_joint < 0, dt_s);
   out.reference = limiter_.reference();
-  out.torque = servo_.step(out.reference, out.reference_velocity, in.position, in.velocity,
-                           gravity_feed_forward_ ? in.gravity_Nm : core::JointArray{}, in.loop);
+  out.weight_Nm = weight_.step(in.counterbalance, in.gravity_Nm, dt_s);
+  out.counterbalance = weight_.in_force();
+  out.torque =
+      servo_.step(out.reference, out.reference_velocity, in.position, in.velocity, out.weight_Nm, in.loop);
   limit_speed(in.velocity, out.torque.drive_Nm);
   return out;
 }

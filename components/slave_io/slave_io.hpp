@@ -6,6 +6,7 @@
 #include "common/core/joints.hpp"
 #include "common/messages/teleoperation.hpp"
 #include "common/robot/serial_arm.hpp"
+#include "common/teleop/counterbalance.hpp"
 #include "common/teleop/joint_servo.hpp"
 #include "common/teleop/servo_side.hpp"
 #include "components/slave_io/config.hpp"
@@ -17,13 +18,16 @@ using MasterSample = messages::Answer<messages::MasterState>;
 
 struct SlaveInputs : teleop::SideInputs {
   MasterSample master;
-  core::JointArray gravity_Nm{};  ///< torques that hold the weight; used if feed-forward is configured
+  core::JointArray gravity_Nm{};  ///< torques that hold the weight; zero for a balanced arm
+  bool counterbalance = false;    ///< an arm that is not balanced is to be counterbalanced automatically
 };
 
 struct SlaveOutputs : teleop::SideOutputs {
   std::int8_t far_joint =
       -1;  ///< index of a joint too far from the master's pose to align by itself; −1: none
   teleop::ServoTorque torque;
+  core::JointArray weight_Nm{};  ///< part of the drives' torque that carries the weight, outside F_as
+  teleop::Counterbalance counterbalance = teleop::Counterbalance::kMechanical;  ///< in force
   core::JointArray reference{};           ///< target of the position loops
   core::JointArray reference_velocity{};  ///< velocity of the reference, as far as the master reports it
 };
@@ -51,11 +55,11 @@ class SlaveIo {
   std::int8_t far_joint(const core::JointArray& q) const noexcept;
 
   std::size_t count_;
-  bool gravity_feed_forward_;
   core::JointArray lower_{}, upper_{}, max_speed_{};
   core::JointArray align_tolerance_, align_speed_, align_range_;
   teleop::LinkMonitor link_;
   teleop::JointServo servo_;
+  teleop::GravityFeedForward weight_;
   teleop::ReferenceLimiter limiter_;
 };
 

@@ -80,7 +80,7 @@ Case measure(BilateralLaw law, const Settings& settings) {
   found.percept_Nm = greatest(found.felt, &Moment::pffb_Nm);
   found.without = touch(reach(law, "cautious", false, true, settings));
   found.with = touch(reach(law, "cautious", true, true, settings));
-  found.stands_apart = teleop::percept_set(law, true).haptic != teleop::PerceptRole::kWeak;
+  found.stands_apart = teleop::percepts_beside(law).drag;
   return found;
 }
 

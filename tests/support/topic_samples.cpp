@@ -58,15 +58,16 @@ void set(msg::MasterState& s) {
       s.reach(-42), s.enabling_switch_fitted(true);
   fill(s.position_rad()), fill(s.velocity_rad_s()), fill(s.percept_torque_Nm());
   fill(s.feedback_torque_Nm()), fill(s.operator_torque_Nm());
-  s.percept_gain(number()), s.feedback_gain(number()), s.percept_enabled(true), s.feedback_damped(true),
-      s.feedback_limited(true);
+  s.percept_gain(number()), s.feedback_gain(number()), s.percept_enabled(true), s.drag_chosen(true),
+      s.tone_enabled(true), s.percept_set_automatic(true), s.feedback_damped(true), s.feedback_limited(true);
   s.slave_echo(echo()), s.drag_echo(echo()), s.round_trip_s(number());
 }
 void set(msg::SlaveState& s) {
   s.stamp(stamp()), s.master_echo(echo()), s.state(msg::LinkState::LINK_STOPPED),
       s.stop_cause(msg::StopCause::STOP_PARTNER), s.stop(long_count()), s.joint_count(6),
       s.motion_permitted(true);
-  fill(s.position_rad()), fill(s.velocity_rad_s()), fill(s.loop_torque_Nm()), fill(s.external_torque_Nm());
+  fill(s.position_rad()), fill(s.velocity_rad_s()), fill(s.loop_torque_Nm()),
+      s.counterbalance(msg::Counterbalance::COUNTERBALANCE_AUTOMATIC), fill(s.external_torque_Nm());
   s.external_torque_measured(true), s.contact(true), s.contact_force_N(number()), s.contact_object(65500);
   s.contact_point_m(vector()), s.tool_speed_m_s(number()), s.clearance_m(-1.0);
 }

@@ -30,7 +30,9 @@ static_assert(same_number(CommandKind::kHome, msg::CommandKind::COMMAND_HOME));
 static_assert(same_number(CommandKind::kGripperWidth, msg::CommandKind::COMMAND_GRIPPER_WIDTH));
 static_assert(same_number(CommandKind::kGripperForce, msg::CommandKind::COMMAND_GRIPPER_FORCE));
 static_assert(same_number(CommandKind::kTareForceSensor, msg::CommandKind::COMMAND_TARE_FORCE_SENSOR));
-static_assert(core::kCommandKinds == static_cast<int>(msg::CommandKind::COMMAND_TARE_FORCE_SENSOR) + 1);
+static_assert(same_number(CommandKind::kSetPercepts, msg::CommandKind::COMMAND_SET_PERCEPTS));
+static_assert(same_number(CommandKind::kCounterbalance, msg::CommandKind::COMMAND_COUNTERBALANCE));
+static_assert(core::kLastCommandKind == CommandKind::kCounterbalance);
 static_assert(same_number(SensingRequest::kAllowContact, msg::SensingRequest::SENSING_ALLOW_CONTACT));
 static_assert(same_number(SensingRequest::kForbidContact, msg::SensingRequest::SENSING_FORBID_CONTACT));
 static_assert(same_number(SensingRequest::kSelfTest, msg::SensingRequest::SENSING_SELF_TEST));
@@ -90,7 +92,7 @@ TEST(OperatorCommandCodec, WhatCannotBeTrueIsRefused) {
   EXPECT_EQ(refusal([](auto&) {}), "");
   EXPECT_THAT(refusal([](auto& m) { m.stamp().sequence_number(0); }), HasSubstr("sequence_number"));
   EXPECT_EQ(refusal([](auto& m) { m.kind(static_cast<msg::CommandKind>(core::kCommandKinds)); }),
-            "kind is 13; allowed: 0 to 12");
+            "kind is 15; allowed: 0 to 14");
   EXPECT_EQ(refusal([](auto& m) { m.joint(16); }), "joint is 16; allowed: -1 (all) to 15");
   EXPECT_EQ(refusal([](auto& m) { m.joint(-2); }), "joint is -2; allowed: -1 (all) to 15");
   const auto value = [&](msg::CommandKind kind, double number) {
@@ -113,6 +115,10 @@ TEST(OperatorCommandCodec, WhatCannotBeTrueIsRefused) {
               HasSubstr("allowed: a whole number from 0 to 1"));
   EXPECT_THAT(value(msg::CommandKind::COMMAND_VIEW_NODE, 15),
               HasSubstr("allowed: a whole number from 0 to 14"));
+  EXPECT_THAT(value(msg::CommandKind::COMMAND_SET_PERCEPTS, 9),
+              HasSubstr("allowed: a whole number from 0 to 8"));
+  EXPECT_THAT(value(msg::CommandKind::COMMAND_COUNTERBALANCE, 2),
+              HasSubstr("allowed: a whole number from 0 to 1"));
   EXPECT_THAT(value(msg::CommandKind::COMMAND_SET_LAW, 5), HasSubstr("allowed: a whole number from 0 to 4"));
   EXPECT_EQ(value(msg::CommandKind::COMMAND_GRIPPER_WIDTH, 1.01),
             "gripper_width: value is 1.01; allowed: 0 to 1");
@@ -136,7 +142,7 @@ TEST(OperatorReplyCodec, ThereAndBackItIsTheSameAndWhatCannotBeTrueIsRefused) {
   const Refusals<msg::OperatorReply> refusal{to_idl(reply)};
   EXPECT_THAT(refusal([](auto& m) { m.stamp().sequence_number(0); }), HasSubstr("sequence_number"));
   EXPECT_THAT(refusal([](auto& m) { m.kind(static_cast<msg::CommandKind>(core::kCommandKinds)); }),
-              HasSubstr("kind is 13"));
+              HasSubstr("kind is 15"));
 }
 
 TEST(SensingCommandCodec, ThereAndBackItIsTheSame) {

@@ -20,6 +20,10 @@ static_assert(same_number(teleop::LinkState::kAligned, msg::LinkState::LINK_ALIG
 static_assert(same_number(teleop::LinkState::kCoupled, msg::LinkState::LINK_COUPLED));
 static_assert(same_number(teleop::LinkState::kDegraded, msg::LinkState::LINK_DEGRADED));
 static_assert(same_number(teleop::LinkState::kStopped, msg::LinkState::LINK_STOPPED));
+static_assert(same_number(teleop::Counterbalance::kNone, msg::Counterbalance::COUNTERBALANCE_NONE));
+static_assert(same_number(teleop::Counterbalance::kMechanical,
+                          msg::Counterbalance::COUNTERBALANCE_MECHANICAL));
+static_assert(same_number(teleop::Counterbalance::kAutomatic, msg::Counterbalance::COUNTERBALANCE_AUTOMATIC));
 static_assert(same_number(teleop::StopCause::kNone, msg::StopCause::STOP_NONE));
 static_assert(same_number(teleop::StopCause::kEmergency, msg::StopCause::STOP_EMERGENCY));
 static_assert(same_number(teleop::StopCause::kDriveFault, msg::StopCause::STOP_DRIVE_FAULT));
@@ -40,6 +44,7 @@ SlaveState a_slave_state() {
   state.position = by_joint(0.1);
   state.velocity = by_joint(-0.2);
   state.loop_torque_Nm = by_joint(3.5);
+  state.counterbalance = teleop::Counterbalance::kAutomatic;
   state.force_measured = true;
   state.external_torque_Nm = by_joint(-4.5);
   state.contact = true;
@@ -66,6 +71,8 @@ MasterState a_master_state() {
   state.percept_gain = 11;
   state.feedback_gain = 0.05;
   state.percept_enabled = state.percept_limited = true;
+  state.drag_chosen = state.tone_enabled = state.views_enabled = false;
+  state.percept_set_automatic = true;
   state.feedback_limited = state.feedback_damped = state.force_missing = true;
   state.reach = 6;
   state.slave_echo = {1, 2, 3};
@@ -86,6 +93,7 @@ TEST(SlaveStateCodec, TheMessageSaysItFieldByField) {
   EXPECT_EQ(slave.stop_cause(), msg::StopCause::STOP_DRIVE_FAULT);
   EXPECT_EQ(slave.stop(), 44U);
   EXPECT_EQ(slave.loop_torque_Nm()[1], 3.5 * 2);
+  EXPECT_EQ(slave.counterbalance(), msg::Counterbalance::COUNTERBALANCE_AUTOMATIC);
   EXPECT_EQ(slave.master_echo().sequence_number(), 41U);
   EXPECT_EQ(slave.master_echo().monotonic_ns(), 42);
   EXPECT_EQ(slave.master_echo().session(), 43U);
@@ -120,6 +128,10 @@ TEST(MasterStateCodec, TheMessageSaysItFieldByField) {
   EXPECT_EQ(master.percept_gain(), 11);
   EXPECT_EQ(master.feedback_gain(), 0.05);
   EXPECT_TRUE(master.percept_enabled());
+  EXPECT_FALSE(master.drag_chosen());
+  EXPECT_FALSE(master.tone_enabled());
+  EXPECT_FALSE(master.views_enabled());
+  EXPECT_TRUE(master.percept_set_automatic());
   EXPECT_TRUE(master.percept_limited());
   EXPECT_EQ(master.reach(), 6);
   EXPECT_EQ(master.slave_echo().sequence_number(), 1U);

@@ -6,7 +6,6 @@
 #include <limits>
 #include <random>
 
-#include "common/teleop/percept_set.hpp"
 #include "common/teleop/tests/period.hpp"
 
 namespace phantom::teleop {
@@ -269,17 +268,6 @@ TEST(FeedbackRendering, EachJointHasItsOwnGain) {
   const auto out = run(renderer, in, 1.0);
   EXPECT_NEAR(out.torque_Nm[0], -0.05 * 20.0, 1e-9);
   EXPECT_NEAR(out.torque_Nm[1], -0.02 * 20.0, 1e-9);
-}
-
-// Table 6.1.
-TEST(PerceptSet, AudioIsEssentialWhereDragDoesNotStandApart) {
-  for (const auto law : {BilateralLaw::kPe, BilateralLaw::kPeff}) {
-    EXPECT_EQ(percept_set(law, true).haptic, PerceptRole::kWeak);
-    EXPECT_EQ(percept_set(law, true).audio, PerceptRole::kEssential);
-  }
-  EXPECT_EQ(percept_set(BilateralLaw::kSctfb, true).haptic, PerceptRole::kEssential);
-  EXPECT_EQ(percept_set(BilateralLaw::kSctfb, true).audio, PerceptRole::kHelpful);
-  EXPECT_EQ(percept_set(BilateralLaw::kSctfb, false).audio, PerceptRole::kEssential);
 }
 
 }  // namespace

@@ -91,6 +91,38 @@ TEST(AudioPercept, IsSilentInFreeSpaceHoweverFast) {
   EXPECT_EQ(rig.percept.situation(), Situation::kFreeSpace);
 }
 
+TEST(AudioPercept, WithoutTheToneNothingOfItIsHeardAndAlarmsAre) {
+  PerceptRig rig;
+  rig.run_sensing(200, 0.5, 0.2);
+  const auto master = [&](bool tone) {
+    rig.link(rig.inputs.master, LinkState::kCoupled);
+    rig.inputs.master.tone_enabled = tone;
+  };
+  master(false);
+  EXPECT_EQ(rig.run_sensing(300, 0.5, 0.2), 0.0);
+  EXPECT_EQ(rig.percept.situation(), Situation::kOff);
+  rig.inputs.alerts = {rig.now_ns, 1};
+  master(false);
+  rig.run_sensing(100, 0.5, 0.2);
+  EXPECT_EQ(rig.percept.sounding(), percept::Alarm::kUnsafeMotion) << "a hit threatens";
+  rig.inputs.alerts.active = 0;
+  rig.run(400);
+  EXPECT_EQ(rig.percept.alarm(), percept::Alarm::kLinkLost) << "a percept that is lost is told as ever";
+  master(true);
+  EXPECT_GT(rig.run_sensing(200, 0.5, 0.2), 0.01);
+}
+
+TEST(AudioPercept, TheToneIsOffOnlyWhileAMasterIsHeardThatSaysSo) {
+  PerceptRig rig;
+  EXPECT_GT(rig.run_sensing(200, 0.5, 0.2), 0.01) << "no master";
+  rig.link(rig.inputs.master, LinkState::kCoupled);
+  rig.inputs.master.tone_enabled = false;
+  rig.run_sensing(490, 0.5, 0.2);
+  EXPECT_EQ(rig.percept.situation(), Situation::kOff);
+  rig.run_sensing(30, 0.5, 0.2);
+  EXPECT_EQ(rig.percept.situation(), Situation::kSounding) << "the master was last heard half a second ago";
+}
+
 // Tries audio_percept: percept stale (200 ms)
 TEST(AudioPercept, AStalePerceptFadesToTheLinkLostAlarm) {
   PerceptRig rig;

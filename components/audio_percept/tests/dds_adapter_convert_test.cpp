@@ -232,6 +232,18 @@ TEST(LinkConverter, TellsTheStatesApartAndRefusesUnknownOnes) {
   EXPECT_FALSE(state(static_cast<msg::LinkState>(99)));
 }
 
+TEST(LinkConverter, TheMasterSaysWhetherTheToneMaySound) {
+  LinkConverter converter;
+  LinkSample sample;
+  for (const bool on : {true, false}) {
+    auto message = stamped<msg::MasterState>(on ? 1 : 2);
+    message.joint_count(7);
+    message.tone_enabled(on);
+    ASSERT_TRUE(converter.accept(message, 1, sample));
+    EXPECT_EQ(sample.tone_enabled, on);
+  }
+}
+
 msg::HitAlert alert(std::uint64_t number, std::uint32_t which, bool cleared, std::uint64_t session = 5) {
   auto message = stamped<msg::HitAlert>(number, session);
   message.alert(which);

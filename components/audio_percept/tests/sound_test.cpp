@@ -159,6 +159,8 @@ TEST(Sound, NothingThatComesMakesItClick) {
                            static_cast<std::uint32_t>(random() % 2)};
       rig.inputs.slave = {rig.now_ns,
                           random() % 30 == 0 ? teleop::LinkState::kStopped : teleop::LinkState::kCoupled};
+      rig.inputs.master = {
+          .received_ns = rig.now_ns, .state = teleop::LinkState::kCoupled, .tone_enabled = random() % 3 != 0};
       rig.sense(closeness, 0.3 * share(random), 2,
                 {4 * share(random) - 2, 4 * share(random) - 2, 2 * share(random)});
     }

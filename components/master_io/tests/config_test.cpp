@@ -100,8 +100,8 @@ TEST(MasterConfig, EachFaultIsNamedWithWhatIsAllowed) {
   EXPECT_THAT(problem("  gain: 20", "  gian: 20"), HasSubstr("percept.gain"));
   EXPECT_THAT(problem("mode: separable", "mode: directional"),
               AllOf(HasSubstr("percept.mode"), HasSubstr("separable, coupled")));
-  EXPECT_THAT(problem("  set: all", "  set: none"),
-              AllOf(HasSubstr("percept.set"), HasSubstr("allowed: all, law")));
+  EXPECT_THAT(problem("  set: all", "  set: drag,smell"),
+              AllOf(HasSubstr("percept.set"), HasSubstr("allowed: all, none, law")));
   EXPECT_THAT(problem("inertia_kg_m2: 0.05", "inertia_kg_m2: 0"), HasSubstr("device.revolute.inertia_kg_m2"));
   EXPECT_THAT(problem("mass_kg: 2", "mass_g: 2000"),
               AllOf(HasSubstr("device.prismatic.mass_kg"), HasSubstr("missing")));

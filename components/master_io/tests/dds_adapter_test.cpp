@@ -83,7 +83,7 @@ TEST(MasterAdapter, CommandsAreTakenWithinTheirRanges) {
   EXPECT_EQ(settings.feedback_gain, teleop::everywhere(0.012));
   EXPECT_TRUE(give(CommandKind::kEnablePercept, 0));
   EXPECT_FALSE(give(CommandKind::kEnablePercept, 0.5));
-  EXPECT_FALSE(settings.percept_enabled);
+  EXPECT_FALSE(settings.percepts.drag);
   EXPECT_TRUE(give(CommandKind::kSetLaw, 3));
   EXPECT_EQ(settings.law, teleop::BilateralLaw::kPe);
   EXPECT_EQ(settings.feedback_gain, teleop::everywhere(teleop::kLawsOwnGain))
@@ -92,27 +92,57 @@ TEST(MasterAdapter, CommandsAreTakenWithinTheirRanges) {
   EXPECT_FALSE(give(static_cast<CommandKind>(50), 0));
 }
 
+// The columns of Table 6.1, and the choice that follows the law.
+TEST(MasterAdapter, APersonChoosesDragToneAndViewsOrThoseOfTheLaw) {
+  Config config = shipped_config();
+  const GainRules rules = gain_rules(config, shipped_arm().arm);
+  Settings settings = initial_settings(config);
+  EXPECT_EQ(settings.percepts, teleop::PerceptChoice{}) << "all, and the law changes nothing";
+  const auto give = [&](CommandKind kind, double value) {
+    return apply_setting({.kind = kind, .value = value}, rules, 0.004, settings).is_ok();
+  };
+  const auto pe = static_cast<double>(teleop::BilateralLaw::kPe);
+  for (int number = 0; number <= teleop::kAllPercepts; ++number) {
+    ASSERT_TRUE(give(CommandKind::kSetPercepts, number));
+    const teleop::PerceptChoice chosen{(number & 1) != 0, (number & 2) != 0, (number & 4) != 0, false};
+    EXPECT_EQ(settings.percepts, chosen);
+    ASSERT_TRUE(give(CommandKind::kSetLaw, pe));
+    EXPECT_EQ(settings.percepts, chosen) << "a choice by hand stays whatever the law";
+  }
+  ASSERT_TRUE(give(CommandKind::kSetPercepts, teleop::kAutomaticPercepts));
+  EXPECT_EQ(settings.percepts, (teleop::PerceptChoice{false, true, true, true}));
+  ASSERT_TRUE(give(CommandKind::kSetLaw, 1));
+  EXPECT_EQ(settings.percepts, (teleop::PerceptChoice{true, true, true, true}));
+  const Settings before = settings;
+  for (const double bad : {kBad[0], kBad[1], -1.0, 9.0, 2.5})
+    EXPECT_FALSE(give(CommandKind::kSetPercepts, bad));
+  EXPECT_FALSE(give(CommandKind::kCounterbalance, 1)) << "the slave's";
+  EXPECT_EQ(settings.percepts, before.percepts);
+  config.percepts = teleop::percepts_from_name("tone,views").value();
+  EXPECT_EQ(initial_settings(config).percepts, (teleop::PerceptChoice{false, true, true, false}));
+}
+
 TEST(MasterAdapter, WithSetLawANewLawSwitchesDragAsTable61HasIt) {
   using enum teleop::BilateralLaw;
   const std::map<teleop::BilateralLaw, bool> drag{
       {kPf, true}, {kSctfb, true}, {kPfff, true}, {kPe, false}, {kPeff, false}};
   Config config = shipped_config();
   for (const bool follows : {false, true}) {
-    config.percept_follows_law = follows;
+    config.percepts = follows ? teleop::kAutomaticPercepts : teleop::kAllPercepts;
     const GainRules rules = gain_rules(config, shipped_arm().arm);
     for (const auto& [before, unused] : drag) {
       for (const auto& [law, stands_apart] : drag) {
         config.feedback.law = before;
         Settings settings = initial_settings(config);
-        EXPECT_EQ(settings.percept_enabled, !follows || drag.at(before));
+        EXPECT_EQ(settings.percepts.drag, !follows || drag.at(before));
         const auto give = [&](CommandKind kind, double value) {
           EXPECT_TRUE(apply_setting({.kind = kind, .value = value}, rules, 0.004, settings).is_ok());
         };
         give(CommandKind::kSetLaw, static_cast<double>(law));
-        EXPECT_EQ(settings.percept_enabled, !follows || stands_apart)
+        EXPECT_EQ(settings.percepts.drag, !follows || stands_apart)
             << name_of(before) << " to " << name_of(law);
         give(CommandKind::kEnablePercept, 1);
-        EXPECT_TRUE(settings.percept_enabled) << "an operator's word counts until the next law";
+        EXPECT_TRUE(settings.percepts.drag) << "an operator's word counts until the next law";
       }
     }
   }
@@ -177,6 +207,7 @@ TEST(MasterAdapter, TheOutputsAreReportedFieldByField) {
   outputs.percept_gain = 11;
   outputs.feedback_gain = 0.05;
   outputs.percept_enabled = true;
+  outputs.percepts = {false, false, false, true};
   outputs.damping_limited = true;
   outputs.law = teleop::BilateralLaw::kPfff;
   outputs.feedback_damped = outputs.force_missing = outputs.feedback_limited = true;
@@ -194,6 +225,10 @@ TEST(MasterAdapter, TheOutputsAreReportedFieldByField) {
   EXPECT_EQ(report.percept_gain, 11);
   EXPECT_EQ(report.feedback_gain, 0.05);
   EXPECT_TRUE(report.percept_enabled);
+  EXPECT_FALSE(report.drag_chosen);
+  EXPECT_FALSE(report.tone_enabled);
+  EXPECT_FALSE(report.views_enabled);
+  EXPECT_TRUE(report.percept_set_automatic);
   EXPECT_TRUE(report.percept_limited);
 }
 
