@@ -141,10 +141,6 @@ class Encoder {
     to.y(from[1]);
     to.z(from[2]);
   }
-  template <class From>
-  void vector(const char* field, msg::Vector3& to, const From& from, double) {
-    place(field, to, from);
-  }
   void placement(const char* field, msg::Pose& to, const Vector3& position_m, const std::array<double, 9>& R,
                  double);
   void pose(const char*, msg::Pose& to, const geometry::Pose& from);

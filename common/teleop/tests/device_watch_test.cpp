@@ -14,11 +14,11 @@ namespace phantom::teleop {
 namespace {
 
 constexpr core::Nanoseconds kMs = 1'000'000;
-constexpr double kTick_s = 0.001;
+constexpr double kWatchTick_s = 0.001;
 const DeviceWatchParameters kParameters{.staleness_s = 0.02, .round_trip_limit_s = 0.03, .loop_s = 0.002};
 
 /// A device that answers in 2 ms, seen at every tick.
-struct Rig {
+struct WatchRig {
   DeviceWatch watch{kParameters};
   DeviceReading reading{.session = 7, .ready = true};
   DeviceVerdict last;
@@ -33,14 +33,14 @@ struct Rig {
         reading.received_ns = reading.measured_ns = now_ns;
         reading.answers_ns = now_ns - loop_ns;
         for (std::size_t k = 0; k < 3; ++k)
-          reading.handle.position_m[k] += kTick_s * reading.handle.velocity_m_s[k];
+          reading.handle.position_m[k] += kWatchTick_s * reading.handle.velocity_m_s[k];
       }
       const test::HeapGuard guard;
-      last = watch.step(reading, now_ns, kTick_s);
+      last = watch.step(reading, now_ns, kWatchTick_s);
     }
     return last;
   }
-  Rig() {
+  WatchRig() {
     tick(2);
     reading.clutch = true;
     tick();
@@ -48,12 +48,12 @@ struct Rig {
 };
 
 TEST(DeviceWatch, ADeviceIsTakenOnceItsClutchWasSeenOut) {
-  Rig rig;
+  WatchRig rig;
   EXPECT_EQ(rig.last.trouble, DeviceTrouble::kNone);
   EXPECT_TRUE(rig.last.hand.valid && rig.last.hand.clutch);
   EXPECT_EQ(rig.last.longer_s, 0.0);
 
-  Rig held;
+  WatchRig held;
   held.watch = DeviceWatch(kParameters);
   EXPECT_EQ(held.tick(500).trouble, DeviceTrouble::kClutchIn) << "held closed from the start";
   EXPECT_FALSE(held.last.hand.valid);
@@ -62,7 +62,7 @@ TEST(DeviceWatch, ADeviceIsTakenOnceItsClutchWasSeenOut) {
 }
 
 TEST(DeviceWatch, SilenceIsSeenWithinATickOfTheStalenessAndTheClutchMustBeLetOutAfterIt) {
-  Rig rig;
+  WatchRig rig;
   rig.heard = false;
   EXPECT_EQ(rig.tick(20).trouble, DeviceTrouble::kNone);
   EXPECT_EQ(rig.tick(1).trouble, DeviceTrouble::kSilent);
@@ -81,7 +81,7 @@ TEST(DeviceWatch, SilenceIsSeenWithinATickOfTheStalenessAndTheClutchMustBeLetOut
 }
 
 TEST(DeviceWatch, ADeviceThatIsNotReadyOrDoesNotAnswerIsNotTaken) {
-  Rig rig;
+  WatchRig rig;
   rig.reading.ready = false;
   EXPECT_EQ(rig.tick().trouble, DeviceTrouble::kNotReady);
   rig.reading.ready = true;
@@ -90,11 +90,11 @@ TEST(DeviceWatch, ADeviceThatIsNotReadyOrDoesNotAnswerIsNotTaken) {
   rig.now_ns += kMs;
   rig.reading.received_ns = rig.reading.measured_ns = rig.now_ns;
   rig.reading.answers_ns = 0;
-  EXPECT_EQ(rig.watch.step(rig.reading, rig.now_ns, kTick_s).trouble, DeviceTrouble::kUnanswered);
+  EXPECT_EQ(rig.watch.step(rig.reading, rig.now_ns, kWatchTick_s).trouble, DeviceTrouble::kUnanswered);
 }
 
 TEST(DeviceWatch, TheLoopIsAsLongAsTheActingWrenchIsOldAndTooLongIsALoss) {
-  Rig rig;
+  WatchRig rig;
   rig.loop_ns = 8 * kMs;
   EXPECT_NEAR(rig.tick().longer_s, 0.006, 1e-9) << "at once";
   rig.loop_ns = 2 * kMs;
@@ -108,7 +108,7 @@ TEST(DeviceWatch, TheLoopIsAsLongAsTheActingWrenchIsOldAndTooLongIsALoss) {
 }
 
 TEST(DeviceWatch, ADeviceThatStopsTakingWrenchesIsLateThoughItsStatesCome) {
-  Rig rig;
+  WatchRig rig;
   const core::Nanoseconds answered_ns = rig.reading.answers_ns;
   int ticks = 0;
   for (; rig.last.trouble == DeviceTrouble::kNone && ticks < 100; ++ticks) {
@@ -128,7 +128,7 @@ TEST(DeviceWatch, APoseThatJumpsIsNotFollowed) {
         Eigen::Map<Eigen::Matrix3d>(h.R_DH.data()) = geometry::rotation_from_rpy(0.06, 0, 0);
       }};
   for (const Change& jump : jumps) {
-    Rig rig;
+    WatchRig rig;
     rig.reading.handle.velocity_m_s = {0.5, 0, 0};
     rig.tick(50);
     ASSERT_EQ(rig.last.trouble, DeviceTrouble::kNone);
@@ -143,16 +143,16 @@ TEST(DeviceWatch, APoseThatJumpsIsNotFollowed) {
 }
 
 TEST(DeviceWatch, AHandsOwnMotionIsNoJump) {
-  Rig rig;
+  WatchRig rig;
   double t = 0.0;
   const auto place = [&] {
     for (std::size_t k = 0; k < 3; ++k) {  // 5 Hz, ± 5 cm: 1.6 m/s, 49 m/s²
       rig.reading.handle.velocity_m_s[k] =
           0.05 * 31.4 * std::cos(31.4 * (t - 0.004));  // behind a filter of 4 ms
       rig.reading.handle.position_m[k] =
-          0.05 * std::sin(31.4 * t) - kTick_s * rig.reading.handle.velocity_m_s[k];
+          0.05 * std::sin(31.4 * t) - kWatchTick_s * rig.reading.handle.velocity_m_s[k];
     }
-    t += kTick_s;
+    t += kWatchTick_s;
   };
   rig.watch = DeviceWatch(kParameters);
   rig.reading.clutch = false;
@@ -164,14 +164,14 @@ TEST(DeviceWatch, AHandsOwnMotionIsNoJump) {
     rig.heard = false;  // 15 samples are lost
     for (int lost = 0; lost < 15; ++lost) {
       rig.tick();
-      t += kTick_s;
+      t += kWatchTick_s;
     }
     rig.heard = true;
   }
 }
 
 TEST(DeviceWatch, AnotherProcessInItsPlaceIsALossToo) {
-  Rig rig;
+  WatchRig rig;
   rig.reading.session = 8;
   EXPECT_EQ(rig.tick().trouble, DeviceTrouble::kRestarted);
   rig.reading.clutch = false;

@@ -13,13 +13,14 @@
 namespace phantom::teleop {
 namespace {
 
-constexpr double kTick_s = 0.001;
+constexpr double kSwitchTick_s = 0.001;
 
 // Limits in whole ticks and a half, so that a sum of ticks is on one side of them whatever its rounding.
 struct Limits {
   int settle = 3, stale = 5, discrepancy = 8;
   EnablingSwitchParameters parameters() const {
-    return {(settle + 0.5) * kTick_s, (stale + 0.5) * kTick_s, (discrepancy + 0.5) * kTick_s};
+    return {(settle + 0.5) * kSwitchTick_s, (stale + 0.5) * kSwitchTick_s,
+            (discrepancy + 0.5) * kSwitchTick_s};
   }
 };
 
@@ -85,7 +86,7 @@ class Twin {
 
 SwitchState hold_for(EnablingSwitch& device, const SwitchContacts& contacts, int ticks) {
   SwitchState state{};
-  for (int i = 0; i < ticks; ++i) state = device.step(contacts, kTick_s);
+  for (int i = 0; i < ticks; ++i) state = device.step(contacts, kSwitchTick_s);
   return state;
 }
 
@@ -125,7 +126,7 @@ TEST(EnablingSwitch, SR19_PermitsWhatTheRuleOverTheWholeHistoryPermits) {
       const SwitchContacts contacts = any_contacts(random);
       const auto ticks = static_cast<int>(1 + random() % 14);
       for (int i = 0; i < ticks; ++i) {
-        const bool permits_now = permits(device.step(contacts, kTick_s));
+        const bool permits_now = permits(device.step(contacts, kSwitchTick_s));
         ASSERT_EQ(permits_now, twin.permits(contacts)) << "walk " << walk << ", part " << part;
         ++(permits_now ? permitted : refused);
       }
@@ -140,7 +141,7 @@ TEST(EnablingSwitch, SR19_LettingGoOfEitherContactCountsInThatTick) {
     EnablingSwitch device(Limits().parameters());
     hold_for(device, kLetGo, 10);
     ASSERT_EQ(hold_for(device, kClosed, 10), SwitchState::kHeld);
-    EXPECT_FALSE(permits(device.step(let_go, kTick_s)));
+    EXPECT_FALSE(permits(device.step(let_go, kSwitchTick_s)));
     // Not by holding again: both contacts have to be seen released for a while.
     EXPECT_EQ(hold_for(device, kClosed, 100), SwitchState::kToBeReleased);
     hold_for(device, kLetGo, 10);
@@ -152,11 +153,12 @@ TEST(EnablingSwitch, SR19_HoldingCountsAfterTheContactsHaveSettled) {
   EnablingSwitch device({.settle_s = 0.0205});
   hold_for(device, kLetGo, 100);
   int ticks = 1;
-  while (device.step(kClosed, kTick_s) != SwitchState::kHeld && ticks < 1000) ++ticks;
+  while (device.step(kClosed, kSwitchTick_s) != SwitchState::kHeld && ticks < 1000) ++ticks;
   EXPECT_EQ(ticks, 21);
   // A contact that bounces while it closes.
   hold_for(device, kLetGo, 100);
-  for (int i = 0; i < 50; ++i) EXPECT_FALSE(permits(device.step(i % 3 == 0 ? kFirstOnly : kClosed, kTick_s)));
+  for (int i = 0; i < 50; ++i)
+    EXPECT_FALSE(permits(device.step(i % 3 == 0 ? kFirstOnly : kClosed, kSwitchTick_s)));
   EXPECT_EQ(hold_for(device, kClosed, 25), SwitchState::kHeld);
 }
 
@@ -173,7 +175,7 @@ TEST(EnablingSwitch, SR19_PressedThroughPermitsNothingUntilItWasReleased) {
   EnablingSwitch device(Limits().parameters());
   hold_for(device, kLetGo, 10);
   hold_for(device, kClosed, 10);
-  EXPECT_EQ(device.step(kThrough, kTick_s), SwitchState::kPressedThrough);
+  EXPECT_EQ(device.step(kThrough, kSwitchTick_s), SwitchState::kPressedThrough);
   EXPECT_EQ(hold_for(device, kClosed, 1000), SwitchState::kToBeReleased) << "back to the middle";
   EXPECT_EQ(hold_for(device, kLetGo, 4), SwitchState::kReleased);
   EXPECT_EQ(hold_for(device, kClosed, 4), SwitchState::kHeld);
@@ -190,7 +192,7 @@ TEST(EnablingSwitch, SR19_AnAbsentOldOrImpossibleOneIsReleasedAndHasToBeReleased
     ASSERT_EQ(hold_for(device, kClosed, 100), SwitchState::kHeld);
     SwitchContacts old = age_s == 0.0 ? unplugged : kClosed;
     old.age_s = age_s == -never ? never : age_s;
-    EXPECT_EQ(device.step(old, kTick_s), SwitchState::kAbsent) << age_s;
+    EXPECT_EQ(device.step(old, kSwitchTick_s), SwitchState::kAbsent) << age_s;
     EXPECT_EQ(hold_for(device, kClosed, 1000), SwitchState::kToBeReleased);
   }
   EnablingSwitch device({.stale_s = 0.1});
@@ -206,7 +208,7 @@ TEST(EnablingSwitch, SR19_AContactThatSticksIsAFaultWithinTheTimeAndIsNeverOverl
     hold_for(device, kLetGo, 100);
     hold_for(device, kClosed, 100);
     int ticks = 1;
-    while (device.step(stuck, kTick_s) != SwitchState::kContactsDiffer && ticks < 10000) ++ticks;
+    while (device.step(stuck, kSwitchTick_s) != SwitchState::kContactsDiffer && ticks < 10000) ++ticks;
     EXPECT_EQ(ticks, 501);
     EXPECT_EQ(component_state(SwitchState::kContactsDiffer), core::ComponentState::kFault);
     for (int i = 0; i < 20; ++i) {  // the operator tries again and again, quickly and slowly

@@ -13,19 +13,19 @@
 namespace phantom::teleop {
 namespace {
 
-constexpr double kDt_s = 0.001;
-constexpr GripperLimits kLimits{.widest_m = 0.1,
-                                .max_speed_m_s = 0.1,
-                                .least_force_N = 3.0,
-                                .greatest_force_N = 60.0,
-                                .usual_force_N = 30.0};
+constexpr double kGripperTick_s = 0.001;
+constexpr GripperLimits kGripperLimits{.widest_m = 0.1,
+                                       .max_speed_m_s = 0.1,
+                                       .least_force_N = 3.0,
+                                       .greatest_force_N = 60.0,
+                                       .usual_force_N = 30.0};
 constexpr double kObject_m = 0.042, kStiffness_N_per_m = 20'000.0;
 
 /// A gripper with its drive, in virtual time.
-class Rig {
+class GripperRig {
  public:
-  explicit Rig(double object_m = kObject_m, double start_m = 0.1)
-      : plant({.widest_m = kLimits.widest_m,
+  explicit GripperRig(double object_m = kObject_m, double start_m = 0.1)
+      : plant({.widest_m = kGripperLimits.widest_m,
                .object_width_m = object_m,
                .object_stiffness_N_per_m = kStiffness_N_per_m},
               start_m) {}
@@ -41,19 +41,19 @@ class Rig {
   void tick() {
     demand =
         control.step({true, plant.width_m(), plant.velocity_m_s(), plant.drive_force_N(), follows, !follows},
-                     request, kDt_s);
+                     request, kGripperTick_s);
     // A drive that does not follow holds where it is, as by its quick stop: with the force that it had.
     if (follows) held_m = demand.width_m;
-    plant.step(held_m, demand.force_N, kDt_s);
+    plant.step(held_m, demand.force_N, kGripperTick_s);
     fastest_m_s = std::max(fastest_m_s, std::abs(plant.velocity_m_s()));
   }
   void run(double seconds) {
-    for (int i = 0; i < std::lround(seconds / kDt_s); ++i) tick();
+    for (int i = 0; i < std::lround(seconds / kGripperTick_s); ++i) tick();
   }
   const GripperStatus& status() const { return control.status(); }
 
   simulation::GripperPlant plant;
-  GripperControl control{kLimits};
+  GripperControl control{kGripperLimits};
   GripperRequest request;
   GripperDemand demand;
   bool follows = true;
@@ -61,7 +61,7 @@ class Rig {
 };
 
 TEST(GripperControl, StaysWhereItIsUntilItIsAsked) {
-  Rig rig(0.0, 0.06);
+  GripperRig rig(0.0, 0.06);
   rig.run(1.0);
   EXPECT_NEAR(rig.plant.width_m(), 0.06, 1e-6);
   EXPECT_EQ(rig.status().requested_width_m, 0.06);
@@ -69,19 +69,19 @@ TEST(GripperControl, StaysWhereItIsUntilItIsAsked) {
 }
 
 TEST(GripperControl, GoesToAWidthAtItsSpeed) {
-  Rig rig(0.0);
+  GripperRig rig(0.0);
   rig.ask_width(0.03);
   rig.run(0.35);
   EXPECT_TRUE(rig.status().moves);
   EXPECT_NEAR(rig.plant.width_m(), 0.1 - 0.35 * 0.1, 0.001);
   rig.run(0.65);
   EXPECT_NEAR(rig.plant.width_m(), 0.03, 1e-4);
-  EXPECT_LT(rig.fastest_m_s, 1.05 * kLimits.max_speed_m_s);
+  EXPECT_LT(rig.fastest_m_s, 1.05 * kGripperLimits.max_speed_m_s);
   EXPECT_FALSE(rig.status().holds || rig.status().moves);
 }
 
 TEST(GripperControl, OpensAndClosesAsFarAsItGoes) {
-  Rig rig(0.0, 0.05);
+  GripperRig rig(0.0, 0.05);
   rig.ask_width(1.0);
   rig.run(1.0);
   EXPECT_TRUE(rig.status().open);
@@ -93,7 +93,7 @@ TEST(GripperControl, OpensAndClosesAsFarAsItGoes) {
 }
 
 TEST(GripperControl, HoldsWhatItMeetsWithTheRequestedForce) {
-  Rig rig;
+  GripperRig rig;
   rig.ask_force(20.0);
   rig.ask_width(0.0);
   rig.run(1.0);
@@ -109,32 +109,32 @@ TEST(GripperControl, HoldsWhatItMeetsWithTheRequestedForce) {
 }
 
 TEST(GripperControl, HoldsFromWithinToo) {
-  Rig rig(0.0, 0.05);
+  GripperRig rig(0.0, 0.05);
   rig.ask_width(0.1);
   rig.run(0.2);
   // A ring that the fingers press open: the drive exerts its force and does not get on.
   const GripperSense ring{true, 0.07, 0.0, -30.0, true, false};
-  for (int i = 0; i < 200; ++i) rig.control.step(ring, rig.request, kDt_s);
+  for (int i = 0; i < 200; ++i) rig.control.step(ring, rig.request, kGripperTick_s);
   EXPECT_TRUE(rig.status().holds);
   rig.control.halt();
-  EXPECT_EQ(rig.control.step(ring, rig.request, kDt_s).width_m, 0.07 + GripperControl::kLead_m);
+  EXPECT_EQ(rig.control.step(ring, rig.request, kGripperTick_s).width_m, 0.07 + GripperControl::kLead_m);
 }
 
 TEST(GripperControl, ForcesBeyondTheLimitsAreBroughtWithin) {
-  Rig rig;
+  GripperRig rig;
   rig.ask_force(1e6);
   rig.tick();
-  EXPECT_EQ(rig.demand.force_N, kLimits.greatest_force_N);
+  EXPECT_EQ(rig.demand.force_N, kGripperLimits.greatest_force_N);
   rig.ask_force(0.0);
   rig.tick();
-  EXPECT_EQ(rig.demand.force_N, kLimits.least_force_N);
+  EXPECT_EQ(rig.demand.force_N, kGripperLimits.least_force_N);
   rig.ask_force(std::numeric_limits<double>::quiet_NaN());
   rig.tick();
-  EXPECT_EQ(rig.demand.force_N, kLimits.least_force_N);
+  EXPECT_EQ(rig.demand.force_N, kGripperLimits.least_force_N);
 }
 
 TEST(GripperControl, HaltEndsAMotionForGood) {
-  Rig rig(0.0);
+  GripperRig rig(0.0);
   rig.ask_width(0.0);
   rig.run(0.3);
   const double at_m = rig.plant.width_m();
@@ -148,7 +148,7 @@ TEST(GripperControl, HaltEndsAMotionForGood) {
 TEST(GripperControl, HaltLeavesAGripAsItIs) {
   for (const double until_s :
        {0.55, 0.58, 0.585, 0.59, 0.6, 0.65, 1.0}) {  // around the moment of the contact
-    Rig rig;
+    GripperRig rig;
     rig.ask_width(0.0);
     rig.run(until_s);
     const bool touched = rig.plant.object_force_N() > 15.0;
@@ -163,7 +163,7 @@ TEST(GripperControl, HaltLeavesAGripAsItIs) {
 }
 
 TEST(GripperControl, GripsAgainAfterAFaultOfItsDrive) {
-  Rig rig;
+  GripperRig rig;
   rig.ask_width(0.0);
   rig.run(1.0);
   rig.follows = false;
@@ -179,7 +179,7 @@ TEST(GripperControl, GripsAgainAfterAFaultOfItsDrive) {
 
 TEST(GripperControl, DoesNotGoOnByItselfAfterAFault) {
   for (const double to_m : {0.0, 0.1}) {
-    Rig rig(0.0, 0.05);
+    GripperRig rig(0.0, 0.05);
     rig.ask_width(to_m);
     rig.run(0.2);
     rig.follows = false;
@@ -193,7 +193,7 @@ TEST(GripperControl, DoesNotGoOnByItselfAfterAFault) {
 }
 
 TEST(GripperControl, CarriesOutARequestThatCameDuringAFault) {
-  Rig rig(0.0, 0.05);
+  GripperRig rig(0.0, 0.05);
   rig.run(0.1);
   rig.follows = false;
   rig.run(0.1);
@@ -206,19 +206,19 @@ TEST(GripperControl, CarriesOutARequestThatCameDuringAFault) {
 }
 
 TEST(GripperControl, TakesOverTheGripOfAnEarlierProcess) {
-  GripperControl control(kLimits);
+  GripperControl control(kGripperLimits);
   GripperSense sense{true, 0.04, 0.0, 12.0, false, false};
-  control.step(sense, {}, kDt_s);
+  control.step(sense, {}, kGripperTick_s);
   sense.follows = true;
   GripperDemand demand;
-  for (int i = 0; i < 200; ++i) demand = control.step(sense, {}, kDt_s);
+  for (int i = 0; i < 200; ++i) demand = control.step(sense, {}, kGripperTick_s);
   EXPECT_EQ(demand.width_m, 0.04 - GripperControl::kLead_m);
   EXPECT_EQ(demand.force_N, 12.0);
   EXPECT_TRUE(control.status().holds);
 }
 
 TEST(GripperControl, ClosesOnWhatSlipsNoFasterThanItsSpeed) {
-  Rig rig;
+  GripperRig rig;
   rig.ask_width(0.0);
   rig.run(1.0);
   const double before_m = rig.plant.width_m();
@@ -228,8 +228,8 @@ TEST(GripperControl, ClosesOnWhatSlipsNoFasterThanItsSpeed) {
   for (int i = 0; i < 300; ++i) {  // gone: the fingers follow the demand at once
     sense.width_m = last_m;
     sense.force_N = 0.0;
-    const double next_m = rig.control.step(sense, same, kDt_s).width_m;
-    ASSERT_GE(next_m, last_m - kLimits.max_speed_m_s * kDt_s - 1e-12);
+    const double next_m = rig.control.step(sense, same, kGripperTick_s).width_m;
+    ASSERT_GE(next_m, last_m - kGripperLimits.max_speed_m_s * kGripperTick_s - 1e-12);
     last_m = next_m;
   }
   EXPECT_LT(last_m, before_m - 0.02);
@@ -241,7 +241,7 @@ TEST(GripperControl, NothingButARequestOpensAGrip) {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> chance;
   for (int run = 0; run < 40; ++run) {
-    Rig rig(0.01 + 0.08 * chance(random));
+    GripperRig rig(0.01 + 0.08 * chance(random));
     rig.ask_force(5.0 + 50.0 * chance(random));
     rig.ask_width(0.0);
     rig.run(1.4);
@@ -272,27 +272,27 @@ TEST(GripperControl, DemandIsWithinItsLimitsForAnyInput) {
                         60.0,
                         std::numeric_limits<double>::quiet_NaN()};
   const auto any = [&] { return odd[random() % std::size(odd)]; };
-  GripperControl control(kLimits);
+  GripperControl control(kGripperLimits);
   GripperRequest request;
   for (int i = 0; i < 200'000; ++i) {
     if (random() % 5 == 0) request.width_m = any(), ++request.width_number;
     if (random() % 5 == 0) request.force_N = any(), ++request.force_number;
     if (random() % 50 == 0) control.halt();
     const GripperSense sense{random() % 9 != 0, any(), any(), any(), random() % 4 != 0, random() % 7 == 0};
-    const GripperDemand demand = control.step(sense, request, kDt_s);
+    const GripperDemand demand = control.step(sense, request, kGripperTick_s);
     ASSERT_TRUE(std::isfinite(demand.width_m) && std::isfinite(demand.force_N));
-    ASSERT_GE(demand.force_N, kLimits.least_force_N);
-    ASSERT_LE(demand.force_N, kLimits.greatest_force_N);
+    ASSERT_GE(demand.force_N, kGripperLimits.least_force_N);
+    ASSERT_LE(demand.force_N, kGripperLimits.greatest_force_N);
     const GripperStatus& status = control.status();
-    ASSERT_TRUE(status.requested_width_m >= 0.0 && status.requested_width_m <= kLimits.widest_m);
+    ASSERT_TRUE(status.requested_width_m >= 0.0 && status.requested_width_m <= kGripperLimits.widest_m);
     if (status.sense.follows) {
-      ASSERT_TRUE(demand.width_m >= 0.0 && demand.width_m <= kLimits.widest_m);
+      ASSERT_TRUE(demand.width_m >= 0.0 && demand.width_m <= kGripperLimits.widest_m);
     }
   }
 }
 
 TEST(GripperControl, StepDoesNotAllocate) {
-  Rig rig;
+  GripperRig rig;
   const test::HeapGuard guard;
   rig.ask_width(0.0);
   rig.run(1.0);

@@ -16,7 +16,7 @@ namespace {
 using core::JointArray;
 using Eigen::Vector3d;
 
-constexpr double kTick_s = 0.001;
+constexpr double kSensorTick_s = 0.001;
 const double kNoNumber = std::numeric_limits<double>::quiet_NaN();
 
 const robot::SerialArm& wrist_arm() {
@@ -61,16 +61,16 @@ class WristSensorBench {
             R_SW * (lever_W.cross(force_W_N) + centre_W.cross(weight_W)) + offset.torque_Nm};
   }
   const WristForce& tick() {
-    felt = sensor.step({reading(), valid, fresh, age_s}, X_WL, v, touched, kTick_s);
+    felt = sensor.step({reading(), valid, fresh, age_s}, X_WL, v, touched, kSensorTick_s);
     return felt;
   }
   const WristForce& run(double duration_s) {
-    for (double t = 0.0; t < duration_s - 1e-9; t += kTick_s) tick();
+    for (double t = 0.0; t < duration_s - 1e-9; t += kSensorTick_s) tick();
     return felt;
   }
   TareState tare() {
     sensor.tare();
-    run(p.tare_s + 3 * kTick_s);
+    run(p.tare_s + 3 * kSensorTick_s);
     return felt.tare;
   }
 
@@ -261,7 +261,7 @@ TEST(WristSensor, SR11_WhatCannotBeBelievedIsNotMeasuredAtOnceAndAfterwardsOnlyW
     bench.offset = sound;
     bench.valid = true;
     bench.age_s = 0.0;
-    for (double t = kTick_s; t < WristSensor::kRecovery_s - 1e-9; t += kTick_s) {
+    for (double t = kSensorTick_s; t < WristSensor::kRecovery_s - 1e-9; t += kSensorTick_s) {
       bench.tick();
       ASSERT_TRUE(nothing()) << failure.name;
       EXPECT_EQ(bench.felt.state, WristState::kSettling) << failure.name;
@@ -299,7 +299,7 @@ TEST(WristSensor, ATareAveragesOverItsTime) {
     EXPECT_EQ(bench.felt.state, runs ? WristState::kTaring : WristState::kSettling);
   }
   EXPECT_EQ(bench.felt.tare, TareState::kDone);
-  EXPECT_NEAR(ticks * kTick_s, bench.p.tare_s, 2 * kTick_s);
+  EXPECT_NEAR(ticks * kSensorTick_s, bench.p.tare_s, 2 * kSensorTick_s);
   bench.offset = mean;
   bench.run(0.1);
   EXPECT_LT(bench.felt.force_N, 0.5 / (ticks - 1));
