@@ -108,6 +108,24 @@ TEST(GripperControl, HoldsWhatItMeetsWithTheRequestedForce) {
   EXPECT_NEAR(rig.plant.object_force_N(), 40.0, 1.0 + 1e-6);
 }
 
+// A bump on the way is no grip, and a grip that gives for a moment is still one.
+TEST(GripperControl, WhatIsShortIsNotSaid) {
+  GripperControl control(kLimits);
+  GripperRequest request{.width_number = 1, .width_m = 0.0};
+  const GripperSense free{true, 0.05, 0.0, 0.0, true, false}, pressed{true, 0.05, 0.0, 30.0, true, false};
+  const auto run = [&](const GripperSense& sense, double seconds) {
+    for (int i = 0; i < std::lround(seconds / kDt_s); ++i) control.step(sense, request, kDt_s);
+    return control.status().holds;
+  };
+  run(free, 0.01);
+  EXPECT_FALSE(run(pressed, 0.09));
+  EXPECT_FALSE(run(free, 0.2));
+  EXPECT_TRUE(run(pressed, 0.11));
+  EXPECT_TRUE(run(free, 0.09));
+  EXPECT_TRUE(run(pressed, 0.2));
+  EXPECT_FALSE(run(free, 0.11));
+}
+
 TEST(GripperControl, HoldsFromWithinToo) {
   GripperRig rig(0.0, 0.05);
   rig.ask_width(0.1);
