@@ -93,6 +93,13 @@ void Collector::on_master(const MasterSample& sample) {
   }
 }
 
+void Collector::on_percepts(double t_s, const PerceptsInForce& percepts) {
+  const bool same = !percept_periods_.empty() && percept_periods_.back().percepts == percepts;
+  if (same || percept_periods_.size() >= kMostEvents) return;
+  percept_periods_.push_back({t_s, percepts});
+  narrate(t_s, percepts.words());
+}
+
 void Collector::on_slave(const SlaveSample& sample) {
   const bool begins = sample.contact && !slave_.contact;
   if (begins && !reaches_.empty() && !reaches_.back().contact_s) {

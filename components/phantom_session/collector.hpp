@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "common/core/health.hpp"
+#include "common/teleop/percept_set.hpp"
 
 namespace phantom::phantom_session {
 
@@ -77,6 +78,24 @@ struct Reach {
   int contact_object = 0;
 };
 
+/// Row and column of Table 6.1 that are in force: the operator's choice, whatever a script of reaches tries.
+struct PerceptsInForce {
+  teleop::BilateralLaw law = teleop::BilateralLaw::kPf;
+  teleop::Counterbalance counterbalance = teleop::Counterbalance::kMechanical;
+  teleop::PerceptChoice choice;
+
+  /// Returns "b2: SCTFB, counterbalanced: drag, tone and views".
+  std::string words() const {
+    return std::string(teleop::percept_set(law, counterbalance).row) + ": " + teleop::words_of(choice);
+  }
+  friend bool operator==(const PerceptsInForce&, const PerceptsInForce&) = default;
+};
+/// They, and since when.
+struct PerceptPeriod {
+  double t_s = 0.0;
+  PerceptsInForce percepts;
+};
+
 /// One row of the time series, which has the collector's own interval.
 struct Row {
   double t_s = 0.0;
@@ -111,6 +130,7 @@ class Collector {
   void on_link_names(std::vector<std::string> names) { link_names_ = std::move(names); }
   void on_master(const MasterSample& sample);
   void on_slave(const SlaveSample& sample);
+  void on_percepts(double t_s, const PerceptsInForce& percepts);
   void on_percept(const PerceptSample& sample);
   void on_hit(const HitSample& sample);
   void on_status(const StatusSample& sample);
@@ -119,6 +139,7 @@ class Collector {
   void narrate_rest() { narrate_until(std::numeric_limits<double>::infinity()); }
 
   const std::vector<Reach>& reaches() const { return reaches_; }
+  const std::vector<PerceptPeriod>& percept_periods() const { return percept_periods_; }
   const std::vector<Row>& rows() const { return rows_; }
   const std::vector<HitSample>& hits() const { return hits_; }  ///< raised alerts only
   const std::map<std::string, StatusSample>& statuses() const { return statuses_; }
@@ -157,6 +178,7 @@ class Collector {
   SlaveSample slave_;
   PerceptSample percept_;
   std::vector<Reach> reaches_;
+  std::vector<PerceptPeriod> percept_periods_;  // up to kMostEvents
   std::vector<Row> rows_;
   std::vector<HitSample> hits_;
   std::deque<Line> waiting_;  // the first one is a hit's

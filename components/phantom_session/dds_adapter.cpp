@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 
 #include "common/core/clock.hpp"
 #include "common/core/host_interfaces.hpp"
@@ -39,6 +40,10 @@ MasterSample sample_of(const messages::MasterState& m, double t_s) {
           greatest(m.feedback_torque_Nm),
           greatest(m.operator_torque_Nm),
           m.round_trip_s};
+}
+
+PerceptsInForce percepts_of(const messages::MasterState& m, teleop::Counterbalance counterbalance) {
+  return {m.law, counterbalance, {m.drag_chosen, m.tone_enabled, m.views_enabled, m.percept_set_automatic}};
 }
 
 JointRow row_of(const messages::MasterState& m, double t_s) {
@@ -83,6 +88,7 @@ struct DdsAdapter::Impl {
   JointLog& joints;
   std::mutex mutex;
   core::Nanoseconds start_ns = core::monotonic_ns();
+  std::optional<teleop::Counterbalance> counterbalance;  // as the slave last reported it
 
   dds::Reader<msg::WorkspaceObject> objects;
   dds::Reader<msg::MasterState> master;
@@ -112,12 +118,14 @@ struct DdsAdapter::Impl {
                 })),
         master(participant, dds::kMasterState, into([this](const messages::MasterState& m, double t_s) {
                  collector.on_master(sample_of(m, t_s));
+                 if (counterbalance) collector.on_percepts(t_s, percepts_of(m, *counterbalance));
                  joints.on_master(m.joint_count, row_of(m, t_s));
                })),
         slave(participant, dds::kSlaveState, into([this](const messages::SlaveState& s, double t_s) {
                 collector.on_slave(
                     {t_s, s.contact, s.contact_force_N, s.contact_object, s.tool_speed_m_s, s.clearance_m});
                 joints.on_slave(s.position);
+                counterbalance = s.counterbalance;
               })),
         percept(participant, dds::kPercept, into([this](const messages::Percept& p, double t_s) {
                   collector.on_percept(sample_of(p, t_s));

@@ -127,6 +127,16 @@ Json hits_json(const Collector& collector) {
   return out;
 }
 
+Json percept_sets_json(const Collector& collector) {
+  Json out = Json::array();
+  for (const PerceptPeriod& period : collector.percept_periods()) {
+    out.push_back({{"t", period.t_s},
+                   {"set", period.percepts.words()},
+                   {"automatic", period.percepts.choice.automatic}});
+  }
+  return out;
+}
+
 Json forgotten_json(const Collector::Forgotten& forgotten) {
   return {{"components", forgotten.components}, {"reaches", forgotten.reaches}, {"hits", forgotten.hits}};
 }
@@ -157,6 +167,7 @@ Json summary(const ReportInputs& in) {
           {"round_trip", member(master, "round_trip")},
           {"deadline_missed", deadlines_json(in.collector)},
           {"percept", percept_json(in.collector)},
+          {"percept_sets", percept_sets_json(in.collector)},
           {"reaches", reaches_json(in.collector)},
           {"hits", hits_json(in.collector)},
           {"forgotten", forgotten_json(in.collector.forgotten())},

@@ -87,6 +87,9 @@ const Fields kPercept{
     {"peak_torque_nm", "Greatest percept torque, N·m"},
     {"contact_speed_with", "Speed at first contact with the percept (median), mm/s", 1e3},
     {"contact_speed_without", "Speed at first contact without the percept (median), mm/s", 1e3}};
+const Fields kPerceptSets{{"t", "From, s"},
+                          {"set", "Row of Table 6.1, and the percepts chosen"},
+                          {"automatic", "Chosen by the law"}};
 const Fields kReaches{{"n", "Reach"},
                       {"t", "Begins at, s"},
                       {"percept", "Percept"},
@@ -164,6 +167,7 @@ std::string report_page(const std::string& summary_json) {
       "session.png",
       "The session over time: clearance to the nearest object, torques on the hand (of a sliding joint, "
       "forces in N), speed of the tool, contact force.");
+  out += "<h2>Law, counterbalancing and percepts</h2>\n" + grid_table(summary["percept_sets"], kPerceptSets);
   out += "<h2>Reaches</h2>\n" + grid_table(summary["reaches"], kReaches);
   out += "<h2>Hits that threatened</h2>\n" + grid_table(summary["hits"], kHits);
   out += "<h2>Views</h2>\n";

@@ -78,6 +78,8 @@ bool Drawing::advance(core::Nanoseconds now_ns, double dt_s) {
   const ViewNode chosen = turned && state_.chosen == ViewNode::kAutomatic ? hit_.node : state_.chosen;
   const std::uint32_t before = hit_.alert;
   hit_ = viewer_.step(state_.hold, chosen, visible_among(bodies_), dt_s);
+  // Without views only a zone that the operator asks for, by holding it, is shown.
+  if (!state_.hold && !shows_hits(state_, config_.staleness, now_ns)) hit_ = {};
   return hit_.alert != before;
 }
 

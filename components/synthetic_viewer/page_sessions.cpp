@@ -12,7 +12,8 @@ constexpr std::size_t kTokenOctets = 16;
 std::optional<Role> role_for(core::CommandKind kind) {
   using enum core::CommandKind;
   if (kind == kEmergencyStop) return std::nullopt;
-  return kind == kSetLaw || kind == kSetFeedbackGain ? Role::kConfigure : Role::kOperate;
+  return kind == kSetLaw || kind == kSetFeedbackGain || kind == kCounterbalance ? Role::kConfigure
+                                                                                : Role::kOperate;
 }
 
 std::optional<PageSessions::Opened> PageSessions::open(std::string_view secret, core::Nanoseconds now_ns) {

@@ -14,6 +14,8 @@ Json number_or_null(double value, bool known = true) {
   return known && std::isfinite(value) ? Json(value) : Json();
 }
 
+constexpr std::array kCounterbalanceNames{"none", "mechanical", "automatic"};  // of teleop::Counterbalance
+
 Json link_json(const ViewerState& state, core::Nanoseconds now_ns) {
   const MasterSample& master = state.master;
   const bool master_known = master.received_ns != 0;
@@ -26,6 +28,12 @@ Json link_json(const ViewerState& state, core::Nanoseconds now_ns) {
           {"percept_gain", number_or_null(master.percept_gain, master_known)},
           {"feedback_gain", number_or_null(master.feedback_gain, master_known)},
           {"percept_enabled", master.percept_enabled},
+          {"drag_chosen", master.drag_chosen},
+          {"tone_enabled", master.tone_enabled},
+          {"views_enabled", master.views_enabled},
+          {"percept_set_automatic", master.percept_set_automatic},
+          {"counterbalance", kCounterbalanceNames[static_cast<std::size_t>(state.arm.counterbalance)]},
+          {"percepts", master_known ? percepts_text(state) : ""},
           {"percept_limited", master.percept_limited},
           {"law", master_known ? Json(static_cast<int>(master.law)) : Json()},
           {"feedback_damped", master.feedback_damped},

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <limits>
 
+#include "common/teleop/percept_set.hpp"
+
 namespace phantom::synthetic_viewer {
 namespace {
 
@@ -95,6 +97,16 @@ std::string condition_text(const ViewerState& state, const Staleness& staleness,
     return "NO PERCEPT: the phantom is silent";
   if (!state.percept.valid) return "NO PERCEPT: the phantom has no valid model";
   return {};
+}
+
+bool shows_hits(const ViewerState& state, const Staleness& staleness, core::Nanoseconds now_ns) {
+  return state.master.views_enabled || age_s(state.master.received_ns, now_ns) > staleness.slave_s;
+}
+
+std::string percepts_text(const ViewerState& state) {
+  const MasterSample& master = state.master;
+  return std::string(teleop::percept_set(master.law, state.arm.counterbalance).row) + ": " +
+         teleop::words_of({master.percept_enabled, master.tone_enabled, master.views_enabled});
 }
 
 std::string object_name(const ViewerState& state, std::uint16_t id) {

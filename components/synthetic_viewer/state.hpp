@@ -97,6 +97,12 @@ std::string banner_text(const ViewerState& state, const Staleness& staleness, co
 /// silent or without a valid model. Empty if none applies.
 std::string condition_text(const ViewerState& state, const Staleness& staleness, core::Nanoseconds now_ns);
 
+/// Returns whether hit zones are shown by themselves: not while a master that is heard says that the operator
+/// works without these views.
+bool shows_hits(const ViewerState& state, const Staleness& staleness, core::Nanoseconds now_ns);
+/// Returns row and column of Table 6.1 that are in force: "b1: SCTFB, balanced arm: drag and tone".
+std::string percepts_text(const ViewerState& state);
+
 /// Returns the object's name, such as "table"; "object 7" if the name is not known; "free space" for 0.
 std::string object_name(const ViewerState& state, std::uint16_t id);
 /// Returns what the arm touches; "something unknown" if only its force is felt.

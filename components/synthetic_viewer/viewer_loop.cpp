@@ -142,7 +142,7 @@ void ViewerLoop::take(Event& event) {
     state_.take(*hit);
     drawing_->take(*hit);
     if (hit->cleared) return;
-    publisher_.take(*hit);
+    if (shows_hits(state_, config_.staleness, now_ns_)) publisher_.take(*hit);
     report_.take(*hit);
   } else if (auto* object = std::get_if<ObjectSample>(&event)) {
     state_.take(std::move(*object), now_ns_);

@@ -47,7 +47,16 @@ TEST_F(Report, SummaryHoldsWhatTheComponentsLeftAndWhatWasSeen) {
                         .loops = {{.name = "servo", .period_s = 0.001, .rate_hz = 999.0, .ticks = 5}},
                         .deadline_missed = {{"master_state", 2}}});
   collector_.on_status({.component = "viewer", .deadline_missed = {{"master_state", 1}}});
+  using teleop::BilateralLaw, teleop::Counterbalance;
+  collector_.on_percepts(1.0, {BilateralLaw::kSctfb, Counterbalance::kNone, {}});
+  collector_.on_percepts(2.0, {BilateralLaw::kSctfb, Counterbalance::kNone, {}});
+  collector_.on_percepts(3.0, {BilateralLaw::kPe, Counterbalance::kNone, {false, true, true, true}});
   const auto s = summary();
+  ASSERT_EQ(s["percept_sets"].size(), 2U);
+  EXPECT_EQ(s["percept_sets"][0]["set"], "b2: SCTFB, weight felt: drag, tone and views");
+  EXPECT_EQ(s["percept_sets"][1]["set"], "d1: position exchange: tone and views");
+  EXPECT_EQ(s["percept_sets"][1]["t"], 3.0);
+  EXPECT_TRUE(s["percept_sets"][1]["automatic"]);
   EXPECT_EQ(s["round_trip"]["n"], 25000);
   EXPECT_EQ(s["workspace"]["bricks"], 300);
   EXPECT_EQ(s["audio"], "audio.wav");

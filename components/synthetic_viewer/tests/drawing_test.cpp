@@ -39,6 +39,33 @@ TEST_F(DrawingOfACell, TellsWhenAnotherAlertsZoneIsShown) {
   EXPECT_EQ(drawing_.hit_view().alert, 0u);
 }
 
+TEST_F(DrawingOfACell, WithoutViewsAZoneIsShownOnlyWhileItIsHeld) {
+  state_.arm = pose();
+  const auto master = [&](bool views) {
+    state_.master.received_ns = now_ns_;
+    state_.master.views_enabled = views;
+  };
+  raise(alert(5, {0.6, 0.1, 1.2}));
+  master(false);
+  advance();
+  EXPECT_EQ(drawing_.hit_view().alert, 0U);
+  EXPECT_FALSE(drawing_.view_pose().hit_zone);
+  EXPECT_EQ(state_.hits.size(), 1U) << "the alert is listed";
+  state_.hold = true;
+  advance();
+  EXPECT_EQ(drawing_.hit_view().alert, 5U) << "asked for by hand";
+  state_.hold = false;
+  master(false);
+  advance();
+  EXPECT_EQ(drawing_.hit_view().alert, 0U);
+  master(true);
+  advance();
+  EXPECT_EQ(drawing_.hit_view().alert, 5U) << "it threatens still";
+  master(false);
+  advance(config_.staleness.slave_s + 0.01);
+  EXPECT_EQ(drawing_.hit_view().alert, 5U) << "no master is heard that would go without";
+}
+
 TEST_F(DrawingOfACell, AViewThatTheOperatorTurnedKeepsItsNodeAndStandsAtNone) {
   state_.arm = pose();
   drawing_.take(alert(1, {0.6, 0.1, 1.2}));

@@ -75,6 +75,8 @@ class PageInChromium : public test::Loop {
       MasterSample master({}, core::monotonic_ns());
       master.state = LinkState::kCoupled;
       master.percept_gain = 1.5;
+      master.law = teleop::BilateralLaw::kSctfb;
+      master.percept_enabled = true;
       master.percept_torque_Nm = {0.5, -0.8, 0.2};
       master.round_trip_s = 0.0021;
       inbox_.master.write(master);
@@ -134,6 +136,19 @@ TEST_F(PageInChromium, ShowsViewsGaugesAlertsAndComponentsLive) {
   if (const char* folder = std::getenv("PHANTOM_SCREENSHOTS")) {
     std::ofstream(std::string(folder) + "/page.png", std::ios::binary) << browser_->screenshot();
   }
+}
+
+TEST_F(PageInChromium, SetsThePerceptsEachByItsButton) {
+  serve(true);
+  ASSERT_TRUE(
+      eventually([&] { return text("percepts") == "b1: SCTFB, balanced arm: drag, tone and views"; }));
+  for (const auto& [id, value] :
+       std::map<std::string, double>{{"drag", 6}, {"tone", 5}, {"views", 3}, {"by-law", 8}}) {
+    browser_->run("document.getElementById('" + id + "').click()");
+    EXPECT_TRUE(eventually([&] { return commanded(CommandKind::kSetPercepts, value); })) << id;
+  }
+  EXPECT_TRUE(truth("document.getElementById('counterbalance').hidden")) << "the arm is balanced";
+  EXPECT_TRUE(truth("document.getElementById('drag').getAttribute('aria-pressed') === 'true'"));
 }
 
 TEST_F(PageInChromium, MouseAndWheelMoveTheCameras) {

@@ -105,6 +105,23 @@ TEST(PageState, ASilentComponentIsSaidToBeSilent) {
   EXPECT_EQ(page(state).at("components")[0].at("state"), "SILENT");
 }
 
+TEST(PageState, TheRowOfTheTableIsSaidInWordsAndTheChoiceInSwitches) {
+  ViewerState state;
+  EXPECT_EQ(page(state).at("link").at("percepts"), "") << "no master";
+  state.master.received_ns = kPage_ns;
+  state.master.law = teleop::BilateralLaw::kSctfb;
+  state.master.percept_enabled = true;
+  state.master.views_enabled = false;
+  state.arm.counterbalance = teleop::Counterbalance::kNone;
+  EXPECT_EQ(page(state).at("link").at("percepts"), "b2: SCTFB, weight felt: drag and tone");
+  EXPECT_EQ(page(state).at("link").at("counterbalance"), "none");
+  EXPECT_FALSE(page(state).at("link").at("views_enabled"));
+  state.arm.counterbalance = teleop::Counterbalance::kAutomatic;
+  state.master.views_enabled = true;
+  EXPECT_EQ(page(state).at("link").at("percepts"), "b2: SCTFB, counterbalanced: drag, tone and views");
+  EXPECT_EQ(page(state).at("link").at("counterbalance"), "automatic");
+}
+
 TEST(PageState, HitsAreListedNewestFirstWithTheirEnd) {
   ViewerState state;
   HitSample hit;

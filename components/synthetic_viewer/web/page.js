@@ -124,6 +124,10 @@ function showJoints(joints) {
   });
 }
 
+// The percepts in the order of the bits of set_percepts, and which of them the operator has chosen.
+const kPercepts = ['drag', 'tone', 'views'];
+function chosenPercepts(link) { return { drag: link.drag_chosen, tone: link.tone_enabled, views: link.views_enabled }; }
+
 function showCommands(link, view, viewer) {
   for (const e of document.querySelectorAll('#commands button, #commands input, #commands select, #stop, #node, #hold, .tools button'))
     e.disabled = !viewer.allow_commands || (e.id !== 'stop' && !may(e.closest('[data-role]')?.dataset.role ?? 'operate'));
@@ -131,8 +135,11 @@ function showCommands(link, view, viewer) {
   put('gain-now', fixed(link.percept_gain, 2) + (link.percept_limited ? ' (limited)' : ''));
   put('feedback-now', fixed(link.feedback_gain, 3) + (link.feedback_damped ? ' (damped)' : link.force_missing ? ' (no force sensor)' : ''));
   if (document.activeElement !== byId('law') && link.law !== null) byId('law').value = link.law;
-  byId('percept').setAttribute('aria-pressed', link.percept_enabled);
-  put('percept', link.percept_enabled ? 'Percept on' : 'Percept off');
+  for (const id of kPercepts) byId(id).setAttribute('aria-pressed', chosenPercepts(link)[id]);
+  byId('by-law').setAttribute('aria-pressed', link.percept_set_automatic);
+  byId('counterbalance').setAttribute('aria-pressed', link.counterbalance === 'automatic');
+  byId('counterbalance').hidden = link.counterbalance === 'mechanical';
+  put('percepts', link.percepts);
   byId('hold').setAttribute('aria-pressed', view.hold);
   showViewTools(view, viewer);
   if (document.activeElement !== byId('node')) byId('node').value = view.chosen;
@@ -157,6 +164,9 @@ function showViews(view, viewer) {
   if (view.alert) {
     follow('hit-view', 'stream/hit');
     put('hit-caption', `Alert ${view.alert}, from ${view.node}${view.threatening ? '' : ', over'}`);
+  } else if (!state.link.views_enabled) {
+    image.dataset.stream = '';
+    put('hit-caption', 'Hit zone: views are off');
   } else if (last) {
     image.dataset.stream = '';
     const still = `hits/${last.alert}.jpg`;
@@ -166,8 +176,10 @@ function showViews(view, viewer) {
     put('hit-caption', 'Hit zone');
   }
   image.classList.toggle('past', !view.alert);
-  image.hidden = !view.alert && !last;
+  image.hidden = !view.alert && (!last || !state.link.views_enabled);
   byId('hit-empty').hidden = !image.hidden;
+  put('hit-empty', state.link.views_enabled ? 'No hit threatens. When one does, its zone appears here.'
+    : 'Views are off: alerts are listed, but not shown. Hold shows the zone that threatens.');
   byId('tool-figure').hidden = !viewer.tool_view;
   follow('tool-view', viewer.tool_view ? 'stream/tool' : '');
 }
@@ -277,6 +289,7 @@ function showHits(hits, total) {
     item.className = hit.cleared_after_s === null ? 'threatening' : '';
     item.innerHTML = '<a target="_blank"><img loading="lazy" alt=""></a><div><div class="what"></div><div class="why"></div></div>';
     item.querySelector('a').href = item.querySelector('img').src = `hits/${hit.alert}.jpg`;
+    item.querySelector('img').addEventListener('error', () => { item.querySelector('a').hidden = true; });  // none was made without views
     item.querySelector('a').setAttribute('aria-label', `Picture of alert ${hit.alert}`);
     item.querySelector('.what').textContent = `${hit.link} → ${hit.object}`;
     const over = hit.cleared_after_s === null ? 'threatens' : `over after ${duration(hit.cleared_after_s)}`;
@@ -339,7 +352,15 @@ async function post(path, body, name) {
 }
 
 byId('reset').addEventListener('click', () => { if (confirm('Reset: the arm may move again. Is the cell clear?')) command('reset'); });
-byId('percept').addEventListener('click', () => command('enable_percept', byId('percept').getAttribute('aria-pressed') === 'true' ? 0 : 1));
+for (const pressed of kPercepts) {
+  byId(pressed).addEventListener('click', () => {
+    const chosen = chosenPercepts(state.link);
+    chosen[pressed] = !chosen[pressed];
+    command('set_percepts', kPercepts.reduce((sum, id, bit) => sum + (chosen[id] ? 1 << bit : 0), 0));
+  });
+}
+byId('by-law').addEventListener('click', () => command('set_percepts', 8));
+byId('counterbalance').addEventListener('click', () => command('counterbalance', state.link.counterbalance === 'automatic' ? 0 : 1));
 byId('hold').addEventListener('click', toggleHold);
 byId('node').addEventListener('change', () => command('view_node', +byId('node').value));
 byId('gain-form').addEventListener('submit', event => { event.preventDefault(); command('set_percept_gain', +byId('gain').value); });
