@@ -29,33 +29,39 @@ void write_can_files(const std::filesystem::path& folder) {
   }
 }
 
-// The shipped topology, with the viewer on a free port and absolute paths.
-void write_topology(const std::filesystem::path& folder, const std::string& name) {
+// The shipped topology, with absolute paths and changed parameters.
+void write_topology(const std::filesystem::path& folder, const std::string& name,
+                    const RunningSystem::Changes& changes) {
   const std::filesystem::path source = PHANTOM_SOURCE_DIR;
-  std::string viewer = read_text(source / "components/synthetic_viewer/synthetic_viewer.yaml");
-  viewer = replaced(viewer, "port: 8080", "port: 0");
-  std::ofstream(folder / "synthetic_viewer.yaml") << viewer;
   std::string topology = read_text(source / "deploy/topologies" / (name + ".yaml"));
   topology = replaced(topology, "../qos/", (source / "deploy/qos/").string());
   topology = replaced(topology, "../cells/", (source / "deploy/cells/").string());
   topology = all_replaced(topology, "../cartesian/", (source / "deploy/cartesian/").string());
   topology = all_replaced(topology, "../can/", folder.string() + "/");
-  topology = replaced(topology, "component: synthetic_viewer,",
-                      "component: synthetic_viewer, arguments: [\"--config\", \"" +
-                          (folder / "synthetic_viewer.yaml").string() + "\"],");
+  for (const auto& [component, pieces] : changes) {
+    const std::string file = component + ".yaml";
+    std::string text = read_text(source / "components" / component / file);
+    for (const auto& [from, to] : pieces) text = replaced(text, from, to);
+    std::ofstream(folder / file) << text;
+    topology = replaced(
+        topology, "component: " + component + ",",
+        "component: " + component + ", arguments: [\"--config\", \"" + (folder / file).string() + "\"],");
+  }
   std::ofstream(folder / "topology.yaml") << topology;
 }
 
 }  // namespace
 
-RunningSystem::RunningSystem(double seconds, const std::string& topology_name, const std::string& without)
+RunningSystem::RunningSystem(double seconds, const std::string& topology_name, const std::string& without,
+                             Changes changes)
     : domain_(test::own_domain()) {
   static int count = 0;
   folder_ = std::filesystem::temp_directory_path() /
             ("phantom_system_" + std::to_string(getpid()) + "_" + std::to_string(count++));
   std::filesystem::create_directories(report());
   write_can_files(folder_);
-  write_topology(folder_, topology_name);
+  changes["synthetic_viewer"].emplace_back("port: 8080", "port: 0");  // a free one
+  write_topology(folder_, topology_name, changes);
   const std::string executable = PHANTOM_BIN_DIR "/phantom_session",
                     topology = (folder_ / "topology.yaml").string(), domain = std::to_string(domain_),
                     length = std::to_string(seconds), report_dir = report().string(),

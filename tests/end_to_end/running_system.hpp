@@ -4,7 +4,9 @@
 
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "common/core/network.hpp"
@@ -19,9 +21,11 @@ namespace phantom::end_to_end {
 class RunningSystem {
  public:
   /// `seconds`: the session's length once all is ready; 0: until stop(). `topology`: its file's name in
-  /// deploy/topologies, without .yaml. `without`: a process that the test runs itself.
+  /// deploy/topologies, without .yaml. `without`: a process that the test runs itself. `changes`: by
+  /// component, pieces of its shipped parameters and what they become.
+  using Changes = std::map<std::string, std::vector<std::pair<std::string, std::string>>>;
   explicit RunningSystem(double seconds, const std::string& topology = "single_host",
-                         const std::string& without = "");
+                         const std::string& without = "", Changes changes = {});
   ~RunningSystem();
 
   const std::filesystem::path& folder() const { return folder_; }

@@ -257,6 +257,11 @@ TEST_F(System, RoundTripsAreMeasured) {
   EXPECT_GT((*summary_)["round_trip"]["p50_us"].get<double>(), 0.0);
 }
 
+TEST_F(System, TheReportNamesTheRowOfTheTable) {
+  ASSERT_FALSE((*summary_)["percept_sets"].empty());
+  EXPECT_EQ((*summary_)["percept_sets"][0]["set"], "b1: SCTFB, balanced arm: drag, tone and views");
+}
+
 TEST_F(System, ThePlotsAreDrawn) {
   for (const char* name : {"torque_over_distance.png", "contact_speed.png", "session.png"}) {
     EXPECT_GT(read_text(system_->report() / name).size(), 5000u) << name;
