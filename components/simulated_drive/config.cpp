@@ -1,11 +1,14 @@
 #include "components/simulated_drive/config.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "common/runtime/fields.hpp"
 
 namespace phantom::simulated_drive {
 namespace {
+
+constexpr double kShortestLever_m = 0.001;
 
 void read_drive(const runtime::Fields& drive, DriveOptions& options) {
   MotorParameters& motor = options.motor;
@@ -67,6 +70,34 @@ void read_drive(const runtime::Fields& drive, DriveOptions& options) {
   for (const int bit : bits) options.enabling_inputs |= 1U << static_cast<unsigned>(bit);
 }
 
+void read_force_sensor(const runtime::Fields& section, const Config& config, ForceSensorOptions& sensor) {
+  section.number("node", sensor.node);
+  section.check(std::ranges::find(config.drives, sensor.node, &DriveOptions::node) != config.drives.end(),
+                "node", "is none of the drives; allowed: one of theirs");
+  section.number("rate_Hz", sensor.rate_Hz);
+  section.number("id", sensor.id);
+  section.number("count_N", sensor.count_N);
+  section.number("count_Nm", sensor.count_Nm);
+  section.vector3("axis", sensor.axis);
+  section.vector3("axis_at_m", sensor.axis_at_m);
+  section.vector3("touches_at_m", sensor.touches_at_m);
+  section.vector3("normal", sensor.normal);
+  section.check(sensor.axis.norm() > 0.0 && sensor.normal.norm() > 0.0, "axis",
+                "or normal has no direction; allowed: vectors other than 0");
+  sensor.axis.normalize();
+  sensor.normal.normalize();
+  section.check(std::abs(sensor.lever_m()) >= kShortestLever_m, "normal",
+                "acts nearly through the joint's axis; allowed: a lever of at least 0.001 m");
+  section.vector3("weight_N", sensor.weight_N);
+  section.vector3("weight_at_m", sensor.weight_at_m);
+  section.number("noise_N", sensor.noise_N);
+  section.number("noise_Nm", sensor.noise_Nm);
+  section.number("offset_N", sensor.offset_N);
+  section.number("offset_Nm", sensor.offset_Nm);
+  section.number("drift_N_per_s", sensor.drift_N_per_s);
+  section.number("drift_Nm_per_s", sensor.drift_Nm_per_s);
+}
+
 }  // namespace
 
 Config load_config(const std::filesystem::path& path) {
@@ -82,6 +113,8 @@ Config load_config(const std::filesystem::path& path) {
     config.drives.push_back(drive);
   }
   file.check(!config.drives.empty(), "drives", "names no drive; allowed: at least one");
+  if (file.has("force_torque_sensor"))
+    read_force_sensor(file.section("force_torque_sensor"), config, config.force_sensor.emplace());
   file.finish();
   return config;
 }

@@ -11,6 +11,7 @@
 #include "common/simulation/user_bus_hub.hpp"
 #include "components/simulated_drive/config.hpp"
 #include "components/simulated_drive/faults.hpp"
+#include "components/simulated_drive/force_sensor.hpp"
 #include "components/simulated_drive/motion_record.hpp"
 
 namespace {
@@ -96,6 +97,22 @@ class Record {
   bool lost_ = false;
 };
 
+// The sensor at the wrist; none if its drive is not served here.
+std::unique_ptr<simulated_drive::SimulatedForceSensor> make_sensor(
+    const simulated_drive::Config& config,
+    const std::vector<std::unique_ptr<simulated_drive::SimulatedDrive>>& drives) {
+  for (std::size_t i = 0; config.force_sensor && i < drives.size(); ++i) {
+    if (drives[i]->node() != config.force_sensor->node) continue;
+    auto bus = can::open_bus(config.bus);
+    if (!bus) throw core::MissingError(bus.status().message());
+    if (const core::Status status = (*bus)->set_filters({}); !status)
+      throw core::ConfigError(status.message());
+    return std::make_unique<simulated_drive::SimulatedForceSensor>(*config.force_sensor, drives[i]->motor(),
+                                                                   std::move(bus).value());
+  }
+  return nullptr;
+}
+
 int run(const runtime::ProcessOptions& options, Options o) {
   if (o.eds) {
     std::cout << simulated_drive::kDataSheet << '\n';
@@ -115,6 +132,7 @@ int run(const runtime::ProcessOptions& options, Options o) {
   if (o.serve_only) return runtime::kExitDone;
   Record record(o.record);
   auto drives = make_drives(config, o);
+  const auto sensor = make_sensor(config, drives);
   spdlog::info("{} drives on {}", drives.size(), config.bus);
   if (const std::string refused = core::take_place(core::ThreadRole::kDrives, core::kServoPriority);
       !refused.empty())
@@ -123,6 +141,7 @@ int run(const runtime::ProcessOptions& options, Options o) {
   while (!runtime::stop_requested()) {
     const core::Nanoseconds now_ns = core::monotonic_ns();
     for (std::size_t i = 0; i < drives.size(); ++i) drives[i]->step(now_ns);
+    if (sensor) sensor->step(now_ns);
     record.note(drives, now_ns);
     for (auto& fault : faults) {
       if (fault.done || core::seconds(now_ns - start_ns) < fault.at_s) continue;

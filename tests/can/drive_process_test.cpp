@@ -10,6 +10,7 @@
 #include <sstream>
 #include <thread>
 
+#include "common/can/wrench_frames.hpp"
 #include "common/core/errors.hpp"
 #include "common/runtime/drives_check.hpp"
 #include "common/simulation/user_bus_hub.hpp"
@@ -118,6 +119,39 @@ TEST_F(DriveProcess, AFaultOfItsOwnComesAsAskedFor) {
   ASSERT_TRUE(reaches(DriveGroupState::kFault));
   EXPECT_EQ(group_->report().drives[1].fault, DriveFault::kDriveFault);
   EXPECT_TRUE(recovers()) << group_->sentence();
+}
+
+// The sensor at the wrist, as whoever reads its frames gets them.
+TEST_F(DriveProcess, AForceSensorSendsItsMeasurementsOnTheUserspaceBus) {
+  const std::string sensor =
+      "\nforce_torque_sensor: {node: 1, id: 416, count_N: 0.02, count_Nm: 0.001, axis: [0, 1, 0], "
+      "touches_at_m: [0, 0, 0.5], normal: [1, 0, 0], weight_N: [0, 0, -10], weight_at_m: [0, 0.1, 0], "
+      "noise_N: 0.2, offset_N: 3}\n";
+  const auto file = test::new_file("bus: \"" + address_ + "\"\ndrives: [{node: 1}, {node: 2}]" + sensor);
+  can::WrenchFrames frames;
+  for (std::size_t c = 0; c < 6; ++c)
+    frames.channels[c] = {
+        .id = c < 3 ? 416U : 417U, .first = static_cast<int>(c % 3) * 2, .scale = c < 3 ? 0.02 : 0.001};
+  frames.status = {{.id = 416, .byte = 6, .mask = 0x81, .good = 0x80}};
+  can::WrenchAssembly assembly(frames);
+  const auto port = can::open_bus(address_).value();
+  start({"--config", file.string()});
+  int whole = 0;
+  std::array<double, 6> sum{};
+  const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(20);
+  can::Received received;
+  while (whole < 200 && std::chrono::steady_clock::now() < until) {
+    port->wait(core::kNsPerSecond / 10);
+    while (port->receive(received)) {
+      if (!received.is_frame() || !assembly.take(received.frame, received.time_ns)) continue;
+      ++whole;
+      EXPECT_TRUE(assembly.wrench().valid);
+      for (std::size_t c = 0; c < 6; ++c) sum[c] += assembly.wrench().values[c];
+    }
+  }
+  ASSERT_GE(whole, 200);
+  const double expected[] = {3.0, 3.0, -7.0, -1.0, 0.0, 0.0};
+  for (std::size_t c = 0; c < 6; ++c) EXPECT_NEAR(sum[c] / whole, expected[c], 0.1) << c;
 }
 
 // Tries simulated_drive: wrong arguments
