@@ -14,8 +14,9 @@ CanArm::CanArm(const ArmModel& model, const Config& config, std::vector<std::uni
     const auto& gains = config.gains[j];
     velocity_per_error_[j] = gains.k_v > 0.0 ? gains.k_p / gains.k_v : 0.0;
   }
-  if (!config.force_sensor) return;
-  observer_.emplace(model.arm, config.force_observer.value());
+  if (!config.force_sensor || !config.force_observer) return;
+  observer_.emplace(model.arm, *config.force_observer);
+  if (config.wrist) return;  // its lag and threshold are those of F_e
   double threshold = 0.0;
   for (std::size_t j = 0; j < axes_.size(); ++j) {
     threshold =

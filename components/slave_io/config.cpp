@@ -212,9 +212,14 @@ Config load_config(const std::filesystem::path& path, const robot::SerialArm& ar
   if (config.driver == Driver::kCan || file.has("can")) read_can(file.section("can"), arm, config);
   config.enabling_switch = runtime::read_enabling_switch(file, config.can);
   if (file.has("force_observer")) read_force_observer(file.section("force_observer"), arm, config);
+  if (file.has("force_torque_sensor"))
+    config.wrist =
+        read_wrist_sensor(file.section("force_torque_sensor"), arm, config.can ? &*config.can : nullptr);
   file.check(
-      !config.force_sensor || config.driver == Driver::kSimulated || config.force_observer, "force_sensor",
-      "has nothing behind it with drives on CAN; allowed: false, or true with a section force_observer");
+      !config.force_sensor || config.driver == Driver::kSimulated || config.force_observer || config.wrist,
+      "force_sensor",
+      "has nothing behind it with drives on CAN; allowed: false, or true with a section "
+      "force_torque_sensor or force_observer");
   check_loops(servo, arm, config);
   set_held(arm, config);
   file.finish();

@@ -15,6 +15,7 @@
 #include "common/teleop/joint_servo.hpp"
 #include "common/teleop/link_state.hpp"
 #include "common/teleop/momentum_observer.hpp"
+#include "components/slave_io/wrist_config.hpp"
 
 namespace phantom::slave_io {
 
@@ -48,7 +49,8 @@ struct Config {
   teleop::LoopGuardParameters loop;
   bool gravity_feed_forward = false;
   bool force_sensor = false;  ///< the arm measures the external forces on it (F_e, laws c and e)
-  std::optional<teleop::MomentumObserverParameters> force_observer;  ///< always set for that on CAN
+  std::optional<teleop::MomentumObserverParameters> force_observer;  ///< on CAN for that, or `wrist`
+  std::optional<WristSensorConfig> wrist;  ///< F_e is its, if force_sensor and this are set
   core::JointArray align_tolerance{}, align_speed{}, align_range{};  ///< rad, rad/s, rad; or m, m/s, m
   simulation::SlavePlantParameters plant;
   ContactConfig contact;
@@ -57,8 +59,8 @@ struct Config {
   std::optional<GripperConfig> gripper;
 };
 
-/// Returns by how much F_e of drives on CAN lags, in s: the observer's time constant, and the measurements of
-/// the drives, which are a cycle old at least.
+/// Returns by how much the momentum observer of drives on CAN lags, in s: its time constant, and the
+/// measurements of the drives, which are a cycle old at least.
 double force_lag_s(const Config& config);
 
 extern const char* const kParameters;  ///< the shipped slave_io.yaml as table of the parameters

@@ -38,6 +38,10 @@ struct DdsAdapter::Impl {
                [this, &inbox](const messages::MasterState& state, core::Nanoseconds received_ns) {
                  inbox.master.write({state, state.slave_echo, received_ns, participant.session()});
                }),
+        wrist(participant, dds::kWristWrench, {},
+              [&inbox](const messages::WristWrench& wrench, core::Nanoseconds received_ns) {
+                inbox.wrist.write({wrench, received_ns});
+              }),
         responder(participant, core::Side::kSlave, inbox.stops,
                   [&inbox](const messages::OperatorCommand& command) { return ask(command, inbox); }) {
     if (inbox.gripper.has_gripper()) gripper.emplace(participant, dds::kGripperState);
@@ -53,6 +57,8 @@ struct DdsAdapter::Impl {
         return inbox.gripper.ask_force(command.value);
       case core::CommandKind::kCounterbalance:
         return inbox.counterbalance.ask(command.value == 1.0);
+      case core::CommandKind::kTareForceSensor:
+        return inbox.tare.ask();
       default:
         return core::Status::invalid_argument("this command is not for slave_io");
     }
@@ -81,6 +87,7 @@ struct DdsAdapter::Impl {
   std::optional<messages::Publisher<messages::GripperState>> gripper;
   core::Nanoseconds gripper_due_ns = 0;
   messages::CheckedReader<msg::MasterState> master;
+  messages::CheckedReader<msg::WristWrench> wrist;
   messages::OperatorResponder responder;
 };
 
@@ -100,8 +107,11 @@ void DdsAdapter::announce_stop(const std::string& issuer) {
 }
 
 void DdsAdapter::publish_health(const core::Health& health) {
-  const bool rival = impl_->master.has_rival(core::monotonic_ns());
-  impl_->status.publish(rival ? dds::with_rival(health, "master_state") : health);
+  const core::Nanoseconds now_ns = core::monotonic_ns();
+  core::Health shown = health;
+  if (impl_->wrist.has_rival(now_ns)) shown = dds::with_rival(shown, "wrist_wrench");
+  if (impl_->master.has_rival(now_ns)) shown = dds::with_rival(shown, "master_state");
+  impl_->status.publish(shown);
 }
 
 }  // namespace phantom::slave_io

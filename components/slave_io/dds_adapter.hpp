@@ -11,6 +11,7 @@
 #include "common/messages/arm_bounds.hpp"
 #include "components/slave_io/gripper.hpp"
 #include "components/slave_io/slave_io.hpp"
+#include "components/slave_io/tare_request.hpp"
 
 namespace phantom::slave_io {
 
@@ -19,6 +20,7 @@ struct SlaveReport : messages::SlaveState {
   SlaveOutputs outputs;
   std::uint32_t stop_requests = 0;  ///< those of the inbox that are in force
   std::optional<messages::GripperState> gripper;
+  teleop::WristForce wrist;  ///< of the sensor at the wrist, if there is one
 };
 
 /// A person's choice whether the gravity model carries the arm's weight, between the thread that takes
@@ -39,6 +41,8 @@ class CounterbalanceRequest {
   std::atomic<State> state_{State::kNotYet};
 };
 
+using ReceivedWrench = messages::Received<messages::WristWrench>;
+
 /// Validated data from the topics. The servo thread is the reader.
 struct Inbox {
   core::Snapshot<MasterSample> master;
@@ -46,6 +50,8 @@ struct Inbox {
   HomingRequest homing;
   GripperRequests gripper;
   CounterbalanceRequest counterbalance;
+  core::Snapshot<ReceivedWrench> wrist;
+  TareRequest tare;
 };
 
 /// Connects slave_io to the topics. It stamps what it publishes and refuses samples that are invalid or out

@@ -25,10 +25,10 @@ int main(int argc, char** argv) {
       "within the arm's limits whatever arrives. Its drives are on CAN (CiA 402), "
       "or simulated with friction, weight and contact with the objects where they really stand.";
   description.details =
-      "Topics in: master_state, operator_command. Topics out: slave_state (1 kHz), gripper_state, component_status.\n"
+      "Topics in: master_state, operator_command, wrist_wrench. Topics out: slave_state (1 kHz), gripper_state, component_status.\n"
       "Example: slave_io --deployment deploy/topologies/single_host.yaml\n"
       "Example while it runs: slave_io command stop; slave_io command reset; slave_io command home; "
-      "slave_io command gripper close --force-N 20\n"
+      "slave_io command gripper close --force-N 20; slave_io command tare\n"
       "kill -USR1 is an emergency stop; a stop outlives the process (--state-dir), until a reset.\n"
       "With --report-dir it leaves slave_io.json: how the loop ran, and every contact.";
   description.add_options = [&](runtime::Command app) {
@@ -63,6 +63,7 @@ int main(int argc, char** argv) {
       runtime::check_switch(config.enabling_switch);
       std::string found = simulated ? "" : runtime::check_drives(*config.can);
       if (!simulated && config.gripper) found += runtime::check_drives(*config.gripper->drive);
+      if (config.force_sensor && config.wrist) found += slave_io::check_wrist_bus(*config.wrist);
       return runtime::configuration_is_valid(found);
     }
     starting.reset();

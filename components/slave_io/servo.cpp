@@ -5,13 +5,14 @@
 namespace phantom::slave_io {
 
 Servo::Servo(const ArmModel& model, const Config& config, ArmDriver& arm, Inbox& inbox, std::uint64_t seed,
-             teleop::StopStore& stops, GripperDriver* gripper)
+             teleop::StopStore& stops, GripperDriver* gripper, WristInput* wrist)
     : enabling(config.enabling_switch),
       joint_count_(static_cast<std::uint32_t>(model.arm.joint_count())),
       inbox_(inbox),
       period_s_(config.period_s),
       controller_(model.arm, config, model.home, teleop::StopLatch(seed, stops.read())),
       arm_(arm),
+      wrist_(wrist),
       loop_guard_(config.loop),
       stops_(inbox.stops, stops) {
   if (gripper != nullptr) gripper_.emplace(config.gripper.value().limits, *gripper, inbox.gripper);
@@ -70,6 +71,7 @@ void Servo::tick(double dt_s, core::Nanoseconds now_ns) noexcept {
   report.loop_torque_Nm = report.outputs.torque.loop_Nm;
   report.counterbalance = report.outputs.counterbalance;
   arm_.fill(report);
+  if (wrist_ != nullptr) wrist_->step(report, dt_s, now_ns);
   outbox.write(report);
   published.raise();
 }

@@ -8,6 +8,7 @@
 #include "common/runtime/wake_signal.hpp"
 #include "components/slave_io/arm_driver.hpp"
 #include "components/slave_io/model.hpp"
+#include "components/slave_io/wrist_input.hpp"
 
 namespace phantom::slave_io {
 
@@ -15,10 +16,11 @@ namespace phantom::slave_io {
 /// outputs to the outbox. It never calls DDS, allocates memory or waits.
 class Servo {
  public:
-  /// `arm`, `inbox`, `stops` and `gripper` (null: there is none) must outlive the servo. `seed`: random, for
-  /// the ids of stops. `stops` stores the stop in force and holds that of the previous process.
+  /// `arm`, `inbox`, `stops`, `gripper` and `wrist` must outlive the servo; null: there is no gripper, or no
+  /// sensor at the wrist. `seed`: random, for the ids of stops. `stops` stores the stop in force and holds
+  /// that of the previous process.
   Servo(const ArmModel& model, const Config& config, ArmDriver& arm, Inbox& inbox, std::uint64_t seed,
-        teleop::StopStore& stops, GripperDriver* gripper = nullptr);
+        teleop::StopStore& stops, GripperDriver* gripper = nullptr, WristInput* wrist = nullptr);
 
   /// Runs one tick of `dt_s`, a whole multiple of the period, at `now_ns` on the monotonic clock. Makes up
   /// for up to teleop::kMostMadeUp missed periods, so that a simulated arm keeps real time; real drives get
@@ -37,6 +39,7 @@ class Servo {
   SlaveIo controller_;
   ArmDriver& arm_;
   std::optional<Gripper> gripper_;
+  WristInput* wrist_;
   teleop::LoopGuard loop_guard_;
   teleop::StopExchange stops_;
 };

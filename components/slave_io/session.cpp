@@ -21,6 +21,7 @@
 #include "components/slave_io/servo.hpp"
 #include "components/slave_io/simulated_arm.hpp"
 #include "components/slave_io/simulated_gripper.hpp"
+#include "components/slave_io/wrist_input.hpp"
 
 namespace phantom::slave_io {
 namespace {
@@ -86,22 +87,70 @@ std::unique_ptr<GripperDriver> make_gripper(const Config& config) {
   return std::make_unique<CanGripper>(config.gripper->drive->group, std::move(buses.front()));
 }
 
+// Adds what the operator has to know of the sensor at the wrist, and logs it when it changes.
+class WristReporter {
+ public:
+  void add_to(core::Health& health, const SlaveReport& now, const Config& config) {
+    bool hinders = false;
+    const std::string sentence = wrist_sentence(now.wrist, hinders);
+    if (sentence != logged_ && !sentence.empty()) spdlog::info("{}", sentence);
+    logged_ = sentence;
+    if (hinders && health.state == core::ComponentState::kRunning)
+      health.state = core::ComponentState::kDegraded;
+    health.message += (health.message.empty() || sentence.empty() ? "" : "; ") + sentence;
+    health.figures.insert(health.figures.end(),
+                          {{"force_lag", force_lag_s(*config.wrist, config.period_s), "s"},
+                           {"force_threshold", config.wrist->sensor.threshold_N, "N"},
+                           {"force_offset", now.wrist.offset_N, "N"},
+                           {"force_offset_torque", now.wrist.offset_Nm, "Nm"}});
+  }
+
+ private:
+  std::string logged_;
+};
+
+// Opens the sensor at the wrist if force_sensor is wanted of it. Returns false if the process has to end
+// while its bus is waited for.
+bool open_wrist(const ArmModel& model, const Config& config, Inbox& inbox, DdsAdapter& adapter,
+                std::unique_ptr<WristInput>& wrist) {
+  if (!config.force_sensor || !config.wrist) return true;
+  std::unique_ptr<can::CanBus> bus;
+  const std::string& address = config.wrist->address;
+  if (!address.empty()) {
+    runtime::DrivesConfig own{.addresses = {address}};
+    if (config.can) own.bus_wait_s = config.can->bus_wait_s;
+    auto opened = runtime::open_buses(own, [&](const std::string& missing) {
+      adapter.publish_health({core::ComponentState::kStarting, "waiting: " + missing, {}, {}});
+    });
+    if (opened.empty()) return false;
+    bus = std::move(opened.front());
+  }
+  spdlog::info("external torques by the sensor at the wrist ({}): behind by {:.0f} ms, zero below {:.3g} N",
+               address.empty() ? "topic wrist_wrench" : address,
+               1e3 * force_lag_s(*config.wrist, config.period_s), config.wrist->sensor.threshold_N);
+  wrist = std::make_unique<WristInput>(model, *config.wrist, inbox, std::move(bus));
+  return true;
+}
+
 // Runs the servo on `arm` until a stop is requested. Returns the statistics of its loops.
 std::vector<core::LoopStatistics> run_servo(const ArmModel& model, const Config& config, ArmDriver& arm,
                                             Inbox& inbox, runtime::StopFile& stops, DdsAdapter& adapter) {
   const auto gripper = make_gripper(config);
-  Servo servo(model, config, arm, inbox, core::random_number(), stops, gripper.get());
+  std::unique_ptr<WristInput> wrist;
+  if (!open_wrist(model, config, inbox, adapter, wrist)) return {};
+  Servo servo(model, config, arm, inbox, core::random_number(), stops, gripper.get(), wrist.get());
   const auto enabling =
       runtime::SwitchInput::make(config.enabling_switch, servo.enabling, config.scheduling.servo_priority);
   runtime::ActuatorLogger gripper_logger;
+  WristReporter wrist_reporter;
   runtime::ServoCallbacks<SlaveReport> callbacks;
   if (enabling) callbacks.watched.push_back(&enabling->progress());
-  callbacks.health = [&, simulated = config.driver == Driver::kSimulated](
-                         const SlaveReport& now, std::vector<core::LoopStatistics> loops) -> core::Health {
+  callbacks.health = [&](const SlaveReport& now, std::vector<core::LoopStatistics> loops) -> core::Health {
     core::Health health{teleop::component_state(now.outputs),
                         sentence(now.outputs, model.arm),
                         std::move(loops),
-                        {{"simulated", simulated ? 1.0 : 0.0, ""}}};
+                        {{"simulated", config.driver == Driver::kSimulated ? 1.0 : 0.0, ""}}};
+    if (wrist) wrist_reporter.add_to(health, now, config);
     if (!gripper) return health;
     const core::ActuatorHealth its = gripper->health();
     gripper_logger.update(its);
@@ -179,10 +228,10 @@ int run_drives(const runtime::CellConfig& cell, const ArmModel& model, const Con
                  config.can->addresses[b], 100.0 * load.share, config.can->group.bit_rates[b] * 1e-3,
                  load.frames_per_cycle, config.period_s * 1e3);
   }
-  if (config.force_sensor) {
+  if (config.force_sensor && config.force_observer) {
     const auto& threshold_Nm = config.force_observer->threshold_Nm;
-    spdlog::info("external torques by the drives' torque: behind by {:.0f} ms, zero below {:.3g} N·m or N",
-                 1e3 * force_lag_s(config),
+    spdlog::info("{} by the drives' torque: behind by {:.0f} ms, zero below {:.3g} N·m or N",
+                 config.wrist ? "contact" : "external torques", 1e3 * force_lag_s(config),
                  fmt::join(threshold_Nm.begin(), threshold_Nm.begin() + model.arm.joint_count(), ", "));
   }
   CanArm arm(model, config, std::move(buses));

@@ -185,7 +185,7 @@ std::string observer_section() {
 TEST(CanConfig, AForceSensorNeedsSomethingBehindIt) {
   EXPECT_THAT(can_problem(observer_section(), ""),
               AllOf(HasSubstr("force_sensor: 'true' has nothing behind it with drives on CAN"),
-                    HasSubstr("allowed: false, or true with a section force_observer")));
+                    HasSubstr("true with a section force_torque_sensor or force_observer")));
   const auto file = changed("force_sensor: true", "force_sensor: false", kCanFile);
   EXPECT_FALSE(load_config(file, shipped_arm().arm, shipped_arm().home).force_sensor);
 }
