@@ -347,14 +347,16 @@ TEST(WristSensor, ATareIsRefusedAndEndedWhileTheArmMovesOrIsTouchedAndLeavesTheO
   }
 }
 
-TEST(WristSensor, AForceThatComesDuringATareEndsIt) {
-  WristSensorBench bench;
-  bench.offset = {};
-  bench.run(0.01);
-  bench.sensor.tare();
-  bench.run(0.2);
-  bench.force_W_N = {0.0, 0.0, 2.5};  // less than most_offset_N, more than the threshold
-  EXPECT_EQ(bench.run(0.002).tare, TareState::kTouched);
+TEST(WristSensor, AForceOrTorqueThatComesDuringATareEndsIt) {
+  for (const bool force : {true, false}) {  // less than a tare takes away, more than the threshold
+    WristSensorBench bench;
+    bench.offset = {};
+    bench.run(0.01);
+    bench.sensor.tare();
+    bench.run(0.2);
+    (force ? bench.offset.force_N : bench.offset.torque_Nm).z() = force ? 2.5 : 0.25;
+    EXPECT_EQ(bench.run(0.002).tare, TareState::kTouched);
+  }
 }
 
 // Else a hand that leans on the tool could be tared away bit by bit.
