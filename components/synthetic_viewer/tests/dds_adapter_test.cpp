@@ -4,14 +4,12 @@
 
 #include <cmath>
 #include <limits>
-#include <set>
 
 #include "common/dds/stamp.hpp"
 #include "common/dds/tests/test_network.hpp"
 #include "common/messages/status_reporter.hpp"
 #include "common/messages/tests/stand_in_side.hpp"
 #include "common/percept/view_node.hpp"
-#include "components/synthetic_viewer/state.hpp"
 #include "components/synthetic_viewer/tests/slave_message.hpp"
 
 namespace phantom::synthetic_viewer {
@@ -115,40 +113,6 @@ TEST_F(Adapter, AlertsArriveInOrderAndComponentsByName) {
     reporter.publish({});
     return heard();
   }));
-}
-
-// Tries synthetic_viewer: component_status under more than 256 names
-TEST_F(Adapter, ANameBeyondItsBoundIsRefusedWhileTheOthersAreHeard) {
-  dds::Writer<msg::ComponentStatus> writer(other_, dds::kComponentStatus);
-  ASSERT_TRUE(eventually([&] { return writer.matched() >= 1; }));
-  std::uint64_t number = 0;
-  std::set<std::string> heard;
-  const auto say = [&](std::size_t which) {
-    msg::ComponentStatus status;
-    status.stamp(stamp(++number));
-    status.component_name("recorder");
-    status.host("host_" + std::to_string(which));
-    status.state(msg::ComponentState::COMPONENT_RUNNING);
-    writer.write(status);
-  };
-  const auto hears = [&](std::size_t which) {
-    for (const ComponentSample& sample : got<ComponentSample>()) heard.insert(sample.host);
-    events_.clear();
-    return heard.contains("host_" + std::to_string(which));
-  };
-  for (std::size_t i = 0; i < ViewerState::kMaxComponents; ++i) {
-    ASSERT_TRUE(eventually([&] {
-      say(i);
-      return hears(i);
-    })) << i;
-  }
-  heard.clear();
-  EXPECT_TRUE(eventually([&] {
-    say(ViewerState::kMaxComponents);
-    say(0);
-    return hears(0);
-  }));
-  EXPECT_FALSE(hears(ViewerState::kMaxComponents)) << "others were heard less than 10 s ago";
 }
 
 // What an alert's picture shows is what was known when it came, however late it is drawn.
