@@ -107,6 +107,7 @@ struct Bench {
   bool was_known = false;
 };
 
+// Tries slave_io: an enabling switch is not held
 TEST(EnablingSwitchOfTheMaster, SR19_TheArmFollowsOnlyWhileItIsHeldAndHoldsWithinThreeMilliseconds) {
   Bench bench;
   bench.step(3000);
@@ -292,6 +293,7 @@ TEST(EnablingSwitches, SR19_WithOneOnEitherSideBothHaveToBeHeld) {
 }
 
 // The way to alignment is motion, too.
+// Tries slave_io: an enabling switch is not held
 TEST(EnablingSwitches, SR19_WithoutThemTheArmDoesNotComeToTheMastersPose) {
   const auto& arm = slave_io::shipped_arm();
   for (const bool own : {true, false}) {

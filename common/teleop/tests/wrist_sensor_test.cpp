@@ -230,6 +230,7 @@ struct SensorFailure {
   void (*begin)(WristSensorBench&);
 };
 
+// Tries slave_io: is beyond its rated range
 TEST(WristSensor, SR11_WhatCannotBeBelievedIsNotMeasuredAtOnceAndAfterwardsOnlyWhenItHasBeenGood) {
   const SensorFailure failures[] = {
       {"stale", WristState::kStale, [](WristSensorBench& b) { b.age_s = 0.0201; }},

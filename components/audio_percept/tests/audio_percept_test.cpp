@@ -112,6 +112,7 @@ TEST(AudioPercept, WithoutTheToneNothingOfItIsHeardAndAlarmsAre) {
   EXPECT_GT(rig.run_sensing(200, 0.5, 0.2), 0.01);
 }
 
+// Tries audio_percept: the master is not heard any more
 TEST(AudioPercept, TheToneIsOffOnlyWhileAMasterIsHeardThatSaysSo) {
   PerceptRig rig;
   EXPECT_GT(rig.run_sensing(200, 0.5, 0.2), 0.01) << "no master";

@@ -241,8 +241,6 @@ TEST(OverDds, TheSixtyFifthCommandIsRefusedAloud) {
     for (std::uint64_t i = 1; i <= 65; ++i) send(i);
     const std::lock_guard lock(mutex);
     return !refused.empty();
-    // Tries phantom_sensing: a second process sends a workspace
-    // Tries phantom_sensing: its successor comes
   }));
   const std::lock_guard lock(mutex);
   ASSERT_EQ(refused.size(), 1U);
@@ -335,4 +333,3 @@ TEST(OverDds, StatesBecomeDragAndBadOnesAreCounted) {
 
 }  // namespace
 }  // namespace phantom::phantom_sensing
-// Tries phantom_sensing: bricks beyond `workspace.max_mib`

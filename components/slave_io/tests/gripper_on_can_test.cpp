@@ -134,6 +134,8 @@ TEST(CanGripper, StartsWhereItsFingersAre) {
   EXPECT_NEAR(bench.width_m(), 0.1, 1e-4);
 }
 
+// Tries slave_io: a stop while the gripper
+// Tries slave_io: the master lost meanwhile
 TEST(CanGripper, HoldsOnThroughALostLinkAStopAndAReset) {
   Bench bench;
   bench.grip();
@@ -160,6 +162,7 @@ TEST(CanGripper, HoldsOnThroughALostLinkAStopAndAReset) {
   EXPECT_TRUE(bench.state_of_it().holds);
 }
 
+// Tries slave_io: the gripper's drive in fault
 TEST(CanGripper, ItsFaultIsNamedAndDoesNotStopTheArm) {
   Bench bench;
   bench.grip();
@@ -179,6 +182,7 @@ TEST(CanGripper, ItsFaultIsNamedAndDoesNotStopTheArm) {
   EXPECT_NEAR(bench.object_N(), 30.0, 1.5);
 }
 
+// Tries slave_io: the gripper's drive … silent
 TEST(CanGripper, ASilentOneIsNamedAndDoesNotStopTheArm) {
   Bench bench;
   bench.grip();
@@ -214,6 +218,7 @@ TEST(CanGripper, AStopOfTheArmByItsDrivesLeavesTheGrip) {
 }
 
 // slave_io dies, nobody is there for a while, and another one comes: the object is held all the time.
+// Tries slave_io: slave_io gone meanwhile
 TEST(CanGripper, TheNextProcessTakesTheGripOver) {
   Bench bench;
   ASSERT_TRUE(bench.inbox.gripper.ask_width(0.0).code() != core::ErrorCode::kOk);

@@ -112,6 +112,7 @@ TEST(WristConfig, OnABusOfTheDrivesItsFramesCountIntoTheLoad) {
 }
 
 // As --check does, on a userspace bus.
+// Tries slave_io: nothing of a sensor at the wrist
 TEST(WristConfig, ACheckSaysWhetherTheSensorMeasures) {
   WristSensorConfig config = wrist_config();
   config.address = "user:wrist-check-" + std::to_string(getpid());

@@ -128,6 +128,8 @@ TEST_P(WristInputBy, AForceOnTheToolIsInTheReport) {
   EXPECT_FALSE(bench.run(0.2).contact);
 }
 
+// Tries slave_io: the sensor at the wrist is silent
+// Tries slave_io: reports an error
 TEST_P(WristInputBy, SR11_SilenceAndErrorsAreNotMeasuredAndShownAndOverWhenTheyAre) {
   WristInputBench bench(GetParam());
   bool hinders = false;
@@ -183,6 +185,7 @@ TEST(WristInput, OnABusAPartnerFrameThatIsLostMakesItUnknown) {
   }
 }
 
+// Tries slave_io: its bus is off
 TEST(WristInput, ABusThatIsOffMakesItUnknownAtOnce) {
   WristInputBench bench("can");
   bench.tare();
@@ -206,6 +209,7 @@ TEST(WristInput, ContactComesFromEitherTheForceFromTheSensorAlone) {
   EXPECT_FALSE(bench.report.force_measured) << "its F_e has another lag, so it is no substitute";
 }
 
+// Tries slave_io: it has not been tared
 TEST(WristInput, ATareIsAskedForAtRestAndItsOutcomeIsShown) {
   WristInputBench bench("can");
   bool hinders = false;

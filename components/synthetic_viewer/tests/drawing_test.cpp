@@ -39,6 +39,7 @@ TEST_F(DrawingOfACell, TellsWhenAnotherAlertsZoneIsShown) {
   EXPECT_EQ(drawing_.hit_view().alert, 0u);
 }
 
+// Tries synthetic_viewer: master silent while its views
 TEST_F(DrawingOfACell, WithoutViewsAZoneIsShownOnlyWhileItIsHeld) {
   state_.arm = pose();
   const auto master = [&](bool views) {
