@@ -110,11 +110,12 @@ TEST(GripperControl, HoldsWhatItMeetsWithTheRequestedForce) {
 
 // A bump on the way is no grip, and a grip that gives for a moment is still one.
 TEST(GripperControl, WhatIsShortIsNotSaid) {
-  GripperControl control(kLimits);
+  GripperControl control(kGripperLimits);
   GripperRequest request{.width_number = 1, .width_m = 0.0};
   const GripperSense free{true, 0.05, 0.0, 0.0, true, false}, pressed{true, 0.05, 0.0, 30.0, true, false};
   const auto run = [&](const GripperSense& sense, double seconds) {
-    for (int i = 0; i < std::lround(seconds / kDt_s); ++i) control.step(sense, request, kDt_s);
+    for (int i = 0; i < std::lround(seconds / kGripperTick_s); ++i)
+      control.step(sense, request, kGripperTick_s);
     return control.status().holds;
   };
   run(free, 0.01);
