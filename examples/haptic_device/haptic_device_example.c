@@ -100,7 +100,7 @@ int main(int argc, char* argv[]) {
              wrench.leads ? "leads" : wrench.valid ? "taken" : "not taken",
              sqrt(wrench.force_N[0] * wrench.force_N[0] + wrench.force_N[1] * wrench.force_N[1] +
                   wrench.force_N[2] * wrench.force_N[2]),
-             energy_J, 1e3 * wrench.answer_s);
+             energy_J, 1e3 * fmax(0.0, wrench.answer_s));
       fflush(stdout);
     }
     next.tv_nsec += (long)(1e9 * PERIOD_S);

@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <csignal>
 #include <iostream>
@@ -167,23 +168,30 @@ TEST_F(HapticDevice, TheExampleLeadsTheArmFeelsDragAndIsLostInBoundedTimeWhenItF
   device_ = start_device("device_again.log");
   ASSERT_TRUE(leads());
 
+  // The restarted one counts as a second one for a while, if it comes soon after the first.
+  EXPECT_TRUE(
+      comes([&] { return status_->message().to_string().find("two processes") == std::string::npos; }));
   const auto rival = start_device("rival.log");
-  EXPECT_TRUE(told("haptic_device"));
+  EXPECT_TRUE(told("two processes send haptic_device"));
+  EXPECT_TRUE(comes([&] { return seen_.wrench->valid(); })) << "the first is used on";
+  const auto lines = [&rival] {
+    const std::string text = rival->output();
+    return std::count(text.begin(), text.end(), '\n');
+  };
+  EXPECT_TRUE(eventually([&] { return lines() >= 4; }));  // one a second
+  EXPECT_THAT(rival->output(), HasSubstr("not taken"));
+  EXPECT_THAT(rival->output(), testing::Not(HasSubstr("leads")));
   {
     const std::lock_guard lock(mutex_);
-    EXPECT_TRUE(seen_.wrench->valid()) << "the first is used on";
-    EXPECT_THAT(rival->output(), HasSubstr("not taken"));
-    EXPECT_THAT(rival->output(), testing::Not(HasSubstr("leads")));
     std::cout << "greatest force " << seen_.greatest_N << " N, steepest rise " << seen_.steepest_N_per_s
               << " N/s, taken from the hand " << seen_.energy_J << " J\n";
     EXPECT_LE(seen_.greatest_N, kForceLimit_N + 1e-9);
     EXPECT_LE(seen_.steepest_N_per_s, 1.001 * kForceRate_N_per_s);
-    EXPECT_GT(seen_.energy_J, 0.01);
+    EXPECT_GT(seen_.energy_J, 0.005);
     EXPECT_EQ(seen_.force_when_invalid, 0);
     EXPECT_LT(greatest_step_, 0.1);
   }
   EXPECT_EQ(device_->end(SIGTERM), 0) << device_->output();
-  EXPECT_THAT(device_->output(), HasSubstr("leads"));
   system_->stop();
   EXPECT_EQ(system_->wait(), 0) << system_->output();
 }
