@@ -7,9 +7,6 @@
 namespace phantom::can {
 namespace {
 
-constexpr int kAttempts = 3;         // of an SDO transfer, because frames may be lost
-constexpr double kAskAgain_s = 0.1;  // NMT commands are not acknowledged, so they are repeated
-
 // Detection of a node id that is used twice. Two nodes answer twice again and again; a frame that the bus
 // repeated arrives twice only once. The messages of one node may arrive late and in bursts on a busy host,
 // but never more than were requested and had time to be sent. So each SYNC and SDO without an answer, and the
@@ -19,7 +16,6 @@ constexpr int kHeldUp = 4;
 constexpr int kSurplusSyncs = 12;       // of the last 32
 constexpr double kHeartbeatCost = 0.8;  // share of the heartbeat's period: a drive's clock may run fast
 constexpr int kLeastOwed = 64;          // answers to SYNCs: about the capacity of a drive's queue
-constexpr int kMostSdoOwed = 8;
 constexpr int kSurplusSdoReplies = 3;
 constexpr int kStaleSyncs = 3;  // SYNCs without an answer, after which loops on old data would wind up
 constexpr int kCountedSyncs = 1 << 20;  // above any limit: a drive may be silent for months
@@ -275,85 +271,6 @@ void Drive::step(DriveGoal goal, bool reset, BusState bus, core::Nanoseconds now
     default:
       return control(goal, now_ns);
   }
-}
-
-void Drive::search(core::Nanoseconds now_ns, Outbox& out) noexcept {
-  if (booted_) return enter(DrivePhase::kConfiguring, now_ns);
-  if (asked_ns_ >= 0 && core::seconds(now_ns - asked_ns_) < timing_.boot_timeout_s) return;
-  out.add(nmt_frame(NmtCommand::kResetCommunication, static_cast<std::uint8_t>(node_)));
-  asked_ns_ = now_ns;
-}
-
-void Drive::begin_setup_step(core::Nanoseconds now_ns) noexcept {
-  const SetupStep& step = setup_[setup_next_];
-  if (step.kind != SetupStep::Kind::kWrite) return sdo_.start_read(step.index, step.sub, now_ns);
-  std::array<std::uint8_t, 4> bytes{};
-  put_le(bytes, step.value, step.size);
-  sdo_.start_write(step.index, step.sub, std::span(bytes).first(step.size), now_ns);
-}
-
-void Drive::finish_setup_step(core::Nanoseconds now_ns) noexcept {
-  const SetupStep& step = setup_[setup_next_];
-  report_.sdo_index = step.index;
-  report_.sdo_sub = step.sub;
-  report_.sdo_abort = sdo_.abort_code();
-  if (sdo_.state() == SdoClient::State::kTimedOut || sdo_.abort_code() == kAbortToggle) {
-    if (++attempts_ >= kAttempts) return fail(DriveFault::kSetupTimeout, now_ns);
-    return begin_setup_step(now_ns);
-  }
-  if (sdo_.state() == SdoClient::State::kAborted && !step.optional)
-    return fail(DriveFault::kSetupRefused, now_ns);
-  if (step.kind != SetupStep::Kind::kWrite) {
-    const std::uint32_t read = sdo_.data().size() <= 4 ? get_le(sdo_.data(), sdo_.data().size()) : 0;
-    const std::uint32_t off = read > step.value ? read - step.value : step.value - read;
-    const bool fits = step.kind == SetupStep::Kind::kExpect ? (read & step.mask) == step.value
-                                                            : off <= step.value / 100 + 1;
-    report_.sdo_value = read;
-    if (!fits) return fail(DriveFault::kSetupRefused, now_ns);
-  }
-  attempts_ = 0;
-  if (++setup_next_ == setup_.size()) return enter(DrivePhase::kStarting, now_ns);
-  begin_setup_step(now_ns);
-}
-
-void Drive::configure(core::Nanoseconds now_ns, Outbox& out) noexcept {
-  if (asked_ns_ < 0) {
-    asked_ns_ = now_ns;
-    booted_ = false;
-    begin_setup_step(now_ns);
-  } else if (booted_) {  // it booted again and has lost its settings
-    return enter(DrivePhase::kConfiguring, now_ns);
-  }
-  const bool sent = send_request(now_ns, out);
-  if (sdo_.state() == SdoClient::State::kBusy) return;
-  finish_setup_step(now_ns);
-  if (report_.phase == DrivePhase::kConfiguring && !sent) send_request(now_ns, out);  // one frame per cycle
-}
-
-bool Drive::send_request(core::Nanoseconds now_ns, Outbox& out) noexcept {
-  const auto frame = sdo_.poll(now_ns);
-  if (!frame) return false;
-  out.add(*frame);
-  if (sdo_.state() == SdoClient::State::kBusy) owed_sdo_ = std::min(owed_sdo_ + 1, kMostSdoOwed);
-  return true;  // an abort is not answered
-}
-
-void Drive::start(core::Nanoseconds now_ns, Outbox& out) noexcept {
-  const bool connected = heartbeat_ns_ >= 0 && nmt_ == NmtState::kOperational;
-  const bool mode_agrees = report_.mode == static_cast<std::int8_t>(mode_);
-  if (connected && report_.has_position && measured_ && mode_agrees) {
-    missed_ = 0;
-    return enter(connected_phase(), now_ns);
-  }
-  if (phase_age_s(now_ns) > timing_.state_timeout_s) {
-    if (!connected) return fail(DriveFault::kNotOperational, now_ns);
-    if (!report_.has_position) return fail(DriveFault::kFeedbackMissing, now_ns);
-    return fail(measured_ ? DriveFault::kModeMismatch : DriveFault::kMeasurementMissing, now_ns);
-  }
-  if (nmt_ == NmtState::kOperational) return;
-  if (asked_ns_ >= 0 && core::seconds(now_ns - asked_ns_) < kAskAgain_s) return;
-  out.add(nmt_frame(NmtCommand::kStart, static_cast<std::uint8_t>(node_)));
-  asked_ns_ = now_ns;
 }
 
 // Sets the controlword that serves the goal, from phase ready on.

@@ -17,5 +17,5 @@ const struct cyclone_type cyclone_types[] = {
     TYPE(WorkspaceObject), TYPE(MeshChunk),       TYPE(WorkspaceCommand),
     TYPE(WorkspaceReply),  TYPE(ComponentStatus), TYPE(ViewPose),
     TYPE(OperatorReply),   TYPE(HapticDevice),    TYPE(HapticDeviceWrench),
-    TYPE(GripperState),
+    TYPE(GripperState),    TYPE(WristWrench),
     {0, 0}};
