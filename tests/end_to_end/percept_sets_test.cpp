@@ -16,12 +16,30 @@
 namespace phantom::end_to_end {
 namespace {
 
+constexpr std::uint32_t kFirstHanging = 1;  // the rail before it is level: no weight, but friction in N
+
+/// The mean of what was seen: the few samples at which the arm sets off count for little.
+struct Mean {
+  double sum = 0.0;
+  int count = 0;
+  void add(double value) {
+    sum += value;
+    ++count;
+  }
+  double value() const { return count > 0 ? sum / count : 0.0; }
+};
+
+double greatest(const auto& values, std::uint32_t first, std::uint32_t count) {
+  double most = 0.0;
+  for (std::uint32_t j = first; j < count; ++j) most = std::max(most, std::abs(values[j]));
+  return most;
+}
+
 /// What came over the topics while a row was in force and the operator reached once.
 struct Felt {
-  double drag_Nm = 0.0;  // greatest on the hand
-  double free_feedback_Nm =
-      0.0;  // greatest of the slave's feedback while the arm rests or moves slowly, untouched
-  double free_loop_Nm = 0.0;  // greatest of F_as then
+  double drag_Nm = 0.0;   // greatest on the hand
+  Mean free_feedback_Nm;  // the slave's feedback, of the joint with the most, while the arm rests untouched
+  Mean free_loop_Nm;      // F_as then
   double tone_gain = 0.0;
   bool hit_view = false;
   int hits = 0;
@@ -32,26 +50,23 @@ class PerceptSets : public testing::Test {
  protected:
   PerceptSets()
       : participant_("percept_sets_test", system_.network()),
-        masters_(participant_, dds::kMasterState,
-                 [this](const msg::MasterState& m, const dds::SampleInfo&) {
-                   const std::lock_guard lock(mutex_);
-                   master_ = m;
-                   for (std::uint32_t j = 0; j < m.joint_count(); ++j)
-                     felt_.drag_Nm = std::max(felt_.drag_Nm, std::abs(m.percept_torque_Nm()[j]));
-                   if (!still_) return;
-                   for (std::uint32_t j = 0; j < m.joint_count(); ++j)
-                     felt_.free_feedback_Nm =
-                         std::max(felt_.free_feedback_Nm, std::abs(m.feedback_torque_Nm()[j]));
-                 }),
+        masters_(
+            participant_, dds::kMasterState,
+            [this](const msg::MasterState& m, const dds::SampleInfo&) {
+              const std::lock_guard lock(mutex_);
+              master_ = m;
+              felt_.drag_Nm = std::max(felt_.drag_Nm, greatest(m.percept_torque_Nm(), 0, m.joint_count()));
+              if (still_)
+                felt_.free_feedback_Nm.add(greatest(m.feedback_torque_Nm(), kFirstHanging, m.joint_count()));
+            }),
         slaves_(participant_, dds::kSlaveState,
                 [this](const msg::SlaveState& s, const dds::SampleInfo&) {
                   const std::lock_guard lock(mutex_);
                   slave_ = s;
                   quiet_ = !s.contact() && s.tool_speed_m_s() < 0.02 ? quiet_ + 1 : 0;
                   still_ = quiet_ > 100;
-                  if (!still_) return;
-                  for (std::uint32_t j = 0; j < s.joint_count(); ++j)
-                    felt_.free_loop_Nm = std::max(felt_.free_loop_Nm, std::abs(s.loop_torque_Nm()[j]));
+                  if (still_)
+                    felt_.free_loop_Nm.add(greatest(s.loop_torque_Nm(), kFirstHanging, s.joint_count()));
                 }),
         statuses_(participant_, dds::kComponentStatus,
                   [this](const msg::ComponentStatus& s, const dds::SampleInfo&) {
@@ -165,8 +180,8 @@ TEST_F(PerceptSets, EachRowOfTheTableGivesTheHandTheToneAndTheViewWhatItHas) {
     })) << row.words;
     const Felt now = felt[row.words] = next_reach();
     std::cout << row.words << ": drag " << now.drag_Nm << " N·m, slave's feedback at rest "
-              << now.free_feedback_Nm << " N·m of F_as " << now.free_loop_Nm << " N·m, tone " << now.tone_gain
-              << ", hit view " << now.hit_view << ", alerts " << now.hits << '\n';
+              << now.free_feedback_Nm.value() << " N·m of F_as " << now.free_loop_Nm.value() << " N·m, tone "
+              << now.tone_gain << ", hit view " << now.hit_view << ", alerts " << now.hits << '\n';
     EXPECT_GT(now.hits, 0) << "else there was nothing to show";
     EXPECT_EQ(now.drag_Nm > 0.05, row.drag) << row.words << ": " << now.drag_Nm << " N·m";
     EXPECT_EQ(now.drag_Nm == 0.0, !row.drag) << row.words << ": " << now.drag_Nm << " N·m";
@@ -177,9 +192,9 @@ TEST_F(PerceptSets, EachRowOfTheTableGivesTheHandTheToneAndTheViewWhatItHas) {
   }
   const Felt& heavy = felt[rows.front().words];
   const Felt& light = felt[rows.back().words];
-  EXPECT_GT(heavy.free_loop_Nm, 20.0) << "N·m: the weight stands in F_as";
-  EXPECT_LT(light.free_loop_Nm, 0.2 * heavy.free_loop_Nm) << "N·m: friction is left";
-  EXPECT_LT(light.free_feedback_Nm, 0.3 * heavy.free_feedback_Nm) << "and so on the hand";
+  EXPECT_GT(heavy.free_loop_Nm.value(), 20.0) << "N·m: the weight stands in F_as";
+  EXPECT_LT(light.free_loop_Nm.value(), 0.2 * heavy.free_loop_Nm.value()) << "N·m: friction is left";
+  EXPECT_LT(light.free_feedback_Nm.value(), 0.3 * heavy.free_feedback_Nm.value()) << "and so on the hand";
   system_.stop();
   EXPECT_EQ(system_.wait(), 0);
   const auto summary = nlohmann::json::parse(read_text(system_.report() / "summary.json"));
