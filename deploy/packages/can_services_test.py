@@ -153,7 +153,7 @@ def check_asks_the_drives():
     for component, joint in (("slave_io", "j7_tool_roll, node 3 on can2"), ("master_io", "j7_tool_roll, node 3 on vcan1")):
         def found():
             done = run(component, "--check", "--deployment", TOPOLOGY, may_fail=True)
-            assert done.returncode in (0, 3), done.stderr
+            assert done.returncode == 0 or "no answer" in done.stderr, done.stderr
             return done.stdout if done.returncode == 0 else ""
         found = eventually(found, f"{component} --check finds its drives")
         assert joint in found and "vendor" in found, found
@@ -323,8 +323,8 @@ def main():
     write_site()
     buses_are_up()
     a_shipped_topology_simulates_nothing_by_mistake()
-    check_asks_the_drives()
     pedal = Pedal()
+    check_asks_the_drives()
     systemctl("start", SERVER, SLAVE, SENSING, MASTER)
     eventually(lambda: "enabling switch" in says(SLAVE), "nothing follows before the enabling switch is held")
     pedal.press(True)
