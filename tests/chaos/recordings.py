@@ -37,8 +37,8 @@ EMERGENCY_STOP, RESET = 0, 1  # CommandKind
 
 _STAMP, _ECHO, _ARRAY = "QqqQ", "QqQ", f"{JOINTS}d"
 # Offsets in plain CDR, little-endian: every member at a multiple of its size from the beginning.
-_MASTER = struct.Struct("<" + _STAMP + "IIQII" + 5 * _ARRAY + "dd5?3xi4x" + 2 * _ECHO)
-_SLAVE = struct.Struct("<" + _STAMP + _ECHO + "IIQI4x" + 3 * _ARRAY)
+_MASTER = struct.Struct("<" + _STAMP + "IIQ2?2xII4x" + 5 * _ARRAY + "dd9?3xi" + 2 * _ECHO)
+_SLAVE = struct.Struct("<" + _STAMP + _ECHO + "IIQ2?2xI" + 3 * _ARRAY)
 _DRAG = struct.Struct("<" + _STAMP + _ECHO)
 _DRAG_VALID = 96 + 2 * 8 * JOINTS + 8 * JOINTS * (JOINTS + 1) // 2
 _COMMAND = struct.Struct("<" + _STAMP + "I4xdi4xQQ")
@@ -46,15 +46,15 @@ _COMMAND = struct.Struct("<" + _STAMP + "I4xdi4xQQ")
 
 def master_state(data):
     v = _MASTER.unpack_from(data)
-    n, a = v[8], 9
+    n, a = v[10], 11
     arrays = [v[a + k * JOINTS:a + k * JOINTS + n] for k in range(5)]
     rest = v[a + 5 * JOINTS:]
-    return MasterState(Stamp(*v[:4]), v[4], v[5], v[6], v[7], n, *arrays[:4], Echo(*rest[8:11]), Echo(*rest[11:14]))
+    return MasterState(Stamp(*v[:4]), v[4], v[5], v[6], v[9], n, *arrays[:4], Echo(*rest[12:15]), Echo(*rest[15:18]))
 
 
 def slave_state(data):
     v = _SLAVE.unpack_from(data)
-    n, a = v[10], 11
+    n, a = v[12], 13
     arrays = [v[a + k * JOINTS:a + k * JOINTS + n] for k in range(3)]
     return SlaveState(Stamp(*v[:4]), v[7], v[8], v[9], n, *arrays, Echo(*v[4:7]))
 

@@ -61,14 +61,14 @@ class Cdr:
 
 
 def master_state():
-    c = Cdr().stamp(5, 7_000_000_000, 77).put("I", 3, 0).put("Q", 0).put("I", 1, 2)
+    c = Cdr().stamp(5, 7_000_000_000, 77).put("I", 3, 0).put("Q", 0).put("?", True, False).put("I", 1, 2)
     c.array(0.1, 0.2).array(1.0, 2.0).array(-0.3, 0.0).array(0.4, 0.5).array()
-    return c.put("d", 20.0, 0.01).put("?", True, False, False, False, False).put("i", 4).echo(8, 9, 88).echo(1, 2, 3).put("d", -1.0).encapsulated()
+    return c.put("d", 20.0, 0.01).put("?", True, *8 * [False]).put("i", 4).echo(8, 9, 88).echo(1, 2, 3).put("d", -1.0).encapsulated()
 
 
 def slave_state():
-    c = Cdr().stamp(6, 8, 66).echo(5, 7, 77).put("I", 5, 1).put("Q", 0xABC).put("I", 2).array(0.1, 0.2).array().array(3.0, 4.0)
-    return c.put("?", False).array().put("?", False).put("d", -1.0).put("H", 0).put("d", 0, 0, 0, 0, -1).encapsulated()
+    c = Cdr().stamp(6, 8, 66).echo(5, 7, 77).put("I", 5, 1).put("Q", 0xABC).put("?", False, True).put("I", 2).array(0.1, 0.2).array().array(3.0, 4.0)
+    return c.put("I", 1).put("?", False).array().put("?", False).put("d", -1.0).put("H", 0).put("d", 0, 0, 0, 0, -1).encapsulated()
 
 
 def drag_field(valid):
@@ -97,7 +97,7 @@ class Recordings(unittest.TestCase):
 
     def test_what_is_no_sample(self):
         for data, words in ((b"\0\0\0\0" + bytes(800), "encapsulation 0000"), (master_state()[:300], "master_state"),
-                            (master_state()[:56] + struct.pack("<I", 17) + master_state()[60:], "17 joints")):
+                            (master_state()[:60] + struct.pack("<I", 17) + master_state()[64:], "17 joints")):
             with self.assertRaisesRegex(Broken, words):
                 recordings.decode("master_state", data)
 
