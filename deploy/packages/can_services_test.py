@@ -232,8 +232,8 @@ def forces_are_felt():
 
 
 def stands(seconds):
-    """No drive of the arm moves."""
-    time.sleep(1)
+    """No drive of the arm moves, once those that hear nothing have missed their targets (target_timeout_s)."""
+    time.sleep(4)
     start = time.monotonic()
     time.sleep(seconds)
     for name in ("hot_cell_drives_a", "hot_cell_drives_b"):
