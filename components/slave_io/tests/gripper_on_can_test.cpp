@@ -263,6 +263,31 @@ TEST(CanGripper, IsHomedWhenAPersonAsksForIt) {
   EXPECT_EQ(bench.state(), LinkState::kCoupled);
 }
 
+// Its homing is motion that nobody's hand leads, too; the arm's own drives go on.
+TEST(CanGripper, SR19_IsHomedOnlyWhileTheEnablingSwitchIsHeld) {
+  Bench bench(gripper_config(kHomedDrive), true);
+  ASSERT_TRUE(bench.reaches(LinkState::kCoupled));
+  bench.run(1.0);
+  bench.master.motion_permitted = false;
+  bench.run(0.1);
+  EXPECT_THAT(bench.inbox.homing.ask().message(), HasSubstr("an enabling switch is released"));
+  bench.master.motion_permitted = true;
+  ASSERT_TRUE(bench.reaches(LinkState::kCoupled));
+  ASSERT_TRUE(bench.inbox.homing.ask());
+  ASSERT_TRUE(bench.until([&] { return bench.width_m() > 0.065; })) << "it opens towards its switch";
+  bench.master.motion_permitted = false;
+  bench.run(1.0);  // the drive's quick-stop ramp takes 0.6 s
+  const double where_m = bench.width_m();
+  bench.master.motion_permitted = true;
+  bench.run(2.0);
+  EXPECT_NEAR(bench.width_m(), where_m, 1e-4) << "only a new request goes on";
+  EXPECT_FALSE(bench.state_of_it().sense.known);
+  EXPECT_EQ(bench.state(), LinkState::kCoupled);
+  ASSERT_TRUE(bench.inbox.homing.ask());
+  EXPECT_TRUE(bench.until([&] { return bench.state_of_it().sense.follows; }, 20.0))
+      << bench.gripper->health().message;
+}
+
 /// Counts what is on a bus.
 std::map<std::uint32_t, int> frames_of(can::CanBus& port, Bench& bench, double seconds) {
   std::map<std::uint32_t, int> counts;
