@@ -306,11 +306,15 @@ def a_controller_goes_off_its_bus():
     couples()
 
 
-def processes_fail():
+def processes_fail(pedal):
     before = int(show(MASTER, "NRestarts"))
     os.kill(int(show(MASTER, "MainPID")), signal.SIGSTOP)
     eventually(lambda: "slave_io: degraded" in sides() or "slave_io: stopped" in sides(), "a hung master_io: the arm holds")
     eventually(lambda: int(show(MASTER, "NRestarts")) > before, "its watchdog has it started again")
+    eventually(lambda: "released" in says(MASTER), "a switch that was held at the start does not count")
+    pedal.press(False)
+    eventually(lambda: "enabling switch released" in says(MASTER), "let go")
+    pedal.press(True)
     couples()
     run("master_io", "command", "stop", "--deployment", TOPOLOGY, may_fail=True)
     eventually(lambda: both("stopped"), "a person stops both sides")
@@ -339,7 +343,7 @@ def main():
     drives_fail()
     a_bus_fails()
     a_controller_goes_off_its_bus()
-    processes_fail()
+    processes_fail(pedal)
     systemctl("stop", "phantom.target")
     for unit in (SLAVE, MASTER, SENSING, SERVER):
         eventually(lambda: show(unit, "ActiveState") == "inactive" and show(unit, "ExecMainStatus") == "0", f"{unit} ended in order")
