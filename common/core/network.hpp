@@ -10,7 +10,9 @@ namespace phantom::core {
 struct NetworkOptions {
   int domain = 0;         ///< DDS domain, 0…232
   std::string partition;  ///< the cell's DDS partition, where several share a domain; empty: the default
-  std::filesystem::path qos_profiles;   ///< XML file with a writer and a reader profile per topic
+  /// XML file with a writer and a reader profile per topic; empty: all topics are of others (foreign).
+  std::filesystem::path qos_profiles;
+  std::string user_data;                ///< USER_DATA of the participant; empty: none
   std::vector<std::string> interfaces;  ///< IP addresses of this host to use; empty: all
   /// Where the file lists them, for messages: "site.yaml:7: network.interfaces".
   std::string interfaces_place;

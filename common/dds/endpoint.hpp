@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -23,6 +24,10 @@ struct SampleInfo {
   GuidPrefix writer{};                ///< participant that wrote it
 };
 
+/// Global identifier of an endpoint or a participant: prefix and entity (OMG DDSI-RTPS 2.3, 8.2.4.1).
+using Guid = std::array<std::uint8_t, 16>;
+Guid guid_of(const Participant& participant);
+
 /// Untyped endpoints; use Writer<T> and Reader<T>.
 class RawWriter {
  public:
@@ -31,6 +36,7 @@ class RawWriter {
   RawWriter(RawWriter&&) noexcept;
   bool write(void* sample);
   std::uint32_t matched() const;
+  Guid guid() const;
   /// Asserts MANUAL_BY_TOPIC liveliness without sending a sample.
   void assert_liveliness();
 
@@ -50,6 +56,7 @@ class RawReader {
   /// Counts a sample that was refused after its callback had returned. Thread-safe.
   void count_refused();
   std::uint32_t matched() const;
+  Guid guid() const;
 
  private:
   struct Impl;
@@ -66,6 +73,7 @@ class Writer {
   /// Returns false if the sample could not be queued.
   bool write(const T& sample) { return raw_.write(const_cast<T*>(&sample)); }
   std::uint32_t matched() const { return raw_.matched(); }
+  Guid guid() const { return raw_.guid(); }
   void assert_liveliness() { raw_.assert_liveliness(); }
 
  private:
@@ -98,6 +106,7 @@ class Reader {
             std::move(on_writer_gone)) {}
   void count_refused() { raw_.count_refused(); }
   std::uint32_t matched() const { return raw_.matched(); }
+  Guid guid() const { return raw_.guid(); }
 
  private:
   RawReader raw_;

@@ -44,6 +44,7 @@ edds::DomainParticipantQos participant_qos(const std::string& component, const c
                                            const std::shared_ptr<GuardedTransportDescriptor>& transport) {
   edds::DomainParticipantQos qos = edds::PARTICIPANT_QOS_DEFAULT;
   qos.name(component);
+  qos.user_data().assign(network.user_data.begin(), network.user_data.end());
   fast_dds::ask_for_types(qos, asks_for_types);
   qos.transport().use_builtin_transports = false;
   qos.transport().user_transports.push_back(transport);
@@ -153,7 +154,7 @@ void check_qos_profiles(const std::filesystem::path& qos_profiles) {
 Participant::Participant(const std::string& component, const core::NetworkOptions& network,
                          std::shared_ptr<DiscoveryEvents> discovery)
     : impl_(std::make_shared<Impl>()) {
-  check_qos_profiles(network.qos_profiles);
+  if (!network.qos_profiles.empty()) check_qos_profiles(network.qos_profiles);
   core::require_interfaces(network, core::host_interfaces());
   impl_->component = component;
   impl_->servo_priority = network.servo_priority;
@@ -192,6 +193,12 @@ Participant::Participant(const std::string& component, const core::NetworkOption
 }
 
 Participant::~Participant() = default;
+
+std::array<std::uint8_t, 16> octets_of(const rtps::GUID_t& guid) {
+  std::array<std::uint8_t, 16> octets;
+  std::copy_n(guid.entityId.value, 4, std::copy_n(guid.guidPrefix.value, 12, octets.begin()));
+  return octets;
+}
 
 void delete_writer(edds::Publisher& publisher, edds::DataWriter* writer) {
   if constexpr (fast_dds::kFreesSamplesInUse) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <fastdds/dds/domain/DomainParticipant.hpp>
 #include <fastdds/dds/publisher/Publisher.hpp>
@@ -41,6 +42,9 @@ inline GuidPrefix prefix_of(const fast_dds::rtps::GUID_t& guid) {
   std::copy_n(guid.guidPrefix.value, prefix.size(), prefix.begin());
   return prefix;
 }
+
+/// Prefix and entity, in the order of the wire.
+std::array<std::uint8_t, 16> octets_of(const fast_dds::rtps::GUID_t& guid);
 
 /// Private to common/dds and common/observation.
 struct Participant::Impl {

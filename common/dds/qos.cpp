@@ -6,6 +6,7 @@
 #include <fastdds/dds/subscriber/Subscriber.hpp>
 
 #include "common/dds/participant.hpp"
+#include "fast_dds/endpoints.hpp"
 #include "fast_dds/types.hpp"
 
 namespace phantom::dds {
@@ -65,6 +66,26 @@ DdsError no_profile(const TopicDescription& topic, const char* end) {
                   "'; every topic needs a data_writer and a data_reader profile of its name");
 }
 
+// What a topic of others asks for, without a profile. Samples of any length are taken: their owners bound
+// them.
+template <class Qos>
+Qos foreign_qos(const TopicDescription& topic) {
+  const QosContract& contract = topic.qos;
+  Qos qos;
+  qos.reliability().kind = contract.reliability == Reliability::kReliable ? edds::RELIABLE_RELIABILITY_QOS
+                                                                          : edds::BEST_EFFORT_RELIABILITY_QOS;
+  qos.durability().kind = contract.durability == Durability::kTransientLocal
+                              ? edds::TRANSIENT_LOCAL_DURABILITY_QOS
+                              : edds::VOLATILE_DURABILITY_QOS;
+  qos.history().kind = contract.history_depth > 0 ? edds::KEEP_LAST_HISTORY_QOS : edds::KEEP_ALL_HISTORY_QOS;
+  if (contract.history_depth > 0) qos.history().depth = contract.history_depth;
+  qos.endpoint().history_memory_policy = fast_dds::rtps::DYNAMIC_RESERVE_MEMORY_MODE;
+  qos.data_sharing().off();
+  const std::string user_data = topic.user_data;
+  qos.user_data().assign(user_data.begin(), user_data.end());
+  return qos;
+}
+
 }  // namespace
 
 void without_piggyback(edds::DataWriterQos& qos) noexcept {
@@ -72,6 +93,11 @@ void without_piggyback(edds::DataWriterQos& qos) noexcept {
 }
 
 edds::DataWriterQos writer_qos(edds::Publisher& publisher, const TopicDescription& topic) {
+  if (topic.foreign) {
+    auto qos = foreign_qos<edds::DataWriterQos>(topic);
+    without_piggyback(qos);
+    return qos;
+  }
   edds::DataWriterQos qos;
   if (!fast_dds::ok(publisher.get_datawriter_qos_from_profile(topic.name, qos))) {
     throw no_profile(topic, "data_writer");
@@ -86,6 +112,11 @@ edds::DataWriterQos writer_qos(edds::Publisher& publisher, const TopicDescriptio
 }
 
 edds::DataReaderQos reader_qos(edds::Subscriber& subscriber, const TopicDescription& topic) {
+  if (topic.foreign) {
+    auto qos = foreign_qos<edds::DataReaderQos>(topic);
+    fast_dds::accept_all_representations(qos);
+    return qos;
+  }
   edds::DataReaderQos qos;
   if (!fast_dds::ok(subscriber.get_datareader_qos_from_profile(topic.name, qos))) {
     throw no_profile(topic, "data_reader");

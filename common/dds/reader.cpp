@@ -29,6 +29,8 @@ GuidPrefix prefix_of(const Participant& participant) {
   return prefix_of(participant.impl()->participant->guid());
 }
 
+Guid guid_of(const Participant& participant) { return octets_of(participant.impl()->participant->guid()); }
+
 struct RawReader::Impl : edds::DataReaderListener {
   std::shared_ptr<Participant::Impl> participant;
   std::shared_ptr<EndpointCounters> counters;
@@ -116,6 +118,7 @@ RawReader::~RawReader() {
 RawReader::RawReader(RawReader&&) noexcept = default;
 
 void RawReader::count_refused() { impl_->counters->refused.fetch_add(1, std::memory_order_relaxed); }
+Guid RawReader::guid() const { return octets_of(impl_->reader->guid()); }
 std::uint32_t RawReader::matched() const { return impl_->counters->matched; }
 
 }  // namespace phantom::dds

@@ -24,7 +24,7 @@ enum class Durability { kVolatile, kTransientLocal };
 struct QosContract {
   Reliability reliability = Reliability::kReliable;
   Durability durability = Durability::kVolatile;
-  int history_depth = 1;  ///< KEEP_LAST depth per instance
+  int history_depth = 1;  ///< KEEP_LAST depth per instance; 0: KEEP_ALL
   int deadline_ms = 0;    ///< 0: none
   int liveliness_ms = 0;  ///< lease of MANUAL_BY_TOPIC liveliness; 0: automatic, without a lease
   int lifespan_ms = 0;    ///< 0: samples do not expire
@@ -36,6 +36,8 @@ struct TopicDescription {
   const char* type_name;
   QosContract qos;
   eprosima::fastdds::dds::TypeSupport (*make_type)();
+  bool foreign = false;        ///< a topic of others: it has no XML profile, and the contract alone holds
+  const char* user_data = "";  ///< USER_DATA of the endpoint; empty: none
 };
 
 template <class T>

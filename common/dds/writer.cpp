@@ -56,6 +56,7 @@ bool RawWriter::write(void* sample) {
   return written;
 }
 
+Guid RawWriter::guid() const { return octets_of(impl_->writer->guid()); }
 std::uint32_t RawWriter::matched() const { return impl_->counters->matched; }
 void RawWriter::assert_liveliness() { impl_->writer->assert_liveliness(); }
 

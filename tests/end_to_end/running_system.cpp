@@ -44,8 +44,8 @@ void write_topology(const std::filesystem::path& folder, const std::string& name
     for (const auto& [from, to] : pieces) text = replaced(text, from, to);
     std::ofstream(folder / file) << text;
     topology = replaced(
-        topology, "component: " + component + ",",
-        "component: " + component + ", arguments: [\"--config\", \"" + (folder / file).string() + "\"],");
+        topology, "component: " + component,
+        "component: " + component + ", arguments: [\"--config\", \"" + (folder / file).string() + "\"]");
   }
   std::ofstream(folder / "topology.yaml") << topology;
 }

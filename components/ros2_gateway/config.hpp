@@ -1,0 +1,33 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "common/robot/serial_arm.hpp"
+#include "common/ros2/node.hpp"
+#include "components/ros2_gateway/dds_adapter_out.hpp"
+#include "components/ros2_gateway/joint_states.hpp"
+
+namespace phantom::ros2_gateway {
+
+/// Text of ros2_gateway.yaml: the shipped parameters and the table of all.
+extern const char* const kParameters;
+
+struct GatewayConfig {
+  std::string arm;  ///< of the cell; empty: the only one
+  ros2::NodeOptions node;
+  std::string joint_states_topic = "joint_states";  ///< empty: none is heard
+  std::vector<std::string> joint_names;             ///< of the arm's joints in messages; empty: their own
+  JointStatesRules joint_states;
+  OutputRules out;
+};
+
+/// Throws core::ConfigError, and core::MissingError if the file cannot be read.
+GatewayConfig load_config(const std::filesystem::path& path);
+
+/// Returns the name in messages of each joint of the arm. Throws core::ConfigError if the configuration
+/// has another number of names, or one twice.
+std::vector<std::string> message_names(const GatewayConfig& config, const robot::SerialArm& arm);
+
+}  // namespace phantom::ros2_gateway

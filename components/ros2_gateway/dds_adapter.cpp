@@ -1,0 +1,71 @@
+#include "components/ros2_gateway/dds_adapter.hpp"
+
+#include <optional>
+
+#include "common/messages/publisher.hpp"
+#include "common/messages/status_reporter.hpp"
+#include "common/messages/teleoperation_codec.hpp"
+#include "common/ros2/endpoint.hpp"
+#include "ros2_idl/sensor_msgsPubSubTypes.hpp"
+
+namespace phantom::ros2_gateway {
+namespace {
+
+using JointState = sensor_msgs::msg::dds_::JointState_PubSubType;
+
+core::Nanoseconds nanoseconds_of(const builtin_interfaces::msg::dds_::Time_& time) {
+  return time.sec() * core::kNsPerSecond + time.nanosec();
+}
+
+// The newest alone counts: what is lost is not asked for again.
+constexpr dds::QosContract kNewest{.reliability = dds::Reliability::kBestEffort, .history_depth = 1};
+
+}  // namespace
+
+struct DdsAdapter::Impl {
+  Impl(const core::NetworkOptions& network, const GatewayConfig& config, const robot::SerialArm& arm,
+       const std::string& urdf, OnJointStates on_joint_states)
+      : participant("ros2_gateway", network), status(participant), node(config.node) {
+    if (!config.joint_states_topic.empty()) {
+      slave.emplace(participant, dds::kSlaveState);
+      joint_states.emplace(
+          node, config.joint_states_topic, kNewest,
+          [this, on = std::move(on_joint_states)](const JointState::type& message, const dds::SampleInfo&) {
+            return pass_on(message, on);
+          });
+    }
+    if (config.out.rate_Hz > 0.0) outputs.emplace(participant, node, arm, config.out, urdf);
+    status.count_refusals_of(node.participant());
+  }
+
+  bool pass_on(const JointState::type& message, const OnJointStates& on_joint_states) {
+    const JointStateMessage given{.stamp_ns = nanoseconds_of(message.header().stamp()),
+                                  .name = message.name(),
+                                  .position = message.position(),
+                                  .velocity = message.velocity()};
+    messages::SlaveState state;
+    const auto complete = on_joint_states(given, state);
+    if (complete && *complete) slave->publish(state);
+    return complete.has_value();
+  }
+
+  dds::Participant participant;
+  messages::StatusReporter status;
+  ros2::Node node;
+  std::optional<messages::Publisher<messages::SlaveState>> slave;
+  std::optional<ros2::Subscription<JointState>> joint_states;
+  std::optional<Outputs> outputs;
+};
+
+DdsAdapter::DdsAdapter(const core::NetworkOptions& network, const GatewayConfig& config,
+                       const robot::SerialArm& arm, const std::string& urdf, OnJointStates on_joint_states)
+    : impl_(std::make_unique<Impl>(network, config, arm, urdf, std::move(on_joint_states))) {}
+DdsAdapter::~DdsAdapter() = default;
+
+std::uint32_t DdsAdapter::robots() const { return impl_->joint_states ? impl_->joint_states->matched() : 0; }
+void DdsAdapter::publish(bool diagnostics) {
+  if (impl_->outputs) impl_->outputs->publish(diagnostics);
+}
+void DdsAdapter::report(const core::Health& health) { impl_->status.publish(health); }
+
+}  // namespace phantom::ros2_gateway

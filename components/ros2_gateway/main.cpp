@@ -1,0 +1,38 @@
+#include <fstream>
+#include <sstream>
+
+#include "common/dds/participant.hpp"
+#include "common/runtime/arm_model.hpp"
+#include "common/runtime/cell.hpp"
+#include "common/runtime/process.hpp"
+#include "components/ros2_gateway/service.hpp"
+
+int main(int argc, char** argv) {
+  using namespace phantom;
+  runtime::ProcessDescription description;
+  description.name = "ros2_gateway";
+  description.summary =
+      "Joins a ROS 2 domain as a node, without ROS 2. The joint_states of a robot there become the arm whose "
+      "vicinity is felt: wva_server, phantom_sensing and this process are enough.";
+  description.details =
+      "In, of the ROS 2 domain: joint_states. Out there: phantom/joint_states, phantom/master/joint_states, "
+      "phantom/robot_description, phantom/percept/{drag,closeness,speed,worst_place}, tf, tf_static, "
+      "diagnostics.\n"
+      "In, of Phantom's: slave_state, master_state, percept, hit_alert, component_status. Out there: "
+      "slave_state, component_status.\n"
+      "Example: ros2_gateway --deployment deploy/topologies/ros2_arm.yaml";
+  description.parameters = {ros2_gateway::kParameters};
+  description.run = [&](const runtime::ProcessOptions& options) {
+    const auto config = ros2_gateway::load_config(options.config);
+    const auto deployment = runtime::load_deployment(options);
+    const auto cell = runtime::load_cell(deployment.cell);
+    const auto arm = runtime::load_arm(cell.arm(config.arm));
+    const auto names = ros2_gateway::message_names(config, arm);
+    dds::check_qos_profiles(deployment.network.qos_profiles);
+    if (options.check) return runtime::configuration_is_valid("; joints: " + std::to_string(names.size()));
+    std::ostringstream urdf;
+    if (!cell.arm(config.arm).urdf.empty()) urdf << std::ifstream(cell.arm(config.arm).urdf).rdbuf();
+    return ros2_gateway::run_service(deployment, config, arm, urdf.str());
+  };
+  return runtime::process_main(argc, argv, description);
+}

@@ -1,0 +1,248 @@
+#include "tests/ros2/foreign_node.hpp"
+
+#include <algorithm>
+#include <cstring>
+#include <stdexcept>
+
+#include "ros2_robot.h"
+#include "tests/ros2/ros2_types.h"
+
+namespace phantom::ros2::test {
+namespace {
+
+// Loopback alone; peers by address, so that it depends on no multicast.
+constexpr const char* kConfiguration =
+    "<CycloneDDS><Domain id='any'><General><Interfaces><NetworkInterface address='127.0.0.1' "
+    "multicast='false'/></Interfaces><AllowMulticast>false</AllowMulticast></General><Discovery>"
+    "<ParticipantIndex>auto</ParticipantIndex><MaxAutoParticipantIndex>30</MaxAutoParticipantIndex><Peers>"
+    "<Peer address='127.0.0.1'/></Peers></Discovery></Domain></CycloneDDS>";
+
+std::int32_t made(std::int32_t entity, const char* what) {
+  if (entity < 0)
+    throw std::runtime_error(std::string("Cyclone DDS: ") + what + ": " + dds_strretcode(-entity));
+  return entity;
+}
+
+// The QoS of rmw/qos_profiles.h.
+dds_qos_t* ros_qos(bool latched, int depth) {
+  dds_qos_t* qos = dds_create_qos();
+  dds_qset_reliability(qos, DDS_RELIABILITY_RELIABLE, DDS_SECS(1));
+  dds_qset_durability(qos, latched ? DDS_DURABILITY_TRANSIENT_LOCAL : DDS_DURABILITY_VOLATILE);
+  if (depth > 0) {
+    dds_qset_history(qos, DDS_HISTORY_KEEP_LAST, depth);
+  } else {
+    dds_qset_history(qos, DDS_HISTORY_KEEP_ALL, 0);
+  }
+  const dds_data_representation_id_t plain_cdr = DDS_DATA_REPRESENTATION_XCDR1;
+  dds_qset_data_representation(qos, 1, &plain_cdr);
+  return qos;
+}
+
+// Calls `handle` with each sample that the reader holds; it keeps them.
+template <class T, class Handle>
+void for_each_sample(dds_entity_t reader, const Handle& handle) {
+  void* samples[64] = {nullptr};  // Cyclone DDS lends its own
+  dds_sample_info_t infos[64];
+  const int count = dds_read(reader, samples, infos, 64, 64);
+  for (int i = 0; i < count; ++i)
+    if (infos[i].valid_data) handle(*static_cast<const T*>(samples[i]));
+  if (count > 0) dds_return_loan(reader, samples, count);
+}
+
+std::array<std::uint8_t, 16> octets(const void* data) {
+  std::array<std::uint8_t, 16> copy;
+  std::memcpy(copy.data(), data, copy.size());
+  return copy;
+}
+
+std::string user_data_of(const dds_qos_t* qos) {
+  void* data = nullptr;
+  std::size_t size = 0;
+  if (qos == nullptr || !dds_qget_userdata(qos, &data, &size) || data == nullptr) return "";
+  std::string text(static_cast<const char*>(data), size);
+  dds_free(data);
+  return text;
+}
+
+template <class Info>
+HeardGraph graph_of(const Info& info) {
+  HeardGraph graph;
+  graph.participant = octets(info.gid.data);
+  if (info.node_entities_info_seq._length == 0) return graph;
+  const auto& node = info.node_entities_info_seq._buffer[0];
+  graph.node = node.node_name;
+  graph.node_namespace = node.node_namespace;
+  for (std::uint32_t i = 0; i < node.reader_gid_seq._length; ++i)
+    graph.readers.push_back(octets(node.reader_gid_seq._buffer[i].data));
+  for (std::uint32_t i = 0; i < node.writer_gid_seq._length; ++i)
+    graph.writers.push_back(octets(node.writer_gid_seq._buffer[i].data));
+  return graph;
+}
+
+}  // namespace
+
+ForeignNode::ForeignNode(int domain, Distribution distribution) : distribution_(distribution) {
+  const auto id = static_cast<dds_domainid_t>(domain);
+  dds_create_domain(id, kConfiguration);  // fails harmlessly if it is there
+  participant_ = made(dds_create_participant(id, nullptr, nullptr), "participant");
+  dds_qos_t* qos = ros_qos(false, 10);
+  joints_ =
+      made(dds_create_writer(
+               participant_,
+               made(dds_create_topic(participant_, ros2_joint_state, "rt/joint_states", nullptr, nullptr),
+                    "topic"),
+               qos, nullptr),
+           "writer");
+  dds_delete_qos(qos);
+  const dds_topic_descriptor_t type =
+      distribution == Distribution::kHumble ? ros2_graph_of_humble() : ros2_graph_since_iron();
+  qos = ros_qos(true, 0);
+  graph_ =
+      made(dds_create_reader(
+               participant_,
+               made(dds_create_topic(participant_, &type, "ros_discovery_info", nullptr, nullptr), "graph"),
+               qos, nullptr),
+           "reader");
+  dds_delete_qos(qos);
+}
+
+ForeignNode::~ForeignNode() { dds_delete(participant_); }
+
+void ForeignNode::publish_joints(const std::vector<std::string>& names, const std::vector<double>& positions,
+                                 const std::vector<double>& velocities, std::int64_t stamp_ns) {
+  std::vector<char*> texts;
+  for (const std::string& name : names) texts.push_back(const_cast<char*>(name.c_str()));
+  sensor_msgs_msg_dds__JointState_ message{};
+  message.header.stamp = {static_cast<std::int32_t>(stamp_ns / 1'000'000'000),
+                          static_cast<std::uint32_t>(stamp_ns % 1'000'000'000)};
+  char frame[] = "base_link";
+  message.header.frame_id = frame;
+  const auto fill = [](auto& sequence, auto& values) {
+    sequence._length = sequence._maximum = static_cast<std::uint32_t>(values.size());
+    sequence._buffer = const_cast<std::remove_reference_t<decltype(sequence._buffer[0])>*>(values.data());
+  };
+  fill(message.name, texts);
+  fill(message.position, positions);
+  fill(message.velocity, velocities);
+  dds_write(joints_, &message);
+}
+
+std::int32_t ForeignNode::reader_of(const std::string& topic, const void* type, bool latched) {
+  std::int32_t& reader = readers_[topic];
+  if (reader != 0) return reader;
+  dds_qos_t* qos = ros_qos(latched, 50);
+  reader = made(
+      dds_create_reader(participant_,
+                        made(dds_create_topic(participant_, static_cast<const dds_topic_descriptor_t*>(type),
+                                              ("rt/" + topic).c_str(), nullptr, nullptr),
+                             "topic"),
+                        qos, nullptr),
+      "reader");
+  dds_delete_qos(qos);
+  return reader;
+}
+
+std::vector<HeardJoints> ForeignNode::joints(const std::string& topic) {
+  std::vector<HeardJoints> all;
+  for_each_sample<sensor_msgs_msg_dds__JointState_>(
+      reader_of(topic, ros2_joint_state, false), [&](const auto& m) {
+        HeardJoints heard;
+        heard.stamp_ns = m.header.stamp.sec * std::int64_t{1'000'000'000} + m.header.stamp.nanosec;
+        for (std::uint32_t i = 0; i < m.name._length; ++i) heard.name.emplace_back(m.name._buffer[i]);
+        heard.position.assign(m.position._buffer, m.position._buffer + m.position._length);
+        heard.velocity.assign(m.velocity._buffer, m.velocity._buffer + m.velocity._length);
+        heard.effort.assign(m.effort._buffer, m.effort._buffer + m.effort._length);
+        all.push_back(heard);
+      });
+  return all;
+}
+
+std::vector<double> ForeignNode::numbers(const std::string& topic) {
+  std::vector<double> all;
+  for_each_sample<std_msgs_msg_dds__Float64_>(reader_of(topic, ros2_float64, false),
+                                              [&](const auto& m) { all.push_back(m.data); });
+  return all;
+}
+
+std::vector<std::string> ForeignNode::texts(const std::string& topic) {
+  std::vector<std::string> all;
+  for_each_sample<std_msgs_msg_dds__String_>(reader_of(topic, ros2_string, true),
+                                             [&](const auto& m) { all.emplace_back(m.data); });
+  return all;
+}
+
+std::map<std::string, HeardTransform> ForeignNode::transforms(const std::string& topic) {
+  std::map<std::string, HeardTransform> all;
+  for_each_sample<tf2_msgs_msg_dds__TFMessage_>(
+      reader_of(topic, ros2_tf, topic == "tf_static"), [&](const auto& m) {
+        for (std::uint32_t i = 0; i < m.transforms._length; ++i) {
+          const auto& one = m.transforms._buffer[i];
+          const auto &t = one.transform.translation, &r = one.transform.rotation;
+          all[one.child_frame_id] = {one.header.frame_id, {t.x, t.y, t.z}, {r.x, r.y, r.z, r.w}};
+        }
+      });
+  return all;
+}
+
+std::map<std::string, HeardStatus> ForeignNode::diagnostics() {
+  std::map<std::string, HeardStatus> all;
+  for_each_sample<diagnostic_msgs_msg_dds__DiagnosticArray_>(
+      reader_of("diagnostics", ros2_diagnostics, false), [&](const auto& m) {
+        for (std::uint32_t i = 0; i < m.status._length; ++i) {
+          const auto& one = m.status._buffer[i];
+          HeardStatus& heard = all[one.name] = {one.level, one.message, one.hardware_id, {}};
+          for (std::uint32_t v = 0; v < one.values._length; ++v)
+            heard.values[one.values._buffer[v].key] = one.values._buffer[v].value;
+        }
+      });
+  return all;
+}
+
+std::vector<HeardMarker> ForeignNode::markers(const std::string& topic) {
+  std::vector<HeardMarker> all;
+  for_each_sample<visualization_msgs_msg_dds__Marker_>(
+      reader_of(topic, ros2_marker, false), [&](const auto& m) {
+        all.push_back({m.header.frame_id,
+                       m.type,
+                       m.action,
+                       {m.pose.position.x, m.pose.position.y, m.pose.position.z},
+                       m.color.r});
+      });
+  return all;
+}
+
+std::optional<HeardGraph> ForeignNode::graph() {
+  std::optional<HeardGraph> newest;
+  const auto keep = [&newest](const auto& info) { newest = graph_of(info); };
+  if (distribution_ == Distribution::kHumble) {
+    for_each_sample<humble_ParticipantEntitiesInfo_>(graph_, keep);
+  } else {
+    for_each_sample<iron_ParticipantEntitiesInfo_>(graph_, keep);
+  }
+  return newest;
+}
+
+std::multimap<std::string, HeardEndpoint> ForeignNode::endpoints() {
+  std::multimap<std::string, HeardEndpoint> all;
+  for (const dds_entity_t topic : {DDS_BUILTIN_TOPIC_DCPSPUBLICATION, DDS_BUILTIN_TOPIC_DCPSSUBSCRIPTION}) {
+    const dds_entity_t reader = made(dds_create_reader(participant_, topic, nullptr, nullptr), "builtin");
+    for_each_sample<dds_builtintopic_endpoint_t>(reader, [&all](const auto& endpoint) {
+      all.insert(
+          {endpoint.topic_name, {octets(&endpoint.key), endpoint.type_name, user_data_of(endpoint.qos)}});
+    });
+    dds_delete(reader);
+  }
+  return all;
+}
+
+std::vector<std::string> ForeignNode::participants() {
+  std::vector<std::string> all;
+  const dds_entity_t reader =
+      made(dds_create_reader(participant_, DDS_BUILTIN_TOPIC_DCPSPARTICIPANT, nullptr, nullptr), "builtin");
+  for_each_sample<dds_builtintopic_participant_t>(
+      reader, [&all](const auto& one) { all.push_back(user_data_of(one.qos)); });
+  dds_delete(reader);
+  return all;
+}
+
+}  // namespace phantom::ros2::test

@@ -1,0 +1,138 @@
+// A robot of ROS 2, and of Phantom only wva_server, phantom_sensing and ros2_gateway (and who listens and
+// looks on): drag, percept and alerts come of the robot's joint_states. The robot is a node of another
+// vendor's DDS.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <cmath>
+#include <mutex>
+#include <thread>
+
+#include "common/core/clock.hpp"
+#include "common/dds/endpoint.hpp"
+#include "common/runtime/arm_model.hpp"
+#include "tests/end_to_end/running_system.hpp"
+#include "tests/ros2/foreign_node.hpp"
+#include "tests/support/hot_cell.hpp"
+#include "tests/support/own_domain.hpp"
+
+namespace phantom::ros2 {
+namespace {
+
+using end_to_end::RunningSystem;
+using phantom::test::eventually;
+using testing::HasSubstr;
+
+/// A robot that swings its gripper towards the cell's pump and into it, and publishes its joints at 100 Hz.
+class Robot {
+ public:
+  explicit Robot(int domain) : node_(domain, test::Distribution::kSinceIron) {
+    const auto& arm = phantom::test::hot_cell().arm();
+    const robot::SerialArm model = runtime::load_arm(arm);
+    for (const robot::Joint& joint : model.joints()) names_.push_back(joint.name);
+    home_ = arm.home;
+    thread_ = std::thread([this] { run(); });
+  }
+  ~Robot() {
+    stop_ = true;
+    thread_.join();
+  }
+
+ private:
+  void run() {
+    for (int i = 0; !stop_; ++i) {
+      // To the target of a shipped reach, and beyond.
+      const std::vector<double> target{0.2, -1.404, 0.959, -1.531, 0.052, 1.085, 0.0};
+      const double t_s = 0.01 * i, share = 0.8 + 0.4 * std::sin(2.0 * t_s), rate = 0.8 * std::cos(2.0 * t_s);
+      std::vector<double> position = home_, velocity(position.size(), 0.0);
+      for (std::size_t j = 0; j < target.size(); ++j) {
+        position[j] += share * (target[j] - home_[j]);
+        velocity[j] = rate * (target[j] - home_[j]);
+      }
+      node_.publish_joints(names_, position, velocity, core::utc_ns());
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+  }
+
+  test::ForeignNode node_;
+  std::vector<std::string> names_;
+  std::vector<double> home_;
+  std::atomic<bool> stop_{false};
+  std::thread thread_;
+};
+
+// Tries ros2_gateway: nobody publishes joint_states
+// Tries ros2_gateway: a joint of the arm is in no message; not heard for `staleness_s`
+TEST(Ros2Arm, IsFeltByItsJointStatesAlone) {
+  const int ros_domain = phantom::test::own_domain(1);
+  RunningSystem system(0.0, "ros2_arm", "",
+                       {{"ros2_gateway",
+                         {{"\ndomain: 0 ", "\ndomain: " + std::to_string(ros_domain) + " "},
+                          {"\ninterfaces: []", "\ninterfaces: [127.0.0.1]"},
+                          {"\ninitial_peers: []", "\ninitial_peers: [127.0.0.1]"}}}});
+  dds::Participant observer("ros2_arm_test", system.network());
+  std::mutex mutex;
+  msg::Percept percept;
+  double greatest_coefficient = 0.0, greatest_closeness = 0.0;
+  std::string gateway_says;
+  int percepts = 0, alerts = 0;
+  dds::Reader<msg::Percept> percepts_of(
+      observer, dds::kPercept, [&](const msg::Percept& sample, const dds::SampleInfo&) {
+        const std::lock_guard lock(mutex);
+        percept = sample;
+        percepts += sample.valid() ? 1 : 0;
+        greatest_closeness = std::max(greatest_closeness, sample.closeness());
+      });
+  dds::Reader<msg::DragField> drag(
+      observer, dds::kDragField, [&](const msg::DragField& sample, const dds::SampleInfo&) {
+        const std::lock_guard lock(mutex);
+        for (std::uint32_t j = 0; j < sample.joint_count(); ++j)
+          greatest_coefficient = std::max(greatest_coefficient, sample.coefficient_plus()[j]);
+      });
+  dds::Reader<msg::HitAlert> hits(observer, dds::kHitAlert,
+                                  [&](const msg::HitAlert&, const dds::SampleInfo&) {
+                                    const std::lock_guard lock(mutex);
+                                    ++alerts;
+                                  });
+  dds::Reader<msg::ComponentStatus> states(observer, dds::kComponentStatus,
+                                           [&](const msg::ComponentStatus& status, const dds::SampleInfo&) {
+                                             if (status.component_name() != "ros2_gateway") return;
+                                             const std::lock_guard lock(mutex);
+                                             gateway_says = status.message();
+                                           });
+  const auto says = [&](const std::string& words) {
+    return eventually([&] {
+      const std::lock_guard lock(mutex);
+      return gateway_says.find(words) != std::string::npos;
+    });
+  };
+  ASSERT_TRUE(says("nobody publishes joint_states")) << system.output();
+  {
+    Robot robot(ros_domain);
+    ASSERT_TRUE(eventually([&] {
+      const std::lock_guard lock(mutex);
+      return percepts > 50 && greatest_closeness > 0.1 && greatest_coefficient > 0.0 && alerts > 0;
+    })) << "closeness "
+        << greatest_closeness << ", coefficient " << greatest_coefficient << ", " << alerts << " alerts, "
+        << percepts << " valid percepts; " << gateway_says << "\n"
+        << system.output();
+    const std::lock_guard lock(mutex);
+    EXPECT_EQ(gateway_says, "");
+  }
+  EXPECT_TRUE(says("joints not heard: j1_gantry")) << gateway_says;
+  EXPECT_TRUE(eventually([&] {
+    const std::lock_guard lock(mutex);
+    return !percept.valid() && percept.condition() == msg::PERCEPT_STATE_STALE;
+  }));
+  Robot again(ros_domain);
+  EXPECT_TRUE(eventually([&] {
+    const std::lock_guard lock(mutex);
+    return percept.valid() && gateway_says.empty();
+  })) << "it goes on by itself";
+  system.stop();
+  EXPECT_EQ(system.wait(), 0) << system.output();
+}
+
+}  // namespace
+}  // namespace phantom::ros2
