@@ -72,6 +72,8 @@ class FeedbackRenderer {
   /// Records the feedback torque that the device received in the end, so that the passivity guard's energy
   /// balance is correct. Real-time safe: yes.
   void note_rendered(const core::JointArray& torque_Nm) noexcept { passivity_.note_rendered(torque_Nm); }
+  /// Records that the device rendered only `share`, 0…1, of it. Real-time safe: yes.
+  void note_share(double share) noexcept { passivity_.note_share(share); }
 
   /// Time constants with which the delay in force follows a longer and a shorter round trip.
   static constexpr double kDelayRise_s = 0.1, kDelayFall_s = 1.0;

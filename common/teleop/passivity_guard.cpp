@@ -24,6 +24,10 @@ void PassivityGuard::note_rendered(const core::JointArray& torque_Nm) noexcept {
   }
 }
 
+void PassivityGuard::note_share(double share) noexcept {
+  for (std::size_t j = 0; j < parameters_.joint_count; ++j) last_torque_Nm_[j] *= share;
+}
+
 core::JointArray PassivityGuard::step(const core::JointArray& torque_Nm, const core::JointArray& position,
                                       const core::JointArray& velocity, double authority,
                                       double dt_s) noexcept {

@@ -43,6 +43,8 @@ class PassivityGuard {
   /// Records the torque that the device received in the end instead of step()'s, after caps and slew limits;
   /// the energy balance is computed with it. Real-time safe: yes.
   void note_rendered(const core::JointArray& torque_Nm) noexcept;
+  /// Records that the device rendered only `share`, 0…1, of the torque recorded last. Real-time safe: yes.
+  void note_share(double share) noexcept;
 
   /// Whether damping was added in the last step.
   bool active() const noexcept { return active_; }

@@ -25,6 +25,7 @@ void CartesianLead::sense(const teleop::HandState& handle, DeviceSense& sense) n
   hand_.sense(handle_, R_WV_ ? &*R_WV_ : nullptr);
   sense.position = hand_.position();
   sense.velocity = hand_.velocity();
+  sense.rendered_share = rendered_share_;
 }
 
 void CartesianLead::render(const DeviceDemand& demand, std::uint32_t axes, double dt_s) noexcept {
@@ -48,6 +49,8 @@ void CartesianLead::note(const Spatial& before, const DeviceDemand& demand, doub
   double joints_W = 0.0;
   for (std::size_t j = 0; j < joint_count_; ++j) joints_W += demand.motor_Nm[j] * hand_.velocity()[j];
   const double hand_W = now.dot(handle_.twist), force_N = now.head<3>().norm();
+  // Neither the caps nor the slew nor axes without motors give more power than the joints' torques have.
+  rendered_share_ = joints_W != 0.0 ? std::clamp(hand_W / joints_W, 0.0, 1.0) : 0.0;
   auto& f = figures_;
   f.greatest_force_N = std::max(f.greatest_force_N, force_N);
   f.greatest_moment_N_m = std::max(f.greatest_moment_N_m, now.tail<3>().norm());

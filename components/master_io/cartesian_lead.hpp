@@ -43,6 +43,7 @@ class CartesianLead {
   teleop::CartesianHand hand_;
   teleop::WrenchSlew slew_;
   teleop::HandState handle_;
+  double rendered_share_ = 1.0;          // of the joints' power, in the last tick
   std::optional<Eigen::Matrix3d> R_WV_;  // of the view, as last heard
   CartesianFigures figures_;
 };

@@ -18,7 +18,9 @@ struct DeviceSense {
   bool follows = true;                                ///< its motors follow their commands
   bool fault = false;                                 ///< its motors hold or coast until a reset
   can::DigitalInputs inputs;                          ///< of its drives, if one is to send them
-  double longer_s = 0.0;    ///< by how much the loop through it is longer than configured
+  double longer_s = 0.0;  ///< by how much the loop through it is longer than configured
+  /// Of the power of the last demand's torques, what reached the hand after the device's caps, 0…1.
+  double rendered_share = 1.0;
   bool hand_waits = false;  ///< a simulated hand re-indexes: its task waits
 };
 

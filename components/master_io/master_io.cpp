@@ -48,6 +48,7 @@ MasterOutputs MasterIo::step(const MasterInputs& in, double dt_s) noexcept {
   out.percepts = in.settings.percepts;
   out.percept_enabled = in.percept_wanted && out.percepts.drag;
   out.counterbalance = in.slave.counterbalance;
+  feedback_.note_share(in.rendered_share);
   const bool fresh = in.drag_age_s <= percept_staleness_s_ && in.drag_round_trip_s <= round_trip_limit_s_;
   const double limit_share = teleop::damping_share(delay_samples_, in.device_longer_s / period_s_);
   auto percept = percept_.step(in.drag.drag, fresh, coupled && out.percept_enabled, in.settings.percept_gain,

@@ -51,7 +51,8 @@ struct MasterInputs : teleop::SideInputs {
   Settings settings;
   /// By how much the loop through a device that another process serves is longer than configured; ≥ 0.
   double device_longer_s = 0.0;
-  bool percept_wanted = true;  ///< the script of reaches enables the percept
+  double rendered_share = 1.0;  ///< of the last tick's torques, what the device rendered, 0…1
+  bool percept_wanted = true;   ///< the script of reaches enables the percept
 };
 
 struct MasterOutputs : teleop::SideOutputs {

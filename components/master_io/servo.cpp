@@ -98,6 +98,7 @@ bool Servo::step(MasterReport& report, double dt_s, core::Nanoseconds now_ns) no
   inputs_.drive_fault = sense.fault;
   inputs_.enabling = enabling.step(sense.inputs, now_ns, dt_s);
   inputs_.device_longer_s = sense.longer_s;
+  inputs_.rendered_share = sense.rendered_share;
   report.take(controller_.step(inputs_, dt_s));
   const bool released = stops_.end(inputs_, report.outputs);
   state_ = report.outputs.state;

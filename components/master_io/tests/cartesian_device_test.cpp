@@ -106,6 +106,22 @@ TEST(CartesianDevice, TheToolArrivesWhereTheReachSays) {
   EXPECT_LT(nearest_m, 0.01);
 }
 
+TEST(CartesianDevice, SR13_TheGuardCountsWhatAWeakHandRendersAndNoMore) {
+  for (const bool weak : {true, false}) {
+    Config config = site_config();
+    if (weak) config.cartesian->wrench.force_cap_N = config.cartesian->wrench.moment_cap_N_m = 0.01;
+    CartesianRig rig(config);
+    bool damped = false;
+    for (double t = 0.0; t < 8.0; t += kTick_s) {
+      for (std::size_t j = 0; j < 7; ++j)
+        rig.slave.loop_torque_Nm[j] = -1000.0 * std::clamp(20.0 * rig.last.velocity[j], -1.0, 1.0);
+      rig.run(kTick_s);
+      damped = damped || rig.last.outputs.feedback_damped;
+    }
+    EXPECT_EQ(damped, !weak);
+  }
+}
+
 TEST(CartesianDevice, TheMasterGoesToASlaveThatWaits) {
   CartesianRig rig;
   rig.slave.state = LinkState::kReady;

@@ -188,6 +188,26 @@ TEST(HapticDevice, LeadsTheToolAndItsDragTakesEnergyFromTheHand) {
   EXPECT_LE(rig.greatest_rise_N, rig.config.cartesian->wrench.force_rate_N_per_s * kPeriod_s + 1e-9);
 }
 
+// Feedback that pushes as the hand goes: what the cap keeps from the hand, the passivity guard does not
+// count.
+TEST(HapticDevice, SR13_TheGuardCountsWhatAWeakHandRendersAndNoMore) {
+  for (const bool weak : {true, false}) {
+    Config config = haptic_config();
+    if (weak) config.cartesian->wrench.force_cap_N = config.cartesian->wrench.moment_cap_N_m = 0.01;
+    HapticRig rig(config);
+    rig.couple_and_lead();
+    rig.hand = HapticRig::swinging();
+    bool damped = false;
+    for (double t = 0.0; t < 3.0; t += kPeriod_s) {
+      for (std::size_t j = 0; j < 7; ++j)
+        rig.slave.loop_torque_Nm[j] = -1000.0 * std::clamp(20.0 * rig.last.velocity[j], -1.0, 1.0);
+      rig.run(kPeriod_s);
+      damped = damped || rig.last.outputs.feedback_damped;
+    }
+    EXPECT_EQ(damped, !weak);
+  }
+}
+
 TEST(HapticDevice, WithoutTheClutchNothingIsLedAndNothingFelt) {
   HapticRig rig;
   rig.couple_and_lead();
