@@ -137,6 +137,18 @@ struct DdsAdapter::Impl {
 
   core::Status on_setting(const messages::OperatorCommand& command) {
     const std::lock_guard lock(settings_mutex);
+    return apply(command);
+  }
+
+  void choose_percepts(PerceptKey key, const std::string& issuer) {
+    const std::lock_guard lock(settings_mutex);
+    const int number = percepts_by_key(settings.percepts, key);
+    static_cast<void>(apply(
+        {.kind = core::CommandKind::kSetPercepts, .value = static_cast<double>(number), .issuer = issuer}));
+  }
+
+  // With settings_mutex held.
+  core::Status apply(const messages::OperatorCommand& command) {
     const core::Status applied = apply_setting(command, expected.gains, feedback_delay_s, settings);
     if (applied) inbox.settings.write(settings);
     if (!applied) {
@@ -208,6 +220,10 @@ void DdsAdapter::reset(const std::string& issuer) {
 void DdsAdapter::ask_gripper(double width_m, const std::string& issuer) {
   spdlog::info("gripper {} by {}", width_m > 0.0 ? "open" : "closed", issuer);
   impl_->responder.announce({.kind = core::CommandKind::kGripperWidth, .value = width_m, .issuer = issuer});
+}
+
+void DdsAdapter::choose_percepts(PerceptKey key, const std::string& issuer) {
+  impl_->choose_percepts(key, issuer);
 }
 
 void DdsAdapter::publish_health(const core::Health& health) {

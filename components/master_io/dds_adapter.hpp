@@ -85,6 +85,8 @@ class DdsAdapter {
   /// Requests a width of the slave's gripper, in m; 1: as wide as it opens. Thread and `issuer` as for
   /// emergency_stop(). A refusal shows in the slave's log.
   void ask_gripper(double width_m, const std::string& issuer);
+  /// Chooses the percepts by a key of the desk. Thread and `issuer` as for emergency_stop().
+  void choose_percepts(PerceptKey key, const std::string& issuer);
   /// Returns the times from publishing a master_state to receiving a drag_field computed from it. Each
   /// master_state counts once.
   core::DurationHistogram round_trips() const;

@@ -38,9 +38,17 @@ struct DeskState {
   bool alive = false;       ///< false: the device is gone, and nothing is pushed
 };
 
-/// Numbers of requests so far: to stop, to reset, to open and to close the gripper.
+/// What a key or button chooses of the percepts (Table 6.1): one of them on or off, or those beside the law.
+enum class PerceptKey : std::uint8_t { kDrag, kTone, kViews, kLaw };
+inline constexpr std::size_t kPerceptKeys = 4;
+
+/// Numbers of requests so far: to stop, to reset, to open and to close the gripper, and of each PerceptKey.
 struct DeskEvents {
   std::uint32_t stops = 0, resets = 0, opens = 0, closes = 0;
+  std::array<std::uint32_t, kPerceptKeys> percepts{};
+
+  void choose(PerceptKey key) noexcept { ++percepts[static_cast<std::size_t>(key)]; }
+  friend bool operator==(const DeskEvents&, const DeskEvents&) = default;
 };
 
 /// Returns an axis after dead zone and curve, −1…1. Real-time safe: yes.

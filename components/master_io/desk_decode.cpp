@@ -2,10 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace phantom::master_io {
 
 void InputDecoder::take(const input_event& event, double) noexcept {
+  const bool hat = event.code == ABS_HAT0X || event.code == ABS_HAT0Y;
+  if (event.type == EV_ABS && hat) return take_hat(event.code == ABS_HAT0X ? 0 : 1, event.value);
   if (event.type == EV_ABS) take_axis(event.code, event.value);
   if (event.type == EV_KEY && event.value != 2) take_key(event.code, event.value == 1);  // 2: key repetition
 }
@@ -78,9 +81,29 @@ void InputDecoder::take_key(unsigned code, bool down) noexcept {
     case KEY_O:
       ++events_.opens;
       return;
+    case BTN_DPAD_LEFT:
+    case KEY_1:
+      return events_.choose(PerceptKey::kDrag);
+    case BTN_DPAD_UP:
+    case KEY_2:
+      return events_.choose(PerceptKey::kTone);
+    case BTN_DPAD_RIGHT:
+    case KEY_3:
+      return events_.choose(PerceptKey::kViews);
+    case BTN_DPAD_DOWN:
+    case KEY_L:
+      return events_.choose(PerceptKey::kLaw);
     default:
       return;
   }
+}
+
+// Most gamepads report their cross as two axes of −1, 0 and 1. Like a key, it counts as it is pressed.
+void InputDecoder::take_hat(std::size_t axis, int value) noexcept {
+  const int direction = value > 0 ? 1 : value < 0 ? -1 : 0;
+  if (std::exchange(hat_[axis], direction) == direction || direction == 0) return;
+  if (axis == 0) return events_.choose(direction < 0 ? PerceptKey::kDrag : PerceptKey::kViews);
+  events_.choose(direction < 0 ? PerceptKey::kTone : PerceptKey::kLaw);
 }
 
 void SpaceMouseDecoder::take(const input_event& event, double now_s) noexcept {
@@ -110,7 +133,7 @@ void SpaceMouseDecoder::release_expired(double now_s) noexcept {
 }
 
 bool is_desk_key(int code, bool space_mouse) noexcept {
-  if (space_mouse) return code == BTN_0 || code == BTN_1;
+  if (space_mouse) return code == BTN_0 || code == BTN_1 || code == BTN_2 || code == BTN_3;
   InputDecoder decoder({}, true);
   decoder.state().bank = 1;  // from which another one may be chosen in either direction
   input_event down{};
@@ -119,8 +142,7 @@ bool is_desk_key(int code, bool space_mouse) noexcept {
   down.value = 1;
   decoder.take(down);
   const DeskState& now = decoder.state();
-  return now.bank != 1 || now.axes != DeskState{}.axes ||
-         decoder.events().stops + decoder.events().resets > 0;
+  return now.bank != 1 || now.axes != DeskState{}.axes || decoder.events() != DeskEvents{};
 }
 
 void SpacenavDecoder::deflect(const std::array<int, kDeskAxes>& axes, double now_s) noexcept {
@@ -184,6 +206,18 @@ void TerminalDecoder::take(std::string_view bytes, double now_s) noexcept {
         break;
       case 'o':
         ++events_.opens;
+        break;
+      case '1':
+        events_.choose(PerceptKey::kDrag);
+        break;
+      case '2':
+        events_.choose(PerceptKey::kTone);
+        break;
+      case '3':
+        events_.choose(PerceptKey::kViews);
+        break;
+      case 'l':
+        events_.choose(PerceptKey::kLaw);
         break;
       default:
         break;

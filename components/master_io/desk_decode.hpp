@@ -19,7 +19,8 @@ using AxisRanges = std::array<AxisRange, ABS_CNT>;
 /// Decodes the kernel's input events. Sticks: left x, y and right x, y (ABS_RX/RY, or ABS_Z/RZ if the device
 /// has no RX). Shoulder buttons or Tab: other joints. Select, Mode or Esc: emergency stop. Start or Enter:
 /// reset. Button A (south) or C: gripper closed; B (east) or O: open. A keyboard's arrows are the left stick,
-/// W A S D the right stick. Up is positive.
+/// W A S D the right stick. Up is positive. The cross left or 1: drag on or off; up or 2: tone; right or 3:
+/// views; down or L: as the law has them.
 class InputDecoder {
  public:
   InputDecoder(const AxisRanges& ranges, bool right_stick_is_rx) : ranges_(ranges), rx_(right_stick_is_rx) {}
@@ -33,11 +34,13 @@ class InputDecoder {
  private:
   void take_axis(unsigned code, int value) noexcept;
   void take_key(unsigned code, bool down) noexcept;
+  void take_hat(std::size_t axis, int value) noexcept;
   void hold(std::size_t axis, int direction, bool down) noexcept;
 
   AxisRanges ranges_;
   bool rx_;
   std::array<std::array<bool, 2>, kDeskAxes> held_{};  // by axis: negative, positive
+  std::array<int, 2> hat_{};                           // where the cross is pressed: right, down
   DeskState state_{.alive = true};
   DeskEvents events_;
 };
@@ -94,6 +97,7 @@ class SpacenavDecoder {
 
 /// Decodes the bytes of a terminal, which reports presses but no releases. A press pushes for kPress_s; the
 /// keyboard's repetition prolongs it. Esc or Space alone: emergency stop. C, O: gripper closed, open.
+/// 1, 2, 3, L: percepts, as InputDecoder has them.
 class TerminalDecoder {
  public:
   static constexpr double kPress_s = 0.3;

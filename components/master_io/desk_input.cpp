@@ -223,6 +223,9 @@ struct DeskInput::Impl {
     for (; handled.resets != events.resets; ++handled.resets) listener.on_reset();
     for (; handled.opens != events.opens; ++handled.opens) listener.on_gripper(true);
     for (; handled.closes != events.closes; ++handled.closes) listener.on_gripper(false);
+    for (std::size_t k = 0; k < kPerceptKeys; ++k)
+      for (; handled.percepts[k] != events.percepts[k]; ++handled.percepts[k])
+        listener.on_percepts(static_cast<PerceptKey>(k));
     state.write(now);
   }
 

@@ -21,6 +21,7 @@ class DeskInput {
     std::function<void()> on_stop, on_reset;
     std::function<void(const std::string&)> notice;  ///< called with what a person should know
     std::function<void(bool open)> on_gripper;
+    std::function<void(PerceptKey)> on_percepts;
   };
 
   /// Opens the device. The thread's priority is relative to `servo_priority`. Throws core::MissingError

@@ -48,6 +48,12 @@ Settings initial_settings(const Config& config) {
   return settings;
 }
 
+int percepts_by_key(const teleop::PerceptChoice& now, PerceptKey key) noexcept {
+  if (key == PerceptKey::kLaw) return teleop::kAutomaticPercepts;
+  const int number = (now.drag ? 1 : 0) + (now.tone ? 2 : 0) + (now.views ? 4 : 0);
+  return number ^ 1 << static_cast<int>(key);
+}
+
 core::Status apply_setting(const messages::OperatorCommand& command, const GainRules& rules,
                            double round_trip_s, Settings& settings) {
   const bool percept_gain = command.kind == CommandKind::kSetPerceptGain;

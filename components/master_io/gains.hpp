@@ -6,6 +6,7 @@
 
 #include "common/core/status.hpp"
 #include "common/messages/teleoperation.hpp"
+#include "components/master_io/desk.hpp"
 #include "components/master_io/master_io.hpp"
 
 namespace phantom::master_io {
@@ -21,6 +22,9 @@ struct GainRules {
 Settings initial_settings(const Config& config);
 
 GainRules gain_rules(const Config& config, const robot::SerialArm& arm);
+
+/// Returns the value of COMMAND_SET_PERCEPTS that a key of the desk asks for where `now` is in force.
+int percepts_by_key(const teleop::PerceptChoice& now, PerceptKey key) noexcept;
 
 /// Applies a command that is neither stop nor reset, or leaves `settings` unchanged and returns why, with
 /// what is allowed. Refuses gains 1/A that are not stable with `round_trip_s`, the delay in force, and names

@@ -30,7 +30,7 @@ int main(int argc, char** argv) {
       "master_state (1 kHz), component_status.\n"
       "Example: master_io --operator constant_velocity --law pf\n"
       "Steer yourself: master_io --driver desk --desk-device terminal (arrows, W A S D; Tab: other joints; "
-      "C, O: gripper; Esc: stop)\n"
+      "C, O: gripper; 1, 2, 3, L: percepts; Esc: stop)\n"
       "Example while it runs: master_io command stop; master_io command reset; master_io command law pf\n"
       "kill -USR1 is an emergency stop; a stop outlives the process (--state-dir), until a reset.\n"
       "With --report-dir it leaves master_io.json: how the loop ran, round trips, and how each reach went.";

@@ -126,14 +126,16 @@ std::unique_ptr<DeskInput> make_desk(const Config& config, Servo& servo, DdsAdap
       DeskInput::Listener{[&adapter] { adapter.emergency_stop("desk"); },
                           [&adapter] { adapter.reset("desk"); },
                           [](const std::string& what) { spdlog::info("desk: {}", what); },
-                          [&adapter](bool open) { adapter.ask_gripper(open ? 1.0 : 0.0, "desk"); }},
+                          [&adapter](bool open) { adapter.ask_gripper(open ? 1.0 : 0.0, "desk"); },
+                          [&adapter](PerceptKey key) { adapter.choose_percepts(key, "desk"); }},
       config.scheduling.servo_priority);
   spdlog::info(
       "desk: {}; {}", desk->name(),
       config.desk.space_mouse
           ? "left button: clutch out, right button: emergency stop, third and fourth: gripper closed, open"
           : "Tab or shoulder: other joints, Esc or Select: emergency stop, Enter or Start: reset, "
-            "C or A: gripper closed, O or B: open");
+            "C or A: gripper closed, O or B: open, 1, 2, 3 or cross left, up, right: drag, tone, views on or off, "
+            "L or cross down: as the law has them");
   return desk;
 }
 

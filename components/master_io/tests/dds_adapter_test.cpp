@@ -122,6 +122,22 @@ TEST(MasterAdapter, APersonChoosesDragToneAndViewsOrThoseOfTheLaw) {
   EXPECT_EQ(initial_settings(config).percepts, (teleop::PerceptChoice{false, true, true, false}));
 }
 
+TEST(MasterAdapter, AKeyOfTheDeskSwitchesOnePerceptOrLeavesThemToTheLaw) {
+  using enum PerceptKey;
+  for (int number = 0; number <= teleop::kAllPercepts; ++number) {
+    const auto now = teleop::percepts_of(number, teleop::BilateralLaw::kPe);
+    for (const PerceptKey key : {kDrag, kTone, kViews}) {
+      const int chosen = percepts_by_key(now, key);
+      EXPECT_EQ(chosen ^ number, 1 << static_cast<int>(key));
+      EXPECT_EQ(percepts_by_key(teleop::percepts_of(chosen, teleop::BilateralLaw::kPe), key), number);
+    }
+    EXPECT_EQ(percepts_by_key(now, kLaw), teleop::kAutomaticPercepts);
+  }
+  // From the law's own, which has no drag beside pe: the others stay as they are.
+  const auto automatic = teleop::percepts_of(teleop::kAutomaticPercepts, teleop::BilateralLaw::kPe);
+  EXPECT_EQ(percepts_by_key(automatic, kDrag), teleop::kAllPercepts);
+}
+
 TEST(MasterAdapter, WithSetLawANewLawSwitchesDragAsTable61HasIt) {
   using enum teleop::BilateralLaw;
   const std::map<teleop::BilateralLaw, bool> drag{

@@ -90,6 +90,36 @@ TEST(Desk, GripperIsOpenedAndClosedByAPressOfAKeyOrAButton) {
   EXPECT_EQ(space_mouse.events().stops + decoder.events().stops, 0U);
 }
 
+TEST(Desk, PerceptsAreChosenByKeysAndByTheCross) {
+  const std::array<std::uint32_t, kPerceptKeys> each{1, 2, 3, 4};
+  InputDecoder keys({}, true), buttons({}, true), hat({}, true);
+  TerminalDecoder terminal;
+  constexpr unsigned kKeys[] = {KEY_1, KEY_2, KEY_3, KEY_L};
+  constexpr unsigned kButtons[] = {BTN_DPAD_LEFT, BTN_DPAD_UP, BTN_DPAD_RIGHT, BTN_DPAD_DOWN};
+  constexpr std::pair<unsigned, int> kHat[] = {
+      {ABS_HAT0X, -1}, {ABS_HAT0Y, -1}, {ABS_HAT0X, 1}, {ABS_HAT0Y, 1}};
+  for (std::size_t k = 0; k < kPerceptKeys; ++k) {
+    for (std::size_t presses = 0; presses <= k; ++presses) {
+      for (const int value : {1, 2, 0}) {
+        keys.take(event(EV_KEY, kKeys[k], value));
+        buttons.take(event(EV_KEY, kButtons[k], value));
+      }
+      for (const int value : {kHat[k].second, kHat[k].second, 0})
+        hat.take(event(EV_ABS, kHat[k].first, value));
+      terminal.take(std::string_view("123l").substr(k, 1), 1.0);
+    }
+    EXPECT_TRUE(is_desk_key(static_cast<int>(kKeys[k]), false)) << "no enabling switch";
+    EXPECT_TRUE(is_desk_key(static_cast<int>(kButtons[k]), false));
+  }
+  const DeskEvents expected{.percepts = each};
+  EXPECT_EQ(keys.events(), expected);
+  EXPECT_EQ(buttons.events(), expected);
+  EXPECT_EQ(hat.events(), expected);
+  EXPECT_EQ(terminal.events(), expected);
+  EXPECT_EQ(hat.state().axes, DeskState{}.axes) << "the cross pushes nothing";
+  EXPECT_TRUE(is_desk_key(KEY_C, false) && is_desk_key(BTN_2, true)) << "nor are the gripper's";
+}
+
 TEST(Desk, APressInATerminalPushesForAMoment) {
   TerminalDecoder decoder;
   decoder.take("\x1b[C", 10.0);
@@ -193,22 +223,26 @@ TEST(Desk, ReadsEventsAndTellsWhenTheDeviceIsGone) {
   core::Snapshot<DeskState> state;
   std::atomic<int> stops{0};
   std::string gripper;
+  std::atomic<int> percepts{-1};
   DeskConfig config = three_joints();
   config.device = path.string();
   DeskState now;
   {
     DeskInput input(config, state,
                     {[&] { ++stops; }, [] {}, [](const std::string&) {},
-                     [&](bool open) { gripper += open ? "open " : "closed "; }},
+                     [&](bool open) { gripper += open ? "open " : "closed "; },
+                     [&](PerceptKey key) { percepts = static_cast<int>(key); }},
                     0);
     std::ofstream device(path, std::ios::binary);
-    for (const auto& e : {event(EV_KEY, KEY_C, 1), event(EV_KEY, KEY_UP, 1), event(EV_KEY, KEY_ESC, 1)})
+    for (const auto& e : {event(EV_KEY, KEY_2, 1), event(EV_KEY, KEY_C, 1), event(EV_KEY, KEY_UP, 1),
+                          event(EV_KEY, KEY_ESC, 1)})
       device.write(reinterpret_cast<const char*>(&e), sizeof e);
     device.flush();
     while (stops == 0 || !state.read(now) || now.axes[1] != 1.0) std::this_thread::yield();
     EXPECT_TRUE(now.alive);
   }
   EXPECT_EQ(gripper, "closed ");
+  EXPECT_EQ(percepts, static_cast<int>(PerceptKey::kTone));
   state.read(now);
   EXPECT_FALSE(now.alive);
   std::filesystem::remove(path);

@@ -142,7 +142,7 @@ TEST_F(PageInChromium, ShowsViewsGaugesAlertsAndComponentsLive) {
       << "what is hidden takes no room, whatever its style";
 }
 
-TEST_F(PageInChromium, SetsThePerceptsEachByItsButton) {
+TEST_F(PageInChromium, SetsThePerceptsEachByItsButtonAndItsKey) {
   serve(true);
   ASSERT_TRUE(
       eventually([&] { return text("percepts") == "b1: SCTFB, balanced arm: drag, tone and views"; }));
@@ -150,6 +150,15 @@ TEST_F(PageInChromium, SetsThePerceptsEachByItsButton) {
        std::map<std::string, double>{{"drag", 6}, {"tone", 5}, {"views", 3}, {"by-law", 8}}) {
     browser_->run("document.getElementById('" + id + "').click()");
     EXPECT_TRUE(eventually([&] { return commanded(CommandKind::kSetPercepts, value); })) << id;
+  }
+  {
+    const std::lock_guard lock(mutex_);
+    commands_.clear();
+  }
+  browser_->run("document.activeElement.blur()");
+  for (const auto& [key, value] : std::map<std::string, double>{{"d", 6}, {"m", 5}, {"v", 3}, {"l", 8}}) {
+    browser_->type({key});
+    EXPECT_TRUE(eventually([&] { return commanded(CommandKind::kSetPercepts, value); })) << key;
   }
   EXPECT_TRUE(truth("document.getElementById('counterbalance').hidden")) << "the arm is balanced";
   EXPECT_TRUE(truth("document.getElementById('drag').getAttribute('aria-pressed') === 'true'"));
@@ -203,7 +212,8 @@ TEST_F(PageInChromium, EverythingCanBeDoneByKeyboard) {
   EXPECT_TRUE(eventually([&] { return requested([](const ViewRequest& r) { return r.record == false; }); }));
   // A letter that is typed into a number is a letter.
   browser_->run("document.getElementById('gain').focus()");
-  browser_->type({"b", "2"});
+  browser_->type({"b", "2", "d"});
+  EXPECT_FALSE(commanded(CommandKind::kSetPercepts, 6));
   EXPECT_FALSE(commanded(CommandKind::kViewNode, 14));
   EXPECT_FALSE(commanded(CommandKind::kViewNode, 2));
   browser_->type({Browser::kEscape});
@@ -220,7 +230,7 @@ TEST_F(PageInChromium, OnlyShowsWhereCommandsAreSwitchedOff) {
             0);
   EXPECT_THAT(text("answer"), testing::HasSubstr("switched off"));
   browser_->run("document.getElementById('main-view').focus()");
-  browser_->type({Browser::kEscape, Browser::kLeft, "t", "h", "r"});
+  browser_->type({Browser::kEscape, Browser::kLeft, "t", "h", "r", "d"});
   browser_->drag("#main-view", 60, 0);
   EXPECT_TRUE(eventually([&] { return text("answer").find("only shows") != std::string::npos; }));
   const std::lock_guard lock(mutex_);

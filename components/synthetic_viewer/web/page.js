@@ -126,6 +126,7 @@ function showJoints(joints) {
 
 // The percepts in the order of the bits of set_percepts, and which of them the operator has chosen.
 const kPercepts = ['drag', 'tone', 'views'];
+const kPerceptKeys = { D: 'drag', M: 'tone', V: 'views', L: 'by-law' };  // the buttons that they press
 function chosenPercepts(link) { return { drag: link.drag_chosen, tone: link.tone_enabled, views: link.views_enabled }; }
 
 function showCommands(link, view, viewer) {
@@ -271,6 +272,7 @@ addEventListener('keydown', event => {
   const key = event.key.toUpperCase();
   if (key === 'H') toggleHold();
   else if (key === 'R') toggleRecording(document.activeElement.dataset.view ?? 'main');
+  else if (key in kPerceptKeys && !event.repeat) byId(kPerceptKeys[key]).click();
   else if (key in kNodes) command('view_node', kNodes[key]);
   else if (/^[1-8]$/.test(key)) command('view_node', +key);
 });
