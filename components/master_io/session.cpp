@@ -30,6 +30,8 @@ using teleop::LinkState;
 
 constexpr core::Nanoseconds kAnnounceEvery_ns = 30 * core::kNsPerSecond;
 
+}  // namespace
+
 std::string sentence(const MasterOutputs& now) {
   if (teleop::waits_for_switch(now)) return teleop::switch_sentence(now, "slave");
   switch (now.state) {
@@ -57,6 +59,8 @@ std::string sentence(const MasterOutputs& now) {
       return now.damping_limited ? "the percept is limited to what the master renders stably" : "";
   }
 }
+
+namespace {
 
 std::string row_of_table(const MasterOutputs& now) {
   const auto set = teleop::percept_set(now.law, now.counterbalance);

@@ -6,6 +6,7 @@
 #include "common/robot/serial_arm.hpp"
 #include "common/runtime/cell.hpp"
 #include "components/master_io/config.hpp"
+#include "components/master_io/master_io.hpp"
 
 namespace phantom::master_io {
 
@@ -21,6 +22,9 @@ ArmModel load_arm(const runtime::CellConfig& cell, const std::string& arm_name);
 /// Returns the index of the joint of that name; −1 (all joints) for an empty name. Throws ConfigError with
 /// the names of the arm's joints.
 int joint_index(const ArmModel& model, const std::string& name);
+
+/// Returns what the operator has to know of the master's state; empty: nothing.
+std::string sentence(const MasterOutputs& now);
 
 /// Runs the master on the topics until a stop is requested: servo thread, publishing thread, a bare loop
 /// beside them if configured, and health twice a second. The stop in force is kept in `state_dir`. Writes

@@ -29,6 +29,8 @@ namespace {
 using Json = nlohmann::ordered_json;
 using teleop::LinkState;
 
+}  // namespace
+
 std::string sentence(const SlaveOutputs& now, const robot::SerialArm& arm) {
   if (teleop::waits_for_switch(now)) return teleop::switch_sentence(now, "master");
   switch (now.state) {
@@ -49,6 +51,8 @@ std::string sentence(const SlaveOutputs& now, const robot::SerialArm& arm) {
       return "";
   }
 }
+
+namespace {
 
 Json contacts_json(const ContactLog& contacts, const runtime::CellConfig& cell) {
   Json list = Json::array();

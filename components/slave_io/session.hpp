@@ -6,8 +6,12 @@
 #include "common/runtime/cell.hpp"
 #include "components/slave_io/config.hpp"
 #include "components/slave_io/model.hpp"
+#include "components/slave_io/slave_io.hpp"
 
 namespace phantom::slave_io {
+
+/// Returns what the operator has to know of the state of the slave with `arm`; empty: nothing.
+std::string sentence(const SlaveOutputs& now, const robot::SerialArm& arm);
 
 /// Runs the arm on the topics until a stop is requested. Builds the world of the simulated arm, or opens the
 /// buses of the drives (waiting for them, see open_buses()). Then starts the servo thread and the publishing

@@ -18,6 +18,7 @@
 #include "common/messages/status_reporter.hpp"
 #include "common/messages/teleoperation_codec.hpp"
 #include "common/messages/workspace_codec.hpp"
+#include "components/synthetic_viewer/dds_adapter_names.hpp"
 #include "components/synthetic_viewer/state.hpp"
 
 namespace phantom::synthetic_viewer {
@@ -26,20 +27,11 @@ namespace {
 // The time in which a stop is confirmed, plus two network delays.
 constexpr double kStopAnswer_s = core::seconds(core::kStopConfirmedWithin_ns) + 0.05;
 constexpr double kAnswer_s = 0.5;
-constexpr core::Nanoseconds kStatusHold_ns = 3 * core::kNsPerSecond / 2;  // component_status comes at 2 Hz
-/// A component that has been silent for so long makes room for a new name when there are too many.
-constexpr core::Nanoseconds kStatusForgotten_ns = 10 * core::kNsPerSecond;
 constexpr core::Nanoseconds kSkinHold_ns = core::kNsPerSecond;  // skin_percept comes at 20 Hz
 
 bool is_for_views(CommandKind kind) {
   return kind == CommandKind::kViewHold || kind == CommandKind::kViewNode;
 }
-
-/// Whose component_status is heeded under one name.
-struct StatusSource {
-  dds::SoleSource source{kStatusHold_ns};
-  core::Nanoseconds heard_ns = 0;
-};
 
 /// Returns whether only one such component may run; viewers, recorders and audio components may be several.
 bool may_run_once(const std::string& component) {
@@ -75,12 +67,11 @@ struct DdsAdapter::Impl {
   dds::FollowedSource phantom;  // the process that percept is taken from
   dds::SequenceGuard hit_order;
   std::uint64_t arm_arrived = 0;
-  core::Snapshot<ArmSample> arm_for_hits;          // read only by the callback thread of hit alerts
-  core::Snapshot<PerceptSample> percept_for_hits;  // likewise
-  ArmSample newest_arm;                            // used on the callback thread of hit alerts
-  PerceptSample newest_percept;                    // likewise
-  core::RecentMap<std::string, StatusSource> component_source{
-      ViewerState::kMaxComponents};  // by name and host; ViewerState forgets the same ones, and counts them
+  core::Snapshot<ArmSample> arm_for_hits;             // read only by the callback thread of hit alerts
+  core::Snapshot<PerceptSample> percept_for_hits;     // likewise
+  ArmSample newest_arm;                               // used on the callback thread of hit alerts
+  PerceptSample newest_percept;                       // likewise
+  ComponentNames names{ViewerState::kMaxComponents};  // ViewerState forgets the same ones, and counts them
   std::mutex servers_mutex;
   messages::ObjectSources servers;  // guarded by servers_mutex
 
@@ -190,15 +181,8 @@ void DdsAdapter::Impl::open_events() {
                        const auto component = messages::from_idl(message);
                        if (!component) return false;
                        const std::string key = component->component + "@" + component->host;
-                       // Names that nobody knows do not displace those that are heard: they are refused, and
-                       // counted as that.
-                       if (component_source.full() && !component_source.contains(key) &&
-                           info.received_ns - component_source.oldest().heard_ns < kStatusForgotten_ns)
-                         return false;
-                       StatusSource& known = component_source.find_or_add(key).first;
-                       known.heard_ns = info.received_ns;
-                       if (!known.source.accept(message.stamp(), info.received_ns)) return false;
-                       if (known.source.has_second(info.received_ns) && may_run_once(component->component))
+                       if (!names.accept(key, message.stamp(), info.received_ns)) return false;
+                       if (names.has_second(key, info.received_ns) && may_run_once(component->component))
                          inbox.stops.take_second("component_status as " + key, info.received_ns);
                        return inbox.put(ComponentSample(*component, info.received_ns));
                      });

@@ -2,8 +2,6 @@
 // says of itself must come from the thread's own progress.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <sys/ptrace.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -16,27 +14,11 @@
 #include "tests/processes/running_process.hpp"
 #include "tests/support/eventually.hpp"
 #include "tests/support/files.hpp"
+#include "tests/support/frozen_thread.hpp"
 #include "tests/support/own_domain.hpp"
 
 namespace phantom::processes {
 namespace {
-
-// While it lives, one thread of a child does not run.
-class FrozenThread {
- public:
-  explicit FrozenThread(pid_t thread) : thread_(thread) {
-    EXPECT_EQ(ptrace(PTRACE_SEIZE, thread_, nullptr, nullptr), 0) << std::strerror(errno);
-    EXPECT_EQ(ptrace(PTRACE_INTERRUPT, thread_, nullptr, nullptr), 0) << std::strerror(errno);
-    int status = 0;
-    EXPECT_EQ(waitpid(thread_, &status, __WALL), thread_);
-  }
-  ~FrozenThread() { ptrace(PTRACE_DETACH, thread_, nullptr, nullptr); }
-  FrozenThread(const FrozenThread&) = delete;
-  FrozenThread& operator=(const FrozenThread&) = delete;
-
- private:
-  pid_t thread_;
-};
 
 using phantom::test::eventually;
 
@@ -121,7 +103,7 @@ TEST_P(HungThread, IsSeenInTheStatusAndStarvesTheServiceManagersWatchdogUntilItR
   {
     const pid_t thread = process_.thread(GetParam().thread);
     ASSERT_NE(thread, 0) << GetParam().thread;
-    const FrozenThread frozen(thread);
+    const test::FrozenThread frozen(thread);
     ASSERT_TRUE(eventually([&] { return status().state() == msg::ComponentState::COMPONENT_FAULT; }))
         << status().message();
     EXPECT_THAT(status().message().to_string(), HasSubstr(sentence));
@@ -170,7 +152,7 @@ TEST(SlowStart, OfSlaveIoIsToldTheServiceManagerAllTheWhile) {
     return heard.size();
   };
   {
-    const FrozenThread frozen(computing);
+    const test::FrozenThread frozen(computing);
     notify.take();
     ASSERT_TRUE(eventually([&] { return listen() >= 6; })) << "of 2 Hz\n" << slave.log();
     EXPECT_THAT(heard, Each(HasSubstr("WATCHDOG=1")));

@@ -11,6 +11,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <random>
+#include <regex>
 #include <set>
 #include <thread>
 
@@ -21,6 +22,7 @@
 #include "common/observation/payload_writer.hpp"
 #include "common/recording/mcap_check.hpp"
 #include "tests/support/child_process.hpp"
+#include "tests/support/frozen_thread.hpp"
 
 namespace phantom {
 namespace {
@@ -315,6 +317,62 @@ TEST_F(Signalled, OnEventNothingIsWrittenUntilACommandOrASignalComes) {
   const auto alerts = alerts_in(*first);
   ASSERT_GT(alerts.size(), 100u);
   EXPECT_LT(alerts.front(), heard + 100) << "from before the command";
+}
+
+class SlowDisk : public Recorded {
+ protected:
+  /// Time of day in s and number of samples of each line that says what found no room.
+  static std::vector<std::pair<double, std::uint64_t>> told(const std::string& log) {
+    std::vector<std::pair<double, std::uint64_t>> lines;
+    static const std::regex line(
+        R"((\d\d):(\d\d):(\d\d\.\d+) .*dds_recorder: (\d+) samples found no room in the queue so far; )"
+        R"(allowed: a larger queue_MB, fewer topics, a faster disk\n)");
+    for (std::sregex_iterator i(log.begin(), log.end(), line); i != std::sregex_iterator(); ++i)
+      lines.emplace_back(3600 * std::stod((*i)[1]) + 60 * std::stod((*i)[2]) + std::stod((*i)[3]),
+                         std::stoull((*i)[4]));
+    return lines;
+  }
+};
+
+// The thread that writes hangs again and again, as in a write to a slow disk, while DDS goes on.
+// Tries dds_recorder: the disk is slow; too many samples
+TEST_F(SlowDisk, WhatFindsNoRoomIsCountedPerTopicAndLoggedAtMostEveryHalfSecond) {
+  std::ofstream(folder / "config.yaml") << "disk: {margin_MB: 0}\nqueue_MB: 1\n";
+  AlertWriter writer(std::chrono::microseconds(0));
+  Process recorder(command("record", {"--folder", (folder / "out").string(), "--topics", "hit_alert"}),
+                   folder / "record.log");
+  ASSERT_TRUE(eventually([&] { return last_alert_in(folder / "out") > 0; }, std::chrono::seconds(60)));
+  const auto full_queue = [&](std::uint32_t alerts) {
+    const test::FrozenThread writing(recorder.pid());
+    const std::uint32_t before = writer.written();
+    // More than a queue of 1 MB holds, each with at least its head.
+    return eventually([&] { return writer.written() > before + alerts; }, std::chrono::seconds(120));
+  };
+  for (std::size_t i = 0; i < 3; ++i) {
+    ASSERT_TRUE(full_queue(20'000));
+    ASSERT_TRUE(eventually([&] { return told(recorder.output()).size() > i; }, std::chrono::seconds(60)))
+        << recorder.output();
+  }
+  for (int i = 0; i < 20; ++i) {  // more often than a line may come, on a host that is not too busy
+    ASSERT_TRUE(full_queue(6'000));
+    std::this_thread::sleep_for(std::chrono::milliseconds(30));
+  }
+  EXPECT_EQ(recorder.end(SIGINT), 0);
+  const auto lines = told(recorder.output());
+  for (std::size_t i = 1; i < lines.size(); ++i) {
+    EXPECT_GT(lines[i].second, lines[i - 1].second) << "only what is new is told";
+    EXPECT_GE(lines[i].first - lines[i - 1].first, 0.49);
+  }
+  std::uint64_t overflow = 0;
+  for (const auto& file : files_in(folder / "out")) {
+    const auto losses = recording::McapReader::open(file)->metadata("phantom.losses");
+    ASSERT_FALSE(losses.empty());
+    overflow += std::stoull(losses.back().at("hit_alert.queue_overflow"));
+    for (const auto& [what, unused] : losses.back())
+      EXPECT_TRUE(what.find(".queue_overflow") == std::string::npos || what == "hit_alert.queue_overflow")
+          << what;
+  }
+  EXPECT_GE(overflow, lines.back().second);
 }
 
 class ReplayedProcess : public Recorded {

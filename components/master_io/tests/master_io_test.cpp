@@ -154,6 +154,27 @@ TEST(MasterIo, SR07_StaleInputsFadeOutInBoundedTime) {
 
 // A drag_field that comes regularly but goes back to a pose of long ago is none.
 // Tries master_io: its drag of a pose of long ago
+// Tries master_io: the slave answers another master_io
+TEST(MasterIo, ASlaveThatAnswersAnotherIsNotCoupledWithAndThatIsSaid) {
+  MasterIo master(shipped_config(), teleop::StopLatch(1, {}));
+  MasterInputs in = coupled_inputs();
+  in.velocity.fill(0.3);
+  in.slave.answers_another = true;
+  auto out = run(master, in, 1.0);
+  EXPECT_EQ(out.state, LinkState::kInit);
+  EXPECT_EQ(sentence(out), "the slave answers another master_io: waiting");
+  in.slave.answers_another = false;
+  out = run(master, in, 2.0);
+  ASSERT_EQ(out.state, LinkState::kCoupled);
+  ASSERT_NE(out.motor_Nm, core::JointArray{});
+  in.slave.answers_another = true;
+  out = run(master, in, 0.5);
+  EXPECT_EQ(out.state, LinkState::kDegraded);
+  EXPECT_EQ(sentence(out), "the slave answers another master_io: torques off");
+  EXPECT_EQ(teleop::component_state(out), core::ComponentState::kDegraded);
+  EXPECT_EQ(out.motor_Nm, core::JointArray{});
+}
+
 TEST(MasterIo, SR14_DragOfLongAgoFadesOut) {
   const auto config = shipped_config();
   MasterIo master(config, teleop::StopLatch(1, {}));

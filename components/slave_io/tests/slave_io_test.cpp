@@ -8,6 +8,7 @@
 #include "common/simulation/tests/half_space.hpp"
 #include "common/teleop/tests/servo_rig.hpp"
 #include "components/slave_io/servo.hpp"
+#include "components/slave_io/session.hpp"
 #include "components/slave_io/simulated_arm.hpp"
 #include "components/slave_io/tests/fixture.hpp"
 #include "tests/support/heap_guard.hpp"
@@ -325,7 +326,13 @@ TEST(SlaveIo, AMasterThatAnswersAnotherIsNotCoupledWithAndThatIsSaid) {
   slave.out = slave.controller.step(slave.in, kDt);
   EXPECT_EQ(slave.out.state, LinkState::kDegraded);
   EXPECT_TRUE(slave.out.partner_elsewhere);
+  EXPECT_EQ(sentence(slave.out, shipped_arm().arm), "the master answers another slave_io: holding position");
+  EXPECT_EQ(teleop::component_state(slave.out), core::ComponentState::kDegraded);
   EXPECT_EQ(slave.out.reference, slave.in.position) << "it holds";
+  SlaveIo fresh(shipped_arm().arm, shipped_config(), shipped_arm().home, teleop::StopLatch(1, {}));
+  for (int i = 0; i < 500; ++i) slave.out = fresh.step(slave.in, kDt);
+  EXPECT_EQ(slave.out.state, LinkState::kInit);
+  EXPECT_EQ(sentence(slave.out, shipped_arm().arm), "the master answers another slave_io: waiting");
 }
 
 // Something holds the arm away from where it was led to: without its master it does not go on pressing.
