@@ -21,6 +21,7 @@ namespace phantom::messages {
 struct DragField {
   core::SampleId stamp;
   core::SampleId slave_echo, master_echo;
+  core::SampleId gripper_echo;          ///< 0: the fingers, if there are some, count as at their widest
   std::uint64_t workspace_version = 0;  ///< 0: none yet
   teleop::DragMode mode = teleop::DragMode::kSeparable;
   std::uint32_t joint_count = 0;

@@ -40,6 +40,7 @@ constexpr auto kDragField = [](auto& codec, auto& m, auto& s) {
   codec.stamp(m.stamp(), s.stamp);
   codec.echo(m.slave_echo(), s.slave_echo);
   codec.echo(m.master_echo(), s.master_echo);
+  codec.echo(m.gripper_echo(), s.gripper_echo);
   codec.any(m.workspace_version(), s.workspace_version);
   codec.enumeration("mode", m.mode(), s.mode, teleop::DragMode::kCoupled);
   codec.joint_count(m.joint_count(), s.joint_count);

@@ -32,13 +32,12 @@ std::int32_t steps_of(double distance_m, double step_m) {
 
 }  // namespace
 
-void measure_blocks(const Points& points, std::size_t sensors, std::vector<Block>& blocks, std::int32_t* x,
-                    std::int32_t* y, std::int32_t* z) {
-  const std::size_t first_block = blocks.size();
+void measure_blocks(const Points& points, std::size_t sensors, Block* blocks, std::int32_t* x,
+                    std::int32_t* y, std::int32_t* z) noexcept {
   for (std::size_t first = 0; first < sensors; first += kBlock)
-    blocks.push_back(block_of(points, first, std::min(first + kBlock, sensors)));
+    blocks[first / kBlock] = block_of(points, first, std::min(first + kBlock, sensors));
   for (std::size_t i = 0; i < points.count; ++i) {
-    const auto& [centre, radius, step, weight] = blocks[first_block + i / kBlock];
+    const auto& [centre, radius, step, weight] = blocks[i / kBlock];
     // The padding of the last group stays at the centre, which is inside wherever the block is.
     x[i] = i < sensors ? steps_of(points.x_m[i] - centre[0], step) : 0;
     y[i] = i < sensors ? steps_of(points.y_m[i] - centre[1], step) : 0;

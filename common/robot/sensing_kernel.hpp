@@ -40,10 +40,10 @@ struct Offsets {
   const Block* blocks;
   const std::int32_t *x, *y, *z;
 };
-/// Computes the blocks of `points`, of which the first `sensors` are real. Fills points.count steps and as
-/// many blocks as are needed. Not real-time safe.
-void measure_blocks(const Points& points, std::size_t sensors, std::vector<Block>& blocks, std::int32_t* x,
-                    std::int32_t* y, std::int32_t* z);
+/// Computes the blocks of `points`, of which the first `sensors` are real. Fills points.count steps and the
+/// ⌈sensors / kBlock⌉ blocks. Real-time safe: yes.
+void measure_blocks(const Points& points, std::size_t sensors, Block* blocks, std::int32_t* x,
+                    std::int32_t* y, std::int32_t* z) noexcept;
 
 /// A workspace in the form that the loops read.
 struct Field {

@@ -41,6 +41,7 @@ Status append(const std::vector<PlacedSensor>& sensors, bool clusters, SkinLayou
     layout.x_m.push_back(sensor.position_m.x());
     layout.y_m.push_back(sensor.position_m.y());
     layout.z_m.push_back(sensor.position_m.z());
+    layout.closing_m.push_back(sensor.closing_m);
     layout.area_m2.push_back(sensor.area_m2);
     layout.weight.push_back(sensor.gain);  // completed once the link's number of sensors is known
     layout.cluster_kind.push_back(*kind);
@@ -56,9 +57,15 @@ void complete_weights(std::size_t first, SkinLayout& layout) {
   }
 }
 
+Eigen::Vector3d closing_of(const MeshSensors& mesh, const LinkSkin&) { return mesh.closing_m; }
+template <class Part>
+Eigen::Vector3d closing_of(const Part&, const LinkSkin& link) {
+  return link.closing_m;
+}
+
 /// Adds the sensors of one kind of part to `sensors`, in the link's frame.
 template <class Part>
-Status add_parts(const std::vector<Part>& parts, const char* kind, const std::string& link, bool on_base,
+Status add_parts(const std::vector<Part>& parts, const char* kind, const LinkSkin& link, bool on_base,
                  const geometry::Pose& X_link_frame, const SkinOptions& options, std::size_t size_before,
                  std::vector<PlacedSensor>& sensors, std::size_t& left_out) {
   for (std::size_t i = 0; i < parts.size(); ++i) {
@@ -68,7 +75,7 @@ Status add_parts(const std::vector<Part>& parts, const char* kind, const std::st
         options.normalisation};
     auto more = detail::sensors_of(parts[i], rules);
     if (!more) {
-      return {more.status().code(), "skin: link '" + link + "': " + kind + "[" + std::to_string(i) +
+      return {more.status().code(), "skin: link '" + link.link + "': " + kind + "[" + std::to_string(i) +
                                         "]: " + more.status().message()};
     }
     if (on_base) {
@@ -77,6 +84,7 @@ Status add_parts(const std::vector<Part>& parts, const char* kind, const std::st
     }
     for (PlacedSensor& sensor : *more) {
       sensor.position_m = X_link_frame * sensor.position_m;
+      sensor.closing_m = X_link_frame.rotation * closing_of(parts[i], link);
       sensors.push_back(sensor);
     }
   }
@@ -136,7 +144,7 @@ core::Expected<SkinLayout> lay_out_skin(const SerialArm& arm, const std::vector<
       const auto [carrier, X_link_frame] = *arm.find_frame(link.link);
       if (carrier != moving) continue;
       const auto add = [&](const auto& parts, const char* kind) {
-        return add_parts(parts, kind, link.link, moving == 0, X_link_frame, options, layout.size(), sensors,
+        return add_parts(parts, kind, link, moving == 0, X_link_frame, options, layout.size(), sensors,
                          layout.left_out);
       };
       if (Status added = add(link.segments, "segments"); !added) return added;
@@ -152,6 +160,9 @@ core::Expected<SkinLayout> lay_out_skin(const SerialArm& arm, const std::vector<
     layout.first[rest] = layout.size();
     if (rest < layout.first_cluster.size()) layout.first_cluster[rest] = layout.size();
   }
+  if (std::all_of(layout.closing_m.begin(), layout.closing_m.end(),
+                  [](const Eigen::Vector3d& way_m) { return way_m.isZero(0.0); }))
+    layout.closing_m = {};
   if (layout.size() == 0)
     return Status::invalid_argument("skin: no sensors; at least one part on a moving link is needed");
   return layout;

@@ -82,6 +82,8 @@ struct MeshSensors {
   geometry::TriangleMesh mesh_m;
   double gain = 1.0;                   ///< ≥ 0
   std::optional<ClusterSpec> cluster;  ///< as for SkinSegment
+  Eigen::Vector3d closing_m =
+      Eigen::Vector3d::Zero();  ///< its way as the gripper closes, in the frame of `link`
 };
 
 struct LinkSkin {
@@ -89,6 +91,8 @@ struct LinkSkin {
   std::vector<SkinSegment> segments;
   std::vector<AxisSensors> axes;
   std::vector<MeshSensors> meshes;
+  Eigen::Vector3d closing_m =
+      Eigen::Vector3d::Zero();  ///< of segments and axes: as MeshSensors has it of a mesh
 };
 
 /// Sets a segment's ends from the thesis's figures. `offset_m` (SOJ) and `length_m` (SL) lie along the axis
@@ -113,7 +117,9 @@ struct SkinLayout {
   std::array<std::size_t, core::kMaxJoints + 2> first{};  ///< sensors of link l are first[l] … first[l+1] − 1
   /// Index of each link's first cluster sensor; its point sensors come before.
   std::array<std::size_t, core::kMaxJoints + 1> first_cluster{};
-  std::vector<double> x_m, y_m, z_m;  ///< in the link's frame
+  std::vector<double> x_m, y_m, z_m;  ///< in the link's frame, of a gripper's fingers at their widest
+  /// Way of each sensor in the link's frame as the gripper closes; empty: none moves.
+  std::vector<Eigen::Vector3d> closing_m;
   /// Gain × area in m² (kArea), gain ÷ sensors of the link (kCount), gain (the others).
   std::vector<double> weight;
   std::vector<double> area_m2;             ///< area that the sensor represents, without gain
@@ -122,6 +128,11 @@ struct SkinLayout {
   std::size_t left_out = 0;  ///< parts left out because they are on the base, which does not move
   std::size_t size() const noexcept { return x_m.size(); }
   Eigen::Vector3d position(std::size_t sensor) const { return {x_m[sensor], y_m[sensor], z_m[sensor]}; }
+  /// Returns where a sensor is with the gripper closed by `share`, 0…1. Real-time safe: yes.
+  Eigen::Vector3d position(std::size_t sensor, double share) const {
+    if (closing_m.empty()) return position(sensor);
+    return position(sensor) + share * closing_m[sensor];
+  }
   /// Returns the link that carries a sensor. Real-time safe: yes.
   std::size_t link_of(std::size_t sensor) const noexcept;
 };

@@ -16,6 +16,7 @@ struct PlacedSensor {
   double area_m2 = 0.0;
   double gain = 1.0;
   std::optional<ClusterSpec> cluster;
+  Eigen::Vector3d closing_m = Eigen::Vector3d::Zero();
 };
 
 /// Limits that apply to every part of a skin.

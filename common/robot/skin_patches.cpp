@@ -59,14 +59,14 @@ std::uint8_t SkinPatches::code_of(std::size_t sensor, std::size_t link, workspac
 
 const std::vector<SkinPatches::Patch>& SkinPatches::sense(const core::JointArray& position,
                                                           const workspace::Workspace& workspace,
-                                                          const Muted& muted) {
+                                                          const Muted& muted, double closed) {
   LinkPoses X_WL;
   arm_.link_poses(position, X_WL);
   std::fill(worst_.begin(), worst_.end(), std::uint8_t{0});
   const workspace::GridSpec& grid = workspace.grid();
   for (std::size_t link = 1; link < arm_.links().size(); ++link) {
     for (std::size_t sensor = layout_.first[link]; sensor < layout_.first[link + 1]; ++sensor) {
-      const Eigen::Vector3d p_W_m = X_WL[link] * layout_.position(sensor);
+      const Eigen::Vector3d p_W_m = X_WL[link] * layout_.position(sensor, closed);
       if (!((p_W_m - grid.origin_m).cwiseAbs().maxCoeff() < 1e9 * grid.voxel_size_m)) continue;
       std::uint8_t& worst = worst_[patch_of_[sensor]];
       worst = std::max(worst, code_of(sensor, link, grid.index_of(p_W_m), workspace, muted));

@@ -31,9 +31,10 @@ class SkinPatches {
   /// Returns whether a link may touch an object. The link then does not feel the fluid of that object.
   using Muted = std::function<bool(std::size_t link, std::uint16_t object)>;
   /// Returns the patches that meet fluid at these joint positions (rad or m; finite), each with its worst
-  /// sensor's μ. The result is valid until the next call.
+  /// sensor's μ. `closed`: share, 0…1, by which a gripper is closed; patches are those of the open one. The
+  /// result is valid until the next call.
   const std::vector<Patch>& sense(const core::JointArray& position, const workspace::Workspace& workspace,
-                                  const Muted& muted = {});
+                                  const Muted& muted = {}, double closed = 0.0);
 
   std::size_t count() const noexcept { return patches_.size(); }
   double edge_m() const noexcept { return edge_m_; }

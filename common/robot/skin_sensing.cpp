@@ -100,7 +100,8 @@ std::vector<SkinSensing::Part> SkinSensing::parts_of(const SkinLayout& layout) {
 }
 
 SkinSensing::SkinSensing(const SkinLayout& layout, const SensingOptions& options)
-    : layout_(&layout),
+    : open_(layout),
+      layout_(&layout),
       options_(options),
       cluster_codes_(layout.size()),
       neighbourhood_(make_neighbourhood(options.gradient_reach_vox)),
@@ -125,12 +126,22 @@ SkinSensing::SkinSensing(const SkinLayout& layout, const SensingOptions& options
   for (auto* steps : {&x_steps_, &y_steps_, &z_steps_}) steps->resize(x_m_.size());
   for (std::size_t link = 0; link <= core::kMaxJoints; ++link) {
     const std::size_t packed = packed_first_[link];
+    const std::size_t sensors = layout.first_cluster[link] - layout.first[link];
     first_block_[link] = blocks_.size();
-    if (packed_first_[link + 1] == packed) continue;
-    kernel::measure_blocks(points_of(packed, packed_first_[link + 1]),
-                           layout.first_cluster[link] - layout.first[link], blocks_, &x_steps_[packed],
-                           &y_steps_[packed], &z_steps_[packed]);
+    for (std::size_t first = 0; first < sensors; first += kernel::kBlock) {
+      const MovingBlock block{blocks_.size(), packed + first, std::min(kernel::kBlock, sensors - first)};
+      blocks_.emplace_back();
+      measure(block);
+      const auto moves = [&](const Eigen::Vector3d& way_m) { return !way_m.isZero(0.0); };
+      const auto way = layout.closing_m.begin() + static_cast<std::ptrdiff_t>(layout.first[link] + first);
+      if (!layout.closing_m.empty() &&
+          std::any_of(way, way + static_cast<std::ptrdiff_t>(block.sensors), moves))
+        moving_blocks_.push_back(block);
+    }
   }
+  for (std::size_t i = 0; i < layout.closing_m.size(); ++i)
+    if (!layout.closing_m[i].isZero(0.0)) moving_.push_back(i);
+  if (!moving_.empty()) layout_ = &moved_.emplace(layout);
   codes_.resize(x_m_.size());
   mu_.resize(x_m_.size());
   block_worst_.resize(blocks_.size());
@@ -141,6 +152,29 @@ SkinSensing::SkinSensing(const SkinLayout& layout, const SensingOptions& options
 }
 
 SkinSensing::~SkinSensing() = default;
+
+void SkinSensing::measure(const MovingBlock& at) noexcept {
+  kernel::measure_blocks(points_of(at.first, at.first + kernel::whole_groups(at.sensors)), at.sensors,
+                         &blocks_[at.block], &x_steps_[at.first], &y_steps_[at.first], &z_steps_[at.first]);
+}
+
+void SkinSensing::close_gripper(double share) noexcept {
+  if (moving_.empty() || share == closed_) return;
+  closed_ = share;
+  for (const std::size_t i : moving_) {
+    const Eigen::Vector3d at_m = open_.position(i, share);
+    moved_->x_m[i] = at_m.x();
+    moved_->y_m[i] = at_m.y();
+    moved_->z_m[i] = at_m.z();
+    const std::size_t link = open_.link_of(i);
+    if (i >= open_.first_cluster[link]) continue;
+    const std::size_t packed = packed_first_[link] + (i - open_.first[link]);
+    x_m_[packed] = at_m.x();
+    y_m_[packed] = at_m.y();
+    z_m_[packed] = at_m.z();
+  }
+  for (const MovingBlock& block : moving_blocks_) measure(block);
+}
 
 bool SkinSensing::mute(std::size_t link, std::uint16_t object, bool muted) noexcept {
   if (link >= muted_objects_.size()) return false;

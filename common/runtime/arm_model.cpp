@@ -37,16 +37,21 @@ geometry::TriangleMesh read_mesh(const ArmConfig& config, const std::filesystem:
 
 /// Reads the visual meshes of the moving link that holds the frame called `link`, in that frame.
 std::vector<robot::MeshSensors> visual_skin(const ArmConfig& config, const robot::SerialArm& arm,
+                                            const std::optional<robot::SerialArm>& closed,
                                             const std::string& link, const MeshSensorsConfig& wanted) {
   std::vector<robot::MeshSensors> skin;
   const auto found = arm.find_frame(link);
   if (!found) return skin;  // lay_out_skin() reports the unknown link
   const auto& [index, X_link_frame] = *found;
-  for (const robot::LinkMesh& visual : arm.links()[index].meshes) {
+  for (std::size_t i = 0; i < arm.links()[index].meshes.size(); ++i) {
+    const robot::LinkMesh& visual = arm.links()[index].meshes[i];
     const auto mesh = robot::load_mesh(visual);
     if (!mesh) fail(config, mesh.status());
-    skin.push_back(
-        {mesh->transformed(X_link_frame.inverse() * visual.X_link_mesh), wanted.gain, wanted.cluster});
+    Eigen::Vector3d way_m = Eigen::Vector3d::Zero();
+    if (closed)
+      way_m = closed->links()[index].meshes[i].X_link_mesh.translation_m - visual.X_link_mesh.translation_m;
+    skin.push_back({mesh->transformed(X_link_frame.inverse() * visual.X_link_mesh), wanted.gain,
+                    wanted.cluster, X_link_frame.rotation.transpose() * way_m});
   }
   if (skin.empty()) {
     throw core::ConfigError(place_of(config) + "skin: link '" + link +
@@ -79,11 +84,26 @@ robot::SerialArm load_arm_with_closed_gripper(ArmConfig config) {
   return load_arm(config);
 }
 
+std::optional<robot::SerialArm> load_closed_arm(const ArmConfig& config) {
+  if (config.gripper_closed.empty()) return {};
+  return load_arm_with_closed_gripper(config);
+}
+
+Eigen::Vector3d closing_of_frame(const robot::SerialArm& arm, const std::optional<robot::SerialArm>& closed,
+                                 const std::string& frame) {
+  const auto open_at = arm.find_frame(frame);
+  if (!closed || !open_at) return Eigen::Vector3d::Zero();
+  return closed->find_frame(frame)->second.translation_m - open_at->second.translation_m;
+}
+
 std::vector<robot::LinkSkin> load_skin(const ArmConfig& config, const robot::SerialArm& arm) {
+  const std::optional<robot::SerialArm> closed = load_closed_arm(config);
   std::vector<robot::LinkSkin> skin;
   for (const LinkSkinConfig& link : config.skin) {
     robot::LinkSkin& made = skin.emplace_back();
     made.link = link.link;
+    if (const auto found = arm.find_frame(link.link))
+      made.closing_m = found->second.rotation.transpose() * closing_of_frame(arm, closed, link.link);
     for (SkinSegmentConfig segment : link.segments) {
       if (segment.along_axis_m) {
         const auto [offset_m, length_m] = *segment.along_axis_m;
@@ -104,11 +124,11 @@ std::vector<robot::LinkSkin> load_skin(const ArmConfig& config, const robot::Ser
     }
     for (const MeshSensorsConfig& wanted : link.meshes) {
       if (wanted.mesh.empty()) {
-        for (auto& sensors : visual_skin(config, arm, link.link, wanted))
+        for (auto& sensors : visual_skin(config, arm, closed, link.link, wanted))
           made.meshes.push_back(std::move(sensors));
       } else {
-        made.meshes.push_back(
-            {read_mesh(config, wanted.mesh, wanted.mesh_scale, wanted.X_LM), wanted.gain, wanted.cluster});
+        made.meshes.push_back({read_mesh(config, wanted.mesh, wanted.mesh_scale, wanted.X_LM), wanted.gain,
+                               wanted.cluster, made.closing_m});
       }
     }
   }

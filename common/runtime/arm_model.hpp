@@ -1,5 +1,7 @@
 #pragma once
 
+#include <optional>
+#include <string>
 #include <vector>
 
 #include "common/robot/serial_arm.hpp"
@@ -14,6 +16,13 @@ namespace phantom::runtime {
 robot::SerialArm load_arm(const ArmConfig& config);
 /// Loads it with its gripper closed; its links and meshes are in the same order. Throws as load_arm().
 robot::SerialArm load_arm_with_closed_gripper(ArmConfig config);
+
+/// Loads it so if its gripper moves.
+std::optional<robot::SerialArm> load_closed_arm(const ArmConfig& config);
+/// Returns the way of the frame `frame` in the axes of its moving link as the gripper closes; zero without
+/// `closed`.
+Eigen::Vector3d closing_of_frame(const robot::SerialArm& arm, const std::optional<robot::SerialArm>& closed,
+                                 const std::string& frame);
 
 /// Loads the arm's skin: places the ends of all segments and axes and reads all meshes, ready for
 /// lay_out_skin(). Throws as load_arm().

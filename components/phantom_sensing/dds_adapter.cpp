@@ -42,6 +42,7 @@ struct DdsAdapter::Impl {
   struct Readers {
     Readers(Impl& owner, SensingLoop& loop, WorkspaceKeeper& keeper);
     messages::CheckedReader<msg::SlaveState> slave;
+    std::optional<messages::CheckedReader<msg::GripperState>> gripper;  // of an arm with fingers
     std::unique_ptr<WorkspaceReaders> workspace;
   };
 
@@ -59,9 +60,13 @@ struct DdsAdapter::Impl {
                    return reply_to(command, {false, why});
                  }}) {}
 
-  bool has_rival() {
+  /// Returns the topic that two processes write of those that only one may write, or null.
+  const char* rival() {
     const std::lock_guard lock(readers_mutex);
-    return readers && readers->slave.has_rival(core::monotonic_ns());
+    const core::Nanoseconds now_ns = core::monotonic_ns();
+    if (!readers) return nullptr;
+    if (readers->slave.has_rival(now_ns)) return "slave_state";
+    return readers->gripper && readers->gripper->has_rival(now_ns) ? "gripper_state" : nullptr;
   }
 
   bool second_server(core::Nanoseconds now_ns);
@@ -77,6 +82,7 @@ struct DdsAdapter::Impl {
   messages::Publisher<messages::InterestPoints> interest_points;
   messages::Publisher<messages::SkinPercept> skin_percept;
   core::Snapshot<SlaveSample> newest_slave;
+  core::Snapshot<GripperSample> newest_gripper;
   mutable std::mutex objects_mutex;
   messages::ObjectSources objects;  // guarded by objects_mutex
   dds::RefusalLog workspace_refusals{"workspace_brick, workspace_version"};
@@ -95,7 +101,15 @@ DdsAdapter::Impl::Readers::Readers(Impl& owner, SensingLoop& loop, WorkspaceKeep
               loop.offer(sample);
               owner.newest_slave.write(sample);
             }),
-      workspace(std::make_unique<WorkspaceReaders>(owner, keeper)) {}
+      workspace(std::make_unique<WorkspaceReaders>(owner, keeper)) {
+  if (!owner.model.has_fingers()) return;
+  gripper.emplace(owner.participant, dds::kGripperState, messages::bounds_of(owner.model.arm),
+                  [&owner, &loop](const messages::GripperState& state, core::Nanoseconds received_ns) {
+                    const GripperSample sample(state, received_ns);
+                    loop.offer(sample);
+                    owner.newest_gripper.write(sample);
+                  });
+}
 
 DdsAdapter::Impl::WorkspaceReaders::WorkspaceReaders(Impl& owner, WorkspaceKeeper& workspace)
     : version(
@@ -222,12 +236,13 @@ void DdsAdapter::handle_commands(const std::function<Answer(const messages::Sens
 }
 
 bool DdsAdapter::newest_slave(SlaveSample& sample) { return impl_->newest_slave.read(sample); }
+bool DdsAdapter::newest_gripper(GripperSample& sample) { return impl_->newest_gripper.read(sample); }
 
 void DdsAdapter::publish_skin(const messages::SkinPercept& skin) { impl_->skin_percept.publish(skin); }
 
 void DdsAdapter::publish_status(const core::Health& health) {
   core::Health published = health;
-  if (impl_->has_rival()) published = dds::with_rival(std::move(published), "slave_state");
+  if (const char* topic = impl_->rival()) published = dds::with_rival(std::move(published), topic);
   if (impl_->second_server(core::monotonic_ns()))
     published = dds::with_rival(std::move(published), "workspace_version");
   impl_->status.publish(published);

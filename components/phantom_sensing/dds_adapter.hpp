@@ -14,10 +14,10 @@
 
 namespace phantom::phantom_sensing {
 
-/// The component's DDS readers and writers. In: slave_state, workspace_brick, workspace_version,
-/// workspace_object and sensing_command. Out: drag_field, percept, interest_points, skin_percept, hit_alert,
-/// sensing_reply and component_status. Invalid samples are refused, counted, and reported in the log at most
-/// once in five seconds per topic.
+/// The component's DDS readers and writers. In: slave_state, gripper_state of an arm with fingers,
+/// workspace_brick, workspace_version, workspace_object and sensing_command. Out: drag_field, percept,
+/// interest_points, skin_percept, hit_alert, sensing_reply and component_status. Invalid samples are refused,
+/// counted, and reported in the log at most once in five seconds per topic.
 class DdsAdapter : public PerceptSink {
  public:
   /// Joins the DDS domain with all writers and the reader of commands; start_reading() adds the other
@@ -41,6 +41,8 @@ class DdsAdapter : public PerceptSink {
   WorkspaceKeeper::Callbacks workspace_callbacks();
   /// Reads the newest valid slave_state. Returns false if none came since the last call. One thread.
   bool newest_slave(SlaveSample& sample);
+  /// Likewise the newest valid gripper_state.
+  bool newest_gripper(GripperSample& sample);
   /// Publishes skin_percept. One thread.
   void publish_skin(const messages::SkinPercept& skin);
   /// Publishes component_status. One thread.

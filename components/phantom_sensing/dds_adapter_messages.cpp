@@ -37,6 +37,7 @@ void take_place(const PlacePercept& place, Message& message) {
 messages::DragField drag_field_of(const StepOutputs& outputs, const TickInfo& info, std::size_t joint_count) {
   auto field = of_tick<messages::DragField>(outputs, info);
   field.master_echo = info.slave.master_echo;
+  field.gripper_echo = info.gripper;
   field.mode = outputs.drag_mode;
   field.joint_count = static_cast<std::uint32_t>(joint_count);
   field.drag = {outputs.drag, outputs.valid};

@@ -50,7 +50,11 @@ class Replay {
 
   void take(const std::string& topic, const recording::Message& message) {
     if (topic == dds::kSlaveState.name) {
-      if_sound(dds::kSlaveState, message, [this](const messages::SlaveState& state) { keep_state(state); });
+      if_sound(dds::kSlaveState, message,
+               [this](const messages::SlaveState& state) { keep(state, states_); });
+    } else if (topic == dds::kGripperState.name) {
+      if_sound(dds::kGripperState, message,
+               [this](const messages::GripperState& gripper) { keep(gripper, grippers_); });
     } else if (topic == dds::kWorkspaceBrick.name) {
       if_sound(dds::kWorkspaceBrick, message, [this](const messages::WorkspaceBrick& brick) {
         (void)assembler_.put_brick(brick.key, brick.version, brick.voxels_zstd);
@@ -94,12 +98,20 @@ class Replay {
     if (const auto sample = messages::from_idl(*recorded)) use(*sample);
   }
 
-  void keep_state(const messages::SlaveState& state) {
-    const Name name{state.stamp.session, state.stamp.sequence_number};
-    if (states_.emplace(name, SlaveSample(state, 0)).second) state_order_.push_back(name);
-    if (state_order_.size() <= kMostStates) return;
-    states_.erase(state_order_.front());
-    state_order_.pop_front();
+  /// The newest kMostStates samples of a topic, by their names.
+  template <class Sample>
+  struct Kept {
+    std::map<Name, messages::Received<Sample>> samples;
+    std::deque<Name> order;
+  };
+
+  template <class Sample>
+  static void keep(const Sample& sample, Kept<Sample>& kept) {
+    const Name name{sample.stamp.session, sample.stamp.sequence_number};
+    if (kept.samples.emplace(name, messages::Received<Sample>(sample, 0)).second) kept.order.push_back(name);
+    if (kept.order.size() <= kMostStates) return;
+    kept.samples.erase(kept.order.front());
+    kept.order.pop_front();
   }
 
   void keep_version() {
@@ -141,7 +153,8 @@ class Replay {
   }
 
   void process(const msg::DragField& field, const Output& output) {
-    if (!tick(field.slave_echo(), field.workspace_version(), field.valid(), field.stamp(), false)) {
+    if (!tick(field.slave_echo(), field.workspace_version(), field.valid(), field.stamp(),
+              &field.gripper_echo())) {
       ++report_.drag_field.without_inputs;
       return;
     }
@@ -151,7 +164,7 @@ class Replay {
   }
 
   void process(const msg::Percept& percept, const Output& output) {
-    if (!tick(percept.slave_echo(), percept.workspace_version(), percept.valid(), percept.stamp(), true)) {
+    if (!tick(percept.slave_echo(), percept.workspace_version(), percept.valid(), percept.stamp(), nullptr)) {
       ++report_.percept.without_inputs;
       return;
     }
@@ -162,7 +175,7 @@ class Replay {
   }
 
   void process(const msg::InterestPoints& points, const Output& output) {
-    if (!tick(points.slave_echo(), points.workspace_version(), points.valid(), points.stamp(), true)) {
+    if (!tick(points.slave_echo(), points.workspace_version(), points.valid(), points.stamp(), nullptr)) {
       ++report_.interest_points.without_inputs;
       return;
     }
@@ -171,12 +184,13 @@ class Replay {
     compare(dds::kInterestPoints, made, points.stamp(), output, report_.interest_points);
   }
 
-  /// Runs the tick that `echo` names. Returns false if its inputs are missing. A percept belongs to the tick
-  /// of the drag field before it (`same_tick`), unless that one was lost.
+  /// Runs the tick that `echo` names. Returns false if its inputs are missing. A percept names no gripper: it
+  /// belongs to the tick of the drag field before it. Where that one was lost, only an arm without fingers
+  /// gives it again.
   bool tick(const msg::Echo& echo, std::uint64_t version, bool valid, const msg::Stamp& stamp,
-            bool same_tick) {
+            const msg::Echo* gripper_echo) {
     const Name name{echo.session(), echo.sequence_number()};
-    if (same_tick && ticked_ && name == *ticked_ && outputs_.valid == valid &&
+    if (gripper_echo == nullptr && ticked_ && name == *ticked_ && outputs_.valid == valid &&
         outputs_.workspace_version == version)
       return true;
     if (stamp.session() != session_) {  // the component was restarted
@@ -185,9 +199,14 @@ class Replay {
       before_ = {};
     }
     ticked_.reset();
-    const auto state = states_.find(name);
+    const auto state = states_.samples.find(name);
     const SensedWorkspace workspace = version_of(version);
-    if ((name.second != 0 && state == states_.end()) || (version != 0 && workspace.voxels == nullptr))
+    const Name gripper_name =
+        gripper_echo != nullptr ? Name{gripper_echo->session(), gripper_echo->sequence_number()} : Name{};
+    const auto gripper = grippers_.samples.find(gripper_name);
+    if (gripper_echo == nullptr && model_.has_fingers()) return false;
+    if (gripper_name.second != 0 && gripper == grippers_.samples.end()) return false;
+    if ((name.second != 0 && state == states_.samples.end()) || (version != 0 && workspace.voxels == nullptr))
       return false;
     contacts_.end_old(stamp.monotonic_ns());
     StepInputs inputs;
@@ -195,7 +214,11 @@ class Replay {
     inputs.state_valid = valid;
     inputs.allowed = contacts_.permits().at(stamp.monotonic_ns());
     info_ = {};
-    if (state != states_.end()) info_.slave = state->second;
+    if (state != states_.samples.end()) info_.slave = state->second;
+    if (gripper_name.second != 0) {
+      inputs.fingers = fingers_of(gripper->second);
+      info_.gripper = gripper->second.stamp;
+    }
     info_.allowed_contacts = inputs.allowed.size();
     if (valid) {
       inputs.position = info_.slave.position;
@@ -245,8 +268,8 @@ class Replay {
   std::optional<PhantomSensing> sensing_;
   workspace::WorkspaceAssembler assembler_;
   std::deque<Version> versions_;
-  std::map<Name, SlaveSample> states_;
-  std::deque<Name> state_order_;
+  Kept<messages::SlaveState> states_;
+  Kept<messages::GripperState> grippers_;
   std::map<Name, messages::SensingCommand> commands_;
   std::deque<Output> waiting_;
   std::uint64_t session_ = 0;

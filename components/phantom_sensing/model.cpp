@@ -37,6 +37,7 @@ PhantomModel load_model(const runtime::CellConfig& cell, const Config& config) {
     spdlog::warn("skin.pitch_vox is {}: the skin is coarser than the voxels, drag will be less smooth",
                  options.pitch_vox);
   }
+  const auto closed = runtime::load_closed_arm(arm_config);
   std::vector<InterestPoint> points;
   for (const auto& point : arm_config.interest_points) {
     const auto frame = arm.find_frame(point.link);
@@ -44,7 +45,8 @@ PhantomModel load_model(const runtime::CellConfig& cell, const Config& config) {
       throw ConfigError(place + "interest_points: '" + point.name + "' is on an unknown link '" + point.link +
                         "'; allowed: a link of the arm");
     }
-    points.push_back({point.name, frame->first, frame->second * point.position_m});
+    points.push_back({point.name, frame->first, frame->second * point.position_m,
+                      runtime::closing_of_frame(arm, closed, point.link)});
   }
   return {std::move(arm), std::move(skin), std::move(points)};
 }

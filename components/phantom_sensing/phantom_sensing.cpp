@@ -34,13 +34,22 @@ percept::AlertEvents PhantomSensing::numbered(Watch& watch, percept::AlertEvents
   return events;
 }
 
+/// Velocity of a place on the arm, with what fingers that open or close add.
+Eigen::Vector3d PhantomSensing::velocity_W(const StepInputs& inputs, std::size_t link,
+                                           const Eigen::Vector3d& closing_m,
+                                           const Eigen::Vector3d& position_W_m) const noexcept {
+  return model_.arm.point_velocity_W(link, position_W_m, X_WL_, inputs.velocity) +
+         inputs.fingers.closing_per_s * (X_WL_[link].rotation * closing_m);
+}
+
 /// Fills the fields that follow from the place's μ, position and object, which must be set. Returns the
 /// inputs of the hit rules.
 percept::HitCandidate PhantomSensing::perceive_place(const StepInputs& inputs, std::size_t link,
+                                                     const Eigen::Vector3d& closing_m,
                                                      workspace::Index3 voxel,
                                                      PlacePercept& place) const noexcept {
   place.closeness = percept::closeness(place.mu, inputs.workspace.greatest_neighbour_mu);
-  place.velocity_W_m_s = model_.arm.point_velocity_W(link, place.position_W_m, X_WL_, inputs.velocity);
+  place.velocity_W_m_s = velocity_W(inputs, link, closing_m, place.position_W_m);
   place.gradient = zone_.gradient(*inputs.workspace.voxels, voxel, link, inputs.allowed);
   const Eigen::Vector3d& pgv = place.gradient.pgv_W_m;
   place.motion = percept::classify_motion(pgv, place.velocity_W_m_s, settings_.motion);
@@ -64,7 +73,10 @@ void PhantomSensing::perceive_skin(const StepInputs& inputs, StepOutputs& output
     percept.position_W_m = worst.position_W_m;
     percept.link = worst.link;
     percept.sensor = worst.sensor;
-    candidate = perceive_place(inputs, worst.link, worst.voxel, percept);
+    const auto& closing_m = model_.skin.closing_m;
+    candidate = perceive_place(inputs, worst.link,
+                               closing_m.empty() ? Eigen::Vector3d::Zero() : closing_m[worst.sensor],
+                               worst.voxel, percept);
     candidate->sensor = static_cast<std::uint32_t>(worst.sensor);
   }
   outputs.alerts = numbered(skin_watch_, skin_watch_.hits.step(candidate, inputs.dt_s));
@@ -79,9 +91,8 @@ void PhantomSensing::perceive_interest_points(const StepInputs& inputs) noexcept
     const InterestPoint& point = model_.interest_points[i];
     InterestPercept& percept = interest_[i];
     percept = {};
-    percept.position_W_m = X_WL_[point.link] * point.position_m;
-    percept.velocity_W_m_s =
-        model_.arm.point_velocity_W(point.link, percept.position_W_m, X_WL_, inputs.velocity);
+    percept.position_W_m = X_WL_[point.link] * (point.position_m + inputs.fingers.closed * point.closing_m);
+    percept.velocity_W_m_s = velocity_W(inputs, point.link, point.closing_m, percept.position_W_m);
     const workspace::Index3 voxel = workspace.grid().index_of(percept.position_W_m);
     const auto mu = static_cast<double>(workspace.mu(voxel));
     std::optional<percept::HitCandidate> candidate;
@@ -90,7 +101,7 @@ void PhantomSensing::perceive_interest_points(const StepInputs& inputs) noexcept
       percept.muted = inputs.allowed.mutes(point.link, percept.object);
       if (!percept.muted) {
         percept.mu = mu;
-        candidate = perceive_place(inputs, point.link, voxel, percept);
+        candidate = perceive_place(inputs, point.link, point.closing_m, voxel, percept);
         candidate->interest_point = static_cast<std::int32_t>(i);
       }
     }
@@ -137,6 +148,7 @@ void PhantomSensing::step(const StepInputs& inputs, StepOutputs& outputs) noexce
   }
   model_.arm.link_poses(inputs.position, X_WL_);
   mute(inputs.allowed);
+  sensing_.close_gripper(inputs.fingers.closed);
   sensing_.sense(X_WL_, model_.arm.joint_count(), *inputs.workspace.voxels);
   robot::drag_coefficients(model_.arm, X_WL_, sensing_.sums(), settings_.directional, inputs.velocity,
                            outputs.drag);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -41,7 +42,13 @@ struct PerceptSettings {
 struct InterestPoint {
   std::string name;
   std::size_t link = 0;
-  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();  ///< in the link's frame
+  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();  ///< in the link's frame, with an open gripper
+  Eigen::Vector3d closing_m = Eigen::Vector3d::Zero();   ///< its way as the gripper closes
+};
+
+/// How far a gripper is closed: 0 at its widest, 1 closed.
+struct Fingers {
+  double closed = 0.0, closing_per_s = 0.0;
 };
 
 /// The phantom: an arm with its skin and interest points. Constant after loading.
@@ -49,6 +56,13 @@ struct PhantomModel {
   robot::SerialArm arm;
   robot::SkinLayout skin;
   std::vector<InterestPoint> interest_points;
+
+  /// Returns whether the arm has a gripper that moves what is sensed.
+  bool has_fingers() const noexcept {
+    return !skin.closing_m.empty() ||
+           std::any_of(interest_points.begin(), interest_points.end(),
+                       [](const InterestPoint& point) { return !point.closing_m.isZero(0.0); });
+  }
 };
 
 /// A workspace and a value precomputed from it; both must outlive the step.
@@ -64,6 +78,7 @@ struct StepInputs {
   SensedWorkspace workspace;        ///< if none, the result is invalid
   bool state_valid = false;         ///< false: position and velocity are stale, and the result is invalid
   percept::AllowedContact allowed;  ///< contacts allowed now
+  Fingers fingers;                  ///< as long as their width is not known: at their widest
 };
 
 /// The percept at one place of the arm: the percept parameters of spec 2.5. All zero in free space and if
@@ -119,8 +134,11 @@ class PhantomSensing {
  private:
   void perceive_skin(const StepInputs& inputs, StepOutputs& outputs) noexcept;
   void perceive_interest_points(const StepInputs& inputs) noexcept;
-  percept::HitCandidate perceive_place(const StepInputs& inputs, std::size_t link, workspace::Index3 voxel,
+  percept::HitCandidate perceive_place(const StepInputs& inputs, std::size_t link,
+                                       const Eigen::Vector3d& closing_m, workspace::Index3 voxel,
                                        PlacePercept& place) const noexcept;
+  Eigen::Vector3d velocity_W(const StepInputs& inputs, std::size_t link, const Eigen::Vector3d& closing_m,
+                             const Eigen::Vector3d& position_W_m) const noexcept;
   void forget() noexcept;
   void mute(const percept::AllowedContact& allowed) noexcept;
 

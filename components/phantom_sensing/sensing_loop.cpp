@@ -98,6 +98,17 @@ double elapsed_s(const SlaveSample& before, const SlaveSample& sample) noexcept 
                     0.0, 1.0);
 }
 
+Fingers fingers_of(const messages::GripperState& gripper) noexcept {
+  if (!gripper.sense.known || !(gripper.widest_m > 0.0)) return {};
+  return {.closed = 1.0 - std::clamp(gripper.sense.width_m / gripper.widest_m, 0.0, 1.0),
+          .closing_per_s = -gripper.sense.velocity_m_s / gripper.widest_m};
+}
+
+bool is_current(const GripperSample& sample, core::Nanoseconds now_ns,
+                core::Nanoseconds staleness_ns) noexcept {
+  return sample.received_ns != 0 && now_ns - sample.received_ns <= staleness_ns && sample.sense.known;
+}
+
 void SensingLoop::tick(core::Nanoseconds now_ns, const SensedWorkspace& workspace,
                        PerceptCondition condition) {
   StepInputs inputs;
@@ -109,6 +120,12 @@ void SensingLoop::tick(core::Nanoseconds now_ns, const SensedWorkspace& workspac
     inputs.velocity = newest_.velocity;
     inputs.dt_s = elapsed_s(ticked_, newest_);
     ticked_ = newest_;
+  }
+  gripper_inbox_.read(gripper_);
+  core::SampleId gripper;
+  if (is_current(gripper_, now_ns, staleness_ns_)) {
+    inputs.fingers = fingers_of(gripper_);
+    gripper = gripper_.stamp;
   }
   const core::Nanoseconds start_ns = core::monotonic_ns();
   sensing_.step(inputs, outputs_);
@@ -127,7 +144,7 @@ void SensingLoop::tick(core::Nanoseconds now_ns, const SensedWorkspace& workspac
   counted_.active_sensors = outputs_.active_sensors;
   counted_.muted_sensors = outputs_.muted_sensors;
   counted_.condition = condition;
-  publish(now_ns, {newest_, age_s, core::seconds(step_ns), condition, inputs.allowed.size()});
+  publish(now_ns, {newest_, age_s, core::seconds(step_ns), condition, inputs.allowed.size(), gripper});
 }
 
 void SensingLoop::publish(core::Nanoseconds now_ns, const TickInfo& info) {

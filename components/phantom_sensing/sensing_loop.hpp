@@ -21,6 +21,16 @@ namespace phantom::phantom_sensing {
 /// A valid slave_state with the time at which it was received.
 using SlaveSample = messages::Received<messages::SlaveState>;
 
+/// A valid gripper_state with the time at which it was received.
+using GripperSample = messages::Received<messages::GripperState>;
+
+/// Returns where the fingers of a gripper are that reports so; at their widest if it does not know. Real-time
+/// safe: yes.
+Fingers fingers_of(const messages::GripperState& gripper) noexcept;
+/// Returns whether a sample says where they are at `now_ns`. Real-time safe: yes.
+bool is_current(const GripperSample& sample, core::Nanoseconds now_ns,
+                core::Nanoseconds staleness_ns) noexcept;
+
 /// Returns the time between two states that are processed one after the other, by their writer's clock, so
 /// that a replay gives the same value. Returns 0 for the first state and after a restart of the writer.
 /// Real-time safe: yes.
@@ -33,6 +43,7 @@ struct TickInfo {
   double tick_s = 0.0;       ///< duration of the step
   PerceptCondition condition = PerceptCondition::kNoState;
   std::size_t allowed_contacts = 0;  ///< number of contacts allowed now
+  core::SampleId gripper;  ///< the gripper_state used by it; 0: none, the fingers count as at their widest
 };
 
 /// Receives the loop's results. Called on the loop's thread, or on a thread of the sink that passes them on.
@@ -70,6 +81,8 @@ class SensingLoop {
 
   /// Passes a new state to the loop. One thread. Real-time safe: yes.
   void offer(const SlaveSample& sample) noexcept;
+  /// Passes a new state of the gripper to the loop. One thread. Real-time safe: yes.
+  void offer(const GripperSample& sample) noexcept { gripper_inbox_.write(sample); }
   /// Runs until stop() on the calling thread, to which it gives the name and priority of the sensing role.
   void run();
   void stop() noexcept;  ///< thread-safe
@@ -102,12 +115,14 @@ class SensingLoop {
   sem_t wake_;
   std::atomic<bool> stop_{false};
   core::Snapshot<SlaveSample> inbox_;
+  core::Snapshot<GripperSample> gripper_inbox_;
   core::Snapshot<ContactPermits> permits_inbox_;
   ContactPermits permits_;
   std::atomic<bool> self_test_passed_{true};
   WorkspaceWatch watch_;
 
   SlaveSample newest_, ticked_;
+  GripperSample gripper_;
   StepOutputs outputs_;
   core::Nanoseconds last_invalid_ns_ = -core::kNsPerSecond, next_percept_ns_ = 0, next_figures_ns_ = 0;
   core::DurationHistogram tick_times_;

@@ -144,6 +144,7 @@ class Service {
   /// Publishes what the whole skin feels, for display. Call it once in kPoll_s.
   void show_skin(core::Nanoseconds now_ns) {
     adapter_.newest_slave(slave_);
+    adapter_.newest_gripper(gripper_);
     const LoopFigures figures = loop_.figures();
     const auto workspace = workspace_.share();
     messages::SkinPercept skin;
@@ -159,7 +160,9 @@ class Service {
       const auto muted = [&allowed](std::size_t link, std::uint16_t object) {
         return allowed.mutes(link, object);
       };
-      for (const auto& patch : patches_.sense(slave_.position, *workspace, muted)) {
+      const bool known = is_current(gripper_, now_ns, core::from_seconds(config_.staleness_s));
+      const double closed = known ? fingers_of(gripper_).closed : 0.0;
+      for (const auto& patch : patches_.sense(slave_.position, *workspace, muted, closed)) {
         const Eigen::Vector3f middle_m = patch.middle_m.cast<float>();
         skin.felt.push_back(
             {static_cast<std::uint32_t>(patch.link), {middle_m.x(), middle_m.y(), middle_m.z()}, patch.mu});
@@ -220,6 +223,7 @@ class Service {
   ContactRegister contacts_;
   robot::SkinPatches patches_;
   SlaveSample slave_;  // the newest state
+  GripperSample gripper_;
   bool tested_ = false;
   std::uint64_t self_tests_ = 0;
   SelfTestResult tested_as_;

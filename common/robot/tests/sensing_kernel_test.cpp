@@ -51,9 +51,9 @@ struct Case {
     measure();
   }
   void measure() {
-    blocks.clear();
+    blocks.resize((points.count + kBlock - 1) / kBlock);
     for (auto* steps : {&x_steps, &y_steps, &z_steps}) steps->resize(points.count);
-    measure_blocks(points, points.count, blocks, x_steps.data(), y_steps.data(), z_steps.data());
+    measure_blocks(points, points.count, blocks.data(), x_steps.data(), y_steps.data(), z_steps.data());
     offsets = {blocks.data(), x_steps.data(), y_steps.data(), z_steps.data()};
   }
 

@@ -48,12 +48,15 @@ TEST(Messages, SayWhatTheStepGave) {
   sensing.step(rig::hanging(0.2, 0.3), out);
   const auto state = messages::from_idl(good_state(model.arm), messages::bounds_of(model.arm));
   ASSERT_TRUE(state);
-  const TickInfo info{{*state, 777}, 0.001, 20e-6};
+  TickInfo info{{*state, 777}, 0.001, 20e-6};
+  info.gripper = {11, 98, 76};
   msg::DragField drag = messages::to_idl(drag_field_of(out, info, 7));
   EXPECT_TRUE(drag.valid());
   EXPECT_EQ(drag.slave_echo().sequence_number(), 9U);
   EXPECT_EQ(drag.slave_echo().monotonic_ns(), 12345);
   EXPECT_EQ(drag.master_echo().sequence_number(), 8U);
+  EXPECT_EQ(drag.gripper_echo().sequence_number(), 11U);
+  EXPECT_EQ(drag.gripper_echo().session(), 76U);
   EXPECT_EQ(drag.joint_count(), 7U);
   EXPECT_EQ(drag.coefficient_plus(), out.drag.plus);
   EXPECT_EQ(drag.coupled(), out.drag.coupled);

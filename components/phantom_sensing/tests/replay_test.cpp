@@ -8,6 +8,7 @@
 
 #include "common/core/errors.hpp"
 #include "common/dds/cdr.hpp"
+#include "common/messages/teleoperation_codec.hpp"
 #include "common/messages/workspace_codec.hpp"
 #include "common/recording/byte_sink.hpp"
 #include "common/recording/mcap_writer.hpp"
@@ -116,6 +117,15 @@ class RecordedSession : public testing::Test {
       state.position_rad()[0] = 0.1 + 0.12 * std::sin(6.0 * t);
       state.velocity_rad_s()[0] = 0.72 * std::cos(6.0 * t);
       if (!lose || !lose("slave_state")) tape.put(dds::kSlaveState, state);
+      if (model.has_fingers() && i % 10 == 0 && (i < 250 || i > 400)) {
+        messages::GripperState gripper;
+        gripper.stamp = {i, now_ns, 4};
+        gripper.sense = {.known = i > 20, .width_m = 0.05 + 0.05 * std::sin(9.0 * t), .velocity_m_s = 0.45};
+        gripper.widest_m = gripper.requested_width_m = 0.1;
+        gripper.least_force_N = gripper.greatest_force_N = gripper.requested_force_N = 10.0;
+        tape.put(dds::kGripperState, messages::to_idl(gripper));
+        loop.offer(GripperSample(gripper, now_ns));
+      }
       if (i % 7 == 0) continue;  // the loop was late: the newest counts
       loop.offer({*messages::from_idl(state), now_ns});
       loop.turn(now_ns + 100'000);
@@ -151,6 +161,17 @@ TEST_F(RecordedSession, AlsoWithSensorsThatRemember) {
   const ReplayReport report = replayed(config.percept);
   for (const auto& difference : report.differences) ADD_FAILURE() << difference;
   EXPECT_TRUE(report.ok());
+}
+
+TEST_F(RecordedSession, AlsoOfAnArmWhoseFingersMove) {
+  model.skin.closing_m.assign(model.skin.size(), Eigen::Vector3d::Zero());
+  for (std::size_t i = model.skin.first[7]; i < model.skin.first[8]; ++i) model.skin.closing_m[i].x() = 0.05;
+  record();
+  const ReplayReport report = replayed(config.percept);
+  for (const auto& difference : report.differences) ADD_FAILURE() << difference;
+  EXPECT_TRUE(report.ok());
+  EXPECT_GT(report.drag_field.equal, 350u);
+  EXPECT_GT(report.percept.equal, 40u);
 }
 
 TEST_F(RecordedSession, OtherParametersAreFound) {

@@ -32,6 +32,7 @@ struct Seen : PerceptSink {
   std::vector<bool> percepts;  // valid
   std::vector<PerceptCondition> conditions;
   std::size_t allowed = 0, muted = 0;
+  core::SampleId gripper;
   std::vector<std::pair<std::uint32_t, bool>> alerts;
   void on_drag(const StepOutputs& out, const TickInfo& info) override {
     drags.push_back({out.valid, out.drag.plus[0], info.slave.stamp.sequence_number,
@@ -39,6 +40,7 @@ struct Seen : PerceptSink {
     conditions.push_back(info.condition);
     allowed = info.allowed_contacts;
     muted = out.muted_sensors;
+    gripper = info.gripper;
   }
   void on_percept(const StepOutputs& out, const TickInfo&) override { percepts.push_back(out.valid); }
   void on_alert(const percept::Alert& alert, bool cleared) override {
@@ -344,6 +346,55 @@ TEST_F(Loop, ASecondServerIsSetAsideWhileTheFirstIsThere) {
   EXPECT_TRUE(eventually([&] { return keeper_.version() == 9; }));
   EXPECT_EQ(keeper_.source(), kOther);
   EXPECT_FALSE(keeper_.contested());
+}
+
+// Tries phantom_sensing: or one that does not know its width
+TEST_F(Loop, FingersAreSensedAtTheWidthThatIsHeardAndAtTheirWidestWhileNoneIs) {
+  auto& skin = model_.skin;
+  skin.closing_m.assign(skin.size(), Eigen::Vector3d::Zero());
+  for (std::size_t i = skin.first[7]; i < skin.first[8]; ++i) skin.closing_m[i].x() = -0.08;
+  SensingLoop loop(model_, config_, keeper_, seen_);
+  give_workspace();
+  const core::Nanoseconds stale_ns = core::from_seconds(config_.staleness_s);
+  core::Nanoseconds now_ns = 1'000'000'000;
+  std::uint64_t number = 0;
+  const auto felt = [&] {
+    SlaveSample sample;
+    sample.stamp = {++number, now_ns, 77};
+    sample.received_ns = now_ns;
+    sample.position[0] = 0.15;
+    sample.velocity[0] = 0.1;
+    loop.offer(sample);
+    loop.turn(now_ns);
+    return seen_.drags.back().coefficient;
+  };
+  const auto hear = [&](double width_m, bool known = true) {
+    messages::GripperState gripper;
+    gripper.stamp = {++number, now_ns, 78};
+    gripper.sense = {.known = known, .width_m = width_m};
+    gripper.widest_m = 0.1;
+    loop.offer(GripperSample(gripper, now_ns));
+  };
+  const double widest = felt();
+  EXPECT_GT(widest, 0.0);
+  EXPECT_EQ(seen_.gripper, core::SampleId{});
+  hear(0.0);
+  const double closed = felt();
+  EXPECT_LT(closed, widest) << "closed fingers are farther from the wall";
+  EXPECT_EQ(seen_.gripper.sequence_number, number - 1);
+  hear(0.1);
+  EXPECT_EQ(felt(), widest);
+  hear(0.0);
+  EXPECT_EQ(felt(), closed);
+  now_ns += stale_ns;
+  EXPECT_EQ(felt(), closed);
+  now_ns += 1;
+  EXPECT_EQ(felt(), widest) << "stale";
+  EXPECT_EQ(seen_.gripper, core::SampleId{});
+  hear(0.0);
+  EXPECT_EQ(felt(), closed);
+  hear(0.0, false);
+  EXPECT_EQ(felt(), widest) << "its drive has not reported";
 }
 
 }  // namespace
