@@ -77,8 +77,8 @@ void set(msg::GripperState& s) {
       s.least_force_N(number()), s.greatest_force_N(number()), s.known(true), s.holds(true), s.closed(true);
 }
 void set(msg::DragField& s) {
-  s.stamp(stamp()), s.slave_echo(echo()), s.master_echo(echo()), s.workspace_version(long_count()),
-      s.mode(msg::DragMode::DRAG_COUPLED), s.joint_count(16);
+  s.stamp(stamp()), s.slave_echo(echo()), s.master_echo(echo()), s.gripper_echo(echo()),
+      s.workspace_version(long_count()), s.mode(msg::DragMode::DRAG_COUPLED), s.joint_count(16);
   fill(s.coefficient_plus()), fill(s.coefficient_minus()), fill(s.coupled()), s.valid(true),
       s.model_age_s(number());
 }

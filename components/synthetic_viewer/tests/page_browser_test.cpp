@@ -136,9 +136,10 @@ TEST_F(PageInChromium, ShowsViewsGaugesAlertsAndComponentsLive) {
   if (const char* folder = std::getenv("PHANTOM_SCREENSHOTS")) {
     std::ofstream(std::string(folder) + "/page.png", std::ios::binary) << browser_->screenshot();
   }
-  EXPECT_EQ(browser_->run("document.querySelectorAll('body *').forEach(e => { e.hidden = true });"
-                          "return [...document.querySelectorAll('body *')].filter(e => e.offsetParent).length"),
-            0)
+  EXPECT_EQ(
+      browser_->run("document.querySelectorAll('body *').forEach(e => { e.hidden = true });"
+                    "return [...document.querySelectorAll('body *')].filter(e => e.offsetParent).length"),
+      0)
       << "what is hidden takes no room, whatever its style";
 }
 
