@@ -22,6 +22,7 @@ GatewayConfig load_config(const std::filesystem::path& path) {
   joints.number("staleness_s", config.joint_states.staleness_s);
   joints.number("largest_stamp_age_s", config.joint_states.largest_stamp_age_s);
   joints.number("velocity_filter_s", config.joint_states.velocity_filter_s);
+  file.section("collision_objects").text("topic", config.collision_objects_topic);
   const auto out = file.section("out");
   out.number("rate_Hz", config.out.rate_Hz);
   out.text("prefix", config.out.prefix);

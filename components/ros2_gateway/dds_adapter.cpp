@@ -6,6 +6,7 @@
 #include "common/messages/status_reporter.hpp"
 #include "common/messages/teleoperation_codec.hpp"
 #include "common/ros2/endpoint.hpp"
+#include "components/ros2_gateway/dds_adapter_objects.hpp"
 #include "ros2_idl/sensor_msgsPubSubTypes.hpp"
 
 namespace phantom::ros2_gateway {
@@ -34,6 +35,8 @@ struct DdsAdapter::Impl {
             return pass_on(message, on);
           });
     }
+    if (!config.collision_objects_topic.empty())
+      objects.emplace(participant, node, config.collision_objects_topic, config.out.world);
     if (config.out.rate_Hz > 0.0) outputs.emplace(participant, node, arm, config.out, urdf);
     status.count_refusals_of(node.participant());
   }
@@ -54,6 +57,7 @@ struct DdsAdapter::Impl {
   ros2::Node node;
   std::optional<messages::Publisher<messages::SlaveState>> slave;
   std::optional<ros2::Subscription<JointState>> joint_states;
+  std::optional<CollisionObjects> objects;
   std::optional<Outputs> outputs;
 };
 
@@ -66,6 +70,13 @@ std::uint32_t DdsAdapter::robots() const { return impl_->joint_states ? impl_->j
 void DdsAdapter::publish(bool diagnostics) {
   if (impl_->outputs) impl_->outputs->publish(diagnostics);
 }
-void DdsAdapter::report(const core::Health& health) { impl_->status.publish(health); }
+void DdsAdapter::report(core::Health health) {
+  if (impl_->objects) {
+    health.figures.push_back({"collision objects", static_cast<double>(impl_->objects->done()), ""});
+    health.figures.push_back(
+        {"collision objects refused", static_cast<double>(impl_->objects->refused()), ""});
+  }
+  impl_->status.publish(health);
+}
 
 }  // namespace phantom::ros2_gateway

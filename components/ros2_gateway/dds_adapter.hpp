@@ -30,7 +30,7 @@ class DdsAdapter {
   /// Publishes in the ROS 2 domain what is new (Outputs::publish). One thread.
   void publish(bool diagnostics);
   /// Publishes component_status. One thread.
-  void report(const core::Health& health);
+  void report(core::Health health);
 
  private:
   struct Impl;

@@ -93,6 +93,12 @@ ForeignNode::ForeignNode(int domain, Distribution distribution) : distribution_(
                     "topic"),
                qos, nullptr),
            "writer");
+  objects_ = made(dds_create_writer(participant_,
+                                    made(dds_create_topic(participant_, ros2_collision_object,
+                                                          "rt/collision_object", nullptr, nullptr),
+                                         "topic"),
+                                    qos, nullptr),
+                  "writer");
   dds_delete_qos(qos);
   const dds_topic_descriptor_t type =
       distribution == Distribution::kHumble ? ros2_graph_of_humble() : ros2_graph_since_iron();
@@ -125,6 +131,32 @@ void ForeignNode::publish_joints(const std::vector<std::string>& names, const st
   fill(message.position, positions);
   fill(message.velocity, velocities);
   dds_write(joints_, &message);
+}
+
+void ForeignNode::publish_sphere(const std::string& id, int operation,
+                                 const std::array<double, 3>& position_m, double radius_m,
+                                 const std::string& frame) {
+  moveit_msgs_msg_dds__CollisionObject_ message{};
+  char empty[] = "";
+  message.header.frame_id = const_cast<char*>(frame.c_str());
+  message.id = const_cast<char*>(id.c_str());
+  message.type = {empty, empty};
+  message.pose.position = {position_m[0], position_m[1], position_m[2]};
+  message.pose.orientation.w = 1.0;
+  shape_msgs_msg_dds__SolidPrimitive_ sphere{};
+  geometry_msgs_msg_dds__Pose_ at_origin{};
+  at_origin.orientation.w = 1.0;
+  sphere.type = 2;
+  sphere.dimensions._length = sphere.dimensions._maximum = 1;
+  sphere.dimensions._buffer = &radius_m;
+  if (operation == 0) {
+    message.primitives._length = message.primitives._maximum = 1;
+    message.primitives._buffer = &sphere;
+    message.primitive_poses._length = message.primitive_poses._maximum = 1;
+    message.primitive_poses._buffer = &at_origin;
+  }
+  message.operation = static_cast<std::uint8_t>(operation);
+  dds_write(objects_, &message);
 }
 
 std::int32_t ForeignNode::reader_of(const std::string& topic, const void* type, bool latched) {

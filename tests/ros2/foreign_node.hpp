@@ -58,6 +58,10 @@ class ForeignNode {
 
   void publish_joints(const std::vector<std::string>& names, const std::vector<double>& positions,
                       const std::vector<double>& velocities, std::int64_t stamp_ns);
+  /// Publishes a sphere as a moveit_msgs/msg/CollisionObject; `operation`: 0 ADD, 1 REMOVE, 3 MOVE (its pose
+  /// alone).
+  void publish_sphere(const std::string& id, int operation, const std::array<double, 3>& position_m,
+                      double radius_m, const std::string& frame = "world");
   /// Return what came on a topic up to now; nothing before the topic's publisher was discovered. Each topic
   /// has one type in a test.
   std::vector<HeardJoints> joints(const std::string& topic);
@@ -76,7 +80,7 @@ class ForeignNode {
   std::int32_t reader_of(const std::string& topic, const void* type, bool latched);
 
   std::map<std::string, std::int32_t> readers_;
-  std::int32_t participant_ = 0, joints_ = 0, graph_ = 0;
+  std::int32_t participant_ = 0, joints_ = 0, objects_ = 0, graph_ = 0;
   Distribution distribution_;
 };
 

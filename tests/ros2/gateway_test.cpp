@@ -14,6 +14,7 @@
 #include "common/messages/teleoperation_codec.hpp"
 #include "common/ros2/message_types.hpp"
 #include "components/ros2_gateway/dds_adapter.hpp"
+#include "components/ros2_gateway/dds_adapter_objects.hpp"
 #include "tests/ros2/foreign_node.hpp"
 
 namespace phantom::ros2 {
@@ -162,6 +163,21 @@ TEST_F(Gateway, SaysWhereTheArmIsInTheWordsOfRos2) {
   EXPECT_TRUE(dds::eventually([&] { return !rviz.texts("phantom/robot_description").empty(); })) << "latched";
 }
 
+// Tries ros2_gateway: wva_server does not answer for a collision object
+TEST(CollisionObjects, ThatNobodyAnswersForAreRefusedOneByOne) {
+  NodeOptions options{
+      .domain = phantom::test::own_domain(1), .interfaces = {"127.0.0.1"}, .initial_peers = {"127.0.0.1"}};
+  Node node(options);
+  dds::Participant participant("objects_test", dds::test_network());
+  ros2_gateway::CollisionObjects objects(participant, node, "collision_object", "world", 0.2);
+  ForeignNode planner(options.domain, Distribution::kSinceIron);
+  EXPECT_TRUE(dds::eventually([&] {
+    planner.publish_sphere("ball", 0, {0.1, 0.2, 0.3}, 0.05);
+    return objects.refused() >= 2;
+  }));
+  EXPECT_EQ(objects.done(), 0U);
+}
+
 class Graphs : public Gateway, public testing::WithParamInterface<Graph> {};
 
 TEST_P(Graphs, NameTheNodeAndItsEndpoints) {
@@ -170,7 +186,7 @@ TEST_P(Graphs, NameTheNodeAndItsEndpoints) {
                    GetParam() == Graph::kHumble ? Distribution::kHumble : Distribution::kSinceIron);
   ASSERT_TRUE(dds::eventually([&] {
     const auto graph = tool.graph();
-    return graph && graph->readers.size() == 1 && graph->writers.size() == 10;
+    return graph && graph->readers.size() == 2 && graph->writers.size() == 10;
   }));
   const test::HeardGraph graph = *tool.graph();
   EXPECT_EQ(graph.node, "phantom");

@@ -6,7 +6,9 @@
 
 #include <atomic>
 #include <cmath>
+#include <map>
 #include <mutex>
+#include <optional>
 #include <thread>
 
 #include "common/core/clock.hpp"
@@ -62,6 +64,36 @@ class Robot {
   std::thread thread_;
 };
 
+/// The names of what stands in the workspace, and the version whose percept came last.
+class Cell {
+ public:
+  explicit Cell(const core::NetworkOptions& network)
+      : participant_("ros2_cell_test", network),
+        objects_(participant_, dds::kWorkspaceObject,
+                 [this](const msg::WorkspaceObject& o, const dds::SampleInfo&) {
+                   const std::lock_guard lock(mutex_);
+                   if (o.mesh_hash() == 0) {
+                     places_.erase(o.id());
+                   } else {
+                     places_[o.id()] = {std::string(o.name().c_str()), o.X_WO().position_m().x()};
+                   }
+                 }) {}
+  /// Returns where along x the object stands; none: it is not there.
+  std::optional<double> x_of(const std::string& name) {
+    const std::lock_guard lock(mutex_);
+    for (const auto& [id, place] : places_)
+      if (place.first == name) return place.second;
+    return std::nullopt;
+  }
+
+ private:
+  std::mutex mutex_;
+  std::map<std::uint16_t, std::pair<std::string, double>> places_;
+  dds::Participant participant_;
+  dds::Reader<msg::WorkspaceObject> objects_;
+};
+
+// Tries ros2_gateway: refuses it
 // Tries ros2_gateway: nobody publishes joint_states
 // Tries ros2_gateway: a joint of the arm is in no message; not heard for `staleness_s`
 TEST(Ros2Arm, IsFeltByItsJointStatesAlone) {
@@ -125,6 +157,19 @@ TEST(Ros2Arm, IsFeltByItsJointStatesAlone) {
     const std::lock_guard lock(mutex);
     return !percept.valid() && percept.condition() == msg::PERCEPT_STATE_STALE;
   }));
+  test::ForeignNode planner(ros_domain, test::Distribution::kHumble);
+  Cell cell(system.network());
+  EXPECT_TRUE(eventually([&] {
+    planner.publish_sphere("ball", 0, {0.1, 0.2, 0.9}, 0.05);
+    return cell.x_of("ball") == 0.1;
+  }));
+  planner.publish_sphere("ghost", 3, {0.1, 0.2, 0.9}, 0.05);  // there is none to move
+  planner.publish_sphere("lost", 0, {0.1, 0.2, 0.9}, 0.05, "camera");
+  planner.publish_sphere("ball", 3, {0.15, 0.2, 0.9}, 0.05);
+  EXPECT_TRUE(eventually([&] { return cell.x_of("ball") == 0.15; }));
+  EXPECT_FALSE(cell.x_of("lost").has_value()) << "in a frame that nobody here knows";
+  planner.publish_sphere("ball", 1, {}, 0.05);
+  EXPECT_TRUE(eventually([&] { return !cell.x_of("ball").has_value(); }));
   Robot again(ros_domain);
   EXPECT_TRUE(eventually([&] {
     const std::lock_guard lock(mutex);

@@ -9,6 +9,8 @@ const dds_topic_descriptor_t* const ros2_tf = &tf2_msgs_msg_dds__TFMessage__desc
 const dds_topic_descriptor_t* const ros2_diagnostics = &diagnostic_msgs_msg_dds__DiagnosticArray__desc;
 const dds_topic_descriptor_t* const ros2_marker = &visualization_msgs_msg_dds__Marker__desc;
 
+const dds_topic_descriptor_t* const ros2_collision_object = &moveit_msgs_msg_dds__CollisionObject__desc;
+
 static dds_topic_descriptor_t named(dds_topic_descriptor_t descriptor) {
   descriptor.m_typename = "rmw_dds_common::msg::dds_::ParticipantEntitiesInfo_";
   return descriptor;
