@@ -3,10 +3,10 @@
 #include <string>
 #include <vector>
 
+#include "common/messages/mesh_assembler.hpp"
 #include "common/runtime/cell.hpp"
 #include "components/synthetic_viewer/arm_meshes.hpp"
 #include "components/synthetic_viewer/compositor.hpp"
-#include "components/synthetic_viewer/mesh_assembler.hpp"
 
 namespace phantom::synthetic_viewer {
 
@@ -74,7 +74,7 @@ class Drawing {
   CellScene scene_;
   Compositor compositor_;
   std::vector<geometry::BoundingBox> link_boxes_;
-  MeshAssembler assembler_;
+  messages::MeshAssembler assembler_;
   std::size_t triangles_ = 0;  // of all meshes of the scene
   std::uint64_t next_order_ = 0, given_up_ = 0;
   SyntheticViewer viewer_;

@@ -5,7 +5,7 @@
 #include <random>
 
 #include "common/geometry/primitives.hpp"
-#include "components/synthetic_viewer/mesh_assembler.hpp"
+#include "common/messages/mesh_assembler.hpp"
 #include "components/synthetic_viewer/ray_scene.hpp"
 #include "components/synthetic_viewer/shaded_mesh.hpp"
 #include "components/synthetic_viewer/tests/mesh_chunks.hpp"
@@ -13,6 +13,7 @@
 namespace phantom::synthetic_viewer {
 namespace {
 
+using messages::MeshAssembler;
 using test::chunks_of;
 
 /// The status of the last chunk's addition, and whether a mesh came out.

@@ -7,9 +7,9 @@
 
 #include "common/core/status.hpp"
 #include "common/geometry/mesh.hpp"
-#include "components/synthetic_viewer/samples.hpp"
+#include "common/messages/workspace.hpp"
 
-namespace phantom::synthetic_viewer {
+namespace phantom::messages {
 
 /// Assembles meshes from chunks that arrive in any order. A mesh is complete once all its chunks have
 /// arrived, it decompresses to exactly the announced size, its hash is the announced one, its indices refer
@@ -24,7 +24,7 @@ class MeshAssembler {
 
   /// Adds a chunk and returns the mesh if that completes it. Returns an error if the chunk or the whole mesh
   /// is not what it claims to be. All its chunks are then discarded, so that it can be sent again.
-  core::Expected<std::optional<geometry::TriangleMesh>> add(MeshChunkSample chunk);
+  core::Expected<std::optional<geometry::TriangleMesh>> add(MeshChunk chunk);
   /// Returns the number of incomplete meshes.
   std::size_t pending() const noexcept { return pending_.size(); }
   /// Returns the memory that they take, counting each chunk with what a map needs for it.
@@ -52,4 +52,4 @@ class MeshAssembler {
   std::size_t bytes_ = 0;
 };
 
-}  // namespace phantom::synthetic_viewer
+}  // namespace phantom::messages

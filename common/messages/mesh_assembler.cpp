@@ -1,10 +1,10 @@
-#include "components/synthetic_viewer/mesh_assembler.hpp"
+#include "common/messages/mesh_assembler.hpp"
 
 #include <zstd.h>
 
 #include <sstream>
 
-namespace phantom::synthetic_viewer {
+namespace phantom::messages {
 namespace {
 
 constexpr std::size_t kChunkOverhead = 128;  // bytes: a node of a map and a block of memory
@@ -17,7 +17,7 @@ core::Status refuse(std::uint64_t hash, const std::string& problem) {
 
 }  // namespace
 
-core::Expected<std::optional<geometry::TriangleMesh>> MeshAssembler::add(MeshChunkSample chunk) {
+core::Expected<std::optional<geometry::TriangleMesh>> MeshAssembler::add(MeshChunk chunk) {
   const auto [place, begins] = pending_.try_emplace(chunk.mesh_hash);
   Pending& pending = place->second;
   if (begins) pending = {chunk.vertex_count, chunk.triangle_count, chunk.chunk_count, {}, next_order_++, 0};
@@ -86,4 +86,4 @@ core::Expected<std::optional<geometry::TriangleMesh>> MeshAssembler::unpack(std:
   return std::optional<geometry::TriangleMesh>(std::move(mesh));
 }
 
-}  // namespace phantom::synthetic_viewer
+}  // namespace phantom::messages
