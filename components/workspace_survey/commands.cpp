@@ -16,6 +16,7 @@
 #include "components/workspace_survey/measurement_file.hpp"
 #include "components/workspace_survey/object_text.hpp"
 #include "components/workspace_survey/picture.hpp"
+#include "components/workspace_survey/touch_command.hpp"
 
 namespace phantom::workspace_survey {
 namespace {
@@ -211,6 +212,27 @@ void add_send_options(runtime::Command app, Request& request) {
       .between(0.1, 1000.0);
 }
 
+void add_touch_options(runtime::Command app, Request& request) {
+  runtime::Command touch = app.subcommand(
+      "touch", "correct an object's pose by touching it with the arm; shows the change and asks");
+  touch.on_use([&request] { request.what = "touch"; });
+  touch.option("--object", request.object, "which object of the workspace is touched").required();
+  touch.option("--arm", request.arm, "which of the cell's arms touches; default: the only one");
+  touch.option("--touches", request.touches, "after so many the change is proposed").between(1, 1000);
+  touch
+      .option("--tip-radius-mm", request.tip_radius_mm,
+              "a probing tool is mounted: the radius of its ball, whose centre is the arm's tip frame; "
+              "without it the arm must say where it is touched")
+      .between(0.0, 1000.0);
+  touch.option("--wait-s", request.wait_s, "for the next contact; then with those that came")
+      .between(0.1, 36000.0);
+  touch.option("--timeout-s", request.timeout_s, "how long to wait for the system's answers")
+      .between(0.1, 3600.0);
+  touch.flag("--apply", request.apply, "apply the change without asking");
+  touch.option("--json", request.json,
+               "write the result as JSON to this file; -: instead of the text, without asking");
+}
+
 }  // namespace
 
 void add_options(runtime::Command app, Request& request) {
@@ -246,6 +268,7 @@ void add_options(runtime::Command app, Request& request) {
                 "no head at hand: a simulated one targets this part of the library, at --pose");
   add_target_options(assist, request);
   add_send_options(assist, request);
+  add_touch_options(app, request);
 }
 
 int run(const Request& request, const Config& config, const Workspace& workspace, std::istream& in,
@@ -253,6 +276,7 @@ int run(const Request& request, const Config& config, const Workspace& workspace
   Request whole = request;
   if (whole.library.empty()) whole.library = runtime::share_path("deploy/parts");
   if (whole.what == "simulate") return simulate(whole, config, print);
+  if (whole.what == "touch") return run_touch(whole, config, workspace, in, print);
   if (whole.what == "assist") return run_assistant(whole, config, workspace, in, print);
   return fit(whole, config, workspace, print);
 }

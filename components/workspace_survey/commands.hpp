@@ -2,10 +2,12 @@
 
 #include <filesystem>
 #include <iosfwd>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "common/core/network.hpp"
+#include "common/runtime/cell.hpp"
 #include "common/runtime/command_line.hpp"
 #include "components/workspace_survey/config.hpp"
 
@@ -13,7 +15,7 @@ namespace phantom::workspace_survey {
 
 /// The command line's arguments, unchecked.
 struct Request {
-  std::string what;  ///< simulate, identify, fit or assist
+  std::string what;  ///< simulate, identify, fit, assist or touch
   std::filesystem::path library, measurements, out, picture, json;
   std::string part;  ///< simulate, practice: the part; fit: only this part
   std::string pose;  ///< simulate, practice: "x y z roll pitch yaw", m and degrees
@@ -24,6 +26,11 @@ struct Request {
   bool send = false;
   std::string name, move;
   double timeout_s = 30.0;
+  std::string object, arm;              ///< touch: what is touched, and by which of the cell's arms
+  int touches = 6;                      ///< touch: so many
+  double wait_s = 120.0;                ///< touch: for the next contact
+  std::optional<double> tip_radius_mm;  ///< touch: of the ball at the arm's tip
+  bool apply = false;                   ///< touch: without asking
 };
 
 /// Declares the subcommands and their options.
@@ -33,6 +40,7 @@ void add_options(runtime::Command app, Request& request);
 struct Workspace {
   core::NetworkOptions network;
   double voxel_size_m = 0.01;
+  runtime::CellConfig cell = {};
 };
 
 /// Carries out the request and prints the result on `print`; the assistant reads from `in`. Returns the exit

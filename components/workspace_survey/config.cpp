@@ -38,6 +38,15 @@ Config load_config(const std::filesystem::path& path) {
   accept.number("confidence", config.options.confidence);
   accept.number("largest_displacement_mm", config.options.largest_displacement_m, kMillimetre);
   accept.number("least_fit_probability", config.options.least_fit_probability);
+  const auto touch = file.section("touch");
+  touch.number("sigma_mm", config.touch_sigma_m, kMillimetre);
+  touch.number("prior_mm", config.touch.prior_position_sigma_m, kMillimetre);
+  touch.number("prior_deg", config.touch.prior_orientation_sigma_rad, core::kRadPerDegree);
+  touch.number("normal_cone_deg", config.touch.normal_cone_rad, core::kRadPerDegree);
+  touch.number("gate_sigmas", config.touch.gate_sigmas);
+  touch.number("determined_mm", config.touch.determined_m, kMillimetre);
+  config.touch.confidence = config.options.confidence;
+  config.touch.least_fit_probability = config.options.least_fit_probability;
   file.finish();
   return config;
 }

@@ -3,6 +3,7 @@
 #include <filesystem>
 
 #include "common/survey/survey.hpp"
+#include "common/survey/touch.hpp"
 
 namespace phantom::workspace_survey {
 
@@ -11,6 +12,8 @@ struct Config {
   survey::RangeHead head;
   survey::HeadErrors errors;
   survey::SurveyOptions options;
+  survey::TouchOptions touch;
+  double touch_sigma_m = 0.0005;  ///< of what a contact says about the touched surface's place
 };
 
 extern const char* const kParameters;  ///< the parameter table: the shipped workspace_survey.yaml

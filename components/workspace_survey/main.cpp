@@ -17,22 +17,26 @@ int main(int argc, char** argv) {
       "corners of plane faces, targeted with a pan-tilt range head from metres away, "
       "are matched with a library of CAD models; the part that fits is placed, "
       "with its uncertainty and a guard skin that covers it. "
-      "Where the data do not say what it is or where it stands, it says why and what to measure next.";
+      "Where the data do not say what it is or where it stands, it says why and what to measure next. "
+      "An object that stands elsewhere than in the model is corrected by touching it.";
   description.details =
-      "Topics out: workspace_command; in: workspace_reply; both with --send only.\n"
+      "Topics out: workspace_command; in: workspace_reply; both with --send and touch only; "
+      "for touch slave_state, workspace_object, workspace_version and mesh_chunk in.\n"
       "Try:  workspace_survey assist --practice v_groove_block --pose \"0.1 0 0.4 90 0 20\"     (then press "
       "Enter a few times)\n"
       "      workspace_survey simulate --part wedge --pose \"0.1 0 0.4 90 0 20\" --out wedge.csv\n"
       "      workspace_survey fit --measurements wedge.csv --picture wedge.png\n"
-      "      workspace_survey fit --measurements wedge.csv --send            (while the demo runs)";
+      "      workspace_survey fit --measurements wedge.csv --send            (while the demo runs)\n"
+      "      workspace_survey touch --object pump                            (while an arm touches it)";
   description.add_options = [&](runtime::Command app) { workspace_survey::add_options(app, request); };
   description.parameters = {workspace_survey::kParameters};
   description.run = [&](const runtime::ProcessOptions& options) {
     const auto config = workspace_survey::load_config(options.config);
     const auto deployment = runtime::load_deployment(options);
-    const workspace_survey::Workspace workspace{deployment.network,
-                                                runtime::load_cell(deployment.cell).voxel_size_m};
-    if (options.check || request.send) dds::check_qos_profiles(deployment.network.qos_profiles);
+    const auto cell = runtime::load_cell(deployment.cell);
+    const workspace_survey::Workspace workspace{deployment.network, cell.voxel_size_m, cell};
+    if (options.check || request.send || request.what == "touch")
+      dds::check_qos_profiles(deployment.network.qos_profiles);
     if (options.check) {
       const auto library = workspace_survey::load_library(
           request.library.empty() ? runtime::share_path("deploy/parts") : request.library);
@@ -40,7 +44,8 @@ int main(int argc, char** argv) {
                                              " parts in the library");
     }
     if (request.what.empty())
-      throw core::ConfigError("what shall be done? allowed: simulate, identify, fit, assist (see --help)");
+      throw core::ConfigError(
+          "what shall be done? allowed: simulate, identify, fit, assist, touch (see --help)");
     const runtime::EndsAtOnce batch(runtime::kExitFailed);  // a stop ends it at once, also at a prompt
     return workspace_survey::run(request, config, workspace, std::cin, std::cout);
   };

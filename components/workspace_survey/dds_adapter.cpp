@@ -1,0 +1,88 @@
+#include "components/workspace_survey/dds_adapter.hpp"
+
+#include <spdlog/spdlog.h>
+
+#include <mutex>
+
+#include "common/dds/endpoint.hpp"
+#include "common/dds/topics.hpp"
+#include "common/messages/checked_reader.hpp"
+#include "common/messages/mesh_assembler.hpp"
+#include "common/messages/object_sources.hpp"
+#include "common/messages/teleoperation_codec.hpp"
+#include "common/messages/workspace_codec.hpp"
+
+namespace phantom::workspace_survey {
+namespace {
+
+constexpr std::size_t kMostTriangles = std::size_t{1} << 25;  // as the viewer takes
+
+}  // namespace
+
+struct SystemListener::Impl {
+  Impl(const core::NetworkOptions& network, const messages::ArmBounds& arm, OnState on_state)
+      : participant("workspace_survey", network),
+        objects_reader(participant, dds::kWorkspaceObject,
+                       [this](const msg::WorkspaceObject& message, const dds::SampleInfo& info) {
+                         const auto object = messages::from_idl(message);
+                         if (!object) return false;
+                         const std::lock_guard lock(mutex);
+                         return servers.take(info.writer, *object).accepted;
+                       }),
+        versions_reader(
+            participant, dds::kWorkspaceVersion,
+            [this](const msg::WorkspaceVersion& message, const dds::SampleInfo& info) {
+              if (!messages::from_idl(message)) return false;
+              const std::lock_guard lock(mutex);
+              return servers.commit(info.writer).accepted;
+            },
+            [this](const dds::GuidPrefix& server) {
+              const std::lock_guard lock(mutex);
+              servers.gone(server);
+            }),
+        chunks_reader(participant, dds::kMeshChunk,
+                      [this](const msg::MeshChunk& message, const dds::SampleInfo&) {
+                        auto chunk = messages::from_idl(message);
+                        if (!chunk) return false;
+                        const std::lock_guard lock(mutex);
+                        const std::uint64_t hash = chunk->mesh_hash;
+                        auto mesh = assembler.add(*std::move(chunk));
+                        if (!mesh) spdlog::warn("{}", mesh.status().message());
+                        if (!mesh || !*mesh) return static_cast<bool>(mesh);
+                        triangles += (*mesh)->triangles.size();
+                        if (triangles > kMostTriangles) return false;
+                        meshes[hash] = **std::move(mesh);
+                        return true;
+                      }),
+        states_reader(participant, dds::kSlaveState, arm, std::move(on_state)) {}
+
+  mutable std::mutex mutex;
+  messages::ObjectSources servers;
+  messages::MeshAssembler assembler;
+  std::map<std::uint64_t, geometry::TriangleMesh> meshes;
+  std::size_t triangles = 0;  // that came in all meshes
+  dds::Participant participant;
+  dds::Reader<msg::WorkspaceObject> objects_reader;
+  dds::Reader<msg::WorkspaceVersion> versions_reader;
+  dds::Reader<msg::MeshChunk> chunks_reader;
+  messages::CheckedReader<msg::SlaveState> states_reader;
+};
+
+SystemListener::SystemListener(const core::NetworkOptions& network, const messages::ArmBounds& arm,
+                               OnState on_state)
+    : impl_(std::make_unique<Impl>(network, arm, std::move(on_state))) {}
+
+SystemListener::~SystemListener() = default;
+
+std::map<std::uint16_t, messages::WorkspaceObject> SystemListener::objects() const {
+  const std::lock_guard lock(impl_->mutex);
+  return impl_->servers.in_force();
+}
+
+std::optional<geometry::TriangleMesh> SystemListener::mesh(std::uint64_t hash) const {
+  const std::lock_guard lock(impl_->mutex);
+  const auto found = impl_->meshes.find(hash);
+  return found == impl_->meshes.end() ? std::nullopt : std::optional(found->second);
+}
+
+}  // namespace phantom::workspace_survey
