@@ -22,6 +22,7 @@ Experiment hit_view();
 Experiment audio();
 Experiment model_error();
 Experiment survey_fit();
+Experiment touch();
 // the executables as they are shipped
 Experiment running_system();
 
@@ -46,6 +47,7 @@ const std::vector<Experiment>& experiments() {
       audio(),
       model_error(),
       survey_fit(),
+      touch(),
       // the executables as they are shipped
       running_system(),
   };

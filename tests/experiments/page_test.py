@@ -18,7 +18,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 import draw  # noqa: E402
 
 SPECIFIED = ("mpc-steps filter-cost voxelise layers drag-tracks speed smoothing merge arm-sensors pffb-speed coworking btm-cases "
-             "enhanced pgd hit-view audio model-error survey running-system").split()
+             "enhanced pgd hit-view audio model-error survey touch running-system").split()
 PENDING = set()  # specified, and not there yet
 
 
