@@ -9,6 +9,8 @@
 namespace phantom::geometry::detail {
 namespace {
 
+constexpr const char* kNoUnit = "declares no unit: ";
+
 const char* axis_name(UpAxis up) { return up == UpAxis::kX ? "+x" : up == UpAxis::kY ? "+y" : "+z"; }
 
 std::array<double, 3> extents_of(const BoundingBox& box) {
@@ -46,7 +48,7 @@ void resolve_frame(const MeshImportOptions& options, std::string_view format, co
     const UnitGuess guess = guess_unit(extents());
     mesh.scale = guess.scale;
     mesh.scale_from = KnownFrom::kGuess;
-    mesh.notes.push_back("declares no unit: " + guess.why);
+    mesh.notes.push_back(kNoUnit + guess.why);
   }
   if (options.y_up) {
     mesh.up = *options.y_up ? UpAxis::kY : UpAxis::kZ;
@@ -108,3 +110,14 @@ std::optional<bool> import_binary_stl(const std::filesystem::path& path, const M
 }
 
 }  // namespace phantom::geometry::detail
+
+namespace phantom::geometry {
+
+void replace_guessed_unit(LoadedMesh& mesh, double scale, const std::string& why) {
+  for (Eigen::Vector3f& v : mesh.vertices_m) v = (scale / mesh.scale * v.cast<double>()).cast<float>();
+  mesh.scale = scale;
+  std::erase_if(mesh.notes, [](const std::string& note) { return note.starts_with(detail::kNoUnit); });
+  mesh.notes.push_back(detail::kNoUnit + why);
+}
+
+}  // namespace phantom::geometry

@@ -40,6 +40,10 @@ struct LoadedMesh : TriangleMesh {
   std::vector<std::string> notes;
 };
 
+/// Puts a mesh whose unit was guessed into another one, `scale` metres; its notes then give `why` for it.
+/// Not real-time safe.
+void replace_guessed_unit(LoadedMesh& mesh, double scale, const std::string& why);
+
 /// Reads a mesh file of any format that assimp supports (STL, OBJ, PLY, OFF, glTF, COLLADA, 3MF, X …) into
 /// one mesh in metres with +z up. Node transforms are applied (triangles of mirrored nodes are turned over,
 /// so that outward stays outward), polygons are triangulated, equal vertices are joined, and triangles that

@@ -34,6 +34,9 @@ inline constexpr double kGreatestPlausibleExtent_m = 20.0;
 /// real-time safe.
 UnitGuess guess_unit(const std::array<double, 3>& extents);
 
+/// The units in which meshes are usually drawn, in metres: metres, centimetres, millimetres, inches.
+inline constexpr std::array kUsualUnits{1.0, 1e-2, 1e-3, 0.0254};
+
 /// Returns whether a text starts with one of these.
 bool starts_with_any(std::string_view text, std::initializer_list<std::string_view> starts);
 

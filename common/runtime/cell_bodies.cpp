@@ -1,5 +1,6 @@
 #include "common/runtime/cell_bodies.hpp"
 
+#include <spdlog/fmt/fmt.h>
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
@@ -27,6 +28,10 @@ std::string span_text(const geometry::BoundingBox& box) {
     text << (axis == 0 ? "" : ", ") << names[axis] << ' ' << box.min_m[axis] << " to " << box.max_m[axis];
   }
   return text.str() + " m";
+}
+
+std::string extent_text(const Eigen::Vector3d& extent) {
+  return fmt::format("{:.3g} × {:.3g} × {:.3g}", extent.x(), extent.y(), extent.z());
 }
 
 void check_place(const ObjectConfig& object, const geometry::TriangleMesh& mesh_W, const CellConfig& cell) {
@@ -60,8 +65,39 @@ geometry::TriangleMesh surface_of(const ObjectConfig& object, core::WorkBudget* 
   return std::move(made.mesh);
 }
 
-geometry::TriangleMesh load_surface(const ObjectConfig& object, const geometry::MeshImportOptions& limits,
-                                    core::WorkBudget* budget, std::vector<std::string>& notes) {
+/// Settles the unit of a mesh of which neither its file nor the cell says one: it must be the only usual unit
+/// in which the mesh is no larger than the workspace and no smaller than a voxel.
+void settle_unit(const ObjectConfig& object, const CellConfig& cell, geometry::LoadedMesh& mesh) {
+  const auto turned = mesh.transformed({object.X_WO.rotation, Eigen::Vector3d::Zero()}).bounding_box();
+  const Eigen::Vector3d units = (turned.max_m - turned.min_m).cast<double>() / mesh.scale;
+  const Eigen::Vector3d most_m = cell.max_m - cell.min_m;
+  std::vector<double> fitting;
+  std::string choice;
+  for (const double unit : geometry::kUsualUnits) {
+    const bool is_small = ((unit * units).array() <= (1 + 1e-6) * most_m.array()).all();
+    if (!is_small || unit * units.maxCoeff() < cell.voxel_size_m) continue;
+    fitting.push_back(unit);
+    choice += fmt::format("{}{:g} ({}, {} m)", choice.empty() ? "" : ", ", unit, geometry::unit_name(unit),
+                          extent_text(unit * units));
+  }
+  if (fitting.size() == 1)
+    return geometry::replace_guessed_unit(
+        mesh, fitting[0],
+        fmt::format("{} are assumed, the only usual unit in which its {} fit into the workspace",
+                    geometry::unit_name(fitting[0]), extent_text(units)));
+  const std::string problem =
+      place_of_object(object) + "mesh_scale: is missing, and " + object.mesh.string() + " declares no unit";
+  if (fitting.empty())
+    throw ConfigError(
+        fmt::format("{}; its {} units fit into the workspace of {} m neither as metres nor as centimetres, "
+                    "millimetres or inches; allowed: metres per unit",
+                    problem, extent_text(units), extent_text(most_m)));
+  throw ConfigError(problem + "; allowed: metres per unit, for instance " + choice);
+}
+
+geometry::TriangleMesh load_surface(const ObjectConfig& object, const CellConfig& cell,
+                                    const geometry::MeshImportOptions& limits, core::WorkBudget* budget,
+                                    std::vector<std::string>& notes) {
   if (object.solid_O) return surface_of(object, budget, notes);
   if (object.mesh.empty()) return object.polyhedron_O;
   geometry::MeshImportOptions options = limits;
@@ -73,6 +109,7 @@ geometry::TriangleMesh load_surface(const ObjectConfig& object, const geometry::
     if (mesh.status().code() == core::ErrorCode::kNotFound) throw core::MissingError(problem);
     throw ConfigError(problem);
   }
+  if (mesh->scale_from == geometry::KnownFrom::kGuess) settle_unit(object, cell, *mesh);
   notes.insert(notes.end(), mesh->notes.begin(), mesh->notes.end());
   return std::move(*mesh);
 }
@@ -104,7 +141,7 @@ workspace::GridSpec grid_of(const CellConfig& cell) {
 CellBody load_body(const ObjectConfig& object, const CellConfig& cell,
                    const geometry::MeshImportOptions& limits, core::WorkBudget* budget) {
   CellBody loaded;
-  loaded.mesh_O = load_surface(object, limits, budget, loaded.notes);
+  loaded.mesh_O = load_surface(object, cell, limits, budget, loaded.notes);
   spdlog::debug("object {}: {} triangles from {}", object.name, loaded.mesh_O.triangles.size(),
                 object.mesh.empty() ? "the cell's text" : object.mesh.string());
   loaded.body = place_body(object, loaded.mesh_O, cell);
@@ -120,6 +157,9 @@ layers::Body place_body(const ObjectConfig& object, const geometry::TriangleMesh
 }
 
 std::vector<CellBody> load_bodies(const CellConfig& cell, const geometry::MeshImportOptions& limits) {
+  if (cell.objects.empty())
+    spdlog::warn("{}: cell {} has no objects: nothing is felt in it unless commands add some",
+                 cell.file.string(), cell.name);
   std::vector<CellBody> bodies(cell.objects.size());
   for_each_object(cell, [&](std::size_t i) { bodies[i] = load_body(cell.objects[i], cell, limits); });
   std::vector<workspace::LayerProfile> profiles;
@@ -136,7 +176,7 @@ std::vector<voxelise::FieldBody> load_real_bodies(const CellConfig& cell,
   for_each_object(cell, [&](std::size_t i) {
     const ObjectConfig& object = cell.objects[i];
     std::vector<std::string> notes;  // not used: wva_server reports them
-    const auto mesh = load_surface(object, limits, nullptr, notes);
+    const auto mesh = load_surface(object, cell, limits, nullptr, notes);
     bodies[i] = {mesh.transformed(object.X_WO * object.X_deviation), object.id};
   });
   return bodies;

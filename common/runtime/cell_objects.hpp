@@ -20,10 +20,10 @@ struct CellConfig;
 struct ObjectConfig {
   std::uint16_t id = 0;  ///< number in its cell, from 1 in the file's order; 0: not in a cell yet
   std::string name;
-  std::string place;           ///< "cell.yaml:12: objects[3]", for messages about faults found later
-  std::filesystem::path mesh;  ///< any format that assimp reads; empty for the other kinds
-  std::optional<double>
-      mesh_scale;  ///< metres per mesh unit (0.001 for millimetres); none: as the file declares, or guessed
+  std::string place;                 ///< "cell.yaml:12: objects[3]", for messages about faults found later
+  std::filesystem::path mesh;        ///< any format that assimp reads; empty for the other kinds
+  std::optional<double> mesh_scale;  ///< metres per mesh unit (0.001 for millimetres); none: as the file
+                                     ///< declares, or the only usual unit that fits
   std::optional<bool> y_up;  ///< the mesh's up-axis is +y, else +z; none: as the file declares, or guessed
   geometry::ImplicitPtr solid_O;  ///< the solid by formula, scaled; null for the other kinds
   geometry::TriangleMesh
