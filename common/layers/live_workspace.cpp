@@ -144,13 +144,13 @@ core::Expected<WorkspaceChange> LiveWorkspace::apply(Objects next, std::vector<w
   const double from_s = now_s();
   std::vector<workspace::LayerProfile> profiles;
   for (const auto& [id, object] : next) profiles.push_back(object.profile);
-  auto palette = workspace::make_palette(profiles);
+  auto palette = workspace::next_palette(profiles, workspace_.palette());
   if (!palette) return palette.status();
   sort_unique(touched);
   change.version = version;
-  change.palette_changed = *palette != workspace_.palette();
+  change.codes_changed = !palette->keeps_codes;
   std::vector<workspace::BrickKey> merged = touched;
-  if (change.palette_changed) {
+  if (change.codes_changed) {
     merged.clear();
     for (const auto& [id, object] : next) append(merged, object.bricks->keys());
     sort_unique(merged);
@@ -163,18 +163,23 @@ core::Expected<WorkspaceChange> LiveWorkspace::apply(Objects next, std::vector<w
   };
   if (options.budget != nullptr && !options.budget->spend(steps_to_merge(next, touched))) return ended();
   std::optional<workspace::Workspace> recoded;
-  if (change.palette_changed) {
-    recoded.emplace(workspace_.grid(), *std::move(palette));
+  std::vector<float> before = workspace_.palette();
+  if (change.codes_changed) {
+    recoded.emplace(workspace_.grid(), std::move(palette->mu_Pa_s_per_m));
     recoded->reserve_bricks(with_room(merged.size()));
   } else {
     reserve_for(touched);  // the last step that can fail
+    workspace_.set_palette(std::move(palette->mu_Pa_s_per_m));
   }
   workspace::Workspace& into = recoded ? *recoded : workspace_;
   const std::size_t done = merge(next, merged, into, options);
   std::vector<std::uint64_t> hashes(touched.size());
   if (done < merged.size() || !hash_bricks(into, touched, hashes, options)) {
     // What was merged in place is merged again from the objects as they were.
-    if (!recoded) merge(objects_, std::span(merged).first(done), workspace_, {.threads = options.threads});
+    if (!recoded) {
+      workspace_.set_palette(std::move(before));
+      merge(objects_, std::span(merged).first(done), workspace_, {.threads = options.threads});
+    }
     return ended();
   }
   if (recoded) {

@@ -20,8 +20,8 @@ struct WorkspaceChange {
   std::vector<workspace::BrickKey> changed;  ///< bricks with new content, in rising order
   std::vector<workspace::BrickKey> removed;  ///< bricks that no longer exist, in rising order
   std::vector<BodyReport> reports;           ///< of the bodies that the change activated
-  bool palette_changed = false;              ///< codes mean other viscosities, so `changed` may be all bricks
-  double merge_s = 0.0;                      ///< measured by the options' stopwatch
+  bool codes_changed = false;  ///< every μ may have another code, so `changed` may be all bricks
+  double merge_s = 0.0;        ///< measured by the options' stopwatch
 };
 
 /// A body to add. It need only live as long as the call.
@@ -34,9 +34,10 @@ struct LiveBody {
 /// the merged ones. So a change costs the activation of one object, and a new merge of the bricks that it
 /// left and entered.
 ///
-/// The workspace always equals the result of activating its present objects all at once: no change leaves a
-/// trace. So its palette is that of the present objects. An object that adds or removes a μ shifts the codes
-/// of the others, and all bricks that hold a shifted code change with it.
+/// The workspace always has the μ, orders and objects that result from activating its present objects all at
+/// once: no change leaves a trace in them. The palette keeps its codes (workspace::next_palette), so that a μ
+/// that an object brings along or takes away changes no brick that the object does not touch; only where the
+/// palette has no free code between two others are all codes given anew, and all bricks change.
 ///
 /// Merging is work, too: it is counted for options.budget before it begins (merge_steps()), and ends soon
 /// after options.keep_going returned false.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <optional>
 #include <string>
 
 #include "common/workspace/workspace.hpp"
@@ -123,6 +124,75 @@ core::Expected<std::vector<float>> make_palette(const std::vector<LayerProfile>&
   palette.erase(std::unique(palette.begin(), palette.end()), palette.end());
   if (core::Status checked = check_palette(palette); !checked) return checked;
   return palette;
+}
+
+namespace {
+
+struct PlacedMu {
+  std::size_t code;
+  float mu;
+};
+
+/// Gives codes to rising values. Those in `present` keep theirs; others come between, `gap` apart at the end.
+/// Returns nothing if there is no room for them.
+std::optional<std::vector<PlacedMu>> placed(const std::vector<float>& values,
+                                            const std::vector<float>& present, std::size_t gap) {
+  std::vector<PlacedMu> codes{{0, 0.0F}};
+  std::vector<float> fresh;
+  const auto place_fresh = [&](std::size_t end) {
+    const std::size_t from = codes.back().code, step = (end - from) / (fresh.size() + 1);
+    if (step == 0) return false;
+    for (std::size_t k = 0; k < fresh.size(); ++k) codes.push_back({from + step * (k + 1), fresh[k]});
+    fresh.clear();
+    return true;
+  };
+  for (const float mu : values) {
+    const auto at = std::lower_bound(present.begin(), present.end(), mu);
+    if (at == present.end() || *at != mu) {
+      fresh.push_back(mu);
+      continue;
+    }
+    const auto code = static_cast<std::size_t>(at - present.begin());
+    if (!place_fresh(code)) return std::nullopt;
+    codes.push_back({code, mu});
+  }
+  if (!place_fresh(std::min<std::size_t>(256, codes.back().code + gap * (fresh.size() + 1))))
+    return std::nullopt;
+  return codes;
+}
+
+/// Returns the palette with these codes; free ones between them get values in between.
+std::vector<float> filled(const std::vector<PlacedMu>& codes) {
+  std::vector<float> palette{0.0F};
+  for (std::size_t i = 1; i < codes.size(); ++i) {
+    const PlacedMu &low = codes[i - 1], &high = codes[i];
+    const auto steps = static_cast<float>(high.code - low.code);
+    for (std::size_t k = 1; low.code + k < high.code; ++k)
+      palette.push_back(low.mu + (high.mu - low.mu) * (static_cast<float>(k) / steps));
+    palette.push_back(high.mu);
+  }
+  return palette;
+}
+
+}  // namespace
+
+core::Expected<NextPalette> next_palette(const std::vector<LayerProfile>& profiles,
+                                         const std::vector<float>& present_Pa_s_per_m) {
+  auto tight = make_palette(profiles);
+  if (!tight) return tight.status();
+  const std::vector<float> values(tight->begin() + 1, tight->end());
+  if (std::includes(present_Pa_s_per_m.begin(), present_Pa_s_per_m.end(), values.begin(), values.end()))
+    return NextPalette{present_Pa_s_per_m, true};
+  // Up to 32 codes the kernels are at their fastest (ClusterStencil::kMostCounted).
+  const std::size_t gap = std::max<std::size_t>(std::max<std::size_t>(1, 32 / (values.size() + 1)),
+                                                std::min<std::size_t>(2, 256 / (values.size() + 1)));
+  for (const bool keeps_codes : {true, false}) {
+    const auto codes = placed(values, keeps_codes ? present_Pa_s_per_m : std::vector<float>{0.0F}, gap);
+    if (!codes) continue;
+    NextPalette next{filled(*codes), keeps_codes};
+    if (check_palette(next.mu_Pa_s_per_m)) return next;  // unless values lie too close together for floats
+  }
+  return NextPalette{*std::move(tight), false};
 }
 
 CodeTable code_table(const LayerProfile& profile, const std::vector<float>& palette_Pa_s_per_m) {

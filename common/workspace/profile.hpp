@@ -59,6 +59,18 @@ core::Status check_palette(const std::vector<float>& palette_Pa_s_per_m);
 /// values.
 core::Expected<std::vector<float>> make_palette(const std::vector<LayerProfile>& profiles);
 
+/// A palette in succession of another one.
+struct NextPalette {
+  std::vector<float> mu_Pa_s_per_m;
+  bool keeps_codes = true;  ///< every μ of the profiles that the present palette holds has its code still
+};
+/// Returns a palette that holds every μ of the profiles, and keeps the codes of the present one where it can:
+/// a new μ takes a free code between those of its neighbours. Where there is none, all codes are given anew,
+/// with free ones between them as long as that costs no time at sensing. At a free code stands a μ that no
+/// profile has. Refuses more than 256 different values.
+core::Expected<NextPalette> next_palette(const std::vector<LayerProfile>& profiles,
+                                         const std::vector<float>& present_Pa_s_per_m);
+
 /// Maps a neighbour order (index: the order's byte) to a μ code. The palette must contain every μ of the
 /// profile.
 using CodeTable = std::array<std::uint8_t, 256>;

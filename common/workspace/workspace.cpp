@@ -20,16 +20,20 @@ std::shared_ptr<std::int8_t[]> all_of(std::int8_t order) {
 
 Workspace::Workspace(const GridSpec& grid, std::vector<float> palette_Pa_s_per_m)
     : grid_(grid),
-      palette_(std::move(palette_Pa_s_per_m)),
       size_bricks_{bricks_along(grid.size_vox[0]), bricks_along(grid.size_vox[1]),
                    bricks_along(grid.size_vox[2])},
       mu_codes_(kBrickVoxels, 0),
       slots_(1) {
   slots_[0].labels.orders = all_of(kOrderFree);
-  if (const core::Status checked = check_palette(palette_); !checked)
-    throw std::invalid_argument(checked.message());
+  set_palette(std::move(palette_Pa_s_per_m));
   directory_.resize(static_cast<std::size_t>(size_bricks_[0]) * static_cast<std::size_t>(size_bricks_[1]) *
                     static_cast<std::size_t>(size_bricks_[2]));
+}
+
+void Workspace::set_palette(std::vector<float> palette_Pa_s_per_m) {
+  if (const core::Status checked = check_palette(palette_Pa_s_per_m); !checked)
+    throw std::invalid_argument(checked.message());
+  palette_ = std::move(palette_Pa_s_per_m);
 }
 
 std::vector<BrickKey> Workspace::bricks() const {

@@ -88,6 +88,9 @@ class Workspace {
 
   const GridSpec& grid() const noexcept { return grid_; }
   const std::vector<float>& palette() const noexcept { return palette_; }  ///< Pa·s/m, by code
+  /// Gives the codes, which stay as they are, other viscosities. Throws as the constructor does. Not
+  /// real-time safe.
+  void set_palette(std::vector<float> palette_Pa_s_per_m);
   std::uint64_t version = 0;  ///< set by the builder of the workspace; rises with every change
 
   /// Look up one voxel. Every voxel outside the grid is free space. Real-time safe: yes.
@@ -139,7 +142,7 @@ class Workspace {
   std::uint8_t* make_brick(BrickKey key, BrickLabels labels);
   /// Creates or replaces a brick whose voxels are all equal. Equal bricks of this kind share their memory.
   void fill_brick(BrickKey key, std::uint8_t mu_code, std::int8_t order, std::uint16_t object);
-  /// Copies a brick from `from`, which must have the same grid and palette. Labels are shared.
+  /// Copies a brick from `from`, which must have the same grid and codes. Labels are shared.
   void copy_brick(const Workspace& from, BrickKey key);
   /// Returns a brick for changing. Creates it as free space if it does not exist, and copies memory that it
   /// shares. The pointers are valid until the next call that creates or edits a brick. Not real-time safe.

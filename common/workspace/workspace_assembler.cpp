@@ -18,11 +18,6 @@ bool same_grid(const GridSpec& a, const GridSpec& b) {
   return a.origin_m == b.origin_m && a.voxel_size_m == b.voxel_size_m && a.size_vox == b.size_vox;
 }
 
-/// Returns whether this volume has the given grid and palette, so that another version can be made from it.
-bool is_like(const Workspace& workspace, const GridSpec& grid, const std::vector<float>& palette_Pa_s_per_m) {
-  return same_grid(workspace.grid(), grid) && workspace.palette() == palette_Pa_s_per_m;
-}
-
 /// Returns whether nobody else holds the volume. Former holders have then finished reading it.
 bool is_sole(const std::shared_ptr<Workspace>& volume) {
   if (volume.use_count() != 1) return false;
@@ -205,7 +200,7 @@ core::Status WorkspaceAssembler::commit(const VersionDescription& description) {
 
 /// Prepares for a committed version, and builds it if it is complete.
 void WorkspaceAssembler::take_up(const VersionDescription& description) {
-  if (current_ && is_like(*current_, description.grid, description.palette_Pa_s_per_m)) {
+  if (current_ && same_grid(current_->grid(), description.grid)) {
     end_forming();
   } else {
     begin_forming(description);
@@ -223,7 +218,7 @@ void WorkspaceAssembler::keep_packed(bool packed) {
 }
 
 void WorkspaceAssembler::begin_forming(const VersionDescription& description) {
-  if (forming_ && is_like(*forming_, description.grid, description.palette_Pa_s_per_m)) return;
+  if (forming_ && same_grid(forming_->grid(), description.grid)) return;
   end_forming();
   forming_ = std::make_shared<Workspace>(description.grid, description.palette_Pa_s_per_m);
   forming_->reserve_more(with_room(std::min<std::size_t>(description.brick_count, kMostReserved)));
@@ -283,9 +278,8 @@ bool WorkspaceAssembler::fits(const VersionDescription& description) const {
   });
 }
 
-bool WorkspaceAssembler::spare_usable(const GridSpec& grid,
-                                      const std::vector<float>& palette_Pa_s_per_m) const {
-  return spare_ && is_sole(spare_) && is_like(*spare_, grid, palette_Pa_s_per_m);
+bool WorkspaceAssembler::spare_usable(const GridSpec& grid) const {
+  return spare_ && is_sole(spare_) && same_grid(spare_->grid(), grid);
 }
 
 void WorkspaceAssembler::write_brick(Workspace& to, BrickKey key) {
@@ -307,7 +301,7 @@ void WorkspaceAssembler::build(const VersionDescription& description) {
       if (!held.formed) write_brick(*built, key);
     }
     bricks_written_ = held_.size();
-  } else if (spare_usable(description.grid, description.palette_Pa_s_per_m)) {
+  } else if (spare_usable(description.grid)) {
     built = std::move(spare_);
     for (const BrickKey key : changed_) spare_behind_.insert(key);
     for (const BrickKey key : spare_behind_) write_brick(*built, key);
@@ -316,6 +310,7 @@ void WorkspaceAssembler::build(const VersionDescription& description) {
     built->reserve_more(with_room(held_.size()));
     for (const auto& [key, held] : held_) write_brick(*built, key);
   }
+  built->set_palette(description.palette_Pa_s_per_m);
   built->version = description.version;
   std::uint8_t fluid = 0;
   for (auto& [key, held] : held_) {
@@ -333,7 +328,7 @@ void WorkspaceAssembler::build(const VersionDescription& description) {
 
 void WorkspaceAssembler::prepare() {
   if (!current_) return;
-  if (!spare_usable(current_->grid(), current_->palette())) {
+  if (!spare_usable(current_->grid())) {
     if (spare_ && spare_.use_count() > 1) return;
     spare_ = std::make_shared<Workspace>(current_->grid(), current_->palette());
     spare_->reserve_more(with_room(current_->brick_count()));  // first: later it would move all content

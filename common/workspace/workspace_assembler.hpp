@@ -46,7 +46,7 @@ core::Status check(const VersionDescription& description);
 /// wait for their version are kept as received, compressed.
 ///
 /// Bricks left behind by a server that died, which its successor never names, are recognised by their lower
-/// version and dropped. If a version has another grid or palette than current(), its volume is built while
+/// version and dropped. If a version has another grid than current(), its volume is built while
 /// its bricks arrive, once the version has been committed; it stays invisible until it is complete.
 ///
 /// Bounded in memory: a brick is refused if the workspace of all bricks would have more than
@@ -120,7 +120,7 @@ class WorkspaceAssembler {
   void build(const VersionDescription& description);
   void begin_forming(const VersionDescription& description);
   void end_forming();
-  bool spare_usable(const GridSpec& grid, const std::vector<float>& palette_Pa_s_per_m) const;
+  bool spare_usable(const GridSpec& grid) const;
   void write_brick(Workspace& to, BrickKey key);
 
   std::map<BrickKey, Held> held_;
@@ -132,7 +132,7 @@ class WorkspaceAssembler {
   std::uint64_t hash_sum_ = 0;  // Σ of held_'s hashes
   std::set<BrickKey> changed_;  // where held_ may differ from current_
   std::optional<VersionDescription> pending_;
-  std::shared_ptr<Workspace> forming_;  // for pending_, if its grid or palette differs from current_'s
+  std::shared_ptr<Workspace> forming_;  // for pending_, if its grid differs from current_'s
   std::shared_ptr<const Workspace> current_;
   double greatest_neighbour_mu_ = 0.0;
   std::shared_ptr<Workspace> buffer_;  // current_, as the mutable pointer

@@ -79,7 +79,8 @@ TickTime predict_tick(const runtime::CellConfig& cell, const Config& config, con
   const auto& home = cell.arm(config.arm).home;
   std::copy(home.begin(), home.end(), at.home.begin());
   at.grid = runtime::grid_of(cell);
-  at.palette = value_or_throw(workspace::make_palette(profiles), cell.file.string() + ": ");
+  at.palette =
+      value_or_throw(workspace::next_palette(profiles, {0.0F}), cell.file.string() + ": ").mu_Pa_s_per_m;
   at.allowed = allowed_contact(cell, config, model);
   return time_tick(model, config.percept, at, 0.5);
 }

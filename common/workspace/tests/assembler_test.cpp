@@ -214,6 +214,29 @@ TEST(WorkspaceAssembler, AChangeCostsItsBricksOnly) {
   EXPECT_EQ(assembler.bricks_written(), keys.size());
 }
 
+/// A palette in which the codes stay costs what its bricks cost.
+TEST(WorkspaceAssembler, TakesAnotherPaletteForTheBricksThatChangeWithIt) {
+  Workspace server = random_workspace(5);
+  WorkspaceAssembler assembler;
+  for (const BrickKey key : server.bricks()) put(assembler, server, key);
+  ASSERT_TRUE(assembler.commit(describe(server)));
+  for (int round = 0; round < 3; ++round) {
+    assembler.prepare();
+    std::vector<float> palette = server.palette();
+    for (float& mu : palette) mu *= 1.5F;
+    palette.push_back(2 * palette.back());
+    server.set_palette(palette);
+    const BrickKey key = server.bricks()[static_cast<std::size_t>(round)];
+    server.edit_brick(key).mu_code[7] = static_cast<std::uint8_t>(palette.size() - 1);
+    ++server.version;
+    put(assembler, server, key);
+    ASSERT_TRUE(assembler.commit(describe(server)));
+    expect_same(assembler.current().get(), server);
+    EXPECT_EQ(assembler.current()->palette(), palette);
+    EXPECT_LE(assembler.bricks_written(), 2U);
+  }
+}
+
 TEST(WorkspaceAssembler, TakesAnotherPaletteAndGrid) {
   const Workspace first = random_workspace(5);
   Workspace second({{0, 0, 0}, 0.01, {64, 32, 32}}, {0.0F, 1.0F, 2.0F});

@@ -2,7 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+#include <random>
 #include <set>
+#include <vector>
 
 #include "common/workspace/profile.hpp"
 #include "common/workspace/tests/random_workspace.hpp"
@@ -165,6 +169,75 @@ TEST(Palette, MustRiseFromZero) {
   EXPECT_FALSE(check_palette({0.0F, std::numeric_limits<float>::infinity()}));
   EXPECT_FALSE(check_palette(std::vector<float>(257)));
   EXPECT_THROW(Workspace({Eigen::Vector3d::Zero(), 0.01, {32, 32, 32}}, {2.0F}), std::invalid_argument);
+}
+
+std::vector<LayerProfile> one_layer_each(const std::vector<float>& mu) {
+  std::vector<LayerProfile> profiles;
+  for (const float value : mu) profiles.push_back({{1}, {value}, value, 0});
+  return profiles;
+}
+
+/// Profiles come and go at random. The palette always has every μ of those that are there; codes stay unless
+/// it says otherwise, which it does only where there was no room between two others.
+TEST(Palette, KeepsCodesThroughAnySequenceOfProfiles) {
+  for (unsigned seed = 0; seed < 20; ++seed) {
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<float> exponent(-6, 6);
+    const std::size_t most = seed % 2 == 0 ? 8 : 120;
+    std::vector<float> palette{0.0F}, mu;
+    std::size_t kept = 0, anew = 0;
+    for (int step = 0; step < 300; ++step) {
+      if (mu.empty() || (mu.size() < most && random() % 2 == 0)) {
+        const std::size_t count = 1 + random() % 3;
+        for (std::size_t i = 0; i < count; ++i) mu.push_back(std::pow(10.0F, exponent(random)));
+      } else {
+        mu.erase(mu.begin() + static_cast<std::ptrdiff_t>(random() % mu.size()));
+      }
+      const auto next = next_palette(one_layer_each(mu), palette);
+      ASSERT_TRUE(next);
+      ASSERT_TRUE(check_palette(next->mu_Pa_s_per_m));
+      const std::vector<float> sought = *make_palette(one_layer_each(mu));
+      ASSERT_TRUE(std::ranges::includes(next->mu_Pa_s_per_m, sought));
+      const auto code_in = [](const std::vector<float>& codes, float value) {
+        return std::ranges::find(codes, value) - codes.begin();
+      };
+      for (const float value : sought) {
+        const bool was_there = std::ranges::count(palette, value) > 0;
+        if (was_there && next->keeps_codes) {
+          ASSERT_EQ(code_in(palette, value), code_in(next->mu_Pa_s_per_m, value));
+        }
+      }
+      ++(next->keeps_codes ? kept : anew);
+      palette = next->mu_Pa_s_per_m;
+    }
+    EXPECT_GT(kept, 5 * anew) << "seed " << seed;
+  }
+}
+
+TEST(Palette, OfAFewViscositiesStaysWhereSensingIsFastest) {
+  std::vector<float> mu;
+  for (int i = 1; i <= 15; ++i) {
+    mu.push_back(static_cast<float>(i));
+    const auto next = next_palette(one_layer_each(mu), {0.0F});
+    ASSERT_TRUE(next);
+    EXPECT_LE(next->mu_Pa_s_per_m.size(), 32U);
+    EXPECT_GE(next->mu_Pa_s_per_m.size(), 2U * mu.size()) << "there is a free code beside each";
+  }
+}
+
+TEST(Palette, OfAllCodesOrOfNeighbouringFloatsHasNoFreeOnes) {
+  std::vector<float> mu;
+  for (int i = 1; i <= 255; ++i) mu.push_back(static_cast<float>(i));
+  const auto full = next_palette(one_layer_each(mu), {0.0F});
+  ASSERT_TRUE(full);
+  EXPECT_EQ(full->mu_Pa_s_per_m, make_palette(one_layer_each(mu)).value());
+  mu.push_back(256.0F);
+  EXPECT_FALSE(next_palette(one_layer_each(mu), full->mu_Pa_s_per_m));
+  const std::vector<float> close{1.0F, std::nextafter(1.0F, 2.0F), 3.0F};
+  const auto tight = next_palette(one_layer_each(close), {0.0F});
+  ASSERT_TRUE(tight);
+  EXPECT_FALSE(tight->keeps_codes);
+  EXPECT_EQ(tight->mu_Pa_s_per_m, make_palette(one_layer_each(close)).value());
 }
 
 }  // namespace
