@@ -1,9 +1,12 @@
 #include "common/geometry/mesh_report.hpp"
 
 #include <Eigen/Geometry>
+#include <cmath>
+#include <utility>
 
 #include "common/geometry/mesh_topology.hpp"
 #include "common/geometry/triangle_pairs.hpp"
+#include "common/geometry/winding_number.hpp"
 
 namespace phantom::geometry {
 namespace {
@@ -13,20 +16,54 @@ Eigen::Vector3d twice_area_normal(const TriangleMesh& mesh, const Triangle& t) {
   return (mesh.vertices_m[t[1]].cast<double>() - a).cross(mesh.vertices_m[t[2]].cast<double>() - a);
 }
 
-/// Counts the closed shells of which most triangles face inwards.
-std::size_t inward_shells(const TriangleMesh& mesh, const std::vector<Triangle>& triangles,
-                          const MeshTopology& topology) {
+/// Returns six times the volume of each shell, below 0 if most of it faces inwards. `mesh`: every shell faces
+/// one way.
+std::vector<double> six_volumes_of(const TriangleMesh& mesh, const MeshTopology& topology) {
   std::vector<double> six_volumes(topology.shells.size(), 0.0);
-  const Eigen::Vector3d origin = mesh.vertices_m.front().cast<double>();
-  for (std::size_t i = 0; i < triangles.size(); ++i) {
-    const Eigen::Vector3d a = mesh.vertices_m[triangles[i][0]].cast<double>() - origin;
-    const double way = topology.turned[i] != 0 ? -1.0 : 1.0;
-    six_volumes[topology.shell_of[i]] += way * a.dot(twice_area_normal(mesh, triangles[i]));
+  const Eigen::Vector3d origin = mesh.vertices_m[mesh.triangles.front()[0]].cast<double>();
+  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+    const Eigen::Vector3d a = mesh.vertices_m[mesh.triangles[i][0]].cast<double>() - origin;
+    six_volumes[topology.shell_of[i]] += a.dot(twice_area_normal(mesh, mesh.triangles[i]));
   }
-  std::size_t count = 0;
-  for (std::size_t s = 0; s < six_volumes.size(); ++s)
-    count += topology.shells[s].closed && six_volumes[s] < 0 ? 1 : 0;
-  return count;
+  return six_volumes;
+}
+
+/// Returns the volume of where the winding number is not 0. Each shell adds its volume if it is solid inside
+/// and free around it, and takes it away if it is a cavity.
+double solid_volume_m3(const TriangleMesh& mesh, const MeshTopology& topology,
+                       const std::vector<double>& six_volumes) {
+  if (six_volumes.size() == 1) return std::abs(six_volumes[0]) / 6.0;
+  const WindingTree tree(mesh);
+  std::vector<std::uint32_t> largest(six_volumes.size());
+  std::vector<double> twice_area(six_volumes.size(), -1.0);
+  for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i) {
+    const double here = twice_area_normal(mesh, mesh.triangles[i]).norm();
+    if (here <= twice_area[topology.shell_of[i]]) continue;
+    twice_area[topology.shell_of[i]] = here;
+    largest[topology.shell_of[i]] = i;
+  }
+  double sum_m3 = 0.0;
+  for (std::size_t s = 0; s < six_volumes.size(); ++s) {
+    const Triangle& sample = mesh.triangles[largest[s]];
+    if (twice_area[s] == 0.0) continue;
+    Eigen::Vector3d before = 1e-4 * twice_area_normal(mesh, sample) / std::sqrt(twice_area[s]);  // its front
+    for (const std::uint32_t corner : sample) before += mesh.vertices_m[corner].cast<double>() / 3.0;
+    const double front = std::round(tree.at(before)), back = front + 1.0;
+    const bool faces_out = six_volumes[s] > 0;
+    const double inside = faces_out ? back : front, around = faces_out ? front : back;
+    sum_m3 += ((inside != 0 ? 1.0 : 0.0) - (around != 0 ? 1.0 : 0.0)) * std::abs(six_volumes[s]) / 6.0;
+  }
+  return sum_m3;
+}
+
+/// Returns the triangles turned so that each shell faces one way.
+TriangleMesh with_shells_turned(const TriangleMesh& mesh, const std::vector<Triangle>& triangles,
+                                const MeshTopology& topology) {
+  TriangleMesh turned{mesh.vertices_m, triangles};
+  for (std::size_t i = 0; i < triangles.size(); ++i) {
+    if (topology.turned[i] != 0) std::swap(turned.triangles[i][1], turned.triangles[i][2]);
+  }
+  return turned;
 }
 
 }  // namespace
@@ -42,7 +79,6 @@ MeshReport inspect_mesh(const TriangleMesh& mesh, const MeshReportLimits& limits
     const bool repeats = t[0] == t[1] || t[1] == t[2] || t[2] == t[0];
     without_area += twice_area == 0.0 && !repeats ? 1 : 0;
   }
-  report.volume_m3 = enclosed_volume_m3(mesh);
   const UniqueTriangles unique = unique_triangles(mesh.triangles);
   report.degenerate_triangles = unique.degenerate + without_area;
   report.duplicate_triangles = unique.duplicates;
@@ -55,8 +91,13 @@ MeshReport inspect_mesh(const TriangleMesh& mesh, const MeshReportLimits& limits
     report.closed_shells += shell.closed ? 1 : 0;
     report.unorientable_shells += shell.orientable ? 0 : 1;
   }
-  report.inward_shells = inward_shells(mesh, unique.triangles, topology);
-  const auto pairs = detail::crossing_pairs({mesh.vertices_m, unique.triangles}, limits.max_pairs);
+  if (unique.triangles.empty()) return report;
+  const TriangleMesh turned = with_shells_turned(mesh, unique.triangles, topology);
+  const std::vector<double> six_volumes = six_volumes_of(turned, topology);
+  for (std::size_t s = 0; s < six_volumes.size(); ++s)
+    report.inward_shells += topology.shells[s].closed && six_volumes[s] < 0 ? 1 : 0;
+  report.volume_m3 = solid_volume_m3(turned, topology, six_volumes);
+  const auto pairs = detail::crossing_pairs(turned, limits.max_pairs);
   report.intersecting_pairs = pairs.intersecting;
   report.intersections_complete = pairs.complete;
   return report;

@@ -9,8 +9,8 @@
 namespace phantom::geometry {
 
 /// Counts the defects of a mesh, for its triangles as they are. Vertices at the same position must be one
-/// vertex, as load_mesh() leaves them. Edges, shells and flipped triangles are counted without degenerate and
-/// duplicate triangles.
+/// vertex, as load_mesh() leaves them. Edges, shells and flipped triangles are counted, and the volume is
+/// taken, without degenerate and duplicate triangles.
 struct MeshReport {
   std::size_t triangles = 0;
   std::size_t degenerate_triangles = 0;  ///< without area: corners at one position or on a line
@@ -25,7 +25,9 @@ struct MeshReport {
   std::size_t intersecting_pairs = 0;   ///< triangles that pass through each other; touching does not count
   bool intersections_complete = true;   ///< false: the search stopped at its limit, and there may be more
   double area_m2 = 0.0;
-  double volume_m3 = 0.0;  ///< enclosed, signed by orientation; valid only if the mesh is closed
+  /// What is solid: repeated triangles count once, each shell faces one way, and where the winding number is
+  /// not 0 then is inside, as voxelisation has it. Valid only if the mesh is closed.
+  double volume_m3 = 0.0;
 
   bool closed() const { return triangles > 0 && open_edges == 0 && non_manifold_edges == 0; }
   bool flawless() const {

@@ -77,6 +77,42 @@ TEST(MeshReport, FindsCavitiesAndBodiesInsideOut) {
   EXPECT_EQ(report.inward_shells, 1U);
   EXPECT_EQ(report.flipped_triangles, 0U);
   EXPECT_TRUE(report.flawless());
+  EXPECT_NEAR(report.volume_m3,
+              enclosed_volume_m3(make_sphere(0.5, 3)) - enclosed_volume_m3(make_sphere(0.2, 2)), 1e-6);
+}
+
+/// The sum of shells of which it is known where they lie, however their triangles are turned and repeated.
+TEST(MeshReport, TakesTheVolumeOfWhatIsSolidWhateverIsRepeatedOrTurned) {
+  const TriangleMesh ball = make_sphere(0.5, 3), hollow = make_sphere(0.3, 2),
+                     core = make_box({0.1, 0.1, 0.1}), apart = moved(make_box({0.2, 0.3, 0.4}), {2, 0, 0});
+  const auto inside_out = [](TriangleMesh mesh) {
+    for (auto& t : mesh.triangles) std::swap(t[0], t[1]);
+    return mesh;
+  };
+  const double solid_m3 = enclosed_volume_m3(ball) - enclosed_volume_m3(hollow) + enclosed_volume_m3(core) +
+                          enclosed_volume_m3(apart);
+  std::mt19937 random(5);
+  for (int round = 0; round < 20; ++round) {
+    TriangleMesh mesh = ball;
+    mesh.append(inside_out(hollow));
+    mesh.append(core);
+    mesh.append(round % 2 == 0 ? apart : inside_out(apart));  // a body inside out is solid, too
+    std::vector<std::array<std::uint32_t, 3>> more;
+    for (auto& t : mesh.triangles) {
+      if (random() % 10 == 0) more.push_back(t);
+      if (random() % 10 == 0) std::swap(t[1], t[2]);
+      if (random() % 20 == 0) more.push_back({t[1], t[2], t[0]});
+    }
+    mesh.triangles.insert(mesh.triangles.end(), more.begin(), more.end());
+    std::shuffle(mesh.triangles.begin(), mesh.triangles.end(), random);
+    const MeshReport report = inspect_mesh(mesh);
+    EXPECT_GT(report.duplicate_triangles, 0U);
+    EXPECT_NEAR(report.volume_m3, solid_m3, 1e-6) << round;
+  }
+  TriangleMesh twice = ball;  // a body inside a body adds nothing
+  twice.append(core);
+  EXPECT_NEAR(inspect_mesh(twice).volume_m3, enclosed_volume_m3(ball), 1e-6);
+  EXPECT_EQ(inspect_mesh({{{0, 0, 0}}, {{0, 0, 0}}}).volume_m3, 0.0);
 }
 
 TEST(MeshReport, FindsASurfaceWithOneSide) {
