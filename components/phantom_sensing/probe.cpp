@@ -1,5 +1,9 @@
 #include "components/phantom_sensing/probe.hpp"
 
+#include <spdlog/fmt/fmt.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
@@ -9,6 +13,7 @@
 #include "common/core/clock.hpp"
 #include "common/core/errors.hpp"
 #include "common/percept/closeness.hpp"
+#include "common/robot/joint_values.hpp"
 #include "components/phantom_sensing/model.hpp"
 
 namespace phantom::phantom_sensing {
@@ -66,7 +71,7 @@ void check_header(const std::vector<std::string>& columns, const std::string& wh
 
 std::ofstream open_for_writing(const std::filesystem::path& path) {
   std::ofstream file(path);
-  if (!file) throw core::MissingError(path.string() + ": cannot be written");
+  if (!file) throw ConfigError(path.string() + ": cannot be written");
   file.precision(17);
   return file;
 }
@@ -89,6 +94,23 @@ void write_row(const ProbeRow& row, const StepOutputs& out, std::size_t n, bool 
       << static_cast<int>(p.rule) << '\n';
 }
 
+/// Returns which joints go faster or meet more than the arm's drives have, in words; "": none.
+std::string beyond_drives(const std::vector<robot::Joint>& joints, const ProbePeaks& peaks) {
+  std::string text;
+  for (std::size_t i = 0; i < joints.size(); ++i) {
+    const robot::Joint& joint = joints[i];
+    const bool slides = robot::is_prismatic(joint);
+    const auto note = [&](const char* column, double peak, double most, const char* unit) {
+      if (peak > most)
+        text += fmt::format("{}{}{} reaches {:.3g} {}, the drive of joint {} {:.3g}",
+                            text.empty() ? "" : "; ", column, i + 1, peak, unit, joint.name, most);
+    };
+    note("v", peaks.speed[i], joint.max_speed, slides ? "m/s" : "rad/s");
+    note("tau", peaks.torque[i], joint.max_effort, slides ? "N" : "N·m");
+  }
+  return text;
+}
+
 }  // namespace
 
 void add_options(runtime::Command probe, ProbeRequest& request) {
@@ -101,7 +123,9 @@ void add_options(runtime::Command probe, ProbeRequest& request) {
   probe.option("--skin", request.skin, "CSV to write the skin's sensors to");
 }
 
-std::vector<ProbeRow> read_probe_rows(std::istream& csv, const std::string& name, std::size_t joint_count) {
+std::vector<ProbeRow> read_probe_rows(std::istream& csv, const std::string& name,
+                                      const std::vector<robot::Joint>& joints) {
+  const std::size_t joint_count = joints.size();
   std::vector<ProbeRow> rows;
   std::string line;
   if (!std::getline(csv, line)) throw ConfigError(name + ":1: is empty; a header line is needed");
@@ -124,15 +148,22 @@ std::vector<ProbeRow> read_probe_rows(std::istream& csv, const std::string& name
       }
       *place(row, columns[i], joint_count) = value;
     }
+    for (std::size_t i = 0; i < joint_count; ++i) {
+      const robot::Joint& joint = joints[i];
+      if (robot::near_limits(row.position[i], joint.lower, joint.upper)) continue;
+      throw ConfigError(fmt::format(
+          "{}q{}: {:g} is beyond the limits of joint {}; allowed: {:.4g} to {:.4g} {}", where, i + 1,
+          row.position[i], joint.name, joint.lower, joint.upper, robot::is_prismatic(joint) ? "m" : "rad"));
+    }
     if (!rows.empty() && !(row.t_s >= rows.back().t_s)) throw ConfigError(where + "t: goes back in time");
     rows.push_back(row);
   }
   return rows;
 }
 
-void run_probe_rows(const PhantomModel& model, const PerceptSettings& settings,
-                    const workspace::Workspace& workspace, const std::vector<ProbeRow>& rows,
-                    const percept::AllowedContact& allowed, std::ostream& csv) {
+ProbePeaks run_probe_rows(const PhantomModel& model, const PerceptSettings& settings,
+                          const workspace::Workspace& workspace, const std::vector<ProbeRow>& rows,
+                          const percept::AllowedContact& allowed, std::ostream& csv) {
   const std::size_t n = model.arm.joint_count();
   const auto header = [&](const char* name) {
     for (std::size_t i = 1; i <= n; ++i) csv << ',' << name << i;
@@ -148,12 +179,18 @@ void run_probe_rows(const PhantomModel& model, const PerceptSettings& settings,
   PhantomSensing sensing(model, settings);
   const SensedWorkspace sensed{&workspace, percept::greatest_neighbour_mu(workspace)};
   StepOutputs outputs;
+  ProbePeaks peaks;
   double before_s = rows.empty() ? 0.0 : rows.front().t_s;
   for (const ProbeRow& row : rows) {
     sensing.step({row.position, row.velocity, row.t_s - before_s, sensed, true, allowed}, outputs);
     before_s = row.t_s;
     write_row(row, outputs, n, settings.directional.enabled, csv);
+    for (std::size_t i = 0; i < n; ++i) {
+      peaks.speed[i] = std::max(peaks.speed[i], std::abs(row.velocity[i]));
+      peaks.torque[i] = std::max(peaks.torque[i], std::abs(outputs.percept.drag_torque[i]));
+    }
   }
+  return peaks;
 }
 
 void write_skin(const PhantomModel& model, std::ostream& csv) {
@@ -189,16 +226,18 @@ int run_probe(const ProbeRequest& request, Config config) {
   const auto allowed = allowed_contact(cell, config, model);
   std::ifstream joints(request.joints);
   if (!joints) throw core::MissingError(request.joints.string() + ": no such file");
-  const auto rows = read_probe_rows(joints, request.joints.string(), model.arm.joint_count());
+  const auto rows = read_probe_rows(joints, request.joints.string(), model.arm.joints());
   std::ofstream csv = open_for_writing(request.out);
   const auto start_ns = core::monotonic_ns();
   const workspace::Workspace workspace = build_workspace(cell);
   const auto built_ns = core::monotonic_ns();
-  run_probe_rows(model, config.percept, workspace, rows, allowed, csv);
+  const ProbePeaks peaks = run_probe_rows(model, config.percept, workspace, rows, allowed, csv);
   if (!csv.flush()) throw std::runtime_error(request.out.string() + ": could not be written to the end");
   std::cout << rows.size() << " rows, " << model.skin.size() << " sensors; workspace built in "
             << core::seconds(built_ns - start_ns) << " s, sensed in "
             << core::seconds(core::monotonic_ns() - built_ns) << " s\n";
+  if (const std::string beyond = beyond_drives(model.arm.joints(), peaks); !beyond.empty())
+    spdlog::warn("{}: the drag is the model's, more than there is: {}", request.joints.string(), beyond);
   return 0;
 }
 

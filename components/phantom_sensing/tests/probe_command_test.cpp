@@ -368,5 +368,18 @@ TEST(ProbeCommand, RetreatIsFreeInDirectionalModeAndTheSameInSymmetricMode) {
   EXPECT_LT(out, 0.1 * in);
 }
 
+TEST(ProbeCommand, SaysWhatIsBeyondTheDrives) {
+  const auto warnings = [](double speed) {
+    const auto joints = temporary("fast.csv"), out = temporary("fast_out.csv");
+    std::ofstream(joints) << "t,q1,q2,v1,v2\n0,0,0," << speed << ",0\n";
+    testing::internal::CaptureStdout();
+    testing::internal::CaptureStderr();
+    EXPECT_EQ(run_probe({kBench, "active_joystick", joints, "", false, out, {}}, Config{}), 0);
+    return testing::internal::GetCapturedStdout() + testing::internal::GetCapturedStderr();
+  };
+  EXPECT_THAT(warnings(1.0), testing::Not(testing::HasSubstr("reaches")));
+  EXPECT_THAT(warnings(400.0), testing::HasSubstr("v1 reaches 400 rad/s, the drive of joint theta 314"));
+}
+
 }  // namespace
 }  // namespace phantom::phantom_sensing

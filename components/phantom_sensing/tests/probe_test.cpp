@@ -13,10 +13,20 @@ namespace {
 
 using testing::HasSubstr;
 
+std::vector<robot::Joint> two_joints() {
+  robot::Joint shoulder, slide;
+  shoulder.name = "shoulder";
+  shoulder.lower = -10, shoulder.upper = 10;
+  slide.name = "slide";
+  slide.type = robot::JointType::kPrismatic;
+  slide.lower = -3, slide.upper = 3;
+  return {shoulder, slide};
+}
+
 std::string probe_refusal(const std::string& csv) {
   std::istringstream stream(csv);
   try {
-    read_probe_rows(stream, "poses.csv", 2);
+    read_probe_rows(stream, "poses.csv", two_joints());
   } catch (const core::ConfigError& error) {
     return error.what();
   }
@@ -26,7 +36,7 @@ std::string probe_refusal(const std::string& csv) {
 
 TEST(Probe, ReadsColumnsInAnyOrder) {
   std::istringstream csv("v1, q2, t, q1, v2\r\n1,2,3,4,5\n\n-1,-2,4,1e-3,0\n");
-  const auto rows = read_probe_rows(csv, "poses.csv", 2);
+  const auto rows = read_probe_rows(csv, "poses.csv", two_joints());
   ASSERT_EQ(rows.size(), 2U);
   EXPECT_EQ(rows[0].t_s, 3.0);
   EXPECT_EQ(rows[0].position[0], 4.0);
@@ -46,6 +56,11 @@ TEST(ProbeRefuses, WhatDoesNotFitTheArmNamingTheLine) {
               HasSubstr("poses.csv:2: q2: 'nan' is not a finite number"));
   EXPECT_THAT(probe_refusal("t,q1,q2,v1,v2\n0,1,2x,3,4\n"), HasSubstr("'2x'"));
   EXPECT_THAT(probe_refusal("t,q1,q2,v1,v2\n1,0,0,0,0\n0,0,0,0,0\n"), HasSubstr("poses.csv:3: t: goes back"));
+  EXPECT_THAT(
+      probe_refusal("t,q1,q2,v1,v2\n0,0,0,0,0\n1,100,0,0,0\n"),
+      HasSubstr("poses.csv:3: q1: 100 is beyond the limits of joint shoulder; allowed: -10 to 10 rad"));
+  EXPECT_THAT(probe_refusal("t,q1,q2,v1,v2\n0,0,-3.5,0,0\n"),
+              HasSubstr("q2: -3.5 is beyond the limits of joint slide; allowed: -3 to 3 m"));
 }
 
 TEST(Probe, WritesWhatTheStepGives) {
@@ -55,7 +70,7 @@ TEST(Probe, WritesWhatTheStepGives) {
   row.velocity[0] = 0.3;
   std::ostringstream csv;
   csv.precision(17);
-  run_probe_rows(model, {}, rig::wall(), {row}, {}, csv);
+  const ProbePeaks peaks = run_probe_rows(model, {}, rig::wall(), {row}, {}, csv);
   PhantomSensing sensing(model, {});
   StepOutputs out;
   sensing.step(rig::hanging(0.2, 0.3, 0.0), out);
@@ -69,6 +84,8 @@ TEST(Probe, WritesWhatTheStepGives) {
   expected << "0," << out.percept.drag_torque[0] << ',';
   EXPECT_THAT(values, testing::StartsWith(expected.str()));
   EXPECT_THAT(values, testing::EndsWith(",dangerous,2"));
+  EXPECT_EQ(peaks.speed[0], 0.3);
+  EXPECT_EQ(peaks.torque[0], std::abs(out.percept.drag_torque[0]));
 }
 
 }  // namespace
