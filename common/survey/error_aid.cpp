@@ -119,6 +119,12 @@ Plane fit_plane(const Measurement& measurement, const std::vector<std::size_t>& 
   return plane;
 }
 
+Departure departure_from(const Plane& plane, const MeasuredNode& node) {
+  const double variance =
+      plane.normal.dot(node.covariance_m2 * plane.normal) + height_variance(plane, node.p_W_m);
+  return {plane.normal.dot(node.p_W_m - plane.point_m), std::sqrt(variance)};
+}
+
 FaceCheck check_face(const Measurement& measurement, const MeasuredFace& face) {
   FaceCheck check;
   const std::size_t n = face.nodes.size();

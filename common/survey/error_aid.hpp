@@ -54,4 +54,11 @@ struct Plane {
 /// Fits a plane to nodes given by index; there must be at least three, not in line.
 Plane fit_plane(const Measurement& measurement, const std::vector<std::size_t>& nodes);
 
+/// How far a node that a plane was not fitted to lies off it.
+struct Departure {
+  double off_m = 0.0;    ///< along the plane's normal
+  double sigma_m = 0.0;  ///< standard deviation, of the node and the plane
+};
+Departure departure_from(const Plane& plane, const MeasuredNode& node);
+
 }  // namespace phantom::survey

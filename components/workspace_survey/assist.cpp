@@ -10,12 +10,16 @@
 #include <sstream>
 
 #include "common/core/units.hpp"
+#include "common/runtime/process.hpp"
+#include "common/survey/error_aid.hpp"
 
 namespace phantom::workspace_survey {
 namespace {
 
 using survey::Reading;
 using survey::Targeting;
+
+constexpr double kAnotherFaceSigmas = 6.0;  // a corner farther off the plane of the others than errors go
 
 constexpr const char* kHelp =
     "  RANGE PAN TILT        the reading of the next corner: range in mm, pan and tilt in degrees\n"
@@ -37,14 +41,16 @@ class Assistant {
             std::ostream& out)
       : config_(config), library_(library), setup_(setup), in_(in), out_(out) {}
 
-  bool run() {
+  int run() {
     out_ << "Survey of one object, with a library of " << library_.parts.size() << " parts.\n"
          << "Choose a plane face that you see whole, aim at its corners one after the other, "
             "either way round, and type what the\n"
             "head reads: range in mm, pan and tilt in degrees. End the face with: done. "
             "Type help for all else.\n";
     if (!setup_.practice.empty())
-      out_ << "Practice: an empty line lets the simulated head target the next corner.\n";
+      out_
+          << "Practice: an empty line lets the simulated head target the next corner, and ends a face after its "
+             "last one.\n";
     for (std::string line; prompt(), std::getline(in_, line);) {
       std::istringstream words(line);
       std::string word;
@@ -53,7 +59,7 @@ class Assistant {
       act(word, words, line);
     }
     out_ << '\n';
-    return fitted();
+    return sent_ != runtime::kExitDone ? sent_ : fitted() ? runtime::kExitDone : runtime::kExitFailed;
   }
 
  private:
@@ -131,10 +137,27 @@ class Assistant {
     out_ << fmt::format("  node {}: ({:.4f}, {:.4f}, {:.4f}) m, known to {:.1f} mm\n", node->name,
                         node->p_W_m.x(), node->p_W_m.y(), node->p_W_m.z(),
                         1e3 * std::sqrt(node->covariance_m2.trace()));
+    warn_of_another_face(*measurement, *node);
     targetings_ = std::move(all);
     if (targeting.reading && targeting.node == std::to_string(next_node_)) ++next_node_;
     ++on_face_;
     return true;
+  }
+
+  /// Asks whether a face's end was forgotten, if the others' corners so far are plane and this one is far
+  /// off.
+  void warn_of_another_face(const survey::Measurement& measurement, const survey::MeasuredNode& node) {
+    const survey::MeasuredFace& face = measurement.faces.back();
+    std::vector<std::size_t> others(face.nodes.begin(), face.nodes.end() - 1);
+    if (on_face_ < 3 || others.size() < 3) return;
+    const survey::Plane plane = survey::fit_plane(measurement, others);
+    if (plane.degrees > 0 && survey::chi_square_tail(plane.chi2, plane.degrees) < survey::kSuspicion) return;
+    const survey::Departure off = survey::departure_from(plane, node);
+    if (std::abs(off.off_m) < kAnotherFaceSigmas * off.sigma_m) return;
+    out_ << fmt::format(
+        "  it lies {:.1f} mm off the plane of this face's other corners (errors: {:.1f} mm). If it is the first "
+        "corner of\n  another face: undo, end this face with done or part, and target it again\n",
+        1e3 * std::abs(off.off_m), 1e3 * off.sigma_m);
   }
 
   void end_face(bool whole) {
@@ -254,12 +277,15 @@ class Assistant {
       return;
     }
     const auto measurement = registered(complete());
-    if (measurement)
-      out_ << "  " << setup_.send({config_, library_, *measurement, result_, setup_.voxel_size_m}) << '\n';
+    if (!measurement) return;
+    const Sent sent = setup_.send({config_, library_, *measurement, result_, setup_.voxel_size_m});
+    out_ << "  " << sent.message << '\n';
+    sent_ = sent.exit_code;
   }
 
   void practise() {
     if (setup_.practice.empty()) return;
+    if (is_at_end_of_practised_face()) return end_face(setup_.practice[next_shot_ - 1].closed);
     if (next_shot_ >= setup_.practice.size()) {
       out_ << "  the simulated head has shown all that it sees of the part\n";
       return;
@@ -274,9 +300,16 @@ class Assistant {
     }
     if (!take({face_name(), true, shot.node, shot.reading, "practice"})) return;
     ++next_shot_;
-    if (next_shot_ == setup_.practice.size() || setup_.practice[next_shot_].face != shot.face)
-      out_ << "  that was the last corner of this face that is seen; type: "
-           << (shot.closed ? "done\n" : "part\n");
+    if (is_at_end_of_practised_face())
+      out_ << "  that was the last corner of this face that is seen; an empty line, or "
+           << (shot.closed ? "done" : "part") << ", ends the face\n";
+  }
+
+  /// Whether the simulated head has targeted a face to its end, and the face was not ended yet.
+  bool is_at_end_of_practised_face() const {
+    return on_face_ > 0 && next_shot_ > 0 && targetings_.back().place == "practice" &&
+           (next_shot_ == setup_.practice.size() ||
+            setup_.practice[next_shot_].face != setup_.practice[next_shot_ - 1].face);
   }
 
   const Config& config_;
@@ -286,13 +319,14 @@ class Assistant {
   std::ostream& out_;
   std::vector<Targeting> targetings_;
   survey::SurveyResult result_;
+  int sent_ = runtime::kExitDone;  // the last send's exit code
   std::size_t faces_done_ = 0, on_face_ = 0, next_node_ = 1, next_shot_ = 0;
 };
 
 }  // namespace
 
-bool assist(const Config& config, const Library& library, const AssistSetup& setup, std::istream& in,
-            std::ostream& out) {
+int assist(const Config& config, const Library& library, const AssistSetup& setup, std::istream& in,
+           std::ostream& out) {
   return Assistant(config, library, setup, in, out).run();
 }
 

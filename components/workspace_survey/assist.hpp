@@ -9,22 +9,27 @@
 
 namespace phantom::workspace_survey {
 
+/// What became of sending an object to the workspace.
+struct Sent {
+  std::string message;  ///< for the person
+  int exit_code = 0;    ///< that the executable ends with unless a later one is sent
+};
+
 struct AssistSetup {
   double voxel_size_m = 0.01;
   /// What a simulated head targets, for practice: an empty line takes the next one. Empty: no simulated head.
   std::vector<survey::Targeting> practice;
-  /// Sends the fitted object to the workspace and returns a message for the person. Null: sending is not
-  /// possible.
-  std::function<std::string(const SurveyReport& report)> send;
+  /// Sends the fitted object to the workspace. Null: sending is not possible.
+  std::function<Sent(const SurveyReport& report)> send;
   /// Writes the targetings to a file and returns a message for the person.
   std::function<std::string(const std::string& file, const std::vector<survey::Targeting>&)> save;
 };
 
 /// Leads a person through targeting in a dialogue of lines: face by face, corner by corner. After each face
 /// it prints what the error aid reports, which parts remain, and what to measure next or again; finally pose,
-/// uncertainty and guard. Uses no terminal: reads lines from `in` until its end or `quit`. Returns whether an
-/// object was fitted at the end.
-bool assist(const Config& config, const Library& library, const AssistSetup& setup, std::istream& in,
-            std::ostream& out);
+/// uncertainty and guard. Uses no terminal: reads lines from `in` until its end or `quit`. Returns the exit
+/// code: the last send's if that failed, otherwise whether an object is fitted at the end.
+int assist(const Config& config, const Library& library, const AssistSetup& setup, std::istream& in,
+           std::ostream& out);
 
 }  // namespace phantom::workspace_survey

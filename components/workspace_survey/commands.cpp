@@ -34,6 +34,8 @@ Library read_library(const std::filesystem::path& folder) {
   for (const LibraryPart& part : library.parts) {
     for (const std::string& note : part.notes) spdlog::warn("part {}: {}", part.name, note);
   }
+  for (const UnusablePart& part : library.unusable)
+    spdlog::warn("{}; it is left out, and is not recognised", part.problem);
   return library;
 }
 
@@ -61,8 +63,10 @@ void add_range_errors(const std::vector<std::string>& range_errors,
 
 std::vector<survey::Targeting> simulated(const Request& request, const Config& config,
                                          const Library& library) {
-  if (request.part.empty() || request.pose.empty())
-    throw ConfigError("--part and --pose must be given: what is measured, and where it stands");
+  if (request.pose.empty())
+    throw ConfigError(
+        "--pose: is missing: where the simulated part stands; allowed: \"x y z roll pitch yaw\", for "
+        "instance \"0.1 0 0.4 90 0 20\"");
   const survey::PartModel& part = library.models[find_part(library, request.part)];
   const geometry::Pose X_WO = pose_of(request);
   survey::VisibleOptions options;
@@ -133,14 +137,17 @@ std::string reply_text(const std::optional<messages::WorkspaceReply>& reply, con
          reply->message;
 }
 
+int exit_code_of(const std::optional<messages::WorkspaceReply>& reply) {
+  if (!reply) return runtime::kExitMissing;
+  return reply->outcome == messages::WorkspaceOutcome::kDone ? runtime::kExitDone : runtime::kExitFailed;
+}
+
 int send(const Request& request, const Workspace& workspace, const SurveyReport& report,
          std::ostream& print) {
   const auto reply = send_object(request, workspace, report);
   print << reply_text(reply, request, workspace, "workspace:   ") << '\n';  // below the report's other lines
-  if (!reply) return runtime::kExitMissing;
-  if (reply->outcome != messages::WorkspaceOutcome::kDone) return runtime::kExitFailed;
-  print << "version " << reply->version << '\n';
-  return runtime::kExitDone;
+  if (exit_code_of(reply) == runtime::kExitDone) print << "version " << reply->version << '\n';
+  return exit_code_of(reply);
 }
 
 int fit(const Request& request, const Config& config, const Workspace& workspace, std::ostream& print) {
@@ -186,9 +193,10 @@ int run_assistant(const Request& request, const Config& config, const Workspace&
     return stream.flush() ? "kept in " + file : file + " cannot be written";
   };
   setup.send = [&](const SurveyReport& report) {
-    return reply_text(send_object(request, workspace, report), request, workspace);
+    const auto reply = send_object(request, workspace, report);
+    return Sent{reply_text(reply, request, workspace), exit_code_of(reply)};
   };
-  return assist(config, library, setup, in, print) ? runtime::kExitDone : runtime::kExitFailed;
+  return assist(config, library, setup, in, print);
 }
 
 void add_target_options(runtime::Command app, Request& request) {

@@ -55,22 +55,36 @@ Library load_library(const std::filesystem::path& folder) {
     throw core::MissingError(folder.string() + ": no such folder of CAD models");
   const auto list = folder / "library.yaml";
   Library library;
-  library.parts = std::filesystem::exists(list) ? listed_parts(list) : found_parts(folder);
-  if (library.parts.empty())
-    throw ConfigError(folder.string() + ": holds no part; allowed: a library.yaml, or mesh files");
-  for (LibraryPart& part : library.parts) {
+  for (LibraryPart& part : std::filesystem::exists(list) ? listed_parts(list) : found_parts(folder)) {
+    const std::string place = "part '" + part.name + "': ";
     const auto mesh = geometry::load_mesh(part.mesh, part.import);
-    if (!mesh) throw ConfigError("part '" + part.name + "': " + mesh.status().message());
+    if (!mesh && mesh.status().code() == core::ErrorCode::kNotFound)
+      throw core::MissingError(place + mesh.status().message());
+    if (!mesh) {
+      library.unusable.push_back({part.name, place + mesh.status().message()});
+      continue;
+    }
+    survey::PartModel model = survey::make_part(part.name, *mesh);
+    if (model.loops.empty()) {
+      library.unusable.push_back(
+          {part.name,
+           place + part.mesh.string() + ": has no plane face with corners; nothing of it can be measured"});
+      continue;
+    }
     part.notes = mesh->notes;
-    library.models.push_back(survey::make_part(part.name, *mesh));
-    if (library.models.back().loops.empty())
-      throw ConfigError("part '" + part.name + "': " + part.mesh.string() +
-                        ": has no plane face with corners; nothing of it can be measured");
+    library.models.push_back(std::move(model));
+    library.parts.push_back(std::move(part));
   }
+  if (library.parts.empty())
+    throw ConfigError(folder.string() +
+                      ": holds no part that can be used; allowed: a library.yaml, or mesh files" +
+                      (library.unusable.empty() ? "" : "; " + library.unusable.front().problem));
   return library;
 }
 
 std::size_t find_part(const Library& library, const std::string& name) {
+  const auto unusable = std::ranges::find(library.unusable, name, &UnusablePart::name);
+  if (unusable != library.unusable.end()) throw ConfigError(unusable->problem);
   const LibraryPart& found =
       runtime::find_named(library.parts, name, "part '" + name + "' is not in the library");
   return static_cast<std::size_t>(&found - library.parts.data());

@@ -18,20 +18,28 @@ struct LibraryPart {
   std::vector<std::string> notes;  ///< assumptions made about the mesh
 };
 
+/// A part whose mesh cannot be used.
+struct UnusablePart {
+  std::string name, problem;  ///< the problem names the part, too
+};
+
 /// A library of CAD models. `models` holds the features of `parts` in the same order.
 struct Library {
   std::vector<LibraryPart> parts;
   std::vector<survey::PartModel> models;
+  std::vector<UnusablePart> unusable;
 };
 
 extern const char* const kPartKeys;  ///< table of the keys of a library.yaml (library.yaml here)
 
 /// Reads a folder: the parts that its library.yaml lists or, without one, every mesh file in it (unit and up
-/// axis as declared or guessed, with notes). Throws core::ConfigError that names the file and the fault,
-/// MissingError for a folder that does not exist.
+/// axis as declared or guessed, with notes). A part whose mesh is broken, or has nothing that can be
+/// measured, is left out and named as unusable. Throws core::ConfigError that names the file and the fault
+/// for a faulty list and where no part is usable, MissingError for a folder or mesh that does not exist.
 Library load_library(const std::filesystem::path& folder);
 
-/// Returns the index of the part called `name`. Throws core::ConfigError that names the existing parts.
+/// Returns the index of the part called `name`. Throws core::ConfigError that names the existing
+/// parts, or why this one is unusable.
 std::size_t find_part(const Library& library, const std::string& name);
 
 }  // namespace phantom::workspace_survey

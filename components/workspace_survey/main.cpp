@@ -40,6 +40,7 @@ int main(int argc, char** argv) {
     if (options.check) {
       const auto library = workspace_survey::load_library(
           request.library.empty() ? runtime::share_path("deploy/parts") : request.library);
+      if (!library.unusable.empty()) throw core::ConfigError(library.unusable.front().problem);
       return runtime::configuration_is_valid(": " + std::to_string(library.parts.size()) +
                                              " parts in the library");
     }

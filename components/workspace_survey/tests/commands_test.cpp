@@ -3,6 +3,7 @@
 #include <sstream>
 
 #include "common/core/units.hpp"
+#include "components/workspace_survey/assist.hpp"
 #include "components/workspace_survey/measurement_file.hpp"
 #include "components/workspace_survey/tests/rig.hpp"
 
@@ -197,6 +198,68 @@ TEST_F(Commands, AssistLeadsThroughPracticeToAPose) {
   const Said taken_back = call(request, "\n\n\n\ndone\n\n\n\npart\nundo\nsend\nquit\n");
   EXPECT_EQ(taken_back.exit_code, 1) << "without the face that it rested on there is no pose";
   EXPECT_THAT(taken_back.text, HasSubstr("nothing was sent"));
+}
+
+// The empty line that follows a face's last corner ends the face: corners of two faces never mix.
+TEST_F(Commands, AssistPractisesByEmptyLinesAlone) {
+  for (const char* part : {"stepped_block", "v_groove_block", "wedge"}) {
+    Request request;
+    request.what = "assist";
+    request.part = part;
+    request.pose = "0.1 0 0.4 90 0 20";
+    const Said said = call(request, std::string(30, '\n'));
+    EXPECT_EQ(said.exit_code, 0) << said.text;
+    EXPECT_THAT(said.text,
+                AllOf(HasSubstr("face B, corner 1>"), HasSubstr(std::string("part:        ") + part),
+                      Not(HasSubstr("mm too ")), Not(HasSubstr("plane of this face's other"))));
+  }
+  Request nowhere;
+  nowhere.what = "assist";
+  nowhere.part = "wedge";
+  EXPECT_THAT(refusal([&] { call(nowhere); }),
+              AllOf(HasSubstr("--pose: is missing"), Not(HasSubstr("--part"))));
+}
+
+// Tries workspace_survey: the end of a face forgotten in `assist`
+TEST_F(Commands, AssistAsksWhetherACornerFarOffThePlaneBeginsAnotherFace) {
+  const auto rows = read_measurements(source("deploy/parts/measurements/v_groove_block.csv"));
+  std::string typed;
+  for (const survey::Targeting& row : rows) {
+    if (!row.reading) continue;
+    std::ostringstream text;
+    text.precision(10);
+    text << 1e3 * row.reading->range_m << ' ' << row.reading->pan_rad / core::kRadPerDegree << ' '
+         << row.reading->tilt_rad / core::kRadPerDegree << '\n';
+    typed += text.str();
+  }
+  Request request;
+  request.what = "assist";
+  const std::string said = call(request, typed).text;
+  const auto at = said.find("mm off the plane of this face's other corners");
+  ASSERT_NE(at, std::string::npos) << said;
+  EXPECT_THAT(said.substr(0, at), HasSubstr("corner 5>")) << "face A has four";
+  EXPECT_THAT(said.substr(0, at), Not(HasSubstr("corner 6>")));
+}
+
+TEST_F(Commands, AssistEndsWithTheOutcomeOfItsLastSend) {
+  const auto targetings = read_measurements(source("deploy/parts/measurements/v_groove_block.csv"));
+  AssistSetup setup;
+  setup.practice = targetings;
+  int code = 3;
+  setup.send = [&](const SurveyReport&) { return Sent{"sent: " + std::to_string(code), code}; };
+  const auto end_of = [&](const std::string& after) {
+    std::istringstream in(std::string(9, '\n') + after);
+    std::ostringstream out;
+    const int ended = assist(shipped_config(), load_library(source("deploy/parts")), setup, in, out);
+    EXPECT_THAT(out.str(), HasSubstr("A pose is found")) << out.str();
+    return ended;
+  };
+  EXPECT_EQ(end_of(""), 0);
+  EXPECT_EQ(end_of("send\n"), 3);
+  code = 1;
+  EXPECT_EQ(end_of("send\nshow\nquit\n"), 1);
+  code = 0;
+  EXPECT_EQ(end_of("send\n"), 0);
 }
 
 TEST_F(Commands, AssistTakesReadingsRefusesBadOnesAndLetsThemBeMeasuredAgain) {

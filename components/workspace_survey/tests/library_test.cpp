@@ -39,12 +39,34 @@ TEST_F(LibraryTest, WhatCannotBeUsedIsNamed) {
   write("library.yaml", "parts: [{name: a, mesh: a.obj, mesh_scale: 0.001}]\n");
   EXPECT_THAT(refusal([&] { load_library(folder_); }),
               AllOf(HasSubstr("library.yaml:1"), HasSubstr("a.obj"), HasSubstr("is not there")));
+  EXPECT_THROW(load_library(folder_), core::MissingError);
   write("a.obj", "garbage");
   EXPECT_THAT(refusal([&] { load_library(folder_); }), AllOf(HasSubstr("part 'a'"), HasSubstr("a.obj")));
   write("library.yaml", "parts: [{name: a, mesh: a.obj}]\n");
   EXPECT_THAT(refusal([&] { load_library(folder_); }), HasSubstr("mesh_scale"));
   write("library.yaml", "parts: [{name: a, mesh: a.obj, mesh_scale: 1, size: 3}]\n");
   EXPECT_THAT(refusal([&] { load_library(folder_); }), HasSubstr("size"));
+}
+
+// Tries workspace_survey: a mesh of the library is broken; has no plane face that can be measured
+TEST_F(LibraryTest, ABrokenMeshIsLeftOutAndTheOthersAreThere) {
+  std::filesystem::copy(source("deploy/parts/cube.obj"), folder_ / "cube.obj");
+  write("wedge.obj", "garbage");
+  write("ball.stl", "solid ball\nendsolid ball\n");
+  for (const bool listed : {false, true}) {
+    if (listed)
+      write(
+          "library.yaml",
+          "parts:\n  - {name: wedge, mesh: wedge.obj, mesh_scale: 1}\n  - {name: ball, mesh: ball.stl, mesh_scale: 1}\n"
+          "  - {name: cube, mesh: cube.obj, mesh_scale: 0.001}\n");
+    const Library library = load_library(folder_);
+    ASSERT_EQ(library.parts.size(), 1u);
+    ASSERT_EQ(library.models.size(), 1u);
+    EXPECT_EQ(library.models[0].name, "cube");
+    EXPECT_EQ(library.unusable.size(), 2u);
+    EXPECT_THAT(refusal([&] { find_part(library, "wedge"); }),
+                AllOf(HasSubstr("part 'wedge'"), HasSubstr("wedge.obj")));
+  }
 }
 
 // What is sent is what wva_server reads: the same shape, at the pose, with the guard.
