@@ -156,7 +156,7 @@ TEST(Identify, ALibraryWithoutThePartIsToldWithTheNearestMiss) {
   const Measurement m = measure(part_named("wedge"), {}, test_head(), {}, random);
   const auto result = survey_object(others, m);
   EXPECT_FALSE(result.object);
-  EXPECT_THAT(result.refusal, testing::HasSubstr("no part of the library's 7 agrees"));
+  EXPECT_THAT(result.refusal, testing::HasSubstr("no part of the library's 8 agrees"));
   EXPECT_THAT(survey_object({}, m).refusal, testing::HasSubstr("library's 0"));
 }
 

@@ -71,6 +71,100 @@ Tally run(const PartModel& part, ErrorLaw law, int runs, std::uint64_t seed) {
   return tally;
 }
 
+/// How a person goes on who is refused: two faces; three; all that the head sees, also those that it sees at
+/// a grazing angle and short edges; each corner three times.
+struct Attempt {
+  VisibleOptions see;
+  int readings = 1;
+};
+const std::array<Attempt, 4> kAttempts{{{{.most_faces = 2}},
+                                        {{.most_faces = 3}},
+                                        {{.most_faces = 6, .least_edge_m = 0.01, .least_cosine = 0.02}},
+                                        {{.most_faces = 6, .least_edge_m = 0.01, .least_cosine = 0.02}, 3}}};
+
+/// Index of the attempt that was accepted and right; kAttempts.size() if none was. An accepted one that is
+/// another part, or more than two voxels of a centimetre off, counts in `wrong`.
+std::size_t succeeds_at(const PartModel& part, const HeadErrors& errors, std::mt19937_64& random,
+                        int& wrong) {
+  const geometry::Pose true_WO = random_pose(random);
+  for (std::size_t attempt = 0; attempt < kAttempts.size(); ++attempt) {
+    const auto faces = visible_faces(part, true_WO, test_head().X_WH.translation_m, kAttempts[attempt].see);
+    std::vector<Targeting> targetings;
+    for (int i = 0; i < kAttempts[attempt].readings; ++i) {
+      const auto once = simulate_targetings(part, true_WO, faces, test_head(), errors, random);
+      EXPECT_TRUE(once);
+      if (i == 0) {
+        targetings = *once;
+        continue;
+      }
+      for (const Targeting& further : *once) {  // beside the first of the same corner, as `more` puts it
+        const auto first = std::ranges::find_if(targetings, [&](const Targeting& t) {
+          return t.face == further.face && t.node == further.node && t.reading;
+        });
+        if (further.reading) targetings.insert(first + 1, further);
+      }
+    }
+    const auto measurement = register_nodes(test_head(), errors, targetings);
+    if (!measurement) continue;
+    const SurveyResult result = survey_object(shipped_library(), *measurement);
+    if (!result.object) continue;
+    const bool right = shipped_library()[result.object->part].name == part.name &&
+                       error_of(part, result, true_WO).displacement_m <= 0.02;
+    if (right) return attempt;
+    ++wrong;
+    return kAttempts.size();
+  }
+  return kAttempts.size();
+}
+
+/// Of 100 runs: how many end right after two faces, and how many in the end, with ranges to ±1, ±2.5 and ±5
+/// mm.
+struct Stated {
+  const char* part;
+  std::array<std::array<int, 2>, 3> runs;
+};
+constexpr std::array<Stated, 9> kStated{{{"v_groove_block", {{{75, 95}, {75, 95}, {74, 97}}}},
+                                         {"cube", {{{100, 100}, {100, 100}, {100, 100}}}},
+                                         {"bar", {{{99, 100}, {99, 100}, {99, 100}}}},
+                                         {"brick", {{{100, 100}, {100, 100}, {98, 100}}}},
+                                         {"wedge", {{{89, 99}, {89, 99}, {89, 99}}}},
+                                         {"angle_bracket", {{{99, 100}, {99, 100}, {99, 100}}}},
+                                         {"stepped_block", {{{96, 100}, {96, 100}, {96, 100}}}},
+                                         {"hexagon", {{{100, 100}, {100, 100}, {100, 100}}}},
+                                         {"vice", {{{89, 97}, {89, 97}, {75, 89}}}}}};
+
+class Success : public testing::TestWithParam<std::string> {};
+
+/// Stated per part and noise, in the README of workspace_survey, too.
+TEST_P(Success, IsWhatIsStated) {
+  constexpr std::array kRanges_mm{1.0, 2.5, 5.0};
+  const auto stated = std::ranges::find_if(kStated, [](const Stated& s) { return s.part == GetParam(); });
+  ASSERT_NE(stated, kStated.end());
+  for (std::size_t noise = 0; noise < kRanges_mm.size(); ++noise) {
+    const double range_mm = kRanges_mm[noise];
+    HeadErrors errors;
+    errors.range_m = 1e-3 * range_mm;
+    std::mt19937_64 random(77);
+    constexpr int kRuns = 100;
+    std::array<int, kAttempts.size()> by_then{};
+    int wrong = 0;
+    for (int run = 0; run < kRuns; ++run) {
+      for (std::size_t a = succeeds_at(part_named(GetParam()), errors, random, wrong); a < kAttempts.size();
+           ++a)
+        ++by_then[a];
+    }
+    std::printf(
+        "%-15s +-%.1f mm: right after two faces %d, three %d, all %d, three readings each %d of %d; wrong %d\n",
+        GetParam().c_str(), range_mm, by_then[0], by_then[1], by_then[2], by_then[3], kRuns, wrong);
+    EXPECT_EQ(wrong, 0);
+    // Another library's random numbers give a few more or less.
+    EXPECT_NEAR(by_then.front(), stated->runs[noise][0], 6);
+    EXPECT_NEAR(by_then.back(), stated->runs[noise][1], 4);
+  }
+}
+INSTANTIATE_TEST_SUITE_P(Survey, Success, testing::ValuesIn(shipped_names()),
+                         [](const auto& name) { return name.param; });
+
 class EveryPart : public testing::TestWithParam<std::string> {};
 
 TEST_P(EveryPart, WhatIsAcceptedLiesWithinTwoVoxelsOfACentimetreAndWithinWhatIsStated) {
@@ -84,7 +178,7 @@ TEST_P(EveryPart, WhatIsAcceptedLiesWithinTwoVoxelsOfACentimetreAndWithinWhatIsS
       "worst %.1f mm, stated up to %.1f mm, NEES/6 %.3f\n",
       part.name.c_str(), t.accepted, t.runs, t.wrong_part, t.within_two_voxels, t.within_stated,
       1e3 * t.worst_m, 1e3 * t.stated_m, t.squared_error / std::max(1, t.accepted) / 6);
-  EXPECT_GT(t.accepted, t.runs / 4);
+  EXPECT_GT(t.accepted, 0.6 * t.runs);
   EXPECT_EQ(t.wrong_part, 0);
   EXPECT_GE(t.within_two_voxels, 0.99 * t.accepted);
   // Stated for 99 %: five standard deviations of a binomial below it.

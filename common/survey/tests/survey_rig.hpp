@@ -18,15 +18,15 @@ inline PartModel shipped_part(const std::string& name) {
   geometry::MeshImportOptions options;
   options.scale = 0.001;
   options.y_up = false;
-  const auto mesh =
-      geometry::load_mesh(std::string(PHANTOM_SOURCE_DIR) + "/deploy/parts/" + name + ".obj", options);
+  const std::string file = name == "vice" ? "cells/hot_cell/meshes/vice.stl" : "parts/" + name + ".obj";
+  const auto mesh = geometry::load_mesh(std::string(PHANTOM_SOURCE_DIR) + "/deploy/" + file, options);
   if (!mesh) throw std::runtime_error(mesh.status().message());
   return make_part(name, *mesh);
 }
 
 inline const std::vector<std::string>& shipped_names() {
   static const std::vector<std::string> names = {
-      "v_groove_block", "cube", "bar", "brick", "wedge", "angle_bracket", "stepped_block", "hexagon"};
+      "v_groove_block", "cube", "bar", "brick", "wedge", "angle_bracket", "stepped_block", "hexagon", "vice"};
   return names;
 }
 
