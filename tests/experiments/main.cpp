@@ -2,6 +2,8 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
+#include <filesystem>
+#include <fstream>
 #include <iostream>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -35,11 +37,23 @@ void list(bool as_json) {
   if (as_json) std::cout << all.dump(1) << '\n';
 }
 
+/// Returns why nothing can be written into the folder, which is made if need be; "": it can.
+std::string problem_of(const std::filesystem::path& folder) {
+  std::error_code failed;
+  std::filesystem::create_directories(folder, failed);
+  if (failed) return "cannot be made: " + failed.message();
+  const std::filesystem::path probe = folder / ".written_to_try";
+  const bool written = static_cast<bool>(std::ofstream(probe) << "" << std::flush);
+  std::filesystem::remove(probe, failed);
+  return written ? "" : "is read-only";
+}
+
 /// Whether all checks passed. An experiment that cannot run has not.
 bool run(const Experiment& experiment, const Settings& settings) {
   const auto start = std::chrono::steady_clock::now();
   Report report(settings.out / experiment.id);
   try {
+    std::filesystem::create_directories(report.folder());
     experiment.run(report, settings);
     report.write();
   } catch (const std::exception& error) {
@@ -87,6 +101,11 @@ int main(int argc, char** argv) {
   if (list_only) {
     list(as_json);
     return 0;
+  }
+  if (const std::string problem = problem_of(settings.out); !problem.empty()) {
+    std::fprintf(stderr, "experiments: --out: %s: %s; allowed: a folder that can be written\n",
+                 settings.out.c_str(), problem.c_str());
+    return 2;
   }
   bool all_passed = true;
   for (const Experiment& experiment : experiments()) {
