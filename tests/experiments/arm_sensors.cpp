@@ -188,6 +188,8 @@ void run(Report& report, const Settings& settings) {
     if (!above) below_voxel = std::max(below_voxel, found[k].shortfall);
   }
 
+  report.beside("gap between 90 sensors, share of a voxel", "section 5.2.3, page 143", 70.0,
+                100.0 * kLink_m / 90.0 / cell.voxel_size_m, "%");
   // Each count comes nearer to the dense skin's torque than the one before.
   report.check("converges: least rms deviation ÷ that of the next finer skin", least_gain, 1.05, 10.0, "");
   report.check("rms deviation of 90 sensors, share of the peak", found.back().rms, 0.0, 0.015, "");

@@ -38,12 +38,12 @@ phantom_sensing::PhantomModel axis_phantom(const runtime::CellConfig& cell, int 
   return {std::move(arm), std::move(skin), {}};
 }
 
-double bar_distance_m(double r_m, double theta_rad) {
+double bar_distance_m(double r_m, double theta_rad, double across_m) {
   // In the frame of the face that the link meets: u along the link at contact, w away from the joint's side
   // into the bar.
   const double turned = theta_rad - rad(kContact_deg);
-  const double u = std::abs(r_m * std::cos(turned) - kBarAt_m) - kBarHalf_m;
-  const double w = std::abs(r_m * std::sin(turned) - kBarHalf_m) - kBarHalf_m;
+  const double u = std::abs(r_m * std::cos(turned) - across_m * std::sin(turned) - kBarAt_m) - kBarHalf_m;
+  const double w = std::abs(r_m * std::sin(turned) + across_m * std::cos(turned) - kBarHalf_m) - kBarHalf_m;
   const double outside = std::hypot(std::max(u, 0.0), std::max(w, 0.0));
   return outside + std::min(std::max(u, w), 0.0);
 }
@@ -65,23 +65,26 @@ std::vector<double> swing(const phantom_sensing::PhantomModel& model, const work
   return torque;
 }
 
-double ideal_coefficient(const workspace::LayerProfile& profile, double voxel_size_m, double theta_rad) {
-  constexpr int kSteps = 5700;  // a tenth of a millimetre
+double ideal_mu(const workspace::LayerProfile& profile, double voxel_size_m, double distance_m) {
   // Every voxel that the surface passes is solid: the bar is thicker by half of a voxel's extent across its
   // faces. Layers begin at the centres of those voxels, which lie half a voxel out at most places.
   const double tilt = rad(kContact_deg);
   const double skin_m = 0.5 * voxel_size_m * (std::cos(tilt) + std::sin(tilt)), layers_m = 0.5 * voxel_size_m;
+  if (distance_m <= skin_m) return static_cast<double>(profile.mu_skin_Pa_s_per_m);
+  double edge_m = layers_m;
+  for (std::size_t layer = 0; layer < profile.mu_Pa_s_per_m.size(); ++layer) {
+    edge_m += profile.thickness_vox[layer] * voxel_size_m;
+    if (distance_m <= edge_m) return static_cast<double>(profile.mu_Pa_s_per_m[layer]);
+  }
+  return 0.0;
+}
+
+double ideal_coefficient(const workspace::LayerProfile& profile, double voxel_size_m, double theta_rad) {
+  constexpr int kSteps = 5700;  // a tenth of a millimetre
   double sum = 0.0;
   for (int i = 0; i < kSteps; ++i) {
     const double r_m = (i + 0.5) * kLink_m / kSteps;
-    const double distance_m = bar_distance_m(r_m, theta_rad);
-    double mu = distance_m <= skin_m ? static_cast<double>(profile.mu_skin_Pa_s_per_m) : 0.0;
-    double edge_m = layers_m;
-    for (std::size_t layer = 0; mu == 0.0 && layer < profile.mu_Pa_s_per_m.size(); ++layer) {
-      edge_m += profile.thickness_vox[layer] * voxel_size_m;
-      if (distance_m <= edge_m) mu = static_cast<double>(profile.mu_Pa_s_per_m[layer]);
-    }
-    sum += mu * r_m * r_m;
+    sum += ideal_mu(profile, voxel_size_m, bar_distance_m(r_m, theta_rad)) * r_m * r_m;
   }
   return sum * 2.0 * std::numbers::pi * kSkinRadius_m * kLink_m / kSteps;
 }

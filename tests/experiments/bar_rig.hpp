@@ -25,9 +25,12 @@ phantom_sensing::PhantomModel axis_phantom(const runtime::CellConfig& cell, int 
                                            robot::Normalisation normalisation,
                                            const std::optional<robot::ClusterSpec>& cluster = std::nullopt);
 
-/// Distance in metres from the link's axis, `r_m` from the joint, to the bar; negative inside. By geometry,
-/// not by voxels.
-double bar_distance_m(double r_m, double theta_rad);
+/// Distance in metres from the link's axis, `r_m` from the joint, to the bar, or from a point `across_m` off
+/// the axis in the plane of the swing (towards greater theta); negative inside. By geometry, not by voxels.
+double bar_distance_m(double r_m, double theta_rad, double across_m = 0.0);
+
+/// μ at a distance from the bar in fluid without voxels, by the profile's layers.
+double ideal_mu(const workspace::LayerProfile& profile, double voxel_size_m, double distance_m);
 
 /// Drag coefficient of theta, N·m·s/rad, of a skin without gaps in fluid without voxels: ∫ μ(distance) r² 2πR
 /// dr along the link, by the profile's layers from the surface outwards. What all voxels and sensors

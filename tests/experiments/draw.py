@@ -203,6 +203,15 @@ figcaption { font-size: .85rem; color: #444 } .source { color: #555 } .differenc
 """
 
 
+def difference_text(printed):
+    """Ours less the thesis's, with its unit and as a share."""
+    thesis, ours = printed["thesis"], printed["ours"]
+    if ours is None:  # not a number
+        return "not a number"
+    share = f" ({figure_text(100 * (ours - thesis) / abs(thesis))} %)" if thesis else ""
+    return f"{figure_text(ours - thesis)} {html.escape(printed['unit'])}".rstrip() + share
+
+
 def caption(number, index, text):
     lines = [line.rstrip(".,;") for line in text.split("\n")]
     return f"<figcaption><b>Figure {number + 1}.{index + 1}.</b> {html.escape(sentence('; '.join(lines)))}.</figcaption>"
@@ -224,6 +233,12 @@ def section(entry, folder, drawn, number):
     yield "<table><tr><th>Checked</th><th>Ours</th><th>Allowed</th><th></th></tr>"
     yield from check_rows(drawn["checks"])
     yield "</table>"
+    if drawn["printed"]:
+        yield "<table><tr><th>The thesis prints</th><th>Where</th><th>Thesis</th><th>Ours</th><th>Difference</th></tr>"
+        for p in drawn["printed"]:
+            words = [html.escape(p["what"]), html.escape(p["place"]), *(f"{figure_text(p[k])} {html.escape(p['unit'])}" for k in ("thesis", "ours"))]
+            yield "<tr>" + "".join(f"<td>{word}</td>" for word in words) + f"<td>{difference_text(p)}</td></tr>"
+        yield "</table>"
     for text in drawn["differences"]:
         yield f"<p class=difference><b>Ours differs:</b> {html.escape(text)}</p>"
 

@@ -5,6 +5,7 @@ namespace phantom::experiments {
 // One function per experiment, in a file of its own name.
 Experiment mpc_steps();
 Experiment filter_cost();
+Experiment triangulation();
 Experiment voxelise();
 Experiment ranked_layers();
 Experiment drag_tracks();
@@ -14,9 +15,11 @@ Experiment merge();
 Experiment pgd();
 // arms and what is built on them
 Experiment arm_sensors();
+Experiment sensing_models();
 Experiment pffb_speed();
 Experiment coworking();
 Experiment btm_cases();
+Experiment percept_sets();
 Experiment enhanced();
 Experiment hit_view();
 Experiment audio();
@@ -30,6 +33,7 @@ const std::vector<Experiment>& experiments() {
   static const std::vector<Experiment> all{
       mpc_steps(),
       filter_cost(),
+      triangulation(),
       voxelise(),
       ranked_layers(),
       drag_tracks(),
@@ -38,9 +42,11 @@ const std::vector<Experiment>& experiments() {
       merge(),
       // arms and what is built on them
       arm_sensors(),
+      sensing_models(),
       pffb_speed(),
       coworking(),
       btm_cases(),
+      percept_sets(),
       enhanced(),
       pgd(),
       hit_view(),

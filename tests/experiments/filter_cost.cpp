@@ -214,6 +214,10 @@ void run(Report& report, const Settings& settings) {
     if (const auto letter = static_cast<std::size_t>(place.along);
         place.along == static_cast<double>(letter) && letter < kPrinted.size()) {
       const PrintedRow& printed = kPrinted[letter];
+      const std::string at = std::string("load at ") + static_cast<char>('a' + letter);
+      report.beside(at + ", filters un-optimised", "table 3.3, page 68", printed.load, load, "U");
+      report.beside(at + ", filters optimised", "table 3.4, page 69", printed.load_optimised,
+                    static_cast<double>(filter_load(found.ahead, FilterForm::kOptimised)), "U");
       const auto optimised = static_cast<double>(filter_load(found.ahead, FilterForm::kOptimised));
       off_printed += std::pow(load - printed.load, 2) / static_cast<double>(kPrinted.size());
       printed_sum += printed.load;

@@ -17,7 +17,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 import draw  # noqa: E402
 
-SPECIFIED = ("mpc-steps filter-cost voxelise layers drag-tracks speed smoothing merge arm-sensors pffb-speed coworking btm-cases "
+SPECIFIED = ("mpc-steps filter-cost triangulation voxelise layers drag-tracks speed smoothing merge arm-sensors sensing-models pffb-speed coworking btm-cases percept-sets "
              "enhanced pgd hit-view audio model-error survey touch running-system").split()
 PENDING = set()  # specified, and not there yet
 
@@ -59,6 +59,25 @@ class Page(unittest.TestCase):
 
     def test_the_page_needs_nothing_from_elsewhere(self):
         self.assertFalse(re.findall(r'(?:src|href)=["\'](?!#|data:)', re.sub(r"<svg.*?</svg>", "", self.text, flags=re.S)))
+
+    def test_what_the_thesis_prints_stands_beside_ours_with_its_page_and_the_difference(self):
+        beside = 0
+        for entry in self.entries:
+            for printed in json.loads(Path(RESULTS, entry["id"], "plots.json").read_text())["printed"]:
+                beside += 1
+                self.assertRegex(printed["place"], r", (page \d+|appendix A)$", entry["id"])
+                self.assertIn(html.escape(printed["what"]), self.section(entry["id"]))
+                self.assertIn(draw.difference_text(printed), self.section(entry["id"]))
+        self.assertGreater(beside, 20)
+        self.assertEqual(draw.difference_text({"thesis": 40.0, "ours": 39.0, "unit": "°"}), "−1 ° (−2.5 %)")
+        self.assertEqual(draw.difference_text({"thesis": 0.0, "ours": 0.5, "unit": ""}), "0.5")
+
+    def test_a_folder_that_cannot_be_written_is_refused_before_any_work(self):
+        with tempfile.NamedTemporaryFile() as file:  # no folder can be made below a file, not even by root
+            ended = subprocess.run([EXECUTABLE, "--out", f"{file.name}/x", "layers"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        self.assertEqual(ended.returncode, 2, ended.stderr)
+        self.assertIn("--out", ended.stderr)
+        self.assertEqual(ended.stdout, "")
 
     def test_a_failing_check_is_shown_as_one(self):
         rows = list(draw.check_rows([{"what": "a", "value": None, "low": 0.0, "high": 1.0, "unit": "N", "passed": False}]))

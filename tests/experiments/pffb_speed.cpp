@@ -131,6 +131,7 @@ void run(Report& report, const Settings& settings) {
   report.check("clamp: greatest PFFB ÷ 2.2 kg·cm", greatest_Nm / kThesisClamp_Nm, 1.0 - 1e-9, 1.0 + 1e-9, "");
   report.check("slowest swing: rms deviation from G·v·∫ μ r², share of its rms",
                std::sqrt(square / ideal_square), 0.0, 0.05, "");
+  report.beside("saturation of PFFB", "figure 5.24, page 149", 2.2, greatest_Nm / (0.01 * 9.80665), "kg·cm");
   report.difference(
       "The thesis does not print the speeds of figure 5.24; ours are 1, 2, 4 and 8 °/s. "
       "It clamps in the workspace model, ours on the master, joint by joint: "

@@ -176,9 +176,7 @@ nlohmann::json Plot::json() const {
   return plot;
 }
 
-Report::Report(std::filesystem::path folder) : folder_(std::move(folder)) {
-  std::filesystem::create_directories(folder_);
-}
+Report::Report(std::filesystem::path folder) : folder_(std::move(folder)) {}
 
 Table& Report::table(const std::string& name, std::vector<std::string> columns) {
   for (const Table& table : tables_) {
@@ -198,6 +196,11 @@ void Report::check(const std::string& what, double value, double low, double hig
   checks_.push_back({what, value, low, high, unit});
 }
 
+void Report::beside(const std::string& what, const std::string& place, double thesis, double ours,
+                    const std::string& unit) {
+  printed_.push_back({what, place, thesis, ours, unit});
+}
+
 void Report::difference(const std::string& text) { differences_.push_back(text); }
 
 void Report::picture(const std::string& file, const std::string& caption) {
@@ -210,6 +213,7 @@ bool Report::passed() const {
 }
 
 void Report::write() const {
+  std::filesystem::create_directories(folder_);
   for (const Table& table : tables_) write_file(folder_ / (table.name() + ".csv"), csv(table));
   nlohmann::json plots = nlohmann::json::array(), pictures = nlohmann::json::array(),
                  checks = nlohmann::json::array();
@@ -223,9 +227,15 @@ void Report::write() const {
                       {"unit", c.unit},
                       {"passed", c.passed()}});
   }
+  nlohmann::json printed = nlohmann::json::array();
+  for (const auto& [what, place, thesis, ours, unit] : printed_)
+    printed.push_back({{"what", what}, {"place", place}, {"thesis", thesis}, {"ours", ours}, {"unit", unit}});
   write_file(
       folder_ / "plots.json",
-      nlohmann::json{{"plots", plots}, {"pictures", pictures}, {"differences", differences_}}.dump(1) + "\n");
+      nlohmann::json{
+          {"plots", plots}, {"pictures", pictures}, {"printed", printed}, {"differences", differences_}}
+              .dump(1) +
+          "\n");
   write_file(folder_ / "checks.json", checks.dump(1) + "\n");
 }
 

@@ -106,6 +106,13 @@ class Plot {
   std::list<Panel> panels_;
 };
 
+/// A figure that the thesis prints, and ours.
+struct Printed {
+  std::string what, place;
+  double thesis, ours;
+  std::string unit;
+};
+
 /// What one experiment leaves: tables (CSV), plots (plots.json), checks (checks.json), in a folder of its
 /// own.
 class Report {
@@ -119,6 +126,9 @@ class Report {
   Plot& plot(const std::string& name, const std::string& title, int columns = 1);
   /// The first check is the one that the summary shows.
   void check(const std::string& what, double value, double low, double high, const std::string& unit);
+  /// Lays a figure that the thesis prints beside ours. `place`: where it stands, "table 3.3, page 68".
+  void beside(const std::string& what, const std::string& place, double thesis, double ours,
+              const std::string& unit);
   /// Where ours differs from the thesis, and why; for the page.
   void difference(const std::string& text);
   /// A picture (PNG) that the experiment wrote into folder(), for the page.
@@ -134,6 +144,7 @@ class Report {
   std::list<Table> tables_;
   std::list<Plot> plots_;
   std::vector<Check> checks_;
+  std::vector<Printed> printed_;
   std::vector<std::string> differences_;
   std::vector<std::pair<std::string, std::string>> pictures_;
 };
