@@ -170,9 +170,9 @@ std::vector<CellBody> load_bodies(const CellConfig& cell, const geometry::MeshIm
   return bodies;
 }
 
-std::vector<voxelise::FieldBody> load_real_bodies(const CellConfig& cell,
-                                                  const geometry::MeshImportOptions& limits) {
-  std::vector<voxelise::FieldBody> bodies(cell.objects.size());
+std::vector<geometry::PlacedMesh> load_real_bodies(const CellConfig& cell,
+                                                   const geometry::MeshImportOptions& limits) {
+  std::vector<geometry::PlacedMesh> bodies(cell.objects.size());
   for_each_object(cell, [&](std::size_t i) {
     const ObjectConfig& object = cell.objects[i];
     std::vector<std::string> notes;  // not used: wva_server reports them

@@ -5,9 +5,9 @@
 
 #include "common/core/work_budget.hpp"
 #include "common/geometry/mesh_io.hpp"
+#include "common/geometry/placed_mesh.hpp"
 #include "common/layers/activation.hpp"
 #include "common/runtime/cell.hpp"
-#include "common/voxelise/distance_field.hpp"
 
 namespace phantom::runtime {
 
@@ -40,7 +40,7 @@ std::vector<CellBody> load_bodies(const CellConfig& cell, const geometry::MeshIm
 
 /// Loads the surfaces of the cell's objects at their real poses: model pose · real deviation. The poses may
 /// lie outside of the workspace. For the simulated world.
-std::vector<voxelise::FieldBody> load_real_bodies(const CellConfig& cell,
-                                                  const geometry::MeshImportOptions& limits = {});
+std::vector<geometry::PlacedMesh> load_real_bodies(const CellConfig& cell,
+                                                   const geometry::MeshImportOptions& limits = {});
 
 }  // namespace phantom::runtime

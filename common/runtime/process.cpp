@@ -65,7 +65,7 @@ void add_common_options(Command app, ProcessOptions& options, const std::vector<
       .one_of({"trace", "debug", "info", "warning", "error", "off"});
   app.flag("--check", options.check, "validate configuration, files and devices, then exit");
   app.option("--state-dir", options.state_dir,
-             "folder for what outlives the process (the stop in force, slave_io's contact field); "
+             "folder for what outlives the process (the stop in force); "
              "default: $STATE_DIRECTORY, or ~/.local/state/phantom");
   app.option("--report-dir", options.report_dir, "folder for the files that this session leaves behind");
 }

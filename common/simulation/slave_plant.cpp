@@ -5,30 +5,6 @@
 #include <cmath>
 
 namespace phantom::simulation {
-namespace {
-
-core::JointArray inertia_at(const robot::SerialArm& arm, const robot::LinkPoses& X_WL,
-                            core::JointArray inertia) noexcept {
-  for (std::size_t j = 0; j < arm.joint_count(); ++j) {
-    const Eigen::Vector3d axis = arm.axis_W(j, X_WL);
-    for (std::size_t link = j + 1; link < arm.links().size(); ++link) {
-      const auto& body = arm.links()[link];
-      const Eigen::Vector3d lever_m = X_WL[link] * body.centre_of_mass_m - arm.axis_point_W(j, X_WL);
-      const bool prismatic = arm.joints()[j].type == robot::JointType::kPrismatic;
-      inertia[j] += body.mass_kg * (prismatic ? 1.0 : axis.cross(lever_m).squaredNorm());
-    }
-  }
-  return inertia;
-}
-
-}  // namespace
-
-core::JointArray reflected_inertia(const robot::SerialArm& arm, const core::JointArray& q,
-                                   const core::JointArray& rotor) noexcept {
-  robot::LinkPoses X_WL;
-  arm.link_poses(q, X_WL);
-  return inertia_at(arm, X_WL, rotor);
-}
 
 SlavePlant::SlavePlant(const robot::SerialArm& arm, const SlavePlantParameters& parameters,
                        std::vector<ContactPoint> points, const ContactWorld& world,
@@ -39,13 +15,15 @@ SlavePlant::SlavePlant(const robot::SerialArm& arm, const SlavePlantParameters& 
       world_(world),
       encoders_(arm.joint_count(), parameters.encoder_resolution, parameters.velocity_filter_s),
       tip_m_(tip_in_last_link_m),
-      q_(start_q) {
+      q_(start_q),
+      dynamics_(arm, parameters.joints, parameters.rotor, start_q, parameters.payload, {},
+                0.001 / parameters.sub_steps) {
   std::stable_sort(points_.begin(), points_.end(),
                    [](const auto& a, const auto& b) { return a.link < b.link; });
   seen_.resize(points_.size());
   encoders_.sample(q_, 0.0);
   arm_.link_poses(q_, X_WL_);
-  take_pose();
+  take_weight();
   find_touching(0.0);
 }
 
@@ -90,58 +68,69 @@ void SlavePlant::find_touching(double reach_m) noexcept {
   report_.clearance_m = least_m < world_.range_m() ? std::max(0.0, least_m) : -1.0;
 }
 
-void SlavePlant::add_contact_torque(core::JointArray& torque_Nm) noexcept {
-  report_.contact = false;
-  report_.force_N = 0.0;
-  report_.object = 0;
+void SlavePlant::find_contacts() noexcept {
+  contact_count_ = 0;
   for (std::size_t t = 0; t < touching_count_; ++t) {
     const ContactPoint& point = points_[touching_[t].point];
     const Eigen::Vector3d p_W_m = X_WL_[point.link] * point.position_m;
     const ContactQuery found = world_.query(p_W_m);
-    if (found.distance_m >= 0.0) continue;
-    const double speed_in_m_s = -found.normal_W.dot(arm_.point_velocity_W(point.link, p_W_m, X_WL_, v_));
-    const double force_N = std::max(0.0, -parameters_.contact_stiffness_N_per_m * found.distance_m +
-                                             parameters_.contact_damping_Ns_per_m * speed_in_m_s);
-    arm_.add_force(point.link, p_W_m, force_N * found.normal_W, X_WL_, torque_Nm);
-    if (!report_.contact || force_N > report_.force_N) {
-      report_.force_N = force_N;
-      report_.object = found.object;
-      report_.point_W_m = p_W_m;
-    }
-    report_.contact = true;
+    if (found.distance_m >= 0.0 || found.normal_W.isZero()) continue;
+    objects_[contact_count_] = found.object;
+    contacts_[contact_count_++] = {.a = point.link,
+                                   .b = 0,
+                                   .point_W_m = p_W_m,
+                                   .normal_W = found.normal_W,
+                                   .depth_m = -found.distance_m,
+                                   .stiffness_N_per_m = parameters_.contact_stiffness_N_per_m,
+                                   .damping_Ns_per_m = parameters_.contact_damping_Ns_per_m,
+                                   .friction = parameters_.contact_friction};
   }
+}
+
+// Of the contacts whose forces have acted in the sub-step from the pose at which they were found.
+void SlavePlant::report_contacts() noexcept {
+  report_.contact = contact_count_ > 0;
+  report_.force_N = 0.0;
+  report_.object = 0;
+  core::JointArray torque_Nm{};
+  for (std::size_t i = 0; i < contact_count_; ++i) {
+    const Contact& contact = contacts_[i];
+    arm_.add_force(contact.a, contact.point_W_m, contact.force_W_N, X_WL_, torque_Nm);
+    const double force_N = contact.force_W_N.norm();
+    if (i > 0 && force_N <= report_.force_N) continue;
+    report_.force_N = force_N;
+    report_.object = objects_[i];
+    report_.point_W_m = contact.point_W_m;
+  }
+  for (std::size_t j = 0; j < arm_.joint_count(); ++j)
+    report_.joint_torque_Nm[j] += torque_Nm[j] / parameters_.sub_steps;
 }
 
 void SlavePlant::step(const core::JointArray& drive_Nm, double dt_s) noexcept {
   const std::size_t count = arm_.joint_count();
   // No point of the arm moves farther than this in one step at the speeds of telemanipulation (5 m/s).
   find_touching(5.0 * dt_s);
-  const double sub_s = dt_s / parameters_.sub_steps;
   report_.joint_torque_Nm = {};
+  core::JointArray torque_Nm{};
+  for (std::size_t j = 0; j < count; ++j)
+    torque_Nm[j] = (std::isfinite(drive_Nm[j]) ? drive_Nm[j] : 0.0) - gravity_Nm_[j];
+  const std::size_t last = count;
+  arm_.add_force(last, X_WL_[last] * parameters_.payload.centre_m,
+                 {0.0, 0.0, -parameters_.payload.mass_kg * robot::kGravity_m_s2}, X_WL_, torque_Nm);
+  dynamics_.set_sub_step(dt_s / parameters_.sub_steps);
   for (int k = 0; k < parameters_.sub_steps; ++k) {
-    core::JointArray torque_Nm{};
-    add_contact_torque(torque_Nm);
-    for (std::size_t j = 0; j < count; ++j) {
-      report_.joint_torque_Nm[j] += torque_Nm[j] / parameters_.sub_steps;
-      torque_Nm[j] += (std::isfinite(drive_Nm[j]) ? drive_Nm[j] : 0.0) - gravity_Nm_[j];
-      integrate(parameters_.joints[j], torque_Nm[j], sub_s, q_[j], v_[j]);
-    }
+    find_contacts();
+    dynamics_.advance(torque_Nm, {contacts_.data(), contact_count_});
+    report_contacts();
+    for (std::size_t j = 0; j < count; ++j) q_[j] = dynamics_.q(j), v_[j] = dynamics_.v(j);
     arm_.link_poses(q_, X_WL_);
   }
-  take_pose();
+  take_weight();
   encoders_.sample(q_, dt_s);
 }
 
-// Updates what depends on the pose and changes slowly: weight and inertia. A joint keeps its momentum when
-// its inertia changes with the pose.
-void SlavePlant::take_pose() noexcept {
+void SlavePlant::take_weight() noexcept {
   if (!parameters_.balanced) gravity_Nm_ = arm_.gravity_torque(X_WL_);
-  if (!parameters_.rotor) return;
-  const core::JointArray inertia = inertia_at(arm_, X_WL_, *parameters_.rotor);
-  for (std::size_t j = 0; j < arm_.joint_count(); ++j) {
-    v_[j] *= parameters_.joints[j].inertia / inertia[j];
-    parameters_.joints[j].inertia = inertia[j];
-  }
 }
 
 double SlavePlant::tool_speed_m_s() const noexcept {

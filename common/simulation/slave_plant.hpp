@@ -4,7 +4,6 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <optional>
 #include <vector>
 
 #include "common/core/joints.hpp"
@@ -12,19 +11,20 @@
 #include "common/simulation/contact_world.hpp"
 #include "common/simulation/encoder.hpp"
 #include "common/simulation/joint_mechanics.hpp"
+#include "common/simulation/multibody.hpp"
 
 namespace phantom::simulation {
 
 struct SlavePlantParameters {
-  ArmMechanics joints{};  ///< their inertia is used only without `rotor`
-  /// Inertia of the drives seen at the joints, kg·m² or kg. A joint's inertia is this plus that of the links
-  /// beyond it at the present pose. None: the inertia is constant, as in `joints`.
-  std::optional<core::JointArray> rotor;
+  ArmMechanics joints{};                  ///< friction and limits; inertia is that of the links and `rotor`
+  core::JointArray rotor{};               ///< inertia of the drives seen at the joints, kg·m² or kg; > 0
   core::JointArray encoder_resolution{};  ///< rad or m per count
   double velocity_filter_s = 0.002;
   bool balanced = true;  ///< counterweights balance the weight; false: gravity acts on the joints
+  Payload payload;       ///< of which the arm's model knows nothing; its weight acts on a balanced arm, too
   double contact_stiffness_N_per_m = 30'000.0;  ///< per touching point
   double contact_damping_Ns_per_m = 100.0;      ///< per touching point; the total force never pulls
+  double contact_friction = 0.2;                ///< Coulomb's coefficient, ≥ 0
   int sub_steps = 4;                            ///< per step(), ≥ 1
 };
 
@@ -42,26 +42,18 @@ struct ContactReport {
   core::JointArray joint_torque_Nm{};  ///< F_e: Jᵀf of all contact forces on the arm, averaged over the step
 };
 
-/// Returns the reflected inertia of each joint, kg·m² or kg: the diagonal of the mass matrix at pose `q`,
-/// with links as point masses at their centres of mass, plus the `rotor` inertia seen at the joint. Real-time
-/// safe: yes.
-core::JointArray reflected_inertia(const robot::SerialArm& arm, const core::JointArray& q,
-                                   const core::JointArray& rotor) noexcept;
-
 /// Simulates the slave arm: drives, inertia, friction, weight, end stops and contact with the real bodies.
 ///
-/// The dynamics are joint-wise, d(I·v)/dt = torque, with the diagonal I of the mass matrix at the present
-/// pose. The matrix's other entries and the centrifugal and Coriolis forces are left out. This is accurate
-/// enough for servo, feedback and contact at the speeds of telemanipulation, but not for fast free motion.
-/// Contact is a frictionless spring and damper at the deepest points that only pushes. A step costs at most
-/// one distance look-up per contact point and a few more for those that touch.
+/// The equations of motion are Multibody's: joints are coupled. Contact is a spring and damper at the deepest
+/// points that only pushes, with friction. A step costs at most one distance look-up per contact point and a
+/// few more for those that touch.
 class SlavePlant {
  public:
   /// Greatest number of touching points that bear force at the same time; the deepest are chosen.
   static constexpr std::size_t kMaxTouching = 8;
 
-  /// `arm` and `world` must outlive the plant. `tip_in_last_link_m`: the tool's tip in the last link's frame,
-  /// for tool_speed_m_s().
+  /// `arm` and `world` must outlive the plant. Throws std::runtime_error if the parameters make no arm.
+  /// `tip_in_last_link_m`: the tool's tip in the last link's frame, for tool_speed_m_s().
   SlavePlant(const robot::SerialArm& arm, const SlavePlantParameters& parameters,
              std::vector<ContactPoint> points, const ContactWorld& world, const core::JointArray& start_q,
              const Eigen::Vector3d& tip_in_last_link_m);
@@ -91,11 +83,12 @@ class SlavePlant {
     std::size_t point = 0;
     double distance_m = 0.0;
   };
-  void take_pose() noexcept;
+  void take_weight() noexcept;
   void find_touching(double reach_m) noexcept;
   void keep_if_touching(std::size_t point, double distance_m, double reach_m) noexcept;
   double look_up(std::size_t point, const Eigen::Vector3d& p_W_m) noexcept;
-  void add_contact_torque(core::JointArray& torque_Nm) noexcept;
+  void find_contacts() noexcept;
+  void report_contacts() noexcept;
 
   const robot::SerialArm& arm_;
   SlavePlantParameters parameters_;
@@ -105,10 +98,14 @@ class SlavePlant {
   Eigen::Vector3d tip_m_;
   robot::LinkPoses X_WL_;
   core::JointArray q_, v_{}, gravity_Nm_{};
+  Multibody dynamics_;
   std::vector<LastSeen> seen_;  // per point
   std::size_t nearest_ = 0;     // the point nearest to a body in the last scan
   std::array<Touching, kMaxTouching> touching_{};
   std::size_t touching_count_ = 0;
+  std::array<Contact, kMaxTouching> contacts_;
+  std::array<std::uint16_t, kMaxTouching> objects_{};  // of the contacts
+  std::size_t contact_count_ = 0;
   ContactReport report_;
 };
 

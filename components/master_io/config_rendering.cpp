@@ -5,7 +5,7 @@
 
 #include "common/robot/joint_values.hpp"
 #include "common/runtime/drives_config.hpp"
-#include "common/simulation/slave_plant.hpp"
+#include "common/simulation/reflected_inertia.hpp"
 #include "common/teleop/feedback_limit.hpp"
 #include "common/teleop/joint_servo.hpp"
 #include "common/teleop/stability_guard.hpp"

@@ -5,6 +5,7 @@
 #include "common/robot/joint_values.hpp"
 #include "common/runtime/drives_config.hpp"
 #include "common/runtime/servo_check.hpp"
+#include "common/simulation/reflected_inertia.hpp"
 
 namespace phantom::slave_io {
 namespace {
@@ -22,7 +23,9 @@ void read_plant(const Fields& section, const robot::SerialArm& arm, const core::
       by_joint_type(arm, section.value("encoder_step_rad"), section.value("encoder_step_m"));
   section.number("velocity_filter_s", plant.velocity_filter_s);
   section.number("sub_steps", plant.sub_steps);
-  const auto inertia = simulation::reflected_inertia(arm, home, *plant.rotor);
+  section.number("payload_kg", plant.payload.mass_kg);
+  section.vector3("payload_centre_m", plant.payload.centre_m);
+  const auto inertia = simulation::reflected_inertia(arm, home, plant.rotor);
   for (std::size_t j = 0; j < arm.joint_count(); ++j) {
     const auto& joint = arm.joints()[j];
     plant.joints[j] = {.inertia = inertia[j],
@@ -58,15 +61,11 @@ void read_alignment(const Fields& section, const robot::SerialArm& arm, Config& 
 void read_contact(const Fields& section, Config& config) {
   section.number("stiffness_N_per_m", config.plant.contact_stiffness_N_per_m);
   section.number("damping_N_s_per_m", config.plant.contact_damping_Ns_per_m);
+  section.number("friction", config.plant.contact_friction);
   auto& contact = config.contact;
   section.number("point_pitch_m", contact.point_pitch_m);
   section.number("max_points", contact.max_points);
-  section.number("touch_voxel_m", contact.touch_voxel_m);
-  section.number("clearance_voxel_m", contact.clearance_voxel_m);
   section.number("clearance_range_m", contact.clearance_range_m);
-  section.check(contact.clearance_range_m <= 64 * contact.clearance_voxel_m, "clearance_range_m",
-                "is wider than 64 voxels of the distance field; allowed: at most " +
-                    std::to_string(64 * contact.clearance_voxel_m) + " m");
 }
 
 void read_can(const Fields& section, const robot::SerialArm& arm, Config& config) {
@@ -126,7 +125,7 @@ void read_force_observer(const Fields& section, const robot::SerialArm& arm, Con
   const double share = section.value("threshold_share_of_effort", 0.05);
   for (std::size_t j = 0; j < arm.joint_count(); ++j) {
     const auto& mechanics = config.plant.joints[j];
-    observer.inertia_kg_m2[j] = observer.coupled ? config.plant.rotor.value()[j] : mechanics.inertia;
+    observer.inertia_kg_m2[j] = observer.coupled ? config.plant.rotor[j] : mechanics.inertia;
     observer.coulomb_Nm[j] = mechanics.coulomb;
     observer.viscous_Nms_per_rad[j] = mechanics.viscous;
     observer.slow_rad_s[j] = kSlowShare * arm.joints()[j].max_speed;

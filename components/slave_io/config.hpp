@@ -19,12 +19,10 @@
 
 namespace phantom::slave_io {
 
-/// Parameters of the contact points on the arm's skin and of the resolution of the bodies' distance fields.
+/// Parameters of the contact points on the arm's skin.
 struct ContactConfig {
   double point_pitch_m = 0.02;
   int max_points = 1000;
-  double touch_voxel_m = 0.008;     ///< voxel of the field close to the surfaces
-  double clearance_voxel_m = 0.02;  ///< voxel of the field farther out
   double clearance_range_m = 0.13;
 };
 

@@ -16,6 +16,7 @@
 #include "common/runtime/process.hpp"
 #include "common/runtime/servo_session.hpp"
 #include "common/runtime/switch_input.hpp"
+#include "common/simulation/mesh_world.hpp"
 #include "components/slave_io/can_arm.hpp"
 #include "components/slave_io/can_gripper.hpp"
 #include "components/slave_io/servo.hpp"
@@ -164,49 +165,40 @@ std::vector<core::LoopStatistics> run_servo(const ArmModel& model, const Config&
                                     arm, stops, adapter, runtime::LinkLogger("THE MASTER"), callbacks);
 }
 
-// Returns null if the process has to end meanwhile. Tells twice a second that the process is alive: on a slow
-// host this takes longer than a service manager waits for a word. After ten minutes it hangs and tells no
-// more.
-std::unique_ptr<const FieldWorld> make_world(const runtime::CellConfig& cell, const ContactConfig& config,
-                                             const FieldCache& cache, DdsAdapter& adapter) {
+// Reports twice a second that the process is alive: on a slow host this takes longer than a service manager
+// waits for a word. After ten minutes it hangs and reports no more.
+std::unique_ptr<const simulation::MeshWorld> make_world(const runtime::CellConfig& cell,
+                                                        const ContactConfig& config, DdsAdapter& adapter) {
   constexpr core::Nanoseconds kLongest_ns = core::from_seconds(600.0);
-  auto making = std::async(std::launch::async, [&]() -> std::unique_ptr<const FieldWorld> {
+  auto making = std::async(std::launch::async, [&] {
     core::take_place(core::ThreadRole::kHelper);
-    try {
-      return std::make_unique<const FieldWorld>(
-          cell, runtime::load_real_bodies(cell), config, [] { return !runtime::stop_requested(); }, &cache);
-    } catch (const FieldWorld::Ended&) {
-      return nullptr;
-    }
+    return std::make_unique<const simulation::MeshWorld>(runtime::load_real_bodies(cell),
+                                                         config.clearance_range_m);
   });
   const auto begun_ns = core::monotonic_ns();
   do {
     if (core::monotonic_ns() - begun_ns < kLongest_ns)
-      adapter.publish_health({core::ComponentState::kStarting, "making the contact field", {}, {}});
+      adapter.publish_health({core::ComponentState::kStarting, "placing the bodies", {}, {}});
   } while (making.wait_for(std::chrono::milliseconds(500)) != std::future_status::ready);
   return making.get();
 }
 
 int run_simulated(const runtime::CellConfig& cell, const ArmModel& model, const Config& config,
-                  const core::NetworkOptions& network, runtime::StopFile& stops, const FieldCache& cache,
+                  const core::NetworkOptions& network, runtime::StopFile& stops,
                   const std::filesystem::path& report_dir) {
   spdlog::info("THE ARM IS SIMULATED (driver sim)");
   spdlog::info("placing {} objects where they really stand", cell.objects.size());
   const auto begun_ns = core::monotonic_ns();
-  // Lets the others find this process while the field is made.
+  // Lets the others find this process while the bodies are loaded.
   Inbox inbox;
   if (config.gripper) inbox.gripper.open(config.gripper->limits);
   DdsAdapter adapter(core::in_haptic_path(network, config.scheduling.servo_priority),
                      messages::bounds_of(model.arm), inbox);
-  const auto world = make_world(cell, config.contact, cache, adapter);
-  if (!world) {
-    adapter.publish_health({core::ComponentState::kStopped, "ended", {}, {}});
-    return runtime::kExitDone;
-  }
+  const auto world = make_world(cell, config.contact, adapter);
   SimulatedArm arm(model, config, *world);
-  spdlog::info("contact field of {:.1f} MB made in {:.1f} s; {} contact points on {} joints",
-               static_cast<double>(world->bytes()) * 1e-6, core::seconds(core::monotonic_ns() - begun_ns),
-               arm.contact_point_count(), model.arm.joint_count());
+  spdlog::info("the bodies stand after {:.2f} s; {} contact points on {} joints",
+               core::seconds(core::monotonic_ns() - begun_ns), arm.contact_point_count(),
+               model.arm.joint_count());
   const auto loops = run_servo(model, config, arm, inbox, stops, adapter);
   if (!report_dir.empty()) write_report(report_dir / "slave_io.json", loops, &arm, cell);
   return runtime::kExitDone;
@@ -252,8 +244,7 @@ int run_session(const runtime::CellConfig& cell, const ArmModel& model, const Co
   runtime::StopFile stops(state_dir, "slave_io", network);
   if (!stops.notice().empty()) spdlog::warn("{}", stops.notice());
   return config.driver == Driver::kCan ? run_drives(cell, model, config, network, stops, report_dir)
-                                       : run_simulated(cell, model, config, network, stops,
-                                                       FieldCache(state_dir / "contact_fields"), report_dir);
+                                       : run_simulated(cell, model, config, network, stops, report_dir);
 }
 
 }  // namespace phantom::slave_io

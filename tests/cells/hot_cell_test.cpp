@@ -13,7 +13,7 @@
 #include "common/robot/skin.hpp"
 #include "common/runtime/cell_bodies.hpp"
 #include "common/runtime/fields.hpp"
-#include "common/voxelise/distance_field.hpp"
+#include "common/simulation/mesh_world.hpp"
 
 namespace phantom {
 namespace {
@@ -110,52 +110,36 @@ struct Nearest {
   std::string object, link;
 };
 
-/// Distance to all objects, as far as `far_m`, sampled with `voxel_size_m`.
+/// Distance to all objects, as far as 0.3 m.
 class Surroundings {
  public:
-  /// For clearances: far and coarse.
-  static const Surroundings& far() {
-    static const Surroundings field(0.025, 0.30);
-    return field;
-  }
-  /// For contact: near and fine.
-  static const Surroundings& near() {
-    static const Surroundings field(0.008, 0.03);
-    return field;
+  static const Surroundings& get() {
+    static const Surroundings all;
+    return all;
   }
 
   /// Of all skin sensors, to any object or, if given, to any other than `except`.
   Nearest nearest(const std::vector<double>& joints, const std::string& except = "") const {
-    Nearest found{far_m_, "", ""};
+    Nearest found{kFar_m, "", ""};
     HotCell::get().for_each_sensor(joints, [&](const Eigen::Vector3d& p_W_m, const std::string& link) {
-      const double distance_m = field_.distance_m(p_W_m);
-      if (distance_m >= found.distance_m) return;
-      const std::uint16_t id = field_.object(p_W_m);
-      if (id == 0) return;
-      const std::string& name = HotCell::get().cell.objects[id - 1U].name;
-      if (name != except) found = {distance_m, name, link};
+      const simulation::ContactQuery there = world_.query(p_W_m);
+      if (there.object == 0 || there.distance_m >= found.distance_m) return;
+      const std::string& name = HotCell::get().cell.objects[there.object - 1U].name;
+      if (name != except) found = {there.distance_m, name, link};
     });
     return found;
   }
 
  private:
-  Surroundings(double voxel_size_m, double far_m) : far_m_(far_m) {
-    const auto& cell = HotCell::get().cell;
-    std::vector<voxelise::FieldBody> bodies;
+  static constexpr double kFar_m = 0.3;
+  Surroundings() : world_(bodies(), kFar_m) {}
+  static std::vector<geometry::PlacedMesh> bodies() {
+    std::vector<geometry::PlacedMesh> bodies;
     for (const runtime::CellBody& object : HotCell::get().bodies)
       bodies.push_back({object.body.mesh_W, object.body.id});
-    workspace::GridSpec grid{cell.min_m, voxel_size_m, {}};
-    for (int axis = 0; axis < 3; ++axis) {
-      grid.size_vox[static_cast<std::size_t>(axis)] =
-          static_cast<std::int32_t>(std::ceil((cell.max_m[axis] - cell.min_m[axis]) / voxel_size_m));
-    }
-    auto field = voxelise::DistanceField::build(grid, bodies, {far_m, 0.05});
-    if (!field) throw std::runtime_error(field.status().message());
-    field_ = std::move(*field);
+    return bodies;
   }
-
-  double far_m_;
-  voxelise::DistanceField field_;
+  simulation::MeshWorld world_;
 };
 
 std::vector<double> between(const Reach& reach, double share) {
@@ -241,7 +225,7 @@ TEST(HotCell, TheJointsCarryTheArmInEveryPose) {
 }
 
 TEST(HotCell, HomeIsClearOfEverything) {
-  const auto nearest = Surroundings::far().nearest(HotCell::get().cell.arm().home);
+  const auto nearest = Surroundings::get().nearest(HotCell::get().cell.arm().home);
   EXPECT_GE(nearest.distance_m, 0.25) << nearest.link << " to " << nearest.object;
 }
 
@@ -263,9 +247,9 @@ TEST(Reaches, KeepWithinTheJointLimits) {
 TEST(Reaches, StartClearAndEndInTheNamedObject) {
   for (const Reach& reach : load_reaches()) {
     SCOPED_TRACE(reach.name);
-    const auto start = Surroundings::far().nearest(reach.from);
+    const auto start = Surroundings::get().nearest(reach.from);
     EXPECT_GT(start.distance_m, 0.15) << start.link << " to " << start.object;
-    const auto end = Surroundings::near().nearest(reach.target);
+    const auto end = Surroundings::get().nearest(reach.target);
     EXPECT_EQ(end.object, reach.object);
     EXPECT_LT(end.distance_m, -0.002) << end.link;
     EXPECT_GT(end.distance_m, -0.040) << "deeper than an operator would push";
@@ -278,10 +262,10 @@ TEST(Reaches, TouchNothingElseAndTheirObjectOnlyLate) {
     for (int i = 0; i <= kSteps; ++i) {
       SCOPED_TRACE(reach.name + " at " + std::to_string(i) + " %");
       const auto joints = between(reach, static_cast<double>(i) / kSteps);
-      const auto other = Surroundings::near().nearest(joints, reach.object);
+      const auto other = Surroundings::get().nearest(joints, reach.object);
       EXPECT_GT(other.distance_m, 0.010) << other.link << " to " << other.object;
       if (i > kFreeSteps) continue;
-      const auto any = Surroundings::near().nearest(joints);
+      const auto any = Surroundings::get().nearest(joints);
       EXPECT_GT(any.distance_m, 0.020) << any.link << " to " << any.object;
     }
   }

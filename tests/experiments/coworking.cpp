@@ -146,7 +146,6 @@ void check_balanced(Report& report, const Run& run) {
       at + "speed of the link's end before the brake", place, run.speed_mm_s,
       1000.0 * kLink_m * rad(mean_of(between(run, 10.0, 30.0), [](const Noted& n) { return n.slave_deg_s; })),
       "mm/s");
-  // The real bar's distance field has voxels of 8 mm, two of whose tenths are 0.2° at 45 cm.
   report.check(at + "contact", touch == run.noted.end() ? std::nan("") : touch->slave_deg, 39.7, 40.3, "°");
 }
 

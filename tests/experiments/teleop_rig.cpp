@@ -90,7 +90,7 @@ void set_swing(TeleopSetup& setup, double to_rad, double duration_s, double from
 struct TeleopRig::Parts {
   const TeleopSetup& setup;
   Sabotage sabotage;
-  slave_io::FieldWorld world;
+  simulation::MeshWorld world;
   master_io::Inbox master_inbox;
   slave_io::Inbox slave_inbox;
   Device device;
@@ -109,7 +109,7 @@ struct TeleopRig::Parts {
   Parts(const TeleopSetup& s, const Settings& settings)
       : setup(s),
         sabotage(settings.sabotage),
-        world(s.cell, runtime::load_real_bodies(s.cell), s.slave.contact),
+        world(runtime::load_real_bodies(s.cell), s.slave.contact.clearance_range_m),
         device(s.master, s.arm.home, settings.sabotage),
         arm(s.arm, s.slave, world),
         master(s.master, s.arm.home, device, master_inbox, kMasterSession, stops),

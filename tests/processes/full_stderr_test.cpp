@@ -109,7 +109,7 @@ TEST_F(FullStderr, WhereSomebodyReadsTheReasonOfTheEndIsTheLastLine) {
   slave.end(SIGTERM);
   EXPECT_EQ(slave.exit_code(), 1) << "its report cannot be written";
   const std::string log = slave.log();
-  const auto info = log.find(" slave_io: contact field of ");
+  const auto info = log.find(" slave_io: the bodies stand after ");
   const auto error = log.find("\nslave_io: /nonexistent/folder/slave_io.json: cannot be written\n");
   ASSERT_NE(info, std::string::npos) << log;
   ASSERT_NE(error, std::string::npos) << log;

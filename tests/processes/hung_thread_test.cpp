@@ -156,11 +156,11 @@ TEST(SlowStart, OfSlaveIoIsToldTheServiceManagerAllTheWhile) {
     notify.take();
     ASSERT_TRUE(eventually([&] { return listen() >= 6; })) << "of 2 Hz\n" << slave.log();
     EXPECT_THAT(heard, Each(HasSubstr("WATCHDOG=1")));
-    EXPECT_THAT(heard, Each(HasSubstr("making the contact field")));
+    EXPECT_THAT(heard, Each(HasSubstr("placing the bodies")));
   }
   EXPECT_TRUE(eventually([&] {
     listen();
-    return heard.back().find("making the contact field") == std::string::npos;
+    return heard.back().find("placing the bodies") == std::string::npos;
   })) << heard.back();
 }
 

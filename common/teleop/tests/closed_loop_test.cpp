@@ -74,15 +74,29 @@ OperatorParameters hand_parameters() {
   return p;
 }
 
+// As test_arms::planar(), but with links so light that the drives' inertia is nearly all.
+robot::SerialArm light_planar() {
+  std::vector<robot::DhRow> rows(2);
+  for (robot::DhRow& row : rows) {
+    row.a_m = &row == &rows[0] ? 0.4 : 0.3;
+    row.link = &row == &rows[0] ? "upper" : "lower";
+    row.lower = -3.0, row.upper = 3.0, row.max_speed = 2.0, row.max_effort = 50.0;
+    row.mass_kg = 0.1;
+    row.centre_of_mass_m = {-0.5 * row.a_m, 0.0, 0.0};
+  }
+  return robot::SerialArm::from_dh(rows, robot::DhConvention::kClassic, {}).value();
+}
+
 Outcome reach_the_wall(bool percept_on, BilateralLaw law, int network_delay_ticks,
                        double force_share = 0.05) {
-  const auto arm = robot::test_arms::planar();
+  const auto arm = light_planar();
   const HalfSpace wall(-Eigen::Vector3d::UnitY(), -0.30);
   SlavePlantParameters sp;
   std::array<JointServoGains, core::kMaxJoints> gains{};
   for (std::size_t j = 0; j < kLoopJoints; ++j) {
-    sp.joints[j] = {.inertia = 0.6, .viscous = 1.0, .coulomb = 0.5, .lower = -3, .upper = 3};
+    sp.joints[j] = {.viscous = 1.0, .coulomb = 0.5, .lower = -3, .upper = 3};
     sp.encoder_resolution[j] = 1e-5;
+    sp.rotor[j] = 0.58;
     gains[j] = gains_for(0.6, 8, 1.0, 80);
   }
   SlavePlant slave(arm, sp, {{2, {0.3, 0, 0}}}, wall, {}, {0.3, 0, 0});

@@ -39,6 +39,7 @@ TEST(Teleop, StepsDoNotAllocate) {
   OperatorParameters op{.joint_count = count};
   PerceptParameters pp{.joint_count = count, .torque_cap_Nm = {}, .damping_limit_Nms_per_rad = {}};
   for (std::size_t j = 0; j < count; ++j) {
+    sp.rotor[j] = 1.0;
     sp.encoder_resolution[j] = mp.encoder_resolution[j] = 1e-5;
     mp.torque_limit_Nm[j] = 5, op.stiffness[j] = 50, op.damping[j] = 2, op.max_force[j] = 4;
     pp.torque_cap_Nm[j] = 2, pp.damping_limit_Nms_per_rad[j] = 4;

@@ -10,7 +10,7 @@
 
 #include "common/percept/closeness.hpp"
 #include "common/runtime/cell_bodies.hpp"
-#include "common/voxelise/distance_field.hpp"
+#include "common/simulation/mesh_world.hpp"
 #include "components/phantom_sensing/model.hpp"
 
 namespace phantom::phantom_sensing {
@@ -36,15 +36,10 @@ class Retreat : public testing::Test {
         model_(load_model(cell_, coarse())),
         workspace_(build_workspace(cell_)),
         sensed_{&workspace_, percept::greatest_neighbour_mu(workspace_)} {
-    std::vector<voxelise::FieldBody> bodies;
+    std::vector<geometry::PlacedMesh> bodies;
     for (const auto& loaded : runtime::load_bodies(cell_))
       bodies.push_back({loaded.body.mesh_W, loaded.body.id});
-    workspace::GridSpec grid = workspace_.grid();  // directions need no finer one
-    grid.voxel_size_m *= 4.0;
-    for (auto& size : grid.size_vox) size = (size + 3) / 4;
-    auto field = voxelise::DistanceField::build(grid, bodies, {.outside_m = 0.13});
-    if (!field) throw std::runtime_error(field.status().message());
-    distance_ = *std::move(field);
+    distance_.emplace(bodies, 0.13);
   }
   /// A tenth of the sensors are enough.
   static Config coarse() {
@@ -69,7 +64,7 @@ class Retreat : public testing::Test {
         const Eigen::Vector3d u = model_.arm.point_velocity_W(link, p, X_WL, v);
         const double m = model_.skin.weight[i] * mu;
         drag[link] += m * u.squaredNorm();
-        closing[link] -= m * u.norm() * u.dot(distance_.gradient(p));
+        closing[link] -= m * u.norm() * u.dot(distance_->query(p).normal_W);
       }
       total += drag[link];
     }
@@ -127,7 +122,7 @@ class Retreat : public testing::Test {
   PhantomModel model_;
   workspace::Workspace workspace_;
   SensedWorkspace sensed_;
-  voxelise::DistanceField distance_;
+  std::optional<simulation::MeshWorld> distance_;
 };
 
 TEST_F(Retreat, CostsLessThanATenthWithAllJointsMovingAndTheSameWhenSymmetric) {

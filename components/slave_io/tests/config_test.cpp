@@ -50,8 +50,8 @@ TEST(SlaveConfig, EachFaultIsNamedWithWhatIsAllowed) {
               AllOf(HasSubstr("link.staleness_s"), HasSubstr("allowed")));
   EXPECT_THAT(problem("  stiffness_N_per_m: 30000", "  stiffness_N_per_m: -1"),
               HasSubstr("contact.stiffness_N_per_m"));
-  EXPECT_THAT(problem("  clearance_voxel_m: 0.02", "  clearance_voxel_m: 0.001"),
-              AllOf(HasSubstr("clearance_range_m"), HasSubstr("64 voxels")));
+  EXPECT_THAT(problem("  friction: 0.2", "  friction: -0.2"),
+              AllOf(HasSubstr("contact.friction"), HasSubstr("0 to 2")));
   EXPECT_THAT(
       problem("gravity_feed_forward: false", "gravity_feed_forward: false\n  joints: {j9: {k_p: 1, k_v: 1}}"),
       AllOf(HasSubstr("servo.joints.j9"), HasSubstr("unknown"), HasSubstr("j7_tool_roll")));
