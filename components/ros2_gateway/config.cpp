@@ -22,6 +22,9 @@ GatewayConfig load_config(const std::filesystem::path& path) {
   joints.number("staleness_s", config.joint_states.staleness_s);
   joints.number("largest_stamp_age_s", config.joint_states.largest_stamp_age_s);
   joints.number("velocity_filter_s", config.joint_states.velocity_filter_s);
+  const auto wrench = file.section("wrench");
+  wrench.text("topic", config.wrench_topic);
+  wrench.text("frame", config.wrench_frame);
   file.section("collision_objects").text("topic", config.collision_objects_topic);
   const auto out = file.section("out");
   out.number("rate_Hz", config.out.rate_Hz);

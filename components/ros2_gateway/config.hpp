@@ -20,6 +20,7 @@ struct GatewayConfig {
   std::string joint_states_topic = "joint_states";  ///< empty: none is heard
   std::vector<std::string> joint_names;             ///< of the arm's joints in messages; empty: their own
   JointStatesRules joint_states;
+  std::string wrench_topic, wrench_frame;                    ///< no topic: none is heard; no frame: any
   std::string collision_objects_topic = "collision_object";  ///< empty: none come in
   OutputRules out;
 };

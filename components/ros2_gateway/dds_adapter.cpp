@@ -1,5 +1,8 @@
 #include "components/ros2_gateway/dds_adapter.hpp"
 
+#include <algorithm>
+#include <array>
+#include <cmath>
 #include <optional>
 
 #include "common/messages/publisher.hpp"
@@ -7,12 +10,14 @@
 #include "common/messages/teleoperation_codec.hpp"
 #include "common/ros2/endpoint.hpp"
 #include "components/ros2_gateway/dds_adapter_objects.hpp"
+#include "ros2_idl/geometry_msgsPubSubTypes.hpp"
 #include "ros2_idl/sensor_msgsPubSubTypes.hpp"
 
 namespace phantom::ros2_gateway {
 namespace {
 
 using JointState = sensor_msgs::msg::dds_::JointState_PubSubType;
+using WrenchStamped = geometry_msgs::msg::dds_::WrenchStamped_PubSubType;
 
 core::Nanoseconds nanoseconds_of(const builtin_interfaces::msg::dds_::Time_& time) {
   return time.sec() * core::kNsPerSecond + time.nanosec();
@@ -20,6 +25,24 @@ core::Nanoseconds nanoseconds_of(const builtin_interfaces::msg::dds_::Time_& tim
 
 // The newest alone counts: what is lost is not asked for again.
 constexpr dds::QosContract kNewest{.reliability = dds::Reliability::kBestEffort, .history_depth = 1};
+
+// A topic of Phantom's is not written more often than this, whatever floods the ROS 2 domain.
+constexpr core::Nanoseconds kLeastInterval = core::kNsPerMillisecond / 2;
+
+class Pace {
+ public:
+  bool due() {
+    const core::Nanoseconds now_ns = core::monotonic_ns();
+    if (now_ns - last_ns_ < kLeastInterval) return false;
+    last_ns_ = now_ns;
+    return true;
+  }
+
+ private:
+  core::Nanoseconds last_ns_ = 0;
+};
+
+std::array<double, 3> array_of(const geometry_msgs::msg::dds_::Vector3_& v) { return {v.x(), v.y(), v.z()}; }
 
 }  // namespace
 
@@ -35,6 +58,14 @@ struct DdsAdapter::Impl {
             return pass_on(message, on);
           });
     }
+    if (!config.wrench_topic.empty()) {
+      wrist.emplace(participant, dds::kWristWrench);
+      wrench.emplace(
+          node, config.wrench_topic, kNewest,
+          [this, frame = config.wrench_frame](const WrenchStamped::type& message, const dds::SampleInfo&) {
+            return pass_on(message, frame);
+          });
+    }
     if (!config.collision_objects_topic.empty())
       objects.emplace(participant, node, config.collision_objects_topic, config.out.world);
     if (config.out.rate_Hz > 0.0) outputs.emplace(participant, node, arm, config.out, urdf);
@@ -48,8 +79,21 @@ struct DdsAdapter::Impl {
                                   .velocity = message.velocity()};
     messages::SlaveState state;
     const auto complete = on_joint_states(given, state);
-    if (complete && *complete) slave->publish(state);
+    if (complete && *complete && arm_pace.due()) slave->publish(state);
     return complete.has_value();
+  }
+
+  bool pass_on(const WrenchStamped::type& message, const std::string& frame) {
+    if (!frame.empty() && message.header().frame_id() != frame) return false;
+    messages::WristWrench made;
+    made.force_N = array_of(message.wrench().force());
+    made.torque_Nm = array_of(message.wrench().torque());
+    const auto finite = [](const auto& v) {
+      return std::all_of(v.begin(), v.end(), [](double x) { return std::isfinite(x); });
+    };
+    made.valid = finite(made.force_N) && finite(made.torque_Nm);
+    if (made.valid && wrench_pace.due()) wrist->publish(made);
+    return made.valid;
   }
 
   dds::Participant participant;
@@ -57,6 +101,9 @@ struct DdsAdapter::Impl {
   ros2::Node node;
   std::optional<messages::Publisher<messages::SlaveState>> slave;
   std::optional<ros2::Subscription<JointState>> joint_states;
+  std::optional<messages::Publisher<messages::WristWrench>> wrist;
+  std::optional<ros2::Subscription<WrenchStamped>> wrench;
+  Pace arm_pace, wrench_pace;
   std::optional<CollisionObjects> objects;
   std::optional<Outputs> outputs;
 };

@@ -93,6 +93,12 @@ ForeignNode::ForeignNode(int domain, Distribution distribution) : distribution_(
                     "topic"),
                qos, nullptr),
            "writer");
+  wrenches_ =
+      made(dds_create_writer(
+               participant_,
+               made(dds_create_topic(participant_, ros2_wrench, "rt/wrench", nullptr, nullptr), "topic"), qos,
+               nullptr),
+           "writer");
   objects_ = made(dds_create_writer(participant_,
                                     made(dds_create_topic(participant_, ros2_collision_object,
                                                           "rt/collision_object", nullptr, nullptr),
@@ -131,6 +137,15 @@ void ForeignNode::publish_joints(const std::vector<std::string>& names, const st
   fill(message.position, positions);
   fill(message.velocity, velocities);
   dds_write(joints_, &message);
+}
+
+void ForeignNode::publish_wrench(const std::string& frame, const std::array<double, 3>& force_N,
+                                 const std::array<double, 3>& torque_Nm) {
+  geometry_msgs_msg_dds__WrenchStamped_ message{};
+  message.header.frame_id = const_cast<char*>(frame.c_str());
+  message.wrench.force = {force_N[0], force_N[1], force_N[2]};
+  message.wrench.torque = {torque_Nm[0], torque_Nm[1], torque_Nm[2]};
+  dds_write(wrenches_, &message);
 }
 
 void ForeignNode::publish_sphere(const std::string& id, int operation,

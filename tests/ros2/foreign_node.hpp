@@ -58,6 +58,9 @@ class ForeignNode {
 
   void publish_joints(const std::vector<std::string>& names, const std::vector<double>& positions,
                       const std::vector<double>& velocities, std::int64_t stamp_ns);
+  /// Publishes a geometry_msgs/msg/WrenchStamped on "wrench".
+  void publish_wrench(const std::string& frame, const std::array<double, 3>& force_N,
+                      const std::array<double, 3>& torque_Nm);
   /// Publishes a sphere as a moveit_msgs/msg/CollisionObject; `operation`: 0 ADD, 1 REMOVE, 3 MOVE (its pose
   /// alone).
   void publish_sphere(const std::string& id, int operation, const std::array<double, 3>& position_m,
@@ -80,7 +83,7 @@ class ForeignNode {
   std::int32_t reader_of(const std::string& topic, const void* type, bool latched);
 
   std::map<std::string, std::int32_t> readers_;
-  std::int32_t participant_ = 0, joints_ = 0, objects_ = 0, graph_ = 0;
+  std::int32_t participant_ = 0, joints_ = 0, objects_ = 0, wrenches_ = 0, graph_ = 0;
   Distribution distribution_;
 };
 

@@ -42,6 +42,8 @@ class Gateway : public testing::Test {
     config.node.domain = test_domain();
     config.node.interfaces = config.node.initial_peers = {"127.0.0.1"};
     config.node.graph = graph;
+    config.wrench_topic = "wrench";
+    config.wrench_frame = "ft_sensor";
     const core::NetworkOptions network = dds::test_network();
     observer_ = std::make_unique<dds::Participant>("observer", network);
     messages::ArmBounds bounds = messages::bounds_of(arm_);
@@ -92,6 +94,47 @@ TEST_F(Gateway, MakesJointStatesOfAnotherVendorTheSlavesState) {
   }));
   const std::lock_guard lock(mutex_);
   for (const auto& state : states_) EXPECT_LE(std::abs(state.position[0]), 2.2);
+}
+
+// Tries ros2_gateway: a wrench with a number that is none; of another frame
+// Tries ros2_gateway: a ROS 2 topic that is flooded
+TEST_F(Gateway, HandsOnTheWrenchOfItsFrameAtAPaceOfItsOwn) {
+  start(Graph::kNone);
+  std::mutex mutex;
+  std::vector<messages::WristWrench> all;
+  messages::CheckedReader<msg::WristWrench> wrist(
+      *observer_, dds::kWristWrench, {}, [&](const messages::WristWrench& wrench, core::Nanoseconds) {
+        const std::lock_guard lock(mutex);
+        all.push_back(wrench);
+      });
+  ForeignNode sensor(test_domain(), Distribution::kSinceIron);
+  ASSERT_TRUE(dds::eventually([&] {
+    sensor.publish_wrench("ft_sensor", {1.0, 2.0, -3.0}, {0.1, -0.2, 0.3});
+    const std::lock_guard lock(mutex);
+    return !all.empty();
+  }));
+  sensor.publish_wrench("camera", {9.0, 9.0, 9.0}, {});
+  sensor.publish_wrench("ft_sensor", {9.0, NAN, 9.0}, {});
+  const core::Nanoseconds begin_ns = core::monotonic_ns();
+  std::size_t before = 0;
+  {
+    const std::lock_guard lock(mutex);
+    before = all.size();
+  }
+  for (int i = 0; i < 20'000; ++i) sensor.publish_wrench("ft_sensor", {1.0, 2.0, -3.0}, {0.1, -0.2, 0.3});
+  EXPECT_TRUE(dds::eventually([&] {
+    sensor.publish_wrench("ft_sensor", {4.0, 2.0, -3.0}, {0.1, -0.2, 0.3});
+    const std::lock_guard lock(mutex);
+    return all.back().force_N[0] == 4.0;
+  }));
+  const double took_s = core::seconds(core::monotonic_ns() - begin_ns);
+  const std::lock_guard lock(mutex);
+  EXPECT_LE(all.size() - before, static_cast<std::size_t>(took_s * 2000.0) + 20);
+  for (const auto& wrench : all) {
+    EXPECT_TRUE(wrench.force_N[0] == 1.0 || wrench.force_N[0] == 4.0);
+    EXPECT_EQ(wrench.torque_Nm, (messages::Vector3{0.1, -0.2, 0.3}));
+    EXPECT_TRUE(wrench.valid);
+  }
 }
 
 TEST_F(Gateway, AnnouncesTypesByNameAndHash) {
@@ -186,7 +229,7 @@ TEST_P(Graphs, NameTheNodeAndItsEndpoints) {
                    GetParam() == Graph::kHumble ? Distribution::kHumble : Distribution::kSinceIron);
   ASSERT_TRUE(dds::eventually([&] {
     const auto graph = tool.graph();
-    return graph && graph->readers.size() == 2 && graph->writers.size() == 10;
+    return graph && graph->readers.size() == 3 && graph->writers.size() == 10;
   }));
   const test::HeardGraph graph = *tool.graph();
   EXPECT_EQ(graph.node, "phantom");

@@ -11,6 +11,8 @@ const dds_topic_descriptor_t* const ros2_marker = &visualization_msgs_msg_dds__M
 
 const dds_topic_descriptor_t* const ros2_collision_object = &moveit_msgs_msg_dds__CollisionObject__desc;
 
+const dds_topic_descriptor_t* const ros2_wrench = &geometry_msgs_msg_dds__WrenchStamped__desc;
+
 static dds_topic_descriptor_t named(dds_topic_descriptor_t descriptor) {
   descriptor.m_typename = "rmw_dds_common::msg::dds_::ParticipantEntitiesInfo_";
   return descriptor;
