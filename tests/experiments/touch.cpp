@@ -12,6 +12,7 @@
 #include "common/core/units.hpp"
 #include "common/geometry/primitives.hpp"
 #include "common/runtime/cell.hpp"
+#include "common/simulation/mesh_world.hpp"
 #include "common/simulation/slave_plant.hpp"
 #include "components/slave_io/simulated_arm.hpp"
 #include "components/workspace_survey/config.hpp"
@@ -32,7 +33,7 @@ constexpr std::uint16_t kFixture = 2;  // its id in the bench's cell
 /// The world of the simulated arm, made once about the fixture's own frame and then put anywhere.
 class MovableWorld final : public simulation::ContactWorld {
  public:
-  explicit MovableWorld(const slave_io::FieldWorld& world_O) : world_O_(world_O) {}
+  explicit MovableWorld(const simulation::MeshWorld& world_O) : world_O_(world_O) {}
   void put(const geometry::Pose& X_WO) { X_WO_ = X_WO, X_OW_ = X_WO.inverse(); }
 
   double distance_m(const Eigen::Vector3d& p_W_m) const noexcept override {
@@ -46,7 +47,7 @@ class MovableWorld final : public simulation::ContactWorld {
   double range_m() const noexcept override { return world_O_.range_m(); }
 
  private:
-  const slave_io::FieldWorld& world_O_;
+  const simulation::MeshWorld& world_O_;
   geometry::Pose X_WO_, X_OW_;
 };
 
@@ -62,8 +63,8 @@ class Bench {
                                               "components/workspace_survey/workspace_survey.yaml")),
         mesh_O_(geometry::make_box({0.12, 0.08, 0.06})),
         surface_(mesh_O_),
-        world_O_(about_the_fixture(), {{sabotaged(mesh_O_, cell_.voxel_size_m, settings.sabotage), kFixture}},
-                 slave_.contact),
+        world_O_({{sabotaged(mesh_O_, cell_.voxel_size_m, settings.sabotage), kFixture}},
+                 slave_.contact.clearance_range_m),
         world_(world_O_),
         model_WO_(cell_.objects.at(kFixture - 1).X_WO) {}
 
@@ -137,20 +138,13 @@ class Bench {
   }
 
  private:
-  runtime::CellConfig about_the_fixture() const {
-    runtime::CellConfig cell = cell_;
-    cell.min_m = Eigen::Vector3d::Constant(-0.25);
-    cell.max_m = Eigen::Vector3d::Constant(0.25);
-    return cell;
-  }
-
   runtime::CellConfig cell_;
   slave_io::ArmModel arm_;
   slave_io::Config slave_;
   workspace_survey::Config survey_;
   geometry::TriangleMesh mesh_O_;
   survey::TouchSurface surface_;
-  slave_io::FieldWorld world_O_;
+  simulation::MeshWorld world_O_;
   MovableWorld world_;
   geometry::Pose model_WO_, real_WO_;
 };
