@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <array>
 #include <cstdint>
 #include <optional>
@@ -26,10 +27,26 @@ struct WorkspaceObject {
   bool removed() const { return mesh_hash == 0; }
 };
 
-/// Topic workspace_version: commits the bricks of a whole version.
+/// An object that an arm carries: it is a part of the arm, and none of it is in the workspace.
+struct CarriedObject {
+  std::uint16_t id = 0;
+  std::string arm;                                             ///< its name in the cell file
+  std::string frame;                                           ///< the arm's link that holds it
+  geometry::Pose X_FO;                                         ///< object frame in that link's frame
+  std::uint64_t mesh_hash = 0;                                 ///< mesh_chunk's key
+  double mass_kg = 0.0;                                        ///< 0: unknown
+  Eigen::Vector3d centre_of_mass_m = Eigen::Vector3d::Zero();  ///< in the object's frame
+  Eigen::Vector3d moments_kg_m2 = Eigen::Vector3d::Zero();     ///< inertia xx, yy, zz about that centre
+  Eigen::Vector3d products_kg_m2 = Eigen::Vector3d::Zero();    ///< and xy, xz, yz
+};
+/// Greatest number of objects that the arms of a cell carry at a time.
+inline constexpr std::size_t kMostCarried = 16;
+
+/// Topic workspace_version: commits the bricks of a whole version, and what arms carry in it.
 struct WorkspaceVersion {
   std::string cell;
   workspace::VersionDescription description;
+  std::vector<CarriedObject> carried = {};  ///< each object once
 };
 
 /// Topic workspace_brick: the newest state of one brick.
@@ -51,18 +68,24 @@ struct MeshChunk {
   friend bool operator==(const MeshChunk&, const MeshChunk&) = default;
 };
 
-enum class WorkspaceOperation { kAdd, kMove, kRemove };
+enum class WorkspaceOperation { kAdd, kMove, kRemove, kAttach, kRelease };
 
-/// Topic workspace_command: a request to add, move or remove one object while the workspace is served.
+/// Topic workspace_command: a request to add, move or remove one object while the workspace is served, or to
+/// make it a part of an arm for a while.
 struct WorkspaceCommand {
   core::SampleId stamp;   ///< identifies the command, also when it is sent again
   std::string requester;  ///< for the log
   WorkspaceOperation operation = WorkspaceOperation::kMove;
-  std::string object;                           ///< move, remove: its name; empty: `id` names it
-  std::uint16_t id = 0;                         ///< move, remove: its id, if the name is empty
-  geometry::Pose X_WO;                          ///< move: its new pose
-  std::optional<std::uint16_t> guard_vox = {};  ///< move: thickness of its guard; none: unchanged
-  std::string description;                      ///< add: its YAML, as in a cell file's `objects`
+  std::string object;                           ///< all but add: its name; empty: `id` names it
+  std::uint16_t id = 0;                         ///< all but add: its id, if the name is empty
+  geometry::Pose X_WO;                          ///< move, and release with `sets_pose`: its new pose
+  std::optional<std::uint16_t> guard_vox = {};  ///< move, release: thickness of its guard; none: unchanged
+  std::string description = {};                 ///< add: its YAML, as in a cell file's `objects`
+  std::string arm =
+      {};  ///< attach: who takes it; release: who must carry it; empty: the server's, whoever does
+  std::string frame = {};    ///< attach: the arm's link that holds it; empty: the last one
+  bool sets_pose = false;    ///< attach, release: X_FO, X_WO apply; otherwise the arm's newest state decides
+  geometry::Pose X_FO = {};  ///< attach with `sets_pose`: its pose in the frame of the link
 };
 
 enum class WorkspaceOutcome {

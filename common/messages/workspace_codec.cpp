@@ -1,5 +1,7 @@
 #include "common/messages/workspace_codec.hpp"
 
+#include <set>
+
 #include "common/messages/fields_codec.hpp"
 
 namespace phantom::messages {
@@ -8,6 +10,20 @@ namespace {
 constexpr double kGreatestId = 65534.0, kThickestGuard_vox = 100.0;
 constexpr double kMostChunks = 4096.0, kMostMeshParts = 2e7;
 constexpr std::size_t kMostChunkBytes = 256 * 1024;
+
+constexpr double kMostMass_kg = 1e5, kMostInertia_kg_m2 = 1e9;
+
+constexpr auto kCarriedObject = [](auto& codec, auto& m, auto& s) {
+  codec.number("carried.id", m.id(), s.id, 1.0, kGreatestId);
+  codec.any(m.arm(), s.arm);
+  codec.any(m.frame(), s.frame);
+  codec.pose("carried.X_FO", m.X_FO(), s.X_FO);
+  codec.any(m.mesh_hash(), s.mesh_hash);
+  codec.number("carried.mass_kg", m.mass_kg(), s.mass_kg, 0.0, kMostMass_kg);
+  codec.place("carried.centre_of_mass_m", m.centre_of_mass_m(), s.centre_of_mass_m);
+  codec.vector("carried.moments_kg_m2", m.moments_kg_m2(), s.moments_kg_m2, kMostInertia_kg_m2);
+  codec.vector("carried.products_kg_m2", m.products_kg_m2(), s.products_kg_m2, kMostInertia_kg_m2);
+};
 
 constexpr auto kWorkspaceVersion = [](auto& codec, auto& m, auto& s) {
   auto& to = s.description;
@@ -21,6 +37,7 @@ constexpr auto kWorkspaceVersion = [](auto& codec, auto& m, auto& s) {
   codec.any(m.palette(), to.palette_Pa_s_per_m);
   codec.any(m.brick_count(), to.brick_count);
   codec.any(m.content_hash(), to.content_hash);
+  codec.list(m.carried(), s.carried, kCarriedObject, kMostCarried);
 };
 
 constexpr auto kWorkspaceBrick = [](auto& codec, auto& m, auto& s) {
@@ -52,21 +69,31 @@ constexpr auto kMeshChunk = [](auto& codec, auto& m, auto& s) {
   codec.any(m.data(), s.data);
 };
 
+/// Returns whether the command says where in W the object is to stand.
+bool sets_place(const WorkspaceCommand& command) {
+  return command.operation == WorkspaceOperation::kMove ||
+         (command.operation == WorkspaceOperation::kRelease && command.sets_pose);
+}
+
 constexpr auto kWorkspaceCommand = [](auto& codec, auto& m, auto& s) {
   codec.stamp(m.stamp(), s.stamp);
   codec.any(m.requester(), s.requester);
-  codec.enumeration("operation", m.operation(), s.operation, WorkspaceOperation::kRemove);
+  codec.enumeration("operation", m.operation(), s.operation, WorkspaceOperation::kRelease);
   codec.whole_text("object", m.object(), s.object);
   codec.number("id", m.id(), s.id, 0.0, kGreatestId);
   codec.whole_text("description", m.description(), s.description);
-  if (s.operation == WorkspaceOperation::kMove) codec.pose("X_WO", m.X_WO(), s.X_WO);
+  codec.whole_text("arm", m.arm(), s.arm);
+  codec.whole_text("frame", m.frame(), s.frame);
+  codec.any(m.sets_pose(), s.sets_pose);
+  if (sets_place(s)) codec.pose("X_WO", m.X_WO(), s.X_WO);
+  if (s.operation == WorkspaceOperation::kAttach && s.sets_pose) codec.pose("X_FO", m.X_FO(), s.X_FO);
 };
 
 constexpr auto kWorkspaceReply = [](auto& codec, auto& m, auto& s) {
   codec.stamp(m.stamp(), s.stamp);
   codec.echo(m.command(), s.command);
   codec.any(m.requester(), s.requester);
-  codec.enumeration("operation", m.operation(), s.operation, WorkspaceOperation::kRemove);
+  codec.enumeration("operation", m.operation(), s.operation, WorkspaceOperation::kRelease);
   codec.any(m.object(), s.object);
   codec.any(m.id(), s.id);
   codec.enumeration("outcome", m.outcome(), s.outcome, WorkspaceOutcome::kRefused);
@@ -91,7 +118,9 @@ std::string refusal(const WorkspaceCommand& command) {
 core::Status read(const msg::WorkspaceCommand& message, WorkspaceCommand& command) {
   const auto fields = [](auto& codec, auto& m, auto& s) {
     kWorkspaceCommand(codec, m, s);
-    if (s.operation != WorkspaceOperation::kMove || !m.sets_guard()) return;
+    const bool may_set_guard =
+        s.operation == WorkspaceOperation::kMove || s.operation == WorkspaceOperation::kRelease;
+    if (!may_set_guard || !m.sets_guard()) return;
     codec.number("guard_vox", m.guard_vox(), s.guard_vox.emplace(), 0.0, kThickestGuard_vox);
   };
   const core::Status status = decode(fields, message, {}, command);
@@ -103,6 +132,14 @@ core::Status read(const msg::WorkspaceCommand& message, WorkspaceCommand& comman
 core::Expected<WorkspaceVersion> from_idl(const msg::WorkspaceVersion& message, const ArmBounds& arm) {
   auto version = decoded<WorkspaceVersion>(kWorkspaceVersion, message, arm);
   if (!version) return version;
+  std::set<std::uint16_t> carried;
+  for (const CarriedObject& object : version->carried) {
+    if (!carried.insert(object.id).second)
+      return core::Status::invalid_argument("object " + std::to_string(object.id) +
+                                            " is carried twice; allowed: each once");
+    if (object.moments_kg_m2.minCoeff() < 0.0)
+      return core::Status::invalid_argument("carried.moments_kg_m2 is below 0; allowed: 0 or more");
+  }
   if (core::Status status = workspace::check(version->description); !status) return status;
   return version;
 }

@@ -57,6 +57,10 @@ const char* name_of(WorkspaceOperation operation) {
       return "move";
     case WorkspaceOperation::kRemove:
       return "remove";
+    case WorkspaceOperation::kAttach:
+      return "attach";
+    case WorkspaceOperation::kRelease:
+      return "release";
   }
   return "?";
 }
@@ -102,6 +106,9 @@ core::Expected<CellChange> LiveCell::apply(const WorkspaceCommand& command, std:
         return move(command, version, options);
       case WorkspaceOperation::kRemove:
         return remove(command, version, options);
+      case WorkspaceOperation::kAttach:
+      case WorkspaceOperation::kRelease:
+        break;
     }
     return core::Status::invalid_argument("no such operation; allowed: add, move, remove");
   } catch (const ConfigError& problem) {

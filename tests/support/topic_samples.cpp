@@ -155,6 +155,13 @@ void set(msg::WorkspaceVersion& s) {
       s.size_x_vox(count());
   s.palette(std::vector<float>{0.0F, 9.5F, -0.0F, 32.25F}), s.brick_count(count()),
       s.content_hash(long_count());
+  for (std::uint16_t id = 1; id <= 16; ++id) {
+    msg::CarriedObject carried;
+    carried.id(id), carried.arm("left"), carried.frame(std::string(id, 'f')), carried.X_FO(pose()),
+        carried.mesh_hash(long_count()), carried.mass_kg(number());
+    carried.centre_of_mass_m(vector()), carried.moments_kg_m2(vector()), carried.products_kg_m2(vector());
+    s.carried().push_back(carried);
+  }
 }
 void set(msg::WorkspaceObject& s) {
   s.id(7), s.name("pump"), s.mesh_hash(long_count()), s.X_WO(pose()), s.red(0.25F), s.green(0.5F),
@@ -167,6 +174,7 @@ void set(msg::MeshChunk& s) {
 void set(msg::WorkspaceCommand& s) {
   s.stamp(stamp()), s.requester("somebody"), s.object("pump"), s.id(6), s.X_WO(pose()), s.sets_guard(true),
       s.guard_vox(2), s.description(std::string(16384, 'y'));
+  s.arm("left"), s.frame("tool"), s.sets_pose(true), s.X_FO(pose());
 }
 void set(msg::WorkspaceReply& s) {
   s.stamp(stamp()), s.command(echo()), s.object("pump"), s.id(6), s.message("moved"), s.version(long_count());

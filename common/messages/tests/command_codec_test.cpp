@@ -40,6 +40,8 @@ static_assert(same_number(SensingRequest::kListContacts, msg::SensingRequest::SE
 static_assert(same_number(WorkspaceOperation::kAdd, msg::WorkspaceOperation::WORKSPACE_ADD));
 static_assert(same_number(WorkspaceOperation::kMove, msg::WorkspaceOperation::WORKSPACE_MOVE));
 static_assert(same_number(WorkspaceOperation::kRemove, msg::WorkspaceOperation::WORKSPACE_REMOVE));
+static_assert(same_number(WorkspaceOperation::kAttach, msg::WorkspaceOperation::WORKSPACE_ATTACH));
+static_assert(same_number(WorkspaceOperation::kRelease, msg::WorkspaceOperation::WORKSPACE_RELEASE));
 static_assert(same_number(WorkspaceOutcome::kAccepted, msg::WorkspaceOutcome::WORKSPACE_ACCEPTED));
 static_assert(same_number(WorkspaceOutcome::kDone, msg::WorkspaceOutcome::WORKSPACE_DONE));
 static_assert(same_number(WorkspaceOutcome::kRefused, msg::WorkspaceOutcome::WORKSPACE_REFUSED));
@@ -215,8 +217,8 @@ TEST(WorkspaceCommandCodec, WhatCannotBeTrueIsRefused) {
   const Refusals<msg::WorkspaceCommand> refusal{to_idl(a_move())};
   EXPECT_EQ(refusal([](auto&) {}), "");
   EXPECT_THAT(refusal([](auto& m) { m.stamp().sequence_number(0); }), HasSubstr("sequence_number"));
-  EXPECT_EQ(refusal([](auto& m) { m.operation(static_cast<msg::WorkspaceOperation>(3)); }),
-            "operation is 3; allowed: 0 to 2");
+  EXPECT_EQ(refusal([](auto& m) { m.operation(static_cast<msg::WorkspaceOperation>(5)); }),
+            "operation is 5; allowed: 0 to 4");
   EXPECT_EQ(refusal([](auto& m) { m.id(65535); }), "id is 65535; allowed: 0 to 65534");
   EXPECT_EQ(refusal([](auto& m) { m.guard_vox(101); }), "guard_vox is 101; allowed: 0 to 100");
   EXPECT_EQ(refusal([](auto& m) {
@@ -239,6 +241,43 @@ TEST(WorkspaceCommandCodec, WhatCannotBeTrueIsRefused) {
               HasSubstr("description is empty; allowed: an object as in a cell file"));
 }
 
+TEST(WorkspaceCommandCodec, AnAttachAndAReleaseHaveAPoseOnlyIfTheySaySo) {
+  WorkspaceCommand attach = a_move();
+  attach.operation = WorkspaceOperation::kAttach;
+  attach.guard_vox.reset();
+  attach.arm = "left";
+  attach.frame = "hand";
+  attach.X_FO.translation_m = {0.0, 0.1, 0.2};
+  auto back = from_idl(to_idl(attach));
+  ASSERT_TRUE(back) << back.status().message();
+  EXPECT_EQ(back->operation, WorkspaceOperation::kAttach);
+  EXPECT_EQ(back->object, "vice");
+  EXPECT_EQ(back->arm, "left");
+  EXPECT_EQ(back->frame, "hand");
+  EXPECT_FALSE(back->sets_pose);
+  EXPECT_EQ(back->X_FO.translation_m, Eigen::Vector3d::Zero()) << "not sent";
+  attach.sets_pose = true;
+  back = from_idl(to_idl(attach));
+  ASSERT_TRUE(back) << back.status().message();
+  EXPECT_TRUE(back->sets_pose);
+  EXPECT_EQ(back->X_FO.translation_m, attach.X_FO.translation_m);
+  const Refusals<msg::WorkspaceCommand> refusal{to_idl(attach)};
+  EXPECT_THAT(refusal([](auto& m) { m.X_FO().qw(kNoNumbers[0]); }), HasSubstr("X_FO's quaternion"));
+  EXPECT_EQ(refusal([](auto& m) { m.X_WO(msg::Pose()); }), "") << "not used";
+  EXPECT_EQ(refusal([](auto& m) { m.sets_pose(false), m.X_FO(msg::Pose()); }), "") << "not used";
+
+  WorkspaceCommand release = a_move();
+  release.operation = WorkspaceOperation::kRelease;
+  release.sets_pose = true;
+  back = from_idl(to_idl(release));
+  ASSERT_TRUE(back) << back.status().message();
+  EXPECT_EQ(back->X_WO.translation_m, release.X_WO.translation_m);
+  EXPECT_EQ(back->guard_vox, release.guard_vox);
+  const Refusals<msg::WorkspaceCommand> refused{to_idl(release)};
+  EXPECT_THAT(refused([](auto& m) { m.X_WO(msg::Pose()); }), HasSubstr("X_WO's quaternion"));
+  EXPECT_EQ(refused([](auto& m) { m.sets_pose(false), m.X_WO(msg::Pose()); }), "") << "not used";
+}
+
 TEST(WorkspaceReplyCodec, ThereAndBackItIsTheSameAndWhatCannotBeTrueIsRefused) {
   const WorkspaceReply reply{kStamp,
                              kCommandStamp,
@@ -255,8 +294,8 @@ TEST(WorkspaceReplyCodec, ThereAndBackItIsTheSameAndWhatCannotBeTrueIsRefused) {
   expect_same_after_round_trip(reply);
   const Refusals<msg::WorkspaceReply> refusal{to_idl(reply)};
   EXPECT_THAT(refusal([](auto& m) { m.stamp().sequence_number(0); }), HasSubstr("sequence_number"));
-  EXPECT_THAT(refusal([](auto& m) { m.operation(static_cast<msg::WorkspaceOperation>(3)); }),
-              HasSubstr("operation is 3"));
+  EXPECT_THAT(refusal([](auto& m) { m.operation(static_cast<msg::WorkspaceOperation>(5)); }),
+              HasSubstr("operation is 5"));
   EXPECT_THAT(refusal([](auto& m) { m.outcome(static_cast<msg::WorkspaceOutcome>(3)); }),
               HasSubstr("outcome is 3"));
   EXPECT_THAT(refusal([](auto& m) { m.seconds(-1); }), HasSubstr("seconds is -1"));

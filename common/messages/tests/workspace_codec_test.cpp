@@ -56,6 +56,14 @@ WorkspaceVersion a_version() {
   version.description.palette_Pa_s_per_m = {0, 9, 32};
   version.description.brick_count = 12;
   version.description.content_hash = 0xfedcba9876543210U;
+  CarriedObject pump{
+      .id = 3, .arm = "left", .frame = "hand", .mesh_hash = 0xfedcba9876543211U, .mass_kg = 2.5};
+  pump.X_FO.translation_m = {0.01, -0.02, 0.3};
+  pump.X_FO.rotation = Eigen::AngleAxisd(0.7, Eigen::Vector3d(1, 2, 3).normalized()).toRotationMatrix();
+  pump.centre_of_mass_m = {0.1, 0.2, -0.3};
+  pump.moments_kg_m2 = {0.1, 0.2, 0.25};
+  pump.products_kg_m2 = {-0.01, 0.02, -0.03};
+  version.carried = {pump, CarriedObject{.id = 9, .arm = "right", .frame = "tool"}};
   return version;
 }
 
@@ -71,6 +79,19 @@ TEST(WorkspaceVersionCodec, ThereAndBackItIsTheSame) {
   EXPECT_EQ(back->description.palette_Pa_s_per_m, version.description.palette_Pa_s_per_m);
   EXPECT_EQ(back->description.brick_count, 12U);
   EXPECT_EQ(back->description.content_hash, 0xfedcba9876543210U);
+  ASSERT_EQ(back->carried.size(), 2U);
+  const CarriedObject &sent = version.carried[0], &came = back->carried[0];
+  EXPECT_EQ(came.id, 3);
+  EXPECT_EQ(came.arm, "left");
+  EXPECT_EQ(came.frame, "hand");
+  EXPECT_EQ(came.mesh_hash, sent.mesh_hash);
+  EXPECT_EQ(came.mass_kg, 2.5);
+  EXPECT_TRUE(came.X_FO.rotation.isApprox(sent.X_FO.rotation, 1e-12));
+  EXPECT_EQ(came.X_FO.translation_m, sent.X_FO.translation_m);
+  EXPECT_EQ(came.centre_of_mass_m, sent.centre_of_mass_m);
+  EXPECT_EQ(came.moments_kg_m2, sent.moments_kg_m2);
+  EXPECT_EQ(came.products_kg_m2, sent.products_kg_m2);
+  EXPECT_EQ(back->carried[1].arm, "right");
 }
 
 TEST(WorkspaceVersionCodec, WhatCannotBeTrueIsRefused) {
@@ -88,6 +109,17 @@ TEST(WorkspaceVersionCodec, WhatCannotBeTrueIsRefused) {
   EXPECT_NE(refusal([](auto& m) { m.palette({}); }), "");
   EXPECT_NE(refusal([](auto& m) { m.palette({0, 32, 9}); }), "") << "a palette rises";
   EXPECT_NE(refusal([](auto& m) { m.palette({1, 2}); }), "") << "its first entry is free space";
+  EXPECT_EQ(refusal([](auto& m) { m.carried()[0].id(0); }), "carried.id is 0; allowed: 1 to 65534");
+  EXPECT_EQ(refusal([](auto& m) { m.carried()[0].id(9); }), "object 9 is carried twice; allowed: each once");
+  EXPECT_THAT(refusal([](auto& m) { m.carried()[1].X_FO(msg::Pose()); }),
+              HasSubstr("carried.X_FO's quaternion"));
+  EXPECT_EQ(refusal([](auto& m) { m.carried()[0].mass_kg(-1); }),
+            "carried.mass_kg is -1; allowed: 0 to 100000");
+  EXPECT_THAT(refusal([](auto& m) { m.carried()[0].centre_of_mass_m().x(kNoNumbers[0]); }),
+              HasSubstr("finite"));
+  EXPECT_THAT(refusal([](auto& m) { m.carried()[0].moments_kg_m2().x(kNoNumbers[1]); }), HasSubstr("finite"));
+  EXPECT_THAT(refusal([](auto& m) { m.carried()[0].moments_kg_m2().y(-1e-9); }), HasSubstr("below 0"));
+  EXPECT_THAT(refusal([](auto& m) { m.carried()[0].products_kg_m2().z(1e10); }), HasSubstr("products_kg_m2"));
 }
 
 TEST(WorkspaceBrickCodec, ThereAndBackItIsTheSame) {
