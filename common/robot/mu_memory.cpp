@@ -55,4 +55,10 @@ void MuMemory::forget() noexcept {
   for (State& state : states_) state.filled = false;
 }
 
+void MuMemory::take_over(std::size_t first, const MuMemory& other, std::size_t other_first,
+                         std::size_t count) noexcept {
+  std::copy_n(&other.states_[other_first], count, &states_[first]);
+  std::copy_n(&other.rings_[other_first * depth_], count * depth_, &rings_[first * depth_]);
+}
+
 }  // namespace phantom::robot

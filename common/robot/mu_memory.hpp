@@ -28,6 +28,10 @@ class MuMemory {
   double sense(std::size_t sensor, std::uint32_t voxel, float mu) noexcept;
   /// Forgets everything. Real-time safe: yes.
   void forget() noexcept;
+  /// Gives the `count` sensors from `first` on what the sensors of `other` from `other_first` on remember.
+  /// Both must have the same weights. Real-time safe: yes.
+  void take_over(std::size_t first, const MuMemory& other, std::size_t other_first,
+                 std::size_t count) noexcept;
 
  private:
   struct State {

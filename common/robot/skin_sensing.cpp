@@ -194,6 +194,16 @@ void SkinSensing::forget() noexcept {
   if (memory_) memory_->forget();
 }
 
+void SkinSensing::continue_from(const SkinSensing& before, const SkinLayout& own) noexcept {
+  if (!memory_ || !before.memory_) return;
+  memory_->forget();
+  for (std::size_t link = 0; link <= core::kMaxJoints; ++link) {
+    const std::size_t points = own.first_cluster[link] - own.first[link];
+    if (points == 0) continue;
+    memory_->take_over(packed_first_[link], *before.memory_, before.packed_first_[link], points);
+  }
+}
+
 kernel::Points SkinSensing::points_of(std::size_t first, std::size_t end) const noexcept {
   return {&x_m_[first], &y_m_[first], &z_m_[first], &weight_[first], end - first};
 }

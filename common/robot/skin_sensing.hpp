@@ -75,6 +75,10 @@ class SkinSensing {
   static constexpr std::size_t kMostMuted = 16;
   /// Forgets the viscosities that sensors met before. Real-time safe: yes.
   void forget() noexcept;
+  /// Gives the arm's own sensors, those of `own`, what they remember in `before`. Both must sense with the
+  /// same options, and with layouts that hold `own` as skin_with_bodies() does. Other sensors remember
+  /// nothing. Real-time safe: yes.
+  void continue_from(const SkinSensing& before, const SkinLayout& own) noexcept;
 
   const LinkSums& sums() const noexcept { return sums_; }
   std::size_t active() const noexcept { return active_; }  ///< sensors that meet fluid
