@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 
 #include "common/core/joints.hpp"
@@ -45,6 +46,26 @@ class GravityFeedForward {
  private:
   bool balanced_;
   Ramp share_;
+};
+
+/// Fades what an arm's payload weighs, as it comes and goes: the torque that carries it never jumps.
+class PayloadWeight {
+ public:
+  /// Returns the torque to carry, N·m or N. `weight_Nm`: that of the present payload at the present pose.
+  /// `changed`: it is another payload than before. Real-time safe: yes.
+  core::JointArray step(const core::JointArray& weight_Nm, bool changed, double dt_s) noexcept {
+    if (changed) {
+      for (std::size_t j = 0; j < weight_Nm.size(); ++j) offset_Nm_[j] = carried_Nm_[j] - weight_Nm[j];
+      left_ = 1.0;
+    }
+    left_ = std::max(0.0, left_ - dt_s / GravityFeedForward::kFade_s);
+    for (std::size_t j = 0; j < weight_Nm.size(); ++j) carried_Nm_[j] = weight_Nm[j] + left_ * offset_Nm_[j];
+    return carried_Nm_;
+  }
+
+ private:
+  core::JointArray carried_Nm_{}, offset_Nm_{};
+  double left_ = 0.0;
 };
 
 }  // namespace phantom::teleop

@@ -34,17 +34,20 @@ double MomentumObserver::greatest_share() const noexcept {
 }
 
 const ExternalTorque& MomentumObserver::step(const robot::LinkPoses& X_WL, const DriveMotion& motion,
-                                             double dt_s) noexcept {
+                                             double dt_s, const robot::Payload& payload) noexcept {
   const std::size_t count = arm_.joint_count();
+  const bool reloaded = !(payload == payload_);
+  payload_ = payload;
   robot::ArmMomentum now;
   core::JointArray known_Nm{};
   if (parameters_.coupled) {
-    now = robot::momentum_of(arm_, parameters_.inertia_kg_m2, X_WL, motion.velocity);
+    now = robot::momentum_of(arm_, parameters_.inertia_kg_m2, X_WL, motion.velocity, payload_);
   } else {
     for (std::size_t j = 0; j < count; ++j)
       now.momentum[j] = parameters_.inertia_kg_m2[j] * motion.velocity[j];
   }
-  const core::JointArray weight_Nm = parameters_.weight ? arm_.gravity_torque(X_WL) : core::JointArray{};
+  core::JointArray weight_Nm = parameters_.weight ? arm_.gravity_torque(X_WL) : core::JointArray{};
+  robot::add_weight(arm_, payload_, X_WL, weight_Nm);
   for (std::size_t j = 0; j < count; ++j) {
     const double v = motion.velocity[j];
     const double friction_Nm =
@@ -57,7 +60,7 @@ const ExternalTorque& MomentumObserver::step(const robot::LinkPoses& X_WL, const
     return external_;
   }
   if (started_ && dt_s > 0.0 && std::isfinite(dt_s)) {
-    follow(now.momentum, known_Nm, dt_s);
+    if (!reloaded) follow(now.momentum, known_Nm, dt_s);
     age_s_ += dt_s;
     external_.contact = contact_.step(greatest_share(), dt_s);
   }

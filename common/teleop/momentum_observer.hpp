@@ -3,6 +3,7 @@
 #include <cstddef>
 
 #include "common/core/joints.hpp"
+#include "common/robot/payload.hpp"
 #include "common/robot/serial_arm.hpp"
 #include "common/teleop/contact_latch.hpp"
 
@@ -47,8 +48,11 @@ class MomentumObserver {
 
   static constexpr double kSettleLags = 3.0;
 
-  /// Takes the next sample, `dt_s` after the one before, with the links at `X_WL`. Real-time safe: yes.
-  const ExternalTorque& step(const robot::LinkPoses& X_WL, const DriveMotion& motion, double dt_s) noexcept;
+  /// Takes the next sample, `dt_s` after the one before, with the links at `X_WL`. `payload`: what the arm
+  /// carries; its weight acts also where the arm itself is balanced. When it changes, r stays what it was for
+  /// that sample: the momentum that comes with the body was not caused by a torque. Real-time safe: yes.
+  const ExternalTorque& step(const robot::LinkPoses& X_WL, const DriveMotion& motion, double dt_s,
+                             const robot::Payload& payload = {}) noexcept;
   /// Returns r, before the threshold; N·m or N.
   const core::JointArray& residual_Nm() const noexcept { return residual_Nm_; }
 
@@ -59,6 +63,7 @@ class MomentumObserver {
 
   const robot::SerialArm& arm_;
   MomentumObserverParameters parameters_;
+  robot::Payload payload_;
   core::JointArray momentum_{}, residual_Nm_{};
   bool started_ = false;
   double age_s_ = 0.0;

@@ -2,6 +2,7 @@
 
 #include "common/can/arm_drives.hpp"
 #include "common/core/health.hpp"
+#include "common/robot/payload.hpp"
 #include "components/slave_io/dds_adapter.hpp"
 #include "components/slave_io/slave_io.hpp"
 
@@ -27,8 +28,8 @@ struct ArmDemand {
   bool home = false;   ///< homing was requested since the last tick, and no stop is in force
 };
 
-/// Interface of the arm that the servo moves: simulated, or with drives. sense(), move() and fill() belong to
-/// the servo thread, allocate no memory and never wait.
+/// Interface of the arm that the servo moves: simulated, or with drives. sense(), move(), carry() and fill()
+/// belong to the servo thread, allocate no memory and never wait.
 class ArmDriver {
  public:
   virtual ~ArmDriver() = default;
@@ -40,6 +41,8 @@ class ArmDriver {
   /// Ends the arm after the servo thread has ended: the arm stops following earlier commands. It is the last
   /// call.
   virtual void end(core::Nanoseconds now_ns) noexcept = 0;
+  /// Counts with what the arm carries from now on. An arm that does not know its torques need not.
+  virtual void carry(const robot::Payload&) noexcept {}
   /// Fills in what this arm reports in `state`: motion, torques, contact.
   virtual void fill(messages::SlaveState& state) const noexcept = 0;
   /// Returns whether missed periods must be simulated one by one, as for an arm whose time is the loop's.

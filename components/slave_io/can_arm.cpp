@@ -1,6 +1,9 @@
 #include "components/slave_io/can_arm.hpp"
 
 #include <algorithm>
+#include <utility>
+
+#include "common/robot/arm_dynamics.hpp"
 
 namespace phantom::slave_io {
 
@@ -36,12 +39,26 @@ const ArmSense& CanArm::sense() noexcept {
   sense_.homing = homing_of(drives);
   exerted_Nm_ = drives.torque;
   model_.arm.link_poses(sense_.position, X_WL_);
-  if (!balanced_) sense_.gravity_Nm = model_.arm.gravity_torque(X_WL_);
+  if (!balanced_) sense_.gravity_Nm = weight_Nm();
   if (observer_) {
     external_ = observer_->step(X_WL_, {drives.follows && drives.current, drives.velocity, drives.torque},
-                                since_last_s_);
+                                since_last_s_, payload_);
   }
   return sense_;
+}
+
+/// Returns the torques that hold the links and, as it fades in, the payload.
+core::JointArray CanArm::weight_Nm() noexcept {
+  core::JointArray payload_Nm{}, whole_Nm = model_.arm.gravity_torque(X_WL_);
+  robot::add_weight(model_.arm, payload_, X_WL_, payload_Nm);
+  payload_Nm = payload_weight_.step(payload_Nm, std::exchange(payload_changed_, false), since_last_s_);
+  for (std::size_t j = 0; j < whole_Nm.size(); ++j) whole_Nm[j] += payload_Nm[j];
+  return whole_Nm;
+}
+
+void CanArm::carry(const robot::Payload& payload) noexcept {
+  payload_changed_ = payload_changed_ || !(payload == payload_);
+  payload_ = payload;
 }
 
 void CanArm::move(const ArmDemand& demand, double dt_s, core::Nanoseconds now_ns) noexcept {

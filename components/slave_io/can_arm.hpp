@@ -3,6 +3,7 @@
 #include <optional>
 
 #include "common/can/arm_drives.hpp"
+#include "common/teleop/counterbalance.hpp"
 #include "common/teleop/momentum_observer.hpp"
 #include "components/slave_io/arm_driver.hpp"
 #include "components/slave_io/model.hpp"
@@ -19,8 +20,9 @@ inline HomingRequest::State homing_of(const can::ArmDrivesSense& drives) noexcep
 
 /// The arm's drives on their CAN buses. Each joint runs in the mode of its drive: torque (of the controller's
 /// position loop), velocity (the reference's velocity plus k_p/k_v times the position error) or position (the
-/// reference). An emergency stop is the drives' quick stop. With `force_sensor` and `force_observer` the
-/// external torques and contact come from the drives' torque (MomentumObserver), while the drives follow.
+/// reference). The weight of what the arm carries is fed forward with the links'; it and its inertia count
+/// for the observer. An emergency stop is the drives' quick stop. With `force_sensor` and `force_observer`
+/// the external torques and contact come from the drives' torque (MomentumObserver), while the drives follow.
 /// Where the arm is touched and with which force is unknown, as is the clearance.
 class CanArm final : public ArmDriver {
  public:
@@ -30,6 +32,7 @@ class CanArm final : public ArmDriver {
   const ArmSense& sense() noexcept override;
   void move(const ArmDemand& demand, double dt_s, core::Nanoseconds now_ns) noexcept override;
   void end(core::Nanoseconds now_ns) noexcept override { drives_.end(now_ns); }
+  void carry(const robot::Payload& payload) noexcept override;
   void fill(messages::SlaveState& state) const noexcept override;
   bool makes_up_periods() const noexcept override { return false; }
   core::ActuatorHealth health() override;
@@ -37,6 +40,8 @@ class CanArm final : public ArmDriver {
   const can::DriveGroupReport& drives() const noexcept { return drives_.report(); }  ///< for the servo thread
 
  private:
+  core::JointArray weight_Nm() noexcept;
+
   const ArmModel& model_;
   std::vector<can::AxisConfig> axes_;
   bool balanced_;
@@ -46,6 +51,9 @@ class CanArm final : public ArmDriver {
   ArmSense sense_;
   core::JointArray exerted_Nm_{}, weight_Nm_{};
   robot::LinkPoses X_WL_;
+  robot::Payload payload_;
+  bool payload_changed_ = false;
+  teleop::PayloadWeight payload_weight_;
   std::optional<teleop::MomentumObserver> observer_;
   teleop::ExternalTorque external_;
   double since_last_s_ = 0.0;  // from the last SYNC but one to the last, which the drives have answered

@@ -198,6 +198,7 @@ Config load_config(const std::filesystem::path& path, const robot::SerialArm& ar
   file.choice("driver", config.driver, {{"sim", Driver::kSimulated}, {"can", Driver::kCan}});
   config.period_s = runtime::read_servo_loop(file, config.scheduling, config.measure_bare_loop);
   file.flag("force_sensor", config.force_sensor);
+  file.number("max_payload_kg", config.max_payload_kg);
   runtime::read_link(file.section("link"), config.link);
   runtime::read_loop_guard(file.section("loop"), config.period_s, config.loop);
   read_plant(file.section("plant"), arm, home, config.plant);

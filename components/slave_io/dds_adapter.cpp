@@ -1,6 +1,9 @@
 #include "components/slave_io/dds_adapter.hpp"
 
+#include <spdlog/fmt/fmt.h>
 #include <spdlog/spdlog.h>
+
+#include <mutex>
 
 #include "common/dds/participant.hpp"
 #include "common/messages/checked_reader.hpp"
@@ -8,6 +11,7 @@
 #include "common/messages/publisher.hpp"
 #include "common/messages/status_reporter.hpp"
 #include "common/messages/teleoperation_codec.hpp"
+#include "common/messages/workspace_codec.hpp"
 
 namespace phantom::slave_io {
 namespace {
@@ -43,7 +47,8 @@ struct DdsAdapter::Impl {
                 inbox.wrist.write({wrench, received_ns});
               }),
         responder(participant, core::Side::kSlave, inbox.stops,
-                  [&inbox](const messages::OperatorCommand& command) { return ask(command, inbox); }) {
+                  [&inbox](const messages::OperatorCommand& command) { return ask(command, inbox); }),
+        payload_inbox(inbox.payload) {
     if (inbox.gripper.has_gripper()) gripper.emplace(participant, dds::kGripperState);
   }
 
@@ -89,7 +94,55 @@ struct DdsAdapter::Impl {
   messages::CheckedReader<msg::MasterState> master;
   messages::CheckedReader<msg::WristWrench> wrist;
   messages::OperatorResponder responder;
+  core::Snapshot<robot::Payload>& payload_inbox;
+  std::mutex payload_mutex;
+  std::optional<PayloadRule> payload_rule;
+  std::string payload_text;                                    // what is carried, or why it is refused
+  std::optional<dds::GuidPrefix> workspace_source;             // the wva_server that is believed
+  std::optional<dds::Reader<msg::WorkspaceVersion>> versions;  // last: its callbacks use the others
+
+  void take(const messages::WorkspaceVersion& version);
 };
+
+/// Believes one wva_server at a time, as phantom_sensing does.
+void DdsAdapter::Impl::take(const messages::WorkspaceVersion& version) {
+  const auto payload = payload_of(version.carried, *payload_rule);
+  std::string text;
+  if (!payload) {
+    text = payload.status().message();
+  } else if (payload->mass_kg() > 0.0) {
+    text = fmt::format("carries {:.3g} kg", payload->mass_kg());
+  }
+  payload_inbox.write(payload ? *payload : robot::Payload());
+  if (text == payload_text) return;
+  payload_text = text;
+  if (payload) {
+    spdlog::info("{}", text.empty() ? "carries nothing whose weight is known" : text);
+  } else {
+    spdlog::warn("{}", text);
+  }
+}
+
+void DdsAdapter::follow_payload(const PayloadRule& rule) {
+  Impl& impl = *impl_;
+  impl.payload_rule = rule;
+  impl.versions.emplace(
+      impl.participant, dds::kWorkspaceVersion,
+      [&impl](const msg::WorkspaceVersion& message, const dds::SampleInfo& info) {
+        const std::lock_guard lock(impl.payload_mutex);
+        if (impl.workspace_source && *impl.workspace_source != info.writer) return false;
+        const auto version = messages::from_idl(message);
+        if (!version) return false;
+        impl.workspace_source = info.writer;
+        impl.take(*version);
+        return true;
+      },
+      [&impl](const dds::GuidPrefix& server) {
+        const std::lock_guard lock(impl.payload_mutex);
+        if (impl.workspace_source == server)
+          impl.workspace_source.reset();  // the arm carries what it carried
+      });
+}
 
 DdsAdapter::DdsAdapter(const core::NetworkOptions& network, const messages::ArmBounds& arm, Inbox& inbox)
     : impl_(std::make_unique<Impl>(network, arm, inbox)) {}
@@ -111,6 +164,11 @@ void DdsAdapter::publish_health(const core::Health& health) {
   core::Health shown = health;
   if (impl_->wrist.has_rival(now_ns)) shown = dds::with_rival(shown, "wrist_wrench");
   if (impl_->master.has_rival(now_ns)) shown = dds::with_rival(shown, "master_state");
+  {
+    const std::lock_guard lock(impl_->payload_mutex);
+    const std::string& payload = impl_->payload_text;
+    if (!payload.empty()) shown.message += (shown.message.empty() ? "" : "; ") + payload;
+  }
   impl_->status.publish(shown);
 }
 

@@ -10,6 +10,7 @@
 #include "common/core/stop_requests.hpp"
 #include "common/messages/arm_bounds.hpp"
 #include "components/slave_io/gripper.hpp"
+#include "components/slave_io/payload.hpp"
 #include "components/slave_io/slave_io.hpp"
 #include "components/slave_io/tare_request.hpp"
 
@@ -51,6 +52,7 @@ struct Inbox {
   GripperRequests gripper;
   CounterbalanceRequest counterbalance;
   core::Snapshot<ReceivedWrench> wrist;
+  core::Snapshot<robot::Payload> payload;
   TareRequest tare;
 };
 
@@ -63,6 +65,9 @@ class DdsAdapter {
   DdsAdapter(const core::NetworkOptions& network, const messages::ArmBounds& arm, Inbox& inbox);
   ~DdsAdapter();
 
+  /// Begins to pass what `rule`'s arm carries to the inbox, as wva_server says it. Call it at most once.
+  /// Throws DdsError.
+  void follow_payload(const PayloadRule& rule);
   void publish(const SlaveReport& report);
   void publish_health(const core::Health& health);
   /// Requests a stop from everyone else after this slave has stopped. `issuer` is for the logs. Called by the

@@ -7,7 +7,7 @@
 namespace phantom::slave_io {
 ArmModel load_arm(const runtime::CellConfig& cell, const std::string& arm_name) {
   const runtime::ArmConfig& config = cell.arm(arm_name);
-  ArmModel model{runtime::load_arm(config), {}, Eigen::Vector3d::Zero(), {}};
+  ArmModel model{runtime::load_arm(config), {}, Eigen::Vector3d::Zero(), {}, config.name};
   model.skin = runtime::load_skin(config, model.arm);
   std::copy(config.home.begin(), config.home.end(), model.home.begin());
   if (const auto tip = model.arm.find_frame(config.tip_link))

@@ -15,6 +15,7 @@ struct ArmModel {
   core::JointArray home{};
   Eigen::Vector3d tip_in_last_link_m = Eigen::Vector3d::Zero();
   std::vector<robot::LinkSkin> skin;
+  std::string name = {};  ///< in the cell file
 };
 
 /// Loads the arm and its home pose. Throws ConfigError.

@@ -22,6 +22,7 @@ Servo::Servo(const ArmModel& model, const Config& config, ArmDriver& arm, Inbox&
 void Servo::tick(double dt_s, core::Nanoseconds now_ns) noexcept {
   SlaveReport report;
   inbox_.master.read(inputs_.master);
+  if (inbox_.payload.read(payload_)) arm_.carry(payload_);
   teleop::age_partner(inputs_, inputs_.master, now_ns);
   // An arm whose time is the loop's waits for it.
   if (!arm_.makes_up_periods()) inputs_.loop = loop_guard_.tick(now_ns);

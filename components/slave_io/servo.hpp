@@ -36,6 +36,7 @@ class Servo {
   Inbox& inbox_;
   double period_s_;
   SlaveInputs inputs_;
+  robot::Payload payload_;
   SlaveIo controller_;
   ArmDriver& arm_;
   std::optional<Gripper> gripper_;

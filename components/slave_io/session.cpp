@@ -231,6 +231,7 @@ int run_drives(const runtime::CellConfig& cell, const ArmModel& model, const Con
                  fmt::join(threshold_Nm.begin(), threshold_Nm.begin() + model.arm.joint_count(), ", "));
   }
   CanArm arm(model, config, std::move(buses));
+  adapter.follow_payload({&model.arm, model.name, config.max_payload_kg});
   const auto loops = run_servo(model, config, arm, inbox, stops, adapter);
   if (!report_dir.empty()) write_report(report_dir / "slave_io.json", loops, nullptr, cell);
   return runtime::kExitDone;

@@ -292,5 +292,54 @@ TEST(ArmDynamics, UsesNoHeap) {
   EXPECT_TRUE(core::all_finite(momentum_of(arm, {}, X_WL, v).momentum, 7));
 }
 
+/// An arm of three joints that carries a body at a slanted frame of its last link: as a link that is fixed
+/// there, or, if `massless`, as a frame only.
+SerialArm arm_with_body(bool massless) {
+  using namespace test_arms;
+  const std::string inertial =
+      massless
+          ? ""
+          : "<inertial><origin xyz=\"0.02 -0.03 0.05\"/><mass value=\"2.5\"/><inertia ixx=\"0.02\" ixy=\"0.003\" "
+            "ixz=\"-0.002\" iyy=\"0.03\" iyz=\"0.001\" izz=\"0.025\"/></inertial>";
+  return load(
+      link("base", 0, "0 0 0") + link("l1", 3, "0.1 0 -0.1") + link("l2", 2, "0 0.1 -0.1") +
+          link("l3", 1, "0 0 -0.1") + "<link name=\"held\">" + inertial + "</link>" +
+          moving_joint("j1", "revolute", "base", "l1", "0 0 0", "0.1 0 0", "0 1 0", 3) +
+          moving_joint("j2", "prismatic", "l1", "l2", "0.02 0 -0.35", "0 0 0.2", "1 0 0", 1) +
+          moving_joint("j3", "revolute", "l2", "l3", "0 0 -0.3", "0 0 0", "0 0.6 0.8", 3) +
+          R"(<joint name="f" type="fixed"><parent link="l3"/><child link="held"/><origin xyz="0.1 0.05 -0.2" rpy="0.3 -0.4 0.5"/></joint>)",
+      "l3", at(0.1, 0.2, 1.0));
+}
+
+TEST(Payload, ActsAsALinkThatIsFixedToTheArm) {
+  const SerialArm whole = arm_with_body(false), bare = arm_with_body(true);
+  const auto [link, X_LF] = *bare.find_frame("held");
+  Matrix3d inertia;
+  inertia << 0.02, 0.003, -0.002, 0.003, 0.03, 0.001, -0.002, 0.001, 0.025;
+  Payload payload;
+  // In two parts: bodies of one link are one body.
+  add_body(payload, link, 1.0, X_LF * Vector3d(0.02, -0.03, 0.05),
+           X_LF.rotation * (inertia * 0.4) * X_LF.rotation.transpose());
+  add_body(payload, link, 1.5, X_LF * Vector3d(0.02, -0.03, 0.05),
+           X_LF.rotation * (inertia * 0.6) * X_LF.rotation.transpose());
+  EXPECT_DOUBLE_EQ(payload.mass_kg(), 2.5);
+  for (int i = 0; i < 100; ++i) {
+    const JointArray q = numbers(3, 1.0), v = numbers(3, 2.0), rotor = numbers(3, 0.0);
+    LinkPoses X_WL;
+    bare.link_poses(q, X_WL);
+    const test::HeapGuard guard;
+    const ArmMomentum with = momentum_of(bare, rotor, X_WL, v, payload),
+                      as_link = momentum_of(whole, rotor, X_WL, v);
+    JointArray weight = bare.gravity_torque(X_WL);
+    add_weight(bare, payload, X_WL, weight);
+    const JointArray expected = whole.gravity_torque(X_WL);
+    for (std::size_t j = 0; j < 3; ++j) {
+      EXPECT_NEAR(with.momentum[j], as_link.momentum[j], 1e-12);
+      EXPECT_NEAR(with.drift[j], as_link.drift[j], 1e-12);
+      EXPECT_NEAR(weight[j], expected[j], 1e-12);
+    }
+  }
+}
+
 }  // namespace
 }  // namespace phantom::robot

@@ -1,0 +1,25 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "common/core/status.hpp"
+#include "common/messages/workspace.hpp"
+#include "common/robot/payload.hpp"
+#include "common/robot/serial_arm.hpp"
+
+namespace phantom::slave_io {
+
+/// Which of what arms carry counts for this arm.
+struct PayloadRule {
+  const robot::SerialArm* arm = nullptr;
+  std::string name;       ///< of the arm, in the cell file
+  double limit_kg = 0.0;  ///< what weighs more in all is refused
+};
+
+/// Returns what the arm carries, as bodies on its links. Bodies of unknown mass count nothing. Refuses, with
+/// a sentence, a payload that the rule does not allow or on links that the arm does not have.
+core::Expected<robot::Payload> payload_of(const std::vector<messages::CarriedObject>& carried,
+                                          const PayloadRule& rule);
+
+}  // namespace phantom::slave_io
