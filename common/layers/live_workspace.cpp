@@ -137,6 +137,12 @@ core::Expected<WorkspaceChange> LiveWorkspace::remove(std::uint16_t id, std::uin
   return apply(std::move(next), std::move(touched), {}, version, options);
 }
 
+core::Expected<WorkspaceChange> LiveWorkspace::renew(std::uint64_t version,
+                                                     const ActivationOptions& options) {
+  if (core::Status checked = check_version(version, workspace_.version); !checked) return checked;
+  return apply(objects_, {}, {}, version, options);
+}
+
 core::Expected<WorkspaceChange> LiveWorkspace::apply(Objects next, std::vector<workspace::BrickKey> touched,
                                                      WorkspaceChange change, std::uint64_t version,
                                                      const ActivationOptions& options) {

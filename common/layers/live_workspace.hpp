@@ -62,6 +62,8 @@ class LiveWorkspace {
                                        const ActivationOptions& options = {});
   core::Expected<WorkspaceChange> remove(std::uint16_t id, std::uint64_t version,
                                          const ActivationOptions& options = {});
+  /// Makes a new version with the same content.
+  core::Expected<WorkspaceChange> renew(std::uint64_t version, const ActivationOptions& options = {});
 
   const workspace::Workspace& workspace() const { return workspace_; }
   /// Moves the workspace out, for callers that need no more changes.

@@ -1,8 +1,8 @@
 #include "common/messages/mesh_assembler.hpp"
 
-#include <zstd.h>
-
 #include <sstream>
+
+#include "common/workspace/compression.hpp"
 
 namespace phantom::messages {
 namespace {
@@ -70,12 +70,12 @@ core::Expected<std::optional<geometry::TriangleMesh>> MeshAssembler::unpack(std:
   for (const auto& [number, chunk] : pending.chunks) packed.insert(packed.end(), chunk.begin(), chunk.end());
   const std::size_t size = 12 * (static_cast<std::size_t>(pending.vertex_count) + pending.triangle_count);
   // The zstd frame states its size, so that a wrong size is found before memory is allocated for it.
-  if (ZSTD_getFrameContentSize(packed.data(), packed.size()) != size) {
+  if (workspace::content_size(packed) != size) {
     return refuse(hash, "does not unpack to the announced " + std::to_string(pending.vertex_count) +
                             " vertices and " + std::to_string(pending.triangle_count) + " triangles");
   }
   std::vector<std::uint8_t> bytes(size);
-  if (ZSTD_decompress(bytes.data(), size, packed.data(), packed.size()) != size) {
+  if (!workspace::decompress(packed, bytes)) {
     return refuse(hash, "its compressed data are damaged");
   }
   geometry::TriangleMesh mesh;

@@ -34,10 +34,12 @@ void append_own(const SkinLayout& own, std::size_t first, std::size_t end, doubl
     layout.area_m2.push_back(own.area_m2[i]);
     layout.weight.push_back(own.weight[i] * scale);
     layout.cluster_kind.push_back(own.cluster_kind[i]);
+    if (!own.closing_m.empty()) layout.closing_m.push_back(own.closing_m[i]);
   }
 }
 
-void append_body(const Placed& body, SkinLayout& layout) {
+// What the fingers hold does not move as they do.
+void append_body(const Placed& body, bool has_fingers, SkinLayout& layout) {
   for (std::size_t i = 0; i < body.skin->positions_m.size(); ++i) {
     const Eigen::Vector3d p_m = body.X_LO * body.skin->positions_m[i];
     const double area_m2 = body.skin->areas_m2[i];
@@ -47,6 +49,7 @@ void append_body(const Placed& body, SkinLayout& layout) {
     layout.area_m2.push_back(area_m2);
     layout.weight.push_back(layout.normalisation == Normalisation::kArea ? area_m2 : 1.0);
     layout.cluster_kind.push_back(0);
+    if (has_fingers) layout.closing_m.emplace_back(Eigen::Vector3d::Zero());
   }
 }
 
@@ -91,7 +94,7 @@ core::Expected<SkinLayout> skin_with_bodies(const SerialArm& arm, const SkinLayo
     const auto own_sensors = static_cast<double>(end - first);
     append_own(own, first, first_cluster, own_sensors, layout);
     for (const Placed& body : placed) {
-      if (body.link == link) append_body(body, layout);
+      if (body.link == link) append_body(body, !own.closing_m.empty(), layout);
     }
     layout.first_cluster[link] = layout.size();
     append_own(own, first_cluster, end, own_sensors, layout);

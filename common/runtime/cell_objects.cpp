@@ -75,6 +75,11 @@ ObjectConfig read_object(const Fields& fields, const workspace::LayerProfile& ce
   if (const auto checked = workspace::check_profile(object.profile); !checked)
     throw ConfigError(fields.place() + ": " + checked.message());
   fields.number("priority", object.priority);
+  fields.number("mass_kg", object.mass_kg);
+  if (fields.has("hold")) {
+    const Fields hold = fields.section("hold");
+    object.hold = HoldConfig{hold.text("arm"), hold.text("frame"), hold.pose("pose")};
+  }
   std::vector<double> rgb;
   fields.numbers("colour", rgb);
   if (!fields.has("colour")) return object;

@@ -15,6 +15,13 @@ namespace phantom::runtime {
 
 struct CellConfig;
 
+/// How arms hold an object: a tool, or something with a handle.
+struct HoldConfig {
+  std::string arm;      ///< the arm that carries it from the start; empty: none does
+  std::string frame;    ///< the arm's link that holds it; empty: the last one
+  geometry::Pose X_FO;  ///< object in the frame of that link
+};
+
 /// Configuration of an object in the cell. Its shape is a mesh file, a mesh in the cell's own text
 /// (`polyhedron`), or a solid by formula (`primitive`, `csg`, `implicit`).
 struct ObjectConfig {
@@ -32,6 +39,8 @@ struct ObjectConfig {
   workspace::LayerProfile profile;  ///< the object's own profile, or else the cell's
   int priority = 0;  ///< with the merge law object_priority, the object of the greater priority prevails
   std::array<float, 3> colour{0.7F, 0.7F, 0.7F};  ///< linear RGB, 0…1
+  double mass_kg = 0.0;                           ///< 0: unknown
+  std::optional<HoldConfig> hold;                 ///< none: arms hold it as it stands when they take it
   /// Deviation of the real pose from the model's: real pose = X_WO · X_deviation. Only the simulated world
   /// knows it.
   geometry::Pose X_deviation;

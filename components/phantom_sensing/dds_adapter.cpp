@@ -35,6 +35,7 @@ messages::SensingReply reply_to(const messages::SensingCommand& command, const A
 struct DdsAdapter::Impl {
   struct WorkspaceReaders {
     WorkspaceReaders(Impl& owner, WorkspaceKeeper& workspace);
+    dds::Reader<msg::MeshChunk> mesh;  // before the version that needs it
     dds::Reader<msg::WorkspaceVersion> version;
     dds::Reader<msg::WorkspaceBrick> brick;
     dds::Reader<msg::WorkspaceObject> object;
@@ -112,12 +113,18 @@ DdsAdapter::Impl::Readers::Readers(Impl& owner, SensingLoop& loop, WorkspaceKeep
 }
 
 DdsAdapter::Impl::WorkspaceReaders::WorkspaceReaders(Impl& owner, WorkspaceKeeper& workspace)
-    : version(
+    : mesh(owner.participant, dds::kMeshChunk,
+           [&workspace](const msg::MeshChunk& message, const dds::SampleInfo& info) {
+             auto received = messages::from_idl(message);
+             if (!received) return workspace.refuse(received.status());
+             workspace.put_mesh(info.writer, *std::move(received));
+           }),
+      version(
           owner.participant, dds::kWorkspaceVersion,
           [&owner, &workspace](const msg::WorkspaceVersion& message, const dds::SampleInfo& info) {
             const auto received = messages::from_idl(message);
             if (!received) return workspace.refuse(received.status());
-            workspace.commit(info.writer, received->description);
+            workspace.commit(info.writer, received->description, received->carried);
             const std::lock_guard lock(owner.objects_mutex);
             owner.objects.commit(info.writer);
           },

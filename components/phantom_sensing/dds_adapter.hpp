@@ -15,9 +15,9 @@
 namespace phantom::phantom_sensing {
 
 /// The component's DDS readers and writers. In: slave_state, gripper_state of an arm with fingers,
-/// workspace_brick, workspace_version, workspace_object and sensing_command. Out: drag_field, percept,
-/// interest_points, skin_percept, hit_alert, sensing_reply and component_status. Invalid samples are refused,
-/// counted, and reported in the log at most once in five seconds per topic.
+/// workspace_brick, workspace_version, workspace_object, mesh_chunk and sensing_command. Out: drag_field,
+/// percept, interest_points, skin_percept, hit_alert, sensing_reply and component_status. Invalid samples are
+/// refused, counted, and reported in the log at most once in five seconds per topic.
 class DdsAdapter : public PerceptSink {
  public:
   /// Joins the DDS domain with all writers and the reader of commands; start_reading() adds the other

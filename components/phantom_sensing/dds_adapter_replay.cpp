@@ -46,7 +46,7 @@ bool is_same(const std::vector<std::uint8_t>& made, const std::vector<std::uint8
 class Replay {
  public:
   Replay(const PhantomModel& model, const PerceptSettings& settings, ContactRegister contacts)
-      : model_(model), settings_(settings), contacts_(std::move(contacts)) {}
+      : model_(model), settings_(settings), contacts_(std::move(contacts)), parts_(model, settings) {}
 
   void take(const std::string& topic, const recording::Message& message) {
     if (topic == dds::kSlaveState.name) {
@@ -62,8 +62,12 @@ class Replay {
       keep_version();
     } else if (topic == dds::kWorkspaceVersion.name) {
       if_sound(dds::kWorkspaceVersion, message, [this](const messages::WorkspaceVersion& version) {
-        (void)assembler_.commit(version.description);
+        if (assembler_.commit(version.description)) carried_[version.description.version] = version.carried;
       });
+      keep_version();
+    } else if (topic == dds::kMeshChunk.name) {
+      if_sound(dds::kMeshChunk, message,
+               [this](const messages::MeshChunk& chunk) { (void)parts_.put(chunk); });
       keep_version();
     } else if (topic == dds::kSensingCommand.name) {
       if_sound(dds::kSensingCommand, message, [this](const messages::SensingCommand& command) {
@@ -117,7 +121,10 @@ class Replay {
   void keep_version() {
     const auto& current = assembler_.current();
     if (!current || (!versions_.empty() && versions_.back().voxels == current)) return;
-    versions_.push_back({current, assembler_.greatest_neighbour_mu()});
+    const auto skin = parts_.skin_with(carried_[current->version]);
+    if (!skin) return;  // a mesh is still to come
+    carried_.erase(carried_.begin(), carried_.find(current->version));
+    versions_.push_back({current, assembler_.greatest_neighbour_mu(), *skin});
     if (versions_.size() > kMostVersions) versions_.pop_front();
   }
 
@@ -200,7 +207,8 @@ class Replay {
     }
     ticked_.reset();
     const auto state = states_.samples.find(name);
-    const SensedWorkspace workspace = version_of(version);
+    std::shared_ptr<CarryingSkin> skin;
+    const SensedWorkspace workspace = version_of(version, skin);
     const Name gripper_name =
         gripper_echo != nullptr ? Name{gripper_echo->session(), gripper_echo->sequence_number()} : Name{};
     const auto gripper = grippers_.samples.find(gripper_name);
@@ -227,13 +235,16 @@ class Replay {
       before_ = info_.slave;
     }
     sensing_->step(inputs, outputs_);
+    worn_ = skin;  // only now the one before may go
     ticked_ = name;
     return true;
   }
 
-  SensedWorkspace version_of(std::uint64_t version) const {
+  SensedWorkspace version_of(std::uint64_t version, std::shared_ptr<CarryingSkin>& skin) const {
     for (const Version& kept : versions_) {
-      if (kept.voxels->version == version) return {kept.voxels.get(), kept.greatest_neighbour_mu};
+      if (kept.voxels->version != version) continue;
+      skin = kept.skin;
+      return {kept.voxels.get(), kept.greatest_neighbour_mu, skin ? &skin->sensing : nullptr};
     }
     return {};
   }
@@ -261,10 +272,14 @@ class Replay {
   struct Version {
     std::shared_ptr<const workspace::Workspace> voxels;
     double greatest_neighbour_mu;
+    std::shared_ptr<CarryingSkin> skin;
   };
   const PhantomModel& model_;
   const PerceptSettings& settings_;
   ContactRegister contacts_;
+  CarriedParts parts_;
+  std::map<std::uint64_t, std::vector<messages::CarriedObject>> carried_;  // by version
+  std::shared_ptr<CarryingSkin> worn_;
   std::optional<PhantomSensing> sensing_;
   workspace::WorkspaceAssembler assembler_;
   std::deque<Version> versions_;

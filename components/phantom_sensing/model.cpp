@@ -48,7 +48,7 @@ PhantomModel load_model(const runtime::CellConfig& cell, const Config& config) {
     points.push_back({point.name, frame->first, frame->second * point.position_m,
                       runtime::closing_of_frame(arm, closed, point.link)});
   }
-  return {std::move(arm), std::move(skin), std::move(points)};
+  return {std::move(arm), std::move(skin), std::move(points), arm_config.name, options};
 }
 
 ContactRegister contacts_of_cell(const runtime::CellConfig& cell, const Config& config,

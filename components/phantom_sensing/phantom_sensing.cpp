@@ -16,12 +16,15 @@ std::size_t threads_for(std::size_t sensors) {
 
 }  // namespace
 
+robot::SensingOptions sensing_options(const PerceptSettings& settings, std::size_t sensors) {
+  return {settings.directional.enabled, settings.gradient_reach_vox, settings.memory, settings.response,
+          settings.threads != 0 ? settings.threads : threads_for(sensors)};
+}
+
 PhantomSensing::PhantomSensing(const PhantomModel& model, const PerceptSettings& settings)
     : model_(model),
       settings_(settings),
-      sensing_(model.skin,
-               {settings.directional.enabled, settings.gradient_reach_vox, settings.memory, settings.response,
-                settings.threads != 0 ? settings.threads : threads_for(model.skin.size())}),
+      own_sensing_(model.skin, sensing_options(settings, model.skin.size())),
       zone_(settings.cluster_reach_vox, settings.cluster_shape),
       skin_watch_{percept::HitMonitor(settings.hit, settings.alert)},
       interest_watches_(model.interest_points.size(), skin_watch_),
@@ -67,13 +70,13 @@ percept::HitCandidate PhantomSensing::perceive_place(const StepInputs& inputs, s
 void PhantomSensing::perceive_skin(const StepInputs& inputs, StepOutputs& outputs) noexcept {
   SkinPercept& percept = outputs.percept;
   std::optional<percept::HitCandidate> candidate;
-  if (const robot::WorstSensor& worst = sensing_.worst(); worst.found) {
+  if (const robot::WorstSensor& worst = sensing_->worst(); worst.found) {
     percept.mu = static_cast<double>(worst.mu);
     percept.object = worst.object;
     percept.position_W_m = worst.position_W_m;
     percept.link = worst.link;
     percept.sensor = worst.sensor;
-    const auto& closing_m = model_.skin.closing_m;
+    const auto& closing_m = sensing_->layout().closing_m;
     candidate = perceive_place(inputs, worst.link,
                                closing_m.empty() ? Eigen::Vector3d::Zero() : closing_m[worst.sensor],
                                worst.voxel, percept);
@@ -110,25 +113,35 @@ void PhantomSensing::perceive_interest_points(const StepInputs& inputs) noexcept
   }
 }
 
+void PhantomSensing::set_muted(const percept::AllowedContact& contacts, bool muted) noexcept {
+  contacts.for_each([&](std::uint16_t object, std::size_t link) {
+    const bool whole = link == percept::AllowedContact::kWholeArm;
+    for (std::size_t l = whole ? 1 : link; l <= (whole ? model_.arm.joint_count() : link); ++l)
+      sensing_->mute(l, object, muted);
+  });
+}
+
 /// Updates the contacts that the skin must not feel, if they have changed.
 void PhantomSensing::mute(const percept::AllowedContact& allowed) noexcept {
   if (allowed == muted_) return;
-  const auto set = [this](const percept::AllowedContact& contacts, bool muted) {
-    contacts.for_each([&](std::uint16_t object, std::size_t link) {
-      const bool whole = link == percept::AllowedContact::kWholeArm;
-      for (std::size_t l = whole ? 1 : link; l <= (whole ? model_.arm.joint_count() : link); ++l)
-        sensing_.mute(l, object, muted);
-    });
-  };
-  set(muted_, false);
-  set(allowed, true);
+  set_muted(muted_, false);
+  set_muted(allowed, true);
   muted_ = allowed;
+}
+
+void PhantomSensing::wear(robot::SkinSensing* carrying) noexcept {
+  robot::SkinSensing* const next = carrying != nullptr ? carrying : &own_sensing_;
+  if (next == sensing_) return;
+  set_muted(muted_, false);  // it may be worn again
+  muted_ = {};
+  next->continue_from(*sensing_, model_.skin);
+  sensing_ = next;
 }
 
 /// Ends the alerts of the interest points and clears the sensors' memory of μ, because their inputs are no
 /// longer known.
 void PhantomSensing::forget() noexcept {
-  sensing_.forget();
+  sensing_->forget();
   for (std::size_t i = 0; i < interest_.size(); ++i) {
     interest_[i] = {};
     interest_[i].alerts = numbered(interest_watches_[i], interest_watches_[i].hits.close());
@@ -139,6 +152,7 @@ void PhantomSensing::step(const StepInputs& inputs, StepOutputs& outputs) noexce
   outputs = {};
   outputs.drag_mode = settings_.mode;
   outputs.interest = interest_;
+  wear(inputs.workspace.carrying);
   const bool known = inputs.workspace.voxels != nullptr;
   if (known) outputs.workspace_version = inputs.workspace.voxels->version;
   if (!known || !inputs.state_valid) {
@@ -148,13 +162,13 @@ void PhantomSensing::step(const StepInputs& inputs, StepOutputs& outputs) noexce
   }
   model_.arm.link_poses(inputs.position, X_WL_);
   mute(inputs.allowed);
-  sensing_.close_gripper(inputs.fingers.closed);
-  sensing_.sense(X_WL_, model_.arm.joint_count(), *inputs.workspace.voxels);
-  robot::drag_coefficients(model_.arm, X_WL_, sensing_.sums(), settings_.directional, inputs.velocity,
+  sensing_->close_gripper(inputs.fingers.closed);
+  sensing_->sense(X_WL_, model_.arm.joint_count(), *inputs.workspace.voxels);
+  robot::drag_coefficients(model_.arm, X_WL_, sensing_->sums(), settings_.directional, inputs.velocity,
                            outputs.drag);
   outputs.valid = true;
-  outputs.active_sensors = sensing_.active();
-  outputs.muted_sensors = sensing_.muted();
+  outputs.active_sensors = sensing_->active();
+  outputs.muted_sensors = sensing_->muted();
   perceive_skin(inputs, outputs);
   perceive_interest_points(inputs);
 }

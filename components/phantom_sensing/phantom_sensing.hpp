@@ -55,7 +55,9 @@ struct Fingers {
 struct PhantomModel {
   robot::SerialArm arm;
   robot::SkinLayout skin;
-  std::vector<InterestPoint> interest_points;
+  std::vector<InterestPoint> interest_points = {};
+  std::string name = {};                 ///< the arm's, in the cell file
+  robot::SkinOptions skin_options = {};  ///< from which `skin` was laid out
 
   /// Returns whether the arm has a gripper that moves what is sensed.
   bool has_fingers() const noexcept {
@@ -65,10 +67,15 @@ struct PhantomModel {
   }
 };
 
-/// A workspace and a value precomputed from it; both must outlive the step.
+/// Returns the options with which a skin of so many sensors senses.
+robot::SensingOptions sensing_options(const PerceptSettings& settings, std::size_t sensors);
+
+/// A workspace, a value precomputed from it, and the skin that belongs to it; all must outlive the step.
 struct SensedWorkspace {
   const workspace::Workspace* voxels = nullptr;
   double greatest_neighbour_mu = 0.0;  ///< Pa·s/m
+  /// Senses with the skin of the arm and of what it carries in this version; null: it carries nothing.
+  robot::SkinSensing* carrying = nullptr;
 };
 
 struct StepInputs {
@@ -127,9 +134,15 @@ class PhantomSensing {
  public:
   /// Allocates all memory that step() needs. The model must outlive this.
   PhantomSensing(const PhantomModel& model, const PerceptSettings& settings);
+  PhantomSensing(const PhantomSensing&) = delete;
+  PhantomSensing& operator=(const PhantomSensing&) = delete;
   /// Real-time safe: yes (no heap, lock, clock or file). Cost: bounded by the numbers of sensors and interest
   /// points.
   void step(const StepInputs& inputs, StepOutputs& outputs) noexcept;
+  /// Senses with that skin from now on, as SensedWorkspace names it, until the next call; what it senses with
+  /// now must live until this returns. step() calls it, too. Real-time safe: yes (no heap, lock, clock or
+  /// file).
+  void wear(robot::SkinSensing* carrying) noexcept;
 
  private:
   void perceive_skin(const StepInputs& inputs, StepOutputs& outputs) noexcept;
@@ -141,11 +154,13 @@ class PhantomSensing {
                              const Eigen::Vector3d& position_W_m) const noexcept;
   void forget() noexcept;
   void mute(const percept::AllowedContact& allowed) noexcept;
+  void set_muted(const percept::AllowedContact& contacts, bool muted) noexcept;
 
   const PhantomModel& model_;
   PerceptSettings settings_;
-  robot::SkinSensing sensing_;
-  percept::AllowedContact muted_;  // as last set in sensing_
+  robot::SkinSensing own_sensing_;
+  robot::SkinSensing* sensing_ = &own_sensing_;  // or that of the arm with what it carries
+  percept::AllowedContact muted_;                // as last set in *sensing_
   percept::ClusterZone zone_;
   /// The hit monitor of one place, with the number of its active alert.
   struct Watch {

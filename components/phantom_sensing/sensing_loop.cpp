@@ -78,7 +78,9 @@ void SensingLoop::turn(core::Nanoseconds now_ns) {
   const bool fresh = inbox_.read(newest_);
   if (fresh) counted_.state_seen = true;
   permits_inbox_.read(permits_);
-  const SensedWorkspace workspace = workspace_.newest();
+  const SensedWorkspace workspace = workspace_.look();
+  sensing_.wear(workspace.carrying);  // while the skin before is still there
+  workspace_.let_go_of_older();
   watch_.announced(workspace_.announced());
   const PerceptCondition condition =
       assess(workspace.voxels != nullptr ? workspace.voxels->version : 0, now_ns);

@@ -28,6 +28,7 @@ struct Situation {
   std::uint64_t workspace_version = 0;
   double tick_rate_hz = 0.0;
   std::size_t allowed_contacts = 0;
+  std::vector<std::string> carried;  ///< names of what the arm carries
   std::uint64_t self_tests = 0;
   SelfTestResult self_test;
 };
@@ -63,7 +64,10 @@ core::Health health_of(const Situation& now, const PhantomModel& model) {
     health.message += (health.message.empty() ? "" : "; ") + std::to_string(now.allowed_contacts) +
                       " contacts are allowed and not felt";
   }
+  for (const std::string& name : now.carried)
+    health.message += (health.message.empty() ? "carries " : ", carries ") + name;
   health.figures = {{"sensors", static_cast<double>(model.skin.size()), ""},
+                    {"carried_objects", static_cast<double>(now.carried.size()), ""},
                     {"active_sensors", static_cast<double>(figures.active_sensors), ""},
                     {"muted_sensors", static_cast<double>(figures.muted_sensors), ""},
                     {"allowed_contacts", static_cast<double>(now.allowed_contacts), ""},
@@ -172,8 +176,9 @@ class Service {
   }
 
   Situation situation(core::Nanoseconds now_ns) {
-    Situation now{loop_.figures(), workspace_.version(), 0.0, contacts_.permits().size(), self_tests_,
+    Situation now{loop_.figures(), workspace_.version(), 0.0, contacts_.permits().size(), {}, self_tests_,
                   tested_as_};
+    for (const std::uint16_t id : workspace_.carried()) now.carried.push_back(object_name(id));
     if (now_ns > before_ns_ && before_ns_ != 0)
       now.tick_rate_hz =
           static_cast<double>(now.figures.ticks - ticks_before_) / core::seconds(now_ns - before_ns_);
@@ -261,7 +266,8 @@ int run_service(const runtime::ProcessOptions& options, const runtime::Deploymen
   if (const SelfTestResult tested = test_step(config.percept); !tested.passed)
     throw std::runtime_error(tested.message);
   DdsAdapter adapter(core::in_haptic_path(deployment.network, config.servo_priority), model);
-  WorkspaceKeeper workspace(adapter.workspace_callbacks(), config.workspace_max_bytes);
+  CarriedParts parts(model, config.percept, config.servo_priority);
+  WorkspaceKeeper workspace(adapter.workspace_callbacks(), config.workspace_max_bytes, &parts);
   HitLog hits(adapter, model);
   AlertRelay relay(hits, config.servo_priority);
   // Made here because its workers inherit their scheduling from the thread that creates them.

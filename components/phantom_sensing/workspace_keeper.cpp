@@ -8,9 +8,10 @@
 
 namespace phantom::phantom_sensing {
 
-WorkspaceKeeper::WorkspaceKeeper(Callbacks callbacks, std::size_t most_bytes)
+WorkspaceKeeper::WorkspaceKeeper(Callbacks callbacks, std::size_t most_bytes, CarriedParts* parts)
     : callbacks_(std::move(callbacks)),
       most_waiting_bytes_(most_bytes / 4),
+      parts_(parts),
       sources_(most_bytes),
       thread_([this] { work(); }) {}
 
@@ -63,10 +64,21 @@ void WorkspaceKeeper::put_brick(const workspace::SourceId& source, workspace::Br
       },
       size, &source);
 }
-void WorkspaceKeeper::commit(const workspace::SourceId& source, workspace::VersionDescription description) {
-  enqueue([this, source, description = std::move(description)](workspace::WorkspaceSources& sources) {
-    return checked(source, sources.commit(source, description));
+void WorkspaceKeeper::commit(const workspace::SourceId& source, workspace::VersionDescription description,
+                             Carried carried) {
+  enqueue([this, source, description = std::move(description),
+           carried = std::move(carried)](workspace::WorkspaceSources& sources) {
+    core::Status taken = checked(source, sources.commit(source, description));
+    if (!taken) return taken;
+    note_committed({source, description.version, carried});
+    return taken;
   });
+}
+void WorkspaceKeeper::put_mesh(const workspace::SourceId& source, messages::MeshChunk chunk) {
+  if (parts_ == nullptr) return;
+  const std::size_t size = chunk.data.size();
+  enqueue([this, chunk = std::move(chunk)](workspace::WorkspaceSources&) { return parts_->put(chunk); }, size,
+          &source);
 }
 /// Tells the caller of a source in excess by the `status` of what it sent.
 core::Status WorkspaceKeeper::checked(const workspace::SourceId& source, core::Status status) const {
@@ -92,18 +104,64 @@ void WorkspaceKeeper::gone(const workspace::SourceId& source) {
   });
 }
 
+/// Keeps what was carried in the newest versions of each source; of a source that is not in force, not for
+/// ever.
+void WorkspaceKeeper::note_committed(Committed committed) {
+  const workspace::SourceId source = committed.source;
+  committed_.push_back(std::move(committed));
+  const auto of_source = [&source](const Committed& other) { return other.source == source; };
+  if (std::count_if(committed_.begin(), committed_.end(), of_source) > kCommittedOfSource)
+    committed_.erase(std::find_if(committed_.begin(), committed_.end(), of_source));
+  if (committed_.size() > kMostCommitted)
+    committed_.erase(std::find_if(committed_.begin(), committed_.end(), [this](const Committed& other) {
+      return !sources_.in_force() || other.source != *sources_.in_force();
+    }));
+}
+
 void WorkspaceKeeper::hand_over() {
   announced_.store(sources_.announced(), std::memory_order_release);
   contested_.store(sources_.contested(), std::memory_order_relaxed);
   const auto& current = sources_.current();
   if (!current || (!alive_.empty() && alive_.back().workspace == current)) return;
+  std::shared_ptr<CarryingSkin> skin;
+  if (!make_skin(*sources_.in_force(), current->version, skin)) return;
   const std::uint64_t generation = alive_.empty() ? 1 : alive_.back().generation + 1;
   {
     const std::lock_guard lock(alive_mutex_);
-    alive_.push_back({current, generation, *sources_.in_force()});
+    alive_.push_back({current, generation, *sources_.in_force(), skin});
   }
-  handed_over_.write({{current.get(), sources_.greatest_neighbour_mu()}, generation});
+  handed_over_.write(
+      {{current.get(), sources_.greatest_neighbour_mu(), skin ? &skin->sensing : nullptr}, generation});
   version_.store(current->version, std::memory_order_relaxed);
+}
+
+/// Makes the skin that belongs to a version: the one in use, if the arm carries the same. Returns false while
+/// it cannot be made; why is reported once.
+bool WorkspaceKeeper::make_skin(const workspace::SourceId& source, std::uint64_t version,
+                                std::shared_ptr<CarryingSkin>& skin) {
+  if (parts_ == nullptr) return true;
+  if (version == impossible_) return false;
+  const auto of_version = std::find_if(
+      committed_.rbegin(), committed_.rend(),
+      [&](const Committed& committed) { return committed.source == source && committed.version == version; });
+  if (of_version == committed_.rend()) return false;  // a newer one is on its way
+  const auto made = parts_->skin_with(of_version->carried);
+  if (made) {
+    skin = *made;
+    skin_problem_.clear();
+    return true;
+  }
+  // A mesh may still come; all else stays as it is in this version.
+  if (made.status().code() != core::ErrorCode::kUnavailable) impossible_ = version;
+  if (const std::string before = std::exchange(skin_problem_, made.status().message());
+      before != skin_problem_)
+    callbacks_.refused(skin_problem_);
+  return false;
+}
+
+std::vector<std::uint16_t> WorkspaceKeeper::carried() const {
+  const std::lock_guard lock(alive_mutex_);
+  return alive_.empty() || !alive_.back().skin ? std::vector<std::uint16_t>() : alive_.back().skin->objects;
 }
 
 void WorkspaceKeeper::note_attended() {
@@ -178,9 +236,8 @@ void WorkspaceKeeper::work() {
   }
 }
 
-SensedWorkspace WorkspaceKeeper::newest() noexcept {
+SensedWorkspace WorkspaceKeeper::look() noexcept {
   handed_over_.read(in_use_);
-  acknowledged_.store(in_use_.generation, std::memory_order_release);
   return in_use_.workspace;
 }
 

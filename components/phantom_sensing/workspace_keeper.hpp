@@ -15,6 +15,7 @@
 #include "common/core/progress.hpp"
 #include "common/core/snapshot.hpp"
 #include "common/workspace/workspace_sources.hpp"
+#include "components/phantom_sensing/carried_parts.hpp"
 #include "components/phantom_sensing/phantom_sensing.hpp"
 
 namespace phantom::phantom_sensing {
@@ -24,6 +25,9 @@ namespace phantom::phantom_sensing {
 /// sensing thread has moved on. It stays with one server for as long as that is present
 /// (workspace::WorkspaceSources). It holds two buffers of a workspace, so that a version that changes some
 /// bricks costs only those: it is handed over within milliseconds of its last brick.
+///
+/// A version is handed over together with the skin that belongs to it: the arm's with what the arm carries
+/// then. While that skin cannot be made, for want of a mesh, the version before stays in use.
 ///
 /// While that server is present, whoever else sends more than is kept beside it, or faster than it is looked
 /// at (kMostOfOthers), is a source in excess: the caller is to take no more from it, so that what DDS keeps
@@ -39,17 +43,23 @@ class WorkspaceKeeper {
     /// When the server in use has gone: sources in excess may send again.
     std::function<void()> unattended = [] {};
   };
+  using Carried = std::vector<messages::CarriedObject>;
   /// What waits of others than the server in use while that is present, in bytes.
   static constexpr std::size_t kMostOfOthers = std::size_t{4} << 20;
 
   /// `most_bytes`: of a server's workspace; samples that wait take a quarter of that.
-  explicit WorkspaceKeeper(Callbacks callbacks, std::size_t most_bytes = SIZE_MAX);
+  /// `parts`: makes the skins of what the arm carries, on the keeper's thread; null: nothing is ever carried.
+  /// It must outlive this.
+  explicit WorkspaceKeeper(Callbacks callbacks, std::size_t most_bytes = SIZE_MAX,
+                           CarriedParts* parts = nullptr);
   ~WorkspaceKeeper();
 
   // Called on middleware threads; they queue and return.
   void put_brick(const workspace::SourceId& source, workspace::BrickKey key, std::uint64_t version,
                  std::vector<std::uint8_t> bytes);
-  void commit(const workspace::SourceId& source, workspace::VersionDescription description);
+  void commit(const workspace::SourceId& source, workspace::VersionDescription description,
+              Carried carried = {});
+  void put_mesh(const workspace::SourceId& source, messages::MeshChunk chunk);
   /// Takes a sample that its codec refused, with the reason.
   void refuse(const core::Status& why);
   /// Reports that a participant has ended or is no longer heard.
@@ -57,13 +67,22 @@ class WorkspaceKeeper {
 
   /// Returns the newest complete version, valid until the next call; none before the first. One thread only.
   /// Real-time safe: yes.
-  SensedWorkspace newest() noexcept;
+  SensedWorkspace newest() noexcept {
+    const SensedWorkspace workspace = look();
+    let_go_of_older();
+    return workspace;
+  }
+  /// Likewise; but what the call before returned is valid until let_go_of_older(), too.
+  SensedWorkspace look() noexcept;
+  void let_go_of_older() noexcept { acknowledged_.store(in_use_.generation, std::memory_order_release); }
 
   /// Returns the version that was handed over last, to be read outside the sensing thread; null: none. While
   /// it is held, the version after the next one costs more. Thread-safe; not real-time safe.
   std::shared_ptr<const workspace::Workspace> share() const;
   /// Returns the number of the version that was handed over last; 0: none. Thread-safe.
   std::uint64_t version() const noexcept { return version_.load(std::memory_order_relaxed); }
+  /// Returns the ids of the objects that the arm carries in that version. Thread-safe.
+  std::vector<std::uint16_t> carried() const;
   /// Returns the thread's progress. Thread-safe.
   const core::Progress& progress() const noexcept { return progress_; }
   /// Returns the newest valid version announced by the server in use; 0: none. Thread-safe. Real-time safe:
@@ -87,13 +106,25 @@ class WorkspaceKeeper {
     std::shared_ptr<const workspace::Workspace> workspace;
     std::uint64_t generation;
     workspace::SourceId source;
+    std::shared_ptr<CarryingSkin> skin;
   };
+  /// What was carried in a version that was committed lately.
+  struct Committed {
+    workspace::SourceId source;
+    std::uint64_t version;
+    Carried carried;
+  };
+  static constexpr std::ptrdiff_t kCommittedOfSource = 2;
+  static constexpr std::size_t kMostCommitted = 16;
   static constexpr double kHangsAfter_s = 10.0;  // checking a version of a large cell takes seconds
   void enqueue(Job job, std::size_t bytes = 0, const workspace::SourceId* source = nullptr);
   bool reserve_for(const workspace::SourceId& source, std::size_t bytes);
   core::Status checked(const workspace::SourceId& source, core::Status status) const;
   void work();
+  void note_committed(Committed committed);
   void hand_over();
+  bool make_skin(const workspace::SourceId& source, std::uint64_t version,
+                 std::shared_ptr<CarryingSkin>& skin);
   void note_attended();
   void report_excess();
   void let_go();
@@ -113,8 +144,12 @@ class WorkspaceKeeper {
   bool stop_ = false;
 
   // Used on the keeper's thread only.
+  CarriedParts* const parts_;
   workspace::WorkspaceSources sources_;
-  std::deque<Kept> alive_;  // changed under alive_mutex_
+  std::deque<Committed> committed_;  // the newest last
+  std::string skin_problem_;         // reported last
+  std::uint64_t impossible_ = 0;     // the version whose skin cannot be made
+  std::deque<Kept> alive_;           // changed under alive_mutex_
   mutable std::mutex alive_mutex_;
 
   core::Snapshot<HandOver> handed_over_;

@@ -61,6 +61,11 @@ objects:
       xyz_m: []        # [required]
       rotation: []     # [required: -1.000001 to 1.000001] row by row
     guard_vox: 0       # [0 to 100 voxels]
+    carried:           # by an arm; left out: it stands in the workspace
+      arm: arm         # [required]
+      frame: tool      # [required]
+      xyz_m: []        # [required] in the frame of that link
+      rotation: []     # [required: -1.000001 to 1.000001] row by row
 )";
 
 geometry::Pose read_pose(const runtime::Fields& fields) {
@@ -81,6 +86,10 @@ ObjectChange read_change(const runtime::Fields& fields) {
   fields.flag("removed", change.removed);
   if (fields.has("moved")) change.X_WO = read_pose(fields.section("moved"));
   if (fields.has("guard_vox")) fields.number("guard_vox", change.guard_vox.emplace());
+  if (fields.has("carried")) {
+    const runtime::Fields carried = fields.section("carried");
+    change.carrier = Carrier{carried.text("arm"), carried.text("frame"), read_pose(carried)};
+  }
   return change;
 }
 
@@ -105,7 +114,7 @@ void replace_file(const std::filesystem::path& file, const std::string& text) {
 }  // namespace
 
 ObjectChange CellChanges::take(std::uint16_t id, const std::string& name) {
-  ObjectChange change{id, name, {}, {}, {}, false};
+  ObjectChange change{id, name, {}, {}, {}, false, {}};
   const auto found =
       std::find_if(objects.begin(), objects.end(), [id](const auto& known) { return known.id == id; });
   if (found == objects.end()) return change;
@@ -115,13 +124,14 @@ ObjectChange CellChanges::take(std::uint16_t id, const std::string& name) {
 }
 
 void CellChanges::note_added(std::uint16_t id, const std::string& name, const std::string& description) {
-  objects.push_back({id, name, description, {}, {}, false});
+  objects.push_back({id, name, description, {}, {}, false, {}});
   next_id = std::max(next_id, id + 1U);
 }
 
 void CellChanges::note_moved(std::uint16_t id, const std::string& name, const geometry::Pose& X_WO,
                              std::optional<int> guard_vox) {
   ObjectChange change = take(id, name);
+  change.carrier.reset();
   change.X_WO = X_WO;
   if (guard_vox) change.guard_vox = guard_vox;
   objects.push_back(std::move(change));
@@ -129,7 +139,28 @@ void CellChanges::note_moved(std::uint16_t id, const std::string& name, const ge
 
 void CellChanges::note_removed(std::uint16_t id, const std::string& name) {
   if (!take(id, name).description.empty()) return;  // a command added it, so nothing of it remains
-  objects.push_back({id, name, {}, {}, {}, true});
+  objects.push_back({id, name, {}, {}, {}, true, {}});
+}
+
+void CellChanges::note_attached(std::uint16_t id, const std::string& name, const Carrier& carrier) {
+  ObjectChange change = take(id, name);
+  change.carrier = carrier;
+  objects.push_back(std::move(change));
+}
+
+std::optional<Carrier> CellChanges::carrier_of(const runtime::ObjectConfig& object,
+                                               const runtime::CellConfig& cell) const {
+  for (const ObjectChange& change : objects) {
+    if (change.id == object.id) return change.carrier;
+  }
+  if (!object.hold || object.hold->arm.empty()) return std::nullopt;
+  const runtime::ArmConfig& arm = cell.arm(object.hold->arm);
+  return Carrier{arm.name, object.hold->frame.empty() ? last_link_of(arm) : object.hold->frame,
+                 object.hold->X_FO};
+}
+
+std::string last_link_of(const runtime::ArmConfig& arm) {
+  return arm.dh.empty() ? arm.tip_link : arm.dh.back().link;
 }
 
 CellChanges no_changes(const runtime::CellConfig& cell) {
@@ -167,6 +198,12 @@ void write_changes(const CellChanges& changes, const runtime::CellConfig& cell,
     if (change.X_WO) object["moved"] = pose_json(*change.X_WO);
     if (change.guard_vox) object["guard_vox"] = *change.guard_vox;
     if (change.removed) object["removed"] = true;
+    if (change.carrier) {
+      nlohmann::json carried = pose_json(change.carrier->X_FO);
+      carried["arm"] = change.carrier->arm;
+      carried["frame"] = change.carrier->frame;
+      object["carried"] = carried;
+    }
     objects.push_back(std::move(object));
   }
   const nlohmann::json all = {{"cell", cell.name},

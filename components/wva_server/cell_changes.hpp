@@ -10,14 +10,22 @@
 
 namespace phantom::wva_server {
 
+/// The link of an arm that carries an object.
+struct Carrier {
+  std::string arm;      ///< its name in the cell file
+  std::string frame;    ///< the arm's link that holds it
+  geometry::Pose X_FO;  ///< object in the frame of that link
+};
+
 /// How an object differs from the cell file.
 struct ObjectChange {
   std::uint16_t id = 0;
   std::string name;
   std::string description;  ///< YAML of an object that a command added; empty: it is in the cell file
-  std::optional<geometry::Pose> X_WO;  ///< pose after a move; none: not moved
-  std::optional<int> guard_vox;        ///< guard skin that a move set; none: not set
-  bool removed = false;                ///< true: the cell file's object was removed
+  std::optional<geometry::Pose> X_WO;   ///< pose after a move; none: not moved
+  std::optional<int> guard_vox;         ///< guard skin that a move set; none: not set
+  bool removed = false;                 ///< true: the cell file's object was removed
+  std::optional<Carrier> carrier = {};  ///< who carries it; none: nobody
 };
 
 /// The changes that commands made to a cell since its file was read: all that is needed to serve the same
@@ -30,10 +38,18 @@ struct CellChanges {
   void note_moved(std::uint16_t id, const std::string& name, const geometry::Pose& X_WO,
                   std::optional<int> guard_vox = {});
   void note_removed(std::uint16_t id, const std::string& name);
+  void note_attached(std::uint16_t id, const std::string& name, const Carrier& carrier);
+  /// Returns who carries an object of the cell: as commands left it, else as its file has it; none: nobody.
+  /// Throws ConfigError if the file names an arm that is not there.
+  std::optional<Carrier> carrier_of(const runtime::ObjectConfig& object,
+                                    const runtime::CellConfig& cell) const;
 
  private:
   ObjectChange take(std::uint16_t id, const std::string& name);
 };
+
+/// Returns the link that holds what an arm carries unless something else is said: the last of its chain.
+std::string last_link_of(const runtime::ArmConfig& arm);
 
 /// Returns the changes of a cell that is as its file has it: none.
 CellChanges no_changes(const runtime::CellConfig& cell);

@@ -41,17 +41,22 @@ WorkspaceCommand command_of(const ChangeRequest& request) {
     command.description = text_of(request.file);
     return command;
   }
-  command.operation = request.what == "move" ? WorkspaceOperation::kMove : WorkspaceOperation::kRemove;
+  command.operation = request.what == "move"      ? WorkspaceOperation::kMove
+                      : request.what == "attach"  ? WorkspaceOperation::kAttach
+                      : request.what == "release" ? WorkspaceOperation::kRelease
+                                                  : WorkspaceOperation::kRemove;
   if (request.object.empty() == (request.id == 0))
     throw ConfigError("command " + request.what + ": exactly one of --object and --id must be given");
   command.object = request.object;
   command.id = static_cast<std::uint16_t>(request.id);
-  if (command.operation == WorkspaceOperation::kMove) {
-    const auto pose = runtime::parse_pose(request.pose);
-    if (!pose) throw ConfigError("command move: --pose: " + pose.status().message());
-    command.X_WO = *pose;
-    if (request.guard_vox >= 0) command.guard_vox = static_cast<std::uint16_t>(request.guard_vox);
-  }
+  command.arm = request.arm;
+  command.frame = request.frame;
+  if (request.guard_vox >= 0) command.guard_vox = static_cast<std::uint16_t>(request.guard_vox);
+  if (request.pose.empty()) return command;
+  const auto pose = runtime::parse_pose(request.pose);
+  if (!pose) throw ConfigError("command " + request.what + ": --pose: " + pose.status().message());
+  command.sets_pose = true;
+  (command.operation == WorkspaceOperation::kAttach ? command.X_FO : command.X_WO) = *pose;
   return command;
 }
 
@@ -66,7 +71,13 @@ int list(const Listing& listing, std::ostream& print) {
   print << fmt::format("cell {}, version {}: {} objects in {} bricks\n", listing.cell, listing.version,
                        listing.objects.size(), listing.bricks);
   for (const messages::WorkspaceObject& object : listing.objects) {
-    print << fmt::format("{:5}  {:<24}  \"{}\"\n", object.id, object.name, runtime::pose_text(object.X_WO));
+    std::string where = fmt::format("\"{}\"", runtime::pose_text(object.X_WO));
+    for (const messages::CarriedObject& carried : listing.carried) {
+      if (carried.id != object.id) continue;
+      where = fmt::format("carried by arm '{}' at its link '{}', there at \"{}\"", carried.arm, carried.frame,
+                          runtime::pose_text(carried.X_FO));
+    }
+    print << fmt::format("{:5}  {:<24}  {}\n", object.id, object.name, where);
   }
   return runtime::kExitDone;
 }
@@ -100,6 +111,25 @@ void add_options(runtime::Command command, ChangeRequest& request) {
   move.option("--guard-vox", request.guard_vox, "its guard skin from now on, in voxels; default: as before")
       .between(0, 100);
   add_object_options(sub("remove", "remove an object from the workspace"), request);
+  runtime::Command attach = sub("attach", "let an arm carry an object: it becomes a part of the arm");
+  add_object_options(attach, request);
+  attach.option("--arm", request.arm, "the arm that takes it; default: the one that wva_server follows");
+  attach.option("--frame", request.frame, "the arm's link that holds it; default: its last one");
+  attach.option(
+      "--pose", request.pose,
+      "\"x y z roll pitch yaw\": its pose in that link's frame, metres and degrees; default: so that it "
+      "stays where it is now");
+  runtime::Command release =
+      sub("release", "put an object down that an arm carries: it stands in the workspace again");
+  add_object_options(release, request);
+  release.option("--arm", request.arm, "refused unless this arm carries it; default: whichever does");
+  release.option(
+      "--pose", request.pose,
+      "\"x y z roll pitch yaw\": where it stands now in W, metres and degrees; default: where the arm "
+      "holds it now");
+  release
+      .option("--guard-vox", request.guard_vox, "its guard skin from now on, in voxels; default: as before")
+      .between(0, 100);
   sub("list", "list the objects and their poses");
   command.require_subcommand(1, 1);
 }

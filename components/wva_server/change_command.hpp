@@ -10,12 +10,13 @@ namespace phantom::wva_server {
 
 /// The arguments of `wva_server command`, unchecked.
 struct ChangeRequest {
-  std::string what;  ///< add, move, remove or list
+  std::string what;  ///< add, move, remove, attach, release or list
   std::string file;  ///< add: file with the YAML of one object; "-": standard input
   std::string object;
   int id = 0;
-  std::string pose;    ///< move: "x y z roll pitch yaw", m and degrees
-  int guard_vox = -1;  ///< move: guard skin in voxels; −1: unchanged
+  std::string arm, frame;  ///< attach, release: as in WorkspaceCommand
+  std::string pose;        ///< move, attach, release: "x y z roll pitch yaw", m and degrees; empty: not given
+  int guard_vox = -1;      ///< move, release: guard skin in voxels; −1: unchanged
   double timeout_s = 30.0;
 };
 

@@ -23,7 +23,8 @@ ChangeUnderWay::ChangeUnderWay(LiveCell& cell, WorkspaceCommand command, std::ui
 }
 
 bool ChangeUnderWay::is_overtaken_by(const WorkspaceCommand& later) const {
-  if (later.operation == WorkspaceOperation::kAdd) return false;
+  if (later.operation != WorkspaceOperation::kMove && later.operation != WorkspaceOperation::kRemove)
+    return false;
   if (command_.operation == WorkspaceOperation::kRemove) return false;  // takes no time
   const bool same = later.object.empty() ? id_ != 0 && later.id == id_ : later.object == object_;
   // An object that is not there yet cannot be moved.

@@ -23,6 +23,9 @@ WvaServerConfig load_config(const std::filesystem::path& path) {
   file.number("mesh_chunk_kib", config.mesh_chunk_bytes, kKibibyte);
   file.number("status_rate_hz", config.status_rate_hz);
   file.flag("accept_commands", config.accept_commands);
+  file.text("arm", config.arm);
+  file.flag("automatic_grasp", config.automatic_grasp);
+  file.number("arm_staleness_s", config.arm_staleness_s);
   file.number("max_voxels_mib", config.max_voxel_bytes, kMebibyte);
   const auto commands = file.section("commands");
   commands.number("max_steps_millions", config.command_steps, 1e6);

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <string>
 
 #include "common/geometry/mesh_io.hpp"
 
@@ -14,6 +15,9 @@ struct WvaServerConfig {
   std::size_t mesh_chunk_bytes = 256 * 1024;
   double status_rate_hz = 2.0;
   bool accept_commands = true;
+  std::string arm;                    ///< whose slave_state is received; empty: of the cell's only one
+  bool automatic_grasp = true;        ///< what its gripper takes and lets go is attached and released
+  double arm_staleness_s = 0.1;       ///< a slave_state that is older says nothing of where the arm is
   int threads = 0;                    ///< of an activation; at least 1 after loading
   std::uint64_t max_voxel_bytes = 0;  ///< above it commands add no more objects; above 0 after loading
   /// Limits for commands, besides mesh_import's.

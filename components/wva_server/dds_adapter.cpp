@@ -7,9 +7,12 @@
 #include <stdexcept>
 
 #include "common/core/parallel.hpp"
+#include "common/core/snapshot.hpp"
 #include "common/dds/source_guard.hpp"
+#include "common/messages/checked_reader.hpp"
 #include "common/messages/command_service.hpp"
 #include "common/messages/status_reporter.hpp"
+#include "common/messages/teleoperation_codec.hpp"
 #include "common/messages/workspace_codec.hpp"
 #include "common/workspace/brick_codec.hpp"
 #include "components/wva_server/mesh_chunks.hpp"
@@ -90,6 +93,10 @@ struct DdsAdapter::Impl {
         const std::lock_guard lock(others_mutex);
         others.erase(server);
       }};
+  core::Snapshot<ArmSample> newest_arm;
+  core::Snapshot<GripperSample> newest_gripper;
+  std::unique_ptr<messages::CheckedReader<msg::SlaveState>> arm_states;
+  std::unique_ptr<messages::CheckedReader<msg::GripperState>> gripper_states;
 };
 
 void DdsAdapter::Impl::publish_mesh(const ServedObject& object, std::size_t chunk_bytes) {
@@ -121,6 +128,26 @@ void DdsAdapter::withdraw_object(std::uint16_t id) {
   write(impl_->objects, messages::to_idl(messages::WorkspaceObject{.id = id}), "workspace_object");
 }
 
+void DdsAdapter::follow(const robot::SerialArm& arm) {
+  impl_->arm_states = std::make_unique<messages::CheckedReader<msg::SlaveState>>(
+      impl_->participant, dds::kSlaveState, messages::bounds_of(arm),
+      [this](const messages::SlaveState& state, core::Nanoseconds received_ns) {
+        impl_->newest_arm.write({state, received_ns});
+      });
+}
+
+void DdsAdapter::follow_gripper() {
+  impl_->gripper_states = std::make_unique<messages::CheckedReader<msg::GripperState>>(
+      impl_->participant, dds::kGripperState, messages::ArmBounds(),
+      [this](const messages::GripperState& state, core::Nanoseconds received_ns) {
+        impl_->newest_gripper.write({state, received_ns});
+      });
+}
+
+bool DdsAdapter::newest_gripper(GripperSample& sample) { return impl_->newest_gripper.read(sample); }
+
+bool DdsAdapter::newest_arm(ArmSample& sample) { return impl_->newest_arm.read(sample); }
+
 bool DdsAdapter::publish_change(const LiveCell& cell, const layers::WorkspaceChange& change, int threads,
                                 const std::function<bool()>& go_on) {
   const auto write_brick = [&](workspace::BrickKey key, std::span<const std::uint8_t> voxels) {
@@ -141,8 +168,8 @@ bool DdsAdapter::publish_change(const LiveCell& cell, const layers::WorkspaceCha
     if (i % kBricksAtOnce == 0 && go_on && !go_on()) return false;
     write_brick(change.removed[i], {});
   }
-  const messages::WorkspaceVersion version{cell.cell().name,
-                                           workspace::description_of(cell.workspace(), cell.content_hash())};
+  const messages::WorkspaceVersion version{
+      cell.cell().name, workspace::description_of(cell.workspace(), cell.content_hash()), cell.carried()};
   write(impl_->versions, messages::to_idl(version), "workspace_version");
   return true;
 }

@@ -7,27 +7,37 @@
 #include "common/core/health.hpp"
 #include "common/core/network.hpp"
 #include "common/messages/workspace.hpp"
-#include "components/wva_server/wva_server.hpp"
+#include "components/wva_server/carriers.hpp"
+#include "components/wva_server/grasp_watch.hpp"
 
 namespace phantom::wva_server {
 
 /// The component's topics. It publishes workspace_brick, workspace_version, workspace_object, mesh_chunk,
-/// workspace_reply and component_status. It reads workspace_command, and workspace_version to notice another
-/// server. Published samples stay with the writers, so that late joiners get all of them. One thread.
+/// workspace_reply and component_status. It reads workspace_command, slave_state, gripper_state, and
+/// workspace_version to notice another server. Published samples stay with the writers, so that late joiners
+/// get all of them. One thread.
 class DdsAdapter {
  public:
   /// `accept_commands`: if false, every command is refused. Throws dds::DdsError.
   DdsAdapter(const core::NetworkOptions& network, bool accept_commands);
   ~DdsAdapter();
 
+  /// Begins to receive the states of the arm that objects may be attached to. Call it at most once. Throws
+  /// dds::DdsError.
+  void follow(const robot::SerialArm& arm);
+  /// Likewise of its gripper.
+  void follow_gripper();
+  /// Reads the newest valid state. Returns false if none came since the last call. One thread.
+  bool newest_arm(ArmSample& sample);
+  bool newest_gripper(GripperSample& sample);
   /// Publishes an object that is new or has moved, and its mesh unless that is already published.
   void publish_object(const ServedObject& object, std::size_t chunk_bytes);
   /// Publishes that an object is gone. Its mesh stays published, for objects added later with the same mesh.
   void withdraw_object(std::uint16_t id);
-  /// Publishes a change of the workspace: changed bricks, removed bricks, then the version that commits them.
-  /// Compresses bricks on `threads` threads. `go_on`, if not empty, is called after some bricks, again and
-  /// again: publishing a whole workspace takes seconds. Once it returns false, publishing ends without a
-  /// version, and so does this, with false.
+  /// Publishes a change of the workspace: changed bricks, removed bricks, then the version that commits them
+  /// and what arms carry. Compresses bricks on `threads` threads. `go_on`, if not empty, is called after some
+  /// bricks, again and again: publishing a whole workspace takes seconds. Once it returns false, publishing
+  /// ends without a version, and so does this, with false.
   bool publish_change(const LiveCell& cell, const layers::WorkspaceChange& change, int threads,
                       const std::function<bool()>& go_on = {});
   /// Returns whether another process publishes a workspace in this domain, too. Consumers keep to the first

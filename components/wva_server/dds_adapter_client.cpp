@@ -34,6 +34,7 @@ std::optional<Listing> list_objects(const core::NetworkOptions& network, double 
         listing.cell = version.cell;
         listing.version = version.description.version;
         listing.bricks = version.description.brick_count;
+        listing.carried = version.carried;
       }));
   const dds::Reader<msg::WorkspaceObject> objects_reader(
       participant, dds::kWorkspaceObject, under_lock([&](const messages::WorkspaceObject& object) {

@@ -16,6 +16,7 @@ struct Listing {
   std::uint64_t version = 0;
   std::uint32_t bricks = 0;
   std::vector<messages::WorkspaceObject> objects;
+  std::vector<messages::CarriedObject> carried;  ///< which of them arms carry
 };
 
 /// Returns what is served, once all of it has been received; none if that takes longer than `timeout_s`.

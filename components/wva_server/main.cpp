@@ -23,10 +23,10 @@ int main(int argc, char** argv) {
       "Turns the cell's CAD models into graded, viscous space: "
       "reads every object's mesh, voxelises it at its pose, wraps it in neighbour layers, "
       "merges all into one workspace and publishes it. "
-      "Stays for those who join later, and to add, move and remove objects on command.";
+      "Stays for those who join later, and to add, move and remove objects on command, or let an arm carry them.";
   description.details =
       "Topics out: workspace_brick, workspace_version, workspace_object, mesh_chunk, workspace_reply, "
-      "component_status; in: workspace_command.\n"
+      "component_status; in: workspace_command, slave_state.\n"
       "Example while it runs: wva_server command move --object pump --pose \"0.4 -0.1 0.301 0 0 30\"\n"
       "Example without DDS: wva_server activate --mesh part.stl --scale 0.001 --voxel-size-m 0.005 "
       "--layers 4,4,4,4,4,4 --mu 32,20,13,11,10,9 --export part.nrrd";
@@ -38,7 +38,7 @@ int main(int argc, char** argv) {
     wva_server::add_options(activate, request);
     command = app.subcommand(
         "command",
-        "tell the running wva_server of the deployment to add, move or remove an object, or what it has");
+        "tell the running wva_server of the deployment to add, move or remove an object, to let an arm carry it, or what it has");
     wva_server::add_options(command, change);
   };
   description.parameters = {wva_server::kParameters};

@@ -37,17 +37,29 @@ void warn_of(const ServedObject& object) {
     spdlog::warn("{}: the mesh is not closed; check the activated shape", object.config.name);
 }
 
+/// Returns the watch over the gripper of the followed arm; over none if there is none, or it is not wanted.
+GraspWatch grasp_watch(const runtime::CellConfig& cell, const Carriers& carriers,
+                       const WvaServerConfig& config) {
+  if (!config.automatic_grasp || carriers.followed() == nullptr) return {{}, "", ""};
+  const runtime::ArmConfig& arm = cell.arm(carriers.followed_name());
+  return {finger_points(arm), arm.name, last_link_of(arm)};
+}
+
 /// The running server: serves one cell until a stop is requested.
 class Service {
  public:
   Service(const WvaServerConfig& config, const core::NetworkOptions& network, const ServedCell& served)
       : config_(config),
         cell_(served.cell, add_limits(config), served.changes),
+        carriers_(load_carriers(served.cell), config.arm, config.arm_staleness_s),
+        grasps_(grasp_watch(served.cell, carriers_, config)),
         adapter_(network, config.accept_commands),
         changes_file_(served.changes_file),
         report_dir_(served.report_dir) {}
 
   void run(std::vector<runtime::CellBody> bodies) {
+    if (const robot::SerialArm* arm = carriers_.followed(); arm != nullptr) adapter_.follow(*arm);
+    if (grasps_.has_gripper()) adapter_.follow_gripper();
     report_progress(0.0, "activating the workspace");
     if (!activate(std::move(bodies))) return;
     leave_report();
@@ -58,8 +70,10 @@ class Service {
         if (const auto command = adapter_.next_command(0.0)) take(*command);
       } else if (!waiting_.empty()) {
         begin_change();
+      } else if (const auto grasp = watch_gripper()) {
+        take(*grasp);
       } else if (const auto command =
-                     adapter_.next_command(std::clamp(next_report_s_ - now_s(), 0.0, kLongestWait_s))) {
+                     adapter_.next_command(std::clamp(next_report_s_ - now_s(), 0.0, longest_wait_s()))) {
         take(*command);
       }
     }
@@ -73,6 +87,9 @@ class Service {
  private:
   bool activate(std::vector<runtime::CellBody> bodies);
   void take(const WorkspaceCommand& command);
+  double longest_wait_s() const { return grasps_.has_gripper() ? kLook_s : kLongestWait_s; }
+  std::optional<WorkspaceCommand> watch_gripper();
+  void look_at_arm();
   void end_add(const WorkspaceCommand& add, const std::string& doing, const WorkspaceCommand& later);
   void begin_change();
   void finish_change();
@@ -91,6 +108,9 @@ class Service {
 
   const WvaServerConfig& config_;
   LiveCell cell_;
+  Carriers carriers_;
+  GraspWatch grasps_;
+  ArmSample arm_;  // the newest state
   DdsAdapter adapter_;
   std::filesystem::path changes_file_, report_dir_;
   double build_s_ = 0.0, next_report_s_ = 0.0;
@@ -135,6 +155,12 @@ bool Service::activate(std::vector<runtime::CellBody> bodies) {
   if (!change && runtime::stop_requested()) return false;
   if (!change) throw core::ConfigError("object " + change.status().message());
   build_s_ = now_s() - from_s;
+  for (const auto& [id, object] : cell_.objects()) {
+    if (!object.carrier) continue;
+    spdlog::info("{}: carried by arm '{}' at its link '{}'", object.config.name, object.carrier->arm,
+                 object.carrier->frame);
+    adapter_.publish_object(object, config_.mesh_chunk_bytes);
+  }
   if (!publish_bricks(*change, "publishing the workspace")) return false;
   note_figures();
   const workspace::Workspace& workspace = cell_.workspace();
@@ -169,10 +195,30 @@ void Service::end_add(const WorkspaceCommand& add, const std::string& doing, con
                          .version = version_});
 }
 
+void Service::look_at_arm() {
+  if (adapter_.newest_arm(arm_)) carriers_.take(arm_);
+}
+
+/// Returns what follows from the gripper's newest state. The workspace must not be changing.
+std::optional<WorkspaceCommand> Service::watch_gripper() {
+  GripperSample gripper;
+  if (!grasps_.has_gripper() || !adapter_.newest_gripper(gripper)) return std::nullopt;
+  look_at_arm();
+  const auto X_WL = carriers_.link_poses(core::monotonic_ns());
+  if (!X_WL) return std::nullopt;  // what it does meanwhile is seen once the arm is heard
+  return grasps_.step(gripper, *X_WL, cell_);
+}
+
 void Service::begin_change() {
   begun_s_ = now_s();
-  const WorkspaceCommand command = std::move(waiting_.front());
+  const WorkspaceCommand asked = std::move(waiting_.front());
   waiting_.pop_front();
+  look_at_arm();
+  const auto completed = carriers_.complete(asked, cell_, core::monotonic_ns());
+  if (!completed)
+    return refuse(asked, fmt::format("{} '{}'", name_of(asked.operation), cell_.name_in(asked)),
+                  completed.status().message());
+  const WorkspaceCommand& command = *completed;
   layers::ActivationOptions options;
   options.threads = config_.threads;
   options.stopwatch = now_s;
@@ -213,10 +259,18 @@ bool Service::publish_bricks(const layers::WorkspaceChange& change, const std::s
 }
 
 void Service::publish(const WorkspaceCommand& command, CellChange change) {
+  // Kept before anybody sees it: whatever ends the server, its successor never has an object where it is not.
+  std::string lost = keep_changes();
+  if (command.operation == WorkspaceOperation::kAttach && changes_file_.empty())
+    lost += "; a wva_server that is started anew will not know of it, as this one has no --keep-changes";
+  // A viewer that draws it in the arm until the version comes draws it where it stands from then on.
+  if (command.operation == WorkspaceOperation::kRelease)
+    adapter_.publish_object(cell_.objects().at(change.id), config_.mesh_chunk_bytes);
   if (!publish_bricks(change.workspace, "publishing: " + change.message)) return;
   if (command.operation == WorkspaceOperation::kRemove) {
     adapter_.withdraw_object(change.id);
-  } else {
+  } else if (command.operation == WorkspaceOperation::kAdd ||
+             command.operation == WorkspaceOperation::kMove) {
     adapter_.publish_object(cell_.objects().at(change.id), config_.mesh_chunk_bytes);
   }
   ++changes_;
@@ -225,7 +279,7 @@ void Service::publish(const WorkspaceCommand& command, CellChange change) {
       .object = change.name,
       .id = change.id,
       .outcome = messages::WorkspaceOutcome::kDone,
-      .message = change.message + keep_changes(),
+      .message = change.message + lost,
       .version = change.workspace.version,
       .changed_bricks = static_cast<std::uint32_t>(change.workspace.changed.size()),
       .removed_bricks = static_cast<std::uint32_t>(change.workspace.removed.size()),
@@ -259,6 +313,9 @@ void Service::note_figures() {
   version_ = workspace.version;
   published_ =
       fmt::format("{} objects in {} bricks are published", cell_.objects().size(), workspace.brick_count());
+  for (const messages::CarriedObject& carried : cell_.carried())
+    published_ +=
+        fmt::format("; arm '{}' carries {}", carried.arm, cell_.objects().at(carried.id).config.name);
   figures_ = {figure("version", workspace.version, ""),      figure("objects", cell_.objects().size(), ""),
               figure("bricks", workspace.brick_count(), ""), figure("bytes", workspace.bytes(), "B"),
               figure("build_seconds", build_s_, "s"),        figure("changes", changes_, "")};

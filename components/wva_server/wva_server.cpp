@@ -36,14 +36,21 @@ std::string label_of(const std::string& name, std::uint16_t id) {
   return fmt::format("'{}' (object {})", name, id);
 }
 
+std::string carried_text(const ServedObject& object) {
+  return fmt::format("{} is carried by arm '{}' at its link '{}'", label_of(object.config.name, object.id),
+                     object.carrier->arm, object.carrier->frame);
+}
+
 std::string place_text(const geometry::Pose& X_WO) {
   const Eigen::Vector3d& p = X_WO.translation_m;
   return fmt::format("({:.3f}, {:.3f}, {:.3f}) m", p.x(), p.y(), p.z());
 }
 
 ServedObject served(const runtime::ObjectConfig& config, runtime::CellBody&& body) {
-  ServedObject object{config.id, config, std::move(body.mesh_O), 0, std::move(body.notes), {}};
+  ServedObject object{
+      .id = config.id, .config = config, .mesh_O = std::move(body.mesh_O), .notes = std::move(body.notes)};
   object.mesh_hash = object.mesh_O.content_hash();
+  object.moments = geometry::solid_moments(object.mesh_O);
   return object;
 }
 
@@ -76,8 +83,9 @@ core::Expected<layers::WorkspaceChange> LiveCell::activate(std::vector<runtime::
   std::vector<layers::LiveBody> live;
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     const runtime::ObjectConfig& config = cell_.objects.at(i);
-    live.push_back({&bodies[i].body, config.priority});
-    objects.emplace(config.id, served(config, std::move(bodies[i])));
+    const auto carrier = changes_.carrier_of(config, cell_);
+    if (!carrier) live.push_back({&bodies[i].body, config.priority});
+    objects.emplace(config.id, served(config, std::move(bodies[i]))).first->second.carrier = carrier;
   }
   auto change = live_.add(live, version, options,
                           [&](const layers::Body& body, const layers::BodyReport& report, std::size_t done) {
@@ -94,7 +102,8 @@ core::Expected<layers::WorkspaceChange> LiveCell::activate(std::vector<runtime::
 core::Expected<CellChange> LiveCell::apply(const WorkspaceCommand& command, std::uint64_t version,
                                            const layers::ActivationOptions& given) {
   // What is there may always be taken away.
-  const bool bounded = command.operation != WorkspaceOperation::kRemove;
+  const bool bounded =
+      command.operation != WorkspaceOperation::kRemove && command.operation != WorkspaceOperation::kAttach;
   core::WorkBudget budget(bounded ? limits_.steps : UINT64_MAX, given.keep_going);
   layers::ActivationOptions options = given;
   options.budget = &budget;
@@ -107,10 +116,11 @@ core::Expected<CellChange> LiveCell::apply(const WorkspaceCommand& command, std:
       case WorkspaceOperation::kRemove:
         return remove(command, version, options);
       case WorkspaceOperation::kAttach:
+        return attach(command, version, options);
       case WorkspaceOperation::kRelease:
-        break;
+        return release(command, version, options);
     }
-    return core::Status::invalid_argument("no such operation; allowed: add, move, remove");
+    return core::Status::invalid_argument("no such operation; allowed: add, move, remove, attach, release");
   } catch (const ConfigError& problem) {
     if (budget.ended() && !budget.exceeded())
       return core::Status(core::ErrorCode::kUnavailable, "was ended while it was being carried out");
@@ -206,15 +216,22 @@ CellChange LiveCell::add(const WorkspaceCommand& command, std::uint64_t version,
   return {id, config.name, message, std::move(change)};
 }
 
-CellChange LiveCell::move(const WorkspaceCommand& command, std::uint64_t version,
-                          const layers::ActivationOptions& options) {
-  ServedObject& object = objects_.at(value_or_throw(find(command)));
+/// Returns the object's configuration at the pose, and with the guard, that a move or release names.
+runtime::ObjectConfig LiveCell::placed(const ServedObject& object, const WorkspaceCommand& command) const {
   runtime::ObjectConfig config = object.config;
   config.X_WO = command.X_WO;
   config.place = cell_.name;
   if (command.guard_vox) config.profile.guard_vox = *command.guard_vox;
   if (const auto checked = workspace::check_profile(config.profile); !checked)
     throw ConfigError("guard_vox: " + checked.message());
+  return config;
+}
+
+CellChange LiveCell::move(const WorkspaceCommand& command, std::uint64_t version,
+                          const layers::ActivationOptions& options) {
+  ServedObject& object = objects_.at(value_or_throw(find(command)));
+  if (object.carrier) throw ConfigError(carried_text(object) + "; release it first");
+  const runtime::ObjectConfig config = placed(object, command);
   const layers::Body body = runtime::place_body(config, object.mesh_O, cell_);
   layers::WorkspaceChange change = value_or_throw(live_.move(body, version, options));
   object.report = change.reports.front();
@@ -230,11 +247,66 @@ CellChange LiveCell::move(const WorkspaceCommand& command, std::uint64_t version
 CellChange LiveCell::remove(const WorkspaceCommand& command, std::uint64_t version,
                             const layers::ActivationOptions& options) {
   const std::uint16_t id = value_or_throw(find(command));
-  layers::WorkspaceChange change = value_or_throw(live_.remove(id, version, options));
+  layers::WorkspaceChange change = value_or_throw(
+      objects_.at(id).carrier ? live_.renew(version, options) : live_.remove(id, version, options));
   const std::string name = objects_.at(id).config.name;
   objects_.erase(id);
   changes_.note_removed(id, name);
   return {id, name, "removed " + label_of(name, id), std::move(change)};
+}
+
+CellChange LiveCell::attach(const WorkspaceCommand& command, std::uint64_t version,
+                            const layers::ActivationOptions& options) {
+  ServedObject& object = objects_.at(value_or_throw(find(command)));
+  if (object.carrier) throw ConfigError(carried_text(object) + " already; release it there first");
+  if (carried().size() >= messages::kMostCarried)
+    throw ConfigError(
+        fmt::format("the arms carry {} objects already; allowed: no more", messages::kMostCarried));
+  layers::WorkspaceChange change = value_or_throw(live_.remove(object.id, version, options));
+  object.carrier = Carrier{command.arm, command.frame, command.X_FO};
+  changes_.note_attached(object.id, object.config.name, *object.carrier);
+  return {object.id, object.config.name, "attached: " + carried_text(object), std::move(change)};
+}
+
+CellChange LiveCell::release(const WorkspaceCommand& command, std::uint64_t version,
+                             const layers::ActivationOptions& options) {
+  ServedObject& object = objects_.at(value_or_throw(find(command)));
+  if (!object.carrier)
+    throw ConfigError(label_of(object.config.name, object.id) + " is carried by no arm; it stands at " +
+                      place_text(object.config.X_WO));
+  if (!command.arm.empty() && command.arm != object.carrier->arm)
+    throw ConfigError(carried_text(object) + ", not by '" + command.arm + "'");
+  const runtime::ObjectConfig config = placed(object, command);
+  const layers::Body body = runtime::place_body(config, object.mesh_O, cell_);
+  const layers::LiveBody returned[] = {{&body, config.priority}};
+  layers::WorkspaceChange change = value_or_throw(live_.add(returned, version, options));
+  object.report = change.reports.front();
+  object.config.X_WO = config.X_WO;
+  object.config.profile = config.profile;
+  object.carrier.reset();
+  changes_.note_moved(object.id, config.name, config.X_WO, command.guard_vox);
+  return {object.id, config.name,
+          "released " + label_of(config.name, object.id) + " at " + place_text(config.X_WO),
+          std::move(change)};
+}
+
+std::vector<messages::CarriedObject> LiveCell::carried() const {
+  std::vector<messages::CarriedObject> all;
+  for (const auto& [id, object] : objects_) {
+    if (!object.carrier) continue;
+    messages::CarriedObject& carried = all.emplace_back();
+    carried.id = id;
+    carried.arm = object.carrier->arm;
+    carried.frame = object.carrier->frame;
+    carried.X_FO = object.carrier->X_FO;
+    carried.mesh_hash = object.mesh_hash;
+    carried.mass_kg = object.config.mass_kg;
+    const Eigen::Matrix3d inertia_kg_m2 = object.config.mass_kg * object.moments.inertia_m2;
+    carried.centre_of_mass_m = object.moments.centre_m;
+    carried.moments_kg_m2 = inertia_kg_m2.diagonal();
+    carried.products_kg_m2 = {inertia_kg_m2(0, 1), inertia_kg_m2(0, 2), inertia_kg_m2(1, 2)};
+  }
+  return all;
 }
 
 std::string describe(const ServedObject& object) {

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "common/geometry/mesh_io.hpp"
+#include "common/geometry/solid_moments.hpp"
 #include "common/layers/live_workspace.hpp"
 #include "common/messages/workspace.hpp"
 #include "common/runtime/cell_bodies.hpp"
@@ -23,9 +24,11 @@ const char* name_of(WorkspaceOperation operation);
 /// An object as it is served: what viewers show and what reports say about it.
 struct ServedObject {
   std::uint16_t id = 0;
-  runtime::ObjectConfig config;   ///< with its present pose
-  geometry::TriangleMesh mesh_O;  ///< object frame, metres
+  runtime::ObjectConfig config;         ///< with its present pose; of a carried one: before it was attached
+  std::optional<Carrier> carrier = {};  ///< who carries it; none: it stands in the workspace
+  geometry::TriangleMesh mesh_O;        ///< object frame, metres
   std::uint64_t mesh_hash = 0;
+  geometry::SolidMoments moments = {};
   std::vector<std::string> notes;  ///< assumptions made about its mesh
   layers::BodyReport report;
 };
@@ -49,8 +52,9 @@ struct AddLimits {
 };
 
 /// Holds the cell that is served: the objects of the cell file, changed by commands that add, move and remove
-/// objects. An object's id is never given to another object. Touches files and child processes only to read
-/// the mesh of an added object. One thread; not real-time safe.
+/// objects, or let an arm carry them. It alone decides where an object is: in the workspace, or carried by
+/// one arm, from one version on. An object's id is never given to another object. Touches files and child
+/// processes only to read the mesh of an added object. One thread; not real-time safe.
 class LiveCell {
  public:
   /// `changes`: the changes that `cell` already contains.
@@ -68,10 +72,15 @@ class LiveCell {
                                                    const OnObject& on_object);
   /// Carries out a command. Otherwise returns why not and what is allowed, and leaves everything unchanged.
   /// The work is bounded by AddLimits. options.keep_going is called on several threads; once it returns
-  /// false, the command ends soon with kUnavailable.
+  /// false, the command ends soon with kUnavailable. An attach must name arm, frame and pose, a release the
+  /// pose (Carriers::complete).
   core::Expected<CellChange> apply(const WorkspaceCommand& command, std::uint64_t version,
                                    const layers::ActivationOptions& options);
 
+  /// Returns the object that a command other than add is about, or why there is none.
+  core::Expected<std::uint16_t> find(const WorkspaceCommand& command) const;
+  /// Returns what arms carry in the present version.
+  std::vector<messages::CarriedObject> carried() const;
   /// Returns the name of the object that a command is about; empty if it has none that can be read.
   std::string name_in(const WorkspaceCommand& command) const;
   /// Returns the cell as it was when it was activated.
@@ -85,15 +94,19 @@ class LiveCell {
   workspace::Workspace take_workspace() && { return std::move(live_).take(); }
 
  private:
-  core::Expected<std::uint16_t> find(const WorkspaceCommand& command) const;
   void check_room() const;
   void note_mesh(const ServedObject& object);
+  runtime::ObjectConfig placed(const ServedObject& object, const WorkspaceCommand& command) const;
   CellChange add(const WorkspaceCommand& command, std::uint64_t version,
                  const layers::ActivationOptions& options);
   CellChange move(const WorkspaceCommand& command, std::uint64_t version,
                   const layers::ActivationOptions& options);
   CellChange remove(const WorkspaceCommand& command, std::uint64_t version,
                     const layers::ActivationOptions& options);
+  CellChange attach(const WorkspaceCommand& command, std::uint64_t version,
+                    const layers::ActivationOptions& options);
+  CellChange release(const WorkspaceCommand& command, std::uint64_t version,
+                     const layers::ActivationOptions& options);
 
   runtime::CellConfig cell_;
   AddLimits limits_;

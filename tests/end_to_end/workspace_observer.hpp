@@ -64,6 +64,17 @@ class WorkspaceObserver {
     return Delay{core::seconds(felt->second.at_ns - committed->second.at_ns),
                  felt->second.waited_s - committed->second.waited_s};
   }
+  /// When the first percept came that rests on a version, by the monotonic clock; 0: none has come.
+  core::Nanoseconds felt_at_ns(std::uint64_t version) {
+    const std::lock_guard lock(mutex_);
+    const auto felt = felt_.find(version);
+    return felt == felt_.end() ? 0 : felt->second.at_ns;
+  }
+  /// What arms carry in the newest committed version.
+  std::vector<messages::CarriedObject> carried() {
+    const std::lock_guard lock(mutex_);
+    return carried_;
+  }
   /// From now on these threads' waiting for a processor is noted with each version and first percept.
   void watch(std::vector<std::filesystem::path> schedstat_files) {
     const std::lock_guard lock(mutex_);
@@ -113,6 +124,7 @@ class WorkspaceObserver {
     committed_.try_emplace(v.version(), Noted{at_ns, waited_s()});
     if (!assembler_.commit(version->description))
       throw std::runtime_error("a version that contradicts itself");
+    carried_ = version->carried;
   }
 
   struct Noted {
@@ -135,6 +147,7 @@ class WorkspaceObserver {
   std::map<workspace::BrickKey, std::uint64_t> bricks_;
   std::vector<std::filesystem::path> watched_;
   std::map<std::uint64_t, Noted> committed_, felt_;
+  std::vector<messages::CarriedObject> carried_;
   msg::Percept percept_;
   std::map<std::uint16_t, msg::WorkspaceObject> objects_;
   std::uint32_t brick_readers_ = 0;

@@ -8,10 +8,12 @@
 
 #include "common/core/errors.hpp"
 #include "common/dds/cdr.hpp"
+#include "common/geometry/primitives.hpp"
 #include "common/messages/teleoperation_codec.hpp"
 #include "common/messages/workspace_codec.hpp"
 #include "common/recording/byte_sink.hpp"
 #include "common/recording/mcap_writer.hpp"
+#include "common/workspace/compression.hpp"
 #include "components/phantom_sensing/dds_adapter_messages.hpp"
 #include "components/phantom_sensing/dds_adapter_replay.hpp"
 #include "components/phantom_sensing/tests/rig.hpp"
@@ -93,13 +95,38 @@ class RecordedSession : public testing::Test {
     keeper.commit({}, description);
     while (keeper.version() == 0) usleep(1000);
   }
+  /// The same workspace again, with or without a pump in the hand.
+  void put_pump(Tape& tape, WorkspaceKeeper& keeper, std::uint64_t number, bool carried) {
+    const geometry::TriangleMesh mesh = geometry::make_sphere(0.08, 2);
+    const messages::MeshChunk chunk{.mesh_hash = mesh.content_hash(),
+                                    .chunk = 0,
+                                    .chunk_count = 1,
+                                    .vertex_count = static_cast<std::uint32_t>(mesh.vertices_m.size()),
+                                    .triangle_count = static_cast<std::uint32_t>(mesh.triangles.size()),
+                                    .data = workspace::compress(geometry::mesh_bytes(mesh))};
+    msg::MeshChunk mesh_message = messages::to_idl(chunk);
+    tape.put(dds::kMeshChunk, mesh_message);
+    keeper.put_mesh({}, chunk);
+    messages::WorkspaceVersion version{
+        "wall", workspace::description_of(rig::wall(), rig::wall().content_hash()), {}};
+    version.description.version = number;
+    if (carried) {
+      version.carried = {{.id = 3, .arm = "left", .frame = "l7", .mesh_hash = mesh.content_hash()}};
+      version.carried[0].X_FO.translation_m = {0.1, 0.0, -0.1};
+    }
+    msg::WorkspaceVersion message = messages::to_idl(version);
+    tape.put(dds::kWorkspaceVersion, message);
+    keeper.commit({}, version.description, version.carried);
+    while (keeper.version() != number) usleep(1000);
+  }
 
   /// Half a second at 1 kHz towards the wall and back, with gaps; the workspace comes after 50 ms.
   void record(const std::function<bool(const std::string&)>& lose = {}) {
     Tape tape(path);
     TapeSink sink(tape, model);
     sink.lose = lose;
-    WorkspaceKeeper keeper({[](const std::string& why) { ADD_FAILURE() << why; }});
+    CarriedParts parts(model, config.percept);
+    WorkspaceKeeper keeper({[](const std::string& why) { ADD_FAILURE() << why; }}, SIZE_MAX, &parts);
     SensingLoop loop(model, config, keeper, sink);
     core::Nanoseconds now_ns = 5'000'000'000;
     for (std::uint64_t i = 1; i <= 500; ++i) {
@@ -107,6 +134,7 @@ class RecordedSession : public testing::Test {
       tape.now_ns += 1'000'000;
       sink.clock_ns = now_ns;
       if (i == 50) put_workspace(tape, keeper);
+      if (carries && (i == 120 || i == 400)) put_pump(tape, keeper, i, i == 120);
       if (i == 300) loop.turn(now_ns);
       msg::SlaveState state;
       state.stamp().sequence_number(i);
@@ -140,6 +168,7 @@ class RecordedSession : public testing::Test {
 
   PhantomModel model = rig::suspended_model();
   Config config;
+  bool carries = false;  // the arm takes a pump, and puts it down
   std::filesystem::path path =
       std::filesystem::temp_directory_path() / ("phantom_replay_" + std::to_string(getpid()) + ".mcap");
 };
@@ -172,6 +201,21 @@ TEST_F(RecordedSession, AlsoOfAnArmWhoseFingersMove) {
   EXPECT_TRUE(report.ok());
   EXPECT_GT(report.drag_field.equal, 350u);
   EXPECT_GT(report.percept.equal, 40u);
+}
+
+TEST_F(RecordedSession, AlsoWithWhatTheArmCarriedForAWhile) {
+  carries = true;
+  model.name = "left";
+  model.skin_options.voxel_size_m = 0.01;
+  config.percept.memory = {1.0, 0.5, 0.25};
+  record();
+  const ReplayReport report = replayed(config.percept);
+  for (const auto& difference : report.differences) ADD_FAILURE() << difference;
+  EXPECT_TRUE(report.ok());
+  EXPECT_GT(report.drag_field.equal, 350u);
+  EXPECT_EQ(report.drag_field.without_inputs, 0u);
+  model.name = "right";
+  EXPECT_FALSE(replayed(config.percept).ok()) << "the pump is felt";
 }
 
 TEST_F(RecordedSession, OtherParametersAreFound) {
