@@ -51,18 +51,32 @@ std::map<std::uint64_t, MeshBody>::iterator CellScene::oldest_unnamed(const View
   return oldest;
 }
 
+/// Returns where an object is now: in the cell, or in the hand. None: an arm carries it whose pose is not
+/// known.
+std::optional<geometry::Pose> CellScene::pose_of(const ObjectSample& object, const ViewerState& state) const {
+  const messages::CarriedObject* carried = state.carried(object.id);
+  if (carried == nullptr) return object.X_WO;
+  const auto frame = arm_.find_frame(carried->frame);
+  if (carried->arm != arm_name_ || !frame || state.arm.received_ns == 0) return std::nullopt;
+  robot::LinkPoses X_WL;
+  arm_.link_poses(state.arm.position, X_WL);
+  return X_WL[frame->first] * frame->second * carried->X_FO;
+}
+
 Frame CellScene::frame(const ViewerState& state, const Staleness& staleness, core::Nanoseconds now_ns) const {
   Frame frame;
   frame.floor_min_m = min_m_.cast<float>();
   frame.floor_max_m = max_m_.cast<float>();
   add_box_outline(frame, frame.floor_min_m, frame.floor_max_m);
+  const bool known = age_s(state.arm.received_ns, now_ns) <= staleness.slave_s;
   for (const auto& [id, object] : state.objects) {
     const auto mesh = meshes.find(object.mesh_hash);
-    if (mesh == meshes.end()) continue;
-    frame.items.push_back({mesh->second.picture, matrix_of(object.X_WO), object.colour, 1.0F, 0.0F, true});
+    const auto X_WO = pose_of(object, state);
+    if (mesh == meshes.end() || !X_WO) continue;
+    const float opacity = known || state.carried(id) == nullptr ? 1.0F : 0.4F;
+    frame.items.push_back({mesh->second.picture, matrix_of(*X_WO), object.colour, opacity, 0.0F, true});
   }
   if (state.arm.received_ns == 0) return frame;
-  const bool known = age_s(state.arm.received_ns, now_ns) <= staleness.slave_s;
   const bool felt = state.skin.valid && age_s(state.skin.received_ns, now_ns) <= staleness.percept_s;
   frame.paint_number = felt ? paint_number : 0;
   frame.paint_ramp = {closeness_colour(0.0), closeness_colour(0.5), closeness_colour(1.0)};
@@ -102,8 +116,10 @@ RayScene CellScene::obstacles(const ViewerState& state, bool with_arm) const {
   RayScene scene;
   for (const auto& [id, object] : state.objects) {
     const auto mesh = meshes.find(object.mesh_hash);
-    if (mesh != meshes.end() && mesh->second.obstacle)
-      scene.bodies.push_back({mesh->second.obstacle, object.X_WO, {id, 0}});
+    if (!with_arm && state.carried(id) != nullptr) continue;
+    const auto X_WO = pose_of(object, state);
+    if (mesh != meshes.end() && mesh->second.obstacle && X_WO)
+      scene.bodies.push_back({mesh->second.obstacle, *X_WO, {id, 0}});
   }
   if (!with_arm || state.arm.received_ns == 0) return scene;
   robot::LinkPoses X_WL;

@@ -3,6 +3,8 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <optional>
+#include <string>
 #include <vector>
 
 #include "common/robot/serial_arm.hpp"
@@ -42,9 +44,10 @@ LinkBody uploaded(const LinkMeshData& part, Renderer& renderer);
 /// Places the cell's bodies: turns the viewer's state into a frame. Pure once its meshes are set.
 class CellScene {
  public:
-  /// `min_m`, `max_m`: the workspace box in W.
-  CellScene(robot::SerialArm arm, const Eigen::Vector3d& min_m, const Eigen::Vector3d& max_m)
-      : arm_(std::move(arm)), min_m_(min_m), max_m_(max_m) {}
+  /// `min_m`, `max_m`: the workspace box in W. `arm_name`: in the cell file.
+  CellScene(robot::SerialArm arm, const Eigen::Vector3d& min_m, const Eigen::Vector3d& max_m,
+            std::string arm_name = {})
+      : arm_(std::move(arm)), arm_name_(std::move(arm_name)), min_m_(min_m), max_m_(max_m) {}
 
   std::vector<LinkBody> links;
   std::map<std::uint64_t, MeshBody> meshes;  ///< by content hash
@@ -52,7 +55,7 @@ class CellScene {
 
   /// Returns the frame with objects, arm, floor and the outline of the workspace. The arm is painted while
   /// the skin's percept is fresh. It is translucent if its pose is out of date, and not drawn if no pose is
-  /// known.
+  /// known; so is what it carries. What other arms carry is not drawn: where it is is not known.
   Frame frame(const ViewerState& state, const Staleness& staleness, core::Nanoseconds now_ns) const;
 
   /// Returns the mesh that was uploaded longest ago among those that no object names; the end if each is
@@ -63,7 +66,8 @@ class CellScene {
   /// a body.
   std::vector<geometry::BoundingBox> link_boxes() const;
 
-  /// Returns the obstacles for rays: the objects and, if `with_arm`, the arm where its pose is known.
+  /// Returns the obstacles for rays: the objects and, if `with_arm`, the arm where its pose is known, with
+  /// what it carries.
   RayScene obstacles(const ViewerState& state, bool with_arm) const;
 
   const robot::SerialArm& arm() const { return arm_; }
@@ -79,7 +83,10 @@ class CellScene {
   std::string body_name(const ViewerState& state, const RayScene::BodyName& name) const;
 
  private:
+  std::optional<geometry::Pose> pose_of(const ObjectSample& object, const ViewerState& state) const;
+
   robot::SerialArm arm_;
+  std::string arm_name_;
   Eigen::Vector3d min_m_, max_m_;
 };
 

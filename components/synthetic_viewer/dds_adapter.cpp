@@ -216,7 +216,8 @@ void DdsAdapter::Impl::open_workspace() {
         const auto taken = servers.commit(info.writer);
         put(taken.changes);
         if (taken.accepted)
-          inbox.put(WorkspaceSample{version->description.version, version->description.grid.voxel_size_m});
+          inbox.put(WorkspaceSample{version->description.version, version->description.grid.voxel_size_m,
+                                    version->carried});
         return taken.accepted;
       },
       [this](const dds::GuidPrefix& server) {

@@ -13,7 +13,7 @@ Drawing::Drawing(const ViewerConfig& config, const runtime::CellConfig& cell, ro
       state_(state),
       most_triangles_(most_triangles),
       renderer_(config.graphics),
-      scene_(std::move(arm), cell.min_m, cell.max_m),
+      scene_(std::move(arm), cell.min_m, cell.max_m, cell.arm(config.arm).name),
       compositor_(config, cell.name, scene_),
       viewer_(config.hit_view.rule) {
   for (const LinkMeshData& part : arm_meshes) scene_.links.push_back(uploaded(part, renderer_));

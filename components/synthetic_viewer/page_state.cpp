@@ -192,6 +192,7 @@ std::string page_state_json(const ViewerState& state, const CellScene& scene, co
       {"percept", percept_json(state, scene, staleness, now_ns)},
       {"joints", joints_json(state, scene)},
       {"gripper", gripper_json(state, staleness, now_ns)},
+      {"carried", carried_words(state)},
       {"hits", hits_json(state, scene, facts.start_ns)},
       {"total_hits", state.total_hits},
       {"components", components_json(state, staleness, now_ns)},

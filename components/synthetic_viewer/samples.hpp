@@ -47,6 +47,7 @@ using ObjectSample = messages::WorkspaceObject;
 struct WorkspaceSample {  // workspace_version
   std::uint64_t version = 0;
   double voxel_size_m = 0.0;
+  std::vector<messages::CarriedObject> carried = {};  ///< what arms carry
 };
 
 struct SkinPatchSample {

@@ -62,6 +62,11 @@ void ViewerState::take(const Command& command) {
     chosen = percept::node_from_number(command.value).value_or(ViewNode::kAutomatic);
 }
 
+const messages::CarriedObject* ViewerState::carried(std::uint16_t id) const {
+  const auto found = std::ranges::find(workspace.carried, id, &messages::CarriedObject::id);
+  return found == workspace.carried.end() ? nullptr : &*found;
+}
+
 void LinkQuality::take(const ArmSample& arm, core::Nanoseconds now_ns) noexcept {
   if (since_ns_ != 0 && now_ns - since_ns_ < core::kNsPerSecond) return;
   const std::uint64_t arrived = arm.arrived - arrived_, lost = arm.lost - lost_;
@@ -119,6 +124,14 @@ std::string object_name(const ViewerState& state, std::uint16_t id) {
 std::string touched_object(const ViewerState& state) {
   if (!state.arm.contact) return object_name(state, 0);
   return state.arm.contact_object == 0 ? "something unknown" : object_name(state, state.arm.contact_object);
+}
+
+std::string carried_words(const ViewerState& state) {
+  std::string words;
+  for (const messages::CarriedObject& carried : state.workspace.carried)
+    words += fmt::format("{}arm {} carries {}", words.empty() ? "" : ", ", carried.arm,
+                         object_name(state, carried.id));
+  return words;
 }
 
 std::string gripper_words(const ViewerState& state, const Staleness& staleness, core::Nanoseconds now_ns) {

@@ -84,6 +84,8 @@ struct ViewerState {
   void take(ComponentSample component);
   /// Applies a view command; all others are ignored.
   void take(const Command& command);
+  /// Returns how an object is carried; null: no arm carries it.
+  const messages::CarriedObject* carried(std::uint16_t id) const;
 };
 
 /// Returns the seconds since `received_ns`; infinite if nothing was received.
@@ -107,6 +109,9 @@ std::string percepts_text(const ViewerState& state);
 std::string object_name(const ViewerState& state, std::uint16_t id);
 /// Returns what the arm touches; "something unknown" if only its force is felt.
 std::string touched_object(const ViewerState& state);
+
+/// Returns what arms carry, in words: "carries pump"; empty: nothing.
+std::string carried_words(const ViewerState& state);
 
 /// Returns what the gripper does, in a few plain words: "holds something 42 mm wide with 30 N"; empty if
 /// there is no gripper.

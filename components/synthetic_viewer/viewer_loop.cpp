@@ -153,7 +153,7 @@ void ViewerLoop::take(Event& event) {
   } else if (auto* component = std::get_if<ComponentSample>(&event)) {
     state_.take(std::move(*component));
   } else if (auto* workspace = std::get_if<WorkspaceSample>(&event)) {
-    state_.workspace = *workspace;
+    state_.workspace = std::move(*workspace);
   } else if (auto* skin = std::get_if<SkinSample>(&event)) {
     drawing_->paint(*skin);
     state_.skin = std::move(*skin);

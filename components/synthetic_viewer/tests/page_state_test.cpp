@@ -6,6 +6,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "common/geometry/primitives.hpp"
 #include "components/synthetic_viewer/inbox.hpp"
 
 namespace phantom::synthetic_viewer {
@@ -22,7 +23,7 @@ CellScene make_scene() {
     <limit lower="-0.4" upper="0.6" velocity="1" effort="1"/></joint></robot>)";
   auto arm = robot::SerialArm::from_urdf(file, "one", {});
   if (!arm) throw std::runtime_error(arm.status().message());
-  return {std::move(arm).value(), {0, 0, 0}, {1, 1, 1}};
+  return {std::move(arm).value(), {0, 0, 0}, {1, 1, 1}, "left"};
 }
 
 nlohmann::json page(const ViewerState& state, const HitView& view = {}) {
@@ -87,6 +88,48 @@ TEST(PageState, SaysInPlainWordsWhatTheGripperDoes) {
   EXPECT_EQ(words(), "its drive is not ready yet, at 63 mm");
   gripper.sense.known = false;
   EXPECT_EQ(words(), "its drive has not reported yet");
+}
+
+/// The pump stands at x = 0.7 m, and the arm stands lifted by `lift_m`.
+ViewerState state_with_pump(double lift_m, bool carried, const std::string& arm = "left") {
+  ViewerState state;
+  state.objects[3] = {
+      .id = 3, .name = "pump", .mesh_hash = 9, .X_WO = {Eigen::Matrix3d::Identity(), {0.7, 0, 0}}};
+  state.arm.received_ns = kPage_ns;
+  state.arm.position[0] = lift_m;
+  if (!carried) return state;
+  messages::CarriedObject pump{.id = 3, .arm = arm, .frame = "one"};
+  pump.X_FO.translation_m = {0.2, 0.0, -0.1};
+  state.workspace.carried = {pump};
+  return state;
+}
+
+TEST(CellScene, WhatTheArmCarriesMovesWithItsHandAndStandsInTheCellOtherwise) {
+  CellScene scene = make_scene();
+  scene.meshes[9] = {kFirstFreeHandle, std::make_shared<RayMesh>(geometry::make_box({0.1, 0.1, 0.1})), 12, 0};
+  const auto drawn_at = [&](const ViewerState& state) {
+    const Frame frame = scene.frame(state, {}, kPage_ns);
+    EXPECT_EQ(frame.items.size(), 1U) << "once, wherever it is";
+    return frame.items.empty() ? Eigen::Vector3f::Constant(9.0F)
+                               : Eigen::Vector3f(frame.items[0].W_from_mesh.block<3, 1>(0, 3));
+  };
+  EXPECT_TRUE(drawn_at(state_with_pump(0.3, false)).isApprox(Eigen::Vector3f(0.7F, 0, 0)));
+  EXPECT_TRUE(drawn_at(state_with_pump(0.3, true)).isApprox(Eigen::Vector3f(0.2F, 0, 0.2F)));
+  EXPECT_TRUE(drawn_at(state_with_pump(0.5, true)).isApprox(Eigen::Vector3f(0.2F, 0, 0.4F)));
+  ViewerState old = state_with_pump(0.3, true);
+  old.arm.received_ns -= 5 * core::kNsPerSecond;
+  EXPECT_LT(scene.frame(old, {}, kPage_ns).items.at(0).opacity, 1.0F) << "as the arm, whose pose is old";
+  EXPECT_TRUE(scene.frame(state_with_pump(0.3, true, "right"), {}, kPage_ns).items.empty())
+      << "where another arm has it is not known";
+  EXPECT_EQ(scene.obstacles(state_with_pump(0.3, true), false).bodies.size(), 0U)
+      << "it is a part of the arm";
+  EXPECT_EQ(scene.obstacles(state_with_pump(0.3, true), true).bodies.size(), 1U);
+  EXPECT_EQ(scene.obstacles(state_with_pump(0.3, false), false).bodies.size(), 1U);
+}
+
+TEST(PageState, SaysWhatIsCarriedByWhom) {
+  EXPECT_EQ(page(state_with_pump(0.0, false)).at("carried"), "");
+  EXPECT_EQ(page(state_with_pump(0.0, true)).at("carried"), "arm left carries pump");
 }
 
 TEST(PageState, ASilentComponentIsSaidToBeSilent) {

@@ -76,6 +76,8 @@ function show() {
   showJoints(state.joints);
   showCommands(link, view, viewer);
   showGripper(state.gripper);
+  byId('carried').hidden = !state.carried;
+  put('carried', state.carried);
   showViews(view, viewer);
   showHits(state.hits, state.total_hits);
   showComponents(state.components);
