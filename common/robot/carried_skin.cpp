@@ -1,5 +1,7 @@
 #include "common/robot/carried_skin.hpp"
 
+#include <algorithm>
+
 #include "common/robot/skin_parts.hpp"
 
 namespace phantom::robot {

@@ -2,6 +2,7 @@
 
 #include "common/percept/closeness.hpp"
 #include "common/runtime/cell_bodies.hpp"
+#include "common/simulation/mesh_world.hpp"
 #include "components/master_io/servo.hpp"
 #include "components/phantom_sensing/model.hpp"
 #include "components/slave_io/servo.hpp"

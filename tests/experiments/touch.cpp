@@ -13,6 +13,7 @@
 #include "common/geometry/primitives.hpp"
 #include "common/runtime/cell.hpp"
 #include "common/simulation/mesh_world.hpp"
+#include "common/simulation/reflected_inertia.hpp"
 #include "common/simulation/slave_plant.hpp"
 #include "components/slave_io/simulated_arm.hpp"
 #include "components/workspace_survey/config.hpp"
