@@ -87,8 +87,7 @@ class Bench {
     slave_io::ArmModel model = arm_;
     model.home = joints_at(at_W_m - kNear_m * way_W);
     slave_io::SimulatedArm arm(model, slave_, world_);
-    const core::JointArray inertia =
-        simulation::reflected_inertia(model.arm, model.home, *slave_.plant.rotor);
+    const core::JointArray inertia = simulation::reflected_inertia(model.arm, model.home, slave_.plant.rotor);
     workspace_survey::TouchWatch watch(model.arm,
                                        {.tip_radius_m = std::nullopt, .sigma_m = survey_.touch_sigma_m});
     constexpr double kPeriod_s = 0.001, kRest_s = 0.15;
