@@ -57,6 +57,8 @@ class PlayedSystem {
   const geometry::Pose& model_WO() const { return model_WO_; }
   const geometry::Pose& real_WO() const { return real_WO_; }
   void refuse() { refuses_ = true; }
+  /// The tip stays 15 mm inside the model, and touches nothing.
+  void hover() { hovers_ = true; }
   /// Someone moves the object in the model after so many touches.
   void move_after(int touches, const Eigen::Vector3d& by_m) { move_after_ = touches, move_by_m_ = by_m; }
 
@@ -133,10 +135,10 @@ class PlayedSystem {
       const int touch = tick / (kFree + kTouch);
       messages::SlaveState state;
       state.joint_count = 5;
-      state.position = {0.36, 0.338, 0.2};
+      state.position = {0.36, 0.338, hovers_ ? 0.055 : 0.2};
       state.force_measured = true;
       state.contact_force_N = 0.0;
-      if (tick % (kFree + kTouch) >= kFree) {
+      if (!hovers_ && tick % (kFree + kTouch) >= kFree) {
         const auto [p_W_m, normal_W] = met(touch);
         robot::LinkPoses X_WL;
         arm_.link_poses(state.position, X_WL);
@@ -160,7 +162,7 @@ class PlayedSystem {
   std::optional<geometry::Pose> served_WO_;  // not published yet
   std::vector<messages::WorkspaceCommand> done_;
   std::vector<messages::WorkspaceReply> waiting_;
-  std::atomic<bool> refuses_{false};
+  std::atomic<bool> refuses_{false}, hovers_{false};
   int move_after_ = 0;
   Eigen::Vector3d move_by_m_ = Eigen::Vector3d::Zero();
   dds::Participant participant_;
@@ -232,6 +234,21 @@ TEST_F(TouchCommand, JsonIsAllThatIsPrintedAndSaysWhatIsOpen) {
   EXPECT_THAT(json.at("open").dump(), HasSubstr("of W"));
   EXPECT_EQ(json.at("covariance").size(), 6u);
   EXPECT_GT(json.at("worst_point_off_m"), 0.002) << "what is open is covered";
+}
+
+TEST_F(TouchCommand, NoContactWhereTheModelHasOneWidensTheGuardAndDeterminesNothing) {
+  system_.hover();
+  request_.tip_radius_mm = 2.0;
+  request_.wait_s = 1.5;
+  request_.apply = true;
+  const std::string said = touch();
+  EXPECT_EQ(exit_code_, runtime::kExitFailed) << said;
+  EXPECT_THAT(said, AllOf(HasSubstr("no contact   at (0.0000 0.0000 0.2450) m, inside the model"),
+                          HasSubstr("the model is contradicted: its guard is"),
+                          HasSubstr("refused:     the touches determine nothing yet")));
+  ASSERT_EQ(system_.commands().size(), 1u);
+  EXPECT_LT(off_m(system_.commands()[0].X_WO, system_.model_WO()), 1e-9);
+  EXPECT_GE(system_.commands()[0].guard_vox.value_or(0), 4) << "17 mm at least, in voxels of 5 mm";
 }
 
 // Tries workspace_survey: the object is moved by another while it is touched
