@@ -342,19 +342,16 @@ TEST_F(SlowDisk, WhatFindsNoRoomIsCountedPerTopicAndLoggedAtMostEveryHalfSecond)
   Process recorder(command("record", {"--folder", (folder / "out").string(), "--topics", "hit_alert"}),
                    folder / "record.log");
   ASSERT_TRUE(eventually([&] { return last_alert_in(folder / "out") > 0; }, std::chrono::seconds(60)));
-  const auto full_queue = [&](std::uint32_t alerts) {
+  for (std::size_t i = 0; i < 3;
+       ++i) {  // how many of the alerts arrive is DDS's affair: until some find no room
     const test::FrozenThread writing(recorder.pid());
-    const std::uint32_t before = writer.written();
-    // More than a queue of 1 MB holds, each with at least its head.
-    return eventually([&] { return writer.written() > before + alerts; }, std::chrono::seconds(120));
-  };
-  for (std::size_t i = 0; i < 3; ++i) {
-    ASSERT_TRUE(full_queue(20'000));
-    ASSERT_TRUE(eventually([&] { return told(recorder.output()).size() > i; }, std::chrono::seconds(60)))
+    ASSERT_TRUE(eventually([&] { return told(recorder.output()).size() > i; }, std::chrono::seconds(120)))
         << recorder.output();
   }
   for (int i = 0; i < 20; ++i) {  // more often than a line may come, on a host that is not too busy
-    ASSERT_TRUE(full_queue(6'000));
+    const test::FrozenThread writing(recorder.pid());
+    const std::uint32_t before = writer.written();
+    ASSERT_TRUE(eventually([&] { return writer.written() > before + 6'000; }, std::chrono::seconds(120)));
     std::this_thread::sleep_for(std::chrono::milliseconds(30));
   }
   EXPECT_EQ(recorder.end(SIGINT), 0);

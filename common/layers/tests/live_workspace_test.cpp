@@ -11,10 +11,13 @@
 #include <random>
 
 #include "common/geometry/primitives.hpp"
+#include "tests/support/same_content.hpp"
 
 namespace phantom::layers {
 namespace {
 
+using phantom::test::expect_same_content;
+using phantom::test::objects_of;
 using testing::HasSubstr;
 
 const workspace::GridSpec kLiveGrid{{-0.5, -0.4, 0.0}, 0.01, {100, 90, 70}};
@@ -63,29 +66,11 @@ workspace::Workspace from_scratch(const std::vector<Thing>& things, MergeLaw law
   return workspace;
 }
 
-std::vector<std::uint16_t> objects_of(const workspace::Workspace& workspace, workspace::BrickKey key) {
-  std::vector<std::uint16_t> objects(workspace::kBrickVoxels);
-  workspace.brick(key).copy_objects(objects.data());
-  return objects;
-}
-
 bool same_brick(const workspace::Workspace& a, const workspace::Workspace& b, workspace::BrickKey key) {
   return a.has_brick(key) == b.has_brick(key) &&
          std::memcmp(a.brick(key).mu_code, b.brick(key).mu_code, workspace::kBrickVoxels) == 0 &&
          std::memcmp(a.brick(key).order, b.brick(key).order, workspace::kBrickVoxels) == 0 &&
          objects_of(a, key) == objects_of(b, key);
-}
-
-/// The same μ, orders and objects everywhere, by whatever codes.
-void expect_same_content(const workspace::Workspace& a, const workspace::Workspace& b) {
-  ASSERT_EQ(a.bricks(), b.bricks());
-  for (const workspace::BrickKey key : a.bricks()) {
-    const auto brick = a.brick(key), other = b.brick(key);
-    bool same = std::memcmp(brick.order, other.order, workspace::kBrickVoxels) == 0;
-    for (std::size_t i = 0; i < workspace::kBrickVoxels; ++i)
-      same = same && a.palette()[brick.mu_code[i]] == b.palette()[other.mu_code[i]];
-    ASSERT_TRUE(same && objects_of(a, key) == objects_of(b, key));
-  }
 }
 
 /// The change names exactly the bricks in which the workspace differs from what it was.

@@ -56,7 +56,7 @@ TEST(MeshWorld, IsTheLeastOfAllBodiesDistancesByTheirTriangles) {
       {plates()[1], 1},
       {plates()[2], 1},
       {box({0.1, 0.1, 0.1}, {0.05, 0.0, 0.06}), 2},
-      {geometry::make_sphere(0.05, 3).transformed({{}, {0.0, 0.1, 0.0}}), 3}};
+      {geometry::make_sphere(0.05, 3).transformed({Eigen::Matrix3d::Identity(), {0.0, 0.1, 0.0}}), 3}};
   const double range_m = 0.1;
   // The channel's plates in one mesh: what lies within another plate is no surface.
   const MeshWorld world({{channel(), 1}, bodies[3], bodies[4]}, range_m);
