@@ -9,6 +9,7 @@ namespace phantom::ros2_gateway {
 GatewayConfig load_config(const std::filesystem::path& path) {
   const runtime::Fields file(path, {kParameters});
   GatewayConfig config;
+  config.file = path;
   file.text("arm", config.arm);
   file.number("domain", config.node.domain);
   file.texts("interfaces", config.node.interfaces);
@@ -41,11 +42,13 @@ std::vector<std::string> message_names(const GatewayConfig& config, const robot:
   const std::vector<std::string>& given = config.joint_names;
   if (given.empty()) return own;
   if (given.size() != own.size())
-    throw core::ConfigError("joint_states.names: has " + std::to_string(given.size()) + " names; allowed: " +
-                            std::to_string(own.size()) + ", one for each joint of the arm, or none");
+    throw core::ConfigError(config.file.string() + ": joint_states.names: has " +
+                            std::to_string(given.size()) + " names; allowed: " + std::to_string(own.size()) +
+                            ", one for each joint of the arm, or none");
   for (const std::string& name : given) {
     if (std::count(given.begin(), given.end(), name) > 1)
-      throw core::ConfigError("joint_states.names: has '" + name + "' twice; allowed: each once");
+      throw core::ConfigError(config.file.string() + ": joint_states.names: has '" + name +
+                              "' twice; allowed: each once");
   }
   return given;
 }

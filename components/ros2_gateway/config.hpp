@@ -15,7 +15,8 @@ namespace phantom::ros2_gateway {
 extern const char* const kParameters;
 
 struct GatewayConfig {
-  std::string arm;  ///< of the cell; empty: the only one
+  std::filesystem::path file;  ///< for messages
+  std::string arm;             ///< of the cell; empty: the only one
   ros2::NodeOptions node;
   std::string joint_states_topic = "joint_states";  ///< empty: none is heard
   std::vector<std::string> joint_names;             ///< of the arm's joints in messages; empty: their own

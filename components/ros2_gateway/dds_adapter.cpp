@@ -52,11 +52,11 @@ struct DdsAdapter::Impl {
       : participant("ros2_gateway", network), status(participant), node(config.node) {
     if (!config.joint_states_topic.empty()) {
       slave.emplace(participant, dds::kSlaveState);
-      joint_states.emplace(
-          node, config.joint_states_topic, kNewest,
-          [this, on = std::move(on_joint_states)](const JointState::type& message, const dds::SampleInfo&) {
-            return pass_on(message, on);
-          });
+      joint_states.emplace(node, config.joint_states_topic, kNewest,
+                           [this, on = std::move(on_joint_states)](const JointState::type& message,
+                                                                   const dds::SampleInfo& info) {
+                             return pass_on(message, info, on);
+                           });
     }
     if (!config.wrench_topic.empty()) {
       wrist.emplace(participant, dds::kWristWrench);
@@ -72,8 +72,10 @@ struct DdsAdapter::Impl {
     status.count_refusals_of(node.participant());
   }
 
-  bool pass_on(const JointState::type& message, const OnJointStates& on_joint_states) {
+  bool pass_on(const JointState::type& message, const dds::SampleInfo& info,
+               const OnJointStates& on_joint_states) {
     const JointStateMessage given{.stamp_ns = nanoseconds_of(message.header().stamp()),
+                                  .publisher = info.writer,
                                   .name = message.name(),
                                   .position = message.position(),
                                   .velocity = message.velocity()};

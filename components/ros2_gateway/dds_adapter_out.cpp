@@ -147,14 +147,19 @@ struct Outputs::Impl {
   std::string topic(const char* name) const { return rules.prefix + "/" + name; }
   std::string frame(std::size_t link) const { return rules.frame_prefix + arm.links()[link].name; }
 
-  void publish_slave(const messages::SlaveState& state) {
-    sensor_msgs::msg::dds_::JointState_ joints;
+  template <class State>
+  JointState::type joints_of(const State& state, const core::JointArray& effort) const {
+    JointState::type joints;
     joints.header(header(frame(0)));
     joints.name(names);
     joints.position(values(state.position, state.joint_count));
     joints.velocity(values(state.velocity, state.joint_count));
-    joints.effort(values(state.loop_torque_Nm, state.joint_count));
-    slave_joints.publish(joints);
+    joints.effort(values(effort, state.joint_count));
+    return joints;
+  }
+
+  void publish_slave(const messages::SlaveState& state) {
+    slave_joints.publish(joints_of(state, state.loop_torque_Nm));
     robot::LinkPoses X_WL;
     arm.link_poses(state.position, X_WL);
     tf2_msgs::msg::dds_::TFMessage_ moved;
@@ -167,13 +172,7 @@ struct Outputs::Impl {
   }
 
   void publish_master(const messages::MasterState& state) {
-    sensor_msgs::msg::dds_::JointState_ joints;
-    joints.header(header(frame(0)));
-    joints.name(names);
-    joints.position(values(state.position, state.joint_count));
-    joints.velocity(values(state.velocity, state.joint_count));
-    joints.effort(values(state.percept_torque_Nm, state.joint_count));
-    master_joints.publish(joints);
+    master_joints.publish(joints_of(state, state.percept_torque_Nm));
   }
 
   void publish_percept(const messages::Percept& felt) {

@@ -27,7 +27,8 @@ JointStates::JointStates(const robot::SerialArm& arm, std::vector<std::string> n
   for (std::size_t j = 0; j < names_.size(); ++j) joint_of_.emplace(names_[j], j);
 }
 
-core::Status JointStates::check(const JointStateMessage& message, core::Nanoseconds utc_now_ns) const {
+core::Status JointStates::check(const JointStateMessage& message, core::Nanoseconds now_ns,
+                                core::Nanoseconds utc_now_ns) const {
   if (message.position.size() != message.name.size())
     return refused(count_of(message.name.size(), "names with ") +
                    count_of(message.position.size(), "positions"));
@@ -42,6 +43,9 @@ core::Status JointStates::check(const JointStateMessage& message, core::Nanoseco
       return refused("position of " + message.name[i] + " is " + std::to_string(message.position[i]) +
                      ", outside of the joint's range " + std::to_string(joint.lower) + " to " +
                      std::to_string(joint.upper));
+    const Heard& heard = heard_[found->second];
+    if (fresh(heard, now_ns) && heard.publisher != message.publisher)
+      return refused("another publisher sends " + message.name[i] + ", too; allowed: one for each joint");
     if (!message.velocity.empty() && !std::isfinite(message.velocity[i]))
       return refused("velocity of " + message.name[i] + " is no number");
   }
@@ -68,8 +72,9 @@ bool JointStates::in_order(const JointStateMessage& message) {
   return true;
 }
 
-void JointStates::take(std::size_t joint, double position, const double* velocity, core::Nanoseconds stamp_ns,
-                       core::Nanoseconds now_ns) {
+void JointStates::take(std::size_t joint, double position, const double* velocity,
+                       const JointStateMessage& message, core::Nanoseconds now_ns) {
+  const core::Nanoseconds stamp_ns = message.stamp_ns;
   Heard& heard = heard_[joint];
   const bool by_stamp = stamp_ns != 0 && heard.stamp_ns != 0;
   const double dt_s = core::seconds(by_stamp ? stamp_ns - heard.stamp_ns : now_ns - heard.at_ns);
@@ -83,6 +88,7 @@ void JointStates::take(std::size_t joint, double position, const double* velocit
   }
   heard.position = position;
   heard.stamp_ns = stamp_ns;
+  heard.publisher = message.publisher;
   heard.at_ns = now_ns;
 }
 
@@ -92,7 +98,7 @@ bool JointStates::fresh(const Heard& heard, core::Nanoseconds now_ns) const {
 
 core::Expected<bool> JointStates::accept(const JointStateMessage& message, core::Nanoseconds now_ns,
                                          core::Nanoseconds utc_now_ns, messages::SlaveState& state) {
-  if (const core::Status status = check(message, utc_now_ns); !status) return status;
+  if (const core::Status status = check(message, now_ns, utc_now_ns); !status) return status;
   if (!in_order(message)) return refused("the stamp is not newer than the last");
   bool any = false;
   for (std::size_t i = 0; i < message.name.size(); ++i) {
@@ -100,7 +106,7 @@ core::Expected<bool> JointStates::accept(const JointStateMessage& message, core:
     if (found == joint_of_.end()) continue;
     any = true;
     take(found->second, message.position[i], message.velocity.empty() ? nullptr : &message.velocity[i],
-         message.stamp_ns, now_ns);
+         message, now_ns);
   }
   for (const Heard& heard : heard_) any = any && fresh(heard, now_ns);
   if (!any) return false;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <map>
 #include <span>
 #include <string>
@@ -14,7 +15,8 @@ namespace phantom::ros2_gateway {
 
 /// A sensor_msgs/msg/JointState as it came. Velocities and efforts may be left out.
 struct JointStateMessage {
-  core::Nanoseconds stamp_ns = 0;  ///< since 1970, by the sender's clock; 0: none
+  core::Nanoseconds stamp_ns = 0;            ///< since 1970, by the sender's clock; 0: none
+  std::array<std::uint8_t, 12> publisher{};  ///< GUID prefix of its participant
   std::span<const std::string> name;
   std::span<const double> position, velocity;
 };
@@ -39,8 +41,9 @@ class JointStates {
   /// whether `state` is now the arm's: every joint has been heard within staleness_s. A message is refused
   /// whole, with the reason: lists of different lengths, a number that is none, a position farther beyond the
   /// limits than robot::near_limits, a stamp too far from this host's clock, or one that is not newer than
-  /// the last of the same joint; after kRun such in a row, each newer than the one before, the sender's clock
-  /// is taken to have been set.
+  /// the last of the same joint, or a joint that another publisher sends, too, and was heard of within
+  /// staleness_s; after kRun stamps that are not newer, in a row, each newer than the one before, the
+  /// sender's clock is taken to have been set.
   core::Expected<bool> accept(const JointStateMessage& message, core::Nanoseconds now_ns,
                               core::Nanoseconds utc_now_ns, messages::SlaveState& state);
   /// Returns the joints that were not heard for staleness_s, as "elbow, wrist"; empty if none.
@@ -52,12 +55,14 @@ class JointStates {
   struct Heard {
     core::Nanoseconds at_ns = 0;     // monotonic; 0: never
     core::Nanoseconds stamp_ns = 0;  // 0: none
+    std::array<std::uint8_t, 12> publisher{};
     double position = 0.0, velocity = 0.0;
     bool velocity_known = false;
   };
-  core::Status check(const JointStateMessage& message, core::Nanoseconds utc_now_ns) const;
+  core::Status check(const JointStateMessage& message, core::Nanoseconds now_ns,
+                     core::Nanoseconds utc_now_ns) const;
   bool in_order(const JointStateMessage& message);
-  void take(std::size_t joint, double position, const double* velocity, core::Nanoseconds stamp_ns,
+  void take(std::size_t joint, double position, const double* velocity, const JointStateMessage& message,
             core::Nanoseconds now_ns);
   bool fresh(const Heard& heard, core::Nanoseconds now_ns) const;
 

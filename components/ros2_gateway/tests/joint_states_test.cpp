@@ -111,6 +111,29 @@ TEST(JointStates, OfARefusedMessageNothingIsTaken) {
   EXPECT_EQ(bench.state.position[1], 0.2);
 }
 
+// Tries ros2_gateway: a second publisher of a joint
+TEST(JointStates, OfAJointComeFromOnePublisherAtATime) {
+  Bench bench;
+  const std::vector<std::string> name{"elbow", "shoulder_pan"};
+  const auto send = [&](std::uint8_t publisher, double elbow, core::Nanoseconds at_ns) {
+    const std::vector<double> position{elbow, 0.0};
+    return bench.joints.accept({.stamp_ns = kUtcOffset + at_ns,
+                                .publisher = {publisher},
+                                .name = name,
+                                .position = position,
+                                .velocity = {}},
+                               at_ns, kUtcOffset + at_ns, bench.state);
+  };
+  ASSERT_TRUE(send(1, 0.1, 1000 * kMs));
+  const auto second = send(2, 1.5, 1010 * kMs);
+  ASSERT_FALSE(second);
+  EXPECT_THAT(second.status().message(), testing::HasSubstr("another publisher sends elbow, too"));
+  ASSERT_TRUE(*send(1, 0.2, 1020 * kMs));
+  EXPECT_EQ(bench.state.position[1], 0.2);
+  ASSERT_TRUE(*send(2, 1.5, 1200 * kMs)) << "the first is silent";
+  EXPECT_EQ(bench.state.velocity[1], 0.0) << "nothing is differentiated across two robots";
+}
+
 // Tries ros2_gateway: a stamp that is not newer than the last of that joint
 TEST(JointStates, ComeInOrderAndASetClockIsAcceptedAfterARun) {
   Bench bench({.largest_stamp_age_s = 0.0});
