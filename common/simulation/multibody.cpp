@@ -163,7 +163,7 @@ struct Multibody::World {
 };
 
 Multibody::Multibody(const robot::SerialArm& arm, const ArmMechanics& joints, const core::JointArray& rotor,
-                     const core::JointArray& start_q, const Payload& payload,
+                     const core::JointArray& start_q, const robot::LoadBody& payload,
                      std::span<const LooseBody> loose, double sub_step_s)
     : joint_count_(arm.joint_count()), loose_(loose.begin(), loose.end()) {
   static std::once_flag once;
@@ -176,7 +176,7 @@ Multibody::Multibody(const robot::SerialArm& arm, const ArmMechanics& joints, co
   for (std::size_t j = 0; j < joint_count_; ++j) {
     robot::Link link = arm.links()[j + 1];
     if (j + 1 == joint_count_ && payload.mass_kg > 0.0)
-      link.add_body(payload.mass_kg, payload.centre_m, Eigen::Matrix3d::Zero());
+      link.add_body(payload.mass_kg, payload.centre(), payload.inertia());
     set_mass(m, j + 1, link.mass_kg, link.centre_of_mass_m, link.inertia_kg_m2);
     set_joint(m, j, joints[j], rotor[j]);
   }

@@ -8,6 +8,7 @@
 
 #include "common/core/joints.hpp"
 #include "common/geometry/pose.hpp"
+#include "common/robot/payload.hpp"
 #include "common/robot/serial_arm.hpp"
 #include "common/simulation/joint_mechanics.hpp"
 
@@ -19,12 +20,6 @@ struct LooseBody {
   Eigen::Vector3d centre_of_mass_m = Eigen::Vector3d::Zero();   ///< in the body's frame
   Eigen::Matrix3d inertia_kg_m2 = Eigen::Matrix3d::Identity();  ///< about that centre, along the frame's axes
   geometry::Pose X_WO;                                          ///< at the start
-};
-
-/// What the arm's last link carries beside itself: a point mass.
-struct Payload {
-  double mass_kg = 0.0;                                ///< ≥ 0
-  Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();  ///< in the last link's frame
 };
 
 /// A point of body `a` that lies in the surface of body `b`, for one sub-step. The force on `a` is a spring
@@ -53,10 +48,11 @@ class Multibody {
   static constexpr std::size_t kMaxContacts = 128;
 
   /// `joints`: friction and limits of the arm's joints (their inertia is not used); `rotor`: inertia of the
-  /// drives seen at the joints, kg·m² or kg, which turn about their joints' axes only. Throws
+  /// drives seen at the joints, kg·m² or kg, which turn about their joints' axes only. `payload`: on the
+  /// arm's last link. Throws
   /// std::runtime_error if a value is not finite.
   Multibody(const robot::SerialArm& arm, const ArmMechanics& joints, const core::JointArray& rotor,
-            const core::JointArray& start_q, const Payload& payload, std::span<const LooseBody> loose,
+            const core::JointArray& start_q, const robot::LoadBody& payload, std::span<const LooseBody> loose,
             double sub_step_s);
   ~Multibody();
   Multibody(const Multibody&) = delete;

@@ -115,7 +115,7 @@ void SlavePlant::step(const core::JointArray& drive_Nm, double dt_s) noexcept {
   for (std::size_t j = 0; j < count; ++j)
     torque_Nm[j] = (std::isfinite(drive_Nm[j]) ? drive_Nm[j] : 0.0) - gravity_Nm_[j];
   const std::size_t last = count;
-  arm_.add_force(last, X_WL_[last] * parameters_.payload.centre_m,
+  arm_.add_force(last, X_WL_[last] * parameters_.payload.centre(),
                  {0.0, 0.0, -parameters_.payload.mass_kg * robot::kGravity_m_s2}, X_WL_, torque_Nm);
   dynamics_.set_sub_step(dt_s / parameters_.sub_steps);
   for (int k = 0; k < parameters_.sub_steps; ++k) {

@@ -20,8 +20,9 @@ struct SlavePlantParameters {
   core::JointArray rotor{};               ///< inertia of the drives seen at the joints, kg·m² or kg; > 0
   core::JointArray encoder_resolution{};  ///< rad or m per count
   double velocity_filter_s = 0.002;
-  bool balanced = true;  ///< counterweights balance the weight; false: gravity acts on the joints
-  Payload payload;       ///< of which the arm's model knows nothing; its weight acts on a balanced arm, too
+  bool balanced = true;     ///< counterweights balance the weight; false: gravity acts on the joints
+  robot::LoadBody payload;  ///< on the last link, of which the arm's model knows nothing; its weight acts on
+                            ///< a balanced arm, too
   double contact_stiffness_N_per_m = 30'000.0;  ///< per touching point
   double contact_damping_Ns_per_m = 100.0;      ///< per touching point; the total force never pulls
   double contact_friction = 0.2;                ///< Coulomb's coefficient, ≥ 0

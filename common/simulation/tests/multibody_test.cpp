@@ -82,10 +82,10 @@ TEST(Multibody, AcceleratesAsKdlWhereverItIsAndHoweverFast) {
 }
 
 TEST(Multibody, APayloadIsPartOfTheLastLink) {
-  const Payload payload{5.0, {0.02, -0.01, -0.2}};
+  const robot::LoadBody payload{5.0, {0.02, -0.01, -0.2}, {0.03, 0, 0, 0, 0.02, 0, 0, 0, 0.04}};
   KDL::Chain chain = robot::kdl_chain(shipped_arm());
   chain.addSegment(KDL::Segment(KDL::Joint(KDL::Joint::None), KDL::Frame(),
-                                robot::kdl_body(payload.mass_kg, payload.centre_m, Eigen::Matrix3d::Zero())));
+                                robot::kdl_body(payload.mass_kg, payload.centre(), payload.inertia())));
   robot::KdlDynamics kdl(chain, {}, rotors());
   const JointArray q{0.1, 0.3, 0.8, 0.9, 0.2, 0.5, 0.4};
   Multibody world(shipped_arm(), {}, rotors(), q, payload, {}, kSub_s);

@@ -124,7 +124,7 @@ TEST(SlavePlant, APayloadWeighsOnABalancedArm) {
       {geometry::rotation_from_rpy(std::numbers::pi / 2, 0, 0), Eigen::Vector3d::Zero()});
   HalfSpace far(Eigen::Vector3d::UnitX(), -100);
   auto parameters = slave_parameters(arm);
-  parameters.payload = {2.0, {0.3, 0, 0}};
+  parameters.payload = {2.0, {0.3, 0, 0}, {}};
   SlavePlant falling(arm, parameters, tip_of_planar(), far, {}, {0.3, 0, 0});
   SlavePlant held(arm, parameters, tip_of_planar(), far, {}, {0.3, 0, 0});
   const core::JointArray lift{2.0 * robot::kGravity_m_s2 * 0.7, 2.0 * robot::kGravity_m_s2 * 0.3};
