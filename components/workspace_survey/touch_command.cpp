@@ -170,8 +170,10 @@ class TouchRun {
     return runtime::kExitMissing;
   }
 
+  bool enough() const { return static_cast<int>(findings_.touches.size()) >= request_.touches; }
+
   void listen() {
-    while (static_cast<int>(findings_.touches.size()) < request_.touches) {
+    while (!enough()) {
       const auto felt_now = gathering_.next(request_.wait_s);
       if (felt_now.contacts.empty() && felt_now.free.empty()) {
         say(fmt::format("no further contact for {} s\n", request_.wait_s));
@@ -192,6 +194,7 @@ class TouchRun {
         findings_.touches.push_back(*felt.touch);
         correct();
         say(touch_line(findings_));
+        if (enough()) break;  // several may have come while a correction was calculated
       }
       widen_guard();
     }
