@@ -97,8 +97,8 @@ class Host:
         self.state = tempfile.mkdtemp(prefix=f"phantom_state_{name}_")
         self.environment = {**os.environ, "XDG_STATE_HOME": self.state}
 
-    def inside(self, words):
-        within = ["chroot", str(self.root)] if self.root else []
+    def inside(self, words, own_root=True):
+        within = ["chroot", str(self.root)] if self.root and own_root else []
         return ["nsenter", "-t", str(self.pid), "-n", "-m", "-u", "--", "setpriv", "--pdeathsig", "TERM", "--", *within, *map(str, words)]
 
     def run(self, *words):

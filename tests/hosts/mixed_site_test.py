@@ -1,60 +1,35 @@
 #!/usr/bin/env python3
-"""A site of two releases of Debian: this machine's on the master's host, another one's on the slave's, with their own Fast DDS each.
+"""A site of two releases of Debian: this machine's on the master's host, another one's on the slave's, with their own Fast DDS each,
+without security, and through a tunnel (deploy/security/tunnel).
 
 mixed_site_test.py --build DIR --root DIR --other-build DIR
 
 `root` is where the other Debian is, `other-build` the build folder in it, both as scripts/test_debian makes them: what is at a path here
-(the sources, /tmp) is at the same path there. Without security: the two versions of Fast DDS do not complete a secured discovery
-(docs/fast_dds.md).
+(the sources, /tmp) is at the same path there. A tunnel secures such a site, since the two versions of Fast DDS do not complete a
+secured discovery (docs/fast_dds.md).
 """
 import argparse
 import json
 import shutil
-import subprocess
 import tempfile
 import time
 from pathlib import Path
 
+from every_topic import BRICKS, LIMIT_S, every_topic_goes
 from hosts import connected, eventually, need_rights, telling_logs
+from tunnel import Tunnel
 
 SOURCE = Path(__file__).resolve().parents[2]
 ADDRESSES = {"master": "10.70.0.1", "slave": "10.70.0.2"}
 PROCESSES = {"master": ("wva_server", "master_io", "audio_percept", "synthetic_viewer", "dds_recorder"),
              "slave": ("slave_io", "phantom_sensing", "dds_recorder")}
-BRICKS = 200
-LIMIT_S = 180  # only bounds a failing test
 # What a session without commands and hits sends.
 TOPICS = {"master_state", "slave_state", "drag_field", "percept", "interest_points", "skin_percept", "workspace_version", "workspace_brick",
           "workspace_object", "mesh_chunk", "view_pose", "component_status"}
 
 
-class Every:
-    """A sender or receiver of every topic (every_topic.cpp)."""
-
-    def __init__(self, site, host, what):
-        words = [site.programs[host] / "every_topic", "--what", what, "--deployment", site.topology, "--host", host]
-        self.log = open(site.folder / f"{what}_{host}.log", "a")
-        self.process = subprocess.Popen(site.hosts[host].inside(words), stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self.log, text=True,
-                                        env=site.hosts[host].environment)
-        assert self.process.stdout.readline() == "up\n", f"{what} on {host} did not start"
-
-    def told(self):
-        self.process.stdin.write("\n")
-        self.process.stdin.flush()
-        return json.loads(self.process.stdout.readline())
-
-    def kill(self):
-        self.process.kill()
-        self.process.wait()
-
-    def end(self):
-        self.process.stdin.close()
-        assert self.process.wait(60) == 0
-        self.log.close()
-
-
 class Mixed:
-    def __init__(self, given):
+    def __init__(self, given, tunnelled):
         self.folder = Path(tempfile.mkdtemp(prefix="phantom_mixed_"))
         self.programs = {"master": given.build / "tests", "slave": given.other_build / "tests"}
         self.bin = {"master": given.build / "bin", "slave": given.other_build / "bin"}
@@ -63,21 +38,29 @@ class Mixed:
         viewer.write_text("frame_rate_hz: 2\nmain_view: {width_px: 160, height_px: 120}\nhit_view: {width_px: 160, height_px: 120}\n"
                           "tool_view: {enabled: false}\npage: {port: 0}\n")
         options = {"synthetic_viewer": f", config: {viewer}", "slave_io": ", simulation: true", "master_io": ", simulation: true"}
-        lines = [f"name: mixed\ndomain: 42\nqos_profiles: {SOURCE}/deploy/qos/phantom.xml\ncell: {SOURCE}/deploy/cells/hot_cell/cell.yaml\nhosts:"]
+        self.hosts = connected(ADDRESSES, {"slave": given.root})
+        self.tunnel = Tunnel(self.hosts, ADDRESSES, self.folder / "tunnel") if tunnelled else None
+        addresses = self.tunnel.inner if tunnelled else ADDRESSES
+        lines = [f"name: mixed\ndomain: 42\nqos_profiles: {SOURCE}/deploy/qos/phantom.xml\ncell: {SOURCE}/deploy/cells/hot_cell/cell.yaml"]
+        if tunnelled:  # it carries no multicast
+            lines.append(f"network: {{initial_peers: [{', '.join(addresses.values())}], participants_per_host: 16}}")
+        lines.append("hosts:")
         for host, processes in PROCESSES.items():
-            lines.append(f"  - name: {host}\n    interfaces: [{ADDRESSES[host]}]\n    processes:")
+            lines.append(f"  - name: {host}\n    interfaces: [{addresses[host]}]\n    processes:")
             for process in processes:
                 arguments = f", arguments: [record, --folder, {self.folder}/recordings_{host}]" if process == "dds_recorder" else ""
                 lines.append(f"      - {{component: {process}{options.get(process, '')}{arguments}}}")
         self.topology.write_text("\n".join(lines) + "\n")
-        self.hosts = connected(ADDRESSES, {"slave": given.root})
 
     def words(self, host, program, *rest):
         return [self.bin[host] / program, *rest]
 
     def close(self):
+        if self.tunnel:
+            self.tunnel.close()
         for host in self.hosts.values():
             host.close()
+        shutil.rmtree(self.folder, ignore_errors=True)
 
 
 def releases_differ(site):
@@ -85,45 +68,6 @@ def releases_differ(site):
     versions = {host: site.hosts[host].run("sh", "-c", f"ldd {site.bin[host]}/slave_io | grep -o 'libfast[a-z]*\\.so\\.[0-9.]*' | grep -v cdr") for host in site.hosts}
     assert versions["master"] != versions["slave"], f"both hosts have {versions['master']}"
     print("master: " + versions["master"].strip() + "; slave: " + versions["slave"].strip())
-
-
-def receives_everything(receiver, sent):
-    """Each topic's sample as it was sent, octet by octet when it is serialised again, and all bricks."""
-    def whole():
-        got = receiver.told()
-        return got["bricks"] == BRICKS and set(got["cdr"]) == set(sent["cdr"])
-    eventually(whole, LIMIT_S, "a sample of every topic, and all bricks")
-    got = receiver.told()
-    for topic, cdr in sent["cdr"].items():
-        assert got["cdr"][topic] == cdr, f"{topic} was sent as {cdr} and came as {got['cdr'][topic]}"
-
-
-def every_topic_goes(site, of, to):
-    """What `of` sends arrives at `to`, which joins late; so it does after either was killed. Returns what was sent."""
-    sender = Every(site, of, "send")
-    sent = sender.told()
-    assert sent["bricks"] == BRICKS
-    receiver = Every(site, to, "receive")
-    receives_everything(receiver, sent)
-    receiver.kill()
-    receiver = Every(site, to, "receive")
-    receives_everything(receiver, sender.told())
-    sender.kill()
-    before = receiver.told()["samples"]  # the new sender writes what is durable once
-    sender = Every(site, of, "send")
-
-    def missing():
-        samples = receiver.told()["samples"]
-        return [topic for topic in before if samples[topic] <= before[topic]]
-    try:
-        eventually(lambda: not missing(), LIMIT_S, "every topic from the new sender")
-    except AssertionError as late:
-        raise AssertionError(f"{late}; missing: {', '.join(missing())}") from None
-    sent = sender.told()["cdr"]
-    receiver.end()
-    sender.end()
-    print(f"{len(sent)} topics and {BRICKS} bricks of 30 kB from {of} to {to}: late, again after a kill of the receiver and of the sender")
-    return sent
 
 
 def works_as_one_system(site):
@@ -178,18 +122,19 @@ def main():
     arguments.add_argument("--other-build", type=Path, required=True)
     given = arguments.parse_args()
     need_rights()
-    site = Mixed(given)
-    try:
-        with telling_logs(site.folder):
-            releases_differ(site)
-            there = every_topic_goes(site, "master", "slave")
-            back = every_topic_goes(site, "slave", "master")
-            assert there == back, "the two releases serialise the same samples differently"
-            works_as_one_system(site)
-            recordings_are_read_by_the_other(site)
-    finally:
-        site.close()
-        shutil.rmtree(site.folder, ignore_errors=True)
+    for tunnelled in (False, True):
+        print("through a tunnel:" if tunnelled else "without security:", flush=True)
+        site = Mixed(given, tunnelled)
+        try:
+            with telling_logs(site.folder):
+                releases_differ(site)
+                there = every_topic_goes(site, "master", "slave")
+                back = every_topic_goes(site, "slave", "master")
+                assert there == back, "the two releases serialise the same samples differently"
+                works_as_one_system(site)
+                recordings_are_read_by_the_other(site)
+        finally:
+            site.close()
 
 
 if __name__ == "__main__":

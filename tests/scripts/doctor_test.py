@@ -114,6 +114,16 @@ class Doctor(unittest.TestCase):
         _, found = self.look({"sys/class/net/eth0/operstate": "unknown"}, TOPOLOGY % "10.30.1.2")
         self.assertEqual(found["interfaces"]["level"], "good")
 
+    def test_a_tunnel_secures_a_topology_that_names_its_addresses(self):
+        topology = TOPOLOGY % "10.80.0.1"
+        tunnel = {"commands/ip": ADDRESSES + "3: phantom0    inet 10.80.0.1/24 scope global phantom0\n", "sys/class/net/phantom0/operstate": "unknown",
+                  "commands/wg": "phantom0"}
+        _, found = self.look(tunnel, topology)
+        self.assertEqual(found["security"]["level"], "good")
+        self.assertIn("through the tunnel phantom0", found["security"]["says"])
+        for beside in (TOPOLOGY % "10.30.1.2", TOPOLOGY % "10.80.0.1, 10.30.1.2"):
+            self.assertEqual(self.look(tunnel, beside)[1]["security"]["level"], "note", beside)
+
     def test_security_without_documents(self):
         topology = (TOPOLOGY % "10.30.1.2").replace("network: {}", "network: {security: keys}")
         self.finds("security", "bad", "bring this host its own", {}, topology)
