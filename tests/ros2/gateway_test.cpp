@@ -288,6 +288,8 @@ TEST(MessageTypes, HaveThePublishedHashes) {
        "RIHS01_91a0593bacdcc50ea9bdcf849a938b128412cc1ea821245c663bcd26f83c295e"},
       {"sensor_msgs::msg::dds_::Image_",
        "RIHS01_d31d41a9a4c4bc8eae9be757b0beed306564f7526c88ea6a4588fb9582527d47"},
+      {"sensor_msgs::msg::dds_::CameraInfo_",
+       "RIHS01_b3dfd68ff46c9d56c80fd3bd4ed22c7a4ddce8c8348f2f59c299e73118e7e275"},
   };
   for (const auto& [name, hash] : published) {
     const MessageType* type = find_message_type(name);
