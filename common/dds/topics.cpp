@@ -38,6 +38,10 @@ constexpr QosContract kEvent{.reliability = Reliability::kReliable, .history_dep
 // Receivers of component_status watch its age.
 constexpr QosContract kDurable{
     .reliability = Reliability::kReliable, .durability = Durability::kTransientLocal, .history_depth = 1};
+// Large and periodic: the newest counts. A picture that is lost is not missed; of points a fragment would
+// cost all.
+constexpr QosContract kPictures{.reliability = Reliability::kBestEffort, .history_depth = 1};
+constexpr QosContract kPoints{.reliability = Reliability::kReliable, .history_depth = 1};
 
 }  // namespace
 
@@ -73,6 +77,10 @@ const TopicSpec<msg::OperatorReply> kOperatorReply{
     {"operator_reply", "phantom::msg::OperatorReply", kEvent, &make_type<msg::OperatorReplyPubSubType>}};
 const TopicSpec<msg::ViewPose> kViewPose{
     {"view_pose", "phantom::msg::ViewPose", periodic(500, 2000), &make_type<msg::ViewPosePubSubType>}};
+const TopicSpec<msg::ViewPicture> kViewPicture{
+    {"view_picture", "phantom::msg::ViewPicture", kPictures, &make_type<msg::ViewPicturePubSubType>}};
+const TopicSpec<msg::SensorPoints> kSensorPoints{
+    {"sensor_points", "phantom::msg::SensorPoints", kPoints, &make_type<msg::SensorPointsPubSubType>}};
 const TopicSpec<msg::HapticDevice> kHapticDevice{{"haptic_device", "phantom::msg::HapticDevice",
                                                   periodic(20, 200),
                                                   &make_type<msg::HapticDevicePubSubType>}};
@@ -100,11 +108,12 @@ const TopicSpec<msg::ComponentStatus> kComponentStatus{{"component_status", "pha
 
 std::span<const TopicDescription* const> all_topics() {
   static const TopicDescription* const topics[] = {
-      &kMasterState,     &kSlaveState,         &kGripperState,   &kDragField,        &kPercept,
-      &kInterestPoints,  &kSkinPercept,        &kHitAlert,       &kSensingCommand,   &kSensingReply,
-      &kOperatorCommand, &kRecordingRequest,   &kOperatorReply,  &kWristWrench,      &kViewPose,
-      &kHapticDevice,    &kHapticDeviceWrench, &kWorkspaceBrick, &kWorkspaceVersion, &kWorkspaceObject,
-      &kMeshChunk,       &kWorkspaceCommand,   &kWorkspaceReply, &kComponentStatus};
+      &kMasterState,      &kSlaveState,       &kGripperState,  &kDragField,          &kPercept,
+      &kInterestPoints,   &kSkinPercept,      &kHitAlert,      &kSensingCommand,     &kSensingReply,
+      &kOperatorCommand,  &kRecordingRequest, &kOperatorReply, &kWristWrench,        &kViewPose,
+      &kViewPicture,      &kSensorPoints,     &kHapticDevice,  &kHapticDeviceWrench, &kWorkspaceBrick,
+      &kWorkspaceVersion, &kWorkspaceObject,  &kMeshChunk,     &kWorkspaceCommand,   &kWorkspaceReply,
+      &kComponentStatus};
   return topics;
 }
 

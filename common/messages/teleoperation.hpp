@@ -2,7 +2,9 @@
 
 #include <cstdint>
 #include <string>
+#include <vector>
 
+#include "common/core/clock.hpp"
 #include "common/core/joints.hpp"
 #include "common/core/operator_command.hpp"
 #include "common/core/sample_id.hpp"
@@ -89,6 +91,21 @@ struct WristWrench {
   friend bool operator==(const WristWrench&, const WristWrench&) = default;
 };
 
+/// Topic sensor_points: what a sensor measures of its surroundings, in its own frame.
+struct SensorPoints {
+  core::SampleId stamp;
+  core::Nanoseconds measured_utc_ns = 0;  ///< by its host's clock; 0: not said
+  std::string frame;
+  std::uint32_t width = 0, height = 0;  ///< height 1: without order
+  std::vector<float> xyz_m;             ///< row by row; NaN, all three: nothing was measured
+
+  friend bool operator==(const SensorPoints&, const SensorPoints&) = default;
+};
+/// Greatest number of points of a sample.
+inline constexpr std::uint64_t kMostSensorPoints = 1'000'000;
+/// Longest name of a sensor's frame.
+inline constexpr std::size_t kLongestFrame = 255;
+
 /// Topic operator_command: a command from a person or a script to the running system.
 struct OperatorCommand {
   core::SampleId stamp;  ///< identifies the command, also when it is sent again
@@ -120,5 +137,18 @@ struct ViewPose {
   geometry::Pose X_WC;     ///< camera: x right, y up, z backward
   Vector3 look_at_m{};     ///< in W
 };
+
+enum class PictureView { kMain, kHit, kTool };
+
+/// Topic view_picture: a view's newest picture.
+struct ViewPicture {
+  core::SampleId stamp;
+  PictureView view = PictureView::kMain;
+  std::vector<std::uint8_t> jpeg;
+
+  friend bool operator==(const ViewPicture&, const ViewPicture&) = default;
+};
+/// Greatest size of a picture.
+inline constexpr std::size_t kMostPictureBytes = std::size_t{4} << 20;
 
 }  // namespace phantom::messages

@@ -1,5 +1,8 @@
 #include "common/messages/teleoperation_codec.hpp"
 
+#include <algorithm>
+#include <cmath>
+
 #include "common/messages/fields_codec.hpp"
 #include "common/percept/view_node.hpp"
 
@@ -99,6 +102,39 @@ constexpr auto kViewPose = [](auto& codec, auto& m, auto& s) {
   codec.place("look_at_m", m.look_at_m(), s.look_at_m);
 };
 
+constexpr auto kViewPicture = [](auto& codec, auto& m, auto& s) {
+  codec.stamp(m.stamp(), s.stamp);
+  codec.enumeration("view", m.view(), s.view, PictureView::kTool);
+  codec.any(m.jpeg(), s.jpeg);
+};
+
+constexpr auto kSensorPoints = [](auto& codec, auto& m, auto& s) {
+  codec.stamp(m.stamp(), s.stamp);
+  codec.number("measured_utc_ns", m.measured_utc_ns(), s.measured_utc_ns, 0.0, 9.2e18);
+  codec.whole_text("frame", m.frame(), s.frame);
+  codec.number("width", m.width(), s.width, 1.0, static_cast<double>(kMostSensorPoints));
+  codec.number("height", m.height(), s.height, 1.0, static_cast<double>(kMostSensorPoints));
+  codec.any(m.xyz_m(), s.xyz_m);
+};
+
+/// Returns why the points are none; empty if they are.
+std::string refusal(const SensorPoints& points) {
+  const std::uint64_t count = std::uint64_t{points.width} * points.height;
+  if (count > kMostSensorPoints)
+    return "width·height is " + std::to_string(count) + "; allowed: at most " +
+           std::to_string(kMostSensorPoints);
+  if (points.xyz_m.size() != 3 * count)
+    return "xyz_m has " + std::to_string(points.xyz_m.size()) + " values; allowed: 3·width·height";
+  for (std::size_t i = 0; i < points.xyz_m.size(); i += 3) {
+    const float* p = points.xyz_m.data() + i;
+    const bool none = std::isnan(p[0]) && std::isnan(p[1]) && std::isnan(p[2]);
+    const auto near = [](float x) { return std::abs(x) <= kFarthest_m; };
+    if (!none && !std::all_of(p, p + 3, near))
+      return "xyz_m has a point that is none or too far; allowed: within 10000 m, or three times NaN";
+  }
+  return "";
+}
+
 constexpr auto kOperatorCommand = [](auto& codec, auto& m, auto& s) {
   codec.stamp(m.stamp(), s.stamp);
   codec.enumeration("kind", m.kind(), s.kind, core::kLastCommandKind);
@@ -159,6 +195,19 @@ core::Expected<WristWrench> from_idl(const msg::WristWrench& message, const ArmB
 core::Expected<ViewPose> from_idl(const msg::ViewPose& message, const ArmBounds& arm) {
   return decoded<ViewPose>(kViewPose, message, arm);
 }
+core::Expected<ViewPicture> from_idl(const msg::ViewPicture& message, const ArmBounds& arm) {
+  if (message.jpeg().empty() || message.jpeg().size() > kMostPictureBytes)
+    return core::Status::invalid_argument("jpeg has " + std::to_string(message.jpeg().size()) +
+                                          " octets; allowed: 1 to " + std::to_string(kMostPictureBytes));
+  return decoded<ViewPicture>(kViewPicture, message, arm);
+}
+core::Expected<SensorPoints> from_idl(const msg::SensorPoints& message, const ArmBounds& arm) {
+  auto points = decoded<SensorPoints>(kSensorPoints, message, arm);
+  if (!points) return points;
+  const std::string why = refusal(*points);
+  if (!why.empty()) return core::Status::invalid_argument(why);
+  return points;
+}
 msg::SlaveState to_idl(const SlaveState& state) { return encoded<msg::SlaveState>(kSlaveState, state); }
 msg::MasterState to_idl(const MasterState& state) { return encoded<msg::MasterState>(kMasterState, state); }
 msg::GripperState to_idl(const GripperState& state) {
@@ -166,6 +215,12 @@ msg::GripperState to_idl(const GripperState& state) {
 }
 msg::WristWrench to_idl(const WristWrench& wrench) { return encoded<msg::WristWrench>(kWristWrench, wrench); }
 msg::ViewPose to_idl(const ViewPose& view) { return encoded<msg::ViewPose>(kViewPose, view); }
+msg::ViewPicture to_idl(const ViewPicture& picture) {
+  return encoded<msg::ViewPicture>(kViewPicture, picture);
+}
+msg::SensorPoints to_idl(const SensorPoints& points) {
+  return encoded<msg::SensorPoints>(kSensorPoints, points);
+}
 msg::OperatorCommand to_idl(const OperatorCommand& command) {
   return encoded<msg::OperatorCommand>(kOperatorCommand, command);
 }

@@ -16,8 +16,8 @@ const auto& stamped_topics() {
       std::tie(dds::kMasterState, dds::kSlaveState, dds::kGripperState, dds::kDragField, dds::kPercept,
                dds::kInterestPoints, dds::kSkinPercept, dds::kHitAlert, dds::kSensingCommand,
                dds::kSensingReply, dds::kOperatorCommand, dds::kRecordingRequest, dds::kOperatorReply,
-               dds::kWristWrench, dds::kViewPose, dds::kHapticDevice, dds::kHapticDeviceWrench,
-               dds::kWorkspaceCommand, dds::kWorkspaceReply, dds::kComponentStatus);
+               dds::kWristWrench, dds::kViewPicture, dds::kSensorPoints, dds::kViewPose, dds::kHapticDevice,
+               dds::kHapticDeviceWrench, dds::kWorkspaceCommand, dds::kWorkspaceReply, dds::kComponentStatus);
   return topics;
 }
 

@@ -18,4 +18,5 @@ const struct cyclone_type cyclone_types[] = {
     TYPE(WorkspaceReply),  TYPE(ComponentStatus), TYPE(ViewPose),
     TYPE(OperatorReply),   TYPE(HapticDevice),    TYPE(HapticDeviceWrench),
     TYPE(GripperState),    TYPE(WristWrench),
+    TYPE(ViewPicture),     TYPE(SensorPoints),
     {0, 0}};

@@ -296,6 +296,39 @@ TEST(ViewPoseCodec, ThereAndBackItIsTheSameAndWhatIsNoPoseIsRefused) {
   EXPECT_THAT(refusal([](auto& m) { m.stamp().sequence_number(0); }), HasSubstr("sequence_number"));
 }
 
+TEST(ViewPictureCodec, ThereAndBackItIsTheSameAndWhatIsNoPictureIsRefused) {
+  const ViewPicture picture{.stamp = {3, 4, 5}, .view = PictureView::kTool, .jpeg = {0xff, 0xd8, 7}};
+  expect_same_after_round_trip(picture);
+  const Refusals<msg::ViewPicture> refusal{to_idl(picture)};
+  EXPECT_EQ(refusal([](auto& m) { m.view(static_cast<msg::PictureView>(3)); }), "view is 3; allowed: 0 to 2");
+  EXPECT_EQ(refusal([](auto& m) { m.jpeg().clear(); }), "jpeg has 0 octets; allowed: 1 to 4194304");
+  EXPECT_THAT(refusal([](auto& m) { m.jpeg().resize(4'194'305); }), HasSubstr("4194305 octets"));
+  EXPECT_THAT(refusal([](auto& m) { m.stamp().sequence_number(0); }), HasSubstr("sequence_number"));
+}
+
+TEST(SensorPointsCodec, SR11_ThereAndBackTheyAreTheSameAndWhatAreNoPointsIsRefused) {
+  const SensorPoints points{.stamp = {3, 4, 5},
+                            .measured_utc_ns = 1'700'000'000'123'456'789,
+                            .frame = "camera",
+                            .width = 2,
+                            .height = 1,
+                            .xyz_m = {1.0F, -2.0F, 3.0F, 0.0F, 0.5F, -1.0F}};
+  expect_same_after_round_trip(points);
+  const Refusals<msg::SensorPoints> refusal{to_idl(points)};
+  constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
+  EXPECT_EQ(refusal([&](auto& m) { m.xyz_m() = {1, 2, 3, kNone, kNone, kNone}; }), "") << "nothing measured";
+  EXPECT_THAT(refusal([&](auto& m) { m.xyz_m()[1] = kNone; }), HasSubstr("a point that is none"));
+  EXPECT_THAT(refusal([&](auto& m) { m.xyz_m()[5] = std::numeric_limits<float>::infinity(); }),
+              HasSubstr("a point that is none"));
+  EXPECT_THAT(refusal([&](auto& m) { m.xyz_m()[0] = 1e5F; }), HasSubstr("too far"));
+  EXPECT_EQ(refusal([](auto& m) { m.width(3); }), "xyz_m has 6 values; allowed: 3·width·height");
+  EXPECT_EQ(refusal([](auto& m) { m.height(0); }), "height is 0; allowed: 1 to 1e+06");
+  EXPECT_THAT(refusal([](auto& m) { m.width(0); }), HasSubstr("width is 0"));
+  EXPECT_THAT(refusal([](auto& m) { m.width(1'000), m.height(10'000); }),
+              HasSubstr("width·height is 10000000"));
+  EXPECT_THAT(refusal([](auto& m) { m.stamp().sequence_number(0); }), HasSubstr("sequence_number"));
+}
+
 TEST(SlaveStateCodec, WhoKnowsNoArmTakesAnyThatCanBe) {
   msg::SlaveState message = to_idl(a_slave_state());
   message.joint_count(3);
