@@ -42,6 +42,13 @@ class Topic {
   dds::TopicSpec<Message> spec_;
 };
 
+/// A topic's name and QoS, for publishers of its type.
+template <class PubSubType>
+struct TopicName {
+  std::string name;
+  dds::QosContract qos;
+};
+
 /// Publishes a message type on a topic of ROS 2. Thread-safe; may block as dds::Writer::write().
 template <class PubSubType>
 class Publisher {
@@ -53,6 +60,7 @@ class Publisher {
       : topic_(topic, qos), writer_(node.participant(), topic_.spec()) {
     node.add_writer(writer_.guid());
   }
+  Publisher(Node& node, const TopicName<PubSubType>& topic) : Publisher(node, topic.name, topic.qos) {}
   bool publish(const Message& message) { return writer_.write(message); }
   std::uint32_t matched() const { return writer_.matched(); }
 

@@ -12,7 +12,7 @@
 #include "common/messages/status.hpp"
 #include "common/messages/teleoperation.hpp"
 #include "common/robot/serial_arm.hpp"
-#include "common/ros2/node.hpp"
+#include "common/ros2/from_phantom.hpp"
 
 namespace phantom::dds {
 class Participant;
@@ -21,11 +21,8 @@ class Participant;
 namespace phantom::ros2_gateway {
 
 /// What is said in the ROS 2 domain of Phantom's.
-struct OutputRules {
-  std::string prefix = "phantom";         ///< of the topics: "phantom/joint_states"
-  std::string frame_prefix = "phantom/";  ///< of the links' frames
-  std::string world = "world";            ///< frame of the workspace
-  double rate_Hz = 50.0;                  ///< of the states at most; 0: nothing is published
+struct OutputRules : ros2::Names {
+  double rate_Hz = 50.0;  ///< of the states at most; 0: nothing is published
 };
 
 /// Hears Phantom's topics and says them in ROS 2's words: joint_states and transforms of the arm,
