@@ -5,9 +5,7 @@
 #include <ostream>
 
 #include "common/core/errors.hpp"
-#include "common/core/file_sync.hpp"
 #include "common/diagnostics/decode.hpp"
-#include "common/diagnostics/name_filter.hpp"
 #include "common/observation/type_catalogue.hpp"
 #include "common/recording/mcap_writer.hpp"
 #include "common/runtime/process.hpp"
@@ -16,12 +14,7 @@
 namespace phantom::dds_recorder {
 namespace {
 
-/// Receives the messages of all files, one file after the other.
-class Target {
- public:
-  virtual ~Target() = default;
-  virtual void begin(const recording::McapReader& from) = 0;
-  virtual void put(const recording::Channel& channel, const recording::Message& message) = 0;
+struct Target : RecordingListener {
   virtual void end() = 0;
 };
 
@@ -40,7 +33,7 @@ class McapTarget : public Target {
       if (const auto attachment = from.read(index)) must(writer_.write(*attachment));
     }
   }
-  void put(const recording::Channel& channel, const recording::Message& message) override {
+  void take(const recording::Channel& channel, const recording::Message& message, bool) override {
     recording::Message out = message;
     out.channel_id = channel_for(channel);
     must(writer_.write(out));
@@ -93,8 +86,7 @@ class McapTarget : public Target {
 class JsonTarget : public Target {
  public:
   explicit JsonTarget(const std::filesystem::path& path) : path_(path), stream_(path) {}
-  void begin(const recording::McapReader&) override {}
-  void put(const recording::Channel& channel, const recording::Message& message) override {
+  void take(const recording::Channel& channel, const recording::Message& message, bool) override {
     nlohmann::ordered_json line{{"topic", channel.topic},
                                 {"log_time_ns", message.log_time_ns},
                                 {"publish_time_ns", message.publish_time_ns},
@@ -126,57 +118,20 @@ std::unique_ptr<Target> target_for(const ConvertRequest& request, const std::fil
   return std::make_unique<McapTarget>(path, request.zstd_level);
 }
 
-std::uint64_t copy_all(const ConvertRequest& request, Target& target, std::ostream& notes) {
-  const auto opened = open_recordings(recordings_in(request.files));
-  const diagnostics::NameFilter wanted(request.topics);
-  const recording::MessageFilter filter = in_range(request.range, times_of(opened).first);
-  std::uint64_t samples = 0;
-  for (std::size_t i = 0; i < opened.size(); ++i) {
-    const recording::McapReader& reader = opened[i].reader;
-    for (const std::string& problem : reader.problems())
-      notes << opened[i].path.string() << ": " << problem << '\n';
-    target.begin(reader);
-    for (const auto& part : parts_of(filter)) {
-      recording::MessageFilter chosen = part.filter;
-      // Samples carried over at the start of a later file are in the target already.
-      chosen.channel = [&](const recording::Channel& channel) {
-        return wanted.keeps(channel.topic) && (i == 0 || !is_carried_over(channel)) &&
-               (!part.durable_only || is_durable(channel));
-      };
-      recording::MessageCursor cursor(reader, chosen);
-      for (recording::Message message; cursor.next(message); ++samples)
-        target.put(reader.channels().at(message.channel_id), message);
-      for (const std::string& problem : cursor.problems())
-        notes << opened[i].path.string() << ": " << problem << '\n';
-    }
-  }
-  return samples;
-}
-
 }  // namespace
 
 int run_convert(const ConvertRequest& request, std::ostream& notes) {
   if (request.out.extension() != ".mcap" && request.out.extension() != ".jsonl")
     throw core::ConfigError("--out " + request.out.string() +
                             ": allowed: a name that ends with .mcap or .jsonl");
-  if (std::filesystem::exists(request.out))
-    throw core::ConfigError("--out " + request.out.string() + ": exists already");
-  std::filesystem::path partial = request.out;
-  partial += ".partial";
-  std::filesystem::remove(partial);
-  try {
+  const auto opened = open_recordings(recordings_in(request.files));
+  write_whole(request.out, [&](const std::filesystem::path& partial) {
     const auto target = target_for(request, partial);
-    const std::uint64_t samples = copy_all(request, *target, notes);
+    const std::uint64_t samples = read_all(opened, in_range(request.range, times_of(opened).first),
+                                           diagnostics::NameFilter(request.topics), *target, notes);
     target->end();
-    std::filesystem::rename(partial, request.out);
-    // Who is told that it is there may delete what it was made of.
-    if (!core::sync_folder_of(request.out))
-      throw std::runtime_error(request.out.string() + ": cannot be brought to the disk");
     notes << request.out.string() << ": " << samples << " samples\n";
-  } catch (...) {
-    std::filesystem::remove(partial);
-    throw;
-  }
+  });
   return runtime::kExitDone;
 }
 

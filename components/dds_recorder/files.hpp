@@ -1,9 +1,12 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
+#include <iosfwd>
 #include <string>
 #include <vector>
 
+#include "common/diagnostics/name_filter.hpp"
 #include "common/recording/mcap_reader.hpp"
 
 namespace phantom::dds_recorder {
@@ -37,6 +40,24 @@ struct RangePart {
 std::vector<RangePart> parts_of(const recording::MessageFilter& range);
 /// Returns the log times of the first and the last message of all files.
 std::pair<std::uint64_t, std::uint64_t> times_of(const std::vector<OpenedRecording>& recordings);
+
+/// Receives what is in recordings, one file after the other.
+struct RecordingListener {
+  virtual ~RecordingListener() = default;
+  virtual void begin(const recording::McapReader& /*file*/) {}
+  /// `says`: false: a durable sample from before the range.
+  virtual void take(const recording::Channel& channel, const recording::Message& message, bool says) = 0;
+};
+/// Passes all messages of the wanted topics in the range to `listener`, and prints on `notes` what of the
+/// files cannot be read. What was carried over from one file into the next comes once. Returns their number.
+std::uint64_t read_all(const std::vector<OpenedRecording>& recordings, const recording::MessageFilter& range,
+                       const diagnostics::NameFilter& wanted, RecordingListener& listener,
+                       std::ostream& notes);
+
+/// Writes the new file `out` by calling `write` with a temporary name; then it has its own, on the disk
+/// itself. Throws ConfigError if it is there already, and what `write` throws; no file is left then.
+void write_whole(const std::filesystem::path& out,
+                 const std::function<void(const std::filesystem::path&)>& write);
 
 /// Returns whether the channel's samples were there before its file began.
 bool is_carried_over(const recording::Channel& channel);

@@ -1,10 +1,16 @@
+#include <fstream>
 #include <iostream>
 #include <optional>
+#include <sstream>
 
+#include "common/core/errors.hpp"
 #include "common/dds/participant.hpp"
+#include "common/runtime/arm_model.hpp"
+#include "common/runtime/cell.hpp"
 #include "components/dds_recorder/config.hpp"
 #include "components/dds_recorder/convert.hpp"
 #include "components/dds_recorder/dds_adapter.hpp"
+#include "components/dds_recorder/dds_adapter_export.hpp"
 #include "components/dds_recorder/dds_adapter_output.hpp"
 #include "components/dds_recorder/info.hpp"
 #include "components/dds_recorder/session.hpp"
@@ -22,13 +28,14 @@ void add_range(runtime::Command app, TimeRange& range) {
 
 /// The command line's subcommands.
 struct CommandLine {
-  runtime::Command record, trigger, replay, info, check, convert;
+  runtime::Command record, trigger, replay, info, check, convert, exporting;
   RecordRequest recording;
   std::string issuer = "dds_recorder trigger";
   ReplayRequest replaying;
-  bool original_stamps = false, json = false, endless = false;
+  bool original_stamps = false, json = false, endless = false, ros2 = false;
   std::vector<std::filesystem::path> files;
   ConvertRequest converting;
+  ExportRequest to_export;
 
   void add_record(runtime::Command app) {
     record = app.subcommand("record", "record until Ctrl-C");
@@ -76,22 +83,50 @@ struct CommandLine {
     convert.option("--compression-level", converting.zstd_level, "zstd 1…19; 0: none").between(0, 19);
   }
 
+  void add_export(runtime::Command app) {
+    exporting = app.subcommand("export", "a bag of ROS 2: what ros2_gateway says of the arm");
+    exporting.option("files", to_export.files, "files, or folders of them").required();
+    exporting.flag("--ros2", ros2, "in ROS 2's messages; there is no other form");
+    exporting.option("--out", to_export.out, "FILE.mcap").required();
+    exporting.option("--arm", to_export.arm, "of the topology's cell; default: the only one");
+    exporting.option("--prefix", to_export.names.prefix, "of the topics");
+    exporting.option("--frame-prefix", to_export.names.frame_prefix, "of the links' frames");
+    exporting.option("--world", to_export.names.world, "frame of the workspace");
+    exporting.option("--rate", to_export.rate_Hz, "of each topic of states at most; 0: every sample")
+        .between(0.0, 1e6);
+    add_range(exporting, to_export.range);
+    exporting.option("--compression-level", to_export.zstd_level, "zstd 1…19; 0: none").between(0, 19);
+  }
+
   void add_to(runtime::Command app) {
     app.require_subcommand(0, 1);
     add_record(app);
     add_replay(app);
     add_offline(app);
+    add_export(app);
   }
   /// Carries out the subcommand. Returns the exit code; throws as process_main expects.
   int run(const runtime::ProcessOptions& options);
 };
 
+// The arm is the deployment's: a recording has no kinematics.
+int export_arm_of(const ExportRequest& request, bool ros2, const runtime::ProcessOptions& options) {
+  if (!ros2) throw core::ConfigError("export: in whose words is not said; allowed: --ros2");
+  const auto cell = runtime::load_cell(runtime::load_deployment(options).cell);
+  const auto& config = cell.arm(request.arm);
+  std::ostringstream urdf;
+  if (!config.urdf.empty()) urdf << std::ifstream(config.urdf).rdbuf();
+  return run_export(request, runtime::load_arm(config), urdf.str(), std::cout);
+}
+
 int CommandLine::run(const runtime::ProcessOptions& options) {
   std::optional<runtime::EndsAtOnce> batch;
-  if (info.given() || check.given() || convert.given()) batch.emplace(runtime::kExitFailed);
+  if (info.given() || check.given() || convert.given() || exporting.given())
+    batch.emplace(runtime::kExitFailed);
   if (info.given()) return run_info(files, json, std::cout);
   if (check.given()) return run_check(files, json, std::cout);
   if (convert.given()) return run_convert(converting, std::cout);
+  if (exporting.given()) return export_arm_of(to_export, ros2, options);
   const Config config = merged(load_config(options.config), recording);
   const auto deployment = runtime::load_deployment(options);
   dds::check_qos_profiles(deployment.network.qos_profiles);
@@ -113,7 +148,7 @@ int CommandLine::run(const runtime::ProcessOptions& options) {
                              " hears operator_command");
   }
   throw core::ConfigError(
-      "what to do is not said; allowed: record, trigger, replay, info, check, convert (--help explains)");
+      "what to do is not said; allowed: record, trigger, replay, info, check, convert, export (--help explains)");
 }
 
 }  // namespace
@@ -136,6 +171,7 @@ int main(int argc, char** argv) {
       "  dds_recorder info recordings                   what is in there\n"
       "  dds_recorder replay recordings --domain 7 --rate 0.5 --loop\n"
       "  dds_recorder convert recordings --from 10 --until 20 --out part.mcap\n"
+      "  dds_recorder export --ros2 recordings --out bag.mcap --deployment TOPOLOGY\n"
       "`dds_recorder record --help` and so on explain the options of each.";
   description.add_options = [&](runtime::Command app) { command_line.add_to(app); };
   description.parameters = {dds_recorder::kParameters};
