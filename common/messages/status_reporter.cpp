@@ -60,16 +60,15 @@ void add_forgotten(const dds::Participant& participant, std::vector<core::Health
 
 }  // namespace
 
-StatusReporter::StatusReporter(dds::Participant& participant)
-    : participant_(participant), publisher_(participant, dds::kComponentStatus), guarded_{&participant} {}
+StatusReporter::StatusReporter(dds::Participant& participant, const std::string& name)
+    : participant_(participant),
+      name_(name.empty() ? participant.component() : name),
+      publisher_(participant, dds::kComponentStatus),
+      guarded_{&participant} {}
 
 void StatusReporter::publish(const core::Health& health) {
-  ComponentStatus status{health,
-                         {},
-                         participant_.component(),
-                         core::host_name(),
-                         static_cast<std::uint32_t>(getpid()),
-                         participant_.endpoints()};
+  ComponentStatus status{
+      health, {}, name_, core::host_name(), static_cast<std::uint32_t>(getpid()), participant_.endpoints()};
   add_hung_readers(status);
   add_forgotten(participant_, status.figures);
   add_refused(guarded_, status.figures);

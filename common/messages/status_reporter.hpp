@@ -1,5 +1,6 @@
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "common/core/health.hpp"
@@ -18,7 +19,9 @@ inline constexpr const char* kForgotten = "forgotten";
 /// that sent most of them, and how many at least.
 class StatusReporter {
  public:
-  explicit StatusReporter(dds::Participant& participant);
+  /// `name`: in its samples, where several processes of a host are the same component; empty: the
+  /// component's.
+  explicit StatusReporter(dds::Participant& participant, const std::string& name = "");
   /// Counts what another participant of this process refuses, too; it outlives this object's last publish().
   void count_refusals_of(dds::Participant& other) { guarded_.push_back(&other); }
   /// Sends one sample, and notifies the service manager that this process is alive. Call it about twice a
@@ -30,6 +33,7 @@ class StatusReporter {
 
  private:
   dds::Participant& participant_;
+  const std::string name_;
   Publisher<ComponentStatus> publisher_;
   std::vector<dds::Participant*> guarded_;  // whose refusals are told
 };

@@ -337,25 +337,32 @@ void SkinSensing::take(std::size_t link, const Totals& totals, const geometry::P
     sums.scale(1.0 / static_cast<double>(totals.active));
 }
 
-void SkinSensing::sense(const LinkPoses& X_WL, std::size_t joint_count,
-                        const workspace::Workspace& workspace) noexcept {
+void SkinSensing::sense(const LinkPoses& X_WL, std::size_t joint_count, const workspace::Workspace& workspace,
+                        const LinkSet& links) noexcept {
   sums_ = {};
   active_ = muted_ = 0;
   worst_ = {};
+  worst_code_ = 0;
   std::fill(block_worst_.begin(), block_worst_.end(), std::uint8_t{0});
   if (!layout_->clusters.empty()) std::fill(cluster_codes_.begin(), cluster_codes_.end(), std::uint8_t{0});
-  const workspace::GridSpec& grid = workspace.grid();
-  if (grid.voxel_count() <= 0) return;
+  if (workspace.grid().voxel_count() <= 0) return;
   // Codes beyond the palette cannot occur, because the assembler refuses them. The zeros after the palette
   // keep the look-up in bounds anyway.
   palette_.fill(0.0F);
   std::copy(workspace.palette().begin(), workspace.palette().end(), palette_.begin());
   if (!layout_->clusters.empty()) fill_response(options_.response, workspace.palette(), response_);
+  sense_also(X_WL, joint_count, workspace, links);
+}
 
-  std::array<bool, core::kMaxJoints + 1> felt{};
+void SkinSensing::sense_also(const LinkPoses& X_WL, std::size_t joint_count,
+                             const workspace::Workspace& workspace, const LinkSet& links) noexcept {
+  const workspace::GridSpec& grid = workspace.grid();
+  if (grid.voxel_count() <= 0) return;
+  LinkSet felt;
   for (std::size_t link = 1; link <= joint_count; ++link) {
-    felt[link] = is_near(X_WL[link], grid);
-    if (felt[link]) place_link(link, X_WL[link], grid);
+    const bool near = is_near(X_WL[link], grid);
+    felt[link] = links[link] && near;
+    if (near) place_link(link, X_WL[link], grid);  // all links: consider() looks sensors up, too
   }
   team_.run(parts_.size(), [&](std::size_t i) {
     Part& part = parts_[i];
@@ -372,7 +379,22 @@ void SkinSensing::sense(const LinkPoses& X_WL, std::size_t joint_count,
     for (; part != parts_.end() && part->link == first->link; ++part) first->totals.add(part->totals);
     if (felt[first->link]) take(first->link, first->totals, X_WL[first->link], grid.voxel_size_m);
   }
-  find_worst(X_WL, workspace);
+  for (std::size_t link = 1; link <= joint_count; ++link)
+    if (felt[link]) find_worst(link, X_WL, workspace);
+}
+
+bool SkinSensing::consider(const LinkPoses& X_WL, const workspace::Workspace& workspace, std::size_t sensor,
+                           float mu) noexcept {
+  const auto& palette = workspace.palette();
+  const auto meets = std::find(palette.begin(), palette.end(), mu);
+  if (sensor >= layout_->size() || meets == palette.begin() || meets == palette.end()) return false;
+  const auto code = static_cast<std::uint8_t>(meets - palette.begin());
+  const std::size_t link = layout_->link_of(sensor);
+  if (!is_near(X_WL[link], workspace.grid())) return false;
+  const auto voxel = place_of(link, sensor, code, workspace);
+  if (!voxel || workspace.mu_code(*voxel) != code) return false;
+  weigh({link, sensor, code, *voxel, surroundings(*voxel, workspace).mu}, X_WL, workspace);
+  return true;
 }
 
 }  // namespace phantom::robot

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <bitset>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -18,8 +19,13 @@
 
 namespace phantom::robot {
 
+/// Links of an arm, by index.
+using LinkSet = std::bitset<core::kMaxJoints + 1>;
+inline LinkSet all_links() noexcept { return LinkSet().set(); }
+
 /// The sensor that meets the greatest μ. If several meet it, the sensor around which μ is greatest: that is
-/// where the object is nearest, resolved more finely than by the layers.
+/// where the object is nearest, resolved more finely than by the layers. It is the worst of the links' worst
+/// sensors, so links that are sensed apart give the same one.
 struct WorstSensor {
   bool found = false;       ///< false: every sensor is in free space and the rest is meaningless
   std::size_t sensor = 0;   ///< index in the layout
@@ -62,7 +68,21 @@ class SkinSensing {
 
   /// Senses the workspace with links 1 … `joint_count`. Results: sums(), active(), muted(), worst(). A link
   /// whose pose is not finite feels nothing. Real-time safe: yes.
-  void sense(const LinkPoses& X_WL, std::size_t joint_count, const workspace::Workspace& workspace) noexcept;
+  void sense(const LinkPoses& X_WL, std::size_t joint_count, const workspace::Workspace& workspace) noexcept {
+    sense(X_WL, joint_count, workspace, all_links());
+  }
+  /// Likewise, of these links alone: the others feel nothing.
+  void sense(const LinkPoses& X_WL, std::size_t joint_count, const workspace::Workspace& workspace,
+             const LinkSet& links) noexcept;
+  /// Adds links to those of the last sense(), at the same poses in the same workspace. The results are those
+  /// of sense() with all of these links, bit for bit. Real-time safe: yes.
+  void sense_also(const LinkPoses& X_WL, std::size_t joint_count, const workspace::Workspace& workspace,
+                  const LinkSet& links) noexcept;
+  /// Weighs the worst sensor of links that another SkinSensing with the same layout has sensed, at the same
+  /// poses in the same workspace, against worst(). Returns false, and changes nothing, if that sensor does
+  /// not meet `mu` (Pa·s/m) here. Real-time safe: yes.
+  bool consider(const LinkPoses& X_WL, const workspace::Workspace& workspace, std::size_t sensor,
+                float mu) noexcept;
 
   /// Moves the sensors of a gripper's fingers to where they are when it is closed by `share`, 0 (at its
   /// widest, as at first) to 1. Cost: the blocks of 256 sensors that have such. Real-time safe: yes.
@@ -121,11 +141,19 @@ class SkinSensing {
   ClusterReading read_cluster(Part& part, const ClusterStencil& stencil, workspace::Index3 centre,
                               const workspace::Workspace& workspace) noexcept;
   void take(std::size_t link, const Totals& totals, const geometry::Pose& X_WL, double voxel_size_m) noexcept;
-  void find_worst_candidates(std::uint8_t code, WorstCandidates& candidates) const noexcept;
-  void find_worst(const LinkPoses& X_WL, const workspace::Workspace& workspace) noexcept;
+  std::uint8_t greatest_code(std::size_t link) const noexcept;
+  void find_worst_candidates(std::size_t link, std::uint8_t code, WorstCandidates& candidates) const noexcept;
+  void find_worst(std::size_t link, const LinkPoses& X_WL, const workspace::Workspace& workspace) noexcept;
+  /// A sensor that may be the worst: what it meets, where, and the sum of μ around it.
+  struct Weighed {
+    std::size_t link, sensor;
+    std::uint8_t code;
+    workspace::Index3 voxel;
+    double around_mu;
+  };
+  void weigh(const Weighed& at, const LinkPoses& X_WL, const workspace::Workspace& workspace) noexcept;
   Surroundings surroundings(workspace::Index3 at, const workspace::Workspace& workspace) const noexcept;
-  std::size_t farthest(const WorstCandidates& candidates, const Eigen::Vector3d& direction_W,
-                       const LinkPoses& X_WL) const noexcept;
+  std::size_t farthest(const WorstCandidates& candidates, const Eigen::Vector3d& direction_L) const noexcept;
   std::optional<workspace::Index3> place_of(std::size_t link, std::size_t sensor, std::uint8_t code,
                                             const workspace::Workspace& workspace) const noexcept;
 
@@ -162,6 +190,8 @@ class SkinSensing {
   LinkSums sums_;
   std::size_t active_ = 0, muted_ = 0;
   WorstSensor worst_;
+  std::uint8_t worst_code_ = 0;  // of worst_, and the sum of μ around it
+  double worst_around_mu_ = 0.0;
 };
 
 }  // namespace phantom::robot

@@ -1,5 +1,5 @@
 // Finds the sensor that the percept reports: the one in the greatest μ or, of several, the nearest to the
-// object.
+// object. Each link has its worst sensor; the arm's is the worst of those.
 #include <algorithm>
 #include <limits>
 
@@ -37,40 +37,52 @@ std::shared_ptr<const SkinSensing::Neighbourhood> SkinSensing::make_neighbourhoo
   return std::make_shared<const Neighbourhood>(reach_vox);
 }
 
-/// Sensors that meet a given code, collected one after another.
+/// Sensors of one link that meet a given code, collected one after another.
 struct SkinSensing::WorstCandidates {
-  struct Candidate {
-    std::uint32_t link, sensor;
-  };
   static constexpr std::size_t kMost = kCandidates * (kernel::kBlock + 1);
-  std::array<Candidate, kMost> item;
+  std::array<std::uint32_t, kMost> sensor;
   std::size_t count = 0;
 };
 
-/// Finds sensors that meet `code`: those in at most kCandidates blocks of points, evenly chosen among the
-/// blocks that hold it, and as many clusters.
-void SkinSensing::find_worst_candidates(std::uint8_t code, WorstCandidates& candidates) const noexcept {
-  const auto holders = static_cast<std::size_t>(std::count(block_worst_.begin(), block_worst_.end(), code));
-  const std::size_t stride = (holders + kCandidates - 1) / kCandidates;
-  std::size_t block = 0, holder = 0, clusters = 0;
-  for (std::uint32_t link = 0; link <= core::kMaxJoints; ++link) {
-    const std::size_t packed = packed_first_[link],
-                      points = layout_->first_cluster[link] - layout_->first[link];
-    for (std::size_t first = 0; packed + first < packed_first_[link + 1]; first += kernel::kBlock, ++block) {
-      if (block_worst_[block] != code || holder++ % stride != 0) continue;
-      const std::size_t end = std::min(first + kernel::kBlock, points);
-      for (std::size_t i = first; i < end;
-           ++i) {  // without a branch on the code: always written, kept only if it holds
-        candidates.item[candidates.count] = {link, static_cast<std::uint32_t>(layout_->first[link] + i)};
-        candidates.count += codes_[packed + i] == code ? 1U : 0U;
-      }
+/// Returns the greatest code that a link's sensors meet.
+std::uint8_t SkinSensing::greatest_code(std::size_t link) const noexcept {
+  std::uint8_t greatest = 0;
+  const std::size_t points = layout_->first_cluster[link] - layout_->first[link];
+  const std::size_t blocks = (points + kernel::kBlock - 1) / kernel::kBlock;
+  for (std::size_t i = 0; i < blocks; ++i)
+    greatest = std::max(greatest, block_worst_[first_block_[link] + i]);
+  for (std::size_t i = layout_->first_cluster[link]; i < layout_->first[link + 1]; ++i)
+    greatest = std::max(greatest, cluster_codes_[i]);
+  return greatest;
+}
+
+/// Finds sensors of a link that meet `code`: those in at most kCandidates blocks of points, evenly chosen
+/// among the blocks that hold it, and as many clusters.
+void SkinSensing::find_worst_candidates(std::size_t link, std::uint8_t code,
+                                        WorstCandidates& candidates) const noexcept {
+  const std::size_t packed = packed_first_[link], first_sensor = layout_->first[link],
+                    points = layout_->first_cluster[link] - first_sensor;
+  const auto worst = block_worst_.begin() + static_cast<std::ptrdiff_t>(first_block_[link]);
+  const std::size_t blocks = (points + kernel::kBlock - 1) / kernel::kBlock;
+  const auto holders =
+      static_cast<std::size_t>(std::count(worst, worst + static_cast<std::ptrdiff_t>(blocks), code));
+  const std::size_t stride = std::max<std::size_t>(1, (holders + kCandidates - 1) / kCandidates);
+  std::size_t holder = 0;
+  for (std::size_t block = 0; block < blocks; ++block) {
+    if (block_worst_[first_block_[link] + block] != code || holder++ % stride != 0) continue;
+    const std::size_t end = std::min((block + 1) * kernel::kBlock, points);
+    for (std::size_t i = block * kernel::kBlock; i < end; ++i) {
+      // without a branch on the code: always written, kept only if it holds
+      candidates.sensor[candidates.count] = static_cast<std::uint32_t>(first_sensor + i);
+      candidates.count += codes_[packed + i] == code ? 1U : 0U;
     }
-    for (std::size_t i = layout_->first_cluster[link]; i < layout_->first[link + 1] && clusters < kCandidates;
-         ++i) {
-      if (cluster_codes_[i] != code) continue;
-      candidates.item[candidates.count++] = {link, static_cast<std::uint32_t>(i)};
-      ++clusters;
-    }
+  }
+  std::size_t clusters = 0;
+  for (std::size_t i = layout_->first_cluster[link]; i < layout_->first[link + 1] && clusters < kCandidates;
+       ++i) {
+    if (cluster_codes_[i] != code) continue;
+    candidates.sensor[candidates.count++] = static_cast<std::uint32_t>(i);
+    ++clusters;
   }
 }
 
@@ -113,56 +125,61 @@ std::optional<workspace::Index3> SkinSensing::place_of(std::size_t link, std::si
   return nearest;
 }
 
-/// Returns the candidate that lies farthest in a direction.
-std::size_t SkinSensing::farthest(const WorstCandidates& candidates, const Eigen::Vector3d& direction_W,
-                                  const LinkPoses& X_WL) const noexcept {
+/// Returns the candidate that lies farthest in a direction of its link's frame.
+std::size_t SkinSensing::farthest(const WorstCandidates& candidates,
+                                  const Eigen::Vector3d& direction_L) const noexcept {
   std::size_t best = 0;
-  double most = -std::numeric_limits<double>::infinity(), origin = 0.0;
-  std::uint32_t link = core::kMaxJoints + 1;
-  Eigen::Vector3d direction_L = Eigen::Vector3d::Zero();
+  double most = -std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i < candidates.count; ++i) {
-    if (const std::uint32_t of = candidates.item[i].link; of != link) {
-      link = of;
-      direction_L = X_WL[link].rotation.transpose() * direction_W;
-      origin = X_WL[link].translation_m.dot(direction_W);
-    }
-    const double along = origin + direction_L.dot(layout_->position(candidates.item[i].sensor));
+    const double along = direction_L.dot(layout_->position(candidates.sensor[i]));
     if (along > most) most = along, best = i;
   }
   return best;
 }
 
-/// Reads the surroundings of a few of the sensors that meet the greatest code. Then follows the gradient:
-/// reads those of the sensor that lies farthest uphill, and keeps the best of all.
-void SkinSensing::find_worst(const LinkPoses& X_WL, const workspace::Workspace& workspace) noexcept {
-  std::uint8_t greatest = 0;
-  for (const std::uint8_t worst : block_worst_) greatest = std::max(greatest, worst);
-  if (!layout_->clusters.empty()) {
-    for (const std::uint8_t worst : cluster_codes_) greatest = std::max(greatest, worst);
-  }
-  if (greatest == 0) return;
+/// Takes a sensor for the worst if it is worse than the worst so far. Among equals it is the first link's.
+void SkinSensing::weigh(const Weighed& at, const LinkPoses& X_WL,
+                        const workspace::Workspace& workspace) noexcept {
+  const bool worse = at.code != worst_code_ ? at.code > worst_code_
+                                            : at.around_mu > worst_around_mu_ ||
+                                                  (at.around_mu == worst_around_mu_ && at.link < worst_.link);
+  if (!worse) return;
+  worst_code_ = at.code;
+  worst_around_mu_ = at.around_mu;
+  worst_ = {true,
+            at.sensor,
+            at.link,
+            at.voxel,
+            X_WL[at.link] * layout_->position(at.sensor),
+            workspace.palette()[at.code],
+            workspace.order(at.voxel),
+            workspace.object(at.voxel)};
+}
+
+/// Reads the surroundings of a few of a link's sensors that meet its greatest code. Then follows the
+/// gradient: reads those of the sensor that lies farthest uphill, and weighs the best of all.
+void SkinSensing::find_worst(std::size_t link, const LinkPoses& X_WL,
+                             const workspace::Workspace& workspace) noexcept {
+  const std::uint8_t greatest = greatest_code(link);
+  if (greatest == 0 || greatest < worst_code_) return;
   WorstCandidates candidates;
-  find_worst_candidates(greatest, candidates);
+  find_worst_candidates(link, greatest, candidates);
   Surroundings best{-1.0, Eigen::Vector3d::Zero()};
+  Weighed found{};
   const auto look_at = [&](std::size_t i) {
-    const auto [link, sensor] = candidates.item[i];
+    const std::size_t sensor = candidates.sensor[i];
     const auto voxel = place_of(link, sensor, greatest, workspace);
     if (!voxel) return;
     const Surroundings around = surroundings(*voxel, workspace);
     if (around.mu <= best.mu) return;
     best = around;
-    worst_ = {true,
-              sensor,
-              link,
-              *voxel,
-              X_WL[link] * layout_->position(sensor),
-              workspace.palette()[greatest],
-              workspace.order(*voxel),
-              workspace.object(*voxel)};
+    found = {link, sensor, greatest, *voxel, around.mu};
   };
   const std::size_t stride = (candidates.count + kFirstSamples - 1) / kFirstSamples;
   for (std::size_t i = 0; i < candidates.count; i += stride) look_at(i);
-  if (worst_.found && stride > 1) look_at(farthest(candidates, best.gradient_W, X_WL));
+  if (best.mu < 0.0) return;
+  if (stride > 1) look_at(farthest(candidates, X_WL[link].rotation.transpose() * best.gradient_W));
+  weigh(found, X_WL, workspace);
 }
 
 }  // namespace phantom::robot

@@ -1,6 +1,8 @@
 #include "components/phantom_sensing/config.hpp"
 
 #include <algorithm>
+#include <cctype>
+#include <set>
 
 #include "common/core/host_memory.hpp"
 #include "common/core/units.hpp"
@@ -91,6 +93,34 @@ void read_skin(const Fields& fields, robot::SkinOptions& options) {
   skin.number("max_sensors", options.max_sensors);
 }
 
+void read_sharing(const Fields& file, Config& config) {
+  if (!file.has("sharing")) return;
+  const Fields sharing = file.section("sharing");
+  sharing.number("wait_s", config.share_wait_s);
+  std::set<std::string> names, links;
+  for (const Fields& fields : sharing.sections("shares")) {
+    ShareConfig share;
+    fields.text("name", share.name);
+    const bool plain = !share.name.empty() && std::all_of(share.name.begin(), share.name.end(), [](char c) {
+      return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_' || c == '-';
+    });
+    fields.check(plain && names.insert(share.name).second, "name",
+                 "is '" + share.name + "'; allowed: a name of its own, of A-Z a-z 0-9 _ -");
+    fields.texts("links", share.links);
+    fields.check(!share.links.empty(), "links", "is empty; allowed: at least one moving link of the arm");
+    for (const std::string& link : share.links)
+      fields.check(links.insert(link).second, "links",
+                   "has '" + link + "', which a share has already; allowed: each link once");
+    config.shares.push_back(std::move(share));
+  }
+  sharing.check(!config.shares.empty() && config.shares.size() <= kMostShares, "shares",
+                "has " + std::to_string(config.shares.size()) + " shares; allowed: 1 to " +
+                    std::to_string(kMostShares));
+  file.check(config.percept.memory.empty(), "memory_weights",
+             "does not go with sharing: what a sensor remembers is in the process that senses it; allowed: "
+             "[], or no sharing");
+}
+
 }  // namespace
 
 Config load_config(const std::filesystem::path& path) {
@@ -128,6 +158,7 @@ Config load_config(const std::filesystem::path& path) {
                  {{"sphere", percept::ZoneShape::kSphere}, {"cube", percept::ZoneShape::kCube}});
   read_motion(file.section("motion"), percept.motion);
   read_hit(file.section("hit"), percept);
+  read_sharing(file, config);
   file.finish();
   return config;
 }

@@ -2,11 +2,18 @@
 
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include "common/core/thread_place.hpp"
 #include "components/phantom_sensing/phantom_sensing.hpp"
 
 namespace phantom::phantom_sensing {
+
+/// Links whose skin another process senses.
+struct ShareConfig {
+  std::string name;
+  std::vector<std::string> links;  ///< of the arm's URDF or DH table
+};
 
 /// The checked content of phantom_sensing.yaml.
 struct Config {
@@ -19,6 +26,9 @@ struct Config {
   double workspace_behind_after_s = 1.0;  ///< an announced version incomplete for this long marks the percept
   double workspace_stale_after_s = 5.0;   ///< and for this long ends it
   std::uint64_t workspace_max_bytes = 0;  ///< of one server's workspace
+  std::vector<ShareConfig> shares;
+  double share_wait_s = 0.0005;  ///< for what others have sensed; then it is sensed here
+  std::string own_share;         ///< by the command line: the share that this process senses; empty: none
   int servo_priority = core::kServoPriority;  ///< SCHED_FIFO priority of the servos; 0: none requested
 };
 

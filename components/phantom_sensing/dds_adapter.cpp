@@ -11,6 +11,7 @@
 #include "common/messages/checked_reader.hpp"
 #include "common/messages/command_service.hpp"
 #include "common/messages/object_sources.hpp"
+#include "common/messages/percept_codec.hpp"
 #include "common/messages/publisher.hpp"
 #include "common/messages/status_reporter.hpp"
 #include "common/messages/workspace_codec.hpp"
@@ -40,26 +41,38 @@ struct DdsAdapter::Impl {
     dds::Reader<msg::WorkspaceBrick> brick;
     dds::Reader<msg::WorkspaceObject> object;
   };
+  /// What the process of a share of the skin publishes.
+  struct ShareReaders {
+    ShareReaders(Impl& owner, SensingLoop& loop, std::size_t share);
+    messages::CheckedReader<msg::DragField> drag_field;
+    messages::CheckedReader<msg::Percept> percept;
+  };
   struct Readers {
     Readers(Impl& owner, SensingLoop& loop, WorkspaceKeeper& keeper);
     messages::CheckedReader<msg::SlaveState> slave;
     std::optional<messages::CheckedReader<msg::GripperState>> gripper;  // of an arm with fingers
     std::unique_ptr<WorkspaceReaders> workspace;
+    std::vector<std::unique_ptr<ShareReaders>> shares;
   };
 
-  Impl(const core::NetworkOptions& network, const PhantomModel& phantom)
+  Impl(const core::NetworkOptions& network, const PhantomModel& phantom,
+       const std::vector<std::string>& partitions)
       : model(phantom),
         participant("phantom_sensing", network),
-        status(participant),
-        drag_field(participant, dds::kDragField),
-        percept(participant, dds::kPercept),
-        hit_alert(participant, dds::kHitAlert),
-        interest_points(participant, dds::kInterestPoints),
-        skin_percept(participant, dds::kSkinPercept),
-        commands(participant, dds::kSensingCommand, dds::kSensingReply,
+        shares(participants_of(network, phantom, partitions)),
+        results(phantom.own_share ? *shares.front() : participant),
+        status(participant, status_name(phantom)),
+        drag_field(results, dds::kDragField),
+        percept(results, dds::kPercept),
+        hit_alert(results, dds::kHitAlert),
+        interest_points(results, dds::kInterestPoints),
+        skin_percept(results, dds::kSkinPercept),
+        commands(results, dds::kSensingCommand, dds::kSensingReply,
                  {.refused = [](const messages::SensingCommand& command, const std::string& why) {
                    return reply_to(command, {false, why});
-                 }}) {}
+                 }}) {
+    for (const auto& share : shares) status.count_refusals_of(*share);
+  }
 
   /// Returns the topic that two processes write of those that only one may write, or null.
   const char* rival() {
@@ -67,6 +80,8 @@ struct DdsAdapter::Impl {
     const core::Nanoseconds now_ns = core::monotonic_ns();
     if (!readers) return nullptr;
     if (readers->slave.has_rival(now_ns)) return "slave_state";
+    for (const auto& share : readers->shares)
+      if (share->drag_field.has_rival(now_ns)) return "drag_field of a share of the skin";
     return readers->gripper && readers->gripper->has_rival(now_ns) ? "gripper_state" : nullptr;
   }
 
@@ -74,8 +89,18 @@ struct DdsAdapter::Impl {
   void refuse_for_now(const workspace::SourceId& source);
   void admit_all();
 
+  using Participants = std::vector<std::unique_ptr<dds::Participant>>;
+  /// The process of a share has a name of its own in component_status.
+  static std::string status_name(const PhantomModel& model) {
+    return model.own_share ? "phantom_sensing_" + model.shares[*model.own_share].name : "phantom_sensing";
+  }
+  static Participants participants_of(const core::NetworkOptions& network, const PhantomModel& model,
+                                      const std::vector<std::string>& partitions);
+
   const PhantomModel& model;
   dds::Participant participant;
+  const Participants shares;  // in the partitions of the shares: of all, or of the one that is sensed here
+  dds::Participant& results;  // publishes what is sensed
   messages::StatusReporter status;
   messages::Publisher<messages::DragField> drag_field;
   messages::Publisher<messages::Percept> percept;
@@ -95,6 +120,29 @@ struct DdsAdapter::Impl {
   messages::CommandService<messages::SensingCommand, messages::SensingReply> commands;
 };
 
+DdsAdapter::Impl::Participants DdsAdapter::Impl::participants_of(const core::NetworkOptions& network,
+                                                                 const PhantomModel& model,
+                                                                 const std::vector<std::string>& partitions) {
+  Participants participants;
+  for (std::size_t i = 0; i < partitions.size(); ++i) {
+    if (model.own_share && *model.own_share != i) continue;
+    core::NetworkOptions there = network;
+    there.partition = partitions[i];
+    participants.push_back(std::make_unique<dds::Participant>("phantom_sensing", there));
+  }
+  return participants;
+}
+
+DdsAdapter::Impl::ShareReaders::ShareReaders(Impl& owner, SensingLoop& loop, std::size_t share)
+    : drag_field(*owner.shares[share], dds::kDragField, messages::bounds_of(owner.model.arm),
+                 [&loop, share](const messages::DragField& field, core::Nanoseconds) {
+                   loop.offer_share(share, field);
+                 }),
+      percept(*owner.shares[share], dds::kPercept, messages::bounds_of(owner.model.arm),
+              [&loop, share](const messages::Percept& sample, core::Nanoseconds) {
+                loop.offer_share(share, sample);
+              }) {}
+
 DdsAdapter::Impl::Readers::Readers(Impl& owner, SensingLoop& loop, WorkspaceKeeper& keeper)
     : slave(owner.participant, dds::kSlaveState, messages::bounds_of(owner.model.arm),
             [&owner, &loop](const messages::SlaveState& state, core::Nanoseconds received_ns) {
@@ -103,6 +151,9 @@ DdsAdapter::Impl::Readers::Readers(Impl& owner, SensingLoop& loop, WorkspaceKeep
               owner.newest_slave.write(sample);
             }),
       workspace(std::make_unique<WorkspaceReaders>(owner, keeper)) {
+  if (!owner.model.own_share)
+    for (std::size_t i = 0; i < owner.shares.size(); ++i)
+      shares.push_back(std::make_unique<ShareReaders>(owner, loop, i));
   if (!owner.model.has_fingers()) return;
   gripper.emplace(owner.participant, dds::kGripperState, messages::bounds_of(owner.model.arm),
                   [&owner, &loop](const messages::GripperState& state, core::Nanoseconds received_ns) {
@@ -186,8 +237,9 @@ bool DdsAdapter::Impl::second_server(core::Nanoseconds now_ns) {
   return true;
 }
 
-DdsAdapter::DdsAdapter(const core::NetworkOptions& network, const PhantomModel& model)
-    : impl_(std::make_unique<Impl>(network, model)) {}
+DdsAdapter::DdsAdapter(const core::NetworkOptions& network, const PhantomModel& model,
+                       const std::vector<std::string>& shares)
+    : impl_(std::make_unique<Impl>(network, model, shares)) {}
 DdsAdapter::~DdsAdapter() = default;
 
 void DdsAdapter::start_reading(SensingLoop& loop, WorkspaceKeeper& workspace) {

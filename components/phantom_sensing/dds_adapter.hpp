@@ -4,6 +4,7 @@
 #include <map>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "common/core/health.hpp"
 #include "common/core/network.hpp"
@@ -21,8 +22,11 @@ namespace phantom::phantom_sensing {
 class DdsAdapter : public PerceptSink {
  public:
   /// Joins the DDS domain with all writers and the reader of commands; start_reading() adds the other
-  /// readers. Throws DdsError.
-  DdsAdapter(const core::NetworkOptions& network, const PhantomModel& model);
+  /// readers. `shares`: the partitions of the shares of the skin (share_partitions()): the process of one
+  /// writes all but component_status there, and the arm's reads drag_field and percept there. Throws
+  /// DdsError.
+  DdsAdapter(const core::NetworkOptions& network, const PhantomModel& model,
+             const std::vector<std::string>& shares = {});
   ~DdsAdapter() override;
 
   /// Passes received samples to `loop` and `workspace` until stop_reading(). Both must live until then.

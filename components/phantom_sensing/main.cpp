@@ -15,6 +15,7 @@ int main(int argc, char** argv) {
   phantom_sensing::ProbeRequest request;
   phantom_sensing::CommandRequest command_arguments;
   phantom_sensing::ReplayRequest recorded;
+  std::string share;
   runtime::Command probe, command, replay;
   runtime::ProcessDescription description;
   description.name = "phantom_sensing";
@@ -34,6 +35,8 @@ int main(int argc, char** argv) {
       phantom_sensing::add_options(added, options);
       return added;
     };
+    app.option("--share", share,
+               "sense this share of the skin, for the phantom_sensing of the arm (sharing.shares)");
     probe = add("probe", "sense poses from a CSV file (t, q1…qn, v1…vn) instead of from DDS", request);
     replay = add("replay",
                  "make the percepts of a recording again, and compare them with those that were recorded",
@@ -43,7 +46,8 @@ int main(int argc, char** argv) {
   };
   description.parameters = {phantom_sensing::kParameters};
   description.run = [&](const runtime::ProcessOptions& options) {
-    const auto config = phantom_sensing::load_config(options.config);
+    auto config = phantom_sensing::load_config(options.config);
+    config.own_share = share;
     std::optional<runtime::EndsAtOnce> batch;
     if (probe.given() || replay.given()) batch.emplace(runtime::kExitFailed);
     if (probe.given()) return phantom_sensing::run_probe(request, config);

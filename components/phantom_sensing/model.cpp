@@ -21,6 +21,36 @@ T value_or_throw(core::Expected<T> expected, const std::string& place) {
   return std::move(expected).value();
 }
 
+std::vector<SkinShare> shares_of(const Config& config, const robot::SerialArm& arm) {
+  std::vector<SkinShare> shares;
+  robot::LinkSet taken;
+  for (const ShareConfig& share : config.shares) {
+    SkinShare& links = shares.emplace_back(share.name);
+    const std::string place = config.file.string() + ": sharing.shares: '" + share.name + "': ";
+    for (const std::string& name : share.links) {
+      const auto frame = arm.find_frame(name);
+      if (!frame || frame->first == 0)
+        throw ConfigError(place + "'" + name + "' is no moving link; allowed: one of the arm's");
+      if (taken[frame->first])
+        throw ConfigError(place + "'" + name +
+                          "' moves with a link that is named already; allowed: each once");
+      taken[frame->first] = links.links[frame->first] = true;
+    }
+  }
+  return shares;
+}
+
+std::optional<std::size_t> own_share_of(const Config& config) {
+  if (config.own_share.empty()) return {};
+  const auto named = std::find_if(config.shares.begin(), config.shares.end(),
+                                  [&](const ShareConfig& share) { return share.name == config.own_share; });
+  if (named != config.shares.end()) return static_cast<std::size_t>(named - config.shares.begin());
+  std::string allowed;
+  for (const ShareConfig& share : config.shares) allowed += (allowed.empty() ? "" : ", ") + share.name;
+  throw ConfigError("--share: '" + config.own_share + "' is none of sharing.shares in " +
+                    config.file.string() + "; allowed: " + (allowed.empty() ? "none" : allowed));
+}
+
 }  // namespace
 
 PhantomModel load_model(const runtime::CellConfig& cell, const Config& config) {
@@ -48,7 +78,11 @@ PhantomModel load_model(const runtime::CellConfig& cell, const Config& config) {
     points.push_back({point.name, frame->first, frame->second * point.position_m,
                       runtime::closing_of_frame(arm, closed, point.link)});
   }
-  return {std::move(arm), std::move(skin), std::move(points), arm_config.name, options};
+  auto shares = shares_of(config, arm);
+  const auto own_share = own_share_of(config);
+  if (own_share) points.clear();  // the arm's process watches them
+  return {std::move(arm), std::move(skin),   std::move(points), arm_config.name,
+          options,        std::move(shares), own_share};
 }
 
 ContactRegister contacts_of_cell(const runtime::CellConfig& cell, const Config& config,

@@ -14,6 +14,23 @@ std::size_t threads_for(std::size_t sensors) {
   return std::clamp<std::size_t>(wanted, 1, std::max(1U, std::thread::hardware_concurrency()));
 }
 
+robot::LinkSet links_of_process(const PhantomModel& model) {
+  if (model.own_share) return model.shares[*model.own_share].links;
+  robot::LinkSet links = robot::all_links();
+  for (const SkinShare& share : model.shares) links &= ~share.links;
+  return links;
+}
+
+/// Adds the coefficients of other links of the arm. Those of joints are sums over the links they move.
+void add(const robot::DragCoefficients& links, robot::DragCoefficients& arm) noexcept {
+  for (std::size_t j = 0; j < core::kMaxJoints; ++j) {
+    arm.plus[j] += links.plus[j];
+    arm.minus[j] += links.minus[j];
+    arm.sigma[j] += links.sigma[j];
+  }
+  for (std::size_t i = 0; i < robot::kPackedMatrix; ++i) arm.coupled[i] += links.coupled[i];
+}
+
 }  // namespace
 
 robot::SensingOptions sensing_options(const PerceptSettings& settings, std::size_t sensors) {
@@ -28,7 +45,8 @@ PhantomSensing::PhantomSensing(const PhantomModel& model, const PerceptSettings&
       zone_(settings.cluster_reach_vox, settings.cluster_shape),
       skin_watch_{percept::HitMonitor(settings.hit, settings.alert)},
       interest_watches_(model.interest_points.size(), skin_watch_),
-      interest_(model.interest_points.size()) {}
+      interest_(model.interest_points.size()),
+      own_links_(links_of_process(model)) {}
 
 /// Numbers the alerts of all places in one sequence.
 percept::AlertEvents PhantomSensing::numbered(Watch& watch, percept::AlertEvents events) noexcept {
@@ -148,10 +166,31 @@ void PhantomSensing::forget() noexcept {
   }
 }
 
-void PhantomSensing::step(const StepInputs& inputs, StepOutputs& outputs) noexcept {
+/// Adds the coefficients of links that have been sensed here.
+void PhantomSensing::add_drag_of(const robot::LinkSet& links, const StepInputs& inputs,
+                                 StepOutputs& outputs) noexcept {
+  for (std::size_t link = 0; link <= core::kMaxJoints; ++link)
+    sums_of_links_[link] = links[link] ? sensing_->sums()[link] : robot::ViscousSums{};
+  robot::drag_coefficients(model_.arm, X_WL_, sums_of_links_, settings_.directional, inputs.velocity,
+                           drag_of_links_);
+  add(drag_of_links_, outputs.drag);
+}
+
+/// Adds a share that was sensed elsewhere. Returns false if its worst sensor does not meet that μ here.
+bool PhantomSensing::take_share(const StepInputs& inputs, const SensedShare& share,
+                                StepOutputs& outputs) noexcept {
+  if (share.mu > 0.0F && !sensing_->consider(X_WL_, *inputs.workspace.voxels, share.sensor, share.mu))
+    return false;
+  add(share.drag, outputs.drag);
+  muted_elsewhere_ += share.muted_sensors;
+  return true;
+}
+
+void PhantomSensing::begin(const StepInputs& inputs, StepOutputs& outputs) noexcept {
   outputs = {};
   outputs.drag_mode = settings_.mode;
   outputs.interest = interest_;
+  muted_elsewhere_ = 0;
   wear(inputs.workspace.carrying);
   const bool known = inputs.workspace.voxels != nullptr;
   if (known) outputs.workspace_version = inputs.workspace.voxels->version;
@@ -163,14 +202,27 @@ void PhantomSensing::step(const StepInputs& inputs, StepOutputs& outputs) noexce
   model_.arm.link_poses(inputs.position, X_WL_);
   mute(inputs.allowed);
   sensing_->close_gripper(inputs.fingers.closed);
-  sensing_->sense(X_WL_, model_.arm.joint_count(), *inputs.workspace.voxels);
-  robot::drag_coefficients(model_.arm, X_WL_, sensing_->sums(), settings_.directional, inputs.velocity,
-                           outputs.drag);
+  sensing_->sense(X_WL_, model_.arm.joint_count(), *inputs.workspace.voxels, own_links_);
+  add_drag_of(own_links_, inputs, outputs);
   outputs.valid = true;
+}
+
+std::size_t PhantomSensing::end(const StepInputs& inputs, const SensedShares& shares,
+                                StepOutputs& outputs) noexcept {
+  if (!outputs.valid) return 0;
+  std::size_t sensed_here = 0;
+  for (std::size_t i = 0; i < model_.shares.size() && !model_.own_share; ++i) {
+    if (shares[i] != nullptr && take_share(inputs, *shares[i], outputs)) continue;
+    const robot::LinkSet& links = model_.shares[i].links;
+    sensing_->sense_also(X_WL_, model_.arm.joint_count(), *inputs.workspace.voxels, links);
+    add_drag_of(links, inputs, outputs);
+    ++sensed_here;
+  }
   outputs.active_sensors = sensing_->active();
-  outputs.muted_sensors = sensing_->muted();
+  outputs.muted_sensors = sensing_->muted() + muted_elsewhere_;
   perceive_skin(inputs, outputs);
   perceive_interest_points(inputs);
+  return sensed_here;
 }
 
 }  // namespace phantom::phantom_sensing

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -51,6 +52,15 @@ struct Fingers {
   double closed = 0.0, closing_per_s = 0.0;
 };
 
+/// Greatest number of shares of a skin that other processes sense.
+inline constexpr std::size_t kMostShares = 4;
+
+/// Links whose skin a process of its own senses.
+struct SkinShare {
+  std::string name;
+  robot::LinkSet links;
+};
+
 /// The phantom: an arm with its skin and interest points. Constant after loading.
 struct PhantomModel {
   robot::SerialArm arm;
@@ -58,6 +68,9 @@ struct PhantomModel {
   std::vector<InterestPoint> interest_points = {};
   std::string name = {};                 ///< the arm's, in the cell file
   robot::SkinOptions skin_options = {};  ///< from which `skin` was laid out
+  std::vector<SkinShare> shares = {};    ///< at most kMostShares; no link is in two
+  std::optional<std::size_t> own_share;  ///< the one that this process senses, and nothing else; none: it is
+                                         ///< the arm's process
 
   /// Returns whether the arm has a gripper that moves what is sensed.
   bool has_fingers() const noexcept {
@@ -127,9 +140,21 @@ struct StepOutputs {
   std::span<const InterestPercept> interest;
 };
 
+/// What another process has sensed of a share's links, at the same pose in the same workspace.
+struct SensedShare {
+  robot::DragCoefficients drag;  ///< of these links alone
+  float mu = 0.0F;               ///< Pa·s/m, at the worst sensor; 0: all are in free space
+  std::size_t sensor = 0;        ///< the worst, by its index in the whole layout
+  std::size_t muted_sensors = 0;
+};
+/// By the model's shares; null: this process senses them.
+using SensedShares = std::array<const SensedShare*, kMostShares>;
+
 /// Computes one tick of the phantom: kinematics, all sensors, drag coefficients, worst sensor, gradient,
 /// motion, hits, and the same for each interest point. The same inputs in the same order give the same
-/// outputs, bit for bit.
+/// outputs, bit for bit, whoever senses the shares of the skin. The coefficients of the arm are those of the
+/// links in no share plus those of each share, in that order; without shares they differ from that by
+/// rounding.
 class PhantomSensing {
  public:
   /// Allocates all memory that step() needs. The model must outlive this.
@@ -138,13 +163,23 @@ class PhantomSensing {
   PhantomSensing& operator=(const PhantomSensing&) = delete;
   /// Real-time safe: yes (no heap, lock, clock or file). Cost: bounded by the numbers of sensors and interest
   /// points.
-  void step(const StepInputs& inputs, StepOutputs& outputs) noexcept;
+  void step(const StepInputs& inputs, StepOutputs& outputs) noexcept {
+    begin(inputs, outputs);
+    end(inputs, {}, outputs);
+  }
+  /// The same in two parts, between which others can finish their shares. begin() senses the links in no
+  /// share; end() adds the shares and senses those that are null, or that are not so here (their worst sensor
+  /// does not meet their μ). Returns how many it has sensed. Real-time safe: yes, both.
+  void begin(const StepInputs& inputs, StepOutputs& outputs) noexcept;
+  std::size_t end(const StepInputs& inputs, const SensedShares& shares, StepOutputs& outputs) noexcept;
   /// Senses with that skin from now on, as SensedWorkspace names it, until the next call; what it senses with
   /// now must live until this returns. step() calls it, too. Real-time safe: yes (no heap, lock, clock or
   /// file).
   void wear(robot::SkinSensing* carrying) noexcept;
 
  private:
+  void add_drag_of(const robot::LinkSet& links, const StepInputs& inputs, StepOutputs& outputs) noexcept;
+  bool take_share(const StepInputs& inputs, const SensedShare& share, StepOutputs& outputs) noexcept;
   void perceive_skin(const StepInputs& inputs, StepOutputs& outputs) noexcept;
   void perceive_interest_points(const StepInputs& inputs) noexcept;
   percept::HitCandidate perceive_place(const StepInputs& inputs, std::size_t link,
@@ -174,6 +209,10 @@ class PhantomSensing {
   std::vector<InterestPercept> interest_;
   std::uint32_t alerts_raised_ = 0;
   robot::LinkPoses X_WL_;
+  robot::LinkSet own_links_;
+  robot::LinkSums sums_of_links_;
+  robot::DragCoefficients drag_of_links_;
+  std::size_t muted_elsewhere_ = 0;
 };
 
 }  // namespace phantom::phantom_sensing

@@ -21,9 +21,11 @@ SensingLoop::SensingLoop(const PhantomModel& model, const Config& config, Worksp
       workspace_(workspace),
       sink_(sink),
       sensing_(model, config.percept),
+      shares_(model.own_share ? 0 : model.shares.size(), config.share_wait_s),
       staleness_ns_(core::from_seconds(config.staleness_s)),
       watchdog_ns_(std::min(kLongestWatchdog_ns, staleness_ns_ / 2)),
-      percept_period_ns_(core::from_seconds(1.0 / config.percept_rate_hz)),
+      // The worst sensor of a share belongs to its coefficients.
+      percept_period_ns_(model.own_share ? 0 : core::from_seconds(1.0 / config.percept_rate_hz)),
       watch_(config.workspace_behind_after_s, config.workspace_stale_after_s) {
   sem_init(&wake_, 0, 0);
 }
@@ -111,6 +113,17 @@ bool is_current(const GripperSample& sample, core::Nanoseconds now_ns,
   return sample.received_ns != 0 && now_ns - sample.received_ns <= staleness_ns && sample.sense.known;
 }
 
+/// Runs the step, with what the processes of the shares have sensed in time. While this process knows another
+/// server's workspace or other contacts than theirs, it senses all.
+void SensingLoop::sense(const StepInputs& inputs, const core::SampleId& gripper) {
+  sensing_.begin(inputs, outputs_);
+  SensedShares shares{};
+  if (outputs_.valid && inputs.allowed == contacts_of_shares_ && !workspace_.contested())
+    shares = shares_.await({newest_.stamp, gripper, outputs_.workspace_version, outputs_.drag_mode});
+  counted_.shares_sensed_here += sensing_.end(inputs, shares, outputs_);
+  counted_.shares_resting = shares_.resting();
+}
+
 void SensingLoop::tick(core::Nanoseconds now_ns, const SensedWorkspace& workspace,
                        PerceptCondition condition) {
   StepInputs inputs;
@@ -130,7 +143,7 @@ void SensingLoop::tick(core::Nanoseconds now_ns, const SensedWorkspace& workspac
     gripper = gripper_.stamp;
   }
   const core::Nanoseconds start_ns = core::monotonic_ns();
-  sensing_.step(inputs, outputs_);
+  sense(inputs, gripper);
   const core::Nanoseconds step_ns = core::monotonic_ns() - start_ns;
   if (outputs_.valid) {
     tick_times_.record(step_ns);

@@ -13,6 +13,7 @@
 #include "components/phantom_sensing/config.hpp"
 #include "components/phantom_sensing/contact_permits.hpp"
 #include "components/phantom_sensing/phantom_sensing.hpp"
+#include "components/phantom_sensing/share_inbox.hpp"
 #include "components/phantom_sensing/workspace_keeper.hpp"
 #include "components/phantom_sensing/workspace_watch.hpp"
 
@@ -64,8 +65,10 @@ struct LoopFigures {
   std::uint64_t workspace_version = 0;
   double greatest_neighbour_mu = 0.0;  ///< Pa·s/m, of that workspace
   std::size_t active_sensors = 0;
-  std::size_t muted_sensors = 0;                                ///< in the newest tick
-  bool state_seen = false;                                      ///< a slave_state has come since the start
+  std::size_t muted_sensors = 0;            ///< in the newest tick
+  std::bitset<kMostShares> shares_resting;  ///< shares that do not come in time, and are sensed here
+  std::uint64_t shares_sensed_here = 0;     ///< in all ticks, of shares that others sense
+  bool state_seen = false;                  ///< a slave_state has come since the start
   PerceptCondition condition = PerceptCondition::kNoWorkspace;  ///< of the newest result
 };
 
@@ -88,6 +91,14 @@ class SensingLoop {
   void stop() noexcept;  ///< thread-safe
   /// Sets the contacts that are allowed from now on. One thread.
   void permit(const ContactPermits& permits) noexcept { permits_inbox_.write(permits); }
+  /// Takes what the process of a share has published. Each share's on one thread.
+  template <class Sample>
+  void offer_share(std::size_t share, const Sample& sample) noexcept {
+    shares_.offer(share, sample);
+  }
+  /// Sets the contacts that the processes of the shares know: theirs count while others hold nowhere. Before
+  /// run().
+  void expect_of_shares(const percept::AllowedContact& contacts) noexcept { contacts_of_shares_ = contacts; }
   /// Reports the outcome of the newest self-test: after a failed one there is no percept. Thread-safe.
   void self_tested(bool passed) noexcept { self_test_passed_.store(passed, std::memory_order_relaxed); }
   WorkspaceWatch& workspace_watch() noexcept { return watch_; }
@@ -102,6 +113,7 @@ class SensingLoop {
 
  private:
   PerceptCondition assess(std::uint64_t workspace_version, core::Nanoseconds now_ns) noexcept;
+  void sense(const StepInputs& inputs, const core::SampleId& gripper);
   void tick(core::Nanoseconds now_ns, const SensedWorkspace& workspace, PerceptCondition condition);
   void publish(core::Nanoseconds now_ns, const TickInfo& info);
   void publish_figures();
@@ -110,6 +122,8 @@ class SensingLoop {
   WorkspaceKeeper& workspace_;
   PerceptSink& sink_;
   PhantomSensing sensing_;
+  ShareInbox shares_;
+  percept::AllowedContact contacts_of_shares_;
   core::Nanoseconds staleness_ns_, watchdog_ns_, percept_period_ns_;
 
   sem_t wake_;

@@ -15,6 +15,7 @@
 #include "components/phantom_sensing/contact_register.hpp"
 #include "components/phantom_sensing/dds_adapter.hpp"
 #include "components/phantom_sensing/hit_log.hpp"
+#include "components/phantom_sensing/model.hpp"
 #include "components/phantom_sensing/self_test.hpp"
 
 namespace phantom::phantom_sensing {
@@ -52,6 +53,13 @@ constexpr std::array<ConditionReport, 8> kReports{{
 }};
 static_assert(static_cast<std::size_t>(PerceptCondition::kSelfTestFailed) + 1 == kReports.size());
 
+std::string names_of(const std::bitset<kMostShares>& shares, const PhantomModel& model) {
+  std::string names;
+  for (std::size_t i = 0; i < model.shares.size(); ++i)
+    if (shares[i]) names += (names.empty() ? "" : ", ") + model.shares[i].name;
+  return names;
+}
+
 core::Health health_of(const Situation& now, const PhantomModel& model) {
   const LoopFigures& figures = now.figures;
   core::Health health;
@@ -60,6 +68,15 @@ core::Health health_of(const Situation& now, const PhantomModel& model) {
   health.state = waits ? core::ComponentState::kReady : report.state;
   health.message = report.text;
   if (figures.condition == PerceptCondition::kSelfTestFailed) health.message += ", " + now.self_test.message;
+  if (const std::string missing = names_of(figures.shares_resting, model); !missing.empty()) {
+    if (health.state == core::ComponentState::kRunning) health.state = core::ComponentState::kDegraded;
+    health.message +=
+        (health.message.empty() ? "" : "; ") +
+        ("the processes of shares of the skin do not answer in time, they are sensed here: " + missing);
+  }
+  if (model.own_share)
+    health.message +=
+        (health.message.empty() ? "" : "; ") + ("senses share " + model.shares[*model.own_share].name);
   if (now.allowed_contacts > 0) {
     health.message += (health.message.empty() ? "" : "; ") + std::to_string(now.allowed_contacts) +
                       " contacts are allowed and not felt";
@@ -75,6 +92,8 @@ core::Health health_of(const Situation& now, const PhantomModel& model) {
                     {"workspace_version", static_cast<double>(now.workspace_version), ""},
                     {"self_tests", static_cast<double>(now.self_tests), ""},
                     {"self_test_passed", now.self_test.passed ? 1.0 : 0.0, ""},
+                    {"shares_missing", static_cast<double>(figures.shares_resting.count()), ""},
+                    {"shares_sensed_here", static_cast<double>(figures.shares_sensed_here), ""},
                     {"ticks", static_cast<double>(figures.ticks), ""},
                     {"tick_rate", now.tick_rate_hz, "Hz"},
                     {"tick_p50", figures.tick_p50_us, "us"},
@@ -101,7 +120,8 @@ void write_report(const std::filesystem::path& folder, const Situation& now, con
                                          {"self_test", now.self_test.message},
                                          {"hits", hits}};
   std::filesystem::create_directories(folder);
-  const std::filesystem::path path = folder / "phantom_sensing.json";
+  const std::string share = model.own_share ? "_" + model.shares[*model.own_share].name : "";
+  const std::filesystem::path path = folder / ("phantom_sensing" + share + ".json");
   std::ofstream file(path);
   file << report.dump(2) << '\n';
   if (!file.flush()) throw std::runtime_error(path.string() + ": cannot be written");
@@ -131,6 +151,7 @@ class Service {
       spdlog::info("{}", answer.message);
     }
     loop_.permit(contacts_.permits());
+    loop_.expect_of_shares(contacts_.permits().at(core::monotonic_ns()));
   }
 
   std::string object_name(std::uint16_t id) const { return contacts_.object_name(id); }
@@ -265,7 +286,9 @@ int run_service(const runtime::ProcessOptions& options, const runtime::Deploymen
                 const runtime::CellConfig& cell, const Config& config, const PhantomModel& model) {
   if (const SelfTestResult tested = test_step(config.percept); !tested.passed)
     throw std::runtime_error(tested.message);
-  DdsAdapter adapter(core::in_haptic_path(deployment.network, config.servo_priority), model);
+  const auto shares =
+      share_partitions(deployment.network.partition, config, model, allowed_contact(cell, config, model));
+  DdsAdapter adapter(core::in_haptic_path(deployment.network, config.servo_priority), model, shares);
   CarriedParts parts(model, config.percept, config.servo_priority);
   WorkspaceKeeper workspace(adapter.workspace_callbacks(), config.workspace_max_bytes, &parts);
   HitLog hits(adapter, model);

@@ -1,0 +1,115 @@
+#include "components/phantom_sensing/share_inbox.hpp"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <cerrno>
+#include <cstring>
+#include <ctime>
+#include <fstream>
+#include <iterator>
+
+namespace phantom::phantom_sensing {
+namespace {
+
+/// FNV-1a over everything that decides what a share's process senses.
+class Hash {
+ public:
+  void add(const void* bytes, std::size_t count) noexcept {
+    const auto* byte = static_cast<const unsigned char*>(bytes);
+    for (std::size_t i = 0; i < count; ++i) value_ = (value_ ^ byte[i]) * 0x100000001B3ULL;
+  }
+  template <class T>
+  void add(const std::vector<T>& values) noexcept {
+    add(values.data(), values.size() * sizeof(T));
+  }
+  std::uint64_t value() const noexcept { return value_; }
+
+ private:
+  std::uint64_t value_ = 0xCBF29CE484222325ULL;
+};
+
+}  // namespace
+
+std::vector<std::string> share_partitions(const std::string& cell_partition, const Config& config,
+                                          const PhantomModel& model,
+                                          const percept::AllowedContact& contacts) {
+  if (model.shares.empty()) return {};
+  Hash hash;
+  std::ifstream file(config.file, std::ios::binary);
+  const std::string text{std::istreambuf_iterator<char>(file), {}};
+  hash.add(text.data(), text.size());
+  hash.add(model.name.data(), model.name.size());
+  const robot::SkinLayout& skin = model.skin;
+  for (const auto* values : {&skin.x_m, &skin.y_m, &skin.z_m, &skin.weight}) hash.add(*values);
+  hash.add(skin.cluster_kind);
+  contacts.for_each([&hash](std::uint16_t object, std::size_t link) {
+    hash.add(&object, sizeof object);
+    hash.add(&link, sizeof link);
+  });
+  std::vector<std::string> names;
+  for (const SkinShare& share : model.shares)
+    names.push_back(fmt::format("{}{}skin-{:016x}-{}", cell_partition, cell_partition.empty() ? "" : "/",
+                                hash.value(), share.name));
+  return names;
+}
+
+ShareInbox::ShareInbox(std::size_t shares, double wait_s)
+    : count_(shares), wait_ns_(core::from_seconds(wait_s)) {
+  sem_init(&wake_, 0, 0);
+}
+
+ShareInbox::~ShareInbox() { sem_destroy(&wake_); }
+
+void ShareInbox::offer(std::size_t share, const messages::DragField& field) noexcept {
+  shares_[share].fields.write(field);
+  sem_post(&wake_);
+}
+void ShareInbox::offer(std::size_t share, const messages::Percept& percept) noexcept {
+  shares_[share].percepts.write(percept);
+  sem_post(&wake_);
+}
+
+/// Reads what has come. Returns whether it is what was sensed on that basis.
+bool ShareInbox::Share::take(const ShareBasis& basis) noexcept {
+  fields.read(field);
+  percepts.read(percept);
+  if (!field.drag.valid || !percept.valid || field.slave_echo != basis.slave ||
+      percept.slave_echo != basis.slave || field.gripper_echo != basis.gripper ||
+      field.workspace_version != basis.workspace_version ||
+      percept.workspace_version != basis.workspace_version || field.mode != basis.mode)
+    return false;
+  sensed = {field.drag, static_cast<float>(percept.mu_Pa_s_per_m), percept.sensor, percept.muted_sensors};
+  return true;
+}
+
+SensedShares ShareInbox::await(const ShareBasis& basis) noexcept {
+  SensedShares sensed{};
+  if (count_ == 0) return sensed;
+  const bool retry = ticks_++ % kRetryEvery == 0;
+  const core::Nanoseconds until_ns = core::monotonic_ns() + wait_ns_;
+  const timespec due{until_ns / core::kNsPerSecond, until_ns % core::kNsPerSecond};
+  while (true) {
+    bool awaited = false;
+    for (std::size_t i = 0; i < count_; ++i) {
+      if (sensed[i] == nullptr && shares_[i].take(basis)) sensed[i] = &shares_[i].sensed;
+      awaited = awaited || (sensed[i] == nullptr && (retry || !shares_[i].rests()));
+    }
+    if (!awaited) break;
+    if (sem_clockwait(&wake_, CLOCK_MONOTONIC, &due) != 0 && errno != EINTR) break;
+  }
+  for (std::size_t i = 0; i < count_; ++i) {
+    if (sensed[i] != nullptr)
+      shares_[i].misses = 0;
+    else if (!shares_[i].rests())
+      ++shares_[i].misses;
+  }
+  return sensed;
+}
+
+std::bitset<kMostShares> ShareInbox::resting() const noexcept {
+  std::bitset<kMostShares> resting;
+  for (std::size_t i = 0; i < count_; ++i) resting[i] = shares_[i].rests();
+  return resting;
+}
+
+}  // namespace phantom::phantom_sensing

@@ -1,0 +1,74 @@
+#pragma once
+
+#include <semaphore.h>
+
+#include <array>
+#include <bitset>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "common/core/clock.hpp"
+#include "common/core/snapshot.hpp"
+#include "common/messages/percept.hpp"
+#include "components/phantom_sensing/config.hpp"
+#include "components/phantom_sensing/phantom_sensing.hpp"
+
+namespace phantom::phantom_sensing {
+
+/// Returns the DDS partitions in which the shares of the skin are published, in the model's order; none
+/// without shares. They hold a hash of the parameters file and of the whole skin and its permanent contacts:
+/// processes that would not sense the same do not meet. `cell_partition`: of everything else.
+std::vector<std::string> share_partitions(const std::string& cell_partition, const Config& config,
+                                          const PhantomModel& model, const percept::AllowedContact& contacts);
+
+/// What a tick rests on; what others have sensed counts if it rests on the same.
+struct ShareBasis {
+  core::SampleId slave, gripper;  ///< gripper 0: the fingers are at their widest
+  std::uint64_t workspace_version = 0;
+  robot::DragMode mode = robot::DragMode::kSeparable;
+};
+
+/// Collects what the processes of the shares publish, and hands the arm's process what belongs to its tick.
+/// A share that fails to come in time for kMissesToRest ticks is no longer waited for, except at every
+/// kRetryEvery-th tick, until it comes in time again.
+class ShareInbox {
+ public:
+  static constexpr std::uint32_t kMissesToRest = 10, kRetryEvery = 100;
+
+  ShareInbox(std::size_t shares, double wait_s);
+  ~ShareInbox();
+  ShareInbox(const ShareInbox&) = delete;
+  ShareInbox& operator=(const ShareInbox&) = delete;
+
+  // Of one share on one thread. Real-time safe: yes.
+  void offer(std::size_t share, const messages::DragField& field) noexcept;
+  void offer(std::size_t share, const messages::Percept& percept) noexcept;
+
+  /// Returns what the shares have sensed on that basis, null for those that have not come after `wait_s`.
+  /// Valid until the next call. One thread. Real-time safe: no lock, no heap; waits that long at most.
+  SensedShares await(const ShareBasis& basis) noexcept;
+  /// Returns which shares are no longer waited for. The thread of await().
+  std::bitset<kMostShares> resting() const noexcept;
+
+ private:
+  struct Share {
+    core::Snapshot<messages::DragField> fields;
+    core::Snapshot<messages::Percept> percepts;
+    // Used in await() only.
+    messages::DragField field;
+    messages::Percept percept;
+    SensedShare sensed;
+    std::uint32_t misses = kMissesToRest;  // until the first has come
+    bool rests() const noexcept { return misses >= kMissesToRest; }
+    bool take(const ShareBasis& basis) noexcept;
+  };
+
+  std::array<Share, kMostShares> shares_;
+  const std::size_t count_;
+  const core::Nanoseconds wait_ns_;
+  std::uint32_t ticks_ = 0;
+  sem_t wake_;
+};
+
+}  // namespace phantom::phantom_sensing
