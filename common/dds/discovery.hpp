@@ -49,6 +49,7 @@ struct FoundEndpoint {
   fast_dds::DescribedType described;  ///< empty unless its description was asked for and came
   bool keyed = false;
   EndpointPolicies policies;
+  std::string user_data;
 };
 
 /// Receives what discovery learns of others. Calls come from threads of Fast DDS, one at a time for one

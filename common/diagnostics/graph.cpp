@@ -79,6 +79,7 @@ std::vector<Mismatch> mismatches(const EndpointInfo& writer, const EndpointInfo&
 void Graph::remove(const Guid& guid) {
   if (guid == participant_of(guid)) {
     participants_.erase(guid);
+    nodes_.erase(guid);
     std::erase_if(endpoints_, [&](const auto& item) { return same_prefix(item.first, guid); });
   } else {
     endpoints_.erase(guid);
@@ -95,12 +96,31 @@ const EndpointInfo* Graph::endpoint(const Guid& guid) const {
   return found == endpoints_.end() ? nullptr : &found->second;
 }
 
+void Graph::put_nodes(const Guid& participant, std::vector<NodeInfo> nodes) {
+  if (!participants_.contains(participant)) return;
+  if (nodes.size() > kMostNodes) nodes.resize(kMostNodes);
+  nodes_[participant] = std::move(nodes);
+}
+
+const std::vector<NodeInfo>& Graph::nodes(const Guid& of) const {
+  static const std::vector<NodeInfo> none;
+  const auto found = nodes_.find(participant_of(of));
+  return found == nodes_.end() ? none : found->second;
+}
+
+std::string Graph::name(const Guid& of) const {
+  for (const NodeInfo& node : nodes(of))
+    if (std::find(node.endpoints.begin(), node.endpoints.end(), of) != node.endpoints.end()) return node.name;
+  const ParticipantInfo* found = participant(of);
+  return found == nullptr ? "" : found->name;
+}
+
 std::string Graph::who(const Guid& guid) const {
   const ParticipantInfo* found = participant(guid);
   if (found == nullptr) return to_string(participant_of(guid));
-  const std::string name = found->name.empty() ? "a participant without a name" : found->name;
-  if (!found->process.empty()) return name + " (process " + found->process + ")";
-  return found->host.empty() ? name : name + " on " + found->host;
+  const std::string known = name(guid), shown = known.empty() ? "a participant without a name" : known;
+  if (!found->process.empty()) return shown + " (process " + found->process + ")";
+  return found->host.empty() ? shown : shown + " on " + found->host;
 }
 
 std::vector<Disagreement> Graph::disagreements() const {

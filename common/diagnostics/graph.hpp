@@ -51,6 +51,13 @@ struct EndpointInfo {
   std::string type;
   bool keyed = false;
   EndpointQos qos;
+  std::string user_data;  ///< octets that its owner adds: ROS 2 puts the type's hash there
+};
+
+/// A node of ROS 2, as its participant names it: with namespace, and its readers and writers.
+struct NodeInfo {
+  std::string name;
+  std::vector<Guid> endpoints;
 };
 
 /// Returns why a writer and a reader of one topic do not communicate: QoS, or different types of the topic.
@@ -65,10 +72,12 @@ struct Disagreement {
 /// All participants and endpoints that were discovered and are still present. Not thread-safe.
 class Graph {
  public:
-  static constexpr std::size_t kMostPairs = 1 << 18, kMostDisagreements = 1024;
+  static constexpr std::size_t kMostPairs = 1 << 18, kMostDisagreements = 1024, kMostNodes = 256;
 
   void put(const ParticipantInfo& participant) { participants_[participant.guid] = participant; }
   void put(const EndpointInfo& endpoint) { endpoints_[endpoint.guid] = endpoint; }
+  /// Replaces the nodes of a participant that was put, kMostNodes at most; does nothing for another.
+  void put_nodes(const Guid& participant, std::vector<NodeInfo> nodes);
   /// Removes a participant with its endpoints, also if it was never put, or an endpoint.
   void remove(const Guid& guid);
 
@@ -77,6 +86,10 @@ class Graph {
   /// Returns the participant of a participant's or an endpoint's GUID; null: not announced.
   const ParticipantInfo* participant(const Guid& of) const;
   const EndpointInfo* endpoint(const Guid& guid) const;
+  /// Returns a participant's nodes; empty: it names none.
+  const std::vector<NodeInfo>& nodes(const Guid& of) const;
+  /// Returns the node that an endpoint belongs to, or the participant's name.
+  std::string name(const Guid& of) const;
   /// Returns "slave_io (process 4711)", "slave_io on 10.0.0.2" if no process is announced, or the GUID.
   std::string who(const Guid& guid) const;
   /// Returns every pair of a writer and a reader of one topic that do not communicate. A pair whose only
@@ -89,6 +102,7 @@ class Graph {
  private:
   std::map<Guid, ParticipantInfo> participants_;
   std::map<Guid, EndpointInfo> endpoints_;
+  std::map<Guid, std::vector<NodeInfo>> nodes_;  // by participant
 };
 
 }  // namespace phantom::diagnostics

@@ -103,6 +103,7 @@ diagnostics::EndpointInfo info_of(const dds::FoundEndpoint& found) {
   info.topic = found.topic;
   info.type = found.type;
   info.keyed = found.keyed;
+  info.user_data = found.user_data;
   info.qos = qos_of(found.policies);
   if (found.writer) info.qos.lifespan_ns = duration_ns(found.policies.lifespan.duration);
   return info;

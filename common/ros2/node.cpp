@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "common/ros2/endpoint.hpp"
+#include "common/ros2/introspection.hpp"
 #include "common/ros2/message_types.hpp"
 #include "ros2_idl/rmw_dds_commonPubSubTypes.hpp"
 #include "ros2_idl/rmw_dds_common_humblePubSubTypes.hpp"
@@ -10,7 +11,6 @@
 namespace phantom::ros2 {
 namespace {
 
-constexpr const char* kGraphTopic = "ros_discovery_info";
 constexpr const char* kGraphType = "rmw_dds_common::msg::dds_::ParticipantEntitiesInfo_";
 
 core::NetworkOptions network_of(const NodeOptions& options) {

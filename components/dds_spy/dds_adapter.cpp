@@ -7,6 +7,7 @@
 #include "common/observation/observer.hpp"
 #include "common/observation/payload_reader.hpp"
 #include "common/observation/type_catalogue.hpp"
+#include "common/ros2/introspection.hpp"
 #include "components/dds_spy/foreign_topics.hpp"
 
 namespace phantom::dds_spy {
@@ -29,6 +30,12 @@ std::optional<SampleStamp> stamp_of(const Json& sample) {
   return SampleStamp{sequence, monotonic, utc, session};
 }
 
+/// Returns the description of a type of the project's, of one that its owner described, or of ROS 2's.
+diagnostics::TypePtr description_of(const std::string& type) {
+  const auto known = observation::type_of(type);
+  return known ? known : ros2::type_tree(type);
+}
+
 }  // namespace
 
 const std::map<std::string, TopicContract>& contracts() {
@@ -46,7 +53,7 @@ struct DdsAdapter::Impl : observation::DiscoveryListener {
   /// A topic's reader and the plan by which it was created.
   struct TopicReader : observation::PayloadListener {
     TopicReader(Impl& of, std::string name, const ReadingPlan& for_plan)
-        : impl(of), topic(std::move(name)), plan(for_plan), type(observation::type_of(for_plan.type)) {}
+        : impl(of), topic(std::move(name)), plan(for_plan), type(description_of(for_plan.type)) {}
     void on_payload(const observation::Payload& payload) override { impl.take(*this, payload); }
     void on_liveliness(const Guid& writer, bool alive) override {
       const std::lock_guard lock(impl.mutex);
@@ -85,7 +92,24 @@ struct DdsAdapter::Impl : observation::DiscoveryListener {
     view.on_endpoint(endpoint, presence, core::utc_ns());
   }
 
+  // The participant names its own nodes alone. Returns the form of the message; null: it has none.
+  diagnostics::TypePtr take_nodes(const observation::Payload& payload) {
+    auto read = ros2::read_graph(payload.bytes);
+    if (!read) return nullptr;
+    const std::lock_guard lock(mutex);
+    if (read->participant == diagnostics::participant_of(payload.writer))
+      view.on_nodes(read->participant, std::move(read->nodes));
+    return read->form;
+  }
+
+  bool keeps(const std::string& topic) const { return reading.read_topics && reading.topics.keeps(topic); }
+
   void take(const TopicReader& from, const observation::Payload& payload) {
+    diagnostics::TypePtr type = from.type;
+    if (from.topic == ros2::kGraphTopic) {
+      if (const auto form = take_nodes(payload)) type = form;
+      if (!keeps(from.topic)) return;
+    }
     ReceivedSample sample;
     sample.topic = from.topic;
     sample.writer = payload.writer;
@@ -95,10 +119,10 @@ struct DdsAdapter::Impl : observation::DiscoveryListener {
     sample.facts.source_ns = payload.source_ns;
     sample.facts.sequence_number = payload.sequence_number;
     sample.facts.octets = payload.bytes.size();
-    if (from.type && !sample.gone) {
-      auto decoded = diagnostics::decode(*from.type, payload.bytes, reading.decode);
+    if (type && !sample.gone) {
+      auto decoded = diagnostics::decode(*type, payload.bytes, reading.decode);
       if (decoded) {
-        sample.instance = diagnostics::instance_name(*from.type, *decoded);
+        sample.instance = diagnostics::instance_name(*type, *decoded);
         sample.facts.stamp = stamp_of(*decoded);
         sample.content = std::move(*decoded);
       } else {
@@ -132,12 +156,15 @@ struct DdsAdapter::Impl : observation::DiscoveryListener {
     const std::lock_guard lock(mutex);
     std::map<std::string, std::vector<const diagnostics::EndpointInfo*>> writers;
     for (const auto& [guid, endpoint] : view.graph().endpoints()) {
-      if (endpoint.writer && reading.topics.keeps(endpoint.topic))
+      if (endpoint.writer && (keeps(endpoint.topic) || endpoint.topic == ros2::kGraphTopic))
         writers[endpoint.topic].push_back(&endpoint);
     }
     std::map<std::string, ReadingPlan> made;
     for (const auto& [topic, list] : writers) {
-      if (const auto plan = plan_reading(list, reading.options)) made[topic] = *plan;
+      // Who came before names its nodes to late joiners.
+      const auto options =
+          topic == ros2::kGraphTopic ? ReadingOptions{.reliable = true, .history = true} : reading.options;
+      if (const auto plan = plan_reading(list, options)) made[topic] = *plan;
     }
     return made;
   }
@@ -165,7 +192,6 @@ std::unique_lock<std::mutex> DdsAdapter::lock() { return std::unique_lock(impl_-
 
 std::vector<std::string> DdsAdapter::follow_writers() {
   std::vector<std::string> problems;
-  if (!impl_->reading.read_topics) return problems;
   impl_->observer.participant().log_refused_datagrams();
   const auto plans = impl_->plans();
   const auto is_written = [&](const std::string& topic) { return plans.contains(topic); };

@@ -4,6 +4,8 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "common/ros2/introspection.hpp"
+#include "common/ros2/message_types.hpp"
 #include "components/dds_spy/reports.hpp"
 #include "components/dds_spy/table.hpp"
 
@@ -33,9 +35,8 @@ std::map<std::string, TopicEnds> topics_of(const ReportInput& input) {
 std::string names(const ReportInput& input, const std::vector<const EndpointInfo*>& endpoints) {
   std::map<std::string, int> counts;
   for (const auto* endpoint : endpoints) {
-    const auto* participant = input.view.graph().participant(endpoint->guid);
-    ++counts[participant == nullptr || participant->name.empty() ? input.view.graph().who(endpoint->guid)
-                                                                 : participant->name];
+    const std::string name = input.view.graph().name(endpoint->guid);
+    ++counts[name.empty() ? input.view.graph().who(endpoint->guid) : name];
   }
   std::set<std::string> texts;
   for (const auto& [name, count] : counts)
@@ -69,6 +70,7 @@ Json endpoint_list(const ReportInput& input, const std::vector<const EndpointInf
                     {"participant", input.view.graph().who(endpoint->guid)},
                     {"type", endpoint->type},
                     {"qos", diagnostics::qos_text(endpoint->qos)}});
+    if (const auto hash = ros2::hash_in(endpoint->user_data); !hash.empty()) list.back()["type_hash"] = hash;
   }
   return list;
 }
@@ -83,6 +85,26 @@ std::map<std::string, std::vector<const ParticipantInfo*>> by_host(const ReportI
     });
   }
   return hosts;
+}
+
+std::vector<std::string> node_names(const ReportInput& input, const ParticipantInfo& participant) {
+  std::vector<std::string> all;
+  for (const auto& node : input.view.graph().nodes(participant.guid)) all.push_back(node.name);
+  return all;
+}
+
+// "sensor_msgs/msg/JointState (ROS 2)"; with what is wrong about the hashes of the ends.
+std::string type_text(const ReportInput& input, const std::string& type, const TopicEnds& ends) {
+  if (is_project_type(input, type)) return type;
+  const std::string in_ros = ros2::ros_type(type);
+  if (in_ros.empty()) return type + " (foreign)";
+  std::set<std::string> hashes;
+  for (const auto* list : {&ends.writers, &ends.readers})
+    for (const auto* endpoint : *list)
+      if (const auto hash = ros2::hash_in(endpoint->user_data); !hash.empty()) hashes.insert(hash);
+  if (const auto* known = ros2::find_message_type(type); known != nullptr && !hashes.empty())
+    hashes.insert(known->hash);
+  return in_ros + (hashes.size() > 1 ? " (ROS 2, hashes of the type differ)" : " (ROS 2)");
 }
 
 std::string counted(std::size_t count, const char* what) {
@@ -109,6 +131,7 @@ Json topology_json(const ReportInput& input) {
                {"lease", diagnostics::duration_text(participant.lease_ns)},
                {"locators", participant.locators},
                {"partitions", partitions_of(input, participant)}};
+    if (const auto nodes = node_names(input, participant); !nodes.empty()) entry["nodes"] = nodes;
     entry["writes"] = topics_at(input, participant, true);
     entry["reads"] = topics_at(input, participant, false);
     participants.push_back(std::move(entry));
@@ -121,6 +144,8 @@ Json topology_json(const ReportInput& input) {
                       {"keyed", first.keyed},
                       {"writers", endpoint_list(input, ends.writers)},
                       {"readers", endpoint_list(input, ends.readers)}});
+    if (const auto topic = ros2::ros_topic(name); !topic.empty())
+      topics.back()["ros2"] = {{"topic", topic}, {"type", ros2::ros_type(first.type)}};
   }
   return {{"domain", input.domain},
           {"seconds", input.seconds},
@@ -152,6 +177,8 @@ std::string topology_text(const ReportInput& input) {
                       fmt::join(locators, " "));
       if (const auto partitions = partitions_of(input, *participant); !partitions.empty())
         text += fmt::format("    in partition {}\n", fmt::join(partitions, ", "));
+      if (const auto nodes = node_names(input, *participant); !nodes.empty())
+        text += fmt::format("    nodes {}\n", fmt::join(nodes, ", "));
       for (const bool writer : {true, false}) {
         const auto names_there = topics_at(input, *participant, writer);
         if (!names_there.empty())
@@ -161,11 +188,10 @@ std::string topology_text(const ReportInput& input) {
   }
   Table table({"TOPIC", "TYPE", "WRITERS", "READERS"});
   for (const auto& [name, ends] : topics) {
-    const auto& first = ends.writers.empty() ? *ends.readers.front() : *ends.writers.front();
-    table.add({name,
-               fmt::format("{}{}", fmt::join(ends.types, " | "),
-                           is_project_type(input, first.type) ? "" : " (foreign)"),
-               names(input, ends.writers), names(input, ends.readers)});
+    std::vector<std::string> types;
+    for (const std::string& type : ends.types) types.push_back(type_text(input, type, ends));
+    table.add({name, fmt::format("{}", fmt::join(types, " | ")), names(input, ends.writers),
+               names(input, ends.readers)});
   }
   if (!table.empty()) text.append("\n").append(table.text());
   const auto mismatched = graph.disagreements().size();

@@ -58,6 +58,10 @@ class SystemView {
                    core::Nanoseconds utc_ns);
   void on_sample(const ReceivedSample& sample);
   void on_liveliness(const diagnostics::Guid& writer, bool alive, core::Nanoseconds utc_ns);
+  /// Notes the nodes of ROS 2 that a participant names.
+  void on_nodes(const diagnostics::Guid& participant, std::vector<diagnostics::NodeInfo> nodes) {
+    graph_.put_nodes(participant, std::move(nodes));
+  }
   /// Notes that the topic's reader is new: its writers' next numbers are not compared with the last ones.
   void on_reader_made(const std::string& topic);
   /// Checks for missed deadlines, and whether ends disagree if there are other ends now, and reports events

@@ -48,6 +48,21 @@ TEST(Graph, AParticipantGoesWithItsEndpoints) {
   EXPECT_TRUE(graph.endpoints().empty());
 }
 
+TEST(Graph, NodesNameTheirEndpointsUntilTheirParticipantGoes) {
+  Graph graph;
+  graph.put_nodes(guid(1, 1), {{"/early", {}}});
+  EXPECT_TRUE(graph.nodes(guid(1, 1)).empty()) << "nobody is known there";
+  graph.put(member(1, "/", "42"));
+  graph.put_nodes(guid(1, 1), {{"/talker", {guid(1, 2)}}, {"/listener", {guid(1, 3)}}});
+  EXPECT_EQ(graph.name(guid(1, 3)), "/listener");
+  EXPECT_EQ(graph.who(guid(1, 2)), "/talker (process 42)");
+  EXPECT_EQ(graph.who(guid(1, 4)), "/ (process 42)") << "none of its nodes'";
+  graph.put_nodes(guid(1, 1), std::vector<NodeInfo>(1000));
+  EXPECT_EQ(graph.nodes(guid(1, 2)).size(), Graph::kMostNodes);
+  graph.remove(guid(1, 1));
+  EXPECT_TRUE(graph.nodes(guid(1, 1)).empty());
+}
+
 // Tries dds_spy: with different types
 TEST(Graph, OnlyEndsOfOneTopicCanDisagree) {
   Graph graph;

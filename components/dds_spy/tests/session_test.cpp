@@ -19,10 +19,13 @@
 #include "common/dds/stamp.hpp"
 #include "common/dds/tests/test_network.hpp"
 #include "common/observation/payload_writer.hpp"
+#include "common/ros2/endpoint.hpp"
+#include "common/ros2/message_types.hpp"
 #include "common/runtime/process.hpp"
 #include "components/dds_spy/reports.hpp"
 #include "fast_dds/participants.hpp"
 #include "fast_dds/test_transport.hpp"
+#include "ros2_idl/std_msgsPubSubTypes.hpp"
 
 namespace phantom::dds_spy {
 namespace {
@@ -95,6 +98,64 @@ struct SlaveWriter {
   dds::Stamper stamper;
   dds::Writer<msg::SlaveState> writer;
 };
+
+class Ros2Nodes : public testing::TestWithParam<ros2::Graph> {};
+
+TEST_P(Ros2Nodes, AreNamedAndTheirMessagesDecoded) {
+  const auto network = dds::test_network();
+  ros2::Node node(
+      {.name = "talker", .domain = network.domain, .interfaces = network.interfaces, .graph = GetParam()});
+  ros2::Publisher<std_msgs::msg::dds_::String_PubSubType> out(node, "chatter", ros2::kDefault);
+  std::string said, graph;
+  SystemView view(1000, 0.0, {});
+  DdsAdapter adapter(network, {}, view, [&](const ReceivedSample& sample) {
+    EXPECT_EQ(sample.problem, "");
+    if (sample.content) (sample.topic == "rt/chatter" ? said : graph) = sample.content->dump();
+  });
+  const ReportInput input{view, contracts(), diagnostics::NameFilter()};
+  const auto shown = [&] {
+    std_msgs::msg::dds_::String_ text;
+    text.data("hello");
+    out.publish(text);
+    adapter.follow_writers();
+    const auto lock = adapter.lock();
+    return said == R"({"data":"hello"})" && topology_text(input).find("nodes /talker") != std::string::npos;
+  };
+  EXPECT_TRUE(dds::eventually(shown)) << said;
+  const auto lock = adapter.lock();
+  EXPECT_THAT(topology_text(input), HasSubstr("std_msgs/msg/String (ROS 2) "));
+  EXPECT_THAT(graph, HasSubstr(R"("node_name":"talker")"));
+  const auto json = topology_json(input);
+  for (const auto& topic : json["topics"]) {
+    if (topic["name"] != "rt/chatter") continue;
+    EXPECT_EQ(topic["ros2"]["topic"], "/chatter");
+    EXPECT_EQ(topic["ros2"]["type"], "std_msgs/msg/String");
+    EXPECT_EQ(topic["writers"][0]["type_hash"],
+              ros2::find_message_type(topic["types"][0].get<std::string>())->hash);
+    EXPECT_THAT(topic["writers"][0]["participant"].get<std::string>(), testing::StartsWith("/talker"));
+  }
+}
+
+// What reads nothing but discovery names nodes all the same.
+TEST_P(Ros2Nodes, AreNamedWithoutReadingTopics) {
+  const auto network = dds::test_network();
+  ros2::Node node(
+      {.name = "talker", .domain = network.domain, .interfaces = network.interfaces, .graph = GetParam()});
+  Spy spy({.read_topics = false});
+  EXPECT_TRUE(dds::eventually([&] {
+    spy.adapter.follow_writers();
+    const auto lock = spy.adapter.lock();
+    for (const auto& [guid, participant] : spy.view.graph().participants())
+      if (!spy.view.graph().nodes(guid).empty()) return true;
+    return false;
+  }));
+  EXPECT_EQ(spy.samples("ros_discovery_info"), 0u);
+}
+
+INSTANTIATE_TEST_SUITE_P(Of, Ros2Nodes, testing::Values(ros2::Graph::kHumble, ros2::Graph::kSinceIron),
+                         [](const auto& test) {
+                           return test.param == ros2::Graph::kHumble ? "Humble" : "Iron";
+                         });
 
 TEST(Spy, SeesRateLatencyASkipAMissedDeadlineAndLostLiveliness) {
   dds::Participant there("slave_io", dds::test_network());

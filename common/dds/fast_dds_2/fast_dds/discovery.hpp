@@ -79,6 +79,7 @@ class DiscoveryListener final : public eprosima::fastdds::dds::DomainParticipant
                          .presentation = qos.m_presentation,
                          .partitions = qos.m_partition.names(),
                          .representations = qos.representation.m_value};
+    endpoint.user_data.assign(qos.m_userData.begin(), qos.m_userData.end());
     events_->on_endpoint(endpoint);
   }
 

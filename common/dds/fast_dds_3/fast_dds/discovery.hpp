@@ -82,6 +82,7 @@ class DiscoveryListener final : public eprosima::fastdds::dds::DomainParticipant
                          .presentation = data.presentation,
                          .partitions = data.partition.names(),
                          .representations = data.representation.m_value};
+    endpoint.user_data.assign(data.user_data.begin(), data.user_data.end());
     events_->on_endpoint(endpoint);
   }
 
