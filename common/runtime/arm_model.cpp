@@ -89,6 +89,15 @@ std::optional<robot::SerialArm> load_closed_arm(const ArmConfig& config) {
   return load_arm_with_closed_gripper(config);
 }
 
+std::vector<robot::FingerPoint> load_fingers(const ArmConfig& config, const robot::SerialArm& arm,
+                                             double pitch_m) {
+  const auto closed = load_closed_arm(config);
+  if (!closed) return {};
+  auto points = robot::finger_points(arm, *closed, pitch_m);
+  if (!points) throw core::ConfigError(place_of(config) + points.status().message());
+  return *std::move(points);
+}
+
 Eigen::Vector3d closing_of_frame(const robot::SerialArm& arm, const std::optional<robot::SerialArm>& closed,
                                  const std::string& frame) {
   const auto open_at = arm.find_frame(frame);

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "common/robot/finger_points.hpp"
 #include "common/robot/serial_arm.hpp"
 #include "common/robot/skin.hpp"
 #include "common/runtime/cell_arms.hpp"
@@ -19,6 +20,10 @@ robot::SerialArm load_arm_with_closed_gripper(ArmConfig config);
 
 /// Loads it so if its gripper moves.
 std::optional<robot::SerialArm> load_closed_arm(const ArmConfig& config);
+/// Returns points all over the fingers of its gripper, no farther apart than `pitch_m`; none for an arm
+/// without a gripper that moves. Throws as load_arm().
+std::vector<robot::FingerPoint> load_fingers(const ArmConfig& config, const robot::SerialArm& arm,
+                                             double pitch_m);
 /// Returns the way of the frame `frame` in the axes of its moving link as the gripper closes; zero without
 /// `closed`.
 Eigen::Vector3d closing_of_frame(const robot::SerialArm& arm, const std::optional<robot::SerialArm>& closed,

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <exception>
+#include <optional>
 #include <sstream>
 #include <thread>
 
@@ -170,16 +171,45 @@ std::vector<CellBody> load_bodies(const CellConfig& cell, const geometry::MeshIm
   return bodies;
 }
 
+namespace {
+
+/// Returns what load(object, surface) makes of the cell's objects of which wanted(object) is true, in their
+/// order. The notes on surfaces are not used: wva_server reports them.
+template <class Wanted, class Load>
+auto load_some(const CellConfig& cell, const geometry::MeshImportOptions& limits, const Wanted& wanted,
+               const Load& load) {
+  std::vector<std::optional<decltype(load(cell.objects[0], geometry::TriangleMesh()))>> all(
+      cell.objects.size());
+  for_each_object(cell, [&](std::size_t i) {
+    std::vector<std::string> notes;
+    if (wanted(cell.objects[i]))
+      all[i] = load(cell.objects[i], load_surface(cell.objects[i], cell, limits, nullptr, notes));
+  });
+  std::vector<decltype(load(cell.objects[0], geometry::TriangleMesh()))> chosen;
+  for (auto& one : all) {
+    if (one) chosen.push_back(*std::move(one));
+  }
+  return chosen;
+}
+
+}  // namespace
+
 std::vector<geometry::PlacedMesh> load_real_bodies(const CellConfig& cell,
                                                    const geometry::MeshImportOptions& limits) {
-  std::vector<geometry::PlacedMesh> bodies(cell.objects.size());
-  for_each_object(cell, [&](std::size_t i) {
-    const ObjectConfig& object = cell.objects[i];
-    std::vector<std::string> notes;  // not used: wva_server reports them
-    const auto mesh = load_surface(object, cell, limits, nullptr, notes);
-    bodies[i] = {mesh.transformed(object.X_WO * object.X_deviation), object.id};
-  });
-  return bodies;
+  return load_some(
+      cell, limits,
+      [](const ObjectConfig& object) { return !object.loose && !(object.hold && !object.hold->arm.empty()); },
+      [](const ObjectConfig& object, const geometry::TriangleMesh& mesh_O) {
+        return geometry::PlacedMesh{mesh_O.transformed(object.X_WO * object.X_deviation), object.id};
+      });
+}
+
+std::vector<LooseMesh> load_loose_bodies(const CellConfig& cell, const geometry::MeshImportOptions& limits) {
+  return load_some(
+      cell, limits, [](const ObjectConfig& object) { return object.loose; },
+      [](const ObjectConfig& object, geometry::TriangleMesh mesh_O) {
+        return LooseMesh{object.id, std::move(mesh_O), object.X_WO * object.X_deviation, object.mass_kg};
+      });
 }
 
 }  // namespace phantom::runtime

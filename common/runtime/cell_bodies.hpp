@@ -39,8 +39,21 @@ layers::Body place_body(const ObjectConfig& object, const geometry::TriangleMesh
 std::vector<CellBody> load_bodies(const CellConfig& cell, const geometry::MeshImportOptions& limits = {});
 
 /// Loads the surfaces of the cell's objects at their real poses: model pose · real deviation. The poses may
-/// lie outside of the workspace. For the simulated world.
+/// lie outside of the workspace. Loose objects, and those that an arm carries from the start, are left out.
+/// For the simulated world.
 std::vector<geometry::PlacedMesh> load_real_bodies(const CellConfig& cell,
                                                    const geometry::MeshImportOptions& limits = {});
+
+/// A loose object of the cell in the simulated world.
+struct LooseMesh {
+  std::uint16_t id = 0;
+  geometry::TriangleMesh mesh_O;
+  geometry::Pose X_WO;  ///< real, at the start
+  double mass_kg = 0.0;
+};
+
+/// Loads the cell's loose objects. Throws as load_real_bodies().
+std::vector<LooseMesh> load_loose_bodies(const CellConfig& cell,
+                                         const geometry::MeshImportOptions& limits = {});
 
 }  // namespace phantom::runtime

@@ -40,6 +40,7 @@ struct ObjectConfig {
   int priority = 0;  ///< with the merge law object_priority, the object of the greater priority prevails
   std::array<float, 3> colour{0.7F, 0.7F, 0.7F};  ///< linear RGB, 0…1
   double mass_kg = 0.0;                           ///< 0: unknown
+  bool loose = false;                             ///< in the simulated world nothing holds it; has a mass
   std::optional<HoldConfig> hold;                 ///< none: arms hold it as it stands when they take it
   /// Deviation of the real pose from the model's: real pose = X_WO · X_deviation. Only the simulated world
   /// knows it.

@@ -16,7 +16,7 @@ double outer_radius_m(double radius_m, const std::vector<robot::PolygonPoint>& p
 }
 
 void append_segment(const robot::SkinSegment& segment, std::size_t link, const geometry::Pose& X_link_frame,
-                    double pitch_m, std::vector<ContactPoint>& points) {
+                    const Eigen::Vector3d& closing_m, double pitch_m, std::vector<ContactPoint>& points) {
   const Eigen::Vector3d axis = (segment.to_m - segment.from_m).normalized();
   const Eigen::Vector3d side = axis.unitOrthogonal();
   const Eigen::Vector3d other = axis.cross(side);
@@ -34,9 +34,10 @@ void append_segment(const robot::SkinSegment& segment, std::size_t link, const g
     for (int s = 0; s < sides; ++s) {
       const double angle = segment.spin_rad + 2 * std::numbers::pi * s / sides;
       points.push_back(
-          {link, X_link_frame * (centre_m + radius_m * (std::cos(angle) * side + std::sin(angle) * other))});
+          {link, X_link_frame * (centre_m + radius_m * (std::cos(angle) * side + std::sin(angle) * other)),
+           closing_m});
     }
-    if (r == 0 || r == rings - 1) points.push_back({link, X_link_frame * centre_m});
+    if (r == 0 || r == rings - 1) points.push_back({link, X_link_frame * centre_m, closing_m});
   }
 }
 
@@ -44,12 +45,13 @@ void append_segment(const robot::SkinSegment& segment, std::size_t link, const g
 void append_lines_and_meshes(const robot::SerialArm& arm, const robot::LinkSkin& skin, double pitch_m,
                              std::vector<ContactPoint>& points) {
   if (skin.axes.empty() && skin.meshes.empty()) return;
-  const robot::LinkSkin part{skin.link, {}, skin.axes, skin.meshes};
+  const robot::LinkSkin part{skin.link, {}, skin.axes, skin.meshes, skin.closing_m};
   const auto layout = robot::lay_out_skin(
       arm, {part}, {.voxel_size_m = pitch_m, .normalisation = robot::Normalisation::kNone});
   if (!layout) throw core::ConfigError("skin: " + layout.status().message());
   for (std::size_t i = 0; i < layout->size(); ++i)
-    points.push_back({layout->link_of(i), layout->position(i)});
+    points.push_back(
+        {layout->link_of(i), layout->position(i), layout->position(i, 1.0) - layout->position(i)});
 }
 
 }  // namespace
@@ -66,7 +68,8 @@ std::vector<ContactPoint> contact_points(const robot::SerialArm& arm,
         throw core::ConfigError("skin: no link called '" + skin.link +
                                 "' in the arm; allowed: the URDF's link names");
       for (const auto& segment : skin.segments)
-        append_segment(segment, frame->first, frame->second, pitch_m, points);
+        append_segment(segment, frame->first, frame->second, frame->second.rotation * skin.closing_m, pitch_m,
+                       points);
       append_lines_and_meshes(arm, skin, pitch_m, points);
     }
     // Above a pitch of one metre the number of points no longer falls: the skin has more segments than

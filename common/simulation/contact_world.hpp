@@ -30,6 +30,8 @@ class ContactWorld {
 struct ContactPoint {
   std::size_t link = 0;                                  ///< index into SerialArm::links()
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();  ///< in the link's frame
+  /// Its way in that frame until the gripper is closed, from its widest on, where `position_m` is.
+  Eigen::Vector3d closing_m = Eigen::Vector3d::Zero();
 };
 
 }  // namespace phantom::simulation

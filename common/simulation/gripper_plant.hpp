@@ -27,10 +27,12 @@ class GripperPlant {
 
   GripperPlant(const GripperPlantParameters& parameters, double start_width_m) noexcept;
 
-  /// Advances by `dt_s` under the demanded width and the drive's greatest force. Values that are not finite
-  /// give no force. Real-time safe: yes.
-  void step(double demand_m, double greatest_force_N, double dt_s) noexcept;
+  /// Advances by `dt_s` under the demanded width and the drive's greatest force. `contact_N`: of what else
+  /// the fingers touch, on the width; > 0 opens. Values that are not finite give no force. Real-time safe:
+  /// yes.
+  void step(double demand_m, double greatest_force_N, double dt_s, double contact_N = 0.0) noexcept;
 
+  const GripperPlantParameters& parameters() const noexcept { return parameters_; }
   double width_m() const noexcept { return width_m_; }
   double velocity_m_s() const noexcept { return velocity_m_s_; }      ///< > 0: opens
   double drive_force_N() const noexcept { return -drive_N_; }         ///< on each finger, > 0: closes

@@ -163,9 +163,9 @@ struct Multibody::World {
 };
 
 Multibody::Multibody(const robot::SerialArm& arm, const ArmMechanics& joints, const core::JointArray& rotor,
-                     const core::JointArray& start_q, const robot::LoadBody& payload,
+                     const core::JointArray& start_q, const robot::Payload& payload,
                      std::span<const LooseBody> loose, double sub_step_s)
-    : joint_count_(arm.joint_count()), loose_(loose.begin(), loose.end()) {
+    : joint_count_(arm.joint_count()), loose_(loose.begin(), loose.end()), rests_(loose.size(), 0) {
   static std::once_flag once;
   std::call_once(once, [] {
     mju_user_warning = no_warning;
@@ -173,13 +173,8 @@ Multibody::Multibody(const robot::SerialArm& arm, const ArmMechanics& joints, co
   });
   world_ = std::make_unique<World>(compile(model_text(arm, joints, loose, sub_step_s)));
   mjModel& m = *world_->m;
-  for (std::size_t j = 0; j < joint_count_; ++j) {
-    robot::Link link = arm.links()[j + 1];
-    if (j + 1 == joint_count_ && payload.mass_kg > 0.0)
-      link.add_body(payload.mass_kg, payload.centre(), payload.inertia());
-    set_mass(m, j + 1, link.mass_kg, link.centre_of_mass_m, link.inertia_kg_m2);
-    set_joint(m, j, joints[j], rotor[j]);
-  }
+  carry(arm, payload);
+  for (std::size_t j = 0; j < joint_count_; ++j) set_joint(m, j, joints[j], rotor[j]);
   for (std::size_t i = 0; i < loose_.size(); ++i)
     set_mass(m, first_loose() + i, loose[i].mass_kg, loose[i].centre_of_mass_m, loose[i].inertia_kg_m2);
   mj_setConst(&m, world_->d);
@@ -191,11 +186,27 @@ Multibody::Multibody(const robot::SerialArm& arm, const ArmMechanics& joints, co
 
 Multibody::~Multibody() = default;
 
+void Multibody::carry(const robot::SerialArm& arm, const robot::Payload& payload) noexcept {
+  for (std::size_t j = 1; j <= joint_count_; ++j) {
+    const robot::Link& link = arm.links()[j];
+    const robot::LoadBody& load = payload.on_link[j];
+    robot::Link loaded;
+    loaded.mass_kg = link.mass_kg;
+    loaded.centre_of_mass_m = link.centre_of_mass_m;
+    loaded.inertia_kg_m2 = link.inertia_kg_m2;
+    if (load.mass_kg > 0.0) loaded.add_body(load.mass_kg, load.centre(), load.inertia());
+    set_mass(*world_->m, j, loaded.mass_kg, loaded.centre_of_mass_m, loaded.inertia_kg_m2);
+  }
+  world_->take_positions();
+}
+
 void Multibody::forces(const core::JointArray& torque_Nm) noexcept {
   mjData& d = *world_->d;
   for (std::size_t j = 0; j < joint_count_; ++j) d.qfrc_applied[j] = torque_Nm[j];
-  for (std::size_t i = 0; i < loose_.size(); ++i)
-    d.xfrc_applied[6 * (first_loose() + i) + 2] = -loose_[i].mass_kg * robot::kGravity_m_s2;
+  for (std::size_t i = 0; i < loose_.size(); ++i) {
+    d.xfrc_applied[6 * (first_loose() + i) + 2] = rests_[i] ? 0.0 : -loose_[i].mass_kg * robot::kGravity_m_s2;
+    if (rests_[i]) mju_zero(d.qvel + joint_count_ + 6 * i, 6);
+  }
 }
 
 void Multibody::add(const Contact& contact) noexcept {
@@ -224,6 +235,19 @@ void Multibody::add(const Contact& contact) noexcept {
   mj_addContact(&m, world_->d, &c);
 }
 
+// MuJoCo takes bodies' surfaces to move with them. So the damper and the friction of one that does not get
+// the rest of its velocity here.
+void Multibody::move_surfaces(std::span<const Contact> contacts) noexcept {
+  mjData& d = *world_->d;
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    const int row = d.contact[i].efc_address;
+    if (row < 0) continue;
+    const Eigen::Vector3d along =
+        Eigen::Map<const RowMatrix3>(d.contact[i].frame) * contacts[i].surface_W_m_s;
+    for (int k = 0; k < 3; ++k) d.efc_aref[row + k] -= d.efc_KBIP[4 * (row + k) + 1] * along[k];
+  }
+}
+
 void Multibody::advance(const core::JointArray& torque_Nm, std::span<Contact> contacts) noexcept {
   mjModel* m = world_->m;
   mjData* d = world_->d;
@@ -234,6 +258,7 @@ void Multibody::advance(const core::JointArray& torque_Nm, std::span<Contact> co
   mj_transmission(m, d);
   mj_projectConstraint(m, d);
   mj_fwdVelocity(m, d);
+  move_surfaces(contacts.first(count));
   mj_fwdActuation(m, d);
   mj_fwdAcceleration(m, d);
   mj_fwdConstraint(m, d);
@@ -275,6 +300,11 @@ void Multibody::set_sub_step(double sub_step_s) noexcept {
 
 double Multibody::q(std::size_t joint) const noexcept { return world_->d->qpos[joint]; }
 double Multibody::v(std::size_t joint) const noexcept { return world_->d->qvel[joint]; }
+
+double Multibody::speed(std::size_t loose) const noexcept {
+  const double* v = world_->d->qvel + joint_count_ + 6 * loose;
+  return Eigen::Map<const Eigen::Vector3d>(v).norm() + 0.1 * Eigen::Map<const Eigen::Vector3d>(v + 3).norm();
+}
 
 geometry::Pose Multibody::pose(std::size_t body) const noexcept {
   return {Eigen::Map<const RowMatrix3>(world_->d->xmat + 9 * body),

@@ -30,7 +30,9 @@ struct Contact {
   Eigen::Vector3d normal_W = Eigen::Vector3d::UnitZ();  ///< unit vector out of `b`
   double depth_m = 0.0;                                 ///< > 0
   double stiffness_N_per_m = 30'000.0, damping_Ns_per_m = 100.0;
-  double friction = 0.3;                                ///< Coulomb's coefficient
+  double friction = 0.3;  ///< Coulomb's coefficient
+  /// Velocity of `a`'s surface there beyond that of the body, as of a finger that moves in its link.
+  Eigen::Vector3d surface_W_m_s = Eigen::Vector3d::Zero();
   Eigen::Vector3d force_W_N = Eigen::Vector3d::Zero();  ///< on `a`; advance() fills it in
 };
 
@@ -48,11 +50,10 @@ class Multibody {
   static constexpr std::size_t kMaxContacts = 128;
 
   /// `joints`: friction and limits of the arm's joints (their inertia is not used); `rotor`: inertia of the
-  /// drives seen at the joints, kg·m² or kg, which turn about their joints' axes only. `payload`: on the
-  /// arm's last link. Throws
+  /// drives seen at the joints, kg·m² or kg, which turn about their joints' axes only. Throws
   /// std::runtime_error if a value is not finite.
   Multibody(const robot::SerialArm& arm, const ArmMechanics& joints, const core::JointArray& rotor,
-            const core::JointArray& start_q, const robot::LoadBody& payload, std::span<const LooseBody> loose,
+            const core::JointArray& start_q, const robot::Payload& payload, std::span<const LooseBody> loose,
             double sub_step_s);
   ~Multibody();
   Multibody(const Multibody&) = delete;
@@ -66,6 +67,10 @@ class Multibody {
   /// stops where it is. Real-time safe: yes.
   void advance(const core::JointArray& torque_Nm, std::span<Contact> contacts) noexcept;
 
+  /// Puts a payload on the arm's links, instead of the one so far. Real-time safe: yes.
+  void carry(const robot::SerialArm& arm, const robot::Payload& payload) noexcept;
+  /// Says whether a loose body rests: it has no weight, no speed and no contacts, so that it costs nothing.
+  void rest(std::size_t loose, bool rests) noexcept { rests_[loose] = rests; }
   /// Changes the sub-step, > 0. Real-time safe: yes.
   void set_sub_step(double sub_step_s) noexcept;
 
@@ -74,7 +79,7 @@ class Multibody {
   double v(std::size_t joint) const noexcept;
   /// Returns the pose in W of a body.
   geometry::Pose pose(std::size_t body) const noexcept;
-  /// Returns how fast a loose body moves: its centre of mass in m/s plus its turning in rad/s times 0.1 m.
+  /// Returns how fast a loose body moves: its frame's origin in m/s plus its turning in rad/s times 0.1 m.
   double speed(std::size_t loose) const noexcept;
   /// Returns the kinetic energy of all, J. Real-time safe: no.
   double kinetic_J() const;
@@ -83,11 +88,13 @@ class Multibody {
   struct World;
   void forces(const core::JointArray& torque_Nm) noexcept;
   void add(const Contact& contact) noexcept;
+  void move_surfaces(std::span<const Contact> contacts) noexcept;
   void keep_finite() noexcept;
 
   std::unique_ptr<World> world_;
   std::size_t joint_count_;
   std::vector<LooseBody> loose_;
+  std::vector<char> rests_;  // per loose body
 };
 
 }  // namespace phantom::simulation

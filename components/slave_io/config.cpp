@@ -97,6 +97,7 @@ void read_gripper(const Fields& section, bool simulated, GripperConfig& gripper)
   plant.widest_m = limits.widest_m;
   section.number("finger_mass_kg", plant.finger_mass_kg);
   section.number("friction_N", plant.coulomb_N);
+  section.number("pad_friction", gripper.pad_friction);
   section.number("object_width_m", plant.object_width_m);
   section.number("object_stiffness_N_per_m", plant.object_stiffness_N_per_m);
   if (!simulated) return;

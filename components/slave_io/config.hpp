@@ -30,6 +30,7 @@ struct ContactConfig {
 struct GripperConfig {
   teleop::GripperLimits limits;
   simulation::GripperPlantParameters plant;    ///< of driver sim
+  double pad_friction = 0.6;                   ///< of driver sim
   std::optional<runtime::DrivesConfig> drive;  ///< always set for driver can: one axis on one bus
 };
 

@@ -59,7 +59,10 @@ int main(int argc, char** argv) {
                                         options.config.string() + ": enabling_switch.source: simulated");
     dds::check_qos_profiles(deployment.network.qos_profiles);
     if (options.check) {
-      if (simulated) runtime::load_real_bodies(cell);
+      if (simulated) {
+        runtime::load_real_bodies(cell);
+        runtime::load_loose_bodies(cell);
+      }
       runtime::check_switch(config.enabling_switch);
       std::string found = simulated ? "" : runtime::check_drives(*config.can);
       if (!simulated && config.gripper) found += runtime::check_drives(*config.gripper->drive);

@@ -9,6 +9,8 @@ ArmModel load_arm(const runtime::CellConfig& cell, const std::string& arm_name) 
   const runtime::ArmConfig& config = cell.arm(arm_name);
   ArmModel model{runtime::load_arm(config), {}, Eigen::Vector3d::Zero(), {}, config.name};
   model.skin = runtime::load_skin(config, model.arm);
+  constexpr double kFingerPitch_m = 0.006;
+  model.fingers = runtime::load_fingers(config, model.arm, kFingerPitch_m);
   std::copy(config.home.begin(), config.home.end(), model.home.begin());
   if (const auto tip = model.arm.find_frame(config.tip_link))
     model.tip_in_last_link_m = tip->second.translation_m;

@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "common/robot/finger_points.hpp"
 #include "common/robot/serial_arm.hpp"
 #include "common/robot/skin.hpp"
 #include "common/runtime/cell.hpp"
@@ -15,7 +16,8 @@ struct ArmModel {
   core::JointArray home{};
   Eigen::Vector3d tip_in_last_link_m = Eigen::Vector3d::Zero();
   std::vector<robot::LinkSkin> skin;
-  std::string name = {};  ///< in the cell file
+  std::string name = {};                         ///< in the cell file
+  std::vector<robot::FingerPoint> fingers = {};  ///< of a gripper that moves
 };
 
 /// Loads the arm and its home pose. Throws ConfigError.

@@ -2,6 +2,8 @@
 
 #include <spdlog/fmt/fmt.h>
 
+#include <algorithm>
+
 #include "common/robot/arm_dynamics.hpp"
 
 namespace phantom::slave_io {
@@ -23,7 +25,8 @@ core::Expected<robot::Payload> payload_of(const std::vector<messages::CarriedObj
     return core::Status::invalid_argument("what the arm carries is not counted with: " + what);
   };
   for (const messages::CarriedObject& object : carried) {
-    if (object.arm != rule.name || object.mass_kg <= 0.0) continue;
+    if (object.arm != rule.name || object.mass_kg <= 0.0 || std::ranges::count(rule.weighed, object.id) > 0)
+      continue;
     const auto frame = rule.arm->find_frame(object.frame);
     if (!frame || frame->first == 0)
       return refusal(fmt::format("object {} is on '{}', which is no moving link", object.id, object.frame));

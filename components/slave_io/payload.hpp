@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -13,8 +14,9 @@ namespace phantom::slave_io {
 /// Which of what arms carry counts for this arm.
 struct PayloadRule {
   const robot::SerialArm* arm = nullptr;
-  std::string name;       ///< of the arm, in the cell file
-  double limit_kg = 0.0;  ///< what weighs more in all is refused
+  std::string name;                    ///< of the arm, in the cell file
+  double limit_kg = 0.0;               ///< what weighs more in all is refused
+  std::vector<std::uint16_t> weighed;  ///< ids of objects whose weight the arm has already
 };
 
 /// Returns what the arm carries, as bodies on its links. Bodies of unknown mass count nothing. Refuses, with

@@ -7,10 +7,12 @@
 #include <future>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 
 #include "common/core/random.hpp"
 #include "common/core/thread_place.hpp"
+#include "common/geometry/solid_moments.hpp"
 #include "common/runtime/cell_bodies.hpp"
 #include "common/runtime/loop_json.hpp"
 #include "common/runtime/process.hpp"
@@ -70,6 +72,21 @@ Json contacts_json(const ContactLog& contacts, const runtime::CellConfig& cell) 
   return list;
 }
 
+// Where the loose objects are in the end.
+Json loose_json(const simulation::SlavePlant& plant, const runtime::CellConfig& cell) {
+  Json list = Json::array();
+  for (std::size_t i = 0; i < plant.loose().size(); ++i) {
+    const geometry::Pose X_WO = plant.pose_of_loose(i);
+    const Eigen::Vector3d& p = X_WO.translation_m;
+    const Eigen::Vector4d q = geometry::quaternion_xyzw(X_WO.rotation);
+    list.push_back({{"object", cell.objects[plant.loose().id(i) - 1U].name},
+                    {"position_m", {p.x(), p.y(), p.z()}},
+                    {"quaternion_xyzw", {q[0], q[1], q[2], q[3]}},
+                    {"held", plant.holds(i)}});
+  }
+  return list;
+}
+
 void write_report(const std::filesystem::path& file, const std::vector<core::LoopStatistics>& loops,
                   const SimulatedArm* simulated, const runtime::CellConfig& cell) {
   Json report;
@@ -77,16 +94,16 @@ void write_report(const std::filesystem::path& file, const std::vector<core::Loo
   if (simulated != nullptr) {
     report["contacts_seen"] = simulated->contacts().seen();
     report["contacts"] = contacts_json(simulated->contacts(), cell);
+    report["loose"] = loose_json(simulated->plant(), cell);
   }
   std::ofstream stream(file);
   if (!stream) throw std::runtime_error(file.string() + ": cannot be written");
   stream << report.dump(2) << '\n';
 }
 
-// The configured gripper; null if there is none. Waits for its bus, which is the arm's.
+// The configured gripper of an arm with drives; null if there is none. Waits for its bus, which is the arm's.
 std::unique_ptr<GripperDriver> make_gripper(const Config& config) {
   if (!config.gripper) return nullptr;
-  if (config.driver == Driver::kSimulated) return std::make_unique<SimulatedGripper>(config.gripper->plant);
   auto buses = runtime::open_buses(*config.gripper->drive, [](const std::string&) {});
   if (buses.empty()) return nullptr;
   return std::make_unique<CanGripper>(config.gripper->drive->group, std::move(buses.front()));
@@ -137,13 +154,14 @@ bool open_wrist(const ArmModel& model, const Config& config, Inbox& inbox, DdsAd
   return true;
 }
 
-// Runs the servo on `arm` until a stop is requested. Returns the statistics of its loops.
+// Runs the servo on `arm` and `gripper`, if there is one, until a stop is requested. Returns the statistics
+// of its loops.
 std::vector<core::LoopStatistics> run_servo(const ArmModel& model, const Config& config, ArmDriver& arm,
-                                            Inbox& inbox, runtime::StopFile& stops, DdsAdapter& adapter) {
-  const auto gripper = make_gripper(config);
+                                            GripperDriver* gripper, Inbox& inbox, runtime::StopFile& stops,
+                                            DdsAdapter& adapter) {
   std::unique_ptr<WristInput> wrist;
   if (!open_wrist(model, config, inbox, adapter, wrist)) return {};
-  Servo servo(model, config, arm, inbox, core::random_number(), stops, gripper.get(), wrist.get());
+  Servo servo(model, config, arm, inbox, core::random_number(), stops, gripper, wrist.get());
   const auto enabling =
       runtime::SwitchInput::make(config.enabling_switch, servo.enabling, config.scheduling.servo_priority);
   runtime::ActuatorLogger gripper_logger;
@@ -156,7 +174,7 @@ std::vector<core::LoopStatistics> run_servo(const ArmModel& model, const Config&
                         std::move(loops),
                         {{"simulated", config.driver == Driver::kSimulated ? 1.0 : 0.0, ""}}};
     if (wrist) wrist_reporter.add_to(health, now, config);
-    if (!gripper) return health;
+    if (gripper == nullptr) return health;
     const core::ActuatorHealth its = gripper->health();
     gripper_logger.update(its);
     return with_gripper(std::move(health), its, now.gripper.value_or(messages::GripperState()));
@@ -165,15 +183,29 @@ std::vector<core::LoopStatistics> run_servo(const ArmModel& model, const Config&
                                     arm, stops, adapter, runtime::LinkLogger("THE MASTER"), callbacks);
 }
 
+struct World {
+  std::unique_ptr<const simulation::MeshWorld> fixed;
+  std::vector<simulation::LooseObject> loose;
+};
+
+World load_world(const runtime::CellConfig& cell, double range_m) {
+  World world{std::make_unique<const simulation::MeshWorld>(runtime::load_real_bodies(cell), range_m), {}};
+  for (runtime::LooseMesh& body : runtime::load_loose_bodies(cell)) {
+    const geometry::SolidMoments moments = geometry::solid_moments(body.mesh_O);
+    world.loose.push_back({body.id,
+                           std::move(body.mesh_O),
+                           {body.mass_kg, moments.centre_m, body.mass_kg * moments.inertia_m2, body.X_WO}});
+  }
+  return world;
+}
+
 // Reports twice a second that the process is alive: on a slow host this takes longer than a service manager
 // waits for a word. After ten minutes it hangs and reports no more.
-std::unique_ptr<const simulation::MeshWorld> make_world(const runtime::CellConfig& cell,
-                                                        const ContactConfig& config, DdsAdapter& adapter) {
+World make_world(const runtime::CellConfig& cell, const ContactConfig& config, DdsAdapter& adapter) {
   constexpr core::Nanoseconds kLongest_ns = core::from_seconds(600.0);
   auto making = std::async(std::launch::async, [&] {
     core::take_place(core::ThreadRole::kHelper);
-    return std::make_unique<const simulation::MeshWorld>(runtime::load_real_bodies(cell),
-                                                         config.clearance_range_m);
+    return load_world(cell, config.clearance_range_m);
   });
   const auto begun_ns = core::monotonic_ns();
   do {
@@ -194,12 +226,17 @@ int run_simulated(const runtime::CellConfig& cell, const ArmModel& model, const 
   if (config.gripper) inbox.gripper.open(config.gripper->limits);
   DdsAdapter adapter(core::in_haptic_path(network, config.scheduling.servo_priority),
                      messages::bounds_of(model.arm), inbox);
-  const auto world = make_world(cell, config.contact, adapter);
-  SimulatedArm arm(model, config, *world);
+  World world = make_world(cell, config.contact, adapter);
+  PayloadRule rule{&model.arm, model.name, config.max_payload_kg, {}};
+  for (const simulation::LooseObject& object : world.loose) rule.weighed.push_back(object.id);
+  SimulatedArm arm(model, config, *world.fixed, std::move(world.loose));
   spdlog::info("the bodies stand after {:.2f} s; {} contact points on {} joints",
                core::seconds(core::monotonic_ns() - begun_ns), arm.contact_point_count(),
                model.arm.joint_count());
-  const auto loops = run_servo(model, config, arm, inbox, stops, adapter);
+  adapter.follow_payload(rule);
+  std::optional<SimulatedGripper> gripper;
+  if (config.gripper) gripper.emplace(arm.plant());
+  const auto loops = run_servo(model, config, arm, gripper ? &*gripper : nullptr, inbox, stops, adapter);
   if (!report_dir.empty()) write_report(report_dir / "slave_io.json", loops, &arm, cell);
   return runtime::kExitDone;
 }
@@ -231,8 +268,9 @@ int run_drives(const runtime::CellConfig& cell, const ArmModel& model, const Con
                  fmt::join(threshold_Nm.begin(), threshold_Nm.begin() + model.arm.joint_count(), ", "));
   }
   CanArm arm(model, config, std::move(buses));
-  adapter.follow_payload({&model.arm, model.name, config.max_payload_kg});
-  const auto loops = run_servo(model, config, arm, inbox, stops, adapter);
+  adapter.follow_payload({&model.arm, model.name, config.max_payload_kg, {}});
+  const auto gripper = make_gripper(config);
+  const auto loops = run_servo(model, config, arm, gripper.get(), inbox, stops, adapter);
   if (!report_dir.empty()) write_report(report_dir / "slave_io.json", loops, nullptr, cell);
   return runtime::kExitDone;
 }

@@ -3,13 +3,31 @@
 #include "common/simulation/contact_points.hpp"
 
 namespace phantom::slave_io {
+namespace {
 
-SimulatedArm::SimulatedArm(const ArmModel& model, const Config& config, const simulation::ContactWorld& world)
+std::vector<simulation::ContactPoint> points_of(const ArmModel& model, const ContactConfig& config) {
+  auto points = simulation::contact_points(model.arm, model.skin, config.point_pitch_m, config.max_points);
+  for (const robot::FingerPoint& point : model.fingers)
+    points.push_back({point.link, point.open_m, point.closing_m});
+  return points;
+}
+
+simulation::Handling handling_of(const Config& config, std::vector<simulation::LooseObject> loose) {
+  simulation::Handling handling;
+  handling.loose = std::move(loose);
+  if (!config.gripper) return handling;
+  handling.gripper = config.gripper->plant;
+  handling.pad_friction = config.gripper->pad_friction;
+  return handling;
+}
+
+}  // namespace
+
+SimulatedArm::SimulatedArm(const ArmModel& model, const Config& config, const simulation::ContactWorld& world,
+                           std::vector<simulation::LooseObject> loose)
     : force_sensor_(config.force_sensor),
-      plant_(model.arm, config.plant,
-             simulation::contact_points(model.arm, model.skin, config.contact.point_pitch_m,
-                                        config.contact.max_points),
-             world, model.home, model.tip_in_last_link_m) {}
+      plant_(model.arm, config.plant, points_of(model, config.contact), world, model.home,
+             model.tip_in_last_link_m, handling_of(config, std::move(loose))) {}
 
 const ArmSense& SimulatedArm::sense() noexcept {
   sense_.position = plant_.position();

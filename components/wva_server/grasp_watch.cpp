@@ -5,14 +5,9 @@
 #include <map>
 #include <utility>
 
-#include "common/core/errors.hpp"
-#include "common/robot/carried_skin.hpp"
-#include "common/runtime/arm_model.hpp"
-
 namespace phantom::wva_server {
 namespace {
 
-constexpr double kPointPitch_m = 0.004;
 constexpr int kSteps = 12;            // of the fingers' way until they meet
 constexpr double kLeastShare = 0.02;  // of all places: less is a touch, not a grasp
 constexpr double kSame_m = 0.002;     // by which the width of what is held may change
@@ -21,34 +16,12 @@ bool is_body(std::int8_t order) { return order >= workspace::kOrderBoundary || o
 
 }  // namespace
 
-std::vector<FingerPoint> finger_points(const runtime::ArmConfig& config) {
-  std::vector<FingerPoint> points;
-  if (config.gripper_closed.empty()) return points;
-  const robot::SerialArm open = runtime::load_arm(config),
-                         closed = runtime::load_arm_with_closed_gripper(config);
-  for (std::size_t link = 0; link < open.links().size(); ++link) {
-    for (std::size_t i = 0; i < open.links()[link].meshes.size(); ++i) {
-      const robot::LinkMesh& part = open.links()[link].meshes[i];
-      const Eigen::Vector3d closing_m =
-          closed.links()[link].meshes[i].X_link_mesh.translation_m - part.X_link_mesh.translation_m;
-      if (closing_m.norm() < 1e-6) continue;
-      const auto mesh = robot::load_mesh(part);
-      if (!mesh) throw core::ConfigError(mesh.status().message());
-      const auto skin = robot::lay_out_body(*mesh, {.voxel_size_m = kPointPitch_m, .pitch_vox = 1.0});
-      if (!skin) throw core::ConfigError("gripper: " + skin.status().message());
-      for (const Eigen::Vector3d& p_m : skin->positions_m)
-        points.push_back({link, part.X_link_mesh * p_m, closing_m});
-    }
-  }
-  return points;
-}
-
-std::optional<std::uint16_t> object_between(const std::vector<FingerPoint>& fingers, double width_share,
-                                            const robot::LinkPoses& X_WL,
+std::optional<std::uint16_t> object_between(const std::vector<robot::FingerPoint>& fingers,
+                                            double width_share, const robot::LinkPoses& X_WL,
                                             const workspace::Workspace& workspace) {
   const double from = 1.0 - std::clamp(width_share, 0.0, 1.0);
   std::map<std::uint16_t, std::size_t> found;
-  for (const FingerPoint& point : fingers) {
+  for (const robot::FingerPoint& point : fingers) {
     for (int step = 0; step < kSteps; ++step) {
       const double at = from + (1.0 - from) * (step + 0.5) / kSteps;
       const workspace::Index3 voxel =

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "common/messages/teleoperation.hpp"
-#include "common/robot/serial_arm.hpp"
+#include "common/robot/finger_points.hpp"
 #include "components/wva_server/wva_server.hpp"
 
 namespace phantom::wva_server {
@@ -14,22 +14,11 @@ namespace phantom::wva_server {
 /// A valid gripper_state with the time at which it was received.
 using GripperSample = messages::Received<messages::GripperState>;
 
-/// A point of a finger, in the frame of the link that carries the gripper.
-struct FingerPoint {
-  std::size_t link = 0;
-  Eigen::Vector3d open_m;     ///< with the gripper at its widest
-  Eigen::Vector3d closing_m;  ///< its way from there until the gripper is closed
-};
-
-/// Returns points all over the fingers of an arm's gripper, from its meshes with the gripper open and closed;
-/// none for an arm without a gripper that moves. Throws as runtime::load_arm().
-std::vector<FingerPoint> finger_points(const runtime::ArmConfig& config);
-
 /// Returns the object of the workspace that is between the fingers of a gripper `width_share` (0 closed … 1
 /// widest) open: the one with the most of its body where the fingers would come if they closed. None: hardly
 /// anything is.
-std::optional<std::uint16_t> object_between(const std::vector<FingerPoint>& fingers, double width_share,
-                                            const robot::LinkPoses& X_WL,
+std::optional<std::uint16_t> object_between(const std::vector<robot::FingerPoint>& fingers,
+                                            double width_share, const robot::LinkPoses& X_WL,
                                             const workspace::Workspace& workspace);
 
 /// Notices that the gripper of an arm closes on an object of the model, and that it lets go, and says what
@@ -38,7 +27,7 @@ class GraspWatch {
  public:
   /// `arm`, `tip`: the arm's name, and its link that holds what the gripper takes. Without `fingers` there is
   /// no gripper, and nothing is ever noticed.
-  GraspWatch(std::vector<FingerPoint> fingers, std::string arm, std::string tip)
+  GraspWatch(std::vector<robot::FingerPoint> fingers, std::string arm, std::string tip)
       : fingers_(std::move(fingers)), arm_(std::move(arm)), tip_(std::move(tip)) {}
 
   bool has_gripper() const { return !fingers_.empty(); }
@@ -54,7 +43,7 @@ class GraspWatch {
   std::optional<std::uint16_t> carried_by_gripper(const LiveCell& cell) const;
   WorkspaceCommand command(WorkspaceOperation operation, std::uint16_t id, const LiveCell& cell) const;
 
-  std::vector<FingerPoint> fingers_;
+  std::vector<robot::FingerPoint> fingers_;
   std::string arm_, tip_;
   bool held_ = false;
   double held_width_m_ = 0.0;

@@ -11,6 +11,7 @@
 
 #include "common/core/clock.hpp"
 #include "common/core/errors.hpp"
+#include "common/runtime/arm_model.hpp"
 #include "common/runtime/process.hpp"
 #include "components/wva_server/change_under_way.hpp"
 #include "components/wva_server/dds_adapter.hpp"
@@ -42,7 +43,8 @@ GraspWatch grasp_watch(const runtime::CellConfig& cell, const Carriers& carriers
                        const WvaServerConfig& config) {
   if (!config.automatic_grasp || carriers.followed() == nullptr) return {{}, "", ""};
   const runtime::ArmConfig& arm = cell.arm(carriers.followed_name());
-  return {finger_points(arm), arm.name, last_link_of(arm)};
+  constexpr double kPitch_m = 0.004;
+  return {runtime::load_fingers(arm, *carriers.followed(), kPitch_m), arm.name, last_link_of(arm)};
 }
 
 /// The running server: serves one cell until a stop is requested.

@@ -318,6 +318,22 @@ TEST_F(CellObjects, RealBodiesStandWhereTheirDeviationPutsThem) {
   EXPECT_NEAR(load_bodies(cell_).at(0).body.mesh_W.bounding_box().max_m.x(), 0.1, 1e-4);
 }
 
+TEST_F(CellObjects, LooseOnesAndThoseThatAnArmCarriesAreNoneOfTheFixedBodies) {
+  const std::string ball = "primitive: {sphere: {radius_m: 0.1}}\n";
+  EXPECT_THAT(refused(ball + "loose: true"), HasSubstr("loose: is true of an object without mass_kg"));
+  EXPECT_THAT(refused(ball + "mass_kg: 1\nloose: true\nhold: {arm: a}"),
+              HasSubstr("loose: is true of what an arm carries from the start"));
+  cell_.objects.push_back(read(ball + "mass_kg: 2\nloose: true\nreal_deviation: {xyz_m: [0.01, 0, 0]}"));
+  cell_.objects.push_back(read(ball + "hold: {arm: a}"));
+  cell_.objects.push_back(read(ball + "hold: {frame: tool}"));
+  EXPECT_EQ(load_real_bodies(cell_).size(), 1U) << "the last";
+  const auto loose = load_loose_bodies(cell_);
+  ASSERT_EQ(loose.size(), 1U);
+  EXPECT_EQ(loose[0].mass_kg, 2.0);
+  EXPECT_NEAR(loose[0].X_WO.translation_m.x(), 0.01, 1e-12);
+  EXPECT_NEAR(loose[0].mesh_O.bounding_box().max_m.x(), 0.1, 1e-4);
+}
+
 TEST_F(CellObjects, AliasesThatMakeMuchOfLittleAreRefused) {
   std::string text = "csg_0: &s0 {sphere: {radius_m: 0.1}}\n";
   std::string last = "s0";

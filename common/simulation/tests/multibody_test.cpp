@@ -83,12 +83,18 @@ TEST(Multibody, AcceleratesAsKdlWhereverItIsAndHoweverFast) {
 
 TEST(Multibody, APayloadIsPartOfTheLastLink) {
   const robot::LoadBody payload{5.0, {0.02, -0.01, -0.2}, {0.03, 0, 0, 0, 0.02, 0, 0, 0, 0.04}};
+  robot::Payload on_last;
+  on_last.on_link[7] = payload;
   KDL::Chain chain = robot::kdl_chain(shipped_arm());
   chain.addSegment(KDL::Segment(KDL::Joint(KDL::Joint::None), KDL::Frame(),
                                 robot::kdl_body(payload.mass_kg, payload.centre(), payload.inertia())));
   robot::KdlDynamics kdl(chain, {}, rotors());
   const JointArray q{0.1, 0.3, 0.8, 0.9, 0.2, 0.5, 0.4};
-  Multibody world(shipped_arm(), {}, rotors(), q, payload, {}, kSub_s);
+  Multibody world(shipped_arm(), {}, rotors(), q, {}, {}, kSub_s);
+  {
+    const test::HeapGuard guard;
+    world.carry(shipped_arm(), on_last);
+  }
   const JointArray drive{20, -10, 30, 5, 2, -8, 1};
   world.advance(drive, {});
   const Eigen::VectorXd expected = kdl.mass(q).topLeftCorner(7, 7).ldlt().solve(robot::vector_of(drive, 7));

@@ -25,7 +25,7 @@ struct GripperBench : teleop::ServoRig<Inbox, SlaveReport> {
   Config config = config_with_gripper();
   simulation::HalfSpace floor{Eigen::Vector3d::UnitZ(), -5.0};
   SimulatedArm arm{shipped_arm(), config, floor};
-  SimulatedGripper gripper{config.gripper.value().plant};
+  SimulatedGripper gripper{arm.plant()};
   Servo servo{shipped_arm(), config, arm, inbox, 1, stops, &gripper};
   MasterSample master = [] {
     MasterSample sample;

@@ -38,7 +38,7 @@ TEST(GripperInServo, HoldsOnThroughALostLinkAStopAndAReset) {
   const auto expect_held = [&](const char* when) {
     bench.run(3.0);
     EXPECT_TRUE(bench.state_of_it().holds) << when;
-    EXPECT_GT(bench.gripper.plant().object_force_N(), 28.0) << when;
+    EXPECT_GT(bench.arm.plant().gripper()->object_force_N(), 28.0) << when;
   };
   bench.heard = false;
   bench.run(0.5);
@@ -59,7 +59,7 @@ TEST(GripperInServo, HoldsOnThroughALostLinkAStopAndAReset) {
   ASSERT_TRUE(bench.inbox.gripper.ask_width(1.0));
   bench.run(1.0);
   EXPECT_TRUE(bench.state_of_it().open);
-  EXPECT_EQ(bench.gripper.plant().object_force_N(), 0.0);
+  EXPECT_EQ(bench.arm.plant().gripper()->object_force_N(), 0.0);
 }
 
 TEST(GripperInServo, AStopOrALostLinkEndsAMotion) {
@@ -140,6 +140,8 @@ TEST(GripperConfig, WhatCannotBeIsRefused) {
   EXPECT_THAT(problem("object_width_m: 0.042", "object_width_m: 0.2"), HasSubstr("does not fit"));
   EXPECT_THAT(problem("object_width_m: 0.042", "friction_N: 4"), HasSubstr("friction_N"));
   EXPECT_THAT(problem("object_width_m: 0.042", "finger_mass_kg: 0.02"), HasSubstr("such light fingers"));
+  EXPECT_EQ(problem("object_width_m: 0.042", "pad_friction: 0.9"), "accepted");
+  EXPECT_THAT(problem("object_width_m: 0.042", "pad_friction: 2.5"), HasSubstr("gripper.pad_friction"));
   EXPECT_THAT(problem("object_width_m: 0.042", "object_widht_m: 0.042"), HasSubstr("object_widht_m"));
 }
 

@@ -44,6 +44,9 @@ TEST(Payload, IsWhatThisArmCarriesAndMayCarry) {
   const auto [link, X_LF] = *arm().find_frame(arm().links().back().name);
   EXPECT_TRUE(body.centre().isApprox(X_LF * (pump().X_FO * pump().centre_of_mass_m), 1e-12));
   EXPECT_NEAR(body.inertia().trace(), 0.09, 1e-12);
+  PayloadRule knows = rule;
+  knows.weighed = {pump().id};
+  EXPECT_EQ(payload_of({pump()}, knows)->mass_kg(), 0.0) << "what the simulated fingers hold weighs already";
   const auto refused = [&](const messages::CarriedObject& object) {
     const auto answer = payload_of({object}, rule);
     return answer ? std::string("counted") : answer.status().message();

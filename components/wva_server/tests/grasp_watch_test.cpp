@@ -22,7 +22,7 @@ class Grasp : public TestCell {
     arm.link_poses(home, X_WL_);
     const auto [link, X_LT] = *arm.find_frame("tool");
     X_WT_ = X_WL_[link] * X_LT;
-    fingers_ = finger_points(config);
+    fingers_ = runtime::load_fingers(config, arm, 0.004);
     watch_.emplace(fingers_, config.name, "tool");
   }
   /// The bench with its block `offset_m` from between the finger tips, in the tool's axes.
@@ -55,7 +55,7 @@ class Grasp : public TestCell {
   runtime::CellConfig bench_;
   robot::LinkPoses X_WL_;
   geometry::Pose X_WT_;
-  std::vector<FingerPoint> fingers_;
+  std::vector<robot::FingerPoint> fingers_;
   std::optional<GraspWatch> watch_;
 };
 
@@ -123,9 +123,8 @@ TEST_F(Grasp, AServerThatIsStartedAnewFindsTheObjectCarriedAndReleasesItWhenTheG
 }
 
 TEST_F(Grasp, AnArmWithoutAGripperThatMovesHasNoFingers) {
-  EXPECT_TRUE(
-      finger_points(runtime::load_cell(PHANTOM_SOURCE_DIR "/deploy/cells/two_plates/cell.yaml").arms.at(0))
-          .empty());
+  const auto arm = runtime::load_cell(PHANTOM_SOURCE_DIR "/deploy/cells/two_plates/cell.yaml").arms.at(0);
+  EXPECT_TRUE(runtime::load_fingers(arm, runtime::load_arm(arm), 0.004).empty());
 }
 
 }  // namespace
