@@ -243,7 +243,7 @@ TEST_F(Carrying, AToolIsHeldAsTheCellFileSaysAndMayBeThereFromTheStart) {
   const auto unknown = runtime::load_cell(
       cell_with("pose: {xyz_m: [0.0, 0.0, 0.3]}", "pose: {xyz_m: [0.0, 0.0, 0.3]}, hold: {arm: claw}"));
   EXPECT_THROW(
-      LiveCell(unknown, {}).activate(runtime::load_bodies(unknown, {}), 1, {}, [](const auto&...) {}),
+      (void)LiveCell(unknown, {}).activate(runtime::load_bodies(unknown, {}), 1, {}, [](const auto&...) {}),
       core::ConfigError);
 }
 
