@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "common/ros2/node.hpp"
+#include "common/ros2/plausible.hpp"
 #include "fast_dds/type_support.hpp"
 
 namespace phantom::ros2 {
@@ -11,7 +12,8 @@ namespace phantom::ros2 {
 /// Returns the USER_DATA of an endpoint: the hash of its type, "typehash=RIHS01_…;"; empty if it is unknown.
 std::string hash_user_data(const std::string& dds_type_name);
 
-/// A topic of ROS 2 with its DDS names. `PubSubType`: the generated class of the message's type.
+/// A topic of ROS 2 with its DDS names. `PubSubType`: the generated class of the message's type. Of messages
+/// that are not plausible nothing is decoded.
 template <class PubSubType>
 class Topic {
  public:
@@ -33,7 +35,7 @@ class Topic {
 
  private:
   static eprosima::fastdds::dds::TypeSupport make() {
-    eprosima::fastdds::dds::TypeSupport type(new PubSubType());
+    eprosima::fastdds::dds::TypeSupport type(new fast_dds::Screened<PubSubType, is_plausible>());
     fast_dds::announce_name_only(*type);
     return type;
   }
@@ -69,7 +71,8 @@ class Publisher {
   dds::Writer<Message> writer_;
 };
 
-/// Receives a message type from a topic of ROS 2, as dds::Reader does.
+/// Receives a message type from a topic of ROS 2, as dds::Reader does; messages that are not plausible are as
+/// if they had not come.
 template <class PubSubType>
 class Subscription {
  public:

@@ -2,7 +2,9 @@
 
 #include <fastdds/dds/topic/TopicDataType.hpp>
 #include <fastdds/dds/topic/TypeSupport.hpp>
+#include <span>
 #include <string>
+#include <string_view>
 
 #include "fast_dds/types.hpp"
 
@@ -32,6 +34,17 @@ inline bool find_key(eprosima::fastdds::dds::TopicDataType& type, const void* sa
                      rtps::InstanceHandle_t& key) {
   return type.getKey(const_cast<void*>(sample), &key, false);
 }
+
+/// A generated type whose octets `kScreen`, a bool(std::string_view type_name, std::span<const
+/// std::uint8_t>), looks at before anything is decoded of them: what it refuses is none of the type's
+/// samples.
+template <class PubSubType, auto kScreen>
+class Screened : public PubSubType {
+  bool deserialize(rtps::SerializedPayload_t* payload, void* sample) override {
+    return kScreen(this->getName(), std::span<const std::uint8_t>(payload->data, payload->length)) &&
+           PubSubType::deserialize(payload, sample);
+  }
+};
 
 /// A type whose samples are written and read by its own functions.
 class OwnType : public eprosima::fastdds::dds::TopicDataType {
