@@ -155,7 +155,7 @@ TEST(Ros2Arm, IsFeltByItsJointStatesAlone) {
   EXPECT_TRUE(says("joints not heard: j1_gantry")) << gateway_says;
   EXPECT_TRUE(eventually([&] {
     const std::lock_guard lock(mutex);
-    return !percept.valid() && percept.condition() == msg::PERCEPT_STATE_STALE;
+    return !percept.valid() && percept.condition() == msg::PerceptCondition::PERCEPT_STATE_STALE;
   }));
   test::ForeignNode planner(ros_domain, test::Distribution::kHumble);
   Cell cell(system.network());
