@@ -2,6 +2,9 @@
 
 #include <limits>
 
+#include "common/robot/tool_wrench.hpp"
+#include "common/ros2/words.hpp"
+
 namespace phantom::ros2 {
 namespace {
 
@@ -9,14 +12,7 @@ using Level = std::uint8_t;
 constexpr Level kOk = 0, kWarn = 1, kError = 2, kStale = 3;  // diagnostic_msgs/msg/DiagnosticStatus
 constexpr std::int32_t kSphere = 2, kAdd = 0, kDelete = 2;   // visualization_msgs/msg/Marker
 constexpr double kWorstPlace_m = 0.03;                       // diameter of its marker
-
-std_msgs::msg::dds_::Header_ header(const std::string& frame, core::Nanoseconds utc_ns) {
-  std_msgs::msg::dds_::Header_ made;
-  made.stamp().sec(static_cast<std::int32_t>(utc_ns / core::kNsPerSecond));
-  made.stamp().nanosec(static_cast<std::uint32_t>(utc_ns % core::kNsPerSecond));
-  made.frame_id(frame);
-  return made;
-}
+constexpr const char* kToolFrame = "at_tool";                // where wrenches act, with the frames' prefix
 
 std::vector<double> values(const core::JointArray& joints, std::uint32_t count) {
   return {joints.begin(), joints.begin() + count};
@@ -82,6 +78,8 @@ FromPhantomTopics::FromPhantomTopics(const std::string& prefix)
     : slave{prefix + "/joint_states", kDefault},
       master{prefix + "/master/joint_states", kDefault},
       drag{prefix + "/percept/drag", kDefault},
+      drag_wrench{prefix + "/percept/drag_wrench", kDefault},
+      torque_wrench{prefix + "/percept/torque_wrench", kDefault},
       closeness{prefix + "/percept/closeness", kDefault},
       speed{prefix + "/percept/speed", kDefault},
       worst_place{prefix + "/percept/worst_place", kDefault},
@@ -127,6 +125,19 @@ sensor_msgs::msg::dds_::JointState_ FromPhantom::drag(const messages::Percept& f
   torques.name(joint_names_);
   torques.effort(values(felt.drag_torque_Nm, felt.joint_count));
   return torques;
+}
+
+geometry_msgs::msg::dds_::WrenchStamped_ FromPhantom::wrench(const core::JointArray& position,
+                                                             const core::JointArray& torque,
+                                                             core::Nanoseconds utc_ns) const {
+  const robot::Spatial at_tool = robot::wrench_at_tool(arm_, position, torque);
+  geometry_msgs::msg::dds_::WrenchStamped_ made;
+  made.header(header(names_.frame_prefix + kToolFrame, utc_ns));
+  auto& f_N = made.wrench().force();
+  auto& m_Nm = made.wrench().torque();
+  f_N.x(at_tool[0]), f_N.y(at_tool[1]), f_N.z(at_tool[2]);
+  m_Nm.x(at_tool[3]), m_Nm.y(at_tool[4]), m_Nm.z(at_tool[5]);
+  return made;
 }
 
 std_msgs::msg::dds_::Float64_ FromPhantom::closeness(const messages::Percept& felt) const {
@@ -175,6 +186,12 @@ tf2_msgs::msg::dds_::TFMessage_ FromPhantom::fixed_transforms(core::Nanoseconds 
       if (name != arm_.links()[link].name)
         fixed.transforms().push_back(
             transform(frame(link), names_.frame_prefix + name, X_LN_[link].inverse() * X_LF, utc_ns));
+  robot::LinkPoses X_WL;
+  arm_.link_poses({}, X_WL);
+  const std::size_t last = arm_.links().size() - 1;
+  fixed.transforms().push_back(transform(frame(last), names_.frame_prefix + kToolFrame,
+                                         (X_WL[last] * X_LN_[last]).inverse() * robot::tool_pose(arm_, X_WL),
+                                         utc_ns));
   return fixed;
 }
 

@@ -13,6 +13,7 @@
 #include "common/robot/serial_arm.hpp"
 #include "common/ros2/endpoint.hpp"
 #include "ros2_idl/diagnostic_msgsPubSubTypes.hpp"
+#include "ros2_idl/geometry_msgsPubSubTypes.hpp"
 #include "ros2_idl/sensor_msgsPubSubTypes.hpp"
 #include "ros2_idl/std_msgsPubSubTypes.hpp"
 #include "ros2_idl/tf2_msgsPubSubTypes.hpp"
@@ -38,6 +39,7 @@ struct FromPhantomTopics {
   using Float64 = std_msgs::msg::dds_::Float64_PubSubType;
   using TfMessage = tf2_msgs::msg::dds_::TFMessage_PubSubType;
   TopicName<JointState> slave, master, drag;
+  TopicName<geometry_msgs::msg::dds_::WrenchStamped_PubSubType> drag_wrench, torque_wrench;
   TopicName<Float64> closeness, speed;
   TopicName<visualization_msgs::msg::dds_::Marker_PubSubType> worst_place;
   TopicName<TfMessage> transforms, fixed_transforms;
@@ -58,14 +60,19 @@ class FromPhantom {
                                              core::Nanoseconds utc_ns) const;
   /// Torques of the drag as efforts; of a valid percept.
   sensor_msgs::msg::dds_::JointState_ drag(const messages::Percept& felt, core::Nanoseconds utc_ns) const;
+  /// The wrench at the tool, in its axes, that makes these torques best (robot::wrench_at_tool); in a frame
+  /// of its own.
+  geometry_msgs::msg::dds_::WrenchStamped_ wrench(const core::JointArray& position,
+                                                  const core::JointArray& torque,
+                                                  core::Nanoseconds utc_ns) const;
   /// NaN while the percept is not valid.
   std_msgs::msg::dds_::Float64_ closeness(const messages::Percept& felt) const;
   std_msgs::msg::dds_::Float64_ speed(const messages::Percept& felt) const;
   /// A sphere where the worst sensor is, from green (free) to red (touching); deleted in free space.
   visualization_msgs::msg::dds_::Marker_ worst_place(const messages::Percept& felt,
                                                      core::Nanoseconds utc_ns) const;
-  /// Each moved link in its parent; frames that do not move: the base in the world, and the others of the
-  /// arm's description.
+  /// Each moved link in its parent; frames that do not move: the base in the world, the others of the arm's
+  /// description, and that of wrenches at the tool.
   tf2_msgs::msg::dds_::TFMessage_ transforms(const messages::SlaveState& state,
                                              core::Nanoseconds utc_ns) const;
   tf2_msgs::msg::dds_::TFMessage_ fixed_transforms(core::Nanoseconds utc_ns) const;

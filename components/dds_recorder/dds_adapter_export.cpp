@@ -60,11 +60,14 @@ class Export : public RecordingListener {
     } else if (of(dds::kSlaveState)) {
       const auto state = due(channel) ? read(dds::kSlaveState, message) : std::nullopt;
       if (!state) return;
+      slave_position_ = state->position;
       put(topics_.slave, words_.joints(*state, utc_ns));
       put(topics_.transforms, words_.transforms(*state, utc_ns));
     } else if (of(dds::kMasterState)) {
       const auto state = due(channel) ? read(dds::kMasterState, message) : std::nullopt;
-      if (state) put(topics_.master, words_.joints(*state, utc_ns));
+      if (!state) return;
+      put(topics_.master, words_.joints(*state, utc_ns));
+      put(topics_.torque_wrench, words_.wrench(state->position, state->percept_torque_Nm, utc_ns));
     } else if (of(dds::kPercept)) {
       const auto felt = due(channel) ? read(dds::kPercept, message) : std::nullopt;
       if (felt) say(*felt, utc_ns);
@@ -95,6 +98,8 @@ class Export : public RecordingListener {
     put(topics_.closeness, words_.closeness(felt));
     put(topics_.speed, words_.speed(felt));
     if (felt.valid) put(topics_.drag, words_.drag(felt, utc_ns));
+    if (felt.valid && slave_position_)
+      put(topics_.drag_wrench, words_.wrench(*slave_position_, felt.drag_torque_Nm, utc_ns));
     put(topics_.worst_place, words_.worst_place(felt, utc_ns));
   }
 
@@ -138,6 +143,7 @@ class Export : public RecordingListener {
   const std::uint64_t interval_ns_;
   Ros2Bag& bag_;
   ros2::Diagnostics diagnostics_;
+  std::optional<core::JointArray> slave_position_;  // as said last
   std::pair<std::uint64_t, std::uint64_t> at_;  // when the sample in hand was recorded, and sent
   std::uint64_t begin_ns_ = 0, diagnostics_due_ns_ = 0;
   std::map<std::string, std::uint64_t> due_ns_;

@@ -6,6 +6,58 @@
 
 namespace phantom::ros2_gateway {
 
+namespace {
+
+void read_master(const runtime::Fields& from, MasterRules& master) {
+  from.text("twist_topic", master.twist_topic);
+  from.text("joy_topic", master.joy_topic);
+  from.check(master.twist_topic.empty() || master.joy_topic.empty(), "joy_topic",
+             "twist_topic is given, too; allowed: one of them");
+  from.text("frame", master.frame);
+  TwistMasterRules& handle = master.handle;
+  from.number("staleness_s", handle.staleness_s);
+  from.number("largest_stamp_age_s", handle.largest_stamp_age_s);
+  from.number("largest_speed_m_s", handle.largest_speed_m_s);
+  from.number("largest_turn_rad_s", handle.largest_turn_rad_s);
+  from.number("mass_kg", handle.mass_kg);
+  from.number("inertia_kg_m2", handle.inertia_kg_m2);
+  from.number("push_N_s_per_m", handle.push_N_s_per_m);
+  from.number("push_N_m_s_per_rad", handle.push_N_m_s_per_rad);
+  std::vector<int> axes(handle.joy_axes.begin(), handle.joy_axes.end());
+  from.numbers("joy_axes", axes);
+  from.check(axes.size() == handle.joy_axes.size(), "joy_axes",
+             "has " + std::to_string(axes.size()) + " axes; allowed: 6, -1 for none");
+  std::copy(axes.begin(), axes.end(), handle.joy_axes.begin());
+  from.number("joy_enable_button", handle.joy_enable);
+}
+
+void read_points(const runtime::Fields& from, PointsRules& points) {
+  from.text("cloud_topic", points.cloud_topic);
+  from.text("depth_topic", points.depth_topic);
+  from.text("camera_info_topic", points.camera_info_topic);
+  from.check(points.depth_topic.empty() == points.camera_info_topic.empty(), "camera_info_topic",
+             "depth images need their camera's topic, and it is of no use without them");
+  from.check(points.depth_topic.empty() || points.cloud_topic.empty(), "depth_topic",
+             "cloud_topic is given, too; allowed: one of them");
+  from.number("largest_stamp_age_s", points.largest_stamp_age_s);
+}
+
+void read_workspace(const runtime::Fields& out, WorkspaceRules& workspace) {
+  out.flag("meshes", workspace.meshes);
+  std::vector<int> orders;
+  out.numbers("clouds", orders);
+  for (const int order : orders) {
+    out.check(
+        order >= -98 && order <= 100 && order != 0, "clouds",
+        std::to_string(order) + "; allowed: 100 (boundary), 99 (guard), 1 to 98 and -98 to -1 (layers)");
+    out.check(std::count(orders.begin(), orders.end(), order) == 1, "clouds",
+              std::to_string(order) + " is there twice; allowed: each once");
+    workspace.clouds.push_back(static_cast<std::int8_t>(order));
+  }
+}
+
+}  // namespace
+
 GatewayConfig load_config(const std::filesystem::path& path) {
   const runtime::Fields file(path, {kParameters});
   GatewayConfig config;
@@ -27,11 +79,15 @@ GatewayConfig load_config(const std::filesystem::path& path) {
   wrench.text("topic", config.wrench_topic);
   wrench.text("frame", config.wrench_frame);
   file.section("collision_objects").text("topic", config.collision_objects_topic);
+  read_master(file.section("master"), config.master);
+  read_points(file.section("points"), config.points);
   const auto out = file.section("out");
   out.number("rate_Hz", config.out.rate_Hz);
   out.text("prefix", config.out.prefix);
   out.text("frame_prefix", config.out.frame_prefix);
   out.text("world", config.out.world);
+  out.flag("views", config.out.views);
+  read_workspace(out, config.workspace);
   file.finish();
   return config;
 }

@@ -6,7 +6,10 @@
 
 #include "common/robot/serial_arm.hpp"
 #include "common/ros2/node.hpp"
+#include "components/ros2_gateway/dds_adapter_master.hpp"
 #include "components/ros2_gateway/dds_adapter_out.hpp"
+#include "components/ros2_gateway/dds_adapter_points.hpp"
+#include "components/ros2_gateway/dds_adapter_workspace.hpp"
 #include "components/ros2_gateway/joint_states.hpp"
 
 namespace phantom::ros2_gateway {
@@ -23,7 +26,10 @@ struct GatewayConfig {
   JointStatesRules joint_states;
   std::string wrench_topic, wrench_frame;                    ///< no topic: none is heard; no frame: any
   std::string collision_objects_topic = "collision_object";  ///< empty: none come in
+  MasterRules master;
+  PointsRules points;
   OutputRules out;
+  WorkspaceRules workspace;
 };
 
 /// Throws core::ConfigError, and core::MissingError if the file cannot be read.

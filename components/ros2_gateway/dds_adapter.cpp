@@ -10,6 +10,7 @@
 #include "common/messages/teleoperation_codec.hpp"
 #include "common/ros2/endpoint.hpp"
 #include "components/ros2_gateway/dds_adapter_objects.hpp"
+#include "common/ros2/words.hpp"
 #include "ros2_idl/geometry_msgsPubSubTypes.hpp"
 #include "ros2_idl/sensor_msgsPubSubTypes.hpp"
 
@@ -18,10 +19,6 @@ namespace {
 
 using JointState = sensor_msgs::msg::dds_::JointState_PubSubType;
 using WrenchStamped = geometry_msgs::msg::dds_::WrenchStamped_PubSubType;
-
-core::Nanoseconds nanoseconds_of(const builtin_interfaces::msg::dds_::Time_& time) {
-  return time.sec() * core::kNsPerSecond + time.nanosec();
-}
 
 // The newest alone counts: what is lost is not asked for again.
 constexpr dds::QosContract kNewest{.reliability = dds::Reliability::kBestEffort, .history_depth = 1};
@@ -68,13 +65,19 @@ struct DdsAdapter::Impl {
     }
     if (!config.collision_objects_topic.empty())
       objects.emplace(participant, node, config.collision_objects_topic, config.out.world);
+    if (!config.master.twist_topic.empty() || !config.master.joy_topic.empty())
+      master.emplace(participant, node, config.master);
+    if (!config.points.cloud_topic.empty() || !config.points.depth_topic.empty())
+      points.emplace(participant, node, config.points);
+    if (config.out.rate_Hz > 0.0 && (config.workspace.meshes || !config.workspace.clouds.empty()))
+      workspace.emplace(participant, node, arm, config.out, config.workspace);
     if (config.out.rate_Hz > 0.0) outputs.emplace(participant, node, arm, config.out, urdf);
     status.count_refusals_of(node.participant());
   }
 
   bool pass_on(const JointState::type& message, const dds::SampleInfo& info,
                const OnJointStates& on_joint_states) {
-    const JointStateMessage given{.stamp_ns = nanoseconds_of(message.header().stamp()),
+    const JointStateMessage given{.stamp_ns = ros2::nanoseconds_of(message.header().stamp()),
                                   .publisher = info.writer,
                                   .name = message.name(),
                                   .position = message.position(),
@@ -107,6 +110,9 @@ struct DdsAdapter::Impl {
   std::optional<ros2::Subscription<WrenchStamped>> wrench;
   Pace arm_pace, wrench_pace;
   std::optional<CollisionObjects> objects;
+  std::optional<MasterInput> master;
+  std::optional<SensorPointsInput> points;
+  std::optional<WorkspaceOutputs> workspace;
   std::optional<Outputs> outputs;
 };
 
@@ -124,6 +130,15 @@ void DdsAdapter::report(core::Health health) {
     health.figures.push_back({"collision objects", static_cast<double>(impl_->objects->done()), ""});
     health.figures.push_back(
         {"collision objects refused", static_cast<double>(impl_->objects->refused()), ""});
+  }
+  if (impl_->master) {
+    health.figures.push_back({"commands", static_cast<double>(impl_->master->heard()), ""});
+    health.figures.push_back({"commands refused", static_cast<double>(impl_->master->refused()), ""});
+    health.message += (health.message.empty() ? "" : "; ") + impl_->master->sentence();
+  }
+  if (impl_->points) {
+    health.figures.push_back({"sensor points", static_cast<double>(impl_->points->handed_on()), ""});
+    health.figures.push_back({"sensor points refused", static_cast<double>(impl_->points->refused()), ""});
   }
   impl_->status.publish(health);
 }

@@ -1,14 +1,20 @@
 #include "components/ros2_gateway/dds_adapter_out.hpp"
 
+#include <array>
+
 #include "common/core/clock.hpp"
 #include "common/messages/checked_reader.hpp"
 #include "common/messages/percept_codec.hpp"
 #include "common/messages/status_codec.hpp"
 #include "common/messages/teleoperation_codec.hpp"
 #include "common/ros2/from_phantom.hpp"
+#include "common/ros2/words.hpp"
 
 namespace phantom::ros2_gateway {
 namespace {
+
+using Image = sensor_msgs::msg::dds_::CompressedImage_PubSubType;
+constexpr std::array kViewNames{"main", "hit", "tool"};  // by messages::PictureView
 
 /// The newest sample of a topic, until it is taken.
 template <class Message, class Sample>
@@ -35,7 +41,8 @@ class Newest {
 struct Outputs::Impl {
   Impl(dds::Participant& phantom, ros2::Node& node, const robot::SerialArm& arm, const OutputRules& rules,
        const std::string& urdf)
-      : words(arm, rules),
+      : rules(rules),
+        words(arm, rules),
         slave(phantom, dds::kSlaveState, messages::bounds_of(arm)),
         master(phantom, dds::kMasterState, messages::bounds_of(arm)),
         percept(phantom, dds::kPercept, messages::bounds_of(arm)),
@@ -51,12 +58,44 @@ struct Outputs::Impl {
         out(node, ros2::FromPhantomTopics(rules.prefix)) {
     out.fixed_transforms.publish(words.fixed_transforms(core::utc_ns()));
     if (!urdf.empty()) out.description.publish(ros2::text_message(urdf));
+    if (rules.views) hear_pictures(phantom, node);
+  }
+
+  /// Each view's newest picture waits for publish().
+  void hear_pictures(dds::Participant& phantom, ros2::Node& node) {
+    for (std::size_t view = 0; view < kViewNames.size(); ++view)
+      views[view].emplace(node, rules.prefix + "/views/" + kViewNames[view] + "/compressed", ros2::kDefault);
+    pictures.emplace(phantom, dds::kViewPicture, messages::ArmBounds(),
+                     [this](const messages::ViewPicture& picture, core::Nanoseconds) {
+                       const std::lock_guard lock(mutex);
+                       newest_pictures[static_cast<std::size_t>(picture.view)] = picture.jpeg;
+                     });
+  }
+  void publish_views() {
+    for (std::size_t view = 0; view < kViewNames.size(); ++view) {
+      Image::type image;
+      {
+        const std::lock_guard lock(mutex);
+        if (newest_pictures[view].empty()) continue;
+        image.data(std::exchange(newest_pictures[view], {}));
+      }
+      image.header(ros2::header(rules.frame_prefix + "view_" + kViewNames[view], core::utc_ns()));
+      image.format("jpeg");
+      views[view]->publish(image);
+    }
   }
 
   void publish_slave(const messages::SlaveState& state) {
     const core::Nanoseconds utc_ns = core::utc_ns();
+    slave_position = state.position;
     out.slave.publish(words.joints(state, utc_ns));
     out.transforms.publish(words.transforms(state, utc_ns));
+  }
+
+  void publish_master(const messages::MasterState& state) {
+    const core::Nanoseconds utc_ns = core::utc_ns();
+    out.master.publish(words.joints(state, utc_ns));
+    out.torque_wrench.publish(words.wrench(state.position, state.percept_torque_Nm, utc_ns));
   }
 
   void publish_percept(const messages::Percept& felt) {
@@ -64,6 +103,8 @@ struct Outputs::Impl {
     out.closeness.publish(words.closeness(felt));
     out.speed.publish(words.speed(felt));
     if (felt.valid) out.drag.publish(words.drag(felt, utc_ns));
+    if (felt.valid && slave_position)
+      out.drag_wrench.publish(words.wrench(*slave_position, felt.drag_torque_Nm, utc_ns));
     out.worst_place.publish(words.worst_place(felt, utc_ns));
   }
 
@@ -81,6 +122,8 @@ struct Outputs::Impl {
         : slave(node, topics.slave),
           master(node, topics.master),
           drag(node, topics.drag),
+          drag_wrench(node, topics.drag_wrench),
+          torque_wrench(node, topics.torque_wrench),
           closeness(node, topics.closeness),
           speed(node, topics.speed),
           worst_place(node, topics.worst_place),
@@ -90,6 +133,7 @@ struct Outputs::Impl {
           description(node, topics.description) {}
     using Topics = ros2::FromPhantomTopics;
     ros2::Publisher<Topics::JointState> slave, master, drag;
+    ros2::Publisher<geometry_msgs::msg::dds_::WrenchStamped_PubSubType> drag_wrench, torque_wrench;
     ros2::Publisher<Topics::Float64> closeness, speed;
     ros2::Publisher<visualization_msgs::msg::dds_::Marker_PubSubType> worst_place;
     ros2::Publisher<Topics::TfMessage> transforms, fixed_transforms;
@@ -97,9 +141,12 @@ struct Outputs::Impl {
     ros2::Publisher<std_msgs::msg::dds_::String_PubSubType> description;
   };
 
+  const OutputRules rules;
   const ros2::FromPhantom words;
   std::mutex mutex;
   ros2::Diagnostics states;
+  std::optional<core::JointArray> slave_position;  // as published last
+  std::array<std::vector<std::uint8_t>, kViewNames.size()> newest_pictures;
 
   Newest<msg::SlaveState, messages::SlaveState> slave;
   Newest<msg::MasterState, messages::MasterState> master;
@@ -107,6 +154,8 @@ struct Outputs::Impl {
   Newest<msg::HitAlert, messages::HitAlert> alerts;
   dds::Reader<msg::ComponentStatus> components;
   Publishers out;
+  std::array<std::optional<ros2::Publisher<Image>>, kViewNames.size()> views;
+  std::optional<messages::CheckedReader<msg::ViewPicture>> pictures;
 };
 
 Outputs::Outputs(dds::Participant& phantom, ros2::Node& node, const robot::SerialArm& arm,
@@ -116,9 +165,9 @@ Outputs::~Outputs() = default;
 
 void Outputs::publish(bool diagnostics) {
   if (const auto state = impl_->slave.take()) impl_->publish_slave(*state);
-  if (const auto state = impl_->master.take())
-    impl_->out.master.publish(impl_->words.joints(*state, core::utc_ns()));
+  if (const auto state = impl_->master.take()) impl_->publish_master(*state);
   if (const auto felt = impl_->percept.take()) impl_->publish_percept(*felt);
+  if (impl_->pictures) impl_->publish_views();
   if (diagnostics) impl_->publish_diagnostics();
 }
 

@@ -23,13 +23,14 @@ namespace phantom::ros2_gateway {
 /// What is said in the ROS 2 domain of Phantom's.
 struct OutputRules : ros2::Names {
   double rate_Hz = 50.0;  ///< of the states at most; 0: nothing is published
+  bool views = false;     ///< the viewer's pictures, too
 };
 
 /// Hears Phantom's topics and says them in ROS 2's words: joint_states and transforms of the arm,
-/// robot_description, torques of the percept as efforts, closeness and speed, the worst place as a marker,
-/// diagnostics of the components and hit alerts. Right-handed frames, z up, SI units (REP 103); times are
-/// this host's. publish() is called by one thread, so that a ROS 2 side that holds it up holds up nothing
-/// else.
+/// robot_description, torques of the percept as efforts and as wrenches at the tool, closeness and speed, the
+/// worst place as a marker, diagnostics of the components and hit alerts, the viewer's pictures. Right-handed
+/// frames, z up, SI units (REP 103); times are this host's. publish() is called by one thread, so that a ROS
+/// 2 side that holds it up holds up nothing else.
 class Outputs {
  public:
   /// `urdf`: text of the arm's description; empty: none is published. Throws dds::DdsError.

@@ -15,18 +15,22 @@ int main(int argc, char** argv) {
       "Joins a ROS 2 domain as a node, without ROS 2. The joint_states of a robot there become the arm whose "
       "vicinity is felt: wva_server, phantom_sensing and this process are enough.";
   description.details =
-      "In, of the ROS 2 domain: joint_states. Out there: phantom/joint_states, phantom/master/joint_states, "
-      "phantom/robot_description, phantom/percept/{drag,closeness,speed,worst_place}, tf, tf_static, "
-      "diagnostics.\n"
-      "In, of Phantom's: slave_state, master_state, percept, hit_alert, component_status. Out there: "
-      "slave_state, component_status.\n"
+      "In, of the ROS 2 domain: joint_states, collision_object, a wrench; TwistStamped or Joy as a master; a "
+      "sensor's PointCloud2 or depth images. Out there: phantom/joint_states, phantom/master/joint_states, "
+      "phantom/robot_description, phantom/percept/{drag,drag_wrench,torque_wrench,closeness,speed,worst_place}, "
+      "phantom/workspace/{meshes,boundary,guard,layer_N}, phantom/views/{main,hit,tool}/compressed, tf, "
+      "tf_static, diagnostics.\n"
+      "In, of Phantom's: slave_state, master_state, percept, hit_alert, component_status, the workspace, "
+      "view_picture, haptic_device_wrench. Out there: slave_state, wrist_wrench, sensor_points, haptic_device, "
+      "workspace_command, component_status.\n"
       "Example: ros2_gateway --deployment deploy/topologies/ros2_arm.yaml";
   description.parameters = {ros2_gateway::kParameters};
   description.run = [&](const runtime::ProcessOptions& options) {
-    const auto config = ros2_gateway::load_config(options.config);
+    auto config = ros2_gateway::load_config(options.config);
     const auto deployment = runtime::load_deployment(options);
     const auto cell = runtime::load_cell(deployment.cell);
     const auto arm = runtime::load_arm(cell.arm(config.arm));
+    config.workspace.arm = cell.arm(config.arm).name;
     const auto names = ros2_gateway::message_names(config, arm);
     dds::check_qos_profiles(deployment.network.qos_profiles);
     if (options.check) return runtime::configuration_is_valid("; joints: " + std::to_string(names.size()));

@@ -1,6 +1,7 @@
 #include "tests/ros2/foreign_node.hpp"
 
 #include <algorithm>
+#include <chrono>
 #include <cstring>
 #include <stdexcept>
 
@@ -47,6 +48,24 @@ void for_each_sample(dds_entity_t reader, const Handle& handle) {
   for (int i = 0; i < count; ++i)
     if (infos[i].valid_data) handle(*static_cast<const T*>(samples[i]));
   if (count > 0) dds_return_loan(reader, samples, count);
+}
+
+std::int64_t now_ns() {
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(
+             std::chrono::system_clock::now().time_since_epoch())
+      .count();
+}
+
+/// Cyclone DDS has text and lists of the caller's, as long as the message is written.
+void set_header(std_msgs_msg_dds__Header_& header, const std::string& frame, std::int64_t stamp_ns) {
+  header.stamp = {static_cast<std::int32_t>(stamp_ns / 1'000'000'000),
+                  static_cast<std::uint32_t>(stamp_ns % 1'000'000'000)};
+  header.frame_id = const_cast<char*>(frame.c_str());
+}
+template <class Sequence, class T>
+void lend(Sequence& sequence, const std::vector<T>& values) {
+  sequence._length = sequence._maximum = static_cast<std::uint32_t>(values.size());
+  sequence._buffer = const_cast<T*>(values.data());
 }
 
 std::array<std::uint8_t, 16> octets(const void* data) {
@@ -187,6 +206,135 @@ std::int32_t ForeignNode::reader_of(const std::string& topic, const void* type, 
       "reader");
   dds_delete_qos(qos);
   return reader;
+}
+
+std::int32_t ForeignNode::writer_of(const std::string& topic, const void* type) {
+  std::int32_t& writer = writers_[topic];
+  if (writer != 0) return writer;
+  dds_qos_t* qos = ros_qos(false, 10);
+  writer = made(
+      dds_create_writer(participant_,
+                        made(dds_create_topic(participant_, static_cast<const dds_topic_descriptor_t*>(type),
+                                              ("rt/" + topic).c_str(), nullptr, nullptr),
+                             "topic"),
+                        qos, nullptr),
+      "writer");
+  dds_delete_qos(qos);
+  return writer;
+}
+
+void ForeignNode::publish_twist(const std::string& frame, const std::array<double, 3>& linear_m_s,
+                                const std::array<double, 3>& angular_rad_s) {
+  geometry_msgs_msg_dds__TwistStamped_ message{};
+  set_header(message.header, frame, now_ns());
+  message.twist.linear = {linear_m_s[0], linear_m_s[1], linear_m_s[2]};
+  message.twist.angular = {angular_rad_s[0], angular_rad_s[1], angular_rad_s[2]};
+  dds_write(writer_of("twist", ros2_twist), &message);
+}
+
+void ForeignNode::publish_joy(const std::vector<float>& axes, const std::vector<std::int32_t>& buttons) {
+  sensor_msgs_msg_dds__Joy_ message{};
+  const std::string frame = "joy";
+  set_header(message.header, frame, now_ns());
+  lend(message.axes, axes);
+  lend(message.buttons, buttons);
+  dds_write(writer_of("joy", ros2_joy), &message);
+}
+
+void ForeignNode::publish_cloud(const Cloud& cloud) {
+  sensor_msgs_msg_dds__PointCloud2_ message{};
+  set_header(message.header, cloud.frame, cloud.stamp_ns);
+  message.height = cloud.height;
+  message.width = cloud.width;
+  message.point_step = cloud.point_step;
+  message.row_step = cloud.row_step;
+  std::vector<sensor_msgs_msg_dds__PointField_> fields;
+  for (const auto& [name, offset, datatype, count] : cloud.fields)
+    fields.push_back({const_cast<char*>(name.c_str()), offset, datatype, count});
+  lend(message.fields, fields);
+  lend(message.data, cloud.data);
+  dds_write(writer_of("cloud", ros2_cloud), &message);
+}
+
+void ForeignNode::publish_camera(const std::string& frame, std::uint32_t width, std::uint32_t height,
+                                 const std::array<double, 12>& p) {
+  sensor_msgs_msg_dds__CameraInfo_ message{};
+  char model[] = "plumb_bob";
+  set_header(message.header, frame, now_ns());
+  message.width = width;
+  message.height = height;
+  message.distortion_model = model;
+  std::copy(p.begin(), p.end(), message.p);
+  dds_write(writer_of("camera_info", ros2_camera_info), &message);
+}
+
+void ForeignNode::publish_depth(const std::string& frame, std::uint32_t width, std::uint32_t height,
+                                const std::vector<float>& depths_m) {
+  sensor_msgs_msg_dds__Image_ message{};
+  char encoding[] = "32FC1";
+  set_header(message.header, frame, now_ns());
+  message.width = width;
+  message.height = height;
+  message.encoding = encoding;
+  message.step = 4 * width;
+  std::vector<std::uint8_t> octets(4 * depths_m.size());
+  std::memcpy(octets.data(), depths_m.data(), octets.size());
+  lend(message.data, octets);
+  dds_write(writer_of("depth", ros2_image), &message);
+}
+
+std::vector<HeardWrench> ForeignNode::wrenches(const std::string& topic) {
+  std::vector<HeardWrench> all;
+  for_each_sample<geometry_msgs_msg_dds__WrenchStamped_>(
+      reader_of(topic, ros2_wrench, false), [&](const auto& m) {
+        const auto &f = m.wrench.force, &t = m.wrench.torque;
+        all.push_back({m.header.frame_id, {f.x, f.y, f.z}, {t.x, t.y, t.z}});
+      });
+  return all;
+}
+
+std::vector<HeardPicture> ForeignNode::pictures(const std::string& topic) {
+  std::vector<HeardPicture> all;
+  for_each_sample<sensor_msgs_msg_dds__CompressedImage_>(
+      reader_of(topic, ros2_picture, false), [&](const auto& m) {
+        all.push_back({m.header.frame_id, m.format, {m.data._buffer, m.data._buffer + m.data._length}});
+      });
+  return all;
+}
+
+std::vector<std::vector<HeardTriangles>> ForeignNode::marker_arrays(const std::string& topic) {
+  std::vector<std::vector<HeardTriangles>> all;
+  for_each_sample<visualization_msgs_msg_dds__MarkerArray_>(
+      reader_of(topic, ros2_markers, true), [&](const auto& array) {
+        auto& markers = all.emplace_back();
+        for (std::uint32_t i = 0; i < array.markers._length; ++i) {
+          const auto& m = array.markers._buffer[i];
+          const auto& p = m.pose.position;
+          const auto& q = m.pose.orientation;
+          auto& heard = markers.emplace_back(HeardTriangles{
+              m.header.frame_id, m.ns, m.id, m.type, m.action, {p.x, p.y, p.z}, {q.x, q.y, q.z, q.w}, {}});
+          for (std::uint32_t k = 0; k < m.points._length; ++k)
+            heard.points.push_back({m.points._buffer[k].x, m.points._buffer[k].y, m.points._buffer[k].z});
+        }
+      });
+  return all;
+}
+
+std::vector<Cloud> ForeignNode::clouds(const std::string& topic) {
+  std::vector<Cloud> all;
+  for_each_sample<sensor_msgs_msg_dds__PointCloud2_>(reader_of(topic, ros2_cloud, true), [&](const auto& m) {
+    Cloud& heard = all.emplace_back();
+    heard.frame = m.header.frame_id;
+    heard.stamp_ns = m.header.stamp.sec * std::int64_t{1'000'000'000} + m.header.stamp.nanosec;
+    heard.height = m.height, heard.width = m.width;
+    heard.point_step = m.point_step, heard.row_step = m.row_step;
+    for (std::uint32_t i = 0; i < m.fields._length; ++i) {
+      const auto& f = m.fields._buffer[i];
+      heard.fields.emplace_back(f.name, f.offset, f.datatype, f.count);
+    }
+    heard.data.assign(m.data._buffer, m.data._buffer + m.data._length);
+  });
+  return all;
 }
 
 std::vector<HeardJoints> ForeignNode::joints(const std::string& topic) {

@@ -5,6 +5,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <tuple>
 #include <vector>
 
 namespace phantom::ros2::test {
@@ -46,6 +47,31 @@ struct HeardMarker {
   float red = 0.0F;
 };
 
+struct HeardWrench {
+  std::string frame;
+  std::array<double, 3> force_N{}, torque_Nm{};
+};
+struct HeardPicture {
+  std::string frame, format;
+  std::vector<std::uint8_t> data;
+};
+/// A marker of a MarkerArray, with its points.
+struct HeardTriangles {
+  std::string frame, ns;
+  int id = 0, type = 0, action = 0;
+  std::array<double, 3> position{};
+  std::array<double, 4> orientation_xyzw{};
+  std::vector<std::array<double, 3>> points;
+};
+/// A sensor_msgs/msg/PointCloud2, as it came or is to be sent. A field: name, offset, datatype, count.
+struct Cloud {
+  std::string frame;
+  std::int64_t stamp_ns = 0;
+  std::uint32_t height = 0, width = 0, point_step = 0, row_step = 0;
+  std::vector<std::tuple<std::string, std::uint32_t, std::uint8_t, std::uint32_t>> fields;
+  std::vector<std::uint8_t> data;
+};
+
 enum class Distribution { kHumble, kSinceIron };
 
 /// A node of ROS 2 in another vendor's DDS (Cyclone DDS, on loopback), with types written by hand after the
@@ -65,6 +91,16 @@ class ForeignNode {
   /// alone).
   void publish_sphere(const std::string& id, int operation, const std::array<double, 3>& position_m,
                       double radius_m, const std::string& frame = "world");
+  /// Publish a geometry_msgs/msg/TwistStamped on "twist", a sensor_msgs/msg/Joy on "joy", a cloud on "cloud",
+  /// a CameraInfo and an image of depths in m on "camera_info" and "depth". Stamped with this host's time.
+  void publish_twist(const std::string& frame, const std::array<double, 3>& linear_m_s,
+                     const std::array<double, 3>& angular_rad_s);
+  void publish_joy(const std::vector<float>& axes, const std::vector<std::int32_t>& buttons);
+  void publish_cloud(const Cloud& cloud);
+  void publish_camera(const std::string& frame, std::uint32_t width, std::uint32_t height,
+                      const std::array<double, 12>& p);
+  void publish_depth(const std::string& frame, std::uint32_t width, std::uint32_t height,
+                     const std::vector<float>& depths_m);
   /// Return what came on a topic up to now; nothing before the topic's publisher was discovered. Each topic
   /// has one type in a test.
   std::vector<HeardJoints> joints(const std::string& topic);
@@ -73,6 +109,11 @@ class ForeignNode {
   std::map<std::string, HeardTransform> transforms(const std::string& topic);
   std::map<std::string, HeardStatus> diagnostics();
   std::vector<HeardMarker> markers(const std::string& topic);
+  std::vector<HeardWrench> wrenches(const std::string& topic);
+  std::vector<HeardPicture> pictures(const std::string& topic);
+  /// Of latched topics: each message with its markers; each cloud.
+  std::vector<std::vector<HeardTriangles>> marker_arrays(const std::string& topic);
+  std::vector<Cloud> clouds(const std::string& topic);
   /// Returns what came last on ros_discovery_info.
   std::optional<HeardGraph> graph();
   /// Returns the readers and writers that were discovered, by topic, and the participants' USER_DATA.
@@ -81,8 +122,9 @@ class ForeignNode {
 
  private:
   std::int32_t reader_of(const std::string& topic, const void* type, bool latched);
+  std::int32_t writer_of(const std::string& topic, const void* type);
 
-  std::map<std::string, std::int32_t> readers_;
+  std::map<std::string, std::int32_t> readers_, writers_;
   std::int32_t participant_ = 0, joints_ = 0, objects_ = 0, wrenches_ = 0, graph_ = 0;
   Distribution distribution_;
 };

@@ -43,6 +43,7 @@ class Gateway : public testing::Test {
     config.node.interfaces = config.node.initial_peers = {"127.0.0.1"};
     config.node.graph = graph;
     config.wrench_topic = "wrench";
+    config.workspace.meshes = false;
     config.wrench_frame = "ft_sensor";
     const core::NetworkOptions network = dds::test_network();
     observer_ = std::make_unique<dds::Participant>("observer", network);
@@ -229,7 +230,7 @@ TEST_P(Graphs, NameTheNodeAndItsEndpoints) {
                    GetParam() == Graph::kHumble ? Distribution::kHumble : Distribution::kSinceIron);
   ASSERT_TRUE(dds::eventually([&] {
     const auto graph = tool.graph();
-    return graph && graph->readers.size() == 3 && graph->writers.size() == 10;
+    return graph && graph->readers.size() == 3 && graph->writers.size() == 12;
   }));
   const test::HeardGraph graph = *tool.graph();
   EXPECT_EQ(graph.node, "phantom");

@@ -11,6 +11,13 @@ const dds_topic_descriptor_t* const ros2_marker = &visualization_msgs_msg_dds__M
 
 const dds_topic_descriptor_t* const ros2_collision_object = &moveit_msgs_msg_dds__CollisionObject__desc;
 
+const dds_topic_descriptor_t* const ros2_twist = &geometry_msgs_msg_dds__TwistStamped__desc;
+const dds_topic_descriptor_t* const ros2_joy = &sensor_msgs_msg_dds__Joy__desc;
+const dds_topic_descriptor_t* const ros2_cloud = &sensor_msgs_msg_dds__PointCloud2__desc;
+const dds_topic_descriptor_t* const ros2_image = &sensor_msgs_msg_dds__Image__desc;
+const dds_topic_descriptor_t* const ros2_camera_info = &sensor_msgs_msg_dds__CameraInfo__desc;
+const dds_topic_descriptor_t* const ros2_picture = &sensor_msgs_msg_dds__CompressedImage__desc;
+const dds_topic_descriptor_t* const ros2_markers = &visualization_msgs_msg_dds__MarkerArray__desc;
 const dds_topic_descriptor_t* const ros2_wrench = &geometry_msgs_msg_dds__WrenchStamped__desc;
 
 static dds_topic_descriptor_t named(dds_topic_descriptor_t descriptor) {

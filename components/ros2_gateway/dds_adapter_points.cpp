@@ -1,0 +1,161 @@
+#include "components/ros2_gateway/dds_adapter_points.hpp"
+
+#include <atomic>
+#include <condition_variable>
+#include <mutex>
+#include <optional>
+#include <thread>
+
+#include "common/dds/refusal_log.hpp"
+#include "common/messages/publisher.hpp"
+#include "common/messages/teleoperation_codec.hpp"
+#include "common/ros2/endpoint.hpp"
+#include "components/ros2_gateway/point_clouds.hpp"
+#include "common/ros2/words.hpp"
+#include "components/ros2_gateway/stream_check.hpp"
+#include "ros2_idl/sensor_msgsPubSubTypes.hpp"
+
+namespace phantom::ros2_gateway {
+namespace {
+
+namespace sensor = sensor_msgs::msg::dds_;
+// Clouds come some ten times a second; one that was silent for so long may be another's from then on.
+constexpr double kSensorStaleness_s = 1.0;
+constexpr dds::QosContract kNewestPoints{.reliability = dds::Reliability::kBestEffort, .history_depth = 1};
+
+CloudMessage message_of(const sensor::PointCloud2_& from) {
+  CloudMessage cloud;
+  cloud.frame = from.header().frame_id();
+  cloud.height = from.height();
+  cloud.width = from.width();
+  for (const auto& field : from.fields())
+    cloud.fields.push_back({field.name(), field.offset(), field.datatype(), field.count()});
+  cloud.big_endian = from.is_bigendian();
+  cloud.point_step = from.point_step();
+  cloud.row_step = from.row_step();
+  cloud.data = from.data();
+  return cloud;
+}
+
+CameraMessage message_of(const sensor::CameraInfo_& from) {
+  const auto& roi = from.roi();
+  const bool part = roi.x_offset() != 0 || roi.y_offset() != 0 ||
+                    (roi.width() != 0 && roi.width() != from.width()) ||
+                    (roi.height() != 0 && roi.height() != from.height());
+  return {from.header().frame_id(), from.height(),    from.width(), from.p(),
+          from.binning_x(),         from.binning_y(), part};
+}
+
+}  // namespace
+
+struct SensorPointsInput::Impl {
+  Impl(dds::Participant& phantom, ros2::Node& node, const PointsRules& rules)
+      : stream(kSensorStaleness_s, rules.largest_stamp_age_s),
+        writer(phantom, dds::kSensorPoints),
+        thread([this] { work(); }) {
+    if (!rules.cloud_topic.empty())
+      clouds.emplace(node, rules.cloud_topic, kNewestPoints,
+                     [this](const sensor::PointCloud2_& message, const dds::SampleInfo& info) {
+                       return take(message, info, cloud);
+                     });
+    if (rules.depth_topic.empty()) return;
+    cameras.emplace(
+        node, rules.camera_info_topic, kNewestPoints,
+        [this](const sensor::CameraInfo_& message, const dds::SampleInfo&) { return take(message); });
+    images.emplace(node, rules.depth_topic, kNewestPoints,
+                   [this](const sensor::Image_& message, const dds::SampleInfo& info) {
+                     return take(message, info, image);
+                   });
+  }
+  ~Impl() {
+    clouds.reset(), images.reset(), cameras.reset();
+    {
+      const std::lock_guard lock(mutex);
+      ends = true;
+    }
+    changed.notify_one();
+    thread.join();
+  }
+
+  template <class Message>
+  bool take(const Message& message, const dds::SampleInfo& info, std::optional<Message>& newest) {
+    const std::lock_guard lock(mutex);
+    const core::Status status = stream.accept({ros2::nanoseconds_of(message.header().stamp()), info.writer},
+                                              info.received_ns, core::utc_ns());
+    if (!status) return refuse(status.message());
+    newest = message;
+    changed.notify_one();
+    return true;
+  }
+  bool take(const sensor::CameraInfo_& message) {
+    const auto pinhole = pinhole_of(message_of(message));
+    if (!pinhole) return refuse("camera_info: " + pinhole.status().message());
+    const std::lock_guard lock(mutex);
+    camera = *pinhole;
+    return true;
+  }
+
+  void work() {
+    for (;;) {
+      std::optional<sensor::PointCloud2_> a_cloud;
+      std::optional<sensor::Image_> an_image;
+      std::optional<Pinhole> its_camera;
+      {
+        std::unique_lock lock(mutex);
+        changed.wait(lock, [this] { return ends || cloud || image; });
+        if (ends) return;
+        a_cloud.swap(cloud);
+        an_image.swap(image);
+        its_camera = camera;
+      }
+      if (a_cloud) hand_on(points_of(message_of(*a_cloud)), a_cloud->header());
+      if (an_image) hand_on(points_of(*an_image, its_camera), an_image->header());
+    }
+  }
+  static core::Expected<messages::SensorPoints> points_of(const CloudMessage& message) {
+    return ros2_gateway::points_of(message);
+  }
+  static core::Expected<messages::SensorPoints> points_of(const sensor::Image_& from,
+                                                          const std::optional<Pinhole>& camera) {
+    if (!camera) return core::Status::invalid_argument("no camera_info was heard yet");
+    return ros2_gateway::points_of(
+        DepthMessage{from.header().frame_id(), from.height(), from.width(), from.encoding(),
+                     from.is_bigendian() != 0, from.step(), from.data()},
+        *camera);
+  }
+
+  void hand_on(core::Expected<messages::SensorPoints> points, const std_msgs::msg::dds_::Header_& from) {
+    if (!points) return void(refuse(points.status().message()));
+    points->measured_utc_ns = std::max<core::Nanoseconds>(0, ros2::nanoseconds_of(from.stamp()));
+    if (writer.publish(*points)) ++handed_on;
+  }
+  bool refuse(const std::string& why) {
+    ++refused;
+    refusals.refused(why);
+    return false;
+  }
+
+  std::mutex mutex;
+  std::condition_variable changed;
+  bool ends = false;
+  StreamCheck stream;
+  std::optional<sensor::PointCloud2_> cloud;
+  std::optional<sensor::Image_> image;
+  std::optional<Pinhole> camera;
+  std::atomic<std::uint64_t> handed_on{0}, refused{0};
+  dds::RefusalLog refusals{"points of a sensor of ROS 2"};
+  messages::Publisher<messages::SensorPoints> writer;
+  std::optional<ros2::Subscription<sensor::PointCloud2_PubSubType>> clouds;
+  std::optional<ros2::Subscription<sensor::Image_PubSubType>> images;
+  std::optional<ros2::Subscription<sensor::CameraInfo_PubSubType>> cameras;
+  std::thread thread;
+};
+
+SensorPointsInput::SensorPointsInput(dds::Participant& phantom, ros2::Node& node, const PointsRules& rules)
+    : impl_(std::make_unique<Impl>(phantom, node, rules)) {}
+SensorPointsInput::~SensorPointsInput() = default;
+
+std::uint64_t SensorPointsInput::handed_on() const { return impl_->handed_on; }
+std::uint64_t SensorPointsInput::refused() const { return impl_->refused; }
+
+}  // namespace phantom::ros2_gateway

@@ -1,0 +1,66 @@
+#include "components/ros2_gateway/config.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <fstream>
+
+#include "common/core/errors.hpp"
+
+namespace phantom::ros2_gateway {
+namespace {
+
+using testing::HasSubstr;
+
+GatewayConfig load(const std::string& yaml) {
+  const auto file =
+      std::filesystem::temp_directory_path() / ("ros2_gateway_" + std::to_string(getpid()) + ".yaml");
+  std::ofstream(file) << yaml;
+  const GatewayConfig config = load_config(file);
+  std::filesystem::remove(file);
+  return config;
+}
+std::string refusal(const std::string& yaml) {
+  try {
+    load(yaml);
+  } catch (const core::ConfigError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(GatewayConfig, IsAsShippedOrAsTheFileSays) {
+  const GatewayConfig shipped = load("domain: 3\n");
+  EXPECT_TRUE(shipped.workspace.meshes);
+  EXPECT_TRUE(shipped.workspace.clouds.empty());
+  EXPECT_FALSE(shipped.out.views);
+  EXPECT_EQ(shipped.master.twist_topic + shipped.master.joy_topic + shipped.points.cloud_topic, "");
+  EXPECT_EQ(shipped.master.handle.joy_axes, TwistMasterRules().joy_axes);
+  EXPECT_EQ(shipped.master.handle.push_N_s_per_m, TwistMasterRules().push_N_s_per_m);
+  EXPECT_EQ(shipped.master.handle.largest_speed_m_s, TwistMasterRules().largest_speed_m_s);
+  const GatewayConfig own = load(
+      "out: {clouds: [100, 99, 3, -2], views: true, meshes: false}\n"
+      "master: {joy_topic: joy, joy_axes: [0, 1, 2, 3, 4, 5], joy_enable_button: 7}\n"
+      "points: {depth_topic: d, camera_info_topic: c}\n");
+  EXPECT_EQ(own.workspace.clouds, (std::vector<std::int8_t>{100, 99, 3, -2}));
+  EXPECT_TRUE(own.out.views && !own.workspace.meshes);
+  EXPECT_EQ(own.master.handle.joy_axes, (std::array{0, 1, 2, 3, 4, 5}));
+  EXPECT_EQ(own.master.handle.joy_enable, 7);
+  EXPECT_EQ(own.points.depth_topic + own.points.camera_info_topic, "dc");
+}
+
+TEST(GatewayConfig, WhatDoesNotFitIsRefusedWithItsPlace) {
+  EXPECT_THAT(refusal("master: {twist_topic: t, joy_topic: j}\n"), HasSubstr("joy_topic"));
+  EXPECT_THAT(refusal("master: {joy_axes: [0, 1]}\n"), HasSubstr("has 2 axes; allowed: 6"));
+  EXPECT_THAT(refusal("points: {depth_topic: d}\n"), HasSubstr("camera_info_topic"));
+  EXPECT_THAT(refusal("points: {depth_topic: d, camera_info_topic: c, cloud_topic: p}\n"),
+              HasSubstr("depth_topic"));
+  EXPECT_THAT(refusal("out: {clouds: [0]}\n"), HasSubstr("0; allowed: 100 (boundary)"));
+  EXPECT_THAT(refusal("out: {clouds: [3, 3]}\n"), HasSubstr("3 is there twice"));
+  EXPECT_THAT(refusal("out: {clouds: [101]}\n"), HasSubstr("clouds"));
+  EXPECT_THAT(refusal("master: {largest_speed_m_s: 2}\n"), HasSubstr("largest_speed_m_s"));
+}
+
+}  // namespace
+}  // namespace phantom::ros2_gateway
