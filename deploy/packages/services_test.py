@@ -126,7 +126,7 @@ def waits_for_a_link(unit):
 
 def wanted_oom_score(unit):
     """Those that move the arms are the last that the kernel ends, pictures and recordings the first."""
-    scores = {"slave-io": -900, "master-io": -900, "sensing": -500, "discovery": -500, "wva-server": 0, "audio-percept": 0, "synthetic-viewer": 500,
+    scores = {"slave-io": -900, "master-io": -900, "sensing": -500, "discovery": -500, "wva-server": 0, "audio-percept": 0, "ros2-gateway": 0, "synthetic-viewer": 500,
               "dds-recorder": 500}
     return scores[unit.removeprefix("phantom-").removesuffix(".service")]
 
@@ -245,9 +245,12 @@ def main():
     assert Path("/proc/1/comm").read_text().strip() == "systemd"
     names = [line.split()[0] for line in systemctl("list-unit-files", "phantom-*.service", "--no-legend").splitlines()]
     units = [name for name in names if show(name)["Type"] == "notify"]
-    assert len(units) >= 7, units
+    assert len(units) >= 8, units
     systemctl("enable", "phantom.target", *units)
     systemctl("start", "phantom.target")
+    assert show("phantom-ros2-gateway.service")["ActiveState"] == "inactive", "it joins a network of others unasked"
+    shutil.copy("/usr/share/phantom/examples/ros2_gateway.yaml", "/etc/phantom/ros2_gateway.yaml")
+    systemctl("start", "phantom-ros2-gateway.service")
     for unit in units:
         eventually(lambda: running(unit), f"{unit} runs")
         now = show(unit)
