@@ -5,7 +5,7 @@
 namespace phantom::robot {
 
 Spatial wrench_at_tool(const SerialArm& arm, const core::JointArray& position,
-                              const core::JointArray& torque) {
+                       const core::JointArray& torque) {
   constexpr double kSingular = 1e-3;  // of the greatest direction's gain
   LinkPoses X_WL;
   arm.link_poses(position, X_WL);

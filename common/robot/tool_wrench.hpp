@@ -9,6 +9,6 @@ namespace phantom::robot {
 /// feel have none, and what of the torques no wrench at the tool makes is left out: an arm that is felt at
 /// its elbow.
 Spatial wrench_at_tool(const SerialArm& arm, const core::JointArray& position,
-                              const core::JointArray& torque);
+                       const core::JointArray& torque);
 
 }  // namespace phantom::robot

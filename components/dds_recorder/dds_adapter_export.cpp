@@ -144,7 +144,7 @@ class Export : public RecordingListener {
   Ros2Bag& bag_;
   ros2::Diagnostics diagnostics_;
   std::optional<core::JointArray> slave_position_;  // as said last
-  std::pair<std::uint64_t, std::uint64_t> at_;  // when the sample in hand was recorded, and sent
+  std::pair<std::uint64_t, std::uint64_t> at_;      // when the sample in hand was recorded, and sent
   std::uint64_t begin_ns_ = 0, diagnostics_due_ns_ = 0;
   std::map<std::string, std::uint64_t> due_ns_;
   std::map<std::string, std::pair<std::uint64_t, std::string>> refused_;

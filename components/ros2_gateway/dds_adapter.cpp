@@ -9,8 +9,8 @@
 #include "common/messages/status_reporter.hpp"
 #include "common/messages/teleoperation_codec.hpp"
 #include "common/ros2/endpoint.hpp"
-#include "components/ros2_gateway/dds_adapter_objects.hpp"
 #include "common/ros2/words.hpp"
+#include "components/ros2_gateway/dds_adapter_objects.hpp"
 #include "ros2_idl/geometry_msgsPubSubTypes.hpp"
 #include "ros2_idl/sensor_msgsPubSubTypes.hpp"
 

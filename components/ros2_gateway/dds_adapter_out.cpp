@@ -39,9 +39,9 @@ class Newest {
 }  // namespace
 
 struct Outputs::Impl {
-  Impl(dds::Participant& phantom, ros2::Node& node, const robot::SerialArm& arm, const OutputRules& rules,
+  Impl(dds::Participant& phantom, ros2::Node& node, const robot::SerialArm& arm, const OutputRules& names,
        const std::string& urdf)
-      : rules(rules),
+      : rules(names),
         words(arm, rules),
         slave(phantom, dds::kSlaveState, messages::bounds_of(arm)),
         master(phantom, dds::kMasterState, messages::bounds_of(arm)),

@@ -10,8 +10,8 @@
 #include "common/messages/publisher.hpp"
 #include "common/messages/teleoperation_codec.hpp"
 #include "common/ros2/endpoint.hpp"
-#include "components/ros2_gateway/point_clouds.hpp"
 #include "common/ros2/words.hpp"
+#include "components/ros2_gateway/point_clouds.hpp"
 #include "components/ros2_gateway/stream_check.hpp"
 #include "ros2_idl/sensor_msgsPubSubTypes.hpp"
 

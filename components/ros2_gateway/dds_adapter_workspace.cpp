@@ -10,10 +10,10 @@
 #include "common/messages/object_sources.hpp"
 #include "common/messages/workspace_codec.hpp"
 #include "common/ros2/endpoint.hpp"
+#include "common/ros2/words.hpp"
 #include "common/workspace/workspace_sources.hpp"
 #include "components/ros2_gateway/layer_clouds.hpp"
 #include "components/ros2_gateway/object_markers.hpp"
-#include "common/ros2/words.hpp"
 #include "ros2_idl/sensor_msgsPubSubTypes.hpp"
 #include "ros2_idl/visualization_msgsPubSubTypes.hpp"
 
@@ -32,7 +32,8 @@ constexpr double kTurn_s = 0.1;
 
 vis::Marker_ marker_of(const ObjectMarker& from, const OutputRules& rules) {
   vis::Marker_ marker;
-  marker.header(ros2::header(from.frame.empty() ? rules.world : rules.frame_prefix + from.frame, core::utc_ns()));
+  marker.header(
+      ros2::header(from.frame.empty() ? rules.world : rules.frame_prefix + from.frame, core::utc_ns()));
   marker.ns("phantom/objects");
   marker.id(from.id);
   marker.type(kTriangleList);

@@ -23,9 +23,9 @@
 #include "common/workspace/compression.hpp"
 #include "components/ros2_gateway/dds_adapter.hpp"
 #include "components/ros2_gateway/layer_clouds.hpp"
-#include "components/ros2_gateway/tests/test_arms.hpp"
 #include "ros2_idl/std_msgsPubSubTypes.hpp"
 #include "tests/ros2/foreign_node.hpp"
+#include "tests/support/small_arms.hpp"
 
 namespace phantom::ros2 {
 namespace {
