@@ -90,7 +90,7 @@ TEST(RunningDemo, AnObjectMovedByCommandChangesItsBricksOnlyAndThePerceptFollows
   EXPECT_FALSE(bricks.empty());
   EXPECT_LT(bricks.size(), all / 5);
   ASSERT_TRUE(eventually([&] { return observer.version() == observer.felt_version(); }));
-  const auto now = observer.workspace();
+  auto now = observer.workspace();
   std::size_t different = 0;
   for (workspace::Index3 v{0, 0, 0}; v.z < now->grid().size_vox[2]; ++v.z) {
     for (v.y = 0; v.y < now->grid().size_vox[1]; ++v.y) {
@@ -103,15 +103,27 @@ TEST(RunningDemo, AnObjectMovedByCommandChangesItsBricksOnlyAndThePerceptFollows
       }
     }
   }
+  now = nullptr;  // see `before`
   EXPECT_GT(different, 10'000u);
   EXPECT_NEAR(observer.objects().at(pump).X_WO().position_m().y(), -0.12, 1e-9) << "viewers are told as well";
 
   // Removed, added, refused; then a process that never saw any of it.
   EXPECT_EQ(command("remove --object vice", deployment, domain).exit_code, 0);
-  std::ofstream(system.folder() / "ball.yaml") << "name: ball\nprimitive: {sphere: {radius_m: 0.08}}\n"
-                                                  "pose: {xyz_m: [0.0, -0.4, 0.5]}\n";
+  std::ofstream(system.folder() / "ball.yaml")
+      << "name: ball\nprimitive: {sphere: {radius_m: 0.08}}\n"
+         "pose: {xyz_m: [0.0, -0.4, 0.5]}\n"
+         "profile: {thickness_vox: [4, 4], mu_Pa_s_per_m: [31.5, 4.5]}\n";
+  ASSERT_TRUE(eventually([&] { return observer.felt_version() == observer.version(); }));
+  observer.take_bricks();
+  observer.make_ready();
   const Said added = command("add --file " + (system.folder() / "ball.yaml").string(), deployment, domain);
   EXPECT_EQ(added.exit_code, 0) << added.output;
+  ASSERT_TRUE(eventually([&] { return observer.delay(version_in(added.output)).has_value(); }));
+  const auto [new_mu_s, new_mu_without_processor_s] = *observer.delay(version_in(added.output));
+  std::cout << "an object with viscosities of its own: " << 1e3 * new_mu_s << " ms, "
+            << 1e3 * new_mu_without_processor_s << " ms of them waiting for a processor\n";
+  EXPECT_LT(new_mu_s - new_mu_without_processor_s, 0.1) << "an object with viscosities of its own";
+  EXPECT_LT(observer.take_bricks().size(), all / 5);
   const Said refused = command("move --object vice --pose '0 0 0.3 0 0 0'", deployment, domain);
   EXPECT_EQ(refused.exit_code, 1);
   EXPECT_THAT(refused.output, HasSubstr("no object 'vice'"));
