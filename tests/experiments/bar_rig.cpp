@@ -2,11 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fstream>
 #include <numbers>
+#include <sstream>
 
 #include "common/percept/closeness.hpp"
 #include "common/runtime/arm_model.hpp"
 #include "tests/experiments/rig.hpp"
+#include "tests/support/child_process.hpp"
 
 namespace phantom::experiments {
 namespace {
@@ -14,7 +17,35 @@ namespace {
 constexpr double kBarAt_m = 0.45,
                  kBarHalf_m = 0.025;  // middle of the face that the link meets; half of the bar's edge
 
+template <class T>
+std::string listed(const std::vector<T>& values) {
+  std::ostringstream text;
+  text.precision(9);
+  for (std::size_t i = 0; i < values.size(); ++i) text << (i == 0 ? "[" : ", ") << values[i];
+  return text.str() + "]";
+}
+
 }  // namespace
+
+std::filesystem::path write_bar_cell(const std::filesystem::path& folder, const Settings& settings) {
+  const auto source = [&](const char* file) { return test::read_text(settings.source_dir / file); };
+  std::ofstream(folder / "arm.yaml") << test::replaced(source("deploy/arms/test_arm.yaml"),
+                                                       "  - link: tip\n    axes: [{radius_m: 0.02}]\n", "");
+  const auto profile = bar_cell(settings).objects.front().profile;
+  const std::string cell = test::replaced(source("tests/experiments/cells/bar/cell.yaml"),
+                                          "profile: {set: nonlinear_short, layer_vox: 4,",
+                                          "profile: {thickness_vox: " + listed(profile.thickness_vox) +
+                                              ", mu_Pa_s_per_m: " + listed(profile.mu_Pa_s_per_m) + ",");
+  std::ofstream(folder / "cell.yaml")
+      << test::replaced(cell, "../../../../deploy/arms/test_arm.yaml", "arm.yaml");
+  return folder / "cell.yaml";
+}
+
+std::string said_by(const std::string& line, const Settings& settings, int exit_code) {
+  const auto said = test::run_line((settings.bin_dir / "").string() + line);
+  if (said.exit_code != exit_code) throw std::runtime_error(line + ": " + said.output);
+  return said.output;
+}
 
 runtime::CellConfig bar_cell(const Settings& settings) {
   auto cell = runtime::load_cell(settings.source_dir / "tests/experiments/cells/bar/cell.yaml");

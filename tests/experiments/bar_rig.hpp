@@ -20,6 +20,14 @@ constexpr double degrees(double angle_rad) { return angle_rad * 180.0 / 3.141592
 /// The cell, its profile sabotaged as the settings say.
 runtime::CellConfig bar_cell(const Settings& settings);
 
+/// The same as files for the executables, cell.yaml and arm.yaml in `folder`, with the skin of the link under
+/// test alone: 60 sensors along it. Returns the cell's file.
+std::filesystem::path write_bar_cell(const std::filesystem::path& folder, const Settings& settings);
+
+/// What a shipped executable said, called with `line`, its own words without its folder. Throws
+/// std::runtime_error unless it ended with `exit_code`.
+std::string said_by(const std::string& line, const Settings& settings, int exit_code = 0);
+
 /// The phantom of the arm, with nothing but `count` sensors at equal steps along the link (eqs. 5.2–5.4).
 phantom_sensing::PhantomModel axis_phantom(const runtime::CellConfig& cell, int count,
                                            robot::Normalisation normalisation,

@@ -7,6 +7,7 @@
 
 #include "components/phantom_sensing/model.hpp"
 #include "tests/experiments/bar_rig.hpp"
+#include "tests/experiments/sections.hpp"
 #include "tests/experiments/tracks.hpp"
 
 namespace phantom::experiments {
@@ -171,6 +172,73 @@ void past_the_cylinder(Report& report, const Settings& settings) {
   report.check("sphere instead of cube: share of the voxels to read, at most", cost, 0.2, 0.52, "");
 }
 
+/// Figure 6.7: the cylinder, its layers, and what a buffer makes of a point's response.
+void by_a_buffer(Report& report, const Settings& settings) {
+  const auto workspace = activate({{.name = "complex cylinder",
+                                    .mesh_W = track_cylinder(),
+                                    .profile = layers({32, 20, 13, 11, 10, 9}, 4)}},
+                                  track_grid({-20, -30, -25}, {140, 125, 105}), settings);
+  Plot& plot = report.plot(
+      "buffer",
+      "The complex cylinder and a point sensor with a buffer of k entries of weight 1 (figure 6.7)\n"
+      "voxel 5 mm, six layers of 4 voxels with μ = 32, 20, 13, 11, 10, 9 Pa·s/m, skin 100",
+      2);
+  const auto mesh = track_cylinder();
+  Table& outline = report.table("outline", {"x [mm]", "y [mm]"});
+  const auto sides =
+      static_cast<std::uint32_t>(mesh.vertices_m.size() / 2);  // of its bottom, then of its top
+  for (std::uint32_t i = 0; i <= sides; ++i) {
+    const Eigen::Vector3f& corner = mesh.vertices_m[sides + i % sides];
+    outline.row({1e3 * static_cast<double>(corner.x()), 1e3 * static_cast<double>(corner.y())});
+  }
+  plot.panel("the cylinder's outline", "x [mm]", "y [mm]")
+      .series(outline, "x [mm]", "y [mm]", "mesh")
+      .equal_axes();
+  section_panel(report, plot, "its layers at z = 40 voxels", "buffer_layers", workspace, 2,
+                kTrackVoxel_m * (kZ_vox + 0.5), Shown::kLayer);
+  const auto felt = [&](double y_vox, std::size_t k) {
+    robot::SensingOptions options;
+    if (k > 1) options.memory = robot::MemoryWeights(k, 1.0);
+    Probe probe(workspace, settings, options);
+    return walk(probe, y_vox, kZ_vox, kFrom_vox, kTo_vox, 0.1, 1).mu_Pa_s_per_m;
+  };
+  const auto step = [](const std::vector<double>& mu) {
+    double greatest = 0.0;
+    for (std::size_t i = 1; i < mu.size(); ++i) greatest = std::max(greatest, std::abs(mu[i] - mu[i - 1]));
+    return greatest;
+  };
+  double lag_error = 0.0, least_smoothing = 1e9;
+  for (const auto& [y_vox, lengths] : {std::pair{80.0, std::vector<std::size_t>{1, 4, 10}},
+                                       std::pair{20.0, std::vector<std::size_t>{1, 4}}}) {
+    const std::string track = y_vox > 50.0 ? "along y = 80" : "along y = 20";
+    Panel& panel = plot.panel(track, "x [voxels]", "μ felt [Pa·s/m]");
+    std::vector<double> unsmoothed, before;
+    for (const std::size_t k : lengths) {
+      const auto mu = felt(y_vox, k);
+      Table& table =
+          report.table("buffer_y" + std::to_string(static_cast<int>(y_vox)) + "_k" + std::to_string(k),
+                       {"x [voxels]", "mu [Pa·s/m]"});
+      for (std::size_t i = 0; i < mu.size(); ++i)
+        table.row({kFrom_vox + static_cast<double>(i) + 0.5, mu[i]});
+      panel.series(table, "x [voxels]", "mu [Pa·s/m]",
+                   k == 1 ? "k = 0, no buffer" : "k = " + std::to_string(k), Style::kStep);
+      if (k == 1) {
+        unsmoothed = before = mu;
+        continue;
+      }
+      lag_error = std::max(lag_error,
+                           std::abs(centroid(mu) - centroid(unsmoothed) - 0.5 * static_cast<double>(k - 1)));
+      least_smoothing = std::min(least_smoothing, step(before) / step(mu));
+      before = mu;
+    }
+  }
+  // A mean of k entries trails by (k − 1)/2.
+  report.check("figure 6.7: lag of a buffer, greatest deviation from (k − 1)/2", lag_error, 0.0, 0.05,
+               "voxels");
+  report.check("figure 6.7: greatest step ÷ that with the next longer buffer, least", least_smoothing, 1.05,
+               10.0, "");
+}
+
 /// Twenty enhanced sensors on the link before the bar (figures 6.9 and 6.10).
 void before_the_bar(Report& report, const Settings& settings) {
   const auto cell = bar_cell(settings);
@@ -220,6 +288,7 @@ void before_the_bar(Report& report, const Settings& settings) {
 void run(Report& report, const Settings& settings) {
   past_the_cylinder(report, settings);
   before_the_bar(report, settings);
+  by_a_buffer(report, settings);
   report.difference(
       "The thesis's sphere with 48 % fewer voxels than the cube is that of radius m + ½; "
       "ours of type 1 has radius m and 64 % fewer (m = 3). "

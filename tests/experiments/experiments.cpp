@@ -16,6 +16,7 @@ Experiment pgd();
 // arms and what is built on them
 Experiment arm_sensors();
 Experiment sensing_models();
+Experiment lean_sensors();
 Experiment pffb_speed();
 Experiment coworking();
 Experiment btm_cases();
@@ -43,6 +44,7 @@ const std::vector<Experiment>& experiments() {
       // arms and what is built on them
       arm_sensors(),
       sensing_models(),
+      lean_sensors(),
       pffb_speed(),
       coworking(),
       btm_cases(),

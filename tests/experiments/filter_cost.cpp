@@ -309,7 +309,7 @@ void run(Report& report, const Settings& settings) {
 
   report.check("probes whose hit differs between un-optimised, optimised and brute force", disagreements, 0,
                0, "");
-  report.check("tables 3.3 and 3.4: greatest difference of Σ Load from the printed one",
+  report.check("unit costs on the counts that tables 3.3 and 3.4 print: greatest difference of Σ Load",
                greatest_printed_error(), 0, 0, "U");
   // Its specimens and track are not printed: around ours about twice as many triangles are near, on which the
   // later filters are spent; the first ones, three quarters of the load, ask of each triangle once.

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <iostream>
@@ -32,7 +33,10 @@ void list(bool as_json) {
                    {"source", experiment.source},
                    {"statement", experiment.statement},
                    {"fails_under", fails_under}});
-    if (!as_json) std::printf("%-13s %s\n", experiment.id.c_str(), experiment.source.c_str());
+    if (as_json) continue;
+    std::printf("%-15s %s; fails under", experiment.id.c_str(), experiment.source.c_str());
+    for (const auto& law : fails_under) std::printf(" %s", law.get<std::string>().c_str());
+    std::printf("\n");
   }
   if (as_json) std::cout << all.dump(1) << '\n';
 }
@@ -61,7 +65,7 @@ bool run(const Experiment& experiment, const Settings& settings) {
     return false;
   }
   const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
-  std::printf("%-13s %s  %zu checks, %.1f s\n", experiment.id.c_str(), report.passed() ? "ok    " : "FAILED",
+  std::printf("%-15s %s  %zu checks, %.1f s\n", experiment.id.c_str(), report.passed() ? "ok    " : "FAILED",
               report.checks().size(), took.count());
   for (const Check& check : report.checks()) {
     if (check.passed()) continue;
@@ -91,7 +95,8 @@ int main(int argc, char** argv) {
   app.add_flag("--fast", settings.fast, "coarser where that saves time; the same checks");
   app.add_option("--break", settings.sabotage, "break a law of the physics on purpose: checks must then fail")
       ->transform(CLI::CheckedTransformer(kSabotages));
-  app.add_flag("--list", list_only, "list the experiments and do nothing");
+  app.add_flag("--list", list_only,
+               "list the experiments, and the broken laws under which they must fail, and do nothing");
   app.add_flag("--json", as_json, "with --list: for machines");
   try {
     app.parse(argc, argv);
@@ -107,6 +112,8 @@ int main(int argc, char** argv) {
                  settings.out.c_str(), problem.c_str());
     return 2;
   }
+  // The product's importer of meshes stands beside its executables, not beside this one.
+  setenv("PHANTOM_MESH_IMPORT", (settings.bin_dir / "../libexec/phantom/phantom_mesh_import").c_str(), 0);
   bool all_passed = true;
   for (const Experiment& experiment : experiments()) {
     if (!names.empty() && std::find(names.begin(), names.end(), experiment.id) == names.end()) continue;

@@ -17,7 +17,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 import draw  # noqa: E402
 
-SPECIFIED = ("mpc-steps filter-cost triangulation voxelise layers drag-tracks speed smoothing merge arm-sensors sensing-models pffb-speed coworking btm-cases percept-sets "
+SPECIFIED = ("mpc-steps filter-cost triangulation voxelise layers drag-tracks speed smoothing merge arm-sensors sensing-models lean-sensors pffb-speed coworking btm-cases percept-sets "
              "enhanced pgd hit-view audio model-error survey touch running-system").split()
 PENDING = set()  # specified, and not there yet
 

@@ -26,28 +26,13 @@ constexpr double kBin_deg = 0.5;
 constexpr std::size_t kBins = 64;
 constexpr std::size_t kLeastInBin = 10;
 
-template <class T>
-std::string listed(const std::vector<T>& values) {
-  std::ostringstream text;
-  text.precision(9);
-  for (std::size_t i = 0; i < values.size(); ++i) text << (i == 0 ? "[" : ", ") << values[i];
-  return text.str() + "]";
-}
-
 /// Cell, arm and parameters of the swing, from the shipped ones: the bar stands in the model only ("no object
 /// is placed in workspace to avoid robot damage"), the skin is that of the link under test.
 std::filesystem::path write_deployment(const std::filesystem::path& folder, const Settings& settings) {
   const auto source = [&](const char* file) { return test::read_text(settings.source_dir / file); };
   const auto write = [&](const char* name, const std::string& text) { std::ofstream(folder / name) << text; };
-  write("arm.yaml",
-        replaced(source("deploy/arms/test_arm.yaml"), "  - link: tip\n    axes: [{radius_m: 0.02}]\n", ""));
-  const auto profile = bar_cell(settings).objects.front().profile;
-  std::string cell = source("tests/experiments/cells/bar/cell.yaml");
-  cell = replaced(cell, "profile: {set: nonlinear_short, layer_vox: 4,",
-                  "profile: {thickness_vox: " + listed(profile.thickness_vox) +
-                      ", mu_Pa_s_per_m: " + listed(profile.mu_Pa_s_per_m) + ",");
-  cell = replaced(cell, "    pose: {", "    real_deviation: {xyz_m: [10, 0, 0]}\n    pose: {");
-  write("cell.yaml", replaced(cell, "../../../../deploy/arms/test_arm.yaml", "arm.yaml"));
+  write("cell.yaml", replaced(test::read_text(write_bar_cell(folder, settings)), "    pose: {",
+                              "    real_deviation: {xyz_m: [10, 0, 0]}\n    pose: {"));
   write("reaches.yaml", "reaches:\n  - {name: theta to the bar, object: bar, from: [0, 0, 0], target: [0, " +
                             std::to_string(rad(kEnd_deg)) + ", 0]}\n");
   std::string master = source("components/master_io/master_io.yaml");
