@@ -43,7 +43,15 @@ Colour motion_colour(MotionClass motion) {
   return kColours.at(static_cast<std::size_t>(motion));
 }
 
-void add_arrows(Frame& frame, const Aids& aids) {
+double pgv_arrow_m(const Aids& aids, const PgvArrow& arrow) {
+  constexpr double kGreatest_m = 0.15, kLeast_m = 0.03;
+  if (!aids.pgs_Pa_s_per_m || arrow.length == PgvLength::kGap) return std::clamp(aids.gap_m, 0.05, 0.12);
+  const double s = *aids.pgs_Pa_s_per_m / arrow.half_strength_Pa_s_per_m;
+  const double share = (arrow.length == PgvLength::kStrength ? s : 1.0) / (1.0 + s);
+  return std::max(kLeast_m, kGreatest_m * share);
+}
+
+void add_arrows(Frame& frame, const Aids& aids, const PgvArrow& arrow) {
   constexpr double kLookAhead_s = 0.5, kLeast_m_s = 0.005;
   const double speed = aids.velocity_m_s.norm();
   if (speed > kLeast_m_s) {
@@ -52,8 +60,7 @@ void add_arrows(Frame& frame, const Aids& aids) {
               motion_colour(aids.motion));
   }
   if (!aids.pgv.isZero()) {
-    const double length_m = std::clamp(aids.gap_m, 0.05, 0.12);
-    add_arrow(frame, aids.position_m, aids.pgv.normalized() * length_m, 0.004, kPgvColour);
+    add_arrow(frame, aids.position_m, aids.pgv.normalized() * pgv_arrow_m(aids, arrow), 0.004, kPgvColour);
   }
 }
 

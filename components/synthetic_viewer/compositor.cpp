@@ -61,6 +61,7 @@ Aids Compositor::live_aids(const Moment& moment) const {
   Aids aids;
   aids.position_m = eigen(percept.position_m);
   aids.pgv = eigen(percept.pgv);
+  aids.pgs_Pa_s_per_m = percept.pgs;
   aids.velocity_m_s = eigen(percept.velocity_m_s);
   aids.motion = percept.motion;
   aids.closeness = percept.closeness;
@@ -143,7 +144,8 @@ Camera Compositor::hit_camera(const Moment& moment, const HitView& hit) const {
 Compositor::Picture Compositor::main_picture(const Moment& moment, const HitView& hit) const {
   Hud hud = main_hud(moment);
   Frame frame = frame_from(moment, View::kMain, main_home(), hud);
-  if (percept_known(moment) && moment.state.percept.closeness > 0) add_arrows(frame, live_aids(moment));
+  if (percept_known(moment) && moment.state.percept.closeness > 0)
+    add_arrows(frame, live_aids(moment), config_.pgv_arrow);
   if (hit.alert != 0) add_marker(frame, hit.situation.look_at_m, 0.016, kLookAtColour);
   add_contact(frame, moment);
   return {std::move(frame), std::move(hud)};
@@ -153,7 +155,7 @@ Compositor::Picture Compositor::hit_picture(const Moment& moment, const HitView&
   Hud hud = hit_hud(moment, hit);
   Frame frame = frame_from(moment, View::kHit, hit_home(hit), hud);
   const Aids aids = hit_aids(moment, hit);
-  add_arrows(frame, aids);
+  add_arrows(frame, aids, config_.pgv_arrow);
   add_cone_and_plane(frame, aids);
   add_marker(frame, hit.situation.look_at_m, 0.006, kLookAtColour);
   add_contact(frame, moment);
@@ -172,7 +174,8 @@ Compositor::Picture Compositor::tool_picture(const Moment& moment) const {
   camera.target_m = X_WT * config_.tool_view.look_at_m;
   camera.vertical_fov_rad = config_.tool_view.field_of_view_rad;
   Frame frame = frame_from(moment, View::kTool, camera, hud);
-  if (percept_known(moment) && moment.state.percept.closeness > 0) add_arrows(frame, live_aids(moment));
+  if (percept_known(moment) && moment.state.percept.closeness > 0)
+    add_arrows(frame, live_aids(moment), config_.pgv_arrow);
   add_contact(frame, moment);
   return {std::move(frame), std::move(hud)};
 }

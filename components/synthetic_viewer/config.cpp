@@ -93,6 +93,12 @@ ViewerConfig load_config(const std::filesystem::path& path, const std::filesyste
   read_main_view(file.section("main_view"), config.main_view);
   read_hit_view(file.section("hit_view"), config.hit_view);
   read_tool_view(file.section("tool_view"), config.tool_view);
+  const Fields arrow = file.section("pgv_arrow");
+  arrow.choice("length", config.pgv_arrow.length,
+               {{"inverse_strength", PgvLength::kInverseStrength},
+                {"strength", PgvLength::kStrength},
+                {"gap", PgvLength::kGap}});
+  arrow.number("half_strength_Pa_s_per_m", config.pgv_arrow.half_strength_Pa_s_per_m);
   const auto stale = file.section("staleness");
   stale.number("slave_s", config.staleness.slave_s);
   stale.number("percept_s", config.staleness.percept_s);

@@ -9,6 +9,7 @@
 
 #include "common/core/units.hpp"
 #include "common/runtime/role_secrets.hpp"
+#include "components/synthetic_viewer/aids.hpp"
 #include "components/synthetic_viewer/recorder.hpp"
 #include "components/synthetic_viewer/renderer.hpp"
 #include "components/synthetic_viewer/state.hpp"
@@ -70,6 +71,7 @@ struct ViewerConfig {
   MainViewConfig main_view;
   HitZoneViewConfig hit_view;
   ToolViewConfig tool_view;
+  PgvArrow pgv_arrow;
   Staleness staleness;
   PageConfig page;
   WindowConfig window;

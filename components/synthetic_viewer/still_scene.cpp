@@ -65,6 +65,7 @@ void perceive(const robot::SerialArm& arm, const robot::SkinLayout& skin,
     percept.position_m = messages::vector_of(worst.position_W_m);
     percept.velocity_m_s = messages::vector_of(speed_m_s);
     percept.pgv = messages::vector_of(gradient.pgv_W_m);
+    percept.pgs = gradient.strength;
     percept.motion = percept::classify_motion(gradient.pgv_W_m, speed_m_s, {});
     percept.link = static_cast<std::uint32_t>(worst.link);
     percept.object = worst.object;

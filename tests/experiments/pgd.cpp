@@ -9,6 +9,7 @@
 #include "common/geometry/primitives.hpp"
 #include "common/percept/motion_class.hpp"
 #include "common/percept/principal_gradient.hpp"
+#include "components/synthetic_viewer/aids.hpp"
 #include "tests/experiments/sections.hpp"
 #include "tests/experiments/specimens.hpp"
 #include "tests/experiments/tracks.hpp"
@@ -101,16 +102,25 @@ double mean_tilt_deg(
   return count > 0 ? sum / count : std::nan("");
 }
 
-/// PGS close to the object over PGS farther out, of zones that lie in the layers altogether.
-double strength_ratio(const std::vector<Reading>& readings) {
+/// Length of the arrow that the operator's page shows of a gradient, m (6.6.3a).
+double arrow_m(const Reading& r) {
+  synthetic_viewer::Aids aids;
+  aids.pgs_Pa_s_per_m = r.strength;
+  return synthetic_viewer::pgv_arrow_m(aids, {});
+}
+
+double strength_of(const Reading& r) { return r.strength; }
+
+/// A value close to the object over that farther out, of zones that lie in the layers altogether.
+double near_over_far(const std::vector<Reading>& readings, double (*value)(const Reading&)) {
   double near = 0.0, far = 0.0;
   int near_count = 0, far_count = 0;
   for_each_felt(readings, [&](const Reading& r) {
     if (r.distance_vox > kReach_vox + 1.5 && r.distance_vox < kReach_vox + 3.5) {
-      near += r.strength;
+      near += value(r);
       ++near_count;
     } else if (r.distance_vox > kReach_vox + 5.0 && r.distance_vox < kOutermost_vox - kReach_vox - 1.0) {
-      far += r.strength;
+      far += value(r);
       ++far_count;
     }
   });
@@ -143,11 +153,14 @@ void classify(const std::vector<Reading>& readings, Table& table, Classes& class
   });
 }
 
-Table& table_of(Report& report, const std::string& name, const std::vector<Reading>& readings) {
+/// `as_shown`: arrows are as long as on the operator's page, in units of half of its longest.
+Table& table_of(Report& report, const std::string& name, const std::vector<Reading>& readings,
+                bool as_shown = false) {
   Table& table = report.table(name, {"x [mm]", "y [mm]", "z [mm]", "PGV x", "PGV y", "PGV z", "PGS [Pa·s/m]",
                                      "distance [voxels]", "off [°]"});
   for_each_felt(readings, [&](const Reading& r) {
-    const Eigen::Vector3d p_mm = 1e3 * kTrackVoxel_m * r.p_vox, direction = r.pgv.normalized();
+    const Eigen::Vector3d p_mm = 1e3 * kTrackVoxel_m * r.p_vox,
+                          direction = r.pgv.normalized() * (as_shown ? arrow_m(r) / 0.075 : 1.0);
     table.row({p_mm.x(), p_mm.y(), p_mm.z(), direction.x(), direction.y(), direction.z(), r.strength,
                r.distance_vox, r.angle_deg});
   });
@@ -191,7 +204,8 @@ void run(Report& report, const Settings& settings) {
   Panel& plan = section_panel(report, plot, "complex cylinder, z = 40: places 1 to 11 on y = 18",
                               "cylinder_plan", cylinder, 2, 40.5 * kTrackVoxel_m, Shown::kLayer);
   const auto eleven = readings_on(cylinder, 18.0, 40.0, 15.0, 105.0, 9.0, to_cylinder);
-  plan.arrows(table_of(report, "cylinder_places", eleven), "x [mm]", "y [mm]", "PGV x", "PGV y", "PGV");
+  plan.arrows(table_of(report, "cylinder_places", eleven, true), "x [mm]", "y [mm]", "PGV x", "PGV y",
+              "PGV, the shorter the stronger");
   Panel& angles = plot.panel("how far the PGV is off the true direction", "x [mm]", "angle [°]");
   for (const double y_vox : {18.0, 83.0}) {
     const auto readings = readings_on(cylinder, y_vox, 40.0, 10.0, 110.0, step_vox, to_cylinder);
@@ -223,8 +237,11 @@ void run(Report& report, const Settings& settings) {
   report.check("tilt along the upper edge: down", tilt_deg[2], -60, -3, "°");
   report.check("tilt at middle height: none", tilt_deg[1], -1, 1, "°");
   report.check("tilt along the lower edge: up", tilt_deg[0], 3, 60, "°");
-  report.check("PGS near the wall over PGS farther out, zones within the layers", strength_ratio(beside), 2,
-               20, "");
+  report.check("PGS near the wall over PGS farther out, zones within the layers",
+               near_over_far(beside, strength_of), 2, 20, "");
+  // "length inversely related to PGS" (6.6.3a), as the operator's page draws it.
+  report.check("the page's arrow near the wall over that farther out", near_over_far(beside, arrow_m), 0.2,
+               0.75, "");
   // As many as the detector's direction is true for.
   report.check("share of motions classed as by the true direction, those near a threshold aside",
                static_cast<double>(classes.right) / classes.assessed, 0.95, 1, "");

@@ -48,6 +48,8 @@ TEST(Config, TheShippedFileIsValidAndHoldsTheDefaults) {
   EXPECT_EQ(shipped.hit_view.rule.choice.margin, empty.hit_view.rule.choice.margin);
   EXPECT_EQ(shipped.hit_view.rule.hold_after_clear_s, empty.hit_view.rule.hold_after_clear_s);
   EXPECT_EQ(shipped.tool_view.eye_m, empty.tool_view.eye_m);
+  EXPECT_EQ(shipped.pgv_arrow.length, empty.pgv_arrow.length);
+  EXPECT_EQ(shipped.pgv_arrow.half_strength_Pa_s_per_m, empty.pgv_arrow.half_strength_Pa_s_per_m);
   EXPECT_EQ(shipped.staleness.slave_s, empty.staleness.slave_s);
   EXPECT_EQ(shipped.report_pictures, empty.report_pictures);
 }
