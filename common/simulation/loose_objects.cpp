@@ -15,7 +15,6 @@ constexpr double kDepthCounts = 50.0;
 // What was chosen in the last step counts as so much farther from the others, so that contacts do not swap.
 constexpr double kChosenBefore_m = 0.02;
 constexpr double kStill_m_s = 5e-4;
-constexpr std::size_t kMostArmPoints = 4000;
 
 /// Corners and points all over the surface; of those the outermost, and then ever those farthest from all
 /// chosen so far.
@@ -43,7 +42,9 @@ std::vector<Eigen::Vector3d> spread_points(const geometry::TriangleMesh& mesh, d
 
 }  // namespace
 
-LooseObjects::LooseObjects(std::vector<LooseObject> objects, const ContactWorld& fixed) : fixed_(fixed) {
+LooseObjects::LooseObjects(std::vector<LooseObject> objects, const ContactWorld& fixed,
+                           std::size_t arm_points)
+    : fixed_(fixed) {
   for (LooseObject& object : objects) {
     if (object.mesh_O.triangles.empty())
       throw std::runtime_error("simulated world: a loose object has no surface");
@@ -53,10 +54,9 @@ LooseObjects::LooseObjects(std::vector<LooseObject> objects, const ContactWorld&
     const std::size_t count = points.size();
     objects_.push_back({object.id, object.body, MeshWorld({{object.mesh_O, object.id}}, kRange_m),
                         std::move(points), 0.5 * (box.min_m + box.max_m).cast<double>(), radius_m,
-                        object.body.X_WO, 0.0, std::vector<Eigen::Vector3d>(count, Eigen::Vector3d::Zero()),
-                        std::vector<double>(count, -1e9)});
+                        object.body.X_WO, 0.0, std::vector<Seen>(count), std::vector<Seen>(arm_points)});
   }
-  near_.reserve(std::max(kMostArmPoints, kPointsOfObject));
+  near_.reserve(std::max(arm_points, kPointsOfObject));
   pairs_.reserve(objects_.size() * (kOnArm + kOnFixed + kOnOther * objects_.size()));
   last_pairs_.reserve(pairs_.capacity());
 }
@@ -71,11 +71,9 @@ void LooseObjects::near_fixed(std::size_t index, double reach_m) noexcept {
   Object& object = objects_[index];
   for (std::uint32_t i = 0; i < object.points_O_m.size(); ++i) {
     const Eigen::Vector3d p_W_m = object.X_WO * object.points_O_m[i];
-    const double spare_m = object.seen_distance_m[i] - reach_m;
-    if (spare_m > 0.0 && (p_W_m - object.seen_W_m[i]).squaredNorm() < spare_m * spare_m) continue;
+    if (object.seen_W[i].is_farther(p_W_m, reach_m)) continue;
     const double distance_m = fixed_.distance_m(p_W_m);
-    object.seen_W_m[i] = p_W_m;
-    object.seen_distance_m[i] = distance_m;
+    object.seen_W[i] = {p_W_m, distance_m};
     if (distance_m < reach_m)
       near_.push_back({{static_cast<std::int32_t>(index), Pair::kFixed, i}, p_W_m, distance_m});
   }
@@ -83,10 +81,14 @@ void LooseObjects::near_fixed(std::size_t index, double reach_m) noexcept {
 
 void LooseObjects::near_object(std::int32_t owner, std::uint32_t point, const Eigen::Vector3d& p_W_m,
                                std::size_t index, double reach_m) noexcept {
-  const Object& object = objects_[index];
+  Object& object = objects_[index];
   const double far_m = object.radius_m + reach_m;
   if ((p_W_m - object.X_WO * object.centre_O_m).squaredNorm() > far_m * far_m) return;
-  const double distance_m = object.surface_O.distance_m(object.X_WO.inverse() * p_W_m);
+  const Eigen::Vector3d p_O_m = object.X_WO.inverse() * p_W_m;
+  const bool of_arm = owner == Pair::kArm;
+  if (of_arm && object.arm_O[point].is_farther(p_O_m, reach_m)) return;
+  const double distance_m = object.surface_O.distance_m(p_O_m);
+  if (of_arm) object.arm_O[point] = {p_O_m, distance_m};
   if (distance_m < reach_m && near_.size() < near_.capacity())
     near_.push_back({{owner, static_cast<std::int32_t>(index), point}, p_W_m, distance_m});
 }

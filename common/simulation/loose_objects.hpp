@@ -53,8 +53,9 @@ class LooseObjects {
     double depth_m = 0.0;  ///< > 0
   };
 
-  /// `fixed` must outlive it. Objects without triangles are refused: std::runtime_error.
-  LooseObjects(std::vector<LooseObject> objects, const ContactWorld& fixed);
+  /// `fixed` must outlive it. `arm_points`: how many the arm has. Objects without triangles are refused:
+  /// std::runtime_error.
+  LooseObjects(std::vector<LooseObject> objects, const ContactWorld& fixed, std::size_t arm_points);
 
   std::size_t size() const noexcept { return objects_.size(); }
   std::vector<LooseBody> bodies() const;
@@ -74,6 +75,15 @@ class LooseObjects {
   bool touches(const Pair& pair, const Eigen::Vector3d& arm_point_W_m, Touch& touch) const noexcept;
 
  private:
+  // A point at its last look-up: since then its distance has changed by at most the way it has moved.
+  struct Seen {
+    Eigen::Vector3d p_m = Eigen::Vector3d::Zero();
+    double distance_m = -1e9;  // not yet looked up
+    bool is_farther(const Eigen::Vector3d& now_m, double reach_m) const noexcept {
+      const double spare_m = distance_m - reach_m;
+      return spare_m > 0.0 && (now_m - p_m).squaredNorm() < spare_m * spare_m;
+    }
+  };
   struct Object {
     std::uint16_t id;
     LooseBody body;
@@ -82,10 +92,9 @@ class LooseObjects {
     Eigen::Vector3d centre_O_m;
     double radius_m;
     geometry::Pose X_WO;
-    double still_s;  // for how long it has not moved
-    // Of each point at its last look-up among the fixed bodies.
-    std::vector<Eigen::Vector3d> seen_W_m;
-    std::vector<double> seen_distance_m;
+    double still_s;            // for how long it has not moved
+    std::vector<Seen> seen_W;  // its points among the fixed bodies
+    std::vector<Seen> arm_O;   // the arm's points at its surface
   };
   struct Near {
     Pair pair;

@@ -32,7 +32,7 @@ SlavePlant::SlavePlant(const robot::SerialArm& arm, const SlavePlantParameters& 
       encoders_(arm.joint_count(), parameters.encoder_resolution, parameters.velocity_filter_s),
       tip_m_(tip_in_last_link_m),
       q_(start_q),
-      loose_(handling.loose, world),
+      loose_(handling.loose, world, points_.size()),
       pad_friction_(handling.pad_friction),
       held_s_(handling.loose.size(), 0.0),
       pressed_N_(handling.loose.size()),
@@ -236,7 +236,8 @@ void SlavePlant::step(const core::JointArray& drive_Nm, double dt_s) noexcept {
   const double reach_m = 5.0 * dt_s;
   find_touching(reach_m);
   for (std::size_t i = 0; i < loose_.size(); ++i) loose_.take_speed(i, dynamics_.speed(i), dt_s);
-  loose_.choose(arm_points_, reach_m);
+  // Loose objects are met at 2 m/s: a faster one a step later, when it is as deep.
+  loose_.choose(arm_points_, 2.0 * dt_s);
   for (std::size_t i = 0; i < loose_.size(); ++i) dynamics_.rest(i, loose_.rests(i));
   report_.joint_torque_Nm = {};
   core::JointArray torque_Nm{};
