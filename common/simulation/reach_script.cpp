@@ -23,6 +23,9 @@ double normal_deviate(std::mt19937& random) noexcept {
 ReachScript::ReachScript(const ReachScriptParameters& parameters, OperatorModel& hand)
     : parameters_(parameters), hand_(hand), random_(parameters.seed), in_s_(parameters.in_s) {
   percept_on_ = parameters_.percept != PerceptSchedule::kOff;
+  for (std::size_t i = 0; i < parameters_.reaches.size(); ++i) {
+    if (!parameters_.reaches[i].once) repeated_.push_back(i);
+  }
 }
 
 void ReachScript::begin(ReachPhase phase) noexcept {
@@ -30,11 +33,21 @@ void ReachScript::begin(ReachPhase phase) noexcept {
   in_phase_s_ = 0.0;
 }
 
+void ReachScript::begin_hold() noexcept {
+  const GripperAction action = parameters_.reaches[index_].gripper;
+  if (action != GripperAction::kNone) {
+    gripper_action_ = action;
+    ++gripper_asked_;
+  }
+  begin(ReachPhase::kHold);
+}
+
 void ReachScript::choose_next() noexcept {
   ++planned_;
   const bool pairs = parameters_.percept == PerceptSchedule::kAlternate;
   const auto turn = static_cast<std::size_t>(pairs ? planned_ / 2 : planned_);
-  index_ = turn % parameters_.reaches.size();
+  const std::size_t count = parameters_.reaches.size();
+  index_ = turn < count || repeated_.empty() ? turn % count : repeated_[(turn - count) % repeated_.size()];
   if (!pairs || planned_ % 2 == 0) {
     in_s_ = parameters_.in_s * std::max(0.5, 1.0 + parameters_.duration_scatter * normal_deviate(random_));
   }
@@ -87,12 +100,12 @@ void ReachScript::step(const core::JointArray& q, bool go, bool contact, double 
       if (touched_) touching_s_ += dt_s;
       if (touching_s_ > parameters_.reaction_s || in_phase_s_ > parameters_.patience * in_s_) {
         hand_.release(q);
-        return begin(ReachPhase::kHold);
+        return begin_hold();
       }
-      if (hand_.arrived()) begin(ReachPhase::kHold);
+      if (hand_.arrived()) begin_hold();
       return;
     case ReachPhase::kHold:
-      if (in_phase_s_ < parameters_.hold_s) return;
+      if (in_phase_s_ < parameters_.reaches[index_].hold_s.value_or(parameters_.hold_s)) return;
       hand_.move_to(parameters_.reaches[index_].from, parameters_.back_s);
       return begin(ReachPhase::kBack);
     case ReachPhase::kBack:

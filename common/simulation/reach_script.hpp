@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <random>
 #include <vector>
 
@@ -10,17 +11,23 @@
 
 namespace phantom::simulation {
 
+/// What the operator asks of the gripper.
+enum class GripperAction : std::uint8_t { kNone, kOpen, kClose };
+
 /// A path into the cell and back, in joint coordinates.
 struct Reach {
   core::JointArray from{};
-  core::JointArray target{};  ///< on or behind the object's surface
+  core::JointArray target{};                     ///< on or behind the object's surface
+  GripperAction gripper = GripperAction::kNone;  ///< asked for at the end of the way in
+  std::optional<double> hold_s = {};             ///< instead of the script's
+  bool once = false;                             ///< left out when the reaches are repeated
 };
 
 enum class PerceptSchedule { kAlternate, kOn, kOff };
 
 struct ReachScriptParameters {
   std::size_t joint_count = 0;
-  std::vector<Reach> reaches;  ///< made in this order, repeatedly; at least one
+  std::vector<Reach> reaches;  ///< made in this order, repeatedly; at least one that is repeated
   /// kAlternate makes each reach twice, first with the percept, then without.
   PerceptSchedule percept = PerceptSchedule::kAlternate;
   double first_wait_s = 1.0;  ///< after coupling
@@ -61,6 +68,9 @@ class ReachScript {
   /// Returns the running number, from 0, of the present reach; −1 before the first. It changes at the start
   /// of a way in.
   std::int32_t number() const noexcept { return number_; }
+  /// Returns how often something was asked of the gripper, and what the last time.
+  std::uint32_t gripper_asked() const noexcept { return gripper_asked_; }
+  GripperAction gripper_action() const noexcept { return gripper_action_; }
   /// Returns whether the present reach is made with the percept.
   bool percept_on() const noexcept { return percept_on_; }
   /// Returns the index of the present reach in the given reaches.
@@ -68,6 +78,7 @@ class ReachScript {
 
  private:
   void begin(ReachPhase phase) noexcept;
+  void begin_hold() noexcept;
   void choose_next() noexcept;
   void begin_way_in() noexcept;
 
@@ -80,6 +91,9 @@ class ReachScript {
   std::int32_t number_ = -1;
   std::int32_t planned_ = -1;
   std::size_t index_ = 0;
+  std::vector<std::size_t> repeated_;  // of the reaches
+  std::uint32_t gripper_asked_ = 0;
+  GripperAction gripper_action_ = GripperAction::kNone;
 };
 
 }  // namespace phantom::simulation

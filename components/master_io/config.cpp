@@ -178,7 +178,8 @@ void reach_in_space(const robot::SerialArm& arm, const core::JointArray& home, C
   const auto in_space = [&](const core::JointArray& q) {
     return tool_coordinates(*config.cartesian, R_home, tool_pose_at(arm, q));
   };
-  for (auto& reach : config.script.reaches) reach = {in_space(reach.from), in_space(reach.target)};
+  for (auto& reach : config.script.reaches)
+    reach.from = in_space(reach.from), reach.target = in_space(reach.target);
   config.hand_start = in_space(home);
 }
 

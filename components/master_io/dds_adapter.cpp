@@ -5,6 +5,7 @@
 
 #include <atomic>
 #include <mutex>
+#include <utility>
 
 #include "common/dds/participant.hpp"
 #include "common/messages/checked_reader.hpp"
@@ -166,6 +167,7 @@ struct DdsAdapter::Impl {
   std::mutex settings_mutex;
   Settings settings;
   std::atomic<teleop::StopId> stop_in_force{0}, slave_stop{0};
+  std::uint32_t gripper_asked = 0;            // of the simulated operator's requests, those passed on
   std::atomic<double> feedback_delay_s{0.0};  // delay in force in the servo
   std::mutex mutex;                           // guards round_trips
   core::DurationHistogram round_trips;
@@ -194,6 +196,8 @@ void DdsAdapter::publish(const MasterReport& report) {
   impl_->master.publish(report);
   impl_->responder.on_report(report.stop_requests, report.outputs.stop.id != 0);
   impl_->stop_in_force.store(report.outputs.stop.id, std::memory_order_relaxed);
+  if (std::exchange(impl_->gripper_asked, report.gripper_asked) != report.gripper_asked)
+    ask_gripper(report.gripper_open ? 1.0 : 0.0, "simulated operator");
 }
 
 void DdsAdapter::emergency_stop(const std::string& issuer) {

@@ -21,6 +21,8 @@ namespace phantom::master_io {
 struct MasterReport : messages::MasterState {
   MasterOutputs outputs;
   std::uint32_t stop_requests = 0;  ///< those of the inbox that are in force
+  std::uint32_t gripper_asked = 0;  ///< how often a simulated operator has asked something of the gripper
+  bool gripper_open = false;        ///< what
   bool has_wrench = false;          ///< a haptic device is served by another process
   messages::HapticDeviceWrench wrench;
 

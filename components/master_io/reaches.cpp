@@ -1,5 +1,7 @@
 #include "components/master_io/reaches.hpp"
 
+#include <algorithm>
+
 namespace phantom::master_io {
 namespace {
 
@@ -28,9 +30,16 @@ core::JointArray read_pose(const Fields& reach, const std::string& key, const ro
 std::vector<NamedReach> load_reaches(const std::filesystem::path& path, const robot::SerialArm& arm) {
   const Fields file(path, {kReachKeys});
   std::vector<NamedReach> all;
-  for (const Fields& item : file.sections("reaches"))
-    all.push_back({{item.text("name"), item.text("object")},
-                   {read_pose(item, "from", arm), read_pose(item, "target", arm)}});
+  for (const Fields& item : file.sections("reaches")) {
+    NamedReach& made = all.emplace_back();
+    made.label = {item.text("name"), item.text("object")};
+    made.reach.from = read_pose(item, "from", arm);
+    made.reach.target = read_pose(item, "target", arm);
+    using enum simulation::GripperAction;
+    item.choice("gripper", made.reach.gripper, {{"none", kNone}, {"open", kOpen}, {"close", kClose}});
+    if (item.has("hold_s")) made.reach.hold_s = item.value("hold_s", 0.0);
+    item.flag("once", made.reach.once);
+  }
   file.check(!all.empty(), "reaches",
              "is missing or empty; allowed: at least one {name, object, from, target}");
   file.finish();
@@ -40,7 +49,13 @@ std::vector<NamedReach> load_reaches(const std::filesystem::path& path, const ro
 std::vector<NamedReach> choose_reaches(const Fields& sequence, const std::vector<NamedReach>& all) {
   std::vector<std::string> names;
   sequence.texts("only", names);
-  if (names.empty()) return all;
+  const auto checked = [&](const std::vector<NamedReach>& reaches) {
+    const auto repeated = [](const NamedReach& reach) { return !reach.reach.once; };
+    sequence.check(std::ranges::any_of(reaches, repeated), "only",
+                   "leaves only reaches that are made once; allowed: at least one to repeat");
+    return reaches;
+  };
+  if (names.empty()) return checked(all);
   std::vector<NamedReach> chosen;
   for (const auto& name : names) {
     std::string known;
@@ -52,7 +67,7 @@ std::vector<NamedReach> choose_reaches(const Fields& sequence, const std::vector
     sequence.check(chosen.size() > before, "only",
                    "names '" + name + "', which is no reach; allowed: " + known);
   }
-  return chosen;
+  return checked(chosen);
 }
 
 }  // namespace phantom::master_io

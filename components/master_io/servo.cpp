@@ -137,6 +137,8 @@ void Servo::tick(double dt_s, core::Nanoseconds now_ns) noexcept {
   report.position = inputs_.position;
   report.velocity = inputs_.velocity;
   report.reach = script_.number();
+  report.gripper_asked = script_.gripper_asked();
+  report.gripper_open = script_.gripper_action() == simulation::GripperAction::kOpen;
   const messages::HapticDeviceWrench* wrench = device_.wrench_to_send();
   report.has_wrench = wrench != nullptr;
   if (wrench != nullptr) report.wrench = *wrench;

@@ -219,6 +219,33 @@ TEST(ReachScript, EachReachWithThenWithoutThePerceptInTurn) {
             (std::vector<std::size_t>{0, 0, 1, 1, 0}));
 }
 
+TEST(ReachScript, AsksTheGripperAtTheEndOfTheWayInAndLeavesOutWhatIsMadeOnce) {
+  ReachScriptParameters p = two_reaches();
+  p.percept = PerceptSchedule::kOn;
+  p.reaches = {{at(0.0), at(0.8), GripperAction::kClose, 1.5, true},
+               {at(0.2), at(0.6), GripperAction::kOpen},
+               {at(0.1), at(0.5)}};
+  EXPECT_EQ(play(p, 10, 60).index, (std::vector<std::size_t>{0, 1, 2, 1, 2, 1, 2, 1}));
+
+  auto plant = device();
+  OperatorModel model(hand(OperatorKind::kMinimumJerk), {});
+  ReachScript script(p, model);
+  double held_s = 0.0;
+  for (double t = 0; t < 14; t += kDt) {
+    const bool asked = script.gripper_asked() > 0;
+    script.step(plant.true_position(), true, false, kDt);
+    plant.step(model.step(plant.true_position(), plant.true_velocity(), true, kDt), {}, kDt);
+    if (!asked && script.gripper_asked() == 1) {
+      EXPECT_EQ(script.phase(), ReachPhase::kHold);
+      EXPECT_NEAR(plant.true_position()[0], 0.8, 0.02) << "it is there";
+    }
+    if (script.number() == 0 && script.phase() == ReachPhase::kHold) held_s += kDt;
+  }
+  EXPECT_EQ(script.gripper_asked(), 2U);
+  EXPECT_EQ(script.gripper_action(), GripperAction::kOpen);
+  EXPECT_NEAR(held_s, 1.5, 2 * kDt) << "longer than the script's, to grip";
+}
+
 TEST(ReachScript, TwoPairsFitIntoThirtySeconds) { EXPECT_GE(play(two_reaches(), 10, 29).numbers.size(), 4U); }
 
 TEST(ReachScript, SameSeedSameReachesOtherSeedOthers) {

@@ -212,6 +212,19 @@ TEST(Reaches, EachFaultIsNamedWithWhatIsAllowed) {
               HasSubstr("reaches[0].name"));
   EXPECT_THAT(reaches_problem("reaches: [{name: a, from: [0,0,0,0,0,0,.nan], target: [0,0,0,0,0,0,0]}]"),
               HasSubstr("finite"));
+  const std::string pose = "from: [0,0,0,0,0,0,0], target: [0,0,0,0,0,0,0]";
+  EXPECT_THAT(reaches_problem("reaches: [{name: a, " + pose + ", gripper: shut}]"),
+              AllOf(HasSubstr("gripper"), HasSubstr("none, open, close")));
+}
+
+TEST(Reaches, OneAtLeastMustBeRepeated) {
+  const auto file = test::new_file(
+      "reaches: [{name: a, from: [0,0,0,0,0,0,0], target: [0,0,0,0,0,0,0], once: true, gripper: close, hold_s: 2}]");
+  const auto all = load_reaches(file, shipped_arm().arm);
+  EXPECT_EQ(all.at(0).reach.gripper, simulation::GripperAction::kClose);
+  EXPECT_EQ(all.at(0).reach.hold_s, 2.0);
+  EXPECT_THAT([&] { choose_reaches(runtime::Fields::from_text("only: []", "x.yaml", {"only: []"}), all); },
+              ThrowsMessage<core::ConfigError>(HasSubstr("made once; allowed: at least one to repeat")));
 }
 
 }  // namespace
