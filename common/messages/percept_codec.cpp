@@ -47,6 +47,7 @@ constexpr auto kDragField = [](auto& codec, auto& m, auto& s) {
   codec.joints("coefficient_plus", m.coefficient_plus(), s.drag.plus, 0.0);
   codec.joints("coefficient_minus", m.coefficient_minus(), s.drag.minus, 0.0);
   codec.any(m.coupled(), s.drag.coupled);
+  codec.joints("drift", m.drift(), s.drag.drift);
   codec.any(m.valid(), s.drag.valid);
   codec.number("model_age_s", m.model_age_s(), s.model_age_s);
 };

@@ -78,6 +78,12 @@ double add_lost_drag(std::size_t k, const SerialArm& arm, const LinkPoses& X_WL,
   return motion.sigma(body.gradient_square);
 }
 
+/// Returns the part of v − c in which the drag does no positive work: between 0 and 2v.
+double relative(double v, double c) noexcept {
+  if (std::abs(c) <= std::abs(v)) return v - c;
+  return v * c > 0.0 ? 0.0 : 2.0 * v;
+}
+
 void apply(const DirectionalLaw& law, const SerialArm& arm, const LinkPoses& X_WL, const LinkSums& sums,
            const core::JointArray& v, DragCoefficients& result) noexcept {
   core::JointArray lost_plus{}, lost_minus{};
@@ -149,17 +155,28 @@ core::JointArray drag_torque(const DragCoefficients& drag, DragMode mode, const 
   core::JointArray torque{};
   const auto coefficient = [&](std::size_t i) { return v[i] >= 0.0 ? drag.plus[i] : drag.minus[i]; };
   if (mode == DragMode::kSeparable) {
-    for (std::size_t i = 0; i < joint_count; ++i)
-      torque[i] = 0.0 - coefficient(i) * v[i];  // subtracting from 0 avoids negative zeros
+    for (std::size_t i = 0; i < joint_count; ++i)  // subtracting from 0 avoids negative zeros
+      torque[i] = 0.0 - coefficient(i) * relative(v[i], drag.drift[i]);
     return torque;
   }
   core::JointArray scale{};
   for (std::size_t i = 0; i < joint_count; ++i) {
     scale[i] = drag.matrix(i, i) > 0.0 ? std::sqrt(coefficient(i) / drag.matrix(i, i)) : 1.0;
   }
+  core::JointArray current{};  // S·D·S·c
+  double own_square = 0.0, current_square = 0.0;
   for (std::size_t i = 0; i < joint_count; ++i) {
-    for (std::size_t j = 0; j < joint_count; ++j) torque[i] -= scale[i] * drag.matrix(i, j) * scale[j] * v[j];
+    for (std::size_t j = 0; j < joint_count; ++j) {
+      torque[i] -= scale[i] * drag.matrix(i, j) * scale[j] * v[j];
+      current[i] += scale[i] * drag.matrix(i, j) * scale[j] * drag.drift[j];
+    }
+    own_square -= torque[i] * v[i];
+    current_square += current[i] * drag.drift[i];
   }
+  if (!(current_square > 0.0 && own_square > 0.0)) return torque;
+  // Slightly less than the least that would cancel, so that rounding leaves no push.
+  const double met = std::min(1.0, (1.0 - 1e-9) * std::sqrt(own_square / current_square));
+  for (std::size_t i = 0; i < joint_count; ++i) torque[i] += met * current[i];
   return torque;
 }
 

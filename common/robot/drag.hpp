@@ -65,6 +65,9 @@ struct DragCoefficients {
   /// Lower triangle of the coupled matrix D, which is symmetric and positive semi-definite, row by row:
   /// D(i,j) is at i(i+1)/2 + j. Its diagonal holds the symmetric coefficients B.
   std::array<double, kPackedMatrix> coupled{};
+  /// Velocity, rad/s or m/s, with which the joints would drift in the current of a medium (medium.hpp); 0: it
+  /// stands still. The drag is that of the velocity relative to it, as far as drag_torque() says.
+  core::JointArray drift{};
 
   friend bool operator==(const DragCoefficients&, const DragCoefficients&) = default;
   double matrix(std::size_t i, std::size_t j) const noexcept {
@@ -83,13 +86,19 @@ void drag_coefficients(const SerialArm& arm, const LinkPoses& X_WL, const LinkSu
 /// How torque follows from the coefficients. Each drag_field message carries the mode, so that the phantom
 /// reports the same law that the master renders.
 enum class DragMode {
-  kSeparable,  ///< τ_l = −B±_l·v_l: each joint for itself (thesis)
-  kCoupled  ///< τ = −S·D·S·v with S_l = √(B±_l / D_ll) for the direction of v_l (S = 1 when symmetric)
+  kSeparable,  ///< τ_l = −B±_l·r_l: each joint for itself (thesis)
+  kCoupled  ///< τ = −S·D·S·r with S_l = √(B±_l / D_ll) for the direction of v_l (S = 1 when symmetric)
 };
 
 /// Returns the drag torque at joint velocities `v`, in N·m or N. The phantom's report and the master's
 /// rendering both use this function. Never does positive work in either mode (coupled: if D is positive
 /// semi-definite). Real-time safe: yes.
+///
+/// Without a current r = v. In a current c (`drift`) the full relative velocity v − c would push an arm at
+/// rest. So r = v − s·c with s = min(1, |v|/|c|), joint by joint, or, coupled, in the norm |x|² = xᵀ·S·D·S·x.
+/// Then v and r never point apart (Cauchy–Schwarz): the drag takes energy or none, is zero at rest and
+/// continuous, and from |v| = |c| on it is that of the relative velocity. Slower, it is twice the medium's
+/// own against the current, and none with it.
 core::JointArray drag_torque(const DragCoefficients& drag, DragMode mode, const core::JointArray& v,
                              std::size_t joint_count) noexcept;
 

@@ -106,7 +106,8 @@ SkinSensing::SkinSensing(const SkinLayout& layout, const SensingOptions& options
       cluster_codes_(layout.size()),
       neighbourhood_(make_neighbourhood(options.gradient_reach_vox)),
       parts_(parts_of(layout)),
-      team_(std::min(std::max<std::size_t>(options.threads, 1), std::max<std::size_t>(parts_.size(), 1))) {
+      team_(std::min(std::max<std::size_t>(options.threads, 1), std::max<std::size_t>(parts_.size(), 1))),
+      medium_(layout, options.medium) {
   for (const ClusterSpec& kind : layout.clusters) stencils_.emplace_back(kind);
   for (std::size_t link = 0; link <= core::kMaxJoints; ++link) {
     packed_first_[link] = x_m_.size();
@@ -339,6 +340,7 @@ void SkinSensing::take(std::size_t link, const Totals& totals, const geometry::P
 
 void SkinSensing::sense(const LinkPoses& X_WL, std::size_t joint_count, const workspace::Workspace& workspace,
                         const LinkSet& links) noexcept {
+  medium_.sense(X_WL, joint_count, closed_);
   sums_ = {};
   active_ = muted_ = 0;
   worst_ = {};

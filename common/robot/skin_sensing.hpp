@@ -10,6 +10,7 @@
 
 #include "common/robot/cluster_sensor.hpp"
 #include "common/robot/drag.hpp"
+#include "common/robot/medium.hpp"
 #include "common/robot/mu_memory.hpp"
 #include "common/robot/sensing_kernel.hpp"
 #include "common/robot/skin.hpp"
@@ -48,6 +49,7 @@ struct SensingOptions {
   /// Number of threads that share the work; 1: only the caller's. The results are the same, bit for bit, for
   /// any number. More threads than the host has cores do not help.
   std::size_t threads = 1;
+  Medium medium;  ///< that fills the space around the objects
 };
 
 /// Computes the sums of a whole skin in a workspace. Holds packed copies of the sensors and the scratch
@@ -66,12 +68,12 @@ class SkinSensing {
   SkinSensing(const SkinLayout& layout, const SensingOptions& options);
   ~SkinSensing();
 
-  /// Senses the workspace with links 1 … `joint_count`. Results: sums(), active(), muted(), worst(). A link
-  /// whose pose is not finite feels nothing. Real-time safe: yes.
+  /// Senses the workspace with links 1 … `joint_count`. Results: sums(), medium(), active(), muted(),
+  /// worst(). A link whose pose is not finite feels nothing. Real-time safe: yes.
   void sense(const LinkPoses& X_WL, std::size_t joint_count, const workspace::Workspace& workspace) noexcept {
     sense(X_WL, joint_count, workspace, all_links());
   }
-  /// Likewise, of these links alone: the others feel nothing.
+  /// Likewise, of these links alone: the others feel nothing but the medium.
   void sense(const LinkPoses& X_WL, std::size_t joint_count, const workspace::Workspace& workspace,
              const LinkSet& links) noexcept;
   /// Adds links to those of the last sense(), at the same poses in the same workspace. The results are those
@@ -100,7 +102,8 @@ class SkinSensing {
   /// nothing. Real-time safe: yes.
   void continue_from(const SkinSensing& before, const SkinLayout& own) noexcept;
 
-  const LinkSums& sums() const noexcept { return sums_; }
+  const LinkSums& sums() const noexcept { return sums_; }  ///< of the objects' fluid
+  const MediumLinkSums& medium() const noexcept { return medium_.sums(); }
   std::size_t active() const noexcept { return active_; }  ///< sensors that meet fluid
   std::size_t muted() const noexcept { return muted_; }    ///< sensors in fluid that is muted for them
   const WorstSensor& worst() const noexcept { return worst_; }
@@ -188,6 +191,7 @@ class SkinSensing {
   std::array<float, 256> palette_{};
   ResponseTable response_{};
   LinkSums sums_;
+  MediumSensing medium_;
   std::size_t active_ = 0, muted_ = 0;
   WorstSensor worst_;
   std::uint8_t worst_code_ = 0;  // of worst_, and the sum of μ around it

@@ -32,6 +32,18 @@ void read_workspace(const Fields& workspace, CellConfig& cell) {
   }
 }
 
+MediumConfig read_medium(const Fields& fields) {
+  MediumConfig medium;
+  medium.name = read_name(fields);
+  fields.number("mu_Pa_s_per_m", medium.mu_Pa_s_per_m);
+  fields.vector3("min_m", medium.min_m);
+  fields.vector3("max_m", medium.max_m);
+  fields.check((medium.min_m.array() < medium.max_m.array()).all(), "max_m",
+               "is not greater than min_m along each axis; allowed: a box");
+  fields.vector3("current_m_s", medium.current_m_s);
+  return medium;
+}
+
 }  // namespace
 
 const FieldTable& cell_table() {
@@ -58,12 +70,14 @@ CellConfig load_cell(const std::filesystem::path& path, CellArms arms) {
     cell.objects.push_back(read_object(object.as("object"), cell.profile, cell.voxel_size_m));
     cell.objects.back().id = static_cast<std::uint16_t>(cell.objects.size());
   }
+  for (const Fields& medium : file.sections("media")) cell.media.push_back(read_medium(medium.as("medium")));
   for (const Fields& arm : file.sections("arms"))
     cell.arms.push_back(read_mounted_arm(arm.as("mounted_arm")));
   file.check(cell.objects.size() <= 65534, "objects", "has too many entries; allowed: at most 65534");
   file.check(arms == CellArms::kOptional || !cell.arms.empty(), "arms",
              "is empty; allowed: at least one arm");
   refuse_duplicates(file, "objects", cell.objects);
+  refuse_duplicates(file, "media", cell.media);
   refuse_duplicates(file, "arms", cell.arms);
   file.finish();
   return cell;

@@ -6,10 +6,16 @@
 #include <vector>
 
 #include "common/layers/merge.hpp"
+#include "common/robot/medium.hpp"
 #include "common/runtime/cell_arms.hpp"
 #include "common/runtime/cell_objects.hpp"
 
 namespace phantom::runtime {
+
+/// A fluid that fills a box of space.
+struct MediumConfig : robot::MediumRegion {
+  std::string name;
+};
 
 /// Checked contents of deploy/cells/<name>/cell.yaml. Frames: W is the workspace frame, z up, metres.
 struct CellConfig {
@@ -22,6 +28,7 @@ struct CellConfig {
       layers::MergeLaw::kHighestViscosity;  ///< decides which object's voxel counts where objects overlap
   workspace::LayerProfile profile;          ///< of objects without a profile of their own
   std::vector<ObjectConfig> objects;        ///< the object id on topics and in voxels is the index + 1
+  std::vector<MediumConfig> media;          ///< where two overlap the later one counts
   std::vector<ArmConfig> arms;
 
   /// Returns the arm called `arm_name`, or the only arm if `arm_name` is empty. Throws ConfigError with the

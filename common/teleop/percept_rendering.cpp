@@ -8,6 +8,7 @@ namespace {
 
 bool is_finite(const DragCoefficients& drag, std::size_t count, DragMode mode) noexcept {
   if (!core::all_finite(drag.plus, count) || !core::all_finite(drag.minus, count)) return false;
+  if (!core::all_finite(drag.drift, count)) return false;
   if (mode == DragMode::kSeparable) return true;
   const std::size_t entries = count * (count + 1) / 2;
   return std::all_of(drag.coupled.begin(), drag.coupled.begin() + static_cast<std::ptrdiff_t>(entries),
@@ -34,11 +35,11 @@ RenderedPercept PerceptRenderer::step(const DragCoefficients& drag, bool fresh, 
                                       double limit_share) noexcept {
   RenderedPercept out;
   const std::size_t count = parameters_.joint_count;
-  for (std::size_t j = 0; j < count; ++j) limit_[j] = limit_share * parameters_.damping_limit_Nms_per_rad[j];
   const bool separable = parameters_.mode == DragMode::kSeparable;
   const bool usable =
       fresh && drag.valid && are_gains(gain, count) && is_finite(drag, count, parameters_.mode);
   out.authority = authority_.step(usable && enabled, dt_s);
+  if (usable) set_limits(drag, limit_share);
   if (usable) separable ? aim_separable(drag, gain) : aim_coupled(drag, gain);
   out.gain = aimed_gain_;
   out.damping_limited = aim_limited_ && out.authority > 0.0;
@@ -53,6 +54,21 @@ RenderedPercept PerceptRenderer::step(const DragCoefficients& drag, bool fresh, 
   for (std::size_t j = 0; j < count; ++j) out.torque_Nm[j] *= out.authority;
   separable ? cap_each(out) : cap_as_one(v, out);
   return out;
+}
+
+// Against a current drag_torque() renders up to twice the coefficient. In the coupled law one joint's drift
+// does so to all.
+void PerceptRenderer::set_limits(const DragCoefficients& drag, double limit_share) noexcept {
+  const std::size_t count = parameters_.joint_count;
+  const auto drifts = [&](std::size_t j) { return drag.drift[j] != 0.0; };
+  bool some = false;
+  for (std::size_t j = 0; j < count; ++j) some = some || drifts(j);
+  const bool coupled = parameters_.mode == DragMode::kCoupled;
+  for (std::size_t j = 0; j < count; ++j) {
+    const double share = (coupled ? some : drifts(j)) ? 0.5 * limit_share : limit_share;
+    limit_[j] = share * parameters_.damping_limit_Nms_per_rad[j];
+  }
+  aim_.drift = drag.drift;
 }
 
 // Limits each joint on its own, so that the low limit of a light wrist does not reduce the percept on the
@@ -117,6 +133,7 @@ void PerceptRenderer::smooth(double dt_s) noexcept {
   for (std::size_t j = 0; j < count; ++j) {
     force_.plus[j] += share * (aim_.plus[j] - force_.plus[j]);
     force_.minus[j] += share * (aim_.minus[j] - force_.minus[j]);
+    force_.drift[j] += share * (aim_.drift[j] - force_.drift[j]);
   }
   if (parameters_.mode == DragMode::kSeparable) return;
   for (std::size_t k = 0; k < count * (count + 1) / 2; ++k)

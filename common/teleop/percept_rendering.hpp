@@ -39,7 +39,8 @@ struct RenderedPercept {
 
 /// Renders the percept on the master: the drag law (robot::drag_torque) with coefficients from the network
 /// and the master's velocity of the present tick. Gains are per joint: B± of joint j becomes G_j·B±, and D
-/// becomes √G·D·√G, so that it stays positive semi-definite.
+/// becomes √G·D·√G, so that it stays positive semi-definite. In a current the drag is that of the velocity
+/// relative to it, as far as that takes energy from the hand; the damping limits are halved there.
 ///
 /// For any input the rendered power τ·v is ≤ 0, and the torque is zero at rest, stays within the cap and
 /// follows changed coefficients continuously. When no more coefficients arrive, the percept fades out within
@@ -56,6 +57,7 @@ class PerceptRenderer {
                        const core::JointArray& v, double dt_s, double limit_share = 1.0) noexcept;
 
  private:
+  void set_limits(const DragCoefficients& drag, double limit_share) noexcept;
   void aim_separable(const DragCoefficients& drag, const core::JointArray& gain) noexcept;
   void aim_coupled(const DragCoefficients& drag, const core::JointArray& gain) noexcept;
   double greatest_row(const DragCoefficients& drag) const noexcept;

@@ -88,7 +88,7 @@ core::Expected<std::shared_ptr<CarryingSkin>> CarriedParts::make(
   std::shared_ptr<CarryingSkin> skin;
   // Its workers inherit their scheduling from the thread that creates them.
   core::run_in_place(core::ThreadRole::kSensing, servo_priority_, [&] {
-    const auto options = sensing_options(settings_, layout->size());
+    const auto options = sensing_options(model_, settings_, layout->size());
     skin = std::make_shared<CarryingSkin>(*std::move(layout), options, std::move(ids));
   });
   return skin;

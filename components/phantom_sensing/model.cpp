@@ -81,8 +81,9 @@ PhantomModel load_model(const runtime::CellConfig& cell, const Config& config) {
   auto shares = shares_of(config, arm);
   const auto own_share = own_share_of(config);
   if (own_share) points.clear();  // the arm's process watches them
-  return {std::move(arm), std::move(skin),   std::move(points), arm_config.name,
-          options,        std::move(shares), own_share};
+  return {std::move(arm),  std::move(skin), std::move(points),
+          arm_config.name, options,         {cell.media.begin(), cell.media.end()},
+          std::move(shares), own_share};
 }
 
 ContactRegister contacts_of_cell(const runtime::CellConfig& cell, const Config& config,

@@ -33,15 +33,20 @@ void add(const robot::DragCoefficients& links, robot::DragCoefficients& arm) noe
 
 }  // namespace
 
-robot::SensingOptions sensing_options(const PerceptSettings& settings, std::size_t sensors) {
-  return {settings.directional.enabled, settings.gradient_reach_vox, settings.memory, settings.response,
-          settings.threads != 0 ? settings.threads : threads_for(sensors)};
+robot::SensingOptions sensing_options(const PhantomModel& model, const PerceptSettings& settings,
+                                      std::size_t sensors) {
+  return {settings.directional.enabled,
+          settings.gradient_reach_vox,
+          settings.memory,
+          settings.response,
+          settings.threads != 0 ? settings.threads : threads_for(sensors),
+          model.medium};
 }
 
 PhantomSensing::PhantomSensing(const PhantomModel& model, const PerceptSettings& settings)
     : model_(model),
       settings_(settings),
-      own_sensing_(model.skin, sensing_options(settings, model.skin.size())),
+      own_sensing_(model.skin, sensing_options(model, settings, model.skin.size())),
       zone_(settings.cluster_reach_vox, settings.cluster_shape),
       skin_watch_{percept::HitMonitor(settings.hit, settings.alert)},
       interest_watches_(model.interest_points.size(), skin_watch_),
@@ -218,6 +223,8 @@ std::size_t PhantomSensing::end(const StepInputs& inputs, const SensedShares& sh
     add_drag_of(links, inputs, outputs);
     ++sensed_here;
   }
+  if (!model_.own_share)  // the medium is felt by all links at once
+    robot::add_medium_drag(model_.arm, X_WL_, sensing_->medium(), settings_.mode, outputs.drag);
   outputs.active_sensors = sensing_->active();
   outputs.muted_sensors = sensing_->muted() + muted_elsewhere_;
   perceive_skin(inputs, outputs);

@@ -68,6 +68,7 @@ struct PhantomModel {
   std::vector<InterestPoint> interest_points = {};
   std::string name = {};                 ///< the arm's, in the cell file
   robot::SkinOptions skin_options = {};  ///< from which `skin` was laid out
+  robot::Medium medium = {};             ///< that fills the space around the cell's objects
   std::vector<SkinShare> shares = {};    ///< at most kMostShares; no link is in two
   std::optional<std::size_t> own_share;  ///< the one that this process senses, and nothing else; none: it is
                                          ///< the arm's process
@@ -80,8 +81,9 @@ struct PhantomModel {
   }
 };
 
-/// Returns the options with which a skin of so many sensors senses.
-robot::SensingOptions sensing_options(const PerceptSettings& settings, std::size_t sensors);
+/// Returns the options with which a skin of the model with so many sensors senses.
+robot::SensingOptions sensing_options(const PhantomModel& model, const PerceptSettings& settings,
+                                      std::size_t sensors);
 
 /// A workspace, a value precomputed from it, and the skin that belongs to it; all must outlive the step.
 struct SensedWorkspace {

@@ -27,6 +27,7 @@ Experiment audio();
 Experiment model_error();
 Experiment survey_fit();
 Experiment touch();
+Experiment submerged();
 // the executables as they are shipped
 Experiment running_system();
 
@@ -56,6 +57,7 @@ const std::vector<Experiment>& experiments() {
       model_error(),
       survey_fit(),
       touch(),
+      submerged(),
       // the executables as they are shipped
       running_system(),
   };

@@ -47,6 +47,7 @@ DragField a_drag_field() {
   field.drag.plus = by_joint(0.1);
   field.drag.minus = by_joint(0.2);
   for (std::size_t k = 0; k < 28; ++k) field.drag.coupled[k] = 0.5 * static_cast<double>(k);
+  field.drag.drift = by_joint(-0.05);
   field.drag.valid = true;
   field.model_age_s = 0.002;
   return field;
@@ -146,6 +147,8 @@ TEST(DragFieldCodec, WhatCannotBeTrueIsRefused) {
     EXPECT_THAT(refusal([&](auto& m) { m.coefficient_plus()[2] = bad; }), HasSubstr("coefficient_plus[2]"));
     EXPECT_THAT(refusal([&](auto& m) { m.coefficient_minus()[6] = bad; }), HasSubstr("coefficient_minus[6]"));
   }
+  EXPECT_THAT(refusal([](auto& m) { m.drift()[3] = kNoNumbers[1]; }), HasSubstr("drift[3]"));
+  EXPECT_EQ(refusal([](auto& m) { m.drift()[3] = -0.1; }), "") << "either way";
   EXPECT_THAT(refusal([](auto& m) { m.coupled()[27] = kNoNumbers[0]; }), HasSubstr("matrix"));
   EXPECT_EQ(refusal([](auto& m) { m.coupled()[27] = -0.1; }), "") << "off the diagonal anything may be";
   EXPECT_EQ(refusal([](auto& m) {

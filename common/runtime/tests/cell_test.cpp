@@ -91,6 +91,33 @@ TEST_F(CellFile, AnUnknownArmIsNamedWithThoseThereAre) {
               ThrowsMessage<ConfigError>(HasSubstr("no arm called 'left'; allowed: arm")));
 }
 
+TEST_F(CellFile, MediaFillABoxOrAllSpace) {
+  const CellConfig cell = load("arms:\n",
+                               "media:\n  - {name: water, mu_Pa_s_per_m: 2, max_m: [1, 1, 0.8], current_m_s: "
+                               "[0.1, 0, 0]}\n  - {name: haze, mu_Pa_s_per_m: 0.1}\narms:\n");
+  ASSERT_EQ(cell.media.size(), 2U);
+  EXPECT_EQ(cell.media[0].current_m_s.x(), 0.1);
+  EXPECT_TRUE(cell.media[0].contains({-50.0, 0.99, -3.0}));
+  EXPECT_FALSE(cell.media[0].contains({0.0, 0.0, 0.8})) << "at its surface";
+  EXPECT_TRUE(cell.media[1].contains({7.0, 8.0, 9.0}));
+  EXPECT_TRUE(load().media.empty()) << "air";
+}
+
+TEST_F(CellFile, FaultsOfMediaAreNamed) {
+  const auto expect_medium_refused = [&](const std::string& medium, const std::string& message) {
+    expect_refused("arms:\n", "media: [" + medium + "]\narms:\n", message);
+  };
+  expect_medium_refused("{name: water}", "media[0].mu_Pa_s_per_m: is missing");
+  expect_medium_refused("{name: water, mu_Pa_s_per_m: 0}", "allowed: 1e-06 to 1e+06 Pa·s/m");
+  expect_medium_refused("{name: water, mu_Pa_s_per_m: 2, min_m: [0, 0, 1], max_m: [1, 1, 1]}",
+                        "media[0].max_m: is not greater than min_m");
+  expect_medium_refused("{name: water, mu_Pa_s_per_m: 2, current_m_s: [0, 0, -200]}",
+                        "allowed: -100 to 100 m/s");
+  expect_medium_refused("{name: water, mu_Pa_s_per_m: 2, min_m: [0, 0, .nan]}", "min_m");
+  expect_medium_refused("{name: water, mu_Pa_s_per_m: 2}, {name: water, mu_Pa_s_per_m: 3}",
+                        "two entries called 'water'");
+}
+
 TEST_F(CellFile, ObjectsWithOneNameAreRefused) {
   expect_refused("arms:\n", "  - {name: drum, mesh: drum.stl}\narms:\n", "two entries called 'drum'");
 }

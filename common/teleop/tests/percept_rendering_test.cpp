@@ -42,7 +42,7 @@ struct Random {
     return v;
   }
   // D = JᵀJ with random J: positive semi-definite, often of low rank.
-  DragCoefficients drag(double scale, bool directional = true) {
+  DragCoefficients drag(double scale, bool directional = true, bool current = false) {
     DragCoefficients d;
     d.valid = true;
     const int rank = static_cast<int>(uniform(1, 6));
@@ -58,6 +58,7 @@ struct Random {
       d.plus[i] = own * (directional ? uniform(0, 1) : 1.0);
       d.minus[i] = own * (directional ? uniform(0, 1) : 1.0);
     }
+    if (current) d.drift = velocity(std::pow(10.0, uniform(-3, 1)));
     return d;
   }
 };
@@ -76,7 +77,7 @@ TEST_P(Rendering, NeverDrivesTheHandAndStaysWithinTheCaps) {
   const auto p = parameters(GetParam());
   PerceptRenderer renderer(p);
   for (int i = 0; i < 20000; ++i) {
-    const auto drag = random.drag(std::pow(10.0, random.uniform(-3, 3)));
+    const auto drag = random.drag(std::pow(10.0, random.uniform(-3, 3)), true, i % 2 == 0);
     const auto v = random.velocity(std::pow(10.0, random.uniform(-4, 1.5)));
     const bool fresh = random.uniform(0, 1) < 0.9, enabled = random.uniform(0, 1) < 0.95;
     const auto out = renderer.step(drag, fresh, enabled, all(random.uniform(0, 50)), v, kDt);
@@ -90,21 +91,24 @@ TEST_P(Rendering, NothingAtRest) {
   Random random;
   PerceptRenderer renderer(parameters(GetParam()));
   for (int i = 0; i < 100; ++i) renderer.step(random.drag(1.0), true, true, all(10), random.velocity(1), kDt);
-  const auto out = renderer.step(random.drag(1.0), true, true, all(10), {}, kDt);
-  for (const double torque : out.torque_Nm) EXPECT_EQ(torque, 0.0);
+  for (const bool current : {false, true}) {
+    const auto out = renderer.step(random.drag(1.0, true, current), true, true, all(10), {}, kDt);
+    for (const double torque : out.torque_Nm) EXPECT_EQ(torque, 0.0);
+  }
 }
 
 TEST_P(Rendering, BadNumbersNeverReachTheMotors) {
   Random random;
   PerceptRenderer renderer(parameters(GetParam()));
   for (int i = 0; i < 5000; ++i) {
-    auto drag = random.drag(1.0);
+    auto drag = random.drag(1.0, true, true);
     auto v = random.velocity(1);
     double gain = 5;
     const double bad =
         i % 2 == 0 ? std::numeric_limits<double>::quiet_NaN() : -std::numeric_limits<double>::infinity();
     if (i % 3 == 0) drag.plus[1] = drag.coupled[4] = bad;
     if (i % 5 == 0) v[2] = bad;
+    if (i % 13 == 0) drag.drift[3] = bad;
     if (i % 7 == 0) gain = bad;
     if (i % 11 == 0) drag.minus[0] = -4.0;
     const auto out = renderer.step(drag, true, true, all(gain), v, kDt);
@@ -157,7 +161,8 @@ TEST_P(Rendering, WhatIsNotSoundEndsThePerceptAsIfItWereSwitchedOff) {
   for (const Given& given :
        {spoilt([](Given& g) { g.fresh = false; }), spoilt([](Given& g) { g.drag.valid = false; }),
         spoilt([](Given& g) { g.drag.plus[1] = kInfinity; }),
-        spoilt([](Given& g) { g.drag.minus[3] = std::nan(""); }), spoilt([](Given& g) { g.gain[2] = -1.0; }),
+        spoilt([](Given& g) { g.drag.minus[3] = std::nan(""); }),
+        spoilt([](Given& g) { g.drag.drift[2] = std::nan(""); }), spoilt([](Given& g) { g.gain[2] = -1.0; }),
         spoilt([](Given& g) { g.gain[0] = std::nan(""); })}) {
     PerceptRenderer renderer(p);
     RenderedPercept out;
@@ -239,6 +244,24 @@ TEST_P(Rendering, ASteppedCoefficientComesInOverTheSmoothingTime) {
   EXPECT_NEAR(first - start, start * kDt / (kDt + p.smoothing_s), 1e-9);
 }
 
+// A jet that the arm comes into: the drag takes the smoothing time to change.
+TEST_P(Rendering, ACurrentComesInOverTheSmoothingTimeAndIsThatOfTheDragLaw) {
+  Random random;
+  const auto p = parameters(GetParam());
+  PerceptRenderer renderer(p);
+  auto drag = random.drag(0.1, false);
+  core::JointArray v{};
+  v[0] = 0.2;
+  for (int i = 0; i < 2000; ++i) renderer.step(drag, true, true, all(1.0), v, kDt);
+  const double before = renderer.step(drag, true, true, all(1.0), v, kDt).torque_Nm[0];
+  drag.drift[0] = -0.1;
+  const double first = renderer.step(drag, true, true, all(1.0), v, kDt).torque_Nm[0];
+  for (int i = 0; i < 200; ++i) renderer.step(drag, true, true, all(1.0), v, kDt);
+  const double end = renderer.step(drag, true, true, all(1.0), v, kDt).torque_Nm[0];
+  EXPECT_NEAR(end, 1.5 * before, 1e-6) << "0.3 instead of 0.2 relative to the fluid";
+  EXPECT_NEAR(first - before, 0.5 * before * kDt / (kDt + p.smoothing_s), 1e-9);
+}
+
 TEST(PerceptRendering, SeparableIsDirectional) {
   auto p = parameters(DragMode::kSeparable);
   p.smoothing_s = 0.0;
@@ -291,7 +314,7 @@ TEST_P(Rendering, EffectiveDampingNeverExceedsTheDevicesLimit) {
   const auto p = parameters(GetParam());
   for (int i = 0; i < 200; ++i) {
     PerceptRenderer renderer(p);
-    const auto drag = random.drag(std::pow(10.0, random.uniform(-2, 3)));
+    const auto drag = random.drag(std::pow(10.0, random.uniform(-2, 3)), true, i % 2 == 0);
     const auto v = random.velocity(1e-6);
     RenderedPercept out;
     for (int k = 0; k < 1000; ++k) out = renderer.step(drag, true, true, all(10), v, kDt);

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
+#include <numbers>
 #include <random>
 #include <thread>
 
@@ -101,6 +102,20 @@ TEST_F(Carried, AreFeltAndOnlyByTheArmThatCarriesThem) {
   EXPECT_EQ(*parts_.skin_with(theirs), nullptr);
   EXPECT_EQ(*parts_.skin_with({}), nullptr);
   EXPECT_NE(*parts_.skin_with(ours), *skin) << "it was put down meanwhile";
+}
+
+TEST_F(Carried, AreInTheSameMediumAsTheArm) {
+  model_.medium = {{.mu_Pa_s_per_m = 2.0}};
+  const workspace::Workspace world = world_with({});
+  ASSERT_TRUE(parts_.put(chunk_of(pump())));
+  const messages::CarriedObject ours[] = {carried_at({Eigen::Matrix3d::Identity(), {0.1, 0.0, -0.1}})};
+  const auto skin = parts_.skin_with(ours);
+  ASSERT_TRUE(skin) << skin.status().message();
+  const StepInputs in_free_water = rig::hanging(-0.4, 0.2);
+  const double pump_m2 = 4.0 * std::numbers::pi * kRadius_m * kRadius_m;
+  EXPECT_NEAR(felt(world, &(*skin)->sensing, in_free_water).drag.plus[0] -
+                  felt(world, nullptr, in_free_water).drag.plus[0],
+              2.0 * pump_m2, 0.02 * 2.0 * pump_m2);
 }
 
 // Tries phantom_sensing: the arm has no such link

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cstring>
+#include <numeric>
 #include <random>
 
 #include "components/phantom_sensing/tests/rig.hpp"
@@ -144,17 +145,71 @@ TEST_F(Step, UsesNoHeap) {
   PerceptSettings settings;
   settings.directional.enabled = true;
   settings.mode = robot::DragMode::kCoupled;
+  model_.medium = {{.mu_Pa_s_per_m = 2.0, .max_m = {9.0, 9.0, 1.0}, .current_m_s = {0.1, 0.0, 0.0}}};
   PhantomSensing sensing(model_, settings);
   const auto inputs = wander(50);
-  std::size_t alerts = 0;
+  std::size_t alerts = 0, drifts = 0;
   {
     const ::phantom::test::HeapGuard no_heap;
     for (const StepInputs& in : inputs) {
       sensing.step(in, out_);
       alerts += out_.alerts.raised ? 1U : 0U;
+      drifts += out_.drag.drift != core::JointArray{} ? 1U : 0U;
     }
   }
   EXPECT_GT(alerts, 0U);  // the walk went through all of it
+  EXPECT_GT(drifts, 0U);
+}
+
+/// Weight of all sensors, m²: what a sliding joint at the base moves.
+double skin_weight(const robot::SkinLayout& skin) {
+  return std::accumulate(skin.weight.begin(), skin.weight.end(), 0.0);
+}
+
+TEST_F(Step, AMediumAddsItsDragAndChangesNothingElse) {
+  PhantomModel wet = rig::suspended_model();
+  wet.medium = {{.mu_Pa_s_per_m = 2.0, .current_m_s = {0.1, 0.0, 0.0}}};
+  for (const bool directional : {false, true}) {
+    PerceptSettings settings;
+    settings.directional.enabled = directional;
+    PhantomSensing dry_sensing(model_, settings), wet_sensing(wet, settings);
+    for (const double v : {0.4, -0.4}) {
+      StepOutputs in_water;
+      dry_sensing.step(hanging(0.22, v), out_);
+      wet_sensing.step(hanging(0.22, v), in_water);
+      const double medium = 2.0 * skin_weight(wet.skin);
+      EXPECT_NEAR(in_water.drag.plus[0], out_.drag.plus[0] + medium, 1e-9 * medium);
+      EXPECT_NEAR(in_water.drag.minus[0], out_.drag.minus[0] + medium, 1e-9 * medium)
+          << "letting go of an object does not let go of the water";
+      EXPECT_NEAR(in_water.drag.drift[0] * in_water.drag.matrix(0, 0), 0.1 * medium, 1e-9 * medium);
+      EXPECT_NEAR(in_water.percept.drag_torque[0],
+                  -(v > 0 ? in_water.drag.plus[0] : in_water.drag.minus[0]) * (v - in_water.drag.drift[0]),
+                  1e-9);
+      EXPECT_EQ(in_water.percept.mu, out_.percept.mu);
+      EXPECT_EQ(in_water.percept.closeness, out_.percept.closeness);
+      EXPECT_EQ(in_water.percept.sensor, out_.percept.sensor);
+      EXPECT_EQ(in_water.percept.velocity_W_m_s, out_.percept.velocity_W_m_s) << "seen from the object";
+      EXPECT_EQ(in_water.percept.motion, out_.percept.motion);
+      EXPECT_EQ(in_water.percept.rule, out_.percept.rule);
+      EXPECT_EQ(in_water.active_sensors, out_.active_sensors);
+    }
+  }
+}
+
+TEST_F(Step, InAMediumAtRestThereIsNoDragAndInFreeWaterNoPercept) {
+  model_.medium = {{.mu_Pa_s_per_m = 2.0, .current_m_s = {0.1, 0.0, 0.0}}};
+  for (const robot::DragMode mode : {robot::DragMode::kSeparable, robot::DragMode::kCoupled}) {
+    PerceptSettings settings;
+    settings.mode = mode;
+    PhantomSensing sensing(model_, settings);
+    sensing.step(hanging(-0.4, 0.0), out_);
+    EXPECT_EQ(out_.percept.drag_torque, core::JointArray{});
+    EXPECT_EQ(out_.percept.mu, 0.0);
+    EXPECT_EQ(out_.percept.object, 0);
+    EXPECT_EQ(out_.active_sensors, 0U);
+    EXPECT_GT(out_.drag.plus[0], 0.0);
+    EXPECT_NEAR(out_.drag.drift[0], 0.1, 1e-5) << "the gantry would drift with the water";
+  }
 }
 
 }  // namespace

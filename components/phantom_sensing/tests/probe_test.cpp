@@ -88,5 +88,18 @@ TEST(Probe, WritesWhatTheStepGives) {
   EXPECT_EQ(peaks.torque[0], std::abs(out.percept.drag_torque[0]));
 }
 
+TEST(Probe, WritesTheDriftOfAnArmInAMedium) {
+  PhantomModel model = rig::suspended_model();
+  model.medium = {{.mu_Pa_s_per_m = 2.0, .current_m_s = {0.1, 0.0, 0.0}}};
+  ProbeRow row;
+  row.position[0] = -0.4;  // in free water
+  row.velocity[0] = 0.3;
+  std::ostringstream csv;
+  run_probe_rows(model, {}, rig::wall(), {row}, {}, csv);
+  EXPECT_THAT(csv.str(), HasSubstr(",b7,drift1,drift2,"));
+  EXPECT_THAT(csv.str(), HasSubstr(",drift7,mu,"));
+  EXPECT_THAT(csv.str(), testing::ContainsRegex("\n0,.*,0\\.1[0-9]*,"));
+}
+
 }  // namespace
 }  // namespace phantom::phantom_sensing
