@@ -81,8 +81,8 @@ PhantomModel load_model(const runtime::CellConfig& cell, const Config& config) {
   auto shares = shares_of(config, arm);
   const auto own_share = own_share_of(config);
   if (own_share) points.clear();  // the arm's process watches them
-  return {std::move(arm),  std::move(skin), std::move(points),
-          arm_config.name, options,         {cell.media.begin(), cell.media.end()},
+  return {std::move(arm),    std::move(skin), std::move(points),
+          arm_config.name,   options,         {cell.media.begin(), cell.media.end()},
           std::move(shares), own_share};
 }
 
