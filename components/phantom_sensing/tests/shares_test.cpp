@@ -89,6 +89,7 @@ TEST_P(Shares, AreFeltAsByOneProcessWhoeverSensesThem) {
   PerceptSettings settings;
   settings.directional.enabled = GetParam().directional;
   const auto made = [](PhantomModel model) {
+    model.medium = {{.mu_Pa_s_per_m = 2.0, .current_m_s = {0.1, 0.0, -0.2}}};
     return GetParam().clusters ? clustered(std::move(model)) : std::move(model);
   };
   const PhantomModel one_model = made(rig::suspended_model()), arm_model = made(shared_model()),
@@ -124,9 +125,11 @@ TEST_P(Shares, AreFeltAsByOneProcessWhoeverSensesThem) {
     for (std::size_t j = 0; j < core::kMaxJoints; ++j) {
       EXPECT_NEAR(by_arm.drag.plus[j], by_one.drag.plus[j], 1e-12 * greatest) << j;
       EXPECT_NEAR(by_arm.drag.minus[j], by_one.drag.minus[j], 1e-12 * greatest) << j;
+      EXPECT_NEAR(by_arm.drag.drift[j], by_one.drag.drift[j], 1e-9) << j;
     }
     for (std::size_t i = 0; i < robot::kPackedMatrix; ++i)
       EXPECT_NEAR(by_arm.drag.coupled[i], by_one.drag.coupled[i], 1e-12 * greatest);
+    EXPECT_NE(by_arm.drag.drift, core::JointArray{}) << "the current is felt";
     felt += by_one.percept.mu > 0.0 ? 1 : 0;
     worst_elsewhere += arm_model.shares[1].links[by_one.percept.link] ? 1 : 0;
     alerts += by_one.alerts.raised ? 1 : 0;
