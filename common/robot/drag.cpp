@@ -125,6 +125,39 @@ void ViscousSums::scale(double factor) noexcept {
   gradient_square *= factor;
 }
 
+ViscousSums ViscousSums::turned(const Eigen::Matrix3d& rotation) const noexcept {
+  return {mu,
+          rotation * mu_d,
+          rotation * mu_dd * rotation.transpose(),
+          rotation * gradient,
+          rotation * gradient_moment,
+          gradient_square};
+}
+
+void relieve_by_flow(const SerialArm& arm, const LinkPoses& X_WL, std::span<const MovingSums> fluids,
+                     double still, const core::JointArray& v, DragCoefficients& result) noexcept {
+  Spatial outboard = Spatial::Zero();  // what the flow does to all that a joint moves, about its origin
+  for (std::size_t j = arm.joint_count(); j-- > 0;) {
+    const Eigen::Vector3d& origin = X_WL[j + 1].translation_m;
+    if (j + 1 < arm.joint_count()) {
+      const Eigen::Vector3d force = outboard.head<3>();
+      outboard.tail<3>() += (X_WL[j + 2].translation_m - origin).cross(force);
+    }
+    for (const MovingSums& fluid : fluids) {
+      const ViscousSums& body = (*fluid.sums)[j + 1];
+      if (!(body.mu > 0.0)) continue;
+      outboard +=
+          drag_wrench(body, spatial(fluid.linear_m_s + fluid.angular_rad_s.cross(origin - fluid.origin_m),
+                                    fluid.angular_rad_s));
+    }
+    const double flow = unit_twist(arm, j, X_WL).dot(outboard),
+                 own = result.coupled[j * (j + 1) / 2 + j] * std::max(std::abs(v[j]), still);
+    if (!(own > 0.0) || flow == 0.0) continue;
+    result.plus[j] *= std::clamp(1.0 - flow / own, 0.0, 1.0);
+    result.minus[j] *= std::clamp(1.0 + flow / own, 0.0, 1.0);
+  }
+}
+
 void drag_coefficients(const SerialArm& arm, const LinkPoses& X_WL, const LinkSums& sums,
                        const DirectionalLaw& law, const core::JointArray& v,
                        DragCoefficients& result) noexcept {

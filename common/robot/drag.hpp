@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <cstdint>
+#include <span>
 
 #include "common/core/joints.hpp"
 #include "common/robot/serial_arm.hpp"
@@ -25,6 +26,8 @@ struct ViscousSums {
   void shift_by(const Eigen::Vector3d& offset_m) noexcept;
   void add(const ViscousSums& other) noexcept;
   void scale(double factor) noexcept;
+  /// Returns the sums in the axes of another frame; `rotation` turns into those.
+  ViscousSums turned(const Eigen::Matrix3d& rotation) const noexcept;
 };
 
 /// Sums for each link index (0 = base, unused).
@@ -82,6 +85,23 @@ struct DragCoefficients {
 void drag_coefficients(const SerialArm& arm, const LinkPoses& X_WL, const LinkSums& sums,
                        const DirectionalLaw& law, const core::JointArray& v,
                        DragCoefficients& result) noexcept;
+
+/// Fluid that moves as a rigid body does, and what links feel of it: a point p of it has the velocity
+/// linear + angular × (p − origin), in W.
+struct MovingSums {
+  const LinkSums* sums = nullptr;
+  Eigen::Vector3d origin_m = Eigen::Vector3d::Zero(), linear_m_s = Eigen::Vector3d::Zero(),
+                  angular_rad_s = Eigen::Vector3d::Zero();
+};
+
+/// Lets go of joints that give way to a fluid that moves. Drag answers the skin's speed relative to the
+/// fluid: τ_l = −B_l·(v_l − w_l), where w_l = f_l/B_l is the joint speed at which the flow carries it along,
+/// and f_l the sum of wμ·u_f over its links' sensors, about the joint's axis. Rendered is what resists: B±_l
+/// is multiplied by clamp(1 − (±w_l)/max(|v_l|, still), 0, 1). So a joint that gives way as fast as the flow,
+/// or more slowly, is free; one that goes against it keeps its full drag; and one at rest is not pushed. B±
+/// never rises, so drag stays dissipative. Real-time safe: yes.
+void relieve_by_flow(const SerialArm& arm, const LinkPoses& X_WL, std::span<const MovingSums> fluids,
+                     double still, const core::JointArray& v, DragCoefficients& result) noexcept;
 
 /// How torque follows from the coefficients. Each drag_field message carries the mode, so that the phantom
 /// reports the same law that the master renders.

@@ -25,6 +25,9 @@ Eigen::Vector3d gradient_per_vox(const workspace::Workspace& workspace, workspac
          (2.0 * reach);
 }
 
+/// How far a cluster sensor's zone reaches beyond its place, at most; and a voxel of reserve.
+constexpr double kZoneReach_vox = 1.8 * (ClusterSpec::kMostReach_vox + 1);
+
 using RowMajor = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
 
 /// Returns the rotation, divided by the voxel size, of a transform to voxels.
@@ -143,6 +146,16 @@ SkinSensing::SkinSensing(const SkinLayout& layout, const SensingOptions& options
   for (std::size_t i = 0; i < layout.closing_m.size(); ++i)
     if (!layout.closing_m[i].isZero(0.0)) moving_.push_back(i);
   if (!moving_.empty()) layout_ = &moved_.emplace(layout);
+  enclose(layout);
+  for (std::size_t k = 0; k < std::min(options.moving_fluids, kMostFluids); ++k) {
+    SensingOptions alone = options;
+    alone.threads = 1;
+    alone.moving_fluids = 0;
+    alone.medium = {};
+    alone.memory.clear();
+    in_fluids_.push_back(std::make_unique<SkinSensing>(layout, alone));
+  }
+  fluid_sums_.resize(in_fluids_.size());
   codes_.resize(x_m_.size());
   mu_.resize(x_m_.size());
   block_worst_.resize(blocks_.size());
@@ -154,6 +167,20 @@ SkinSensing::SkinSensing(const SkinLayout& layout, const SensingOptions& options
 
 SkinSensing::~SkinSensing() = default;
 
+/// Finds a ball about each link's sensors, wherever its fingers are.
+void SkinSensing::enclose(const SkinLayout& layout) noexcept {
+  for (std::size_t link = 0; link <= core::kMaxJoints; ++link) {
+    middle_m_[link] = Eigen::Vector3d::Zero();
+    const std::size_t count = layout.first[link + 1] - layout.first[link];
+    for (std::size_t i = layout.first[link]; i < layout.first[link + 1]; ++i)
+      middle_m_[link] += layout.position(i, 0.5) / static_cast<double>(count);
+    radius_m_[link] = 0.0;
+    for (std::size_t i = layout.first[link]; i < layout.first[link + 1]; ++i)
+      for (const double closed : {0.0, 1.0})
+        radius_m_[link] = std::max(radius_m_[link], (layout.position(i, closed) - middle_m_[link]).norm());
+  }
+}
+
 void SkinSensing::measure(const MovingBlock& at) noexcept {
   kernel::measure_blocks(points_of(at.first, at.first + kernel::whole_groups(at.sensors)), at.sensors,
                          &blocks_[at.block], &x_steps_[at.first], &y_steps_[at.first], &z_steps_[at.first]);
@@ -162,6 +189,7 @@ void SkinSensing::measure(const MovingBlock& at) noexcept {
 void SkinSensing::close_gripper(double share) noexcept {
   if (moving_.empty() || share == closed_) return;
   closed_ = share;
+  for (const auto& fluid : in_fluids_) fluid->close_gripper(share);
   for (const std::size_t i : moving_) {
     const Eigen::Vector3d at_m = open_.position(i, share);
     moved_->x_m[i] = at_m.x();
@@ -179,6 +207,7 @@ void SkinSensing::close_gripper(double share) noexcept {
 
 bool SkinSensing::mute(std::size_t link, std::uint16_t object, bool muted) noexcept {
   if (link >= muted_objects_.size()) return false;
+  for (const auto& fluid : in_fluids_) fluid->mute(link, object, muted);
   MutedObjects& list = muted_objects_[link];
   if (list.has(object) == muted) return true;
   if (muted) {
@@ -223,10 +252,10 @@ workspace::Index3 SkinSensing::voxel_of(std::size_t link, const Eigen::Vector3d&
   return {floor.x(), floor.y(), floor.z()};
 }
 
-/// With memory or muted objects: looks up, mutes, smooths, then sums.
-void SkinSensing::sense_slowly(Part& part, const kernel::Points& points, const kernel::Field& field,
-                               const workspace::Workspace& workspace) noexcept {
-  kernel::look_up(field, to_voxels_[part.link], points, &codes_[part.first],
+/// With memory, muted objects or moving fluids: looks up, mutes, smooths.
+void SkinSensing::look_up(Part& part, const workspace::Workspace& workspace) noexcept {
+  const kernel::Points points = points_of(part.first, part.end);
+  kernel::look_up(kernel::field_of(workspace), to_voxels_[part.link], points, &codes_[part.first],
                   memory_ ? &voxels_[part.first] : nullptr);
   const MutedObjects& list = muted_objects_[part.link];
   const std::size_t sensors = sensors_of(part);
@@ -243,37 +272,75 @@ void SkinSensing::sense_slowly(Part& part, const kernel::Points& points, const k
     }
     const float mu = palette_[code];
     mu_[at] = memory_ ? memory_->sense(at, voxels_[at], mu) : static_cast<double>(mu);
-    part.totals.active += mu_[at] > 0.0 ? 1U : 0U;
   }
-  kernel::add_moments(points, &mu_[part.first], part.totals.moments);
+}
+
+/// Leaves each sensor of the part in the fluid of greatest μ alone.
+void SkinSensing::prevail(Part& part) noexcept {
+  const std::size_t sensors = sensors_of(part);
+  for (std::size_t k = 0; k < fluids_.size(); ++k) {
+    if (!reached_by_[part.link][k]) continue;
+    SkinSensing& fluid = *in_fluids_[k];
+    // Those before have been left in the greatest so far: of them, this one meets at most one.
+    for (std::size_t at = part.first; at < part.first + sensors; ++at) {
+      if (fluid.codes_[at] == 0) continue;
+      SkinSensing* holder = this;
+      for (std::size_t j = 0; j < k; ++j)
+        if (reached_by_[part.link][j] && in_fluids_[j]->codes_[at] != 0) holder = in_fluids_[j].get();
+      SkinSensing& loser = fluid.mu_[at] > holder->mu_[at] ? *holder : fluid;
+      loser.codes_[at] = 0;
+      loser.mu_[at] = 0.0;
+    }
+  }
+}
+
+void SkinSensing::add_looked_up(Part& part, const workspace::Workspace& workspace) noexcept {
+  const std::size_t sensors = sensors_of(part);
+  for (std::size_t at = part.first; at < part.first + sensors; ++at)
+    part.totals.active += mu_[at] > 0.0 ? 1U : 0U;
+  kernel::add_moments(points_of(part.first, part.end), &mu_[part.first], part.totals.moments);
+  note_worst(part, workspace, &mu_[part.first]);
+}
+
+/// Keeps the greatest code of each block, and adds the gradients. `mu`: of its sensors, or null where their
+/// codes say it.
+void SkinSensing::note_worst(Part& part, const workspace::Workspace& workspace, const double* mu) noexcept {
+  std::uint8_t worst = 0;
+  std::size_t block = first_block_[part.link] + (part.first - packed_first_[part.link]) / kernel::kBlock;
+  const std::size_t sensors = sensors_of(part);
+  for (std::size_t i = 0; i < sensors; i += kernel::kBlock, ++block) {
+    const auto figures = kernel::figures_of(&codes_[part.first + i], std::min(kernel::kBlock, sensors - i));
+    block_worst_[block] = figures.greatest;
+    worst = std::max(worst, figures.greatest);
+    if (mu == nullptr) part.totals.active += figures.active;
+  }
+  if (options_.gradient && worst != 0) {
+    kernel::add_gradients(kernel::field_of(workspace), to_voxels_[part.link], points_of(part.first, part.end),
+                          palette_.data(), workspace.palette().size(), &codes_[part.first], mu,
+                          options_.gradient_reach_vox, part.totals.slopes);
+  }
 }
 
 void SkinSensing::sense_points(Part& part, const workspace::Workspace& workspace) noexcept {
-  const std::size_t first = part.first;
-  const kernel::Points points = points_of(first, part.end);
-  const kernel::Field field = kernel::field_of(workspace);
-  const bool plain = !memory_ && muted_objects_[part.link].count == 0;
-  std::size_t block = first_block_[part.link] + (first - packed_first_[part.link]) / kernel::kBlock;
-  if (plain) {
-    const kernel::Offsets offsets{&blocks_[block], &x_steps_[first], &y_steps_[first], &z_steps_[first]};
-    kernel::sense(field, to_voxels_[part.link], points, offsets, palette_.data(), workspace.palette().size(),
-                  &codes_[first], part.totals.moments);
-  } else {
-    sense_slowly(part, points, field, workspace);
+  const Fluids& near = reached_by_[part.link];
+  if (memory_ || muted_objects_[part.link].count > 0 || near.any()) {
+    const auto i = static_cast<std::size_t>(&part - parts_.data());
+    look_up(part, workspace);
+    for (std::size_t k = 0; k < fluids_.size(); ++k)
+      if (near[k]) in_fluids_[k]->look_up(in_fluids_[k]->parts_[i], *fluids_[k].voxels);
+    prevail(part);
+    add_looked_up(part, workspace);
+    for (std::size_t k = 0; k < fluids_.size(); ++k)
+      if (near[k]) in_fluids_[k]->add_looked_up(in_fluids_[k]->parts_[i], *fluids_[k].voxels);
+    return;
   }
-  std::uint8_t worst = 0;
-  const std::size_t sensors = sensors_of(part);
-  for (std::size_t i = 0; i < sensors; i += kernel::kBlock, ++block) {
-    const auto figures = kernel::figures_of(&codes_[first + i], std::min(kernel::kBlock, sensors - i));
-    block_worst_[block] = figures.greatest;
-    worst = std::max(worst, figures.greatest);
-    if (plain) part.totals.active += figures.active;
-  }
-  if (options_.gradient && worst != 0) {
-    kernel::add_gradients(field, to_voxels_[part.link], points, palette_.data(), workspace.palette().size(),
-                          &codes_[first], plain ? nullptr : &mu_[first], options_.gradient_reach_vox,
-                          part.totals.slopes);
-  }
+  const std::size_t block =
+      first_block_[part.link] + (part.first - packed_first_[part.link]) / kernel::kBlock;
+  const kernel::Offsets offsets{&blocks_[block], &x_steps_[part.first], &y_steps_[part.first],
+                                &z_steps_[part.first]};
+  kernel::sense(kernel::field_of(workspace), to_voxels_[part.link], points_of(part.first, part.end), offsets,
+                palette_.data(), workspace.palette().size(), &codes_[part.first], part.totals.moments);
+  note_worst(part, workspace, nullptr);
 }
 
 ClusterReading SkinSensing::read_cluster(Part& part, const ClusterStencil& stencil, workspace::Index3 centre,
@@ -293,20 +360,38 @@ ClusterReading SkinSensing::read_cluster(Part& part, const ClusterStencil& stenc
   return reading;
 }
 
+void SkinSensing::add_cluster(Part& part, std::size_t sensor, const ClusterReading& reading,
+                              const workspace::Workspace& workspace) noexcept {
+  cluster_codes_[sensor] = reading.greatest;
+  if (!(reading.mean > 0.0)) return;
+  const Eigen::Vector3d p = layout_->position(sensor);
+  part.totals.add(layout_->weight[sensor], reading.mean, p);
+  if (!options_.gradient) return;
+  const Eigen::Vector3d r = rotation_of(to_voxels_[part.link]) * p;
+  part.totals.add_slope(layout_->weight[sensor], reading.mean,
+                        gradient_per_vox(workspace, voxel_of(part.link, p), options_.gradient_reach_vox), r);
+}
+
 void SkinSensing::sense_clusters(Part& part, const workspace::Workspace& workspace) noexcept {
-  const kernel::ToVoxels& to = to_voxels_[part.link];
+  const auto reading_of = [](SkinSensing& of, Part& in, std::size_t i, const workspace::Workspace& voxels) {
+    const workspace::Index3 centre = of.voxel_of(in.link, of.layout_->position(i));
+    return of.read_cluster(in, of.stencils_[of.layout_->cluster_kind[i] - std::size_t{1}], centre, voxels);
+  };
+  const auto index = static_cast<std::size_t>(&part - parts_.data());
   for (std::size_t i = part.first; i < part.end; ++i) {
-    const Eigen::Vector3d p = layout_->position(i);
-    const workspace::Index3 centre = voxel_of(part.link, p);
-    const ClusterReading reading =
-        read_cluster(part, stencils_[layout_->cluster_kind[i] - std::size_t{1}], centre, workspace);
-    cluster_codes_[i] = reading.greatest;
-    if (!(reading.mean > 0.0)) continue;
-    part.totals.add(layout_->weight[i], reading.mean, p);
-    if (!options_.gradient) continue;
-    const Eigen::Vector3d r = rotation_of(to) * p;
-    part.totals.add_slope(layout_->weight[i], reading.mean,
-                          gradient_per_vox(workspace, centre, options_.gradient_reach_vox), r);
+    ClusterReading best = reading_of(*this, part, i, workspace);
+    std::optional<std::size_t> fluid;
+    for (std::size_t k = 0; k < fluids_.size(); ++k) {
+      if (!reached_by_[part.link][k]) continue;
+      const ClusterReading reading =
+          reading_of(*in_fluids_[k], in_fluids_[k]->parts_[index], i, *fluids_[k].voxels);
+      if (reading.mean > best.mean) best = reading, fluid = k;
+    }
+    if (!fluid) {
+      add_cluster(part, i, best, workspace);
+    } else {
+      in_fluids_[*fluid]->add_cluster(in_fluids_[*fluid]->parts_[index], i, best, *fluids_[*fluid].voxels);
+    }
   }
 }
 
@@ -334,25 +419,98 @@ void SkinSensing::take(std::size_t link, const Totals& totals, const geometry::P
   sums.gradient_square = g[6] / (s * s);
   active_ += totals.active;
   muted_ += totals.muted;
-  if (layout_->normalisation == Normalisation::kActive && totals.active > 0)
-    sums.scale(1.0 / static_cast<double>(totals.active));
 }
 
-void SkinSensing::sense(const LinkPoses& X_WL, std::size_t joint_count, const workspace::Workspace& workspace,
-                        const LinkSet& links) noexcept {
-  medium_.sense(X_WL, joint_count, closed_);
+/// Returns whether a fluid's box may hold a sensor of the link.
+bool SkinSensing::reaches(const MovingFluid& fluid, std::size_t link,
+                          const geometry::Pose& X_WL) const noexcept {
+  const workspace::GridSpec& grid = fluid.voxels->grid();
+  const Eigen::Vector3d at_B = fluid.X_WB.inverse() * (X_WL * middle_m_[link]);
+  const Eigen::Vector3d size_m =
+      grid.voxel_size_m * Eigen::Vector3d(grid.size_vox[0], grid.size_vox[1], grid.size_vox[2]);
+  const Eigen::Vector3d nearest = at_B.cwiseMax(grid.origin_m).cwiseMin(grid.origin_m + size_m);
+  // Anything but a distance that is surely greater: also what is not finite is looked at (and feels nothing).
+  return !((at_B - nearest).norm() > radius_m_[link] + kZoneReach_vox * grid.voxel_size_m);
+}
+
+/// Notes which fluids reach a link, and places it in those.
+void SkinSensing::place_in_fluids(std::size_t link, const geometry::Pose& X_WL) noexcept {
+  reached_by_[link].reset();
+  for (std::size_t k = 0; k < fluids_.size(); ++k) {
+    const workspace::GridSpec& grid = fluids_[k].voxels->grid();
+    if (grid.voxel_count() <= 0 || !reaches(fluids_[k], link, X_WL)) continue;
+    const geometry::Pose X_BL = fluids_[k].X_WB.inverse() * X_WL;
+    if (!is_near(X_BL, grid)) continue;
+    reached_by_[link][k] = true;
+    in_fluids_[k]->place_link(link, X_BL, grid);
+    in_fluids_[k]->X_BL_[link] = X_BL;
+  }
+}
+
+/// Adds what the link feels in moving fluids, whose parts begin beside `first`.
+void SkinSensing::take_fluids(std::size_t link, Part& first) noexcept {
+  const auto begin = static_cast<std::size_t>(&first - parts_.data());
+  std::size_t active = first.totals.active;
+  for (std::size_t k = 0; k < fluids_.size(); ++k) {
+    if (!reached_by_[link][k]) continue;
+    SkinSensing& fluid = *in_fluids_[k];
+    Totals& totals = fluid.parts_[begin].totals;
+    for (std::size_t i = begin + 1; i < parts_.size() && parts_[i].link == link; ++i)
+      totals.add(fluid.parts_[i].totals);
+    fluid.take(link, totals, fluid.X_BL_[link], fluids_[k].voxels->grid().voxel_size_m);
+    fluid_sums_[k][link] = fluid.sums_[link].turned(fluids_[k].X_WB.rotation);
+    sums_[link].add(fluid_sums_[k][link]);
+    active += totals.active;
+    active_ += totals.active;
+    muted_ += totals.muted;
+    fluid.find_worst(link, fluid.X_BL_, *fluids_[k].voxels);
+  }
+  if (layout_->normalisation != Normalisation::kActive || active == 0) return;
+  sums_[link].scale(1.0 / static_cast<double>(active));
+  for (std::size_t k = 0; k < fluids_.size(); ++k)
+    fluid_sums_[k][link].scale(1.0 / static_cast<double>(active));
+}
+
+/// Takes the worst sensor of the moving fluids, if it is worse than that of the workspace.
+void SkinSensing::weigh_fluids(const LinkPoses& X_WL) noexcept {
+  for (std::size_t k = 0; k < fluids_.size(); ++k) {
+    const SkinSensing& fluid = *in_fluids_[k];
+    const WorstSensor& other = fluid.worst_;
+    if (!other.found || other.mu < worst_.mu ||
+        (other.mu == worst_.mu && fluid.worst_around_mu_ <= worst_around_mu_))
+      continue;
+    worst_ = other;
+    worst_.fluid = k + 1;
+    worst_.position_W_m = X_WL[other.link] * layout_->position(other.sensor);
+    worst_around_mu_ = fluid.worst_around_mu_;
+  }
+}
+
+/// Forgets the last tick's results, and takes the workspace's palette.
+void SkinSensing::start(const workspace::Workspace& workspace) noexcept {
   sums_ = {};
   active_ = muted_ = 0;
   worst_ = {};
   worst_code_ = 0;
+  worst_around_mu_ = 0.0;
   std::fill(block_worst_.begin(), block_worst_.end(), std::uint8_t{0});
   if (!layout_->clusters.empty()) std::fill(cluster_codes_.begin(), cluster_codes_.end(), std::uint8_t{0});
-  if (workspace.grid().voxel_count() <= 0) return;
   // Codes beyond the palette cannot occur, because the assembler refuses them. The zeros after the palette
   // keep the look-up in bounds anyway.
   palette_.fill(0.0F);
   std::copy(workspace.palette().begin(), workspace.palette().end(), palette_.begin());
   if (!layout_->clusters.empty()) fill_response(options_.response, workspace.palette(), response_);
+}
+
+void SkinSensing::sense(const LinkPoses& X_WL, std::size_t joint_count, const workspace::Workspace& workspace,
+                        const LinkSet& links, std::span<const MovingFluid> fluids) noexcept {
+  medium_.sense(X_WL, joint_count, closed_);
+  start(workspace);
+  fluids_ = fluids.first(std::min(fluids.size(), in_fluids_.size()));
+  for (std::size_t k = 0; k < fluids_.size(); ++k) {
+    in_fluids_[k]->start(*fluids_[k].voxels);
+    fluid_sums_[k] = {};
+  }
   sense_also(X_WL, joint_count, workspace, links);
 }
 
@@ -365,11 +523,13 @@ void SkinSensing::sense_also(const LinkPoses& X_WL, std::size_t joint_count,
     const bool near = is_near(X_WL[link], grid);
     felt[link] = links[link] && near;
     if (near) place_link(link, X_WL[link], grid);  // all links: consider() looks sensors up, too
+    if (felt[link]) place_in_fluids(link, X_WL[link]);
   }
   team_.run(parts_.size(), [&](std::size_t i) {
     Part& part = parts_[i];
     part.totals = {};
     if (!felt[part.link]) return;
+    for (std::size_t k = 0; k < fluids_.size(); ++k) in_fluids_[k]->parts_[i].totals = {};
     if (part.clusters) {
       sense_clusters(part, workspace);
     } else {
@@ -379,10 +539,13 @@ void SkinSensing::sense_also(const LinkPoses& X_WL, std::size_t joint_count,
   for (auto part = parts_.begin(); part != parts_.end();) {  // a link's parts are added to its first part
     const auto first = part++;
     for (; part != parts_.end() && part->link == first->link; ++part) first->totals.add(part->totals);
-    if (felt[first->link]) take(first->link, first->totals, X_WL[first->link], grid.voxel_size_m);
+    if (!felt[first->link]) continue;
+    take(first->link, first->totals, X_WL[first->link], grid.voxel_size_m);
+    take_fluids(first->link, *first);
   }
   for (std::size_t link = 1; link <= joint_count; ++link)
     if (felt[link]) find_worst(link, X_WL, workspace);
+  weigh_fluids(X_WL);
 }
 
 bool SkinSensing::consider(const LinkPoses& X_WL, const workspace::Workspace& workspace, std::size_t sensor,

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "common/robot/cluster_sensor.hpp"
@@ -36,6 +37,14 @@ struct WorstSensor {
   float mu = 0.0F;           ///< Pa·s/m
   std::int8_t order = 0;     ///< neighbour order of that voxel
   std::uint16_t object = 0;  ///< object whose fluid it is
+  /// Whose voxel it is: 0 the workspace's, k + 1 that of the moving fluid k, whose grid `voxel` is in.
+  std::size_t fluid = 0;
+};
+
+/// Fluid that moves with a body, such as a link of another arm: voxels in the body's frame.
+struct MovingFluid {
+  const workspace::Workspace* voxels = nullptr;
+  geometry::Pose X_WB;  ///< of the body
 };
 
 struct SensingOptions {
@@ -50,6 +59,8 @@ struct SensingOptions {
   /// any number. More threads than the host has cores do not help.
   std::size_t threads = 1;
   Medium medium;  ///< that fills the space around the objects
+  /// Greatest number of moving fluids, at most SkinSensing::kMostFluids; each takes some 80 bytes a sensor.
+  std::size_t moving_fluids = 0;
 };
 
 /// Computes the sums of a whole skin in a workspace. Holds packed copies of the sensors and the scratch
@@ -62,6 +73,11 @@ struct SensingOptions {
 /// bytes if its group of 16 meets fluid. A cluster sensor takes a byte for each voxel of its zone. Memory (5
 /// scalar operations and a ring entry for each sensor) and muted contacts (one object look-up for each sensor
 /// of that link in fluid) use a slower loop for the links they concern.
+///
+/// Where fluids that move with bodies meet the workspace's, or each other, a sensor is in the one of greatest
+/// μ, and in none of the others: of equal ones in the workspace's, then in the first. (A cluster sensor: in
+/// the one whose mean is greatest.) A link costs a look-up in each fluid whose box it reaches, and the slower
+/// loop; what no fluid reaches costs nothing more.
 class SkinSensing {
  public:
   /// The layout must outlive this object. Not real-time safe.
@@ -73,9 +89,10 @@ class SkinSensing {
   void sense(const LinkPoses& X_WL, std::size_t joint_count, const workspace::Workspace& workspace) noexcept {
     sense(X_WL, joint_count, workspace, all_links());
   }
-  /// Likewise, of these links alone: the others feel nothing but the medium.
+  /// Likewise, of these links alone: the others feel nothing but the medium. `fluids`: at most
+  /// options.moving_fluids; they must live until the next sense().
   void sense(const LinkPoses& X_WL, std::size_t joint_count, const workspace::Workspace& workspace,
-             const LinkSet& links) noexcept;
+             const LinkSet& links, std::span<const MovingFluid> fluids = {}) noexcept;
   /// Adds links to those of the last sense(), at the same poses in the same workspace. The results are those
   /// of sense() with all of these links, bit for bit. Real-time safe: yes.
   void sense_also(const LinkPoses& X_WL, std::size_t joint_count, const workspace::Workspace& workspace,
@@ -95,6 +112,7 @@ class SkinSensing {
   /// safe: yes.
   bool mute(std::size_t link, std::uint16_t object, bool muted) noexcept;
   static constexpr std::size_t kMostMuted = 16;
+  static constexpr std::size_t kMostFluids = 64;
   /// Forgets the viscosities that sensors met before. Real-time safe: yes.
   void forget() noexcept;
   /// Gives the arm's own sensors, those of `own`, what they remember in `before`. Both must sense with the
@@ -104,6 +122,8 @@ class SkinSensing {
 
   const LinkSums& sums() const noexcept { return sums_; }  ///< of the objects' fluid
   const MediumLinkSums& medium() const noexcept { return medium_.sums(); }
+  /// Returns the part of sums() that comes from a moving fluid.
+  const LinkSums& sums_in(std::size_t fluid) const noexcept { return fluid_sums_[fluid]; }
   std::size_t active() const noexcept { return active_; }  ///< sensors that meet fluid
   std::size_t muted() const noexcept { return muted_; }    ///< sensors in fluid that is muted for them
   const WorstSensor& worst() const noexcept { return worst_; }
@@ -138,12 +158,24 @@ class SkinSensing {
   workspace::Index3 voxel_of(std::size_t link, const Eigen::Vector3d& p_L_m) const noexcept;
   void place_link(std::size_t link, const geometry::Pose& X_WL, const workspace::GridSpec& grid) noexcept;
   void sense_points(Part& part, const workspace::Workspace& workspace) noexcept;
-  void sense_slowly(Part& part, const kernel::Points& points, const kernel::Field& field,
-                    const workspace::Workspace& workspace) noexcept;
+  void look_up(Part& part, const workspace::Workspace& workspace) noexcept;
+  void prevail(Part& part) noexcept;
+  void add_looked_up(Part& part, const workspace::Workspace& workspace) noexcept;
+  void note_worst(Part& part, const workspace::Workspace& workspace, const double* mu) noexcept;
   void sense_clusters(Part& part, const workspace::Workspace& workspace) noexcept;
+  void add_cluster(Part& part, std::size_t sensor, const ClusterReading& reading,
+                   const workspace::Workspace& workspace) noexcept;
   ClusterReading read_cluster(Part& part, const ClusterStencil& stencil, workspace::Index3 centre,
                               const workspace::Workspace& workspace) noexcept;
   void take(std::size_t link, const Totals& totals, const geometry::Pose& X_WL, double voxel_size_m) noexcept;
+  void start(const workspace::Workspace& workspace) noexcept;
+  void enclose(const SkinLayout& layout) noexcept;
+  /// The fluids that reach a link, as bits.
+  using Fluids = std::bitset<kMostFluids>;
+  bool reaches(const MovingFluid& fluid, std::size_t link, const geometry::Pose& X_WL) const noexcept;
+  void place_in_fluids(std::size_t link, const geometry::Pose& X_WL) noexcept;
+  void take_fluids(std::size_t link, Part& first) noexcept;
+  void weigh_fluids(const LinkPoses& X_WL) noexcept;
   std::uint8_t greatest_code(std::size_t link) const noexcept;
   void find_worst_candidates(std::size_t link, std::uint8_t code, WorstCandidates& candidates) const noexcept;
   void find_worst(std::size_t link, const LinkPoses& X_WL, const workspace::Workspace& workspace) noexcept;
@@ -194,7 +226,15 @@ class SkinSensing {
   MediumSensing medium_;
   std::size_t active_ = 0, muted_ = 0;
   WorstSensor worst_;
-  std::uint8_t worst_code_ = 0;  // of worst_, and the sum of μ around it
+  // What the skin feels in each moving fluid, in its frame; the same layout, without fluids of its own.
+  std::vector<std::unique_ptr<SkinSensing>> in_fluids_;
+  std::vector<LinkSums> fluid_sums_;
+  std::span<const MovingFluid> fluids_;  // of this tick
+  std::array<Fluids, core::kMaxJoints + 1> reached_by_{};
+  std::array<Eigen::Vector3d, core::kMaxJoints + 1> middle_m_{};  // of each link's sensors, and how
+  std::array<double, core::kMaxJoints + 1> radius_m_{};           // far they reach from it
+  LinkPoses X_BL_;                                                // of the links, in the fluid's frame
+  std::uint8_t worst_code_ = 0;                                   // of worst_, and the sum of μ around it
   double worst_around_mu_ = 0.0;
 };
 

@@ -121,6 +121,29 @@ void read_sharing(const Fields& file, Config& config) {
              "[], or no sharing");
 }
 
+void read_other_arms(const Fields& file, Config& config) {
+  if (!file.has("other_arms")) return;
+  for (const Fields& other : file.sections("other_arms")) {
+    const std::string partition = other.text("partition");
+    other.check(std::all_of(partition.begin(), partition.end(),
+                            [](char c) {
+                              return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_' ||
+                                     c == '-' || c == '.' || c == '/';
+                            }),
+                "partition", "is no name of a partition; allowed: A-Z a-z 0-9 _ - . /");
+    config.other_arms.push_back({other.text("arm"), partition});
+  }
+  file.check(config.other_arms.size() <= kMostOtherArms, "other_arms",
+             "has " + std::to_string(config.other_arms.size()) + " arms; allowed: up to " +
+                 std::to_string(kMostOtherArms));
+  file.check(config.other_arms.empty() || config.shares.empty(), "other_arms",
+             "does not go with sharing; allowed: one of them");
+  file.check(
+      config.other_arms.empty() || config.percept.memory.empty(), "memory_weights",
+      "does not go with other_arms: what moves past a sensor is no path of the sensor; allowed: [], or "
+      "no other_arms");
+}
+
 }  // namespace
 
 Config load_config(const std::filesystem::path& path) {
@@ -159,6 +182,7 @@ Config load_config(const std::filesystem::path& path) {
   read_motion(file.section("motion"), percept.motion);
   read_hit(file.section("hit"), percept);
   read_sharing(file, config);
+  read_other_arms(file, config);
   file.finish();
   return config;
 }

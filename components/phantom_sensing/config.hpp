@@ -9,10 +9,18 @@
 
 namespace phantom::phantom_sensing {
 
+inline constexpr std::size_t kMostOtherArms = 4;
+
 /// Links whose skin another process senses.
 struct ShareConfig {
   std::string name;
   std::vector<std::string> links;  ///< of the arm's URDF or DH table
+};
+
+/// An arm of the cell that this one senses as it moves.
+struct OtherArmConfig {
+  std::string arm;
+  std::string partition;  ///< DDS partition of its slave_state; empty: the default one
 };
 
 /// The checked content of phantom_sensing.yaml.
@@ -26,6 +34,7 @@ struct Config {
   double workspace_behind_after_s = 1.0;  ///< an announced version incomplete for this long marks the percept
   double workspace_stale_after_s = 5.0;   ///< and for this long ends it
   std::uint64_t workspace_max_bytes = 0;  ///< of one server's workspace
+  std::vector<OtherArmConfig> other_arms;  ///< at most kMostOtherArms
   std::vector<ShareConfig> shares;
   double share_wait_s = 0.0005;  ///< for what others have sensed; then it is sensed here
   std::string own_share;         ///< by the command line: the share that this process senses; empty: none

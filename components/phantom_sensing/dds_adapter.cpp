@@ -53,13 +53,16 @@ struct DdsAdapter::Impl {
     std::optional<messages::CheckedReader<msg::GripperState>> gripper;  // of an arm with fingers
     std::unique_ptr<WorkspaceReaders> workspace;
     std::vector<std::unique_ptr<ShareReaders>> shares;
+    std::vector<std::unique_ptr<messages::CheckedReader<msg::SlaveState>>> others;  // other arms' states
   };
 
   Impl(const core::NetworkOptions& network, const PhantomModel& phantom,
-       const std::vector<std::string>& partitions)
+       const std::vector<std::string>& partitions, std::span<const OtherArm> others)
       : model(phantom),
+        other_arms(others),
         participant("phantom_sensing", network),
         shares(participants_of(network, phantom, partitions)),
+        beside(participants_beside(network, others)),
         results(phantom.own_share ? *shares.front() : participant),
         status(participant, status_name(phantom)),
         drag_field(results, dds::kDragField),
@@ -71,7 +74,8 @@ struct DdsAdapter::Impl {
                  {.refused = [](const messages::SensingCommand& command, const std::string& why) {
                    return reply_to(command, {false, why});
                  }}) {
-    for (const auto& share : shares) status.count_refusals_of(*share);
+    for (const auto* participants : {&shares, &beside})
+      for (const auto& joined : *participants) status.count_refusals_of(*joined);
   }
 
   /// Returns the topic that two processes write of those that only one may write, or null.
@@ -82,6 +86,8 @@ struct DdsAdapter::Impl {
     if (readers->slave.has_rival(now_ns)) return "slave_state";
     for (const auto& share : readers->shares)
       if (share->drag_field.has_rival(now_ns)) return "drag_field of a share of the skin";
+    for (const auto& other : readers->others)
+      if (other->has_rival(now_ns)) return "slave_state of another arm";
     return readers->gripper && readers->gripper->has_rival(now_ns) ? "gripper_state" : nullptr;
   }
 
@@ -97,9 +103,14 @@ struct DdsAdapter::Impl {
   static Participants participants_of(const core::NetworkOptions& network, const PhantomModel& model,
                                       const std::vector<std::string>& partitions);
 
+  static Participants participants_beside(const core::NetworkOptions& network,
+                                          std::span<const OtherArm> others);
+
   const PhantomModel& model;
+  const std::span<const OtherArm> other_arms;
   dds::Participant participant;
   const Participants shares;  // in the partitions of the shares: of all, or of the one that is sensed here
+  const Participants beside;  // in the partitions of the other arms
   dds::Participant& results;  // publishes what is sensed
   messages::StatusReporter status;
   messages::Publisher<messages::DragField> drag_field;
@@ -133,6 +144,17 @@ DdsAdapter::Impl::Participants DdsAdapter::Impl::participants_of(const core::Net
   return participants;
 }
 
+DdsAdapter::Impl::Participants DdsAdapter::Impl::participants_beside(const core::NetworkOptions& network,
+                                                                     std::span<const OtherArm> others) {
+  Participants participants;
+  for (const OtherArm& other : others) {
+    core::NetworkOptions there = network;
+    there.partition = other.partition();
+    participants.push_back(std::make_unique<dds::Participant>("phantom_sensing", there));
+  }
+  return participants;
+}
+
 DdsAdapter::Impl::ShareReaders::ShareReaders(Impl& owner, SensingLoop& loop, std::size_t share)
     : drag_field(*owner.shares[share], dds::kDragField, messages::bounds_of(owner.model.arm),
                  [&loop, share](const messages::DragField& field, core::Nanoseconds) {
@@ -154,6 +176,12 @@ DdsAdapter::Impl::Readers::Readers(Impl& owner, SensingLoop& loop, WorkspaceKeep
   if (!owner.model.own_share)
     for (std::size_t i = 0; i < owner.shares.size(); ++i)
       shares.push_back(std::make_unique<ShareReaders>(owner, loop, i));
+  for (std::size_t i = 0; i < owner.other_arms.size(); ++i)
+    others.push_back(std::make_unique<messages::CheckedReader<msg::SlaveState>>(
+        *owner.beside[i], dds::kSlaveState, messages::bounds_of(owner.other_arms[i].arm()),
+        [&loop, i](const messages::SlaveState& state, core::Nanoseconds received_ns) {
+          loop.offer_other(i, SlaveSample(state, received_ns));
+        }));
   if (!owner.model.has_fingers()) return;
   gripper.emplace(owner.participant, dds::kGripperState, messages::bounds_of(owner.model.arm),
                   [&owner, &loop](const messages::GripperState& state, core::Nanoseconds received_ns) {
@@ -238,8 +266,8 @@ bool DdsAdapter::Impl::second_server(core::Nanoseconds now_ns) {
 }
 
 DdsAdapter::DdsAdapter(const core::NetworkOptions& network, const PhantomModel& model,
-                       const std::vector<std::string>& shares)
-    : impl_(std::make_unique<Impl>(network, model, shares)) {}
+                       const std::vector<std::string>& shares, std::span<const OtherArm> other_arms)
+    : impl_(std::make_unique<Impl>(network, model, shares, other_arms)) {}
 DdsAdapter::~DdsAdapter() = default;
 
 void DdsAdapter::start_reading(SensingLoop& loop, WorkspaceKeeper& workspace) {

@@ -3,6 +3,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -23,10 +24,10 @@ class DdsAdapter : public PerceptSink {
  public:
   /// Joins the DDS domain with all writers and the reader of commands; start_reading() adds the other
   /// readers. `shares`: the partitions of the shares of the skin (share_partitions()): the process of one
-  /// writes all but component_status there, and the arm's reads drag_field and percept there. Throws
-  /// DdsError.
+  /// writes all but component_status there, and the arm's reads drag_field and percept there. `other_arms`:
+  /// whose slave_state is read in their partitions; they must outlive this. Throws DdsError.
   DdsAdapter(const core::NetworkOptions& network, const PhantomModel& model,
-             const std::vector<std::string>& shares = {});
+             const std::vector<std::string>& shares = {}, std::span<const OtherArm> other_arms = {});
   ~DdsAdapter() override;
 
   /// Passes received samples to `loop` and `workspace` until stop_reading(). Both must live until then.

@@ -324,6 +324,11 @@ void add_options(runtime::Command app, ReplayRequest& request) {
 }
 
 int run_replay(const ReplayRequest& request, Config config) {
+  if (!config.other_arms.empty())
+    throw core::ConfigError(
+        config.file.string() +
+        ": other_arms: their states are in no recording of this arm's partition, so its percepts "
+        "cannot be made again; allowed: none");
   if (!request.arm.empty()) config.arm = request.arm;
   const auto cell = runtime::load_cell(request.cell);
   const auto model = load_model(cell, config);

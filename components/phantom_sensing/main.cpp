@@ -6,6 +6,7 @@
 #include "components/phantom_sensing/command.hpp"
 #include "components/phantom_sensing/dds_adapter_replay.hpp"
 #include "components/phantom_sensing/model.hpp"
+#include "components/phantom_sensing/other_arms.hpp"
 #include "components/phantom_sensing/probe.hpp"
 #include "components/phantom_sensing/self_test.hpp"
 #include "components/phantom_sensing/service.hpp"
@@ -57,7 +58,9 @@ int main(int argc, char** argv) {
       return phantom_sensing::run_command(command_arguments, deployment.network, std::cout);
     std::optional<runtime::EndsAtOnce> starting(std::in_place);
     const auto cell = runtime::load_cell(deployment.cell);
-    const auto model = phantom_sensing::load_model(cell, config);
+    auto model = phantom_sensing::load_model(cell, config);
+    const auto others = phantom_sensing::load_other_arms(cell, config);
+    model.other_links = phantom_sensing::links_of(others);
     phantom_sensing::allowed_contact(cell, config, model);
     dds::check_qos_profiles(deployment.network.qos_profiles);
     if (options.check) {
@@ -70,7 +73,7 @@ int main(int argc, char** argv) {
           phantom_sensing::describe(phantom_sensing::predict_tick(cell, config, model)));
     }
     starting.reset();
-    return phantom_sensing::run_service(options, deployment, cell, config, model);
+    return phantom_sensing::run_service(options, deployment, cell, config, model, others);
   };
   return runtime::process_main(argc, argv, description);
 }

@@ -1,5 +1,6 @@
 #include "components/phantom_sensing/phantom_sensing.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <thread>
 
@@ -40,7 +41,8 @@ robot::SensingOptions sensing_options(const PhantomModel& model, const PerceptSe
           settings.memory,
           settings.response,
           settings.threads != 0 ? settings.threads : threads_for(sensors),
-          model.medium};
+          model.medium,
+          model.other_links};
 }
 
 PhantomSensing::PhantomSensing(const PhantomModel& model, const PerceptSettings& settings)
@@ -70,20 +72,25 @@ Eigen::Vector3d PhantomSensing::velocity_W(const StepInputs& inputs, std::size_t
 
 /// Fills the fields that follow from the place's μ, position and object, which must be set. Returns the
 /// inputs of the hit rules.
-percept::HitCandidate PhantomSensing::perceive_place(const StepInputs& inputs, std::size_t link,
-                                                     const Eigen::Vector3d& closing_m,
-                                                     workspace::Index3 voxel,
+percept::HitCandidate PhantomSensing::perceive_place(const StepInputs& inputs, const Felt& felt,
                                                      PlacePercept& place) const noexcept {
-  place.closeness = percept::closeness(place.mu, inputs.workspace.greatest_neighbour_mu);
-  place.velocity_W_m_s = velocity_W(inputs, link, closing_m, place.position_W_m);
-  place.gradient = zone_.gradient(*inputs.workspace.voxels, voxel, link, inputs.allowed);
+  const OtherLink* const other = felt.fluid == 0 ? nullptr : &inputs.others[felt.fluid - 1];
+  place.closeness = percept::closeness(
+      place.mu, other != nullptr ? other->greatest_neighbour_mu : inputs.workspace.greatest_neighbour_mu);
+  place.velocity_W_m_s = velocity_W(inputs, felt.link, felt.closing_m, place.position_W_m);
+  place.gradient = zone_.gradient(other != nullptr ? *other->fluid : *inputs.workspace.voxels, felt.voxel,
+                                  felt.link, inputs.allowed);
+  if (other != nullptr) {
+    place.velocity_W_m_s -= other->velocity_W(place.position_W_m);
+    place.gradient.pgv_W_m = other->X_WL.rotation * place.gradient.pgv_W_m;
+  }
   const Eigen::Vector3d& pgv = place.gradient.pgv_W_m;
   place.motion = percept::classify_motion(pgv, place.velocity_W_m_s, settings_.motion);
   percept::HitCandidate candidate;
   candidate.situation = {
       place.mu, place.velocity_W_m_s.norm(),
       percept::approach_cosine(pgv, place.velocity_W_m_s, settings_.motion.least_speed_m_s)};
-  candidate.link = static_cast<std::uint32_t>(link);
+  candidate.link = static_cast<std::uint32_t>(felt.link);
   candidate.object = place.object;
   candidate.position_W_m = place.position_W_m;
   candidate.pgv_W_m = pgv;
@@ -100,9 +107,8 @@ void PhantomSensing::perceive_skin(const StepInputs& inputs, StepOutputs& output
     percept.link = worst.link;
     percept.sensor = worst.sensor;
     const auto& closing_m = sensing_->layout().closing_m;
-    candidate = perceive_place(inputs, worst.link,
-                               closing_m.empty() ? Eigen::Vector3d::Zero() : closing_m[worst.sensor],
-                               worst.voxel, percept);
+    const Eigen::Vector3d way_m = closing_m.empty() ? Eigen::Vector3d::Zero() : closing_m[worst.sensor];
+    candidate = perceive_place(inputs, {worst.link, way_m, worst.voxel, worst.fluid}, percept);
     candidate->sensor = static_cast<std::uint32_t>(worst.sensor);
   }
   outputs.alerts = numbered(skin_watch_, skin_watch_.hits.step(candidate, inputs.dt_s));
@@ -111,25 +117,44 @@ void PhantomSensing::perceive_skin(const StepInputs& inputs, StepOutputs& output
       robot::drag_torque(outputs.drag, settings_.mode, inputs.velocity, model_.arm.joint_count());
 }
 
+/// Looks up the fluid of greatest μ at an interest point, whose position must be set.
+PhantomSensing::Felt PhantomSensing::feel(const StepInputs& inputs, const InterestPoint& point,
+                                          InterestPercept& percept) const noexcept {
+  Felt felt{point.link, point.closing_m, {}, 0};
+  const auto look_up = [&](const workspace::Workspace& voxels, const Eigen::Vector3d& position_m,
+                           std::size_t fluid) {
+    const workspace::Index3 voxel = voxels.grid().index_of(position_m);
+    const auto mu = static_cast<double>(voxels.mu(voxel));
+    if (mu <= percept.mu) return;
+    if (inputs.allowed.mutes(point.link, voxels.object(voxel))) {
+      percept.muted = true;
+      if (percept.mu == 0.0) percept.object = voxels.object(voxel);
+      return;
+    }
+    percept.mu = mu;
+    percept.object = voxels.object(voxel);
+    felt.voxel = voxel;
+    felt.fluid = fluid;
+  };
+  look_up(*inputs.workspace.voxels, percept.position_W_m, 0);
+  for (std::size_t k = 0; k < inputs.others.size(); ++k)
+    look_up(*inputs.others[k].fluid, inputs.others[k].X_WL.inverse() * percept.position_W_m, k + 1);
+  if (percept.mu > 0.0) percept.muted = false;
+  return felt;
+}
+
 void PhantomSensing::perceive_interest_points(const StepInputs& inputs) noexcept {
-  const workspace::Workspace& workspace = *inputs.workspace.voxels;
   for (std::size_t i = 0; i < interest_.size(); ++i) {
     const InterestPoint& point = model_.interest_points[i];
     InterestPercept& percept = interest_[i];
     percept = {};
     percept.position_W_m = X_WL_[point.link] * (point.position_m + inputs.fingers.closed * point.closing_m);
     percept.velocity_W_m_s = velocity_W(inputs, point.link, point.closing_m, percept.position_W_m);
-    const workspace::Index3 voxel = workspace.grid().index_of(percept.position_W_m);
-    const auto mu = static_cast<double>(workspace.mu(voxel));
     std::optional<percept::HitCandidate> candidate;
-    if (mu > 0.0) {
-      percept.object = workspace.object(voxel);
-      percept.muted = inputs.allowed.mutes(point.link, percept.object);
-      if (!percept.muted) {
-        percept.mu = mu;
-        candidate = perceive_place(inputs, point.link, point.closing_m, voxel, percept);
-        candidate->interest_point = static_cast<std::int32_t>(i);
-      }
+    const Felt felt = feel(inputs, point, percept);
+    if (percept.mu > 0.0) {
+      candidate = perceive_place(inputs, felt, percept);
+      candidate->interest_point = static_cast<std::int32_t>(i);
     }
     percept.alerts = numbered(interest_watches_[i], interest_watches_[i].hits.step(candidate, inputs.dt_s));
     percept.rule = interest_watches_[i].hits.rule();
@@ -207,8 +232,17 @@ void PhantomSensing::begin(const StepInputs& inputs, StepOutputs& outputs) noexc
   model_.arm.link_poses(inputs.position, X_WL_);
   mute(inputs.allowed);
   sensing_->close_gripper(inputs.fingers.closed);
-  sensing_->sense(X_WL_, model_.arm.joint_count(), *inputs.workspace.voxels, own_links_);
+  const std::size_t others = std::min(inputs.others.size(), model_.other_links);
+  for (std::size_t k = 0; k < others; ++k) fluids_[k] = {inputs.others[k].fluid, inputs.others[k].X_WL};
+  sensing_->sense(X_WL_, model_.arm.joint_count(), *inputs.workspace.voxels, own_links_,
+                  std::span(fluids_).first(others));
   add_drag_of(own_links_, inputs, outputs);
+  for (std::size_t k = 0; k < others; ++k) {
+    const OtherLink& other = inputs.others[k];
+    flows_[k] = {&sensing_->sums_in(k), other.X_WL.translation_m, other.linear_W_m_s, other.angular_W_rad_s};
+  }
+  robot::relieve_by_flow(model_.arm, X_WL_, std::span(flows_).first(others), settings_.directional.still,
+                         inputs.velocity, outputs.drag);
   outputs.valid = true;
 }
 

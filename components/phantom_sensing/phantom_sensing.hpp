@@ -52,6 +52,20 @@ struct Fingers {
   double closed = 0.0, closing_per_s = 0.0;
 };
 
+/// A link of another arm as it is now: the fluid around it, where it is, and how it moves.
+struct OtherLink {
+  const workspace::Workspace* fluid = nullptr;  ///< in the link's frame
+  double greatest_neighbour_mu = 0.0;           ///< Pa·s/m, of that fluid
+  geometry::Pose X_WL;
+  Eigen::Vector3d linear_W_m_s = Eigen::Vector3d::Zero();  ///< velocity of the link's origin
+  Eigen::Vector3d angular_W_rad_s = Eigen::Vector3d::Zero();
+  /// Returns the velocity of the fluid at a place. Real-time safe: yes.
+  Eigen::Vector3d velocity_W(const Eigen::Vector3d& position_W_m) const noexcept {
+    return linear_W_m_s + angular_W_rad_s.cross(position_W_m - X_WL.translation_m);
+  }
+};
+inline constexpr std::size_t kMostOtherLinks = robot::SkinSensing::kMostFluids;
+
 /// Greatest number of shares of a skin that other processes sense.
 inline constexpr std::size_t kMostShares = 4;
 
@@ -72,6 +86,8 @@ struct PhantomModel {
   std::vector<SkinShare> shares = {};    ///< at most kMostShares; no link is in two
   std::optional<std::size_t> own_share;  ///< the one that this process senses, and nothing else; none: it is
                                          ///< the arm's process
+
+  std::size_t other_links = 0;  ///< greatest number of StepInputs::others, at most kMostOtherLinks
 
   /// Returns whether the arm has a gripper that moves what is sensed.
   bool has_fingers() const noexcept {
@@ -94,13 +110,14 @@ struct SensedWorkspace {
 };
 
 struct StepInputs {
-  core::JointArray position{};      ///< rad or m; finite
-  core::JointArray velocity{};      ///< rad/s or m/s; finite
-  double dt_s = 0.0;                ///< time since the previous step, ≥ 0
-  SensedWorkspace workspace;        ///< if none, the result is invalid
-  bool state_valid = false;         ///< false: position and velocity are stale, and the result is invalid
-  percept::AllowedContact allowed;  ///< contacts allowed now
-  Fingers fingers;                  ///< as long as their width is not known: at their widest
+  core::JointArray position{};        ///< rad or m; finite
+  core::JointArray velocity{};        ///< rad/s or m/s; finite
+  double dt_s = 0.0;                  ///< time since the previous step, ≥ 0
+  SensedWorkspace workspace;          ///< if none, the result is invalid
+  bool state_valid = false;           ///< false: position and velocity are stale, and the result is invalid
+  percept::AllowedContact allowed;    ///< contacts allowed now
+  Fingers fingers;                    ///< as long as their width is not known: at their widest
+  std::span<const OtherLink> others;  ///< links of other arms, as they are now
 };
 
 /// The percept at one place of the arm: the percept parameters of spec 2.5. All zero in free space and if
@@ -110,6 +127,7 @@ struct PlacePercept {
   double closeness = 0.0;    ///< 0…1
   std::uint16_t object = 0;  ///< id of the object that the fluid belongs to; 0: none
   Eigen::Vector3d position_W_m = Eigen::Vector3d::Zero();
+  /// Of the place, relative to the fluid that it is in: that moves with the object (another arm's link).
   Eigen::Vector3d velocity_W_m_s = Eigen::Vector3d::Zero();
   percept::PrincipalGradient gradient;
   percept::MotionClass motion = percept::MotionClass::kNone;
@@ -184,9 +202,16 @@ class PhantomSensing {
   bool take_share(const StepInputs& inputs, const SensedShare& share, StepOutputs& outputs) noexcept;
   void perceive_skin(const StepInputs& inputs, StepOutputs& outputs) noexcept;
   void perceive_interest_points(const StepInputs& inputs) noexcept;
-  percept::HitCandidate perceive_place(const StepInputs& inputs, std::size_t link,
-                                       const Eigen::Vector3d& closing_m, workspace::Index3 voxel,
+  /// A place of the arm in fluid: of the workspace (0), or of others[fluid − 1], whose grid `voxel` is in.
+  struct Felt {
+    std::size_t link;
+    Eigen::Vector3d closing_m;
+    workspace::Index3 voxel;
+    std::size_t fluid;
+  };
+  percept::HitCandidate perceive_place(const StepInputs& inputs, const Felt& felt,
                                        PlacePercept& place) const noexcept;
+  Felt feel(const StepInputs& inputs, const InterestPoint& point, InterestPercept& percept) const noexcept;
   Eigen::Vector3d velocity_W(const StepInputs& inputs, std::size_t link, const Eigen::Vector3d& closing_m,
                              const Eigen::Vector3d& position_W_m) const noexcept;
   void forget() noexcept;
@@ -215,6 +240,8 @@ class PhantomSensing {
   robot::LinkSums sums_of_links_;
   robot::DragCoefficients drag_of_links_;
   std::size_t muted_elsewhere_ = 0;
+  std::array<robot::MovingFluid, kMostOtherLinks> fluids_;
+  std::array<robot::MovingSums, kMostOtherLinks> flows_;
 };
 
 }  // namespace phantom::phantom_sensing

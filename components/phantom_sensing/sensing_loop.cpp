@@ -16,12 +16,13 @@ constexpr core::Nanoseconds kFiguresPeriod_ns = 400 * core::kNsPerMillisecond;
 }  // namespace
 
 SensingLoop::SensingLoop(const PhantomModel& model, const Config& config, WorkspaceKeeper& workspace,
-                         PerceptSink& sink)
+                         PerceptSink& sink, std::span<const OtherArm> other_arms)
     : config_(config),
       workspace_(workspace),
       sink_(sink),
       sensing_(model, config.percept),
       shares_(model.own_share ? 0 : model.shares.size(), config.share_wait_s),
+      other_arms_(other_arms),
       staleness_ns_(core::from_seconds(config.staleness_s)),
       watchdog_ns_(std::min(kLongestWatchdog_ns, staleness_ns_ / 2)),
       // The worst sensor of a share belongs to its coefficients.
@@ -66,14 +67,50 @@ void SensingLoop::publish_figures() {
   published_.write(counted_);
 }
 
-/// Returns the most serious condition of state, workspace and self-test.
+/// Returns what the states of other arms allow: their links are a part of what is around this arm. One that
+/// has never come leaves them unknown; a stale one leaves them where they were, for as long as a workspace
+/// that is behind is used.
+PerceptCondition SensingLoop::assess_others(core::Nanoseconds now_ns) noexcept {
+  PerceptCondition condition = PerceptCondition::kFresh;
+  counted_.others_silent.reset();
+  for (std::size_t i = 0; i < other_arms_.size(); ++i) {
+    Other& other = others_[i];
+    other.inbox.read(other.newest);
+    const core::Nanoseconds age_ns = now_ns - other.newest.received_ns;
+    if (other.newest.received_ns != 0 && age_ns <= staleness_ns_) continue;
+    counted_.others_silent[i] = true;
+    if (other.newest.received_ns == 0) return PerceptCondition::kNoWorkspace;
+    const bool too_old = age_ns > staleness_ns_ + core::from_seconds(config_.workspace_stale_after_s);
+    condition = too_old || condition == PerceptCondition::kWorkspaceStale
+                    ? PerceptCondition::kWorkspaceStale
+                    : PerceptCondition::kWorkspaceBehind;
+  }
+  return condition;
+}
+
+/// Returns where the links of the other arms are, and how they move: of a stale state, at rest.
+std::span<const OtherLink> SensingLoop::place_others(core::Nanoseconds now_ns) noexcept {
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < other_arms_.size(); ++i) {
+    const SlaveSample& state = others_[i].newest;
+    const bool fresh = now_ns - state.received_ns <= staleness_ns_;
+    other_arms_[i].put(state.position, fresh ? state.velocity : core::JointArray{},
+                       std::span(other_links_).subspan(count, other_arms_[i].link_count()));
+    count += other_arms_[i].link_count();
+  }
+  return std::span(other_links_).first(count);
+}
+
+/// Returns the most serious condition of state, workspace, other arms and self-test.
 PerceptCondition SensingLoop::assess(std::uint64_t workspace_version, core::Nanoseconds now_ns) noexcept {
   const PerceptCondition workspace = watch_.assess(workspace_version, now_ns);
+  const PerceptCondition others = assess_others(now_ns);
   if (!is_valid(workspace)) return workspace;
+  if (!is_valid(others)) return others;
   if (!self_test_passed_.load(std::memory_order_relaxed)) return PerceptCondition::kSelfTestFailed;
   if (!counted_.state_seen) return PerceptCondition::kNoState;
   if (now_ns - newest_.received_ns > staleness_ns_) return PerceptCondition::kStateStale;
-  return workspace;
+  return others != PerceptCondition::kFresh ? others : workspace;
 }
 
 void SensingLoop::turn(core::Nanoseconds now_ns) {
@@ -134,6 +171,7 @@ void SensingLoop::tick(core::Nanoseconds now_ns, const SensedWorkspace& workspac
     inputs.position = newest_.position;
     inputs.velocity = newest_.velocity;
     inputs.dt_s = elapsed_s(ticked_, newest_);
+    inputs.others = place_others(now_ns);
     ticked_ = newest_;
   }
   gripper_inbox_.read(gripper_);

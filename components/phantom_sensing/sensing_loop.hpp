@@ -2,8 +2,10 @@
 
 #include <semaphore.h>
 
+#include <array>
 #include <atomic>
 #include <cstdint>
+#include <span>
 
 #include "common/core/clock.hpp"
 #include "common/core/histogram.hpp"
@@ -12,6 +14,7 @@
 #include "common/messages/teleoperation.hpp"
 #include "components/phantom_sensing/config.hpp"
 #include "components/phantom_sensing/contact_permits.hpp"
+#include "components/phantom_sensing/other_arms.hpp"
 #include "components/phantom_sensing/phantom_sensing.hpp"
 #include "components/phantom_sensing/share_inbox.hpp"
 #include "components/phantom_sensing/workspace_keeper.hpp"
@@ -65,10 +68,11 @@ struct LoopFigures {
   std::uint64_t workspace_version = 0;
   double greatest_neighbour_mu = 0.0;  ///< Pa·s/m, of that workspace
   std::size_t active_sensors = 0;
-  std::size_t muted_sensors = 0;            ///< in the newest tick
-  std::bitset<kMostShares> shares_resting;  ///< shares that do not come in time, and are sensed here
-  std::uint64_t shares_sensed_here = 0;     ///< in all ticks, of shares that others sense
-  bool state_seen = false;                  ///< a slave_state has come since the start
+  std::size_t muted_sensors = 0;              ///< in the newest tick
+  std::bitset<kMostShares> shares_resting;    ///< shares that do not come in time, and are sensed here
+  std::bitset<kMostOtherArms> others_silent;  ///< other arms whose state is stale, or has never come
+  std::uint64_t shares_sensed_here = 0;       ///< in all ticks, of shares that others sense
+  bool state_seen = false;                    ///< a slave_state has come since the start
   PerceptCondition condition = PerceptCondition::kNoWorkspace;  ///< of the newest result
 };
 
@@ -79,7 +83,8 @@ struct LoopFigures {
 class SensingLoop {
  public:
   /// All arguments must outlive this.
-  SensingLoop(const PhantomModel& model, const Config& config, WorkspaceKeeper& workspace, PerceptSink& sink);
+  SensingLoop(const PhantomModel& model, const Config& config, WorkspaceKeeper& workspace, PerceptSink& sink,
+              std::span<const OtherArm> other_arms = {});
   ~SensingLoop();
 
   /// Passes a new state to the loop. One thread. Real-time safe: yes.
@@ -91,6 +96,8 @@ class SensingLoop {
   void stop() noexcept;  ///< thread-safe
   /// Sets the contacts that are allowed from now on. One thread.
   void permit(const ContactPermits& permits) noexcept { permits_inbox_.write(permits); }
+  /// Takes a state of another arm. Each arm's on one thread.
+  void offer_other(std::size_t arm, const SlaveSample& sample) noexcept { others_[arm].inbox.write(sample); }
   /// Takes what the process of a share has published. Each share's on one thread.
   template <class Sample>
   void offer_share(std::size_t share, const Sample& sample) noexcept {
@@ -114,6 +121,8 @@ class SensingLoop {
  private:
   PerceptCondition assess(std::uint64_t workspace_version, core::Nanoseconds now_ns) noexcept;
   void sense(const StepInputs& inputs, const core::SampleId& gripper);
+  PerceptCondition assess_others(core::Nanoseconds now_ns) noexcept;
+  std::span<const OtherLink> place_others(core::Nanoseconds now_ns) noexcept;
   void tick(core::Nanoseconds now_ns, const SensedWorkspace& workspace, PerceptCondition condition);
   void publish(core::Nanoseconds now_ns, const TickInfo& info);
   void publish_figures();
@@ -123,6 +132,14 @@ class SensingLoop {
   PerceptSink& sink_;
   PhantomSensing sensing_;
   ShareInbox shares_;
+  /// Another arm, and its newest state.
+  struct Other {
+    core::Snapshot<SlaveSample> inbox;
+    SlaveSample newest;
+  };
+  const std::span<const OtherArm> other_arms_;
+  std::array<Other, kMostOtherArms> others_;
+  std::array<OtherLink, kMostOtherLinks> other_links_;
   percept::AllowedContact contacts_of_shares_;
   core::Nanoseconds staleness_ns_, watchdog_ns_, percept_period_ns_;
 

@@ -60,13 +60,29 @@ std::string names_of(const std::bitset<kMostShares>& shares, const PhantomModel&
   return names;
 }
 
-core::Health health_of(const Situation& now, const PhantomModel& model) {
+/// Returns what silent arms mean for the percept; empty: none is silent.
+std::string silence_of(const LoopFigures& figures, const std::vector<OtherArm>& others) {
+  std::string names;
+  for (std::size_t i = 0; i < others.size(); ++i)
+    if (figures.others_silent[i]) names += (names.empty() ? "" : ", ") + others[i].name();
+  if (names.empty()) return names;
+  return "no slave_state comes of " + names +
+         (is_valid(figures.condition) ? ": felt where it was last" : ": no percept");
+}
+
+core::Health health_of(const Situation& now, const PhantomModel& model, const std::vector<OtherArm>& others) {
   const LoopFigures& figures = now.figures;
   core::Health health;
   const ConditionReport& report = kReports[static_cast<std::size_t>(figures.condition)];
   const bool waits = figures.condition == PerceptCondition::kWorkspaceUnattended && !figures.state_seen;
   health.state = waits ? core::ComponentState::kReady : report.state;
   health.message = report.text;
+  const bool by_workspace =
+      (figures.condition == PerceptCondition::kNoWorkspace && now.workspace_version != 0) ||
+      figures.condition == PerceptCondition::kWorkspaceBehind ||
+      figures.condition == PerceptCondition::kWorkspaceStale;
+  if (const std::string silent = silence_of(figures, others); by_workspace && !silent.empty())
+    health.message = silent;
   if (figures.condition == PerceptCondition::kSelfTestFailed) health.message += ", " + now.self_test.message;
   if (const std::string missing = names_of(figures.shares_resting, model); !missing.empty()) {
     if (health.state == core::ComponentState::kRunning) health.state = core::ComponentState::kDegraded;
@@ -92,6 +108,7 @@ core::Health health_of(const Situation& now, const PhantomModel& model) {
                     {"workspace_version", static_cast<double>(now.workspace_version), ""},
                     {"self_tests", static_cast<double>(now.self_tests), ""},
                     {"self_test_passed", now.self_test.passed ? 1.0 : 0.0, ""},
+                    {"other_arms_silent", static_cast<double>(figures.others_silent.count()), ""},
                     {"shares_missing", static_cast<double>(figures.shares_resting.count()), ""},
                     {"shares_sensed_here", static_cast<double>(figures.shares_sensed_here), ""},
                     {"ticks", static_cast<double>(figures.ticks), ""},
@@ -132,10 +149,12 @@ void write_report(const std::filesystem::path& folder, const Situation& now, con
 class Service {
  public:
   Service(const runtime::CellConfig& cell, const Config& config, const PhantomModel& model,
-          DdsAdapter& adapter, WorkspaceKeeper& workspace, SensingLoop& loop)
+          const std::vector<OtherArm>& others, DdsAdapter& adapter, WorkspaceKeeper& workspace,
+          SensingLoop& loop)
       : cell_(cell),
         config_(config),
         model_(model),
+        others_(others),
         adapter_(adapter),
         workspace_(workspace),
         loop_(loop),
@@ -217,6 +236,7 @@ class Service {
       for (std::size_t i = 0; i < cell_.objects.size(); ++i)
         names[static_cast<std::uint16_t>(i + 1)] = cell_.objects[i].name;
     }
+    for (const OtherArm& other : others_) names[other.id()] = other.name();
     contacts_.know_objects(std::move(names));
   }
 
@@ -243,6 +263,7 @@ class Service {
   const runtime::CellConfig& cell_;
   const Config& config_;
   const PhantomModel& model_;
+  const std::vector<OtherArm>& others_;
   DdsAdapter& adapter_;
   WorkspaceKeeper& workspace_;
   SensingLoop& loop_;
@@ -283,22 +304,24 @@ class Sensing {
 }  // namespace
 
 int run_service(const runtime::ProcessOptions& options, const runtime::Deployment& deployment,
-                const runtime::CellConfig& cell, const Config& config, const PhantomModel& model) {
+                const runtime::CellConfig& cell, const Config& config, const PhantomModel& model,
+                const std::vector<OtherArm>& others) {
   if (const SelfTestResult tested = test_step(config.percept); !tested.passed)
     throw std::runtime_error(tested.message);
   const auto shares =
       share_partitions(deployment.network.partition, config, model, allowed_contact(cell, config, model));
-  DdsAdapter adapter(core::in_haptic_path(deployment.network, config.servo_priority), model, shares);
+  DdsAdapter adapter(core::in_haptic_path(deployment.network, config.servo_priority), model, shares, others);
   CarriedParts parts(model, config.percept, config.servo_priority);
   WorkspaceKeeper workspace(adapter.workspace_callbacks(), config.workspace_max_bytes, &parts);
   HitLog hits(adapter, model);
   AlertRelay relay(hits, config.servo_priority);
   // Made here because its workers inherit their scheduling from the thread that creates them.
   std::unique_ptr<SensingLoop> sensing_loop;
-  core::run_in_place(core::ThreadRole::kSensing, config.servo_priority,
-                     [&] { sensing_loop = std::make_unique<SensingLoop>(model, config, workspace, relay); });
+  core::run_in_place(core::ThreadRole::kSensing, config.servo_priority, [&] {
+    sensing_loop = std::make_unique<SensingLoop>(model, config, workspace, relay, others);
+  });
   SensingLoop& loop = *sensing_loop;
-  Service service(cell, config, model, adapter, workspace, loop);
+  Service service(cell, config, model, others, adapter, workspace, loop);
   const auto object_name = [&service](std::uint16_t id) { return service.object_name(id); };
   spdlog::info("{} sensors and {} interest points on {} joints; waiting for workspace and slave_state",
                model.skin.size(), model.interest_points.size(), model.arm.joint_count());
@@ -319,7 +342,7 @@ int run_service(const runtime::ProcessOptions& options, const runtime::Deploymen
     if (now_ns < next_status_ns) continue;
     next_status_ns = now_ns + core::from_seconds(kStatusPeriod_s);
     const Situation now = service.situation(now_ns);
-    core::Health health = health_of(now, model);
+    core::Health health = health_of(now, model, others);
     health.loops = {loop.progress().statistics(), relay.progress().statistics(),
                     workspace.progress().statistics()};
     if (now.figures.condition != logged)
@@ -332,7 +355,7 @@ int run_service(const runtime::ProcessOptions& options, const runtime::Deploymen
   relay.end();
   hits.log_new(object_name);
   const Situation last = service.situation(core::monotonic_ns());
-  core::Health ended = health_of(last, model);
+  core::Health ended = health_of(last, model, others);
   ended.state = core::ComponentState::kStopped;
   ended.message.clear();
   adapter.publish_status(ended);

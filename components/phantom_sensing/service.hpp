@@ -3,6 +3,7 @@
 #include "common/runtime/cell.hpp"
 #include "common/runtime/deployment.hpp"
 #include "components/phantom_sensing/config.hpp"
+#include "components/phantom_sensing/other_arms.hpp"
 
 namespace phantom::phantom_sensing {
 
@@ -10,6 +11,7 @@ namespace phantom::phantom_sensing {
 /// status at 2 Hz. Writes phantom_sensing.json if a `report_dir` is given. Returns the exit code. Throws
 /// DdsError.
 int run_service(const runtime::ProcessOptions& options, const runtime::Deployment& deployment,
-                const runtime::CellConfig& cell, const Config& config, const PhantomModel& model);
+                const runtime::CellConfig& cell, const Config& config, const PhantomModel& model,
+                const std::vector<OtherArm>& others);
 
 }  // namespace phantom::phantom_sensing

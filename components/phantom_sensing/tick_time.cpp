@@ -83,12 +83,15 @@ std::vector<double> run(const PhantomModel& model, const PerceptSettings& settin
                         const workspace::Workspace& workspace, double duration_s) {
   PhantomSensing sensing(model, settings);
   const SensedWorkspace sensed{&workspace, percept::greatest_neighbour_mu(workspace)};
+  // At its dearest: all of the arm is in the fluid of every link of other arms.
+  const std::vector<OtherLink> others(model.other_links, {&workspace, sensed.greatest_neighbour_mu, {}});
   StepOutputs outputs;
   std::vector<double> times;
   const core::Nanoseconds end_ns = core::monotonic_ns() + core::from_seconds(duration_s);
   for (int step = 0; step < 2 * kPoses || core::monotonic_ns() < end_ns; ++step) {
     StepInputs inputs = pose(model.arm, at, step);
     inputs.workspace = sensed;
+    inputs.others = others;
     const core::Nanoseconds start_ns = core::monotonic_ns();
     sensing.step(inputs, outputs);
     if (step >= kPoses) times.push_back(core::seconds(core::monotonic_ns() - start_ns));

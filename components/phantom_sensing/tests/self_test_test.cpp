@@ -55,7 +55,7 @@ TEST(SelfTest, ThatFailsAtTheStartEndsTheServiceBeforeItJoins) {
   broken.percept.directional = {.enabled = true, .leaving_share = 2.0};  // as if the step were broken
   ASSERT_FALSE(test_step(broken.percept).passed);
   try {
-    run_service({}, {}, bench(), broken, rig::suspended_model());
+    run_service({}, {}, bench(), broken, rig::suspended_model(), {});
     FAIL() << "it ran";
   } catch (const std::runtime_error& problem) {  // exit code 1
     EXPECT_EQ(dynamic_cast<const core::ConfigError*>(&problem), nullptr);
