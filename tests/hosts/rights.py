@@ -21,7 +21,7 @@ def read_rights(file=RIGHTS):
 def endpoints_have_exactly_their_rights(wall):
     rights = read_rights()
     rights["slave_io"][0].discard("gripper_state")  # of a gripper, which this arm does not have
-    rights["phantom_sensing"][1] -= {"gripper_state", "drag_field", "percept"}  # the last two of shares of the skin
+    rights["phantom_sensing"][1].difference_update({"gripper_state", "drag_field", "percept"})  # the last two: of shares of the skin
     rights["synthetic_viewer"][0].discard("view_picture")  # only if its pictures_Hz asks for it
     rights["wva_server"][1].discard("gripper_state")
     rights["slave_io"][1].discard("workspace_version")  # for the payload of drives; this arm is simulated
