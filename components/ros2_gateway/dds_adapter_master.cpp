@@ -94,7 +94,7 @@ struct MasterInput::Impl {
     TwistMaster::Handle handle;
     {
       const std::lock_guard lock(mutex);
-      handle = master.step(wrench, dt_s, now_ns);
+      handle = master.step(wrench, felt.valid, dt_s, now_ns);
     }
     leads = felt.leads;
     taken = felt.valid;

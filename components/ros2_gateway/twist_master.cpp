@@ -62,10 +62,12 @@ core::Status TwistMaster::take(const StreamMessage& from, const robot::Spatial& 
   return core::Status::ok();
 }
 
-const TwistMaster::Handle& TwistMaster::step(const robot::Spatial& wrench, double dt_s,
+const TwistMaster::Handle& TwistMaster::step(const robot::Spatial& wrench, bool taken, double dt_s,
                                              core::Nanoseconds now_ns) noexcept {
   const bool heard = check_.fresh(now_ns);
-  if (!heard) seen_at_rest_ = false;
+  if (taken) taken_ns_ = now_ns;
+  const bool served = taken_ns_ != 0 && core::seconds(now_ns - taken_ns_) <= rules_.staleness_s;
+  if (!heard || !served) seen_at_rest_ = false;
   Eigen::Vector3d& p = handle_.X_DH.translation_m;
   if (p.cwiseAbs().maxCoeff() > kWay_m) {
     returning_ = true;

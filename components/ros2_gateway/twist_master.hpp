@@ -25,9 +25,10 @@ struct TwistMasterRules {
 
 /// A master that commands speeds: a simulated handle of a haptic device (docs/haptic_device.md), which the
 /// command pushes as a hand would, with a force in proportion to what its speed lacks, so that drag and
-/// feedback slow it down. Its clutch is in while commands come. What falls silent, or is let go, commands
-/// nothing from then on; a command moves nothing until it was seen at rest: at the start, after a silence,
-/// and after the handle was brought back to the middle, since it came to the end of its way. Not thread-safe.
+/// feedback slow it down. Its clutch is in while commands come and master_io takes the device. What falls
+/// silent, or is let go, commands nothing from then on; a command moves nothing until it was seen at rest: at
+/// the start, after a silence, after master_io did not take the device, and after the handle was brought back
+/// to the middle, since it came to the end of its way. Not thread-safe.
 class TwistMaster {
  public:
   /// Half of the handle's way along each axis.
@@ -49,8 +50,10 @@ class TwistMaster {
     robot::Spatial twist = robot::Spatial::Zero();  ///< m/s, rad/s, in D
     bool clutch = false;
   };
-  /// Advances by dt_s under what Phantom exerts on the handle (N, N·m). Real-time safe: yes.
-  const Handle& step(const robot::Spatial& wrench, double dt_s, core::Nanoseconds now_ns) noexcept;
+  /// Advances by dt_s under what Phantom exerts on the handle (N, N·m). `taken`: whether it takes the device;
+  /// what is not heard for staleness_s counts as no. Real-time safe: yes.
+  const Handle& step(const robot::Spatial& wrench, bool taken, double dt_s,
+                     core::Nanoseconds now_ns) noexcept;
 
  private:
   core::Status take(const StreamMessage& from, const robot::Spatial& twist, bool enabled,
@@ -59,9 +62,10 @@ class TwistMaster {
   TwistMasterRules rules_;
   StreamCheck check_;
   robot::Spatial command_ = robot::Spatial::Zero();
-  bool enabled_ = false;       // by the newest command
-  bool seen_at_rest_ = false;  // since the last loss
-  bool returning_ = false;     // to the middle
+  bool enabled_ = false;            // by the newest command
+  bool seen_at_rest_ = false;       // since the last loss
+  bool returning_ = false;          // to the middle
+  core::Nanoseconds taken_ns_ = 0;  // when the device was taken last
   Handle handle_;
 };
 

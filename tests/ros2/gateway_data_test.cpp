@@ -148,6 +148,7 @@ TEST_F(GatewayData, IsLedByAJoy) {
     return dds::eventually([&] {
       // Let go at first, and again from time to time, since nobody says when that was heard.
       const std::int32_t held = clutch && ++k % 400 > 40 ? 1 : 0;
+      master.exert(0.0);
       node_.publish_joy({0.0F, 0.5F, 0.0F}, {0, 0, 0, 0, held});
       const auto device = master.device.last();
       return device.able.period_s > 0.0 && device.clutch == clutch &&

@@ -121,6 +121,13 @@ class Watch {
       if (loop.name() == name.c_str()) return loop;
     return std::nullopt;
   }
+  /// Returns a figure of a component; 0: it has none of that name.
+  double figure(const std::string& component, const std::string& name) {
+    const std::lock_guard lock(mutex_);
+    for (const auto& figure : newest_[component].figures())
+      if (figure.name() == name.c_str()) return figure.value();
+    return 0.0;
+  }
   bool answers(const std::string& component) {
     const std::lock_guard lock(mutex_);
     return core::monotonic_ns() - heard_ns_[component] < 3 * core::kNsPerSecond;
@@ -194,10 +201,13 @@ TEST_F(Isolation, TheServoIsAsEvenAsTheBareLoopWhateverTheRos2SideDoes) {
   {
     const auto side = ros_side("flood", ros_domain_, system_.folder());
     expect_as_even("it floods", peace);
+    EXPECT_GT(watch_.figure("ros2_gateway", "commands"), 1000.0) << "the flood has come";
+    EXPECT_GT(watch_.figure("ros2_gateway", "sensor points"), 0.0);
   }
   {
     const auto side = ros_side("nonsense", ros_domain_, system_.folder());
     expect_as_even("it sends nonsense", peace);
+    EXPECT_GT(watch_.figure("ros2_gateway", "commands refused"), 1000.0);
   }
   EXPECT_TRUE(eventually([&] { return watch_.answers("ros2_gateway"); }, 30.0)) << "the gateway goes on";
   {

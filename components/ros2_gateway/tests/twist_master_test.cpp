@@ -31,12 +31,13 @@ class TwistMasterTest : public testing::Test {
         EXPECT_TRUE(twist(*linear, angular));
       }
       const Eigen::Vector3d before = handle_.X_DH.translation_m;
-      handle_ = master_.step(wrench, 0.002, now_);
+      handle_ = master_.step(wrench, taken_, 0.002, now_);
       // Where it stands is where its speed has brought it: master_io would take the device for one that
       // jumped.
       EXPECT_LT((handle_.X_DH.translation_m - before - 0.002 * handle_.twist.head<3>()).norm(), 1e-12);
     }
   }
+  bool taken_ = true;  // by master_io
   TwistMasterRules rules_;
   TwistMaster master_{rules_};
   TwistMaster::Handle handle_;
@@ -86,6 +87,28 @@ TEST_F(TwistMasterTest, LetsGoWithinTheStalenessAndUntilItWasSeenAtRest) {
   EXPECT_FALSE(handle_.clutch) << "it was not seen at rest since";
   run(20, &rest);
   run(100, &forward);
+  EXPECT_TRUE(handle_.clutch);
+}
+
+// master_io takes a device after a loss once it has seen the clutch out.
+TEST_F(TwistMasterTest, LetsTheClutchOutWhileItIsNotTaken) {
+  const Axes rest{}, forward{0.05, 0.0, 0.0};
+  taken_ = false;
+  run(500, &rest);
+  EXPECT_FALSE(handle_.clutch);
+  taken_ = true;
+  run(50, &rest);
+  EXPECT_TRUE(handle_.clutch);
+  run(200, &forward);
+  taken_ = false;
+  run(100, &forward);
+  EXPECT_TRUE(handle_.clutch) << "an answer that is late is no loss";
+  run(200, &forward);
+  EXPECT_FALSE(handle_.clutch);
+  taken_ = true;
+  run(200, &forward);
+  EXPECT_FALSE(handle_.clutch) << "it was not seen at rest since";
+  run(50, &rest);
   EXPECT_TRUE(handle_.clutch);
 }
 
@@ -150,7 +173,7 @@ TEST_F(TwistMasterTest, IsLedByAJoyWhileItsButtonIsHeld) {
     for (int k = 0; k < 200; ++k) {
       now_ += 2 * kMillisecond;
       EXPECT_TRUE(joy(axes, held));
-      handle_ = master_.step(robot::Spatial::Zero(), 0.002, now_);
+      handle_ = master_.step(robot::Spatial::Zero(), true, 0.002, now_);
     }
   };
   go({0.0F, 1.0F, 0.0F}, true);
@@ -173,7 +196,7 @@ TEST_F(TwistMasterTest, StepsWithoutTheHeap) {
   const Axes rest{};
   run(50, &rest);
   const phantom::test::HeapGuard guard;
-  master_.step(robot::Spatial::Ones(), 0.002, now_);
+  master_.step(robot::Spatial::Ones(), true, 0.002, now_);
 }
 
 }  // namespace
