@@ -17,7 +17,7 @@ using eprosima::fastdds::dds::TypeSupport;
 // sequence of structs crashes participants that lack the type.
 template <class PubSubType>
 TypeSupport make_type() {
-  TypeSupport type(new PubSubType());
+  TypeSupport type(new fast_dds::Refusing<PubSubType>());
   fast_dds::announce_name_only(*type);
   return type;
 }

@@ -6,6 +6,7 @@
 #include <random>
 
 #include "common/dds/topic_list.hpp"
+#include "fast_dds/type_support.hpp"
 
 namespace phantom::dds {
 namespace {
@@ -29,6 +30,24 @@ TEST(CdrCodec, ASampleComesBackAndItsBytesAreCdrWithTheirHeader) {
   std::vector<std::uint8_t> same;
   ASSERT_TRUE(CdrCodec(kSlaveState).encode(&again, same));
   EXPECT_EQ(same, bytes);
+}
+
+// In a thread of Fast DDS nobody would catch what the generated code throws.
+TEST(Topics, RefuseASampleOfAnyOtherEncapsulation) {
+  msg::SlaveState state;
+  std::vector<std::uint8_t> bytes;
+  ASSERT_TRUE(CdrCodec(kSlaveState).encode(&state, bytes));
+  auto type = kSlaveState.make_type();
+  int refused = 0;
+  for (int kind = 0; kind < 0x10000; ++kind) {
+    bytes[0] = static_cast<std::uint8_t>(kind >> 8), bytes[1] = static_cast<std::uint8_t>(kind);
+    fast_dds::rtps::SerializedPayload_t payload;
+    payload.data = bytes.data();
+    payload.length = payload.max_size = static_cast<std::uint32_t>(bytes.size());
+    EXPECT_NO_THROW(refused += fast_dds::deserialise(*type, payload, &state) ? 0 : 1) << kind;
+    payload.data = nullptr;
+  }
+  EXPECT_GT(refused, 0);
 }
 
 TEST(CdrCodec, InstancesAreToldApartByTheirKeysAlone) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <exception>
 #include <fastdds/dds/topic/TopicDataType.hpp>
 #include <fastdds/dds/topic/TypeSupport.hpp>
 #include <span>
@@ -35,14 +36,29 @@ inline bool find_key(eprosima::fastdds::dds::TopicDataType& type, const void* sa
   return type.getKey(const_cast<void*>(sample), &key, false);
 }
 
+/// A generated type that takes octets which are no sample of it for that. The generated code lets exceptions
+/// out, in a thread of Fast DDS: a stranger's sample with an encapsulation that is not CDR's would end the
+/// process.
+template <class PubSubType>
+class Refusing : public PubSubType {
+ public:
+  bool deserialize(rtps::SerializedPayload_t* payload, void* sample) override {
+    try {
+      return PubSubType::deserialize(payload, sample);
+    } catch (const std::exception&) {
+      return false;
+    }
+  }
+};
+
 /// A generated type whose octets `kScreen`, a bool(std::string_view type_name, std::span<const
 /// std::uint8_t>), looks at before anything is decoded of them: what it refuses is none of the type's
 /// samples.
 template <class PubSubType, auto kScreen>
-class Screened : public PubSubType {
+class Screened : public Refusing<PubSubType> {
   bool deserialize(rtps::SerializedPayload_t* payload, void* sample) override {
     return kScreen(this->getName(), std::span<const std::uint8_t>(payload->data, payload->length)) &&
-           PubSubType::deserialize(payload, sample);
+           Refusing<PubSubType>::deserialize(payload, sample);
   }
 };
 
