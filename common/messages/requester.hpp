@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <condition_variable>
 #include <deque>
@@ -66,7 +67,7 @@ class Requester {
     const auto give_up = Clock::now() + timeout;
     RepeatRule rule;
     std::deque<Reply> answers;  // the newest
-    while (Clock::now() < give_up) {
+    while (!cancelled_ && Clock::now() < give_up) {
       if (rule.due(Clock::now(), std::min(writer_.matched(), reader_.matched()))) writer_.write(message);
       for (Reply& reply : wait_until(std::min(give_up, Clock::now() + kLook))) {
         if (reply.command != id) continue;  // the answer to another requester
@@ -80,6 +81,8 @@ class Requester {
     }
     return false;
   }
+  /// Makes an ask() of another thread return false soon, and every later one at once.
+  void cancel() noexcept { cancelled_ = true; }
 
  private:
   using Clock = std::chrono::steady_clock;
@@ -96,6 +99,7 @@ class Requester {
   std::mutex mutex_;
   std::condition_variable changed_;
   std::deque<Reply> replies_;
+  std::atomic<bool> cancelled_{false};
   dds::Writer<CommandMessage> writer_;
   dds::Reader<ReplyMessage> reader_;
 };

@@ -9,6 +9,7 @@
 #include <mutex>
 #include <thread>
 
+#include "common/dds/refusal_log.hpp"
 #include "common/messages/requester.hpp"
 #include "common/messages/workspace_codec.hpp"
 #include "common/ros2/endpoint.hpp"
@@ -88,6 +89,7 @@ struct CollisionObjects::Impl {
       ends = true;
     }
     changed.notify_one();
+    requester.cancel();
     thread.join();
   }
 
@@ -128,7 +130,14 @@ struct CollisionObjects::Impl {
 
   void refuse(const std::string& id, const std::string& why) {
     ++refused;
-    spdlog::warn("collision object '{:.64}' is refused: {}", id, why);
+    const core::Nanoseconds now_ns = core::monotonic_ns();
+    const std::lock_guard lock(mutex);
+    if (now_ns - said_since_ns > dds::RefusalLog::kEvery_ns) said_since_ns = now_ns, said = 0;
+    if (++said <= kMostSaid) {
+      spdlog::warn("collision object '{:.64}' is refused: {}", id, why);
+    } else {
+      refusals.refused(why, now_ns);
+    }
   }
 
   void work() {
@@ -170,6 +179,11 @@ struct CollisionObjects::Impl {
   std::mutex mutex;
   std::condition_variable changed;
   std::deque<Request> waiting;
+  // A scene that is refused is logged object by object; what floods, at intervals.
+  static constexpr int kMostSaid = 32;
+  int said = 0;
+  core::Nanoseconds said_since_ns = 0;
+  dds::RefusalLog refusals{"collision_object"};
   bool ends = false;
   std::atomic<std::uint64_t> done{0}, refused{0};
   messages::Requester<messages::WorkspaceCommand, messages::WorkspaceReply> requester;
