@@ -8,6 +8,7 @@
 #include "common/diagnostics/decode.hpp"
 #include "common/observation/type_catalogue.hpp"
 #include "common/recording/mcap_writer.hpp"
+#include "common/ros2/introspection.hpp"
 #include "common/runtime/process.hpp"
 #include "components/dds_recorder/recording_file.hpp"
 
@@ -92,7 +93,8 @@ class JsonTarget : public Target {
                                 {"publish_time_ns", message.publish_time_ns},
                                 {"sequence", message.sequence},
                                 {"component", metadata_of(channel, "component")}};
-    const auto type = observation::type_of(metadata_of(channel, "type"));
+    auto type = observation::type_of(metadata_of(channel, "type"));
+    if (!type) type = ros2::type_tree(metadata_of(channel, "type"));
     if (is_carried_over(channel)) line["carried_over"] = true;
     if (!type) {
       line["type"] = metadata_of(channel, "type");

@@ -4,6 +4,7 @@
 
 #include "common/dds/cdr.hpp"
 #include "common/observation/contract_qos.hpp"
+#include "common/ros2/message_types.hpp"
 #include "components/dds_recorder/idl_text.hpp"
 
 namespace phantom::dds_recorder {
@@ -16,6 +17,10 @@ std::string number_or_none(std::int64_t ns) {
 void describe_type(TopicInfo& info) {
   info.schema = idl_of(info.type);
   info.schema_encoding = info.schema.empty() ? "" : kIdlEncoding;
+  if (const auto* type = ros2::find_message_type(info.type); type != nullptr) {
+    info.schema = type->definition;
+    info.schema_encoding = "ros2msg";
+  }
 }
 
 void describe_qos(TopicInfo& info, const diagnostics::EndpointQos& qos, int depth) {

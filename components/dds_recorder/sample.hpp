@@ -19,7 +19,7 @@ struct TopicInfo {
   std::string type;
   bool keyed = false;
   bool durable = false;         ///< late joiners get the newest sample of each instance
-  std::string schema_encoding;  ///< "omgidl"; empty: the type is not known here
+  std::string schema_encoding;  ///< "omgidl", "ros2msg"; empty: the type is not known here
   std::string schema;           ///< the type's description, with every type that it refers to
   std::vector<std::pair<std::string, std::string>> qos;  ///< policies as text, kept with the channel
 };

@@ -11,8 +11,10 @@
 #include "common/messages/status_codec.hpp"
 #include "common/messages/teleoperation_codec.hpp"
 #include "common/recording/mcap_check.hpp"
+#include "components/dds_recorder/convert.hpp"
 #include "components/dds_recorder/dds_adapter_bag.hpp"
 #include "components/dds_recorder/dds_adapter_export.hpp"
+#include "components/dds_recorder/dds_adapter_topics.hpp"
 
 namespace phantom::dds_recorder {
 namespace {
@@ -230,6 +232,25 @@ TEST_F(Exported, MessagesOfARos2DomainStayAsTheyWere) {
   EXPECT_THAT(channel("/chatter").metadata.at("offered_qos_profiles"),
               HasSubstr("reliability: 2\n  durability: 1\n"));
   EXPECT_EQ(channel("/unknown").topic, "");
+}
+
+TEST_F(Exported, ARecordingOfARos2DomainHasItsDefinitionsAndIsDecoded) {
+  const auto info =
+      topic_info(diagnostics::EndpointInfo{.topic = "rt/tf", .type = "tf2_msgs::msg::dds_::TFMessage_"});
+  EXPECT_EQ(info.schema_encoding, "ros2msg");
+  EXPECT_THAT(info.schema, testing::StartsWith("geometry_msgs/TransformStamped[] transforms\n"));
+  std_msgs::msg::dds_::String_ text;
+  text.data("hello");
+  const ros2::Topic<std_msgs::msg::dds_::String_PubSubType> of_type("chatter", {});
+  recording::Bytes bytes;
+  ASSERT_TRUE(dds::CdrCodec(of_type.spec()).encode(&text, bytes));
+  record_bytes("rt/chatter", of_type.spec().type_name, bytes, 0);
+  ASSERT_TRUE(writer->finish());
+  ASSERT_EQ(run_convert({.files = {folder / "recording.mcap"}, .out = folder / "out.jsonl"}, notes), 0);
+  std::ifstream lines(folder / "out.jsonl");
+  std::string line;
+  std::getline(lines, line);
+  EXPECT_THAT(line, HasSubstr(R"("sample":{"data":"hello"})"));
 }
 
 TEST_F(Exported, NoFileIsLeftOfAnExportThatFails) {
