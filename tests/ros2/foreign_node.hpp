@@ -119,6 +119,8 @@ class ForeignNode {
   /// Returns the readers and writers that were discovered, by topic, and the participants' USER_DATA.
   std::multimap<std::string, HeardEndpoint> endpoints();
   std::vector<std::string> participants();
+  /// Its participant, as Cyclone DDS numbers it.
+  std::int32_t participant() const { return participant_; }
 
  private:
   std::int32_t reader_of(const std::string& topic, const void* type, bool latched);
