@@ -132,8 +132,8 @@ struct CollisionObjects::Impl {
     ++refused;
     const core::Nanoseconds now_ns = core::monotonic_ns();
     const std::lock_guard lock(mutex);
-    if (now_ns - said_since_ns > dds::RefusalLog::kEvery_ns) said_since_ns = now_ns, said = 0;
-    if (++said <= kMostSaid) {
+    if (now_ns - logged_since_ns > dds::RefusalLog::kEvery_ns) logged_since_ns = now_ns, logged = 0;
+    if (++logged <= kMostLogged) {
       spdlog::warn("collision object '{:.64}' is refused: {}", id, why);
     } else {
       refusals.refused(why, now_ns);
@@ -180,9 +180,9 @@ struct CollisionObjects::Impl {
   std::condition_variable changed;
   std::deque<Request> waiting;
   // A scene that is refused is logged object by object; what floods, at intervals.
-  static constexpr int kMostSaid = 32;
-  int said = 0;
-  core::Nanoseconds said_since_ns = 0;
+  static constexpr int kMostLogged = 32;
+  int logged = 0;
+  core::Nanoseconds logged_since_ns = 0;
   dds::RefusalLog refusals{"collision_object"};
   bool ends = false;
   std::atomic<std::uint64_t> done{0}, refused{0};
