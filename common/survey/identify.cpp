@@ -285,6 +285,23 @@ Choice open_choices(const Identification& identification, const IdentifyOptions&
   return choice;
 }
 
+std::vector<Alternative> alternatives_of(const Identification& identification) {
+  std::vector<Alternative> all;
+  const auto placement_of = [&](const Alternative& a) -> const Placement& {
+    return identification.candidates[a.candidate].placements[a.placement];
+  };
+  for (std::size_t c = 0; c < identification.candidates.size(); ++c) {
+    const auto& placements = identification.candidates[c].placements;
+    for (std::size_t p = 0; p < placements.size(); ++p) {
+      if (placements[p].fit && placements[p].same_space_as == p) all.push_back({c, p});
+    }
+  }
+  std::stable_sort(all.begin(), all.end(), [&](const Alternative& a, const Alternative& b) {
+    return placement_of(a).chi2 < placement_of(b).chi2;
+  });
+  return all;
+}
+
 std::optional<NextEdge> next_edge(const std::vector<PartModel>& library, const Measurement& measurement,
                                   const Identification& identification, const IdentifyOptions& options) {
   constexpr std::size_t kMostCompared = 8;

@@ -66,6 +66,14 @@ struct Choice {
 };
 Choice open_choices(const Identification& identification, const IdentifyOptions& options = {});
 
+/// A candidate and one of its placements.
+struct Alternative {
+  std::size_t candidate = 0, placement = 0;
+};
+/// Returns what agrees with a measurement and has a pose, one for each space that it would occupy, the best
+/// match first: what a person may choose from (A.2.3a).
+std::vector<Alternative> alternatives_of(const Identification& identification);
+
 /// An edge to measure next: its length would distinguish candidates or placements.
 struct NextEdge {
   std::size_t node = 0;           ///< measured node at which it starts

@@ -242,6 +242,25 @@ PartModel make_part(const std::string& name, const geometry::TriangleMesh& mesh_
   return part;
 }
 
+std::set<std::pair<std::uint32_t, std::uint32_t>> sharp_edges(const PartModel& part) {
+  constexpr double kSharpCosine = 0.85;
+  std::map<std::pair<std::uint32_t, std::uint32_t>, Eigen::Vector3d> normal_at;
+  std::set<std::pair<std::uint32_t, std::uint32_t>> sharp;
+  for (const BorderLoop& loop : part.loops) {
+    for (std::size_t i = 0; i < loop.nodes.size(); ++i) {
+      const auto edge = std::minmax({loop.nodes[i], loop.nodes[(i + 1) % loop.nodes.size()]});
+      const Eigen::Vector3d& normal = part.faces[loop.face].normal_O;
+      const auto [known, is_new] = normal_at.try_emplace(edge, normal);
+      if (is_new || known->second.dot(normal) < kSharpCosine) {
+        sharp.insert(edge);
+      } else {
+        sharp.erase(edge);
+      }
+    }
+  }
+  return sharp;
+}
+
 bool is_symmetry(const PartModel& part, const geometry::Pose& D, double tolerance_m) {
   geometry::PointGrid grid(tolerance_m);
   for (std::uint32_t i = 0; i < part.nodes_O_m.size(); ++i) grid.add(part.nodes_O_m[i], i);

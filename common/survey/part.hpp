@@ -2,7 +2,9 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "common/geometry/mesh.hpp"
@@ -50,6 +52,10 @@ struct PartOptions {
 /// vertices and degenerate triangles. Deterministic. Not real-time safe.
 PartModel make_part(const std::string& name, const geometry::TriangleMesh& mesh_O,
                     const PartOptions& options = {});
+
+/// Returns the edges of borders at which faces differ clearly, as pairs of nodes, the lower first: not those
+/// between the facets of a curve.
+std::set<std::pair<std::uint32_t, std::uint32_t>> sharp_edges(const PartModel& part);
 
 /// Returns whether the rigid motion D maps the part's shape to itself, within `tolerance_m`. Then the poses X
 /// and X · D occupy the same space and cannot be told apart.

@@ -25,6 +25,7 @@ class Survey {
     result_.identification = identify(library_, measurement_, options_.identify);
     result_.choice = open_choices(result_.identification, options_.identify);
     if (result_.identification.candidates.empty()) return refused(nothing_agrees());
+    if (options_.picked > 0) return picked();
     advise_next_edge();
     if (result_.choice.parts.size() > 1)
       return refused("several parts fit as well as each other: " + names_of_parts());
@@ -43,6 +44,23 @@ class Survey {
   }
 
  private:
+  SurveyResult picked() {
+    const auto all = alternatives_of(result_.identification);
+    if (options_.picked > all.size())
+      return refused(
+          formatted("there is no alternative %zu; allowed: 1 to %zu", options_.picked, all.size()));
+    const Candidate& candidate = result_.identification.candidates[all[options_.picked - 1].candidate];
+    const Placement& placement = candidate.placements[all[options_.picked - 1].placement];
+    if (placement.fit->probability() < options_.least_fit_probability)
+      return refused(misfit(candidate, placement));
+    result_.choice.symmetric = static_cast<std::size_t>(
+        std::count_if(candidate.placements.begin(), candidate.placements.end(),
+                      [&](const Placement& p) { return p.same_space_as == placement.same_space_as; }));
+    SurveyResult result = fitted(candidate, placement);
+    if (result.object) result.object->picked_among = all.size();
+    return result;
+  }
+
   SurveyResult refused(const std::string& why) {
     result_.refusal = why;
     return std::move(result_);
@@ -115,7 +133,7 @@ class Survey {
 
   SurveyResult fitted(const Candidate& candidate, const Placement& best) {
     const PartModel& part = library_[candidate.part];
-    FittedObject object{candidate.part, best.map, {}, *best.fit, 0.0, result_.choice.symmetric};
+    FittedObject object{candidate.part, best.map, {}, *best.fit, 0.0, result_.choice.symmetric, 0};
     object.worst_displacement_m = worst_displacement_m(part, object.fit, options_.confidence);
     if (!(object.worst_displacement_m <= options_.largest_displacement_m)) {
       result_.advice.push_back(

@@ -15,6 +15,9 @@ struct SurveyOptions {
   double confidence = 0.99;              ///< of the reported worst displacement
   /// Poses with a greater worst displacement are refused (thesis: two voxels of 1 cm).
   double largest_displacement_m = 0.02;
+  /// A person's choice among alternatives_of(), from 1; 0: none was made. What errors do not explain, or what
+  /// is known too badly, is refused all the same.
+  std::size_t picked = 0;
 };
 
 /// A part that was found, with its pose.
@@ -26,6 +29,7 @@ struct FittedObject {
   PoseFit fit;                        ///< fitted to all nodes
   double worst_displacement_m = 0.0;  ///< no point of the part exceeds it, with the options' confidence
   std::size_t symmetric = 1;          ///< number of poses of this part that occupy the same space
+  std::size_t picked_among = 0;       ///< alternatives from which a person chose it; 0: it is the only one
 };
 
 /// The result of a survey.

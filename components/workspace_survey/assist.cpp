@@ -32,6 +32,7 @@ constexpr const char* kHelp =
     "  undo                  forget the last corner\n"
     "  show                  what was measured, what it may be, and where\n"
     "  save FILE             keep the readings as CSV\n"
+    "  pick N                it is alternative N, by your own eyes; holds until more is measured\n"
     "  send                  tell the running workspace (once a pose is accepted)\n"
     "  help, quit\n";
 
@@ -84,6 +85,8 @@ class Assistant {
       measure_again(word == "again", words);
     } else if (word == "save") {
       save(words);
+    } else if (word == "pick") {
+      pick(words);
     } else if (word == "send") {
       send();
     } else if (word.empty()) {
@@ -250,12 +253,28 @@ class Assistant {
     return whole;
   }
 
-  void show() {
+  void show(std::size_t picked = 0) {
     const auto measurement = registered(complete());
     if (!measurement) return;
-    result_ = survey::survey_object(library_.models, *measurement, config_.options);
+    survey::SurveyOptions options = config_.options;
+    options.picked = picked;
+    result_ = survey::survey_object(library_.models, *measurement, options);
     const SurveyReport report{config_, library_, *measurement, result_, setup_.voxel_size_m};
-    out_ << measured_text(report) << candidates_text(report) << fit_text(report);
+    const std::string alternatives = alternatives_text(report);
+    out_ << measured_text(report) << candidates_text(report) << alternatives << fit_text(report);
+    if (alternatives.empty()) return;
+    out_ << "  measure more, or type pick and a number\n";
+    if (setup_.show) out_ << setup_.show(report);
+  }
+
+  void pick(std::istringstream& words) {
+    std::size_t number = 0;
+    if (!(words >> number) || number == 0 || faces_done_ == 0) {
+      out_ << (faces_done_ == 0 ? "  no face is complete yet\n"
+                                : "  needs a number of those listed: pick N\n");
+      return;
+    }
+    show(number);
   }
 
   bool fitted() const { return result_.object.has_value(); }

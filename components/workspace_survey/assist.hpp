@@ -19,6 +19,8 @@ struct AssistSetup {
   double voxel_size_m = 0.01;
   /// What a simulated head targets, for practice: an empty line takes the next one. Empty: no simulated head.
   std::vector<survey::Targeting> practice;
+  /// Shows what agrees, for a person to pick, and returns a message. Null: nothing is shown but the text.
+  std::function<std::string(const SurveyReport& report)> show;
   /// Sends the fitted object to the workspace. Null: sending is not possible.
   std::function<Sent(const SurveyReport& report)> send;
   /// Writes the targetings to a file and returns a message for the person.

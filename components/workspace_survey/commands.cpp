@@ -13,6 +13,7 @@
 #include "common/runtime/process.hpp"
 #include "common/survey/visible.hpp"
 #include "components/workspace_survey/assist.hpp"
+#include "components/workspace_survey/candidates_page.hpp"
 #include "components/workspace_survey/measurement_file.hpp"
 #include "components/workspace_survey/object_text.hpp"
 #include "components/workspace_survey/picture.hpp"
@@ -150,6 +151,12 @@ int send(const Request& request, const Workspace& workspace, const SurveyReport&
   return exit_code_of(reply);
 }
 
+/// Returns what a person types to choose, up to the number.
+std::string pick_command(const Request& request) {
+  return "workspace_survey fit --measurements " + request.measurements.string() +
+         (request.part.empty() ? "" : " --part " + request.part) + " --pick ";
+}
+
 int fit(const Request& request, const Config& config, const Workspace& workspace, std::ostream& print) {
   Library library = read_library(request.library);
   if (!request.part.empty()) {
@@ -160,17 +167,21 @@ int fit(const Request& request, const Config& config, const Workspace& workspace
   const auto measurement =
       survey::register_nodes(config.head, config.errors, read_measurements(request.measurements));
   if (!measurement) throw ConfigError(measurement.status().message());
-  const auto result = survey::survey_object(library.models, *measurement, config.options);
+  survey::SurveyOptions options = config.options;
+  options.picked = request.pick;
+  const auto result = survey::survey_object(library.models, *measurement, options);
   const SurveyReport report{
       config, library, *measurement, result,
       request.voxel_size_mm > 0 ? 1e-3 * request.voxel_size_mm : workspace.voxel_size_m};
   if (request.json == "-") {
     print << json_text(report);
   } else {
-    print << measured_text(report) << candidates_text(report);
+    print << measured_text(report) << candidates_text(report) << alternatives_text(report);
     if (request.what == "fit" || !result.refusal.empty()) print << fit_text(report);
     if (!request.json.empty()) write_file(request.json, json_text(report));
   }
+  if (!request.page.empty())
+    write_file(request.page, candidates_page(report, pick_command(request), request.view));
   if (request.what == "identify")
     return result.identification.candidates.empty() ? runtime::kExitFailed : runtime::kExitDone;
   if (!result.object) return runtime::kExitFailed;
@@ -192,6 +203,12 @@ int run_assistant(const Request& request, const Config& config, const Workspace&
     write_measurements(stream, targetings, "measured with workspace_survey assist");
     return stream.flush() ? "kept in " + file : file + " cannot be written";
   };
+  if (!request.page.empty()) {
+    setup.show = [&](const SurveyReport& report) {
+      write_file(request.page, candidates_page(report, "pick ", request.view));
+      return "  to see them, and to pick one: " + request.page.string() + " in a browser (load it anew)\n";
+    };
+  }
   setup.send = [&](const SurveyReport& report) {
     const auto reply = send_object(request, workspace, report);
     return Sent{reply_text(reply, request, workspace), exit_code_of(reply)};
@@ -218,6 +235,13 @@ void add_send_options(runtime::Command app, Request& request) {
   app.option("--voxel-size-mm", request.voxel_size_mm,
              "for the guard; default: that of the deployment's cell")
       .between(0.1, 1000.0);
+}
+
+void add_page_options(runtime::Command app, Request& request) {
+  app.option(
+      "--page", request.page,
+      "write a page (HTML) with every candidate rendered as the head sees it, to turn and to pick one");
+  app.option("--view", request.view, "for that page: a picture of the cell as it is seen now, PNG or JPEG");
 }
 
 void add_touch_options(runtime::Command app, Request& request) {
@@ -266,7 +290,11 @@ void add_options(runtime::Command app, Request& request) {
         .required();
     reads.option("--part", request.part, "look at this part of the library only");
     reads.option("--json", request.json, "write the result as JSON to this file; -: instead of the text");
+    add_page_options(reads, request);
     if (!is_fit) continue;
+    reads
+        .option("--pick", request.pick, "which of several alternatives it is, by a person's eyes; see --page")
+        .between(1, 100000);
     reads.option("--picture", request.picture, "write a PNG of the residuals");
     reads.flag("--send", request.send, "add the object to the running workspace, or move one (--move)");
     add_send_options(reads, request);
@@ -275,6 +303,7 @@ void add_options(runtime::Command app, Request& request) {
   assist.option("--practice", request.part,
                 "no head at hand: a simulated one targets this part of the library, at --pose");
   add_target_options(assist, request);
+  add_page_options(assist, request);
   add_send_options(assist, request);
   add_touch_options(app, request);
 }

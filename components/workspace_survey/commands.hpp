@@ -17,8 +17,10 @@ namespace phantom::workspace_survey {
 struct Request {
   std::string what;  ///< simulate, identify, fit, assist or touch
   std::filesystem::path library, measurements, out, picture, json;
-  std::string part;  ///< simulate, practice: the part; fit: only this part
-  std::string pose;  ///< simulate, practice: "x y z roll pitch yaw", m and degrees
+  std::filesystem::path page, view;  ///< page of candidates to write; picture of the cell for it
+  std::size_t pick = 0;              ///< fit: a person's choice on that page; 0: none
+  std::string part;                  ///< simulate, practice: the part; fit: only this part
+  std::string pose;                  ///< simulate, practice: "x y z roll pitch yaw", m and degrees
   int faces = 2;
   unsigned seed = 1;
   std::vector<std::string> range_errors;  ///< "NODE=MM": added to the node's range

@@ -21,6 +21,7 @@ std::vector<LibraryPart> listed_parts(const std::filesystem::path& list) {
     entry.number("mesh_scale", part.import.scale);
     part.import.y_up = false;
     entry.choice("up_axis", part.import.y_up, {{"z", false}, {"y", true}});
+    if (!entry.text("image").empty()) part.image = entry.existing_file("image");
     entry.text("cell_mesh", part.cell_mesh);
     entry.check(std::ranges::find(parts, part.name, &LibraryPart::name) == parts.end(), "name",
                 "is another part's, too");

@@ -14,6 +14,7 @@ struct LibraryPart {
   std::string name;
   std::filesystem::path mesh;
   geometry::MeshImportOptions import;  ///< the mesh's unit and up axis
+  std::filesystem::path image;         ///< picture of the part; empty: none
   std::string cell_mesh;           ///< the mesh's file in the cell's folder; empty: the command contains it
   std::vector<std::string> notes;  ///< assumptions made about the mesh
 };

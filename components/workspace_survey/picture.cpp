@@ -5,7 +5,6 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <opencv2/imgproc.hpp>
 
 #include "common/pictures/png.hpp"
@@ -14,7 +13,7 @@ namespace phantom::workspace_survey {
 namespace {
 
 constexpr int kWidth = 1240, kTop = 70, kView = 620, kMargin = 46, kRow = 34, kBars = 720, kBarsWidth = 400;
-constexpr double kMagnified = 20.0, kSharpCosine = 0.85;
+constexpr double kMagnified = 20.0;
 const cv::Scalar kInk(40, 40, 40), kPaper(255, 255, 255), kLine(205, 205, 205), kModel(150, 110, 60),
     kMeasured(40, 40, 200), kAcross(60, 150, 60);
 
@@ -81,25 +80,9 @@ class Drawing {
     cv::line(image_, view_.at(a), view_.at(b), colour, thickness, cv::LINE_AA);
   }
 
-  /// Returns whether the faces at an edge differ clearly; those between the facets of a curve do not.
-  using Edge = std::pair<std::uint32_t, std::uint32_t>;
-  std::map<Edge, bool> sharp_edges() const {
-    std::map<Edge, Eigen::Vector3d> normal_at;
-    std::map<Edge, bool> sharp;
-    for (const survey::BorderLoop& loop : part_.loops) {
-      for (std::size_t i = 0; i < loop.nodes.size(); ++i) {
-        const Edge edge = std::minmax(loop.nodes[i], loop.nodes[(i + 1) % loop.nodes.size()]);
-        const Eigen::Vector3d& normal = part_.faces[loop.face].normal_O;
-        const auto [known, is_new] = normal_at.try_emplace(edge, normal);
-        sharp[edge] = is_new || known->second.dot(normal) < kSharpCosine;
-      }
-    }
-    return sharp;
-  }
-
   /// Draws the borders of faces: strong if the face is turned to the head, otherwise pale.
   void model() {
-    const auto sharp = sharp_edges();
+    const auto sharp = survey::sharp_edges(part_);
     const Eigen::Vector3d eye_O = object_.fit.X_WO.inverse() * report_.measurement.eye_W_m;
     for (const bool facing : {false, true}) {
       for (const survey::BorderLoop& loop : part_.loops) {
@@ -107,7 +90,8 @@ class Drawing {
             part_.faces[loop.face].normal_O.dot(eye_O - part_.nodes_O_m[loop.nodes.front()]) > 0;
         if (faces != facing) continue;
         for (std::size_t i = 0; i < loop.nodes.size(); ++i) {
-          if (!sharp.at(std::minmax(loop.nodes[i], loop.nodes[(i + 1) % loop.nodes.size()]))) continue;
+          if (!sharp.contains(std::minmax({loop.nodes[i], loop.nodes[(i + 1) % loop.nodes.size()]})))
+            continue;
           line(object_.fit.X_WO * part_.nodes_O_m[loop.nodes[i]],
                object_.fit.X_WO * part_.nodes_O_m[loop.nodes[(i + 1) % loop.nodes.size()]],
                facing ? kModel : kLine, facing ? 2 : 1);

@@ -96,13 +96,19 @@ std::string candidates_text(const SurveyReport& report) {
                         candidate.placements.size(), candidate.placements.size() == 1 ? "" : "s",
                         best.worst_sigmas, poses_line(report, candidate, best));
   }
-  if (report.result.choice.placements.size() > 1) {
-    text += "poses that cannot be told apart:\n";
-    const auto& open = report.result.choice.placements;
-    for (std::size_t i = 0; i < std::min(kMostPoses, open.size()); ++i)
-      text += "  " + poses_line(report, found.front(), found.front().placements[open[i]]);
-    if (open.size() > kMostPoses) text += fmt::format("  and {} more\n", open.size() - kMostPoses);
+  return text;
+}
+
+std::string alternatives_text(const SurveyReport& report) {
+  const auto all = survey::alternatives_of(report.result.identification);
+  if (report.result.object || all.size() < 2) return "";
+  std::string text = "alternatives, which a person may pick:\n";
+  for (std::size_t i = 0; i < std::min(kMostPoses, all.size()); ++i) {
+    const survey::Candidate& candidate = report.result.identification.candidates[all[i].candidate];
+    text += fmt::format("  {:>2}  {:<18}{}", i + 1, report.library.parts[candidate.part].name,
+                        poses_line(report, candidate, candidate.placements[all[i].placement]));
   }
+  if (all.size() > kMostPoses) text += fmt::format("  and {} more\n", all.size() - kMostPoses);
   return text;
 }
 
@@ -112,6 +118,8 @@ std::string fit_text(const SurveyReport& report) {
     const survey::FittedObject& object = *report.result.object;
     text += fmt::format("part:        {}\npose:        \"{}\"  (x y z in m, roll pitch yaw in deg)\n",
                         report.library.parts[object.part].name, runtime::pose_text(object.fit.X_WO));
+    if (object.picked_among > 0)
+      text += fmt::format("             picked by a person among {} that agree\n", object.picked_among);
     if (object.symmetric > 1)
       text += fmt::format("             {} more poses occupy the same space\n", object.symmetric - 1);
     if (object.four_steps_WO) {
@@ -185,6 +193,7 @@ std::string json_text(const SurveyReport& report) {
       {"confidence", report.config.options.confidence},
       {"probability", object.fit.probability()},
       {"symmetric_poses", object.symmetric},
+      {"picked_among", object.picked_among},
       {"guard_vox", guard_of(report)},
       {"voxel_size_m", report.voxel_size_m},
       {"residuals_W_m", residuals}};

@@ -25,6 +25,10 @@ std::string fit_text(const SurveyReport& report);
 /// Returns all of it as JSON, for programs.
 std::string json_text(const SurveyReport& report);
 
+/// Returns which of several alternatives a person may choose by their numbers, or what is left to do; "" if
+/// nothing is open.
+std::string alternatives_text(const SurveyReport& report);
+
 /// Returns the guard of a fitted object, in voxels.
 int guard_of(const SurveyReport& report);
 
