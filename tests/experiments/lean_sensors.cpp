@@ -189,11 +189,11 @@ void recover(Report& report, const Settings& settings) {
   report
       .plot("cost", "Cost of placing a link's sensors, twelve around each ring, in the units of appendix B",
             1)
-      .panel("", "sensors", "computing load [FPC]")
+      .panel("", "number of sensors", "computing load [FPC]")
       .series(costs, "sensors", "every sensor by a matrix [FPC]", "every sensor by the link's matrix")
       .series(costs, "sensors", "lean [FPC]", "pose recovered, corners, interpolation (appendix B)");
-  report.beside("recovery of a link's pose", "appendix B, \"Calculations involved\"", 223.0, recovery.fpc(),
-                "FPC");
+  report.beside("recovery of a link's pose", "section \"Calculations involved\", appendix B", 223.0,
+                recovery.fpc(), "FPC");
   report.check("places by appendix B: greatest distance from the product's sensors", off_m, 0.0, 1e-9, "m");
   report.check("recovery of the pose: its cost over the thesis's count", recovery.fpc() / 223.0, 0.8, 1.3,
                "");

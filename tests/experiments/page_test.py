@@ -65,7 +65,7 @@ class Page(unittest.TestCase):
         for entry in self.entries:
             for printed in json.loads(Path(RESULTS, entry["id"], "plots.json").read_text())["printed"]:
                 beside += 1
-                self.assertRegex(printed["place"], r", (page \d+|appendix A)$", entry["id"])
+                self.assertRegex(printed["place"], r", (page \d+|appendix [AB])$", entry["id"])
                 self.assertIn(html.escape(printed["what"]), self.section(entry["id"]))
                 self.assertIn(draw.difference_text(printed), self.section(entry["id"]))
         self.assertGreater(beside, 20)
