@@ -10,6 +10,7 @@
 #include "common/messages/received.hpp"
 #include "common/percept/hit_susceptibility.hpp"
 #include "common/percept/motion_class.hpp"
+#include "common/robot/reaction.hpp"
 #include "common/teleop/percept_rendering.hpp"
 
 // The samples of the topics of idl/percept.idl as components use them. Units and frames are in the IDL where
@@ -26,6 +27,7 @@ struct DragField {
   teleop::DragMode mode = teleop::DragMode::kSeparable;
   std::uint32_t joint_count = 0;
   teleop::DragCoefficients drag;  ///< `coupled` is used in that mode only
+  robot::JointReaction reaction;  ///< of soft bodies
   double model_age_s = 0.0;
 
   friend bool operator==(const DragField&, const DragField&) = default;

@@ -48,6 +48,9 @@ constexpr auto kDragField = [](auto& codec, auto& m, auto& s) {
   codec.joints("coefficient_minus", m.coefficient_minus(), s.drag.minus, 0.0);
   codec.any(m.coupled(), s.drag.coupled);
   codec.joints("drift", m.drift(), s.drag.drift);
+  codec.joints("reaction", m.reaction(), s.reaction.torque);
+  codec.joints("reaction_stiffness", m.reaction_stiffness(), s.reaction.stiffness, 0.0);
+  codec.joints("reaction_position", m.reaction_position(), s.reaction.position);
   codec.any(m.valid(), s.drag.valid);
   codec.number("model_age_s", m.model_age_s(), s.model_age_s);
 };

@@ -124,6 +124,23 @@ class SkinSensing {
   const MediumLinkSums& medium() const noexcept { return medium_.sums(); }
   /// Returns the part of sums() that comes from a moving fluid.
   const LinkSums& sums_in(std::size_t fluid) const noexcept { return fluid_sums_[fluid]; }
+  /// Calls visit(link, sensor) for the sensors that met a code of at least `code`, above 0, and are not
+  /// muted. Real-time safe: as visit is.
+  template <class Visit>
+  void for_each_in(std::uint8_t code, const Visit& visit) const noexcept {
+    for (std::size_t link = 0; link <= core::kMaxJoints; ++link) {
+      const std::size_t first = layout_->first[link], points = layout_->first_cluster[link] - first;
+      for (std::size_t i = 0; i < points; ++i) {
+        if (i % kernel::kBlock == 0 && block_worst_[first_block_[link] + i / kernel::kBlock] < code) {
+          i += kernel::kBlock - 1;
+          continue;
+        }
+        if (codes_[packed_first_[link] + i] >= code) visit(link, first + i);
+      }
+      for (std::size_t i = layout_->first_cluster[link]; i < layout_->first[link + 1]; ++i)
+        if (cluster_codes_[i] >= code) visit(link, i);
+    }
+  }
   std::size_t active() const noexcept { return active_; }  ///< sensors that meet fluid
   std::size_t muted() const noexcept { return muted_; }    ///< sensors in fluid that is muted for them
   const WorstSensor& worst() const noexcept { return worst_; }

@@ -121,6 +121,7 @@ workspace::LayerProfile read_profile(const Fields& fields, double voxel_size_m) 
     std::vector<double> mu;
     inside.numbers("mu_Pa_s_per_m", mu);
     profile.mu_inside_Pa_s_per_m.assign(mu.begin(), mu.end());
+    inside.numbers("stiffness_Pa_per_m", profile.stiffness_inside_Pa_per_m);
   }
   if (const auto checked = workspace::check_profile(profile); !checked)
     throw ConfigError(fields.place() + ": " + checked.message());

@@ -59,7 +59,9 @@ RenderedFeedback FeedbackRenderer::step(const FeedbackInputs& in, double dt_s) n
   core::JointArray torque_Nm{};
   for (std::size_t j = 0; j < parameters_.joint_count; ++j) {
     const double cap_Nm = parameters_.torque_cap_Nm[j];
-    if (std::isfinite(coupled_Nm_[j])) torque_Nm[j] = authority * std::clamp(coupled_Nm_[j], -cap_Nm, cap_Nm);
+    const double slave_Nm = std::isfinite(coupled_Nm_[j]) ? coupled_Nm_[j] : 0.0;
+    const double reaction_Nm = std::isfinite(in.reaction_Nm[j]) ? in.reaction_Nm[j] : 0.0;
+    torque_Nm[j] = authority * std::clamp(slave_Nm + reaction_Nm, -cap_Nm, cap_Nm);
   }
   out.torque_Nm =
       passivity_.step(torque_Nm, in.master.position, in.master.velocity, in.limit_share * authority, dt_s);

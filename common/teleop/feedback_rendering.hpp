@@ -45,6 +45,7 @@ struct FeedbackInputs {
   double limit_share = 1.0;  ///< of the device's damping limits, what its loop's present length leaves, 0…1
   JointMotion master, slave;
   SlaveEffort effort;
+  core::JointArray reaction_Nm{};  ///< of soft bodies, at the master's position (reaction_rendering.hpp)
 };
 
 struct RenderedFeedback {
@@ -62,7 +63,8 @@ struct RenderedFeedback {
 /// bounded rate. The torque stays within its cap for any input, the passivity guard's damping included. 1/A
 /// of each joint is limited to the stable value for the law and the delay in force. After uncoupling, the
 /// last torque of the coupled state fades out, because a slave that stops or holds may change its torque
-/// abruptly. Sources: thesis Table 5.1, eq. 5.20, 5.4.7.
+/// abruptly. The reaction of soft bodies is added before the cap, and so counts for the passivity guard.
+/// Sources: thesis Table 5.1, eq. 5.20, 5.4.7.
 class FeedbackRenderer {
  public:
   explicit FeedbackRenderer(const FeedbackParameters& parameters);

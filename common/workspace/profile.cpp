@@ -26,6 +26,18 @@ core::Status refuse(const std::string& what) {
 
 std::string inner(std::size_t i) { return "layer -" + std::to_string(i + 1); }
 
+core::Status check_stiffness(const LayerProfile& profile) {
+  const auto& stiffness = profile.stiffness_inside_Pa_per_m;
+  if (!stiffness.empty() && stiffness.size() != profile.inside_thickness_vox.size()) {
+    return refuse(std::to_string(stiffness.size()) + " stiffnesses for " +
+                  std::to_string(profile.inside_thickness_vox.size()) +
+                  " layers inside the body; allowed: one per layer, or none");
+  }
+  if (!std::all_of(stiffness.begin(), stiffness.end(), [](double k) { return std::isfinite(k) && k >= 0.0; }))
+    return refuse("a layer's stiffness is below 0 or not finite; allowed: 0 Pa/m and more");
+  return core::Status::ok();
+}
+
 core::Status check_inside(const LayerProfile& profile) {
   const auto& mu = profile.mu_inside_Pa_s_per_m;
   if (mu.size() != profile.inside_thickness_vox.size()) {
@@ -94,7 +106,8 @@ core::Status check_profile(const LayerProfile& profile) {
   if (!(std::isfinite(profile.mu_skin_Pa_s_per_m) && profile.mu_skin_Pa_s_per_m >= mu.front())) {
     return refuse("the viscosity of the skin is below the first layer's; allowed: at least that");
   }
-  return check_inside(profile);
+  if (const core::Status inside = check_inside(profile); !inside) return inside;
+  return check_stiffness(profile);
 }
 
 core::Status check_palette(const std::vector<float>& palette_Pa_s_per_m) {

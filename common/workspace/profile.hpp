@@ -43,6 +43,10 @@ struct LayerProfile {
   std::vector<int> inside_thickness_vox;
   std::vector<float> mu_inside_Pa_s_per_m;  ///< rising inwards, from above layer 1's to at most mu_skin
 
+  /// Of a soft body: by how much the pressure on what presses in rises per metre of depth, in each of these
+  /// layers, ≥ 0. Empty: the body is not soft.
+  std::vector<double> stiffness_inside_Pa_per_m;
+
   /// Returns how far, in voxels, the object changes the space around it: guard + Σm_i.
   int reach_vox() const;
   /// Returns how deep, in voxels, the layers inside the body reach.

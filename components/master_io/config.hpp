@@ -58,6 +58,7 @@ struct Config {
   int command_delay_samples = 1;  ///< from computing a torque to its effect
   teleop::PerceptParameters percept;
   core::JointArray percept_gain{};  ///< initial G, by joint
+  double reaction_gain = 1.0;       ///< of what soft bodies answer
   double percept_staleness_s = 0.06;
   int percepts = teleop::kAllPercepts;  ///< the choice of percepts at the start, by its number
   teleop::FeedbackParameters feedback;

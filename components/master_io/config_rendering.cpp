@@ -196,6 +196,7 @@ void read_feedback(const Fields& section, const robot::SerialArm& arm, const cor
   section.number("ramp_down_s", feedback.ramp_down_s);
   read_contact(section.section("contact"), config);
   read_passivity(section.section("passivity"), arm, config);
+  section.number("reaction_gain", config.reaction_gain);
   section.number("expected_round_trip_s", feedback.expected_round_trip_s);
   config.feedback_loops = read_loops(section.section("slave"), arm, home, config);
   feedback.limits = teleop::FeedbackLimits(config.feedback_loops);

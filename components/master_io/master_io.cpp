@@ -20,6 +20,15 @@ bool hears(LinkState state) noexcept {
   return state == LinkState::kReady || state == LinkState::kAligned || state == LinkState::kCoupled;
 }
 
+// A spring that acts late by t gives the hand what a damping of −K·t does; the passivity guard may add the
+// damping that the device renders stably.
+core::JointArray stiffness_limit(const teleop::PerceptParameters& percept, double late_s) noexcept {
+  core::JointArray limit{};
+  for (std::size_t j = 0; j < percept.joint_count; ++j)
+    limit[j] = percept.damping_limit_Nms_per_rad[j] / late_s;
+  return limit;
+}
+
 }  // namespace
 
 MasterIo::MasterIo(const Config& config, const teleop::StopLatch& latch)
@@ -33,6 +42,12 @@ MasterIo::MasterIo(const Config& config, const teleop::StopLatch& latch)
                      teleop::filter_delay_samples(config.device.velocity_filter_s, config.period_s)),
       link_(config.link, latch),
       percept_(config.percept),
+      reaction_({.joint_count = config.device.joint_count,
+                 .gain = config.reaction_gain,
+                 .stiffness_limit = stiffness_limit(config.percept, (delay_samples_ + 1.0) * period_s_),
+                 .smoothing_s = config.percept.smoothing_s,
+                 .ramp_up_s = config.feedback.ramp_up_s,
+                 .ramp_down_s = config.feedback.ramp_down_s}),
       feedback_(config.feedback),
       slew_({.joint_count = config.device.joint_count,
              .mode = config.percept.mode,
@@ -56,7 +71,9 @@ MasterOutputs MasterIo::step(const MasterInputs& in, double dt_s) noexcept {
   out.percept_gain = fresh ? percept.gain : least(in.settings.percept_gain, count_);
   out.damping_limited = percept.damping_limited;
   out.torque_limited = percept.torque_limited;
-  render_feedback(in, limit_share, dt_s, out);
+  const auto reaction_Nm =
+      reaction_.step(in.drag.reaction, fresh && in.drag.drag.valid && coupled, in.position, dt_s);
+  render_feedback(in, reaction_Nm, limit_share, dt_s, out);
   // Stable gains are inversely proportional to the time that a torque acts unchanged.
   const double share = in.loop.share_within(teleop::kPunctual * period_s_);
   for (std::size_t j = 0; j < count_; ++j) {
@@ -73,8 +90,8 @@ MasterOutputs MasterIo::step(const MasterInputs& in, double dt_s) noexcept {
   return out;
 }
 
-void MasterIo::render_feedback(const MasterInputs& in, double limit_share, double dt_s,
-                               MasterOutputs& out) noexcept {
+void MasterIo::render_feedback(const MasterInputs& in, const core::JointArray& reaction_Nm,
+                               double limit_share, double dt_s, MasterOutputs& out) noexcept {
   // Slightly more than a percept period: an older contact of the phantom does not count.
   constexpr double kPhantomStaleness_s = 0.1;
   const bool sensed = contact_source_ != ContactSource::kPhantom && in.slave.contact;
@@ -90,7 +107,8 @@ void MasterIo::render_feedback(const MasterInputs& in, double limit_share, doubl
                                     .limit_share = limit_share,
                                     .master = {in.position, in.velocity},
                                     .slave = {in.slave.position, in.slave.velocity},
-                                    .effort = {in.slave.loop_torque_Nm, in.slave.external_torque_Nm}},
+                                    .effort = {in.slave.loop_torque_Nm, in.slave.external_torque_Nm},
+                                    .reaction_Nm = reaction_Nm},
                                    dt_s);
   out.feedback_Nm = felt.torque_Nm;
   out.feedback_gain = least(felt.inverse_a, count_);

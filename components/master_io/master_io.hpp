@@ -10,6 +10,7 @@
 #include "common/teleop/feedback_rendering.hpp"
 #include "common/teleop/percept_rendering.hpp"
 #include "common/teleop/percept_set.hpp"
+#include "common/teleop/reaction_rendering.hpp"
 #include "common/teleop/servo_side.hpp"
 #include "common/teleop/torque_slew.hpp"
 #include "components/master_io/config.hpp"
@@ -88,7 +89,8 @@ class MasterIo {
   MasterOutputs step(const MasterInputs& in, double dt_s) noexcept;
 
  private:
-  void render_feedback(const MasterInputs& in, double limit_share, double dt_s, MasterOutputs& out) noexcept;
+  void render_feedback(const MasterInputs& in, const core::JointArray& reaction_Nm, double limit_share,
+                       double dt_s, MasterOutputs& out) noexcept;
 
   std::size_t count_;
   ContactSource contact_source_;
@@ -96,6 +98,7 @@ class MasterIo {
   double percept_staleness_s_, round_trip_limit_s_, period_s_, delay_samples_;
   teleop::LinkMonitor link_;
   teleop::PerceptRenderer percept_;
+  teleop::ReactionRenderer reaction_;
   teleop::FeedbackRenderer feedback_;
   teleop::TorqueSlew slew_;
 };

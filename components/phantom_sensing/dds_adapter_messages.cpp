@@ -41,6 +41,7 @@ messages::DragField drag_field_of(const StepOutputs& outputs, const TickInfo& in
   field.mode = outputs.drag_mode;
   field.joint_count = static_cast<std::uint32_t>(joint_count);
   field.drag = {outputs.drag, outputs.valid};
+  field.reaction = outputs.reaction;
   field.model_age_s = info.model_age_s;
   return field;
 }

@@ -51,6 +51,14 @@ std::optional<std::size_t> own_share_of(const Config& config) {
                     config.file.string() + "; allowed: " + (allowed.empty() ? "none" : allowed));
 }
 
+std::vector<robot::SoftBody> soft_bodies(const runtime::CellConfig& cell) {
+  std::vector<robot::SoftBody> bodies;
+  for (const auto& object : cell.objects)
+    if (!object.profile.stiffness_inside_Pa_per_m.empty())
+      bodies.push_back(robot::soft_body(object.id, object.profile, cell.voxel_size_m));
+  return bodies;
+}
+
 }  // namespace
 
 PhantomModel load_model(const runtime::CellConfig& cell, const Config& config) {
@@ -81,9 +89,13 @@ PhantomModel load_model(const runtime::CellConfig& cell, const Config& config) {
   auto shares = shares_of(config, arm);
   const auto own_share = own_share_of(config);
   if (own_share) points.clear();  // the arm's process watches them
-  return {std::move(arm),    std::move(skin), std::move(points),
-          arm_config.name,   options,         {cell.media.begin(), cell.media.end()},
-          std::move(shares), own_share};
+  auto soft = soft_bodies(cell);
+  if (!soft.empty() && !shares.empty())
+    throw ConfigError(config.file.string() + ": sharing: does not go with soft bodies, which " +
+                      cell.file.string() + " has (stiffness_inside_Pa_per_m); allowed: one of them");
+  return {std::move(arm),  std::move(skin),   std::move(points),
+          arm_config.name, options,           {cell.media.begin(), cell.media.end()},
+          std::move(soft), std::move(shares), own_share};
 }
 
 ContactRegister contacts_of_cell(const runtime::CellConfig& cell, const Config& config,

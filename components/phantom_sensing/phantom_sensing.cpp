@@ -49,6 +49,7 @@ PhantomSensing::PhantomSensing(const PhantomModel& model, const PerceptSettings&
     : model_(model),
       settings_(settings),
       own_sensing_(model.skin, sensing_options(model, settings, model.skin.size())),
+      soft_(model.soft_bodies),
       zone_(settings.cluster_reach_vox, settings.cluster_shape),
       skin_watch_{percept::HitMonitor(settings.hit, settings.alert)},
       interest_watches_(model.interest_points.size(), skin_watch_),
@@ -243,6 +244,8 @@ void PhantomSensing::begin(const StepInputs& inputs, StepOutputs& outputs) noexc
   }
   robot::relieve_by_flow(model_.arm, X_WL_, std::span(flows_).first(others), settings_.directional.still,
                          inputs.velocity, outputs.drag);
+  soft_.sense(*sensing_, X_WL_, *inputs.workspace.voxels);
+  robot::joint_reaction(model_.arm, X_WL_, soft_.links(), inputs.position, outputs.reaction);
   outputs.valid = true;
 }
 

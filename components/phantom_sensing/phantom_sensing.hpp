@@ -17,6 +17,7 @@
 #include "common/robot/serial_arm.hpp"
 #include "common/robot/skin.hpp"
 #include "common/robot/skin_sensing.hpp"
+#include "common/robot/soft_sensing.hpp"
 #include "common/workspace/workspace.hpp"
 
 namespace phantom::phantom_sensing {
@@ -83,6 +84,7 @@ struct PhantomModel {
   std::string name = {};                 ///< the arm's, in the cell file
   robot::SkinOptions skin_options = {};  ///< from which `skin` was laid out
   robot::Medium medium = {};             ///< that fills the space around the cell's objects
+  std::vector<robot::SoftBody> soft_bodies = {};
   std::vector<SkinShare> shares = {};    ///< at most kMostShares; no link is in two
   std::optional<std::size_t> own_share;  ///< the one that this process senses, and nothing else; none: it is
                                          ///< the arm's process
@@ -152,6 +154,7 @@ struct StepOutputs {
   std::uint64_t workspace_version = 0;  ///< 0: none
   std::size_t active_sensors = 0;
   robot::DragCoefficients drag;                             ///< all zero if invalid
+  robot::JointReaction reaction;                            ///< of soft bodies; all zero if invalid
   robot::DragMode drag_mode = robot::DragMode::kSeparable;  ///< the law that turns them into torque
   SkinPercept percept;
   percept::AlertEvents alerts;    ///< of the whole skin
@@ -222,7 +225,8 @@ class PhantomSensing {
   PerceptSettings settings_;
   robot::SkinSensing own_sensing_;
   robot::SkinSensing* sensing_ = &own_sensing_;  // or that of the arm with what it carries
-  percept::AllowedContact muted_;                // as last set in *sensing_
+  robot::SoftSensing soft_;
+  percept::AllowedContact muted_;  // as last set in *sensing_
   percept::ClusterZone zone_;
   /// The hit monitor of one place, with the number of its active alert.
   struct Watch {

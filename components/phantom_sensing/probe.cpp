@@ -76,17 +76,23 @@ std::ofstream open_for_writing(const std::filesystem::path& path) {
   return file;
 }
 
-void write_row(const ProbeRow& row, const StepOutputs& out, std::size_t n, bool directional, bool in_medium,
+struct ProbeColumns {
+  bool directional, medium, soft;
+};
+
+void write_row(const ProbeRow& row, const StepOutputs& out, std::size_t n, const ProbeColumns& columns,
                std::ostream& csv) {
   csv << row.t_s;
   for (std::size_t i = 0; i < n; ++i) csv << ',' << out.percept.drag_torque[i];
   for (std::size_t i = 0; i < n; ++i)
     csv << ',' << (row.velocity[i] >= 0 ? out.drag.plus[i] : out.drag.minus[i]);
-  if (directional) {
+  if (columns.directional) {
     for (std::size_t i = 0; i < n; ++i) csv << ',' << out.drag.plus[i];
     for (std::size_t i = 0; i < n; ++i) csv << ',' << out.drag.minus[i];
   }
-  for (std::size_t i = 0; in_medium && i < n; ++i) csv << ',' << out.drag.drift[i];
+  for (std::size_t i = 0; columns.medium && i < n; ++i) csv << ',' << out.drag.drift[i];
+  for (std::size_t i = 0; columns.soft && i < n; ++i) csv << ',' << out.reaction.torque[i];
+  for (std::size_t i = 0; columns.soft && i < n; ++i) csv << ',' << out.reaction.stiffness[i];
   const SkinPercept& p = out.percept;
   csv << ',' << p.mu << ',' << p.link << ',' << p.sensor << ',' << p.object;
   for (int axis = 0; axis < 3; ++axis) csv << ',' << p.position_W_m[axis];
@@ -176,7 +182,12 @@ ProbePeaks run_probe_rows(const PhantomModel& model, const PerceptSettings& sett
     header("bplus");
     header("bminus");
   }
-  if (!model.medium.empty()) header("drift");
+  const ProbeColumns columns{settings.directional.enabled, !model.medium.empty(), !model.soft_bodies.empty()};
+  if (columns.medium) header("drift");
+  if (columns.soft) {
+    header("reaction");
+    header("stiffness");
+  }
   csv << ",mu,link,sensor,object,x_m,y_m,z_m,pgvx_m,pgvy_m,pgvz_m,pgs,speed_m_s,motion,rule\n";
   PhantomSensing sensing(model, settings);
   const SensedWorkspace sensed{&workspace, percept::greatest_neighbour_mu(workspace)};
@@ -186,7 +197,7 @@ ProbePeaks run_probe_rows(const PhantomModel& model, const PerceptSettings& sett
   for (const ProbeRow& row : rows) {
     sensing.step({row.position, row.velocity, row.t_s - before_s, sensed, true, allowed}, outputs);
     before_s = row.t_s;
-    write_row(row, outputs, n, settings.directional.enabled, !model.medium.empty(), csv);
+    write_row(row, outputs, n, columns, csv);
     for (std::size_t i = 0; i < n; ++i) {
       peaks.speed[i] = std::max(peaks.speed[i], std::abs(row.velocity[i]));
       peaks.torque[i] = std::max(peaks.torque[i], std::abs(outputs.percept.drag_torque[i]));

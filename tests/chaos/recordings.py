@@ -40,7 +40,7 @@ _STAMP, _ECHO, _ARRAY = "QqqQ", "QqQ", f"{JOINTS}d"
 _MASTER = struct.Struct("<" + _STAMP + "IIQ2?2xII4x" + 5 * _ARRAY + "dd9?3xi" + 2 * _ECHO)
 _SLAVE = struct.Struct("<" + _STAMP + _ECHO + "IIQ2?2xI" + 3 * _ARRAY)
 _DRAG = struct.Struct("<" + _STAMP + _ECHO)
-_DRAG_VALID = 120 + 3 * 8 * JOINTS + 8 * JOINTS * (JOINTS + 1) // 2
+_DRAG_VALID = 120 + 6 * 8 * JOINTS + 8 * JOINTS * (JOINTS + 1) // 2
 _COMMAND = struct.Struct("<" + _STAMP + "I4xdi4xQQ")
 
 

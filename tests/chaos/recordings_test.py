@@ -72,7 +72,7 @@ def slave_state():
 
 
 def drag_field(valid):
-    c = Cdr().stamp(6).echo(5, 7, 77).echo(1, 2, 3).echo(4, 5, 6).put("Q", 1).put("I", 0, 7).array().array().put("d", *([0.0] * 136)).array()
+    c = Cdr().stamp(6).echo(5, 7, 77).echo(1, 2, 3).echo(4, 5, 6).put("Q", 1).put("I", 0, 7).array().array().put("d", *([0.0] * 136)).array().array().array().array()
     return c.put("?", valid).put("d", 0.1).encapsulated()
 
 

@@ -28,6 +28,7 @@ Experiment model_error();
 Experiment survey_fit();
 Experiment touch();
 Experiment submerged();
+Experiment palpation();
 // the executables as they are shipped
 Experiment running_system();
 
@@ -58,6 +59,7 @@ const std::vector<Experiment>& experiments() {
       survey_fit(),
       touch(),
       submerged(),
+      palpation(),
       // the executables as they are shipped
       running_system(),
   };

@@ -79,7 +79,8 @@ void set(msg::GripperState& s) {
 void set(msg::DragField& s) {
   s.stamp(stamp()), s.slave_echo(echo()), s.master_echo(echo()), s.gripper_echo(echo()),
       s.workspace_version(long_count()), s.mode(msg::DragMode::DRAG_COUPLED), s.joint_count(16);
-  fill(s.coefficient_plus()), fill(s.coefficient_minus()), fill(s.coupled()), fill(s.drift()), s.valid(true),
+  fill(s.coefficient_plus()), fill(s.coefficient_minus()), fill(s.coupled()), fill(s.drift()),
+      fill(s.reaction()), fill(s.reaction_stiffness()), fill(s.reaction_position()), s.valid(true),
       s.model_age_s(number());
 }
 void set(msg::Percept& s) {

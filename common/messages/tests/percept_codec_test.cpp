@@ -48,6 +48,7 @@ DragField a_drag_field() {
   field.drag.minus = by_joint(0.2);
   for (std::size_t k = 0; k < 28; ++k) field.drag.coupled[k] = 0.5 * static_cast<double>(k);
   field.drag.drift = by_joint(-0.05);
+  field.reaction = {.torque = by_joint(-0.3), .stiffness = by_joint(7.0), .position = by_joint(0.4)};
   field.drag.valid = true;
   field.model_age_s = 0.002;
   return field;
@@ -149,6 +150,10 @@ TEST(DragFieldCodec, WhatCannotBeTrueIsRefused) {
   }
   EXPECT_THAT(refusal([](auto& m) { m.drift()[3] = kNoNumbers[1]; }), HasSubstr("drift[3]"));
   EXPECT_EQ(refusal([](auto& m) { m.drift()[3] = -0.1; }), "") << "either way";
+  EXPECT_THAT(refusal([](auto& m) { m.reaction()[1] = kNoNumbers[0]; }), HasSubstr("reaction[1]"));
+  EXPECT_THAT(refusal([](auto& m) { m.reaction_stiffness()[1] = -0.1; }), HasSubstr("reaction_stiffness[1]"));
+  EXPECT_THAT(refusal([](auto& m) { m.reaction_position()[1] = kNoNumbers[2]; }),
+              HasSubstr("reaction_position[1]"));
   EXPECT_THAT(refusal([](auto& m) { m.coupled()[27] = kNoNumbers[0]; }), HasSubstr("matrix"));
   EXPECT_EQ(refusal([](auto& m) { m.coupled()[27] = -0.1; }), "") << "off the diagonal anything may be";
   EXPECT_EQ(refusal([](auto& m) {

@@ -91,6 +91,18 @@ TEST_F(CellFile, AnUnknownArmIsNamedWithThoseThereAre) {
               ThrowsMessage<ConfigError>(HasSubstr("no arm called 'left'; allowed: arm")));
 }
 
+TEST_F(CellFile, LayersInsideMayHaveAStiffness) {
+  const std::string inside =
+      "mu_skin_Pa_s_per_m: 100, inside: {thickness_vox: [2, 2], mu_Pa_s_per_m: [50, 75]";
+  EXPECT_TRUE(load("mu_skin_Pa_s_per_m: 100", inside + "}").profile.stiffness_inside_Pa_per_m.empty());
+  EXPECT_EQ(load("mu_skin_Pa_s_per_m: 100", inside + ", stiffness_Pa_per_m: [2e5, 0]}")
+                .profile.stiffness_inside_Pa_per_m,
+            (std::vector<double>{2e5, 0.0}));
+  expect_refused("mu_skin_Pa_s_per_m: 100", inside + ", stiffness_Pa_per_m: [2e5]}",
+                 "1 stiffnesses for 2 layers inside the body");
+  expect_refused("mu_skin_Pa_s_per_m: 100", inside + ", stiffness_Pa_per_m: [2e5, -1]}", "0 to 1e+09 Pa/m");
+}
+
 TEST_F(CellFile, MediaFillABoxOrAllSpace) {
   const CellConfig cell = load("arms:\n",
                                "media:\n  - {name: water, mu_Pa_s_per_m: 2, max_m: [1, 1, 0.8], current_m_s: "

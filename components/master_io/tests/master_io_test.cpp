@@ -57,6 +57,25 @@ TEST(MasterIo, RendersTheSumOfPerceptAndSlaveTorque) {
   EXPECT_EQ(out.percept_gain, 10);
 }
 
+// What soft bodies answer is felt at rest, in any law, at the master's own position, and ends with the drag
+// field.
+TEST(MasterIo, SoftBodiesPushBackUntilTheyAreStale) {
+  const auto config = shipped_config({"", "pf"});
+  MasterIo master(config, teleop::StopLatch(1, {}));
+  MasterInputs in = coupled_inputs();
+  in.settings.law = teleop::BilateralLaw::kPf;
+  in.drag.reaction.torque[3] = -0.5;
+  in.drag.reaction.stiffness[3] = 2.0;
+  in.drag.reaction.position = in.position;
+  EXPECT_NEAR(run(master, in, 2.0).feedback_Nm[3], -0.5, 1e-6);
+  in.position[3] += 0.05;
+  EXPECT_NEAR(run(master, in, 0.1).feedback_Nm[3], -0.6, 1e-6);
+  in.drag.reaction.torque[3] = -1e6;
+  EXPECT_NEAR(run(master, in, 1.0).feedback_Nm[3], -config.feedback.torque_cap_Nm[3], 1e-6);
+  in.drag_age_s = 1.0;
+  EXPECT_EQ(run(master, in, 0.5).feedback_Nm, core::JointArray{});
+}
+
 TEST(MasterIo, PositionForwardRendersThePerceptAlone) {
   MasterIo master(shipped_config({"", "pf"}), teleop::StopLatch(1, {}));
   MasterInputs in = coupled_inputs();

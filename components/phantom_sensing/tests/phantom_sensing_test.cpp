@@ -196,6 +196,28 @@ TEST_F(Step, AMediumAddsItsDragAndChangesNothingElse) {
   }
 }
 
+TEST_F(Step, ASoftWallPushesBackAtRestAndAHardOneDoesNot) {
+  sensing_.step(hanging(0.33, 0.0), out_);
+  EXPECT_EQ(out_.reaction.torque, core::JointArray{});
+  robot::SoftBody soft;  // the wall's boundary voxels are all that is in it
+  soft.object = 1;
+  soft.pressure_Pa[static_cast<std::uint8_t>(workspace::kOrderBoundary)] = 500.0;
+  soft.stiffness_Pa_per_m[static_cast<std::uint8_t>(workspace::kOrderBoundary)] = 1e5;
+  model_.soft_bodies = {soft};
+  PhantomSensing sensing(model_, {});
+  sensing.step(hanging(0.33, 0.0), out_);
+  EXPECT_LT(out_.reaction.torque[0], 0.0) << "out of the wall, towards −x";
+  EXPECT_GT(out_.reaction.stiffness[0], 0.0);
+  EXPECT_EQ(out_.reaction.position, hanging(0.33, 0.0).position);
+  EXPECT_EQ(out_.percept.drag_torque, core::JointArray{});
+  sensing.step(hanging(-0.4, 0.0), out_);
+  EXPECT_EQ(out_.reaction.torque, core::JointArray{});
+  StepInputs stale = hanging(0.33, 0.0);
+  stale.state_valid = false;
+  sensing.step(stale, out_);
+  EXPECT_EQ(out_.reaction, robot::JointReaction{});
+}
+
 TEST_F(Step, InAMediumAtRestThereIsNoDragAndInFreeWaterNoPercept) {
   model_.medium = {{.mu_Pa_s_per_m = 2.0, .current_m_s = {0.1, 0.0, 0.0}}};
   for (const robot::DragMode mode : {robot::DragMode::kSeparable, robot::DragMode::kCoupled}) {
