@@ -262,6 +262,11 @@ void SkinSensing::look_up(Part& part, const workspace::Workspace& workspace) noe
   // The padding of the last group also has codes, but feels nothing. Code 0 keeps gradients from being
   // computed there.
   std::fill(&codes_[part.first] + sensors, &codes_[part.first] + points.count, std::uint8_t{0});
+  // Where all are in free space, as in most moving fluids, what follows would find nothing.
+  if (!memory_ && kernel::figures_of(&codes_[part.first], sensors).active == 0) {
+    std::fill(&mu_[part.first], &mu_[part.first] + points.count, 0.0);
+    return;
+  }
   for (std::size_t i = 0; i < sensors; ++i) {
     const std::size_t at = part.first + i;
     std::uint8_t& code = codes_[at];
@@ -277,25 +282,31 @@ void SkinSensing::look_up(Part& part, const workspace::Workspace& workspace) noe
 
 /// Leaves each sensor of the part in the fluid of greatest μ alone.
 void SkinSensing::prevail(Part& part) noexcept {
-  const std::size_t sensors = sensors_of(part);
-  for (std::size_t k = 0; k < fluids_.size(); ++k) {
-    if (!reached_by_[part.link][k]) continue;
-    SkinSensing& fluid = *in_fluids_[k];
-    // Those before have been left in the greatest so far: of them, this one meets at most one.
-    for (std::size_t at = part.first; at < part.first + sensors; ++at) {
-      if (fluid.codes_[at] == 0) continue;
-      SkinSensing* holder = this;
-      for (std::size_t j = 0; j < k; ++j)
-        if (reached_by_[part.link][j] && in_fluids_[j]->codes_[at] != 0) holder = in_fluids_[j].get();
-      SkinSensing& loser = fluid.mu_[at] > holder->mu_[at] ? *holder : fluid;
-      loser.codes_[at] = 0;
-      loser.mu_[at] = 0.0;
+  std::array<SkinSensing*, kMostFluids + 1> fluids;
+  std::size_t count = 0;
+  const std::size_t sensors = sensors_of(part), end = part.first + sensors;
+  const auto add_if_met = [&](SkinSensing& fluid) {
+    if (kernel::figures_of(&fluid.codes_[part.first], sensors).active > 0) fluids[count++] = &fluid;
+  };
+  add_if_met(*this);
+  for (std::size_t k = 0; k < fluids_.size(); ++k)
+    if (reached_by_[part.link][k]) add_if_met(*in_fluids_[k]);
+  // Each is held against those before it, which have been through this: a sensor is in one of them at most.
+  for (std::size_t k = 1; k < count; ++k) {
+    for (std::size_t j = 0; j < k; ++j) {
+      for (std::size_t at = part.first; at < end; ++at) {
+        if (fluids[k]->codes_[at] == 0 || fluids[j]->codes_[at] == 0) continue;
+        SkinSensing& loser = fluids[k]->mu_[at] > fluids[j]->mu_[at] ? *fluids[j] : *fluids[k];
+        loser.codes_[at] = 0;
+        loser.mu_[at] = 0.0;
+      }
     }
   }
 }
 
 void SkinSensing::add_looked_up(Part& part, const workspace::Workspace& workspace) noexcept {
   const std::size_t sensors = sensors_of(part);
+  if (!memory_ && kernel::figures_of(&codes_[part.first], sensors).active == 0) return;
   for (std::size_t at = part.first; at < part.first + sensors; ++at)
     part.totals.active += mu_[at] > 0.0 ? 1U : 0U;
   kernel::add_moments(points_of(part.first, part.end), &mu_[part.first], part.totals.moments);
@@ -328,7 +339,7 @@ void SkinSensing::sense_points(Part& part, const workspace::Workspace& workspace
     look_up(part, workspace);
     for (std::size_t k = 0; k < fluids_.size(); ++k)
       if (near[k]) in_fluids_[k]->look_up(in_fluids_[k]->parts_[i], *fluids_[k].voxels);
-    prevail(part);
+    if (near.any()) prevail(part);
     add_looked_up(part, workspace);
     for (std::size_t k = 0; k < fluids_.size(); ++k)
       if (near[k]) in_fluids_[k]->add_looked_up(in_fluids_[k]->parts_[i], *fluids_[k].voxels);
