@@ -90,7 +90,7 @@ TEST_F(TwistMasterTest, LetsGoWithinTheStalenessAndUntilItWasSeenAtRest) {
   EXPECT_TRUE(handle_.clutch);
 }
 
-// master_io takes a device after a loss once it has seen the clutch out.
+// Tries ros2_gateway: master_io does not take the commands, or dies
 TEST_F(TwistMasterTest, LetsTheClutchOutWhileItIsNotTaken) {
   const Axes rest{}, forward{0.05, 0.0, 0.0};
   taken_ = false;
