@@ -66,8 +66,7 @@ class Attacker : observation::DiscoveryListener {
 
   /// Returns how many topics are attacked.
   std::size_t find_targets() {
-    const std::lock_guard lock(mutex_);
-    for (const auto& [guid, end] : ends_) {
+    for (const auto& [guid, end] : ends()) {
       const auto type = type_tree(end.type);
       if (!type || writers_.contains(end.topic)) continue;
       Target target{.type = type};
@@ -104,6 +103,11 @@ class Attacker : observation::DiscoveryListener {
     auto words = joint_names();
     words.insert(words.end(), {"", "world", "ball", "base_link", "rgb8", "16UC1", "x", "y", "z"});
     return words;
+  }
+  // A copy: a writer is not made with the lock held that discovery waits for.
+  std::map<diagnostics::Guid, diagnostics::EndpointInfo> ends() {
+    const std::lock_guard lock(mutex_);
+    return ends_;
   }
   void on_participant(const diagnostics::ParticipantInfo&, observation::Presence) override {}
   void on_endpoint(const diagnostics::EndpointInfo& end, observation::Presence presence) override {
