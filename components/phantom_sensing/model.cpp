@@ -92,7 +92,7 @@ PhantomModel load_model(const runtime::CellConfig& cell, const Config& config) {
   auto soft = soft_bodies(cell);
   if (!soft.empty() && !shares.empty())
     throw ConfigError(config.file.string() + ": sharing: does not go with soft bodies, which " +
-                      cell.file.string() + " has (stiffness_inside_Pa_per_m); allowed: one of them");
+                      cell.file.string() + " has (inside.stiffness_Pa_per_m); allowed: one of them");
   return {std::move(arm),  std::move(skin),   std::move(points),
           arm_config.name, options,           {cell.media.begin(), cell.media.end()},
           std::move(soft), std::move(shares), own_share};
