@@ -89,6 +89,7 @@ ViewerConfig load_config(const std::filesystem::path& path, const std::filesyste
   file.flag("shadows", shadows);
   config.hit_view.format.shadows = config.tool_view.format.shadows = shadows;
   file.number("jpeg_quality", config.jpeg_quality);
+  file.number("pictures_Hz", config.pictures_Hz);
   file.text("arm", config.arm);
   read_main_view(file.section("main_view"), config.main_view);
   read_hit_view(file.section("hit_view"), config.hit_view);

@@ -77,6 +77,7 @@ struct ViewerConfig {
   WindowConfig window;
   RecordingConfig recording;
   int jpeg_quality = 80;
+  double pictures_Hz = 0.0;   ///< of each view at most, on the topic; 0: none
   int report_samples = 4;     ///< samples per pixel in the report's pictures
   int report_pictures = 200;  ///< greatest number of hit pictures in the report
   std::string arm;            ///< arm of the cell; empty: the only one

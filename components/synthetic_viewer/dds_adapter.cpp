@@ -1,6 +1,7 @@
 #include "components/synthetic_viewer/dds_adapter.hpp"
 
 #include <algorithm>
+#include <array>
 #include <mutex>
 #include <optional>
 #include <type_traits>
@@ -60,6 +61,10 @@ struct DdsAdapter::Impl {
   dds::Participant participant;
   messages::OperatorClient operator_client;
   std::optional<messages::Publisher<messages::ViewPose>> view_poses;
+  std::optional<messages::Publisher<messages::ViewPicture>> pictures;
+  std::array<Broadcast<std::string>::Content, kViews.size()> published;  // the picture of each view
+  bool follows_pictures = false;
+  core::Nanoseconds pictures_due_ns = 0;
   messages::StatusReporter status;
 
   // Each is used on the thread of its reader's callbacks.
@@ -265,6 +270,25 @@ void DdsAdapter::publish(const ViewPoseSample& view) {
   // the topic.
   if (!impl_->view_poses) impl_->view_poses.emplace(impl_->participant, dds::kViewPose);
   impl_->view_poses->publish(view);
+}
+
+void DdsAdapter::publish_pictures(PageContent& page, double rate_Hz) {
+  const core::Nanoseconds now_ns = core::monotonic_ns();
+  if (rate_Hz <= 0.0 || now_ns < impl_->pictures_due_ns) return;
+  impl_->pictures_due_ns = now_ns + core::from_seconds(0.95 / rate_Hz);  // the caller's period is not exact
+  if (!impl_->pictures) impl_->pictures.emplace(impl_->participant, dds::kViewPicture);
+  const bool wanted = impl_->pictures->matched() > 0;
+  if (wanted != impl_->follows_pictures)
+    for (ViewOutput& view : page.views) view.jpeg.followers.fetch_add(wanted ? 1 : -1);
+  impl_->follows_pictures = wanted;
+  for (std::size_t view = 0; wanted && view < page.views.size(); ++view) {
+    const auto newest = page.views[view].jpeg.newest();
+    if (!newest || newest == impl_->published[view] || newest->size() > messages::kMostPictureBytes) continue;
+    impl_->published[view] = newest;
+    impl_->pictures->publish({.stamp = {},
+                              .view = static_cast<messages::PictureView>(view),
+                              .jpeg = {newest->begin(), newest->end()}});
+  }
 }
 
 void DdsAdapter::publish(const core::Health& health) { impl_->status.publish(health); }

@@ -7,6 +7,7 @@
 #include "common/core/network.hpp"
 #include "common/messages/arm_bounds.hpp"
 #include "components/synthetic_viewer/inbox.hpp"
+#include "components/synthetic_viewer/page_content.hpp"
 #include "components/synthetic_viewer/samples.hpp"
 
 namespace phantom::synthetic_viewer {
@@ -33,6 +34,10 @@ class DdsAdapter {
   void send(const Command& command);
   /// Publishes view_pose. One thread.
   void publish(const ViewPoseSample& view);
+  /// Publishes the newest picture of each view that has a new one, as view_picture, at most `rate_Hz` times a
+  /// second each, and follows the views while somebody reads the topic. Calls no more often than that
+  /// suffice. One thread. `page` must outlive the adapter.
+  void publish_pictures(PageContent& page, double rate_Hz);
   /// Publishes component_status. One thread.
   void publish(const core::Health& health);
 

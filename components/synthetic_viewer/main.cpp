@@ -87,6 +87,7 @@ void run_session(ViewerConfig config, const runtime::CellConfig& cell, const cor
     const ViewPoseSample view = content.view_pose.newest_or_default();
     const PublishingSchedule::Due due = schedule.at(core::monotonic_ns(), view.made_ns);
     if (due.view_pose) adapter.publish(view);
+    adapter.publish_pictures(content, config.pictures_Hz);
     if (due.status) {
       core::Health health = viewer.health();
       health.page = url;

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <cmath>
 #include <limits>
 
@@ -359,6 +360,47 @@ TEST_F(Adapter, ItsViewPoseReachesOthers) {
   const Eigen::Matrix3d rotation = geometry::rotation_from_quaternion(
       Eigen::Vector4d(pose.X_WC().qx(), pose.X_WC().qy(), pose.X_WC().qz(), pose.X_WC().qw()));
   EXPECT_TRUE(rotation.isApprox(view.X_WC.rotation, 1e-12));
+}
+
+TEST_F(Adapter, ItsPicturesReachOthersWhileTheyAreFollowedAndEachOnce) {
+  PageContent page;
+  const auto publish = [&] { adapter_.publish_pictures(page, 1000.0); };
+  publish();
+  Broadcast<std::string>& tool = page.view(View::kTool).jpeg;
+  EXPECT_EQ(tool.followers, 0) << "nobody reads the topic";
+  {
+    std::atomic<int> first{0}, last{0};
+    dds::Reader<msg::ViewPicture> reader(other_, dds::kViewPicture,
+                                         [&](const msg::ViewPicture& picture, const dds::SampleInfo&) {
+                                           EXPECT_EQ(picture.view(), msg::PictureView::PICTURE_TOOL);
+                                           ASSERT_EQ(picture.jpeg().size(), 3u) << "larger ones are not sent";
+                                           ++(picture.jpeg()[0] == 'a' ? first : last);
+                                         });
+    ASSERT_TRUE(eventually([&] {
+      publish();
+      return tool.followers == 1;
+    }));
+    int made = 0;
+    const auto send_until = [&](const char* picture, const std::atomic<int>& heard) {
+      return eventually([&] {  // best effort: a new one, until one has come
+        tool.publish(std::string(picture));
+        ++made;
+        publish();
+        return heard > 0;
+      });
+    };
+    ASSERT_TRUE(send_until("abc", first));
+    const int made_of_first = made;
+    for (int k = 0; k < 50; ++k) publish();
+    tool.publish(std::string(messages::kMostPictureBytes + 1, 'x'));
+    publish();
+    ASSERT_TRUE(send_until("def", last));
+    EXPECT_LE(first, made_of_first) << "each is sent once";
+  }
+  EXPECT_TRUE(eventually([&] {
+    publish();
+    return tool.followers == 0;
+  }));
 }
 
 TEST(InboxQueue, IsBoundedAndCountsWhatItLoses) {
