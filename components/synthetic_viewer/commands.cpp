@@ -77,6 +77,19 @@ core::Status read_key(const std::string& key, const Json& value, ViewRequest& re
 
 }  // namespace
 
+core::Expected<CarryRequest> parse_carry_request(const std::string& text) {
+  const Json json = Json::parse(text, nullptr, false);
+  if (!json.is_object() || json.size() != 2 || !json.contains("object") || !json.contains("attach"))
+    return bad(R"(a JSON object {"object": …, "attach": …} is expected)");
+  const Json &object = json["object"], &attach = json["attach"];
+  constexpr std::size_t kLongestName = 64;
+  if (!object.is_string() || object.get_ref<const std::string&>().empty() ||
+      object.get_ref<const std::string&>().size() > kLongestName)
+    return bad("object must be a name of 1 to 64 bytes");
+  if (!attach.is_boolean()) return bad("attach must be true or false");
+  return CarryRequest{object.get<std::string>(), attach.get<bool>()};
+}
+
 core::Expected<ViewRequest> parse_view_request(const std::string& text) {
   const Json json = Json::parse(text, nullptr, false);
   if (!json.is_object() || !json.contains("view")) return bad(R"(a JSON object {"view": …} is expected)");

@@ -12,6 +12,10 @@ namespace phantom::synthetic_viewer {
 /// where a command needs none. The error message says what is wrong and what is allowed.
 core::Expected<Command> parse_command(const std::string& json);
 
+/// Parses the page's request to take an object or to put it down: {"object": "pump", "attach": true}. The
+/// error message says what is wrong and what is allowed.
+core::Expected<CarryRequest> parse_carry_request(const std::string& json);
+
 /// Parses the page's request to move a view's camera or to record it: {"view": "main", "orbit_deg": [5, -2],
 /// "zoom": 0.9, "home": true, "record": true}. All but `view` may be omitted. Angles are within ±180°, zoom
 /// is 0.1 to 10. The error message says what is wrong and what is allowed.

@@ -15,6 +15,7 @@
 #include "common/messages/operator_client.hpp"
 #include "common/messages/percept_codec.hpp"
 #include "common/messages/publisher.hpp"
+#include "common/messages/requester.hpp"
 #include "common/messages/status_codec.hpp"
 #include "common/messages/status_reporter.hpp"
 #include "common/messages/teleoperation_codec.hpp"
@@ -60,6 +61,8 @@ struct DdsAdapter::Impl {
   messages::ArmBounds arm_bounds;
   dds::Participant participant;
   messages::OperatorClient operator_client;
+  std::mutex workspace_mutex;
+  messages::Requester<messages::WorkspaceCommand, messages::WorkspaceReply> workspace_requester;
   std::optional<messages::Publisher<messages::ViewPose>> view_poses;
   std::optional<messages::Publisher<messages::ViewPicture>> pictures;
   std::array<Broadcast<std::string>::Content, kViews.size()> published;  // the picture of each view
@@ -100,6 +103,7 @@ struct DdsAdapter::Impl {
         operator_client(
             participant,
             [this](const std::optional<core::CommandAnswers>& stop) { inbox.stops.take_request(stop); }),
+        workspace_requester(participant, dds::kWorkspaceCommand, dds::kWorkspaceReply),
         status(participant) {
     open_states();
     open_events();
@@ -259,6 +263,26 @@ CommandOutcome DdsAdapter::ask(const Command& command) {
           : answers.refused() ? Kind::kRefused
                               : Kind::kUnanswered,
           stop ? core::stop_words(answers) : core::command_words(answers)};
+}
+
+CommandOutcome DdsAdapter::carry(const CarryRequest& request) {
+  using Kind = CommandOutcome::Kind;
+  messages::WorkspaceCommand command;
+  command.requester = messages::requester_name("operator's page");
+  command.operation =
+      request.attach ? messages::WorkspaceOperation::kAttach : messages::WorkspaceOperation::kRelease;
+  command.object = request.object;
+  CommandOutcome outcome{Kind::kUnanswered, "NOT CONFIRMED by wva_server"};
+  const std::lock_guard lock(impl_->workspace_mutex);
+  impl_->workspace_requester.ask(command, kAnswer_s, [&](const messages::WorkspaceReply& reply) {
+    const bool accepted = reply.outcome == messages::WorkspaceOutcome::kAccepted;
+    if (accepted) outcome.message = "wva_server is about it: the page shows what it becomes";
+    if (!accepted)
+      outcome = {reply.outcome == messages::WorkspaceOutcome::kDone ? Kind::kDone : Kind::kRefused,
+                 reply.message};
+    return !accepted;
+  });
+  return outcome;
 }
 
 void DdsAdapter::send(const Command& command) {

@@ -52,7 +52,8 @@ void run_session(ViewerConfig config, const runtime::CellConfig& cell, const cor
   std::string url;
   if (config.page.enabled) {
     server = std::make_unique<WebServer>(
-        config.page, content, [&adapter](const Command& command) { return adapter.ask(command); }, move);
+        config.page, content, [&adapter](const Command& command) { return adapter.ask(command); }, move,
+        [&adapter](const CarryRequest& request) { return adapter.carry(request); });
     url = server->url();
     out.put("operator's page: " + url + '\n');
     if (!config.page.secrets)

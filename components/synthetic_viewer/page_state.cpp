@@ -182,6 +182,21 @@ std::string stop_json(const StopView& view) {
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
+namespace {
+
+// What may be taken, and what is carried.
+Json objects_json(const ViewerState& state) {
+  constexpr std::size_t kMost = 256;
+  Json list = Json::array();
+  for (const auto& [id, object] : state.objects) {
+    if (list.size() < kMost && !object.name.empty())
+      list.push_back({{"name", object.name}, {"carried", state.carried(id) != nullptr}});
+  }
+  return list;
+}
+
+}  // namespace
+
 std::string page_state_json(const ViewerState& state, const CellScene& scene, const HitView& view,
                             const Staleness& staleness, const PageFacts& facts, core::Nanoseconds now_ns) {
   const Json json{
@@ -193,6 +208,7 @@ std::string page_state_json(const ViewerState& state, const CellScene& scene, co
       {"joints", joints_json(state, scene)},
       {"gripper", gripper_json(state, staleness, now_ns)},
       {"carried", carried_words(state)},
+      {"objects", objects_json(state)},
       {"hits", hits_json(state, scene, facts.start_ns)},
       {"total_hits", state.total_hits},
       {"components", components_json(state, staleness, now_ns)},

@@ -75,6 +75,12 @@ struct ViewPoseSample : messages::ViewPose {
 using core::CommandKind;
 using Command = messages::OperatorCommand;
 
+/// The operator's request that the arm takes an object, or puts it down.
+struct CarryRequest {
+  std::string object;  ///< its name
+  bool attach = true;  ///< false: release
+};
+
 /// The outcome of a command, for its issuer.
 struct CommandOutcome {
   enum class Kind {

@@ -117,6 +117,7 @@ struct WebServer::Impl {
   PageContent& content;
   OnCommand on_command;
   OnViewRequest on_view_request;
+  OnCarryRequest on_carry_request;
   std::atomic<bool> stopping{false};
   std::atomic<int> snapshots{0}, followers{0};
   const std::string scheme{config.tls ? "https" : "http"};
@@ -126,11 +127,12 @@ struct WebServer::Impl {
   RequestGate streams{"page_streams", limits_of(config, true), nullptr, config.tls.get()};
 
   Impl(const PageConfig& page_config, PageContent& page_content, OnCommand command,
-       OnViewRequest view_request)
+       OnViewRequest view_request, OnCarryRequest carry_request)
       : config(page_config),
         content(page_content),
         on_command(std::move(command)),
-        on_view_request(std::move(view_request)) {
+        on_view_request(std::move(view_request)),
+        on_carry_request(std::move(carry_request)) {
     check_readers();
     add_files();
     add_pictures();
@@ -250,12 +252,20 @@ void WebServer::Impl::add_requests() {
       carry_out(*parsed, response);
     });
   };
+  const auto answer_outcome = [](Response& response, const CommandOutcome& outcome) {
+    answer(response, kStatusOfOutcome[static_cast<std::size_t>(outcome.kind)], outcome.message);
+  };
   const auto needed_for_command = [](const Command& command) { return role_for(command.kind); };
   const auto needed_for_view = [](const ViewRequest&) { return std::optional(Role::kOperate); };
-  take("/command", parse_command, needed_for_command, [this](const Command& command, Response& response) {
-    const CommandOutcome outcome = on_command(command);
-    answer(response, kStatusOfOutcome[static_cast<std::size_t>(outcome.kind)], outcome.message);
+  take("/command", parse_command, needed_for_command, [=, this](const Command& command, Response& response) {
+    answer_outcome(response, on_command(command));
   });
+  const auto needed_to_carry = [](const CarryRequest&) { return std::optional(Role::kOperate); };
+  take("/carry", parse_carry_request, needed_to_carry,
+       [=, this](const CarryRequest& request, Response& response) {
+         if (!on_carry_request) return answer(response, kUnavailable, "nothing is taken here");
+         answer_outcome(response, on_carry_request(request));
+       });
   take("/view", parse_view_request, needed_for_view, [this](const ViewRequest& request, Response& response) {
     const core::Status done = on_view_request(request);
     answer(response, done ? 200 : kUnavailable, done ? "done" : done.message());
@@ -325,8 +335,9 @@ void WebServer::Impl::follow(const Request& request, Response& response, const c
 }
 
 WebServer::WebServer(const PageConfig& config, PageContent& content, OnCommand on_command,
-                     OnViewRequest on_view_request)
-    : impl_(std::make_unique<Impl>(config, content, std::move(on_command), std::move(on_view_request))) {}
+                     OnViewRequest on_view_request, OnCarryRequest on_carry_request)
+    : impl_(std::make_unique<Impl>(config, content, std::move(on_command), std::move(on_view_request),
+                                   std::move(on_carry_request))) {}
 
 WebServer::~WebServer() = default;
 

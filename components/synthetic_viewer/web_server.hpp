@@ -21,6 +21,7 @@ namespace phantom::synthetic_viewer {
 ///   GET  /state                 the newest page_state_json(), for a page that receives no events
 ///   GET  /snapshot/main.png, /hits/<alert>.jpg
 ///   POST /command               {"kind": …, "value": …} as JSON, from the page itself only
+///   POST /carry                 {"object": …, "attach": true or false}, likewise
 ///   GET  /session               which role this browser has; POST /login, /logout
 ///   POST /view                  {"view": …, "orbit_deg": …, "zoom": …, "home": …, "record": …}, likewise
 /// Live pictures and events have their own port:
@@ -34,12 +35,15 @@ class WebServer {
  public:
   /// Carries out a checked command and returns its outcome within half a second. Called on a server thread.
   using OnCommand = std::function<CommandOutcome(const Command&)>;
+  /// Asks for what is to be taken or put down, likewise.
+  using OnCarryRequest = std::function<CommandOutcome(const CarryRequest&)>;
   /// Takes a checked request for a view, within half a second. Called on a server thread.
   using OnViewRequest = std::function<core::Status(const ViewRequest&)>;
 
-  /// Starts to serve. Throws core::MissingError if the address or a port cannot be had.
+  /// Starts to serve. Without `on_carry_request` nothing can be taken. Throws core::MissingError if the
+  /// address or a port cannot be had.
   WebServer(const PageConfig& config, PageContent& content, OnCommand on_command,
-            OnViewRequest on_view_request);
+            OnViewRequest on_view_request, OnCarryRequest on_carry_request = {});
   /// Ends all streams and joins the threads, within half a second.
   ~WebServer();
   WebServer(const WebServer&) = delete;

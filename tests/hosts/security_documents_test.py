@@ -140,7 +140,7 @@ class Documents(unittest.TestCase):
     def test_only_the_commanding_identities_may_command(self):
         may = {name: {t for t in writes if t.endswith("_command")} for name, (writes, _) in read_rights().items()}
         self.assertEqual({name: topics for name, topics in may.items() if topics}, {
-            "slave_io": {"operator_command"}, "master_io": {"operator_command"}, "synthetic_viewer": {"operator_command"},
+            "slave_io": {"operator_command"}, "master_io": {"operator_command"}, "synthetic_viewer": {"operator_command", "workspace_command"},
             "wva_server_command": {"workspace_command"}, "workspace_survey": {"workspace_command"}, "ros2_gateway": {"workspace_command"}, "phantom_sensing_command": {"sensing_command"},
             "operator_command_line": {"operator_command"}})
         for name, publishes in (("dds_spy", []), ("dds_recorder", ["component_status"]), ("phantom_session", [])):

@@ -10,6 +10,7 @@
 #include "common/dds/tests/test_network.hpp"
 #include "common/messages/status_reporter.hpp"
 #include "common/messages/tests/stand_in_side.hpp"
+#include "common/messages/workspace_codec.hpp"
 #include "common/percept/view_node.hpp"
 #include "components/synthetic_viewer/tests/slave_message.hpp"
 
@@ -187,6 +188,35 @@ TEST_F(Adapter, AStopThatNobodyConfirmsIsNotDone) {
   EXPECT_EQ(outcome.kind, CommandOutcome::Kind::kUnanswered);
   EXPECT_EQ(outcome.message, "NOT CONFIRMED by master_io, slave_io");
   EXPECT_TRUE(inbox_.stops.at(core::monotonic_ns()).alarm) << "after the third of a second that ask() waited";
+}
+
+TEST_F(Adapter, WhatIsToBeTakenIsAskedOfTheServerWhoseWordsAreGivenBack) {
+  using Kind = CommandOutcome::Kind;
+  const CommandOutcome alone = adapter_.carry({"pump", true});
+  EXPECT_EQ(alone.kind, Kind::kUnanswered);
+  EXPECT_EQ(alone.message, "NOT CONFIRMED by wva_server");
+  dds::Stamper stamper(other_);
+  dds::Writer<msg::WorkspaceReply> replies(other_, dds::kWorkspaceReply);
+  dds::Reader<msg::WorkspaceCommand> commands(
+      other_, dds::kWorkspaceCommand, [&](const msg::WorkspaceCommand& message, const dds::SampleInfo&) {
+        const auto command = messages::from_idl(message);
+        if (!command) return;
+        const bool attach = command->operation == messages::WorkspaceOperation::kAttach;
+        messages::WorkspaceReply reply;
+        reply.command = command->stamp;
+        reply.operation = command->operation;
+        reply.object = command->object;
+        reply.outcome = attach ? messages::WorkspaceOutcome::kDone : messages::WorkspaceOutcome::kRefused;
+        reply.message = attach ? "taken: " + command->object : "nobody carries it";
+        msg::WorkspaceReply answer = messages::to_idl(reply);
+        answer.stamp(stamper.next());
+        replies.write(answer);
+      });
+  ASSERT_TRUE(eventually([&] { return adapter_.carry({"pump", true}).kind == Kind::kDone; }));
+  EXPECT_EQ(adapter_.carry({"vice", true}).message, "taken: vice");
+  const CommandOutcome refused = adapter_.carry({"pump", false});
+  EXPECT_EQ(refused.kind, Kind::kRefused);
+  EXPECT_EQ(refused.message, "nobody carries it");
 }
 
 class AskingCell : public Adapter {

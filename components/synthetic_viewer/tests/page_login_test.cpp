@@ -72,6 +72,8 @@ TEST_F(PageLogin, ASessionMayWhatItsRoleMay) {
     EXPECT_EQ(nlohmann::json::parse(client().Get("/session", session)->body).at("role"), one.role);
     EXPECT_EQ(post(R"({"view":"main","zoom":2})", session, "application/json", "/view").first, one.view);
     EXPECT_EQ(post(R"({"kind":"reset"})", session).first, one.reset);
+    EXPECT_EQ(post(R"({"object":"pump","attach":true})", session, "application/json", "/carry").first,
+              one.reset);
     EXPECT_EQ(post(R"({"kind":"set_percepts","value":5})", session).first, one.reset);
     EXPECT_EQ(post(R"({"kind":"counterbalance","value":1})", session).first, one.law);
     const auto [law, message] = post(R"({"kind":"set_law","value":1})", session);

@@ -35,6 +35,11 @@ class Page : public ::testing::Test {
           const std::lock_guard lock(mutex_);
           requests_.push_back(request);
           return core::Status::ok();
+        },
+        [this](const CarryRequest& request) {
+          const std::lock_guard lock(mutex_);
+          carries_.push_back(request);
+          return outcome_;
         });
   }
   httplib::Client client() const { return client_of(server_->port()); }
@@ -68,6 +73,7 @@ class Page : public ::testing::Test {
   std::mutex mutex_;
   std::vector<Command> commands_;
   std::vector<ViewRequest> requests_;
+  std::vector<CarryRequest> carries_;
   CommandOutcome outcome_;
   std::unique_ptr<WebServer> server_;
 };

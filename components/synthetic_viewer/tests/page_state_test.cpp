@@ -130,6 +130,8 @@ TEST(CellScene, WhatTheArmCarriesMovesWithItsHandAndStandsInTheCellOtherwise) {
 TEST(PageState, SaysWhatIsCarriedByWhom) {
   EXPECT_EQ(page(state_with_pump(0.0, false)).at("carried"), "");
   EXPECT_EQ(page(state_with_pump(0.0, true)).at("carried"), "arm left carries pump");
+  EXPECT_EQ(page(state_with_pump(0.0, true)).at("objects").dump(), R"([{"carried":true,"name":"pump"}])");
+  EXPECT_EQ(page(state_with_pump(0.0, false)).at("objects")[0].at("carried"), false);
 }
 
 TEST(PageState, ASilentComponentIsSaidToBeSilent) {

@@ -239,6 +239,28 @@ TEST_F(Page, RefusesViewRequestsThatMakeNoSenseAndSaysWhatIsAllowed) {
   EXPECT_TRUE(requests_.empty());
 }
 
+TEST_F(Page, PassesOnWhatIsToBeTakenOrPutDownAndRefusesWhatMakesNoSense) {
+  serve();
+  const auto carry = [this](const char* body) { return post(body, {}, "application/json", "/carry"); };
+  EXPECT_EQ(carry(R"({"object":"pump","attach":true})").first, 200);
+  outcome_ = {CommandOutcome::Kind::kRefused, "'pump' (object 2) is carried by no arm"};
+  EXPECT_EQ(carry(R"({"object":"pump","attach":false})"),
+            std::pair(409, std::string("'pump' (object 2) is carried by no arm")));
+  ASSERT_EQ(carries_.size(), 2U);
+  EXPECT_EQ(carries_[0].object, "pump");
+  EXPECT_TRUE(carries_[0].attach);
+  EXPECT_FALSE(carries_[1].attach);
+  for (const char* body :
+       {"[]", R"({"object":"pump"})", R"({"object":"","attach":true})", R"({"object":7,"attach":true})",
+        R"({"object":"pump","attach":1})", R"({"object":"pump","attach":true,"arm":"left"})"})
+    EXPECT_EQ(carry(body).first, 400) << body;
+  EXPECT_EQ(post(R"({"object":"pump","attach":true})", {{"Origin", "http://elsewhere.example"}},
+                 "application/json", "/carry")
+                .first,
+            403);
+  EXPECT_EQ(carries_.size(), 2U);
+}
+
 TEST_F(Page, ViewRequestsPassTheSameChecksAsCommands) {
   PageConfig config;
   config.allow_commands = false;

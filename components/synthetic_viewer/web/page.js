@@ -78,6 +78,7 @@ function show() {
   showGripper(state.gripper);
   byId('carried').hidden = !state.carried;
   put('carried', state.carried);
+  showObjects(state.objects);
   showViews(view, viewer);
   showHits(state.hits, state.total_hits);
   showComponents(state.components);
@@ -146,6 +147,20 @@ function showCommands(link, view, viewer) {
   byId('hold').setAttribute('aria-pressed', view.hold);
   showViewTools(view, viewer);
   if (document.activeElement !== byId('node')) byId('node').value = view.chosen;
+}
+
+// The choice stays while the list is the same.
+function showObjects(objects) {
+  const choice = byId('carry-object');
+  const named = objects.map(o => o.name + (o.carried ? ' (carried)' : ''));
+  if (named.join('\n') !== [...choice.options].map(o => o.text).join('\n')) {
+    const chosen = choice.value;
+    choice.replaceChildren(...objects.map((o, i) => new Option(named[i], o.name)));
+    if (objects.some(o => o.name === chosen)) choice.value = chosen;
+  }
+  const object = objects.find(o => o.name === choice.value);
+  byId('attach').hidden = object !== undefined && object.carried;
+  byId('release').hidden = object === undefined || !object.carried;
 }
 
 function showGripper(gripper) {
@@ -369,6 +384,10 @@ byId('hold').addEventListener('click', toggleHold);
 byId('node').addEventListener('change', () => command('view_node', +byId('node').value));
 byId('gain-form').addEventListener('submit', event => { event.preventDefault(); command('set_percept_gain', +byId('gain').value); });
 byId('feedback-form').addEventListener('submit', event => { event.preventDefault(); command('set_feedback_gain', +byId('feedback').value); });
+byId('carry-object').addEventListener('change', () => showObjects(state.objects));
+for (const act of ['attach', 'release']) {
+  byId(act).addEventListener('click', () => post('carry', { object: byId('carry-object').value, attach: act === 'attach' }, act));
+}
 byId('gripper-open').addEventListener('click', () => command('gripper_width', 1));
 byId('gripper-close').addEventListener('click', () => command('gripper_width', 0));
 byId('gripper-width-form').addEventListener('submit', event => { event.preventDefault(); command('gripper_width', +byId('gripper-width').value / 1e3); });
