@@ -36,7 +36,7 @@ constexpr ThreadPlace kScheme[] = {
      "the device; locks of Fast DDS for a stop"},
     {kSensing, "sensing", 6, "phantom_sensing",
      "senses at each slave_state, publishes drag_field and percept",
-     "the next state; other sensing threads; locks of Fast DDS and a socket's buffer"},
+     "the next state; other sensing threads; other processes' shares of the skin, at most `sharing.wait_s`; locks of Fast DDS and a socket's buffer"},
     {kControl, "", 8, "master_io, slave_io, phantom_sensing",
      "the main thread: component_status, commands, notices",
      "locks of Fast DDS; files at start and end; the disk when a stop begins or ends"},

@@ -77,13 +77,12 @@ ObjectConfig read_object(const Fields& fields, const workspace::LayerProfile& ce
   fields.number("priority", object.priority);
   fields.number("mass_kg", object.mass_kg);
   fields.flag("loose", object.loose);
-  fields.check(!object.loose || object.mass_kg > 0.0, "loose",
-               "is true of an object without mass_kg; allowed: with it, above 0");
+  fields.check(!object.loose || object.mass_kg > 0.0, "loose", "needs mass_kg; allowed: with it, above 0");
   if (fields.has("hold")) {
     const Fields hold = fields.section("hold");
     object.hold = HoldConfig{hold.text("arm"), hold.text("frame"), hold.pose("pose")};
     fields.check(!object.loose || object.hold->arm.empty(), "loose",
-                 "is true of what an arm carries from the start; allowed: of what stands in the cell");
+                 "does not go with hold, of what an arm carries from the start; allowed: one of them");
   }
   std::vector<double> rgb;
   fields.numbers("colour", rgb);

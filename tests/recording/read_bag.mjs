@@ -120,10 +120,19 @@ async function holdAgainst(messages) {
     same(value.velocity, ours.sample.velocity_rad_s.slice(0, n), `${topic}: velocity`);
     same(value.effort, effort.slice(0, n), `${topic}: effort`);
   };
+  const wrench = (topic, ours) => {
+    const value = next(topic, ours);
+    stamped(value, ours);
+    same(value.header.frame_id, "phantom/at_tool", `${topic}: frame`);
+    for (const vector of [value.wrench.force, value.wrench.torque])
+      for (const number of [vector.x, vector.y, vector.z]) if (!Number.isFinite(number)) fail(`${topic}: no number`);
+  };
+  let poseIsKnown = false;
   for await (const line of createInterface({ input: createReadStream(jsonPath) })) {
     const ours = parseExactly(line), sample = ours.sample;
     if (ours.topic === "slave_state") {
       joints("/phantom/joint_states", ours, sample.loop_torque_Nm);
+      poseIsKnown = true;
       for (const { transform, header } of next("/tf", ours).transforms) {
         const { x, y, z, w } = transform.rotation;
         if (Math.abs(x * x + y * y + z * z + w * w - 1) > 1e-9) fail("/tf: no rotation");
@@ -131,10 +140,12 @@ async function holdAgainst(messages) {
       }
     } else if (ours.topic === "master_state") {
       joints("/phantom/master/joint_states", ours, sample.percept_torque_Nm);
+      wrench("/phantom/percept/torque_wrench", ours);
     } else if (ours.topic === "percept") {
       same(next("/phantom/percept/closeness", ours).data, sample.valid ? number(sample.closeness) : NaN, "closeness");
       same(next("/phantom/percept/speed", ours).data, sample.valid ? number(sample.speed_m_s) : NaN, "speed");
       if (sample.valid) same(next("/phantom/percept/drag", ours).effort, sample.drag_torque_Nm.slice(0, sample.joint_count), "drag");
+      if (sample.valid && poseIsKnown) wrench("/phantom/percept/drag_wrench", ours);
       const marker = next("/phantom/percept/worst_place", ours);
       same(marker.pose.position, sample.position_m, "worst place");
       same(marker.action, sample.valid && sample.object !== 0 ? 0 : 2, "worst place: action");

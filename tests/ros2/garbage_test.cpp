@@ -139,7 +139,11 @@ TEST(Garbage, OnEachTopicKillsNothingAndWhatIsSoundIsTakenAfterwards) {
                           {"\ninterfaces: []", "\ninterfaces: [127.0.0.1]"},
                           {"\ninitial_peers: []", "\ninitial_peers: [127.0.0.1]"},
                           {"  topic: \"\"                  # [0 to 200 bytes] \"\": none\n  frame: \"\"",
-                           "  topic: wrench\n  frame: \"\""}}}});
+                           "  topic: wrench\n  frame: \"\""},
+                          {"twist_topic: \"\"", "twist_topic: twist"},
+                          {"cloud_topic: \"\"", "cloud_topic: cloud"},
+                          {"depth_topic: \"\"", "depth_topic: depth"},
+                          {"camera_info_topic: \"\"", "camera_info_topic: camera_info"}}}});
   dds::Participant observer("garbage_test", system.network());
   std::mutex mutex;
   std::uint64_t percepts = 0, valid = 0;
@@ -173,7 +177,7 @@ TEST(Garbage, OnEachTopicKillsNothingAndWhatIsSoundIsTakenAfterwards) {
        {"wva_server", "phantom_sensing", "ros2_gateway", "audio_percept", "synthetic_viewer"})
     ASSERT_NE(processes[name] = system.process(name), 0) << name;
   Attacker attacker(ros_domain, 20261126);
-  ASSERT_TRUE(eventually([&] { return attacker.find_targets() >= 3; }));
+  ASSERT_TRUE(eventually([&] { return attacker.find_targets() >= 7; }));
 
   const pid_t gateway = processes["ros2_gateway"];
   const core::Nanoseconds begin_ns = core::monotonic_ns();

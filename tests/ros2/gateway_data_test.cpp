@@ -25,6 +25,7 @@
 #include "components/ros2_gateway/layer_clouds.hpp"
 #include "ros2_idl/std_msgsPubSubTypes.hpp"
 #include "tests/ros2/foreign_node.hpp"
+#include "tests/ros2/played_server.hpp"
 #include "tests/support/small_arms.hpp"
 
 namespace phantom::ros2 {
@@ -264,66 +265,6 @@ TEST_F(GatewayData, SaysTheDragAsAWrenchAtTheTool) {
   EXPECT_NEAR(0.5 * heard.back().force_N[1] + heard.back().torque_Nm[2], -2.0, 1e-9);
 }
 
-/// What wva_server publishes.
-class Server {
- public:
-  explicit Server(dds::Participant& participant)
-      : bricks_(participant, dds::kWorkspaceBrick),
-        versions_(participant, dds::kWorkspaceVersion),
-        objects_(participant, dds::kWorkspaceObject),
-        chunks_(participant, dds::kMeshChunk) {
-    workspace::GridSpec grid;
-    grid.voxel_size_m = 0.01;
-    grid.size_vox = {64, 64, 32};
-    workspace_ = workspace::Workspace(grid, {0.0F, 1.0F});
-  }
-  void set(workspace::Index3 v, std::int8_t order) {
-    const auto brick = workspace_.edit_brick(workspace::brick_of(v));
-    const std::size_t at = workspace::brick_offset(v);
-    brick.order[at] = order;
-    brick.mu_code[at] = order != 0 ? 1 : 0;
-    brick.object[at] = order != 0 ? 7 : 0;
-    changed_.insert(workspace::brick_of(v));
-  }
-  void commit() {
-    ++workspace_.version;
-    for (const workspace::BrickKey& key : changed_) {
-      const auto octets = workspace::encode_brick(workspace_.brick(key));
-      bricks_.write(to_idl(messages::WorkspaceBrick{key, workspace_.version, octets}));
-    }
-    changed_.clear();
-    versions_.write(to_idl(messages::WorkspaceVersion{
-        "cell", workspace::description_of(workspace_, workspace_.content_hash())}));
-  }
-  void put(std::uint16_t id, double x_m, std::uint64_t mesh_hash) {
-    messages::WorkspaceObject object{
-        .id = id, .name = "body", .mesh_hash = mesh_hash, .X_WO = {}, .colour = {1.0F, 0.5F, 0.0F}};
-    object.X_WO.translation_m.x() = x_m;
-    objects_.write(to_idl(object));
-  }
-  std::uint64_t put_mesh() {
-    geometry::TriangleMesh mesh;
-    mesh.vertices_m = {{0, 0, 0}, {0.25F, 0, 0}, {0, 0.5F, 0}, {0, 0, 1}};
-    mesh.triangles = {{0, 1, 2}, {0, 2, 3}};
-    messages::MeshChunk chunk;
-    chunk.mesh_hash = mesh.content_hash();
-    chunk.chunk_count = 1;
-    chunk.vertex_count = 4;
-    chunk.triangle_count = 2;
-    chunk.data = workspace::compress(geometry::mesh_bytes(mesh));
-    chunks_.write(to_idl(chunk));
-    return chunk.mesh_hash;
-  }
-
- private:
-  workspace::Workspace workspace_;
-  std::set<workspace::BrickKey> changed_;
-  dds::Writer<msg::WorkspaceBrick> bricks_;
-  dds::Writer<msg::WorkspaceVersion> versions_;
-  dds::Writer<msg::WorkspaceObject> objects_;
-  dds::Writer<msg::MeshChunk> chunks_;
-};
-
 std::uint32_t brick_of_point(const test::Cloud& cloud, std::size_t point) {
   std::uint32_t number = 0;
   std::memcpy(&number, cloud.data.data() + point * cloud.point_step + 12, 4);
@@ -333,7 +274,7 @@ std::uint32_t brick_of_point(const test::Cloud& cloud, std::size_t point) {
 TEST_F(GatewayData, SaysTheWorkspaceAsCloudsByChangedBricks) {
   config_.workspace.clouds = {workspace::kOrderBoundary, 2};
   start();
-  Server server(participant_);
+  test::PlayedServer server(participant_);
   server.set({1, 2, 3}, workspace::kOrderBoundary);
   server.set({40, 2, 3}, workspace::kOrderBoundary);
   server.set({41, 2, 3}, 2);
@@ -374,7 +315,7 @@ TEST_F(GatewayData, SaysTheWorkspaceAsCloudsByChangedBricks) {
 TEST_F(GatewayData, SaysTheWorkspaceAsMarkersByChangedObjects) {
   config_.workspace.meshes = true;
   start();
-  Server server(participant_);
+  test::PlayedServer server(participant_);
   const std::uint64_t mesh = server.put_mesh();
   server.put(7, 1.0, mesh);
   server.put(8, 2.0, mesh);

@@ -18,6 +18,7 @@
 #include "components/ros2_gateway/dds_adapter_objects.hpp"
 #include "tests/ros2/foreign_node.hpp"
 #include "tests/ros2/graph_tools.hpp"
+#include "tests/ros2/played_server.hpp"
 #include "tests/ros2/wire_listener.hpp"
 #include "tests/support/child_process.hpp"
 
@@ -42,6 +43,8 @@ struct Gateway {
     config.node.interfaces = config.node.initial_peers = {"127.0.0.1"};
     config.node.graph = graph;
     config.joint_states_topic = "";
+    config.out.views = true;
+    config.workspace.clouds = {workspace::kOrderBoundary};
     adapter = std::make_unique<ros2_gateway::DdsAdapter>(
         dds::test_network(), config, arm, "<robot/>",
         [](const ros2_gateway::JointStateMessage&, messages::SlaveState&) { return core::Expected(false); });
@@ -133,6 +136,14 @@ class Phantom {
     alert.alert = 7, alert.link_name = "forearm", alert.rule = percept::HitRule::kVeryClose;
     alerts_.publish(alert);
     status_.publish({.state = core::ComponentState::kRunning, .figures = {{"ticks", 12.0, "Hz"}}});
+    for (const auto view :
+         {messages::PictureView::kMain, messages::PictureView::kHit, messages::PictureView::kTool})
+      pictures_.publish({.stamp = {}, .view = view, .jpeg = {0xff, 0xd8, 1, 2, 3}});
+    // Each version has one boundary voxel more, so that the cloud and its updates are said again and again.
+    server_.put(7, 0.1, server_.put_mesh());
+    server_.set({voxels_ % 64, voxels_ / 64 % 64, 0}, workspace::kOrderBoundary);
+    ++voxels_;
+    server_.commit();
   }
 
  private:
@@ -142,6 +153,9 @@ class Phantom {
   messages::Publisher<messages::Percept> percept_{participant_, dds::kPercept};
   messages::Publisher<messages::HitAlert> alerts_{participant_, dds::kHitAlert};
   messages::StatusReporter status_{participant_};
+  messages::Publisher<messages::ViewPicture> pictures_{participant_, dds::kViewPicture};
+  test::PlayedServer server_{participant_};
+  int voxels_ = 0;
 };
 
 TEST(OtherReaders, DecodeEachMessageOnTheWireByThePublishedDefinitions) {
@@ -156,7 +170,7 @@ TEST(OtherReaders, DecodeEachMessageOnTheWireByThePublishedDefinitions) {
   for (const auto& [topic, endpoint] : node.endpoints())
     if (topic.starts_with("rt/") && !endpoint.user_data.empty() && (endpoint.guid[15] & 0x3e) == 0x02)
       topics[topic] = endpoint.type;
-  ASSERT_GE(topics.size(), 10u);
+  ASSERT_GE(topics.size(), 18u) << "every topic that it has with all of its outputs";
   std::map<std::string, std::vector<std::vector<std::uint8_t>>> heard;
   ASSERT_TRUE(dds::eventually([&] {
     phantom.say();

@@ -11,8 +11,9 @@
 namespace phantom::ros2::test {
 namespace {
 
-const dds_topic_descriptor_t* const kDescriptors[] = {ros2_joint_state, ros2_string, ros2_float64, ros2_tf,
-                                                      ros2_diagnostics, ros2_marker, ros2_wrench};
+const dds_topic_descriptor_t* const kDescriptors[] = {
+    ros2_joint_state, ros2_string,  ros2_float64, ros2_tf,    ros2_diagnostics,
+    ros2_marker,      ros2_markers, ros2_wrench,  ros2_cloud, ros2_picture};
 
 const dds_topic_descriptor_t& descriptor(const std::string& type) {
   const auto found = std::find_if(std::begin(kDescriptors), std::end(kDescriptors),
@@ -34,7 +35,8 @@ std::vector<std::vector<std::uint8_t>> WireListener::heard(const std::string& to
   if (reader == 0) {
     // A volatile reader hears latched messages only as they are sent again: it asks for them as RViz does.
     dds_qos_t* qos = dds_create_qos();
-    const bool latched = topic == "rt/tf_static" || type == ros2_string->m_typename;
+    const bool latched =
+        topic == "rt/tf_static" || type == ros2_string->m_typename || type == ros2_cloud->m_typename;
     dds_qset_reliability(qos, DDS_RELIABILITY_RELIABLE, DDS_SECS(1));
     dds_qset_durability(qos, latched ? DDS_DURABILITY_TRANSIENT_LOCAL : DDS_DURABILITY_VOLATILE);
     dds_qset_history(qos, DDS_HISTORY_KEEP_LAST, 64);

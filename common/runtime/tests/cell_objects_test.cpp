@@ -320,9 +320,9 @@ TEST_F(CellObjects, RealBodiesStandWhereTheirDeviationPutsThem) {
 
 TEST_F(CellObjects, LooseOnesAndThoseThatAnArmCarriesAreNoneOfTheFixedBodies) {
   const std::string ball = "primitive: {sphere: {radius_m: 0.1}}\n";
-  EXPECT_THAT(refused(ball + "loose: true"), HasSubstr("loose: is true of an object without mass_kg"));
+  EXPECT_THAT(refused(ball + "loose: true"), HasSubstr("loose: 'true' needs mass_kg"));
   EXPECT_THAT(refused(ball + "mass_kg: 1\nloose: true\nhold: {arm: a}"),
-              HasSubstr("loose: is true of what an arm carries from the start"));
+              HasSubstr("loose: 'true' does not go with hold"));
   cell_.objects.push_back(read(ball + "mass_kg: 2\nloose: true\nreal_deviation: {xyz_m: [0.01, 0, 0]}"));
   cell_.objects.push_back(read(ball + "hold: {arm: a}"));
   cell_.objects.push_back(read(ball + "hold: {frame: tool}"));

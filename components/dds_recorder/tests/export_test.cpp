@@ -144,7 +144,11 @@ TEST_F(Exported, EverySampleIsThereAtItsTimeWithItsValues) {
   EXPECT_EQ(on<Topics::JointState>("/phantom/percept/drag").size(), 1u);
   EXPECT_EQ(on<Topics::TfMessage>("/tf").size(), 2u);
   EXPECT_EQ(on<Topics::TfMessage>("/tf_static").size(), 1u);
-  EXPECT_EQ(bag->statistics().message_count, 13u);
+  const auto wrenches =
+      on<geometry_msgs::msg::dds_::WrenchStamped_PubSubType>("/phantom/percept/drag_wrench");
+  ASSERT_EQ(wrenches.size(), 1u) << "of the valid percept, at the last pose";
+  EXPECT_EQ(wrenches[0].header().frame_id(), "phantom/at_tool");
+  EXPECT_EQ(bag->statistics().message_count, 14u);
 }
 
 TEST_F(Exported, ChannelsSayWhatRosbag2WantsToKnow) {
