@@ -4,9 +4,10 @@
 
 #include "common/dds/endpoint.hpp"
 #include "common/dds/topics.hpp"
-#include "common/geometry/triangle_mesh.hpp"
+#include "common/geometry/mesh.hpp"
 #include "common/messages/workspace_codec.hpp"
 #include "common/workspace/brick_codec.hpp"
+#include "common/workspace/compression.hpp"
 #include "common/workspace/workspace.hpp"
 
 namespace phantom::ros2::test {
