@@ -24,7 +24,6 @@ def endpoints_have_exactly_their_rights(wall):
     rights["phantom_sensing"][1].difference_update({"gripper_state", "drag_field", "percept"})  # the last two: of shares of the skin
     rights["synthetic_viewer"][0].discard("view_picture")  # only if its pictures_Hz asks for it
     rights["wva_server"][1].discard("gripper_state")
-    rights["slave_io"][1].discard("workspace_version")  # for the payload of drives; this arm is simulated
 
     def opened():
         done = wall.site["diagnostics"].try_run(*wall.words("dds_spy", "topology", "--json", "--seconds", "3"))
