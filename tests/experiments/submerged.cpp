@@ -166,7 +166,7 @@ void plot_surface(Report& report, const std::vector<Pose>& poses, const std::vec
             "A crane's probe goes into the pool\nμ = 2 Pa·s/m below the surface, air above it; probe 8 mm, "
             "head and column 30 mm in radius")
       .panel("", "height of the tip above the floor [m]", "coefficient of the lift, B [N·s/m]")
-      .series(table, "height of the tip [m]", "felt [N·s/m]", "phantom_sensing")
+      .series(table, "height of the tip [m]", "felt [N·s/m]", "as sensed")
       .series(table, "height of the tip [m]", "by area [N·s/m]", "μ × area under water", Style::kDashed)
       .vertical(kSurface_m, "surface");
 }
@@ -185,7 +185,7 @@ void plot_currents(Report& report, const std::vector<Pose>& swept, const std::ve
                            2);
   plot.panel("", "velocity along x [m/s]", "drag on the bridge [N]")
       .series(table, "speed [m/s]", "full relative [N]", "of the full relative velocity", Style::kDashed)
-      .series(table, "speed [m/s]", "drag [N]", "phantom_sensing: takes energy or none")
+      .series(table, "speed [m/s]", "drag [N]", "as rendered: takes energy or none")
       .vertical(kDrift_m_s, "the water's speed");
   plot.panel("", "x of the arm [m]", "velocity with which the joint would drift [m/s]")
       .series(jet, "x [m]", "drift along x [m/s]", "bridge, along x")
