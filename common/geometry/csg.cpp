@@ -88,17 +88,22 @@ class Complement final : public ImplicitSolid {
   ImplicitPtr solid_;
 };
 
+// One part is the whole, whose own tessellation is exact and costs nothing.
+template <bool kGreatest>
+ImplicitPtr combination(std::vector<ImplicitPtr> parts) {
+  if (parts.size() == 1) return std::move(parts.front());
+  return std::make_shared<Combination<kGreatest>>(std::move(parts));
+}
+
 }  // namespace
 
-ImplicitPtr implicit_union(std::vector<ImplicitPtr> parts) {
-  return std::make_shared<Combination<false>>(std::move(parts));
-}
+ImplicitPtr implicit_union(std::vector<ImplicitPtr> parts) { return combination<false>(std::move(parts)); }
 ImplicitPtr implicit_intersection(std::vector<ImplicitPtr> parts) {
-  return std::make_shared<Combination<true>>(std::move(parts));
+  return combination<true>(std::move(parts));
 }
 ImplicitPtr implicit_difference(std::vector<ImplicitPtr> parts) {
   for (std::size_t i = 1; i < parts.size(); ++i) parts[i] = std::make_shared<Complement>(std::move(parts[i]));
-  return std::make_shared<Combination<true>>(std::move(parts));
+  return combination<true>(std::move(parts));
 }
 
 }  // namespace phantom::geometry

@@ -80,7 +80,7 @@ ImplicitPtr implicit_torus(double ring_radius_m, double tube_radius_m);
 /// The part of a box in which `f` (of x, y, z in metres) is below 0.
 ImplicitPtr implicit_formula(Formula f, const Box& within);
 
-// Combinations (constructive solid geometry). At least one part each.
+// Combinations (constructive solid geometry). At least one part each; of one part, it is that part.
 
 ImplicitPtr implicit_union(std::vector<ImplicitPtr> parts);
 ImplicitPtr implicit_intersection(std::vector<ImplicitPtr> parts);

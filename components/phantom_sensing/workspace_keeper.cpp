@@ -220,12 +220,14 @@ void WorkspaceKeeper::work() {
       callbacks_.refused(std::to_string(lost) + " samples came while too many were waiting; allowed: " +
                          std::to_string(most_waiting_bytes_ >> 20) + " MiB");
     report_excess();
-    let_go();
     for (const Job& job : jobs) {
+      if (stop_) return;  // what is queued can take longer than the process may take to end
+      let_go();           // before each: a version that only the keeper holds is changed in place
       if (const core::Status status = job(sources_); !status) callbacks_.refused(status.message());
       hand_over();
       progress_.tick();
     }
+    let_go();
     note_attended();
     lock.lock();
     if (!stop_ && jobs_.empty() && alive_.size() < 2) {  // idle: prepare the buffer for the next version

@@ -141,7 +141,7 @@ class WorkspaceKeeper {
   std::uint64_t lost_ = 0;                          // samples that found no room since the thread last looked
   std::vector<workspace::SourceId> in_excess_;      // likewise: others than the server in use
   std::optional<workspace::SourceId> attended_by_;  // the server in use, while it is present
-  bool stop_ = false;
+  std::atomic<bool> stop_{false};                   // set under the lock
 
   // Used on the keeper's thread only.
   CarriedParts* const parts_;

@@ -16,23 +16,13 @@
 #include "components/ros2_gateway/dds_adapter.hpp"
 #include "components/ros2_gateway/dds_adapter_objects.hpp"
 #include "tests/ros2/foreign_node.hpp"
+#include "tests/support/small_arms.hpp"
 
 namespace phantom::ros2 {
 namespace {
 
 using test::Distribution;
 using test::ForeignNode;
-
-robot::SerialArm one_joint() {
-  const std::vector<robot::DhRow> rows{{.link = "forearm",
-                                        .joint = "elbow",
-                                        .a_m = 0.5,
-                                        .lower = -2.0,
-                                        .upper = 2.0,
-                                        .max_speed = 2.0,
-                                        .max_effort = 50.0}};
-  return robot::SerialArm::from_dh(rows, robot::DhConvention::kClassic, {}).value();
-}
 
 /// The gateway between two domains, and one who hears slave_state.
 class Gateway : public testing::Test {
@@ -68,7 +58,7 @@ class Gateway : public testing::Test {
     });
   }
 
-  robot::SerialArm arm_ = one_joint();
+  robot::SerialArm arm_ = phantom::test::one_joint();
   ros2_gateway::JointStates joints_{arm_, {"elbow"}, {}};
   std::mutex mutex_;
   std::vector<messages::SlaveState> states_;

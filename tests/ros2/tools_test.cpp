@@ -21,6 +21,7 @@
 #include "tests/ros2/played_server.hpp"
 #include "tests/ros2/wire_listener.hpp"
 #include "tests/support/child_process.hpp"
+#include "tests/support/small_arms.hpp"
 
 namespace phantom::ros2 {
 namespace {
@@ -49,15 +50,7 @@ struct Gateway {
         dds::test_network(), config, arm, "<robot/>",
         [](const ros2_gateway::JointStateMessage&, messages::SlaveState&) { return core::Expected(false); });
   }
-  robot::SerialArm arm = robot::SerialArm::from_dh(std::vector<robot::DhRow>{{.link = "forearm",
-                                                                              .joint = "elbow",
-                                                                              .a_m = 0.5,
-                                                                              .lower = -2.0,
-                                                                              .upper = 2.0,
-                                                                              .max_speed = 2.0,
-                                                                              .max_effort = 50.0}},
-                                                   robot::DhConvention::kClassic, {})
-                             .value();
+  robot::SerialArm arm = phantom::test::one_joint();
   std::unique_ptr<ros2_gateway::DdsAdapter> adapter;
 };
 

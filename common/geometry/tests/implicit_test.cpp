@@ -111,6 +111,14 @@ TEST(ImplicitSolid, EverythingInsideLiesInTheBox) {
   }
 }
 
+// So that a single primitive keeps its exact mesh, and need not be polygonised.
+TEST(ImplicitSolid, ACombinationOfOnePartIsThatPart) {
+  for (const ImplicitPtr& part : plain_shapes())
+    for (const auto& combined :
+         {implicit_union({part}), implicit_intersection({part}), implicit_difference({part})})
+      EXPECT_EQ(combined, part);
+}
+
 TEST(ImplicitSolid, CombinationsAreBooleanLogic) {
   Dice dice;
   const std::vector<ImplicitPtr> plain = plain_shapes();

@@ -15,6 +15,7 @@
 #include "components/dds_recorder/dds_adapter_bag.hpp"
 #include "components/dds_recorder/dds_adapter_export.hpp"
 #include "components/dds_recorder/dds_adapter_topics.hpp"
+#include "tests/support/small_arms.hpp"
 
 namespace phantom::dds_recorder {
 namespace {
@@ -23,17 +24,6 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 
 constexpr std::uint64_t kBegin_ns = 1'700'000'000'000'000'000, kMs = 1'000'000;
-
-robot::SerialArm one_joint() {
-  const std::vector<robot::DhRow> rows{{.link = "forearm",
-                                        .joint = "elbow",
-                                        .a_m = 0.5,
-                                        .lower = -2.0,
-                                        .upper = 2.0,
-                                        .max_speed = 2.0,
-                                        .max_effort = 50.0}};
-  return robot::SerialArm::from_dh(rows, robot::DhConvention::kClassic, {}).value();
-}
 
 /// A recording that the test writes, and the bag that is made of it.
 class Exported : public testing::Test {
@@ -85,7 +75,7 @@ class Exported : public testing::Test {
     ASSERT_TRUE(writer->finish());
     request.files = {folder / "recording.mcap"};
     request.out = folder / "bag.mcap";
-    ASSERT_EQ(run_export(request, one_joint(), "<robot/>", notes), 0);
+    ASSERT_EQ(run_export(request, phantom::test::one_joint(), "<robot/>", notes), 0);
     EXPECT_TRUE(recording::check(request.out)->ok());
     bag.emplace(recording::McapReader::open(request.out).value());
   }
@@ -260,11 +250,13 @@ TEST_F(Exported, ARecordingOfARos2DomainHasItsDefinitionsAndIsDecoded) {
 TEST_F(Exported, NoFileIsLeftOfAnExportThatFails) {
   ASSERT_TRUE(writer->finish());
   const ExportRequest request{.files = {folder / "recording.mcap"}, .out = folder / "bag.bag"};
-  EXPECT_THROW(run_export(request, one_joint(), "", notes), core::ConfigError);
+  EXPECT_THROW(run_export(request, phantom::test::one_joint(), "", notes), core::ConfigError);
   std::ofstream(folder / "there.mcap") << "mine";
-  EXPECT_THROW(run_export({.files = request.files, .out = folder / "there.mcap"}, one_joint(), "", notes),
+  EXPECT_THROW(run_export({.files = request.files, .out = folder / "there.mcap"}, phantom::test::one_joint(),
+                          "", notes),
                core::ConfigError);
-  EXPECT_THROW(run_export({.files = request.files, .out = folder / "no/where.mcap"}, one_joint(), "", notes),
+  EXPECT_THROW(run_export({.files = request.files, .out = folder / "no/where.mcap"},
+                          phantom::test::one_joint(), "", notes),
                std::runtime_error);
   EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder), {}), 2);
 }

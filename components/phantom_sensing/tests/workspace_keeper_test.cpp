@@ -7,6 +7,7 @@
 #include <atomic>
 #include <chrono>
 #include <limits>
+#include <memory>
 #include <semaphore>
 #include <thread>
 
@@ -140,6 +141,34 @@ TEST(WorkspaceKeeperBounds, WhoLosesSomethingAsTheServerInUseGoesMaySendItAnew) 
     EXPECT_TRUE(eventually([&] { return unattended == 1; }));
   }
   EXPECT_EQ(calls, "excess unattended ");
+}
+
+// A process must end within seconds, however many versions wait.
+TEST(WorkspaceKeeperEnd, DoesNotWaitForWhatIsQueued) {
+  constexpr int kQueued = 10'000;
+  const core::Status late = core::Status::invalid_argument("too late");
+  std::counting_semaphore<> goes_on(0);  // the keeper's thread, once for each sample that is refused
+  std::atomic<int> refused = 0;
+  auto keeper = std::make_unique<WorkspaceKeeper>(WorkspaceKeeper::Callbacks{[&](const std::string&) {
+    ++refused;
+    goes_on.acquire();
+  }});
+  keeper->refuse(late);
+  EXPECT_TRUE(eventually([&] { return refused == 1; }));
+  for (int i = 0; i < kQueued; ++i) keeper->refuse(late);
+  goes_on.release();
+  EXPECT_TRUE(eventually([&] { return refused == 2; }));  // of the batch of all the others
+  std::atomic<bool> ended = false;
+  std::jthread end([&] {
+    keeper.reset();
+    ended = true;
+  });
+  for (int i = 0; i <= kQueued && !ended; ++i) {
+    goes_on.release();
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  end.join();
+  EXPECT_LT(refused, kQueued) << "each was looked at";
 }
 
 }  // namespace

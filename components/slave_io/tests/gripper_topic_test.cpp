@@ -18,6 +18,7 @@ using testing::HasSubstr;
 TEST(GripperOnTopics, CommandsAreAnsweredAndItsStateIsPublished) {
   const auto network = dds::test_network();
   GripperBench bench;
+  bench.run(0.02);  // before the servo's first tick the gripper is not known, and commands are refused
   DdsAdapter adapter(network, messages::bounds_of(shipped_arm().arm), bench.inbox);
   dds::Participant other("operator", network);
   messages::OperatorClient client(other);
