@@ -13,6 +13,7 @@ namespace phantom::messages {
 using Vector3 = std::array<double, 3>;
 
 inline Vector3 vector_of(const Eigen::Vector3d& v) noexcept { return {v.x(), v.y(), v.z()}; }
+inline Eigen::Vector3d eigen(const Vector3& v) noexcept { return {v[0], v[1], v[2]}; }
 
 /// The newest valid sample of a topic.
 template <class Sample>

@@ -67,7 +67,9 @@ DeployedHost read_host(const Fields& fields) {
   DeployedHost host{.name = fields.text("name"), .interfaces_place = fields.place() + ".interfaces"};
   read_addresses(fields, "interfaces", host.interfaces);
   for (const Fields& item : fields.sections("processes")) {
-    DeployedProcess process{.component = item.text("component"), .config = item.path("config")};
+    DeployedProcess process{
+        .component = item.text("component"), .config = item.path("config"), .cell = item.path("cell")};
+    read_partition(item, process.partition);
     process.name = process.component;
     item.text("name", process.name);
     item.check(
@@ -105,8 +107,8 @@ const DeployedHost* this_host(const Deployment& deployment, const ProcessOptions
 }
 
 bool say_the_same(const DeployedProcess& a, const DeployedProcess& b) {
-  return a.component == b.component && a.config == b.config && a.arguments == b.arguments &&
-         a.simulation == b.simulation;
+  return a.component == b.component && a.config == b.config && a.cell == b.cell &&
+         a.partition == b.partition && a.arguments == b.arguments && a.simulation == b.simulation;
 }
 
 // The entry of `name` on the host; on any host, if that is not known.
@@ -144,6 +146,8 @@ Deployment load_deployment(const ProcessOptions& options) {
     }
   }
   deployment.own = own_entry(deployment, options.name.empty() ? options.component : options.name);
+  if (deployment.own && !deployment.own->cell.empty()) deployment.cell = deployment.own->cell;
+  if (deployment.own && !deployment.own->partition.empty()) net.partition = deployment.own->partition;
   return deployment;
 }
 

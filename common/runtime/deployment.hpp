@@ -15,6 +15,8 @@ struct DeployedProcess {
   std::string component;               ///< name of the executable
   std::string name;                    ///< in logs and reports, unique on its host; default: the component's
   std::filesystem::path config;        ///< parameter file; empty: the shipped one
+  std::filesystem::path cell;          ///< for this process, instead of the deployment's; empty: that one
+  std::string partition;               ///< likewise its DDS partition; empty: the network's
   std::vector<std::string> arguments;  ///< before those of its command line, which win
   std::string place;                   ///< in the file: "site.yaml:14: hosts[0].processes[2]"
   bool on_topics = true;               ///< false: it publishes no component_status, so nobody waits for it
@@ -47,7 +49,8 @@ extern const char* const kTopologyKeys;
 /// are relative to it. If hosts have interfaces of their own, the network is that of options.host, or of the
 /// host whose interfaces this machine has; a check needs neither. The own entry is the one of options.name on
 /// that host; where the host is not known, the one that all hosts have alike. Throws ConfigError, also if
-/// they differ; throws MissingError if this machine is none of the hosts.
+/// they differ; throws MissingError if this machine is none of the hosts. Cell and partition of the own entry
+/// are the deployment's.
 Deployment load_deployment(const ProcessOptions& options);
 
 /// Ends a process that would simulate what it moves although its entry in the topology does not say

@@ -93,6 +93,27 @@ void read_skin(const Fields& fields, robot::SkinOptions& options) {
   skin.number("max_sensors", options.max_sensors);
 }
 
+void check_partition(const Fields& fields, const std::string& partition) {
+  fields.check(std::all_of(partition.begin(), partition.end(),
+                           [](char c) {
+                             return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_' ||
+                                    c == '-' || c == '.' || c == '/';
+                           }),
+               "partition", "is no name of a partition; allowed: A-Z a-z 0-9 _ - . /");
+}
+
+/// Reads the workspace of its own in which a share is sensed, if it has one.
+void read_own_workspace(const Fields& fields, const Config& config, ShareConfig& share) {
+  share.cell = fields.path("cell");
+  fields.text("partition", share.partition);
+  check_partition(fields, share.partition);
+  fields.check(share.cell.empty() == share.partition.empty(), "partition",
+               "and cell say where a share's own workspace comes from; allowed: both, or none");
+  fields.check(share.cell.empty() || config.skin.normalisation != robot::Normalisation::kNone, "cell",
+               "does not go with normalisation: none, by which drag depends on the number of sensors; "
+               "allowed: area, count, active");
+}
+
 void read_sharing(const Fields& file, Config& config) {
   if (!file.has("sharing")) return;
   const Fields sharing = file.section("sharing");
@@ -111,6 +132,7 @@ void read_sharing(const Fields& file, Config& config) {
     for (const std::string& link : share.links)
       fields.check(links.insert(link).second, "links",
                    "has '" + link + "', which a share has already; allowed: each link once");
+    read_own_workspace(fields, config, share);
     config.shares.push_back(std::move(share));
   }
   sharing.check(!config.shares.empty() && config.shares.size() <= kMostShares, "shares",
@@ -125,12 +147,7 @@ void read_other_arms(const Fields& file, Config& config) {
   if (!file.has("other_arms")) return;
   for (const Fields& other : file.sections("other_arms")) {
     const std::string partition = other.text("partition");
-    other.check(std::all_of(partition.begin(), partition.end(),
-                            [](char c) {
-                              return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_' ||
-                                     c == '-' || c == '.' || c == '/';
-                            }),
-                "partition", "is no name of a partition; allowed: A-Z a-z 0-9 _ - . /");
+    check_partition(other, partition);
     config.other_arms.push_back({other.text("arm"), partition});
   }
   file.check(config.other_arms.size() <= kMostOtherArms, "other_arms",

@@ -15,6 +15,8 @@ inline constexpr std::size_t kMostOtherArms = 4;
 struct ShareConfig {
   std::string name;
   std::vector<std::string> links;  ///< of the arm's URDF or DH table
+  std::filesystem::path cell;      ///< in whose voxels that process senses; empty: in the arm's
+  std::string partition;           ///< DDS partition in which a wva_server sends those; empty: no such cell
 };
 
 /// An arm of the cell that this one senses as it moves.

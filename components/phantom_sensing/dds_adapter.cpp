@@ -61,8 +61,10 @@ struct DdsAdapter::Impl {
       : model(phantom),
         other_arms(others),
         participant("phantom_sensing", network),
+        apart(participant_apart(network, phantom)),
         shares(participants_of(network, phantom, partitions)),
         beside(participants_beside(network, others)),
+        of_workspace(apart ? *apart : participant),
         results(phantom.own_share ? *shares.front() : participant),
         status(participant, status_name(phantom)),
         drag_field(results, dds::kDragField),
@@ -76,6 +78,7 @@ struct DdsAdapter::Impl {
                  }}) {
     for (const auto* participants : {&shares, &beside})
       for (const auto& joined : *participants) status.count_refusals_of(*joined);
+    if (apart) status.count_refusals_of(*apart);
   }
 
   /// Returns the topic that two processes write of those that only one may write, or null.
@@ -103,15 +106,19 @@ struct DdsAdapter::Impl {
   static Participants participants_of(const core::NetworkOptions& network, const PhantomModel& model,
                                       const std::vector<std::string>& partitions);
 
+  static std::unique_ptr<dds::Participant> participant_apart(const core::NetworkOptions& network,
+                                                             const PhantomModel& model);
   static Participants participants_beside(const core::NetworkOptions& network,
                                           std::span<const OtherArm> others);
 
   const PhantomModel& model;
   const std::span<const OtherArm> other_arms;
   dds::Participant participant;
+  const std::unique_ptr<dds::Participant> apart;  // in the partition of the own share's workspace
   const Participants shares;  // in the partitions of the shares: of all, or of the one that is sensed here
   const Participants beside;  // in the partitions of the other arms
-  dds::Participant& results;  // publishes what is sensed
+  dds::Participant& of_workspace;  // reads what wva_server sends
+  dds::Participant& results;       // publishes what is sensed
   messages::StatusReporter status;
   messages::Publisher<messages::DragField> drag_field;
   messages::Publisher<messages::Percept> percept;
@@ -142,6 +149,15 @@ DdsAdapter::Impl::Participants DdsAdapter::Impl::participants_of(const core::Net
     participants.push_back(std::make_unique<dds::Participant>("phantom_sensing", there));
   }
   return participants;
+}
+
+/// Returns the participant that reads a workspace of the own share's own; null: it senses in the arm's.
+std::unique_ptr<dds::Participant> DdsAdapter::Impl::participant_apart(const core::NetworkOptions& network,
+                                                                      const PhantomModel& model) {
+  if (!model.own_share || !model.shares[*model.own_share].has_own_workspace()) return nullptr;
+  core::NetworkOptions there = network;
+  there.partition = model.shares[*model.own_share].partition;
+  return std::make_unique<dds::Participant>("phantom_sensing", there);
 }
 
 DdsAdapter::Impl::Participants DdsAdapter::Impl::participants_beside(const core::NetworkOptions& network,
@@ -192,14 +208,14 @@ DdsAdapter::Impl::Readers::Readers(Impl& owner, SensingLoop& loop, WorkspaceKeep
 }
 
 DdsAdapter::Impl::WorkspaceReaders::WorkspaceReaders(Impl& owner, WorkspaceKeeper& workspace)
-    : mesh(owner.participant, dds::kMeshChunk,
+    : mesh(owner.of_workspace, dds::kMeshChunk,
            [&workspace](const msg::MeshChunk& message, const dds::SampleInfo& info) {
              auto received = messages::from_idl(message);
              if (!received) return workspace.refuse(received.status());
              workspace.put_mesh(info.writer, *std::move(received));
            }),
       version(
-          owner.participant, dds::kWorkspaceVersion,
+          owner.of_workspace, dds::kWorkspaceVersion,
           [&owner, &workspace](const msg::WorkspaceVersion& message, const dds::SampleInfo& info) {
             const auto received = messages::from_idl(message);
             if (!received) return workspace.refuse(received.status());
@@ -213,7 +229,7 @@ DdsAdapter::Impl::WorkspaceReaders::WorkspaceReaders(Impl& owner, WorkspaceKeepe
             owner.objects.gone(server);
           }),
       brick(
-          owner.participant, dds::kWorkspaceBrick,
+          owner.of_workspace, dds::kWorkspaceBrick,
           [&workspace](const msg::WorkspaceBrick& message, const dds::SampleInfo& info) {
             const auto received = messages::from_idl(message);
             if (!received) return workspace.refuse(received.status());
@@ -221,7 +237,7 @@ DdsAdapter::Impl::WorkspaceReaders::WorkspaceReaders(Impl& owner, WorkspaceKeepe
                                 {received->voxels_zstd.begin(), received->voxels_zstd.end()});
           },
           [&workspace](const dds::GuidPrefix& sender) { workspace.gone(sender); }),
-      object(owner.participant, dds::kWorkspaceObject,
+      object(owner.of_workspace, dds::kWorkspaceObject,
              [&owner](const msg::WorkspaceObject& message, const dds::SampleInfo& info) {
                const auto sample = messages::from_idl(message);
                if (!sample) return false;
@@ -233,13 +249,13 @@ void DdsAdapter::Impl::refuse_for_now(const workspace::SourceId& source) {
   workspace_refusals.refused(
       "a participant sends more of a workspace than is kept beside the one in force; no more is taken from it "
       "until that server has gone");
-  participant.refuse_for_now(source);
+  of_workspace.refuse_for_now(source);
 }
 
 /// Some of what was refused had arrived already. DDS sends it once more only to a new reader, unless the
 /// participant was discovered anew, which discovery servers do not bring about.
 void DdsAdapter::Impl::admit_all() {
-  if (!participant.admit_all()) return;
+  if (!of_workspace.admit_all()) return;
   const std::lock_guard lock(readers_mutex);
   if (!readers) return;
   readers->workspace.reset();  // first: its end reports that all writers have gone

@@ -329,6 +329,11 @@ int run_replay(const ReplayRequest& request, Config config) {
         config.file.string() +
         ": other_arms: their states are in no recording of this arm's partition, so its percepts "
         "cannot be made again; allowed: none");
+  if (std::ranges::any_of(config.shares, [](const ShareConfig& share) { return !share.cell.empty(); }))
+    throw core::ConfigError(
+        config.file.string() +
+        ": sharing.shares: what a share has sensed in a workspace of its own is in no recording "
+        "of the arm's partition; allowed: shares without a cell");
   if (!request.arm.empty()) config.arm = request.arm;
   const auto cell = runtime::load_cell(request.cell);
   const auto model = load_model(cell, config);

@@ -25,7 +25,7 @@ std::vector<SkinShare> shares_of(const Config& config, const robot::SerialArm& a
   std::vector<SkinShare> shares;
   robot::LinkSet taken;
   for (const ShareConfig& share : config.shares) {
-    SkinShare& links = shares.emplace_back(share.name);
+    SkinShare& links = shares.emplace_back(share.name, robot::LinkSet(), share.partition);
     const std::string place = config.file.string() + ": sharing.shares: '" + share.name + "': ";
     for (const std::string& name : share.links) {
       const auto frame = arm.find_frame(name);
@@ -51,6 +51,35 @@ std::optional<std::size_t> own_share_of(const Config& config) {
                     config.file.string() + "; allowed: " + (allowed.empty() ? "none" : allowed));
 }
 
+/// Returns whether two arms have the same joints, and their links stand alike at the home of one.
+bool stand_alike(const runtime::ArmConfig& one, const runtime::ArmConfig& other) {
+  const robot::SerialArm a = runtime::load_arm(one), b = runtime::load_arm(other);
+  const auto same_joint = [](const robot::Joint& x, const robot::Joint& y) { return x.name == y.name; };
+  if (!std::ranges::equal(a.joints(), b.joints(), same_joint)) return false;
+  core::JointArray home{};
+  std::ranges::copy(one.home, home.begin());
+  robot::LinkPoses of_a, of_b;
+  a.link_poses(home, of_a);
+  b.link_poses(home, of_b);
+  const auto links = static_cast<std::ptrdiff_t>(a.joint_count() + 1);
+  return std::equal(of_a.begin(), of_a.begin() + links, of_b.begin(), [](const auto& x, const auto& y) {
+    return x.translation_m == y.translation_m && x.rotation == y.rotation;
+  });
+}
+
+/// A share's own cell is the arm's in other voxels: alerts name objects by their numbers, and the arm stands
+/// where it stands.
+void check_alike(const runtime::CellConfig& cell, const runtime::CellConfig& other, const Config& config) {
+  const auto same_name = [](const auto& a, const auto& b) { return a.name == b.name && a.id == b.id; };
+  if (!std::ranges::equal(cell.objects, other.objects, same_name))
+    throw ConfigError(other.file.string() + ": objects: are not those of " + cell.file.string() +
+                      "; allowed: the same names in the same order");
+  const runtime::ArmConfig &arm = cell.arm(config.arm), &twin = other.arm(config.arm);
+  if (arm.name != twin.name || arm.home != twin.home || !stand_alike(arm, twin))
+    throw ConfigError(other.file.string() + ": arm '" + twin.name + "': is not that of " +
+                      cell.file.string() + "; allowed: the same but for its skin and interest points");
+}
+
 std::vector<robot::SoftBody> soft_bodies(const runtime::CellConfig& cell) {
   std::vector<robot::SoftBody> bodies;
   for (const auto& object : cell.objects)
@@ -61,13 +90,33 @@ std::vector<robot::SoftBody> soft_bodies(const runtime::CellConfig& cell) {
 
 }  // namespace
 
+runtime::CellConfig sensed_cell(runtime::CellConfig cell, const Config& config) {
+  std::optional<runtime::CellConfig> own;
+  for (const ShareConfig& share : config.shares) {
+    if (share.cell.empty()) continue;
+    runtime::CellConfig other = runtime::load_cell(share.cell);
+    check_alike(cell, other, config);
+    if (share.name == config.own_share) own = std::move(other);
+  }
+  return own ? *std::move(own) : std::move(cell);
+}
+
 PhantomModel load_model(const runtime::CellConfig& cell, const Config& config) {
   const runtime::ArmConfig& arm_config = cell.arm(config.arm);
   const std::string place = cell.file.string() + ": arm '" + arm_config.name + "': ";
   robot::SerialArm arm = runtime::load_arm(arm_config);
   robot::SkinOptions options = config.skin;
   options.voxel_size_m = cell.voxel_size_m;
-  auto skin = value_or_throw(robot::lay_out_skin(arm, runtime::load_skin(arm_config, arm), options), place);
+  auto shares = shares_of(config, arm);
+  const auto own_share = own_share_of(config);
+  auto parts = runtime::load_skin(arm_config, arm);
+  if (own_share &&
+      shares[*own_share].has_own_workspace())  // all of the arm's would be too many in fine voxels
+    std::erase_if(parts, [&](const robot::LinkSkin& part) {
+      const auto frame = arm.find_frame(part.link);
+      return frame && !shares[*own_share].links[frame->first];
+    });
+  auto skin = value_or_throw(robot::lay_out_skin(arm, parts, options), place);
   if (skin.left_out > 0) {
     spdlog::warn("{} parts of the skin are on the arm's base, which does not move: left out", skin.left_out);
   }
@@ -86,8 +135,6 @@ PhantomModel load_model(const runtime::CellConfig& cell, const Config& config) {
     points.push_back({point.name, frame->first, frame->second * point.position_m,
                       runtime::closing_of_frame(arm, closed, point.link)});
   }
-  auto shares = shares_of(config, arm);
-  const auto own_share = own_share_of(config);
   if (own_share) points.clear();  // the arm's process watches them
   auto soft = soft_bodies(cell);
   if (!soft.empty() && !shares.empty())

@@ -7,6 +7,10 @@
 
 namespace phantom::phantom_sensing {
 
+/// Returns the cell in whose voxels this process senses: `cell`, the deployment's, or the own share's. Throws
+/// ConfigError if a share's cell has other objects or another arm.
+runtime::CellConfig sensed_cell(runtime::CellConfig cell, const Config& config);
+
 /// Loads arm, skin and interest points of the cell's arm `config.arm`. Logs what was left out and where the
 /// skin is coarser than the rule. Throws ConfigError naming the cell file and what is wrong.
 PhantomModel load_model(const runtime::CellConfig& cell, const Config& config);

@@ -54,7 +54,38 @@ PhantomSensing::PhantomSensing(const PhantomModel& model, const PerceptSettings&
       skin_watch_{percept::HitMonitor(settings.hit, settings.alert)},
       interest_watches_(model.interest_points.size(), skin_watch_),
       interest_(model.interest_points.size()),
-      own_links_(links_of_process(model)) {}
+      own_links_(links_of_process(model)),
+      boxes_(boxes_of(model)) {}
+
+std::vector<PhantomSensing::LinkBox> PhantomSensing::boxes_of(const PhantomModel& model) {
+  std::vector<LinkBox> boxes;
+  if (!model.own_share || !model.shares[*model.own_share].has_own_workspace()) return boxes;
+  for (std::size_t link = 1; link <= core::kMaxJoints; ++link) {
+    if (!model.shares[*model.own_share].links[link]) continue;
+    LinkBox box{link, {}};
+    for (std::size_t i = model.skin.first[link]; i < model.skin.first[link + 1]; ++i)
+      box.box_m.extend(model.skin.position(i, 0.0)).extend(model.skin.position(i, 1.0));
+    if (!box.box_m.isEmpty()) boxes.push_back(box);
+  }
+  return boxes;
+}
+
+/// Returns whether a sensor of the own share, or the zone around one, may be outside of the grid, where no
+/// fluid is known.
+bool PhantomSensing::reaches_out(const workspace::GridSpec& grid) const noexcept {
+  const int margin_vox = std::max(settings_.gradient_reach_vox, settings_.cluster_reach_vox);
+  const Eigen::Vector3d margin_m = Eigen::Vector3d::Constant(margin_vox * grid.voxel_size_m);
+  const Eigen::Vector3d size_m =
+      grid.voxel_size_m * Eigen::Vector3d(grid.size_vox[0], grid.size_vox[1], grid.size_vox[2]);
+  const Eigen::AlignedBox3d inside(grid.origin_m + margin_m, grid.origin_m + size_m - margin_m);
+  return std::any_of(boxes_.begin(), boxes_.end(), [&](const LinkBox& link) {
+    for (int corner = 0; corner < 8; ++corner) {
+      const auto which = static_cast<Eigen::AlignedBox3d::CornerType>(corner);
+      if (!inside.contains(X_WL_[link.link] * link.box_m.corner(which))) return true;
+    }
+    return false;
+  });
+}
 
 /// Numbers the alerts of all places in one sequence.
 percept::AlertEvents PhantomSensing::numbered(Watch& watch, percept::AlertEvents events) noexcept {
@@ -85,23 +116,40 @@ percept::HitCandidate PhantomSensing::perceive_place(const StepInputs& inputs, c
     place.velocity_W_m_s -= other->velocity_W(place.position_W_m);
     place.gradient.pgv_W_m = other->X_WL.rotation * place.gradient.pgv_W_m;
   }
+  return candidate_at(place, felt.link);
+}
+
+/// Fills the motion of a place whose other fields are set. Returns the inputs of the hit rules.
+percept::HitCandidate PhantomSensing::candidate_at(PlacePercept& place, std::size_t link) const noexcept {
   const Eigen::Vector3d& pgv = place.gradient.pgv_W_m;
   place.motion = percept::classify_motion(pgv, place.velocity_W_m_s, settings_.motion);
   percept::HitCandidate candidate;
   candidate.situation = {
       place.mu, place.velocity_W_m_s.norm(),
       percept::approach_cosine(pgv, place.velocity_W_m_s, settings_.motion.least_speed_m_s)};
-  candidate.link = static_cast<std::uint32_t>(felt.link);
+  candidate.link = static_cast<std::uint32_t>(link);
   candidate.object = place.object;
   candidate.position_W_m = place.position_W_m;
   candidate.pgv_W_m = pgv;
   return candidate;
 }
 
+/// Fills the percept of the worst sensor, which another process has sensed in a workspace of its own. Returns
+/// the inputs of the hit rules.
+percept::HitCandidate PhantomSensing::perceive_elsewhere(SkinPercept& percept) const noexcept {
+  static_cast<PlacePercept&>(percept) = worst_elsewhere_->place;
+  percept.link = worst_elsewhere_->link;
+  percept.sensor = worst_elsewhere_->sensor;
+  return candidate_at(percept, percept.link);
+}
+
 void PhantomSensing::perceive_skin(const StepInputs& inputs, StepOutputs& outputs) noexcept {
   SkinPercept& percept = outputs.percept;
   std::optional<percept::HitCandidate> candidate;
-  if (const robot::WorstSensor& worst = sensing_->worst(); worst.found) {
+  const robot::WorstSensor& worst = sensing_->worst();
+  if (worst_elsewhere_ != nullptr && (!worst.found || worst_elsewhere_->mu > worst.mu)) {
+    candidate = perceive_elsewhere(percept);
+  } else if (worst.found) {
     percept.mu = static_cast<double>(worst.mu);
     percept.object = worst.object;
     percept.position_W_m = worst.position_W_m;
@@ -110,8 +158,8 @@ void PhantomSensing::perceive_skin(const StepInputs& inputs, StepOutputs& output
     const auto& closing_m = sensing_->layout().closing_m;
     const Eigen::Vector3d way_m = closing_m.empty() ? Eigen::Vector3d::Zero() : closing_m[worst.sensor];
     candidate = perceive_place(inputs, {worst.link, way_m, worst.voxel, worst.fluid}, percept);
-    candidate->sensor = static_cast<std::uint32_t>(worst.sensor);
   }
+  if (candidate) candidate->sensor = static_cast<std::uint32_t>(percept.sensor);
   outputs.alerts = numbered(skin_watch_, skin_watch_.hits.step(candidate, inputs.dt_s));
   percept.rule = skin_watch_.hits.rule();
   percept.drag_torque =
@@ -187,9 +235,9 @@ void PhantomSensing::wear(robot::SkinSensing* carrying) noexcept {
   sensing_ = next;
 }
 
-/// Ends the alerts of the interest points and clears the sensors' memory of μ, because their inputs are no
-/// longer known.
-void PhantomSensing::forget() noexcept {
+/// Ends all alerts and clears the sensors' memory of μ, because their inputs are no longer known.
+void PhantomSensing::forget(StepOutputs& outputs) noexcept {
+  outputs.alerts = numbered(skin_watch_, skin_watch_.hits.close());
   sensing_->forget();
   for (std::size_t i = 0; i < interest_.size(); ++i) {
     interest_[i] = {};
@@ -207,11 +255,17 @@ void PhantomSensing::add_drag_of(const robot::LinkSet& links, const StepInputs& 
   add(drag_of_links_, outputs.drag);
 }
 
-/// Adds a share that was sensed elsewhere. Returns false if its worst sensor does not meet that μ here.
-bool PhantomSensing::take_share(const StepInputs& inputs, const SensedShare& share,
+/// Adds a share that was sensed elsewhere. Returns false if its worst sensor does not meet that μ here, or
+/// the workspace of its own lacks what the arm carries.
+bool PhantomSensing::take_share(const StepInputs& inputs, std::size_t which, const SensedShare& share,
                                 StepOutputs& outputs) noexcept {
-  if (share.mu > 0.0F && !sensing_->consider(X_WL_, *inputs.workspace.voxels, share.sensor, share.mu))
+  if (model_.shares[which].has_own_workspace()) {
+    if (inputs.workspace.carrying != nullptr) return false;
+    if (share.mu > (worst_elsewhere_ != nullptr ? worst_elsewhere_->mu : 0.0F)) worst_elsewhere_ = &share;
+  } else if (share.mu > 0.0F &&
+             !sensing_->consider(X_WL_, *inputs.workspace.voxels, share.sensor, share.mu)) {
     return false;
+  }
   add(share.drag, outputs.drag);
   muted_elsewhere_ += share.muted_sensors;
   return true;
@@ -222,15 +276,14 @@ void PhantomSensing::begin(const StepInputs& inputs, StepOutputs& outputs) noexc
   outputs.drag_mode = settings_.mode;
   outputs.interest = interest_;
   muted_elsewhere_ = 0;
+  worst_elsewhere_ = nullptr;
   wear(inputs.workspace.carrying);
   const bool known = inputs.workspace.voxels != nullptr;
   if (known) outputs.workspace_version = inputs.workspace.voxels->version;
-  if (!known || !inputs.state_valid) {
-    outputs.alerts = numbered(skin_watch_, skin_watch_.hits.close());
-    forget();
-    return;
-  }
+  if (!known || !inputs.state_valid) return forget(outputs);
   model_.arm.link_poses(inputs.position, X_WL_);
+  outputs.outside = reaches_out(inputs.workspace.voxels->grid());
+  if (outputs.outside) return forget(outputs);
   mute(inputs.allowed);
   sensing_->close_gripper(inputs.fingers.closed);
   const std::size_t others = std::min(inputs.others.size(), model_.other_links);
@@ -254,7 +307,7 @@ std::size_t PhantomSensing::end(const StepInputs& inputs, const SensedShares& sh
   if (!outputs.valid) return 0;
   std::size_t sensed_here = 0;
   for (std::size_t i = 0; i < model_.shares.size() && !model_.own_share; ++i) {
-    if (shares[i] != nullptr && take_share(inputs, *shares[i], outputs)) continue;
+    if (shares[i] != nullptr && take_share(inputs, i, *shares[i], outputs)) continue;
     const robot::LinkSet& links = model_.shares[i].links;
     sensing_->sense_also(X_WL_, model_.arm.joint_count(), *inputs.workspace.voxels, links);
     add_drag_of(links, inputs, outputs);

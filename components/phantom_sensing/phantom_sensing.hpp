@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cstdint>
@@ -74,6 +75,9 @@ inline constexpr std::size_t kMostShares = 4;
 struct SkinShare {
   std::string name;
   robot::LinkSet links;
+  /// DDS partition of the workspace of its own that it is sensed in; empty: in the arm's.
+  std::string partition = {};
+  bool has_own_workspace() const noexcept { return !partition.empty(); }
 };
 
 /// The phantom: an arm with its skin and interest points. Constant after loading.
@@ -151,6 +155,8 @@ struct InterestPercept : PlacePercept {
 
 struct StepOutputs {
   bool valid = false;
+  /// A share's process with a workspace of its own: a link reaches out of it, so nothing is sensed.
+  bool outside = false;
   std::uint64_t workspace_version = 0;  ///< 0: none
   std::size_t active_sensors = 0;
   robot::DragCoefficients drag;                             ///< all zero if invalid
@@ -163,21 +169,27 @@ struct StepOutputs {
   std::span<const InterestPercept> interest;
 };
 
-/// What another process has sensed of a share's links, at the same pose in the same workspace.
+/// What another process has sensed of a share's links, at the same pose, in the same workspace or in one of
+/// the share's own.
 struct SensedShare {
   robot::DragCoefficients drag;  ///< of these links alone
   float mu = 0.0F;               ///< Pa·s/m, at the worst sensor; 0: all are in free space
-  std::size_t sensor = 0;        ///< the worst, by its index in the whole layout
+  std::size_t sensor = 0;        ///< the worst, by its index in the whole layout of that process
   std::size_t muted_sensors = 0;
+  // Of a share with a workspace of its own: the percept at the worst sensor, and its link.
+  PlacePercept place = {};
+  std::size_t link = 0;
 };
 /// By the model's shares; null: this process senses them.
 using SensedShares = std::array<const SensedShare*, kMostShares>;
 
 /// Computes one tick of the phantom: kinematics, all sensors, drag coefficients, worst sensor, gradient,
 /// motion, hits, and the same for each interest point. The same inputs in the same order give the same
-/// outputs, bit for bit, whoever senses the shares of the skin. The coefficients of the arm are those of the
-/// links in no share plus those of each share, in that order; without shares they differ from that by
-/// rounding.
+/// outputs, bit for bit, whoever senses the shares of the skin in the arm's workspace. The coefficients of
+/// the arm are those of the links in no share plus those of each share, in that order; without shares they
+/// differ from that by rounding. A share with a workspace of its own, whose voxels are finer, say, is felt as
+/// its process has sensed it there (thesis 7.3(2)); as long as that has sensed nothing, or the arm carries
+/// something, which is in no other workspace, as the arm's workspace has it.
 class PhantomSensing {
  public:
   /// Allocates all memory that step() needs. The model must outlive this.
@@ -202,7 +214,11 @@ class PhantomSensing {
 
  private:
   void add_drag_of(const robot::LinkSet& links, const StepInputs& inputs, StepOutputs& outputs) noexcept;
-  bool take_share(const StepInputs& inputs, const SensedShare& share, StepOutputs& outputs) noexcept;
+  bool take_share(const StepInputs& inputs, std::size_t which, const SensedShare& share,
+                  StepOutputs& outputs) noexcept;
+  bool reaches_out(const workspace::GridSpec& grid) const noexcept;
+  percept::HitCandidate perceive_elsewhere(SkinPercept& percept) const noexcept;
+  percept::HitCandidate candidate_at(PlacePercept& place, std::size_t link) const noexcept;
   void perceive_skin(const StepInputs& inputs, StepOutputs& outputs) noexcept;
   void perceive_interest_points(const StepInputs& inputs) noexcept;
   /// A place of the arm in fluid: of the workspace (0), or of others[fluid − 1], whose grid `voxel` is in.
@@ -217,9 +233,16 @@ class PhantomSensing {
   Felt feel(const StepInputs& inputs, const InterestPoint& point, InterestPercept& percept) const noexcept;
   Eigen::Vector3d velocity_W(const StepInputs& inputs, std::size_t link, const Eigen::Vector3d& closing_m,
                              const Eigen::Vector3d& position_W_m) const noexcept;
-  void forget() noexcept;
+  void forget(StepOutputs& outputs) noexcept;
   void mute(const percept::AllowedContact& allowed) noexcept;
   void set_muted(const percept::AllowedContact& contacts, bool muted) noexcept;
+
+  /// Bounds of a link's sensors in its frame, wherever a gripper's fingers are.
+  struct LinkBox {
+    std::size_t link;
+    Eigen::AlignedBox3d box_m;
+  };
+  static std::vector<LinkBox> boxes_of(const PhantomModel& model);
 
   const PhantomModel& model_;
   PerceptSettings settings_;
@@ -244,6 +267,8 @@ class PhantomSensing {
   robot::LinkSums sums_of_links_;
   robot::DragCoefficients drag_of_links_;
   std::size_t muted_elsewhere_ = 0;
+  const SensedShare* worst_elsewhere_ = nullptr;  // of shares with workspaces of their own, in this step
+  std::vector<LinkBox> boxes_;                    // of the own share, if it has a workspace of its own
   std::array<robot::MovingFluid, kMostOtherLinks> fluids_;
   std::array<robot::MovingSums, kMostOtherLinks> flows_;
 };

@@ -21,7 +21,7 @@ SensingLoop::SensingLoop(const PhantomModel& model, const Config& config, Worksp
       workspace_(workspace),
       sink_(sink),
       sensing_(model, config.percept),
-      shares_(model.own_share ? 0 : model.shares.size(), config.share_wait_s),
+      shares_(model.own_share ? std::span<const SkinShare>() : model.shares, config.share_wait_s),
       other_arms_(other_arms),
       staleness_ns_(core::from_seconds(config.staleness_s)),
       watchdog_ns_(std::min(kLongestWatchdog_ns, staleness_ns_ / 2)),
@@ -196,6 +196,7 @@ void SensingLoop::tick(core::Nanoseconds now_ns, const SensedWorkspace& workspac
   counted_.greatest_neighbour_mu = workspace.greatest_neighbour_mu;
   counted_.active_sensors = outputs_.active_sensors;
   counted_.muted_sensors = outputs_.muted_sensors;
+  counted_.outside = outputs_.outside;
   counted_.condition = condition;
   publish(now_ns, {newest_, age_s, core::seconds(step_ns), condition, inputs.allowed.size(), gripper});
 }

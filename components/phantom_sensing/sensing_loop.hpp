@@ -72,6 +72,7 @@ struct LoopFigures {
   std::bitset<kMostShares> shares_resting;    ///< shares that do not come in time, and are sensed here
   std::bitset<kMostOtherArms> others_silent;  ///< other arms whose state is stale, or has never come
   std::uint64_t shares_sensed_here = 0;       ///< in all ticks, of shares that others sense
+  bool outside = false;                       ///< StepOutputs::outside, in the newest tick
   bool state_seen = false;                    ///< a slave_state has come since the start
   PerceptCondition condition = PerceptCondition::kNoWorkspace;  ///< of the newest result
 };

@@ -93,6 +93,8 @@ core::Health health_of(const Situation& now, const PhantomModel& model, const st
   if (model.own_share)
     health.message +=
         (health.message.empty() ? "" : "; ") + ("senses share " + model.shares[*model.own_share].name);
+  if (figures.outside)
+    health.message += ", not now: a link reaches out of this share's workspace; it is sensed in the arm's";
   if (now.allowed_contacts > 0) {
     health.message += (health.message.empty() ? "" : "; ") + std::to_string(now.allowed_contacts) +
                       " contacts are allowed and not felt";

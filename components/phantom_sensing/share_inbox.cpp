@@ -22,11 +22,28 @@ class Hash {
   void add(const std::vector<T>& values) noexcept {
     add(values.data(), values.size() * sizeof(T));
   }
+  void add_file(const std::filesystem::path& path) {
+    std::ifstream file(path, std::ios::binary);
+    const std::string text{std::istreambuf_iterator<char>(file), {}};
+    add(text.data(), text.size());
+  }
   std::uint64_t value() const noexcept { return value_; }
 
  private:
   std::uint64_t value_ = 0xCBF29CE484222325ULL;
 };
+
+PlacePercept place_of(const messages::Percept& percept) noexcept {
+  PlacePercept place;
+  place.mu = percept.mu_Pa_s_per_m;
+  place.closeness = percept.closeness;
+  place.object = percept.object;
+  place.position_W_m = messages::eigen(percept.position_m);
+  place.velocity_W_m_s = messages::eigen(percept.velocity_m_s);
+  place.gradient.pgv_W_m = messages::eigen(percept.pgv);
+  place.gradient.strength = percept.pgs;
+  return place;
+}
 
 }  // namespace
 
@@ -35,26 +52,30 @@ std::vector<std::string> share_partitions(const std::string& cell_partition, con
                                           const percept::AllowedContact& contacts) {
   if (model.shares.empty()) return {};
   Hash hash;
-  std::ifstream file(config.file, std::ios::binary);
-  const std::string text{std::istreambuf_iterator<char>(file), {}};
-  hash.add(text.data(), text.size());
+  hash.add_file(config.file);
   hash.add(model.name.data(), model.name.size());
-  const robot::SkinLayout& skin = model.skin;
-  for (const auto* values : {&skin.x_m, &skin.y_m, &skin.z_m, &skin.weight}) hash.add(*values);
-  hash.add(skin.cluster_kind);
   contacts.for_each([&hash](std::uint16_t object, std::size_t link) {
     hash.add(&object, sizeof object);
     hash.add(&link, sizeof link);
   });
+  Hash of_skin = hash;
+  const robot::SkinLayout& skin = model.skin;
+  for (const auto* values : {&skin.x_m, &skin.y_m, &skin.z_m, &skin.weight}) of_skin.add(*values);
+  of_skin.add(skin.cluster_kind);
   std::vector<std::string> names;
-  for (const SkinShare& share : model.shares)
+  for (std::size_t i = 0; i < model.shares.size(); ++i) {
+    const SkinShare& share = model.shares[i];
+    Hash whole = share.has_own_workspace() ? hash : of_skin;
+    if (share.has_own_workspace()) whole.add_file(config.shares[i].cell);
     names.push_back(fmt::format("{}{}skin-{:016x}-{}", cell_partition, cell_partition.empty() ? "" : "/",
-                                hash.value(), share.name));
+                                whole.value(), share.name));
+  }
   return names;
 }
 
-ShareInbox::ShareInbox(std::size_t shares, double wait_s)
-    : count_(shares), wait_ns_(core::from_seconds(wait_s)) {
+ShareInbox::ShareInbox(std::span<const SkinShare> shares, double wait_s)
+    : count_(shares.size()), wait_ns_(core::from_seconds(wait_s)) {
+  for (std::size_t i = 0; i < count_; ++i) shares_[i].own_workspace = shares[i].has_own_workspace();
   sem_init(&wake_, 0, 0);
 }
 
@@ -69,17 +90,27 @@ void ShareInbox::offer(std::size_t share, const messages::Percept& percept) noex
   sem_post(&wake_);
 }
 
-/// Reads what has come. Returns whether it is what was sensed on that basis.
-bool ShareInbox::Share::take(const ShareBasis& basis) noexcept {
+void ShareInbox::Share::read() noexcept {
   fields.read(field);
   percepts.read(percept);
+}
+
+/// Returns whether what has come was sensed on that basis.
+bool ShareInbox::Share::take(const ShareBasis& basis) noexcept {
+  const bool same_workspace = field.workspace_version == basis.workspace_version &&
+                              percept.workspace_version == basis.workspace_version;
   if (!field.drag.valid || !percept.valid || field.slave_echo != basis.slave ||
       percept.slave_echo != basis.slave || field.gripper_echo != basis.gripper ||
-      field.workspace_version != basis.workspace_version ||
-      percept.workspace_version != basis.workspace_version || field.mode != basis.mode)
+      (!same_workspace && !own_workspace) || field.mode != basis.mode)
     return false;
   sensed = {field.drag, static_cast<float>(percept.mu_Pa_s_per_m), percept.sensor, percept.muted_sensors};
+  if (own_workspace) sensed.place = place_of(percept), sensed.link = percept.link;
   return true;
+}
+
+/// Returns whether the share's process has said that it senses nothing in that state.
+bool ShareInbox::Share::declines(const ShareBasis& basis) const noexcept {
+  return own_workspace && !field.drag.valid && field.slave_echo == basis.slave;
 }
 
 SensedShares ShareInbox::await(const ShareBasis& basis) noexcept {
@@ -91,14 +122,19 @@ SensedShares ShareInbox::await(const ShareBasis& basis) noexcept {
   while (true) {
     bool awaited = false;
     for (std::size_t i = 0; i < count_; ++i) {
-      if (sensed[i] == nullptr && shares_[i].take(basis)) sensed[i] = &shares_[i].sensed;
-      awaited = awaited || (sensed[i] == nullptr && (retry || !shares_[i].rests()));
+      if (sensed[i] != nullptr) continue;
+      shares_[i].read();
+      if (shares_[i].take(basis)) {
+        sensed[i] = &shares_[i].sensed;
+      } else if (!shares_[i].declines(basis)) {
+        awaited = awaited || retry || !shares_[i].rests();
+      }
     }
     if (!awaited) break;
     if (sem_clockwait(&wake_, CLOCK_MONOTONIC, &due) != 0 && errno != EINTR) break;
   }
   for (std::size_t i = 0; i < count_; ++i) {
-    if (sensed[i] != nullptr)
+    if (sensed[i] != nullptr || shares_[i].declines(basis))
       shares_[i].misses = 0;
     else if (!shares_[i].rests())
       ++shares_[i].misses;

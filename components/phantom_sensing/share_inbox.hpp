@@ -5,6 +5,7 @@
 #include <array>
 #include <bitset>
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -17,8 +18,9 @@
 namespace phantom::phantom_sensing {
 
 /// Returns the DDS partitions in which the shares of the skin are published, in the model's order; none
-/// without shares. They hold a hash of the parameters file and of the whole skin and its permanent contacts:
-/// processes that would not sense the same do not meet. `cell_partition`: of everything else.
+/// without shares. They hold a hash of the parameters file and of the whole skin and its permanent contacts,
+/// or, of a share with a workspace of its own, of that one's cell file instead of the skin: processes that
+/// would not sense the same do not meet. `cell_partition`: of everything else.
 std::vector<std::string> share_partitions(const std::string& cell_partition, const Config& config,
                                           const PhantomModel& model, const percept::AllowedContact& contacts);
 
@@ -30,13 +32,15 @@ struct ShareBasis {
 };
 
 /// Collects what the processes of the shares publish, and hands the arm's process what belongs to its tick.
-/// A share that fails to come in time for kMissesToRest ticks is no longer waited for, except at every
-/// kRetryEvery-th tick, until it comes in time again.
+/// The workspace version need not be the same for a share with a workspace of its own, whose process may also
+/// say that it has sensed nothing: it is not waited for any longer, and counts as in time. A share that fails
+/// to come in time for kMissesToRest ticks is no longer waited for, except at every kRetryEvery-th tick,
+/// until it comes in time again.
 class ShareInbox {
  public:
   static constexpr std::uint32_t kMissesToRest = 10, kRetryEvery = 100;
 
-  ShareInbox(std::size_t shares, double wait_s);
+  ShareInbox(std::span<const SkinShare> shares, double wait_s);
   ~ShareInbox();
   ShareInbox(const ShareInbox&) = delete;
   ShareInbox& operator=(const ShareInbox&) = delete;
@@ -60,8 +64,11 @@ class ShareInbox {
     messages::Percept percept;
     SensedShare sensed;
     std::uint32_t misses = kMissesToRest;  // until the first has come
+    bool own_workspace = false;
     bool rests() const noexcept { return misses >= kMissesToRest; }
+    void read() noexcept;
     bool take(const ShareBasis& basis) noexcept;
+    bool declines(const ShareBasis& basis) const noexcept;
   };
 
   std::array<Share, kMostShares> shares_;

@@ -13,8 +13,6 @@ constexpr int kMostFramesPerTick = 64;
 constexpr std::uint16_t kDamaging =
     can::kErrorProtocol | can::kErrorOverflow | can::kErrorBusOff | can::kErrorDown | can::kErrorTransceiver;
 
-Eigen::Vector3d eigen(const messages::Vector3& v) { return {v[0], v[1], v[2]}; }
-
 }  // namespace
 
 core::Status TareRequest::ask() {
@@ -59,7 +57,8 @@ WristInput::WristInput(const ArmModel& model, const WristSensorConfig& config, I
 
 void WristInput::read_topic() noexcept {
   if (!inbox_.wrist.read(received_)) return;
-  sample_ = {{eigen(received_.force_N), eigen(received_.torque_Nm)}, received_.valid, true};
+  sample_ = {
+      {messages::eigen(received_.force_N), messages::eigen(received_.torque_Nm)}, received_.valid, true};
   received_ns_ = received_.received_ns;
 }
 

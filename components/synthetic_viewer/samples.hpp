@@ -19,11 +19,11 @@ namespace phantom::synthetic_viewer {
 // yet". Vectors are in W, SI units.
 
 using core::StopCause;
+using messages::eigen;
 using messages::Vector3;
 using percept::HitRule;
 using percept::MotionClass;
 using teleop::LinkState;
-inline Eigen::Vector3d eigen(const Vector3& v) { return {v[0], v[1], v[2]}; }
 
 struct ArmSample : messages::Received<messages::SlaveState> {
   using messages::Received<messages::SlaveState>::Received;

@@ -57,7 +57,9 @@ int main(int argc, char** argv) {
       return runtime::configuration_is_valid(": " + std::to_string(served.bodies.size()) +
                                              " objects in cell " + served.cell.name);
     starting.reset();
-    served.report_dir = options.report_dir;
+    if (!options.report_dir.empty())
+      served.report =
+          options.report_dir / ((options.name.empty() ? options.component : options.name) + ".json");
     wva_server::run_service(config, deployment.network, std::move(served));
     return static_cast<int>(runtime::kExitDone);
   };

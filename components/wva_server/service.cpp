@@ -57,7 +57,7 @@ class Service {
         grasps_(grasp_watch(served.cell, carriers_, config)),
         adapter_(network, config.accept_commands),
         changes_file_(served.changes_file),
-        report_dir_(served.report_dir) {}
+        report_(served.report) {}
 
   void run(std::vector<runtime::CellBody> bodies) {
     if (const robot::SerialArm* arm = carriers_.followed(); arm != nullptr) adapter_.follow(*arm);
@@ -114,7 +114,7 @@ class Service {
   GraspWatch grasps_;
   ArmSample arm_;  // the newest state
   DdsAdapter adapter_;
-  std::filesystem::path changes_file_, report_dir_;
+  std::filesystem::path changes_file_, report_;
   double build_s_ = 0.0, next_report_s_ = 0.0;
   double begun_s_ = 0.0;  // when the change under way began
   std::size_t changes_ = 0;
@@ -353,7 +353,7 @@ void Service::report(const core::Health& health) {
 }
 
 void Service::leave_report() const {
-  if (report_dir_.empty()) return;
+  if (report_.empty()) return;
   nlohmann::json objects = nlohmann::json::array();
   for (const auto& [id, object] : cell_.objects()) {
     objects.push_back({{"id", id},
@@ -368,8 +368,8 @@ void Service::leave_report() const {
       {"cell", cell_.cell().name},  {"version", workspace.version}, {"bricks", workspace.brick_count()},
       {"bytes", workspace.bytes()}, {"build_seconds", build_s_},    {"changes", changes_},
       {"objects", objects}};
-  std::filesystem::create_directories(report_dir_);
-  std::ofstream(report_dir_ / "wva_server.json") << report.dump(2) << '\n';
+  std::filesystem::create_directories(report_.parent_path());
+  std::ofstream(report_) << report.dump(2) << '\n';
 }
 
 }  // namespace

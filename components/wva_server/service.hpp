@@ -17,7 +17,7 @@ struct ServedCell {
   CellChanges changes;                    ///< made by earlier commands
   std::vector<runtime::CellBody> bodies;  ///< the cell's objects, loaded
   std::filesystem::path changes_file;     ///< file in which changes are kept; empty: none
-  std::filesystem::path report_dir;       ///< folder for wva_server.json; empty: none
+  std::filesystem::path report;           ///< of what is served, as JSON; empty: none
 };
 
 /// Reads the cell, the changes kept in `changes_file` (unless that is empty or does not exist) and all

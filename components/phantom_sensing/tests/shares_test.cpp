@@ -10,7 +10,7 @@
 #include "common/runtime/cell.hpp"
 #include "components/phantom_sensing/model.hpp"
 #include "components/phantom_sensing/share_inbox.hpp"
-#include "components/phantom_sensing/tests/rig.hpp"
+#include "components/phantom_sensing/tests/shares_rig.hpp"
 #include "tests/support/eventually.hpp"
 #include "tests/support/files.hpp"
 #include "tests/support/heap_guard.hpp"
@@ -18,22 +18,8 @@
 namespace phantom::phantom_sensing {
 namespace {
 
+using rig::balls, rig::random_inputs, rig::share_of, rig::shared_model;
 using testing::HasSubstr;
-
-const workspace::Workspace& balls() {
-  static const workspace::Workspace world = robot::test_worlds::balls();
-  return world;
-}
-
-/// The suspended arm, of which two other processes sense the links 2 and 4, and 6 and 7.
-PhantomModel shared_model(std::optional<std::size_t> own_share = {}) {
-  PhantomModel model = rig::suspended_model();
-  model.shares = {{"upper", {}}, {"hand", {}}};
-  for (const std::size_t link : {2, 4}) model.shares[0].links[link] = true;
-  for (const std::size_t link : {6, 7}) model.shares[1].links[link] = true;
-  model.own_share = own_share;
-  return model;
-}
 
 /// The suspended arm with sensors that read zones on two of its links, which both point into one layer.
 PhantomModel clustered(PhantomModel model) {
@@ -42,23 +28,6 @@ PhantomModel clustered(PhantomModel model) {
   parts[5].segments[0].cluster = robot::ClusterSpec{1, robot::ClusterShape::kCube};
   model.skin = *robot::lay_out_skin(model.arm, parts, {.voxel_size_m = 0.01});
   return model;
-}
-
-StepInputs random_inputs(const PhantomModel& model, std::mt19937& random) {
-  StepInputs inputs;
-  for (std::size_t j = 0; j < model.arm.joint_count(); ++j) {
-    const robot::Joint& joint = model.arm.joints()[j];
-    inputs.position[j] = std::uniform_real_distribution(joint.lower, joint.upper)(random);
-    inputs.velocity[j] = std::uniform_real_distribution(-0.5, 0.5)(random);
-  }
-  inputs.dt_s = 0.6;  // alerts may follow each other
-  inputs.workspace = {&balls(), percept::greatest_neighbour_mu(balls())};
-  inputs.state_valid = true;
-  return inputs;
-}
-
-SensedShare share_of(const StepOutputs& helper) {
-  return {helper.drag, static_cast<float>(helper.percept.mu), helper.percept.sensor, helper.muted_sensors};
 }
 
 void expect_same_percept(const StepOutputs& a, const StepOutputs& b) {
@@ -217,7 +186,8 @@ class Inbox : public testing::Test {
     inbox_.offer(share, field);
     inbox_.offer(share, percept);
   }
-  ShareInbox inbox_{2, kWait_s};
+  const std::vector<SkinShare> model_ = std::vector<SkinShare>{{"upper", {}}, {"hand", {}}};
+  ShareInbox inbox_{model_, kWait_s};
 };
 
 TEST_F(Inbox, HandsOnWhatRestsOnTheSameAndNothingElse) {

@@ -1,0 +1,127 @@
+// An operating field in two resolutions, as shipped (deploy/topologies/surgery.yaml): the probe is felt in
+// fine voxels while the process that senses it there lives, else in the coarse ones. The test plays the arm.
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <csignal>
+#include <filesystem>
+#include <functional>
+#include <iostream>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <thread>
+#include <vector>
+
+#include "common/dds/endpoint.hpp"
+#include "common/messages/publisher.hpp"
+#include "common/messages/teleoperation_codec.hpp"
+#include "tests/support/child_process.hpp"
+#include "tests/support/eventually.hpp"
+#include "tests/support/files.hpp"
+#include "tests/support/own_domain.hpp"
+
+namespace phantom::end_to_end {
+namespace {
+
+using test::eventually;
+using test::Process;
+
+constexpr std::size_t kArmJoints = 5;
+// Of the shipped cells: the tip is at z = q3 − 0.14 m, the vessel's top at 0.127 m. Six layers of 1 mm or 8
+// mm.
+constexpr double kTipOverQ3_m = -0.14, kVesselTop_m = 0.127, kFineReach_m = 0.006, kCoarseReach_m = 0.048;
+
+class Surgery : public testing::Test {
+ protected:
+  Surgery() {
+    std::filesystem::create_directories(folder_);
+    core::NetworkOptions network;
+    network.domain = domain_;
+    network.qos_profiles = PHANTOM_SOURCE_DIR "/deploy/qos/phantom.xml";
+    network.interfaces = {"127.0.0.1"};
+    participant_.emplace("surgery_test", network);
+    percepts_.emplace(*participant_, dds::kPercept,
+                      [this](const msg::Percept& percept, const dds::SampleInfo&) {
+                        const std::lock_guard lock(mutex_);
+                        newest_ = percept;
+                      });
+    for (const char* name : {"wva_server", "wva_server_fine"}) servers_.push_back(start("wva_server", name));
+    arm_ = start("phantom_sensing", "phantom_sensing");
+    probe_ = start("phantom_sensing", "phantom_sensing_probe");
+    states_.emplace(*participant_, dds::kSlaveState);
+    player_ = std::jthread([this](const std::stop_token& stop) {
+      while (!stop.stop_requested()) {
+        messages::SlaveState state;
+        state.joint_count = kArmJoints;
+        state.position[0] = x_m_, state.position[1] = 0.15,
+        state.position[2] = gap_m_ + kVesselTop_m - kTipOverQ3_m;
+        state.velocity[2] = -0.001;
+        states_->publish(state);
+        std::this_thread::sleep_for(std::chrono::milliseconds(2));
+      }
+    });
+  }
+  ~Surgery() override {
+    player_ = {};
+    if (HasFailure())
+      for (const auto& log : std::filesystem::directory_iterator(folder_))
+        std::cerr << log.path().filename().string() << ":\n" << test::read_text(log.path());
+    probe_.reset();
+    arm_.reset();
+    servers_.clear();
+    std::filesystem::remove_all(folder_);
+  }
+
+  std::unique_ptr<Process> start(const std::string& component, const std::string& name) const {
+    return std::make_unique<Process>(
+        std::vector<std::string>{std::string(PHANTOM_BIN_DIR "/") + component, "--deployment",
+                                 PHANTOM_SOURCE_DIR "/deploy/topologies/surgery.yaml", "--name", name,
+                                 "--domain", std::to_string(domain_)},
+        folder_ / (name + ".log"));
+  }
+  /// Waits until a percept is as `expected` says, with the tip that far over the vessel.
+  bool felt(double gap_m, const std::function<bool(const msg::Percept&)>& expected) {
+    gap_m_ = gap_m;
+    return eventually([&] {
+      const std::lock_guard lock(mutex_);
+      return newest_.valid() && expected(newest_);
+    });
+  }
+
+  const int domain_ = test::own_domain();
+  const std::filesystem::path folder_ = test::new_folder();
+  std::mutex mutex_;
+  msg::Percept newest_;
+  std::atomic<double> gap_m_{0.02}, x_m_{0.15};
+  std::optional<dds::Participant> participant_;
+  std::optional<dds::Reader<msg::Percept>> percepts_;
+  std::vector<std::unique_ptr<Process>> servers_;
+  std::unique_ptr<Process> arm_, probe_;
+  std::optional<messages::Publisher<messages::SlaveState>> states_;
+  std::jthread player_;
+};
+
+// Tries phantom_sensing: reaches out of its workspace
+TEST_F(Surgery, TheProbeIsFeltInFineVoxelsAndInCoarseOnesWhereThereAreNoOthers) {
+  const auto free_space = [](const msg::Percept& percept) { return percept.mu() == 0.0; };
+  const auto in_fluid = [](const msg::Percept& percept) { return percept.mu() > 0.0; };
+  const auto by_vessel = [](const msg::Percept& percept) {
+    return percept.mu() > 0.0 && percept.object() == 3 && percept.link() == kArmJoints;
+  };
+  const double between_m = 0.5 * (kFineReach_m + kCoarseReach_m);
+  EXPECT_TRUE(felt(between_m, free_space)) << "farther than the fine layers reach";
+  EXPECT_TRUE(felt(0.5 * kFineReach_m, by_vessel));
+  EXPECT_TRUE(felt(between_m, free_space));
+  probe_->end(SIGKILL);
+  EXPECT_TRUE(felt(between_m, in_fluid)) << "in the coarse layers";
+  probe_ = start("phantom_sensing", "phantom_sensing_probe");
+  EXPECT_TRUE(felt(between_m, free_space)) << "it is back";
+  x_m_ = 0.23;  // beside the fine workspace, by the vessel's end
+  EXPECT_TRUE(felt(between_m, in_fluid));
+  x_m_ = 0.15;
+  EXPECT_TRUE(felt(between_m, free_space));
+}
+
+}  // namespace
+}  // namespace phantom::end_to_end
