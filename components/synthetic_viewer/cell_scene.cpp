@@ -152,19 +152,31 @@ std::vector<std::string> CellScene::missing(const ViewerState& state) const {
   return names;
 }
 
-std::string missing_text(const ViewerState& state, const CellScene& scene, const Staleness& staleness,
-                         core::Nanoseconds now_ns) {
-  if (state.arm.received_ns == 0) return "waiting for the slave";
-  if (age_s(state.arm.received_ns, now_ns) > staleness.slave_s)
-    return "the slave is silent: the arm is shown where it was last";
-  if (state.objects.empty()) return "waiting for the cell's objects";
+namespace {
+
+/// Returns the first names: "a, b, c, d and 3 more".
+Words some_of(const std::vector<std::string>& names) {
+  constexpr std::size_t kNamed = 4;
+  std::string text;
+  for (std::size_t i = 0; i < names.size() && i < kNamed; ++i) text += (i == 0 ? "" : ", ") + names[i];
+  if (names.size() <= kNamed) return {"missing.names", {{"names", text}}};
+  return {"missing.names_more", {{"names", text}, {"more", static_cast<double>(names.size() - kNamed)}}};
+}
+
+}  // namespace
+
+Words missing_words(const ViewerState& state, const CellScene& scene, const Staleness& staleness,
+                    core::Nanoseconds now_ns) {
+  if (state.arm.received_ns == 0) return {"missing.slave", {}};
+  if (age_s(state.arm.received_ns, now_ns) > staleness.slave_s) return {"missing.slave_silent", {}};
+  if (state.objects.empty()) return {"missing.objects", {}};
   const std::vector<std::string> missing = scene.missing(state);
-  if (missing.empty()) return state.recording.problem.empty() ? "" : "recording: " + state.recording.problem;
-  std::string text = core::seconds(now_ns - state.first_object_ns) < staleness.meshes_s
-                         ? "waiting for the meshes of "
-                         : "shown without what has no mesh: ";
-  for (std::size_t i = 0; i < missing.size() && i < 4; ++i) text += (i == 0 ? "" : ", ") + missing[i];
-  return missing.size() > 4 ? text + " and " + std::to_string(missing.size() - 4) + " more" : text;
+  if (missing.empty()) {
+    const std::string& problem = state.recording.problem;
+    return problem.empty() ? Words() : Words{"missing.recording", {{"problem", problem}}};
+  }
+  const bool awaited = core::seconds(now_ns - state.first_object_ns) < staleness.meshes_s;
+  return {awaited ? "missing.meshes_awaited" : "missing.meshes", {{"names", some_of(missing)}}};
 }
 
 }  // namespace phantom::synthetic_viewer

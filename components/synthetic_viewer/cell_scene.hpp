@@ -91,7 +91,7 @@ class CellScene {
 };
 
 /// Returns one sentence about what is missing; empty if nothing is.
-std::string missing_text(const ViewerState& state, const CellScene& scene, const Staleness& staleness,
-                         core::Nanoseconds now_ns);
+Words missing_words(const ViewerState& state, const CellScene& scene, const Staleness& staleness,
+                    core::Nanoseconds now_ns);
 
 }  // namespace phantom::synthetic_viewer

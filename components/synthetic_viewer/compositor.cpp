@@ -198,7 +198,7 @@ Hud Compositor::main_hud(const Moment& moment) const {
   hud.model_age = age_text(age_s(state.arm.received_ns, moment.now_ns));
   hud.voxel_error = voxel_error_text(state.workspace);
   if (state.arm.contact && hud.banner.empty()) {
-    hud.subtitle = "contact with " + touched_object(state);
+    hud.subtitle = "contact with " + in_english(touched_object(state));
   }
   return hud;
 }

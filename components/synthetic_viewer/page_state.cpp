@@ -4,6 +4,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <string_view>
+#include <type_traits>
+#include <variant>
 
 namespace phantom::synthetic_viewer {
 namespace {
@@ -12,6 +14,29 @@ using Json = nlohmann::json;
 
 Json number_or_null(double value, bool known = true) {
   return known && std::isfinite(value) ? Json(value) : Json();
+}
+
+/// A sentence as language.js takes it; null: nothing to say.
+Json words_json(const Words& words) {
+  if (words.empty()) return {};
+  Json values = Json::object();
+  for (const Words::Value& value : words.values) {
+    values[value.name] = std::visit(
+        [](const auto& content) {
+          if constexpr (std::is_same_v<std::decay_t<decltype(content)>, Words>)
+            return words_json(content);
+          else
+            return Json(content);
+        },
+        value.content);
+  }
+  return {{"key", words.key}, {"values", values}};
+}
+
+Json words_json(const std::vector<Words>& list) {
+  Json json = Json::array();
+  for (const Words& words : list) json.push_back(words_json(words));
+  return json;
 }
 
 constexpr std::array kCounterbalanceNames{"none", "mechanical", "automatic"};  // of teleop::Counterbalance
@@ -33,14 +58,16 @@ Json link_json(const ViewerState& state, core::Nanoseconds now_ns) {
           {"views_enabled", master.views_enabled},
           {"percept_set_automatic", master.percept_set_automatic},
           {"counterbalance", kCounterbalanceNames[static_cast<std::size_t>(state.arm.counterbalance)]},
-          {"percepts", master_known ? percepts_text(state) : ""},
+          {"percepts", master_known ? in_english(percepts_words(state)) : ""},
+          {"percepts_words", master_known ? words_json(percepts_words(state)) : Json()},
           {"percept_limited", master.percept_limited},
           {"law", master_known ? Json(static_cast<int>(master.law)) : Json()},
           {"feedback_damped", master.feedback_damped},
           {"force_missing", master.force_missing},
           {"reach", master.reach},
           {"contact", state.arm.contact},
-          {"contact_object", touched_object(state)},
+          {"contact_object", in_english(touched_object(state))},
+          {"contact_object_words", words_json(touched_object(state))},
           {"contact_force_N", number_or_null(state.arm.contact_force_N, state.arm.contact_force_N >= 0)},
           {"tool_speed_m_s", state.arm.tool_speed_m_s}};
 }
@@ -49,15 +76,16 @@ Json percept_json(const ViewerState& state, const CellScene& scene, const Stalen
                   core::Nanoseconds now_ns) {
   const PerceptSample& percept = state.percept;
   const double age = age_s(percept.received_ns, now_ns);
-  const bool known = percept.valid && age <= staleness.percept_s;
+  const bool known = percept.valid && age <= staleness.percept_s, near = known && percept.closeness > 0;
   return {{"known", known},
           {"age_s", number_or_null(age)},
           {"closeness", number_or_null(percept.closeness, known)},
           {"mu", number_or_null(percept.mu_Pa_s_per_m, known)},
           {"speed_m_s", number_or_null(percept.speed_m_s, known)},
           {"motion", known ? name_of(percept.motion) : "none"},
-          {"link", known && percept.closeness > 0 ? scene.link_name(percept.link) : std::string()},
-          {"object", known && percept.closeness > 0 ? object_name(state, percept.object) : std::string()}};
+          {"link", near ? scene.link_name(percept.link) : std::string()},
+          {"object", near ? object_name(state, percept.object) : std::string()},
+          {"object_words", near ? words_json(object_words(state, percept.object)) : Json()}};
 }
 
 Json joints_json(const ViewerState& state, const CellScene& scene) {
@@ -88,6 +116,7 @@ Json hits_json(const ViewerState& state, const CellScene& scene, core::Nanosecon
          {"rule", name_of(hit.rule)},
          {"link", hit.link_name.empty() ? scene.link_name(hit.link) : hit.link_name},
          {"object", object_name(state, hit.object)},
+         {"object_words", words_json(object_words(state, hit.object))},
          {"speed_m_s", hit.speed_m_s},
          {"cleared_after_s", number_or_null(record->cleared_after_s, record->cleared_after_s >= 0)}});
   }
@@ -100,7 +129,9 @@ Json gripper_json(const ViewerState& state, const Staleness& staleness, core::Na
   if (gripper.received_ns == 0) return {};
   const double age = age_s(gripper.received_ns, now_ns);
   const bool known = gripper.sense.known && age <= staleness.gripper_s;
-  return {{"words", gripper_words(state, staleness, now_ns)},
+  const Words words = gripper_words(state, staleness, now_ns);
+  return {{"words", in_english(words)},
+          {"state_words", words_json(words)},
           {"age_s", number_or_null(age)},
           {"width_m", number_or_null(gripper.sense.width_m, known)},
           {"force_N", number_or_null(gripper.sense.force_N, known)},
@@ -172,17 +203,27 @@ std::string stop_json(const StopView& view) {
   for (const core::Side side : core::kSides) {
     const SideView& shown = view.sides[static_cast<std::size_t>(side)];
     sides[side == core::Side::kMaster ? "master" : "slave"] = {
-        {"level", kLevelNames[static_cast<std::size_t>(shown.level)]}, {"text", shown.text}};
+        {"level", kLevelNames[static_cast<std::size_t>(shown.level)]},
+        {"text", shown.text},
+        {"text_words", words_json(shown.words)}};
   }
   const Json json{{"in_force", view.in_force},
                   {"alarm", view.alarm},
                   {"headline", view.headline},
+                  {"headline_words", words_json(view.headline_words)},
                   {"sides", sides},
-                  {"notices", view.notices}};
+                  {"notices", view.notices},
+                  {"notices_words", words_json(view.notice_words)}};
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
 namespace {
+
+std::string joined_english(const std::vector<Words>& list) {
+  std::string text;
+  for (const Words& words : list) text += (text.empty() ? "" : ", ") + in_english(words);
+  return text;
+}
 
 // What may be taken, and what is carried.
 Json objects_json(const ViewerState& state) {
@@ -199,15 +240,19 @@ Json objects_json(const ViewerState& state) {
 
 std::string page_state_json(const ViewerState& state, const CellScene& scene, const HitView& view,
                             const Staleness& staleness, const PageFacts& facts, core::Nanoseconds now_ns) {
+  const Words condition = condition_words(state, staleness, now_ns);
+  const std::vector<Words> carried = carried_words(state);
   const Json json{
       {"t", core::seconds(now_ns - facts.start_ns)},
       {"cell", facts.cell},
-      {"banner", condition_text(state, staleness, now_ns)},
+      {"banner", in_english(condition)},
+      {"banner_words", words_json(condition)},
       {"link", link_json(state, now_ns)},
       {"percept", percept_json(state, scene, staleness, now_ns)},
       {"joints", joints_json(state, scene)},
       {"gripper", gripper_json(state, staleness, now_ns)},
-      {"carried", carried_words(state)},
+      {"carried", joined_english(carried)},
+      {"carried_words", words_json(carried)},
       {"objects", objects_json(state)},
       {"hits", hits_json(state, scene, facts.start_ns)},
       {"total_hits", state.total_hits},
@@ -224,7 +269,8 @@ std::string page_state_json(const ViewerState& state, const CellScene& scene, co
         {"graphics", facts.graphics},
         {"allow_commands", facts.allow_commands},
         {"tool_view", facts.tool_view},
-        {"message", facts.message}}},
+        {"message", in_english(facts.message)},
+        {"message_words", words_json(facts.message)}}},
       {"model",
        {{"voxel_size_m", number_or_null(state.workspace.voxel_size_m, state.workspace.version != 0)},
         {"version", state.workspace.version}}},

@@ -16,7 +16,7 @@ struct PageFacts {
   double frames_per_s = 0.0;
   std::string graphics;
   core::Nanoseconds start_ns = 0;
-  std::string message;  ///< what is missing; empty: nothing
+  Words message;  ///< what is missing; empty: nothing
 };
 
 /// Returns the JSON of one server-sent event: link, percept, joints, hits, components, view. Unknown numbers

@@ -1,12 +1,11 @@
 #include "components/synthetic_viewer/state.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
-#include "common/teleop/percept_set.hpp"
+#include "common/teleop/bilateral.hpp"
+#include "common/teleop/counterbalance.hpp"
 
 namespace phantom::synthetic_viewer {
 namespace {
@@ -85,22 +84,21 @@ double age_s(core::Nanoseconds received_ns, core::Nanoseconds now_ns) noexcept {
 std::string banner_text(const ViewerState& state, const Staleness& staleness, core::Nanoseconds now_ns) {
   if (state.stops.in_force) return state.stops.headline + "\n" + sides_text(state.stops);
   if (!state.stops.notices.empty()) return state.stops.notices.front();
-  return condition_text(state, staleness, now_ns);
+  return in_english(condition_words(state, staleness, now_ns));
 }
 
-std::string condition_text(const ViewerState& state, const Staleness& staleness, core::Nanoseconds now_ns) {
+Words condition_words(const ViewerState& state, const Staleness& staleness, core::Nanoseconds now_ns) {
   const double slave_age_s = age_s(state.arm.received_ns, now_ns);
-  if (state.arm.received_ns == 0) return "NO SLAVE: waiting for its first state";
+  if (state.arm.received_ns == 0) return {"banner.no_slave", {}};
   if (slave_age_s > staleness.slave_s)
-    return fmt::format("LINK LOST: the arm's pose is {:.1f} s old", std::floor(slave_age_s * 10) / 10);
+    return {"banner.link_lost", {{"age_s", std::floor(slave_age_s * 10) / 10}}};
   const bool master_permits =
       state.master.motion_permitted || age_s(state.master.received_ns, now_ns) > staleness.slave_s;
   if (state.arm.state != LinkState::kStopped && !(state.arm.motion_permitted && master_permits))
-    return "ENABLING SWITCH RELEASED: the arm holds";
-  if (state.arm.state == LinkState::kDegraded) return "LINK DEGRADED: the slave holds";
-  if (age_s(state.percept.received_ns, now_ns) > staleness.percept_s)
-    return "NO PERCEPT: the phantom is silent";
-  if (!state.percept.valid) return "NO PERCEPT: the phantom has no valid model";
+    return {"banner.switch_released", {}};
+  if (state.arm.state == LinkState::kDegraded) return {"banner.link_degraded", {}};
+  if (age_s(state.percept.received_ns, now_ns) > staleness.percept_s) return {"banner.phantom_silent", {}};
+  if (!state.percept.valid) return {"banner.no_model", {}};
   return {};
 }
 
@@ -108,47 +106,81 @@ bool shows_hits(const ViewerState& state, const Staleness& staleness, core::Nano
   return state.master.views_enabled || age_s(state.master.received_ns, now_ns) > staleness.slave_s;
 }
 
-std::string percepts_text(const ViewerState& state) {
+namespace {
+
+/// Returns the key of a row of Table 6.1 (teleop::percept_set).
+const char* percept_row_key(teleop::BilateralLaw law, teleop::Counterbalance counterbalance) noexcept {
+  using enum teleop::BilateralLaw;
+  switch (law) {
+    case kPf:
+      return "percept_row.position_forward";
+    case kSctfb:
+      return counterbalance == teleop::Counterbalance::kNone        ? "percept_row.torque_weight_felt"
+             : counterbalance == teleop::Counterbalance::kAutomatic ? "percept_row.torque_counterbalanced"
+                                                                    : "percept_row.torque_balanced";
+    case kPfff:
+      return "percept_row.force";
+    case kPe:
+      return "percept_row.exchange";
+    case kPeff:
+      return "percept_row.exchange_force";
+  }
+  return "";
+}
+
+}  // namespace
+
+Words percepts_words(const ViewerState& state) {
   const MasterSample& master = state.master;
-  return std::string(teleop::percept_set(master.law, state.arm.counterbalance).row) + ": " +
-         teleop::words_of({master.percept_enabled, master.tone_enabled, master.views_enabled});
+  const int chosen = (master.percept_enabled ? 1 : 0) + (master.tone_enabled ? 2 : 0) +
+                     (master.views_enabled ? 4 : 0);  // the bits of set_percepts
+  return {"percept.in_force",
+          {{"row", Words{percept_row_key(master.law, state.arm.counterbalance), {}}},
+           {"chosen", Words{"percept_chosen." + std::to_string(chosen), {}}}}};
+}
+
+Words object_words(const ViewerState& state, std::uint16_t id) {
+  if (id == 0) return {"object.free_space", {}};
+  const auto found = state.objects.find(id);
+  if (found == state.objects.end() || found->second.name.empty())
+    return {"object.numbered", {{"id", static_cast<double>(id)}}};
+  return {"object.named", {{"name", found->second.name}}};
 }
 
 std::string object_name(const ViewerState& state, std::uint16_t id) {
-  if (id == 0) return "free space";
-  const auto found = state.objects.find(id);
-  return found == state.objects.end() || found->second.name.empty() ? "object " + std::to_string(id)
-                                                                    : found->second.name;
+  return in_english(object_words(state, id));
 }
 
-std::string touched_object(const ViewerState& state) {
-  if (!state.arm.contact) return object_name(state, 0);
-  return state.arm.contact_object == 0 ? "something unknown" : object_name(state, state.arm.contact_object);
+Words touched_object(const ViewerState& state) {
+  if (!state.arm.contact) return object_words(state, 0);
+  return state.arm.contact_object == 0 ? Words{"object.unknown", {}}
+                                       : object_words(state, state.arm.contact_object);
 }
 
-std::string carried_words(const ViewerState& state) {
-  std::string words;
+std::vector<Words> carried_words(const ViewerState& state) {
+  std::vector<Words> words;
   for (const messages::CarriedObject& carried : state.workspace.carried)
-    words += fmt::format("{}arm {} carries {}", words.empty() ? "" : ", ", carried.arm,
-                         object_name(state, carried.id));
+    words.push_back({"carry.carries", {{"arm", carried.arm}, {"object", object_words(state, carried.id)}}});
   return words;
 }
 
-std::string gripper_words(const ViewerState& state, const Staleness& staleness, core::Nanoseconds now_ns) {
+Words gripper_words(const ViewerState& state, const Staleness& staleness, core::Nanoseconds now_ns) {
   const GripperSample& gripper = state.gripper;
   if (gripper.received_ns == 0) return {};
   if (const double age = age_s(gripper.received_ns, now_ns); age > staleness.gripper_s)
-    return fmt::format("not heard for {:.1f} s{}", std::floor(age * 10) / 10,
-                       gripper.holds ? "; it held something, and holds by itself" : "");
-  const std::string width = fmt::format("{:.0f} mm", std::abs(gripper.sense.width_m) * 1e3);
-  if (gripper.sense.fault)
-    return "its drive is in fault" + (gripper.holds ? "; it held something" : std::string());
-  if (!gripper.sense.known) return "its drive has not reported yet";
-  if (!gripper.sense.follows) return "its drive is not ready yet, at " + width;
-  if (gripper.holds)
-    return fmt::format("holds something {} wide with {:.0f} N", width, std::abs(gripper.sense.force_N));
-  if (gripper.moves) return (gripper.sense.velocity_m_s > 0 ? "opens, at " : "closes, at ") + width;
-  return gripper.open ? "open, " + width : gripper.closed ? "closed" : "at rest, " + width + " open";
+    return {gripper.holds ? "gripper_state.silent_holding" : "gripper_state.silent",
+            {{"age_s", std::floor(age * 10) / 10}}};
+  const Words::Value width{"width_mm", std::abs(gripper.sense.width_m) * 1e3};
+  if (gripper.sense.fault) return {gripper.holds ? "gripper_state.fault_holding" : "gripper_state.fault", {}};
+  if (!gripper.sense.known) return {"gripper_state.not_reported", {}};
+  if (!gripper.sense.follows) return {"gripper_state.not_ready", {width}};
+  if (gripper.holds) return {"gripper_state.holds", {width, {"force_N", std::abs(gripper.sense.force_N)}}};
+  if (gripper.moves)
+    return {gripper.sense.velocity_m_s > 0 ? "gripper_state.opens" : "gripper_state.closes", {width}};
+  return {gripper.open     ? "gripper_state.open"
+          : gripper.closed ? "gripper_state.closed"
+                           : "gripper_state.at_rest",
+          {width}};
 }
 
 std::string label_of(LinkState state) {

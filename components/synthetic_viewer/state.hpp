@@ -8,6 +8,7 @@
 #include "components/synthetic_viewer/samples.hpp"
 #include "components/synthetic_viewer/stop_board.hpp"
 #include "components/synthetic_viewer/synthetic_viewer.hpp"
+#include "components/synthetic_viewer/words.hpp"
 
 namespace phantom::synthetic_viewer {
 
@@ -92,30 +93,32 @@ struct ViewerState {
 double age_s(core::Nanoseconds received_ns, core::Nanoseconds now_ns) noexcept;
 
 /// Returns what a picture must say in large letters, in one or two lines; empty if all is well: a stop and
-/// who has not confirmed it, else two processes that send the same topic, else condition_text().
+/// who has not confirmed it, else two processes that send the same topic, else condition_words().
 std::string banner_text(const ViewerState& state, const Staleness& staleness, core::Nanoseconds now_ns);
 
 /// Returns the most urgent of: slave lost or missing, an enabling switch released, link degraded, phantom
 /// silent or without a valid model. Empty if none applies.
-std::string condition_text(const ViewerState& state, const Staleness& staleness, core::Nanoseconds now_ns);
+Words condition_words(const ViewerState& state, const Staleness& staleness, core::Nanoseconds now_ns);
 
 /// Returns whether hit zones are shown by themselves: not while a master that is heard says that the operator
 /// works without these views.
 bool shows_hits(const ViewerState& state, const Staleness& staleness, core::Nanoseconds now_ns);
 /// Returns row and column of Table 6.1 that are in force: "b1: SCTFB, balanced arm: drag and tone".
-std::string percepts_text(const ViewerState& state);
+Words percepts_words(const ViewerState& state);
 
 /// Returns the object's name, such as "table"; "object 7" if the name is not known; "free space" for 0.
+Words object_words(const ViewerState& state, std::uint16_t id);
+/// object_words() in English.
 std::string object_name(const ViewerState& state, std::uint16_t id);
 /// Returns what the arm touches; "something unknown" if only its force is felt.
-std::string touched_object(const ViewerState& state);
+Words touched_object(const ViewerState& state);
 
-/// Returns what arms carry, in words: "carries pump"; empty: nothing.
-std::string carried_words(const ViewerState& state);
+/// Returns what arms carry, a sentence each: "arm left carries pump".
+std::vector<Words> carried_words(const ViewerState& state);
 
 /// Returns what the gripper does, in a few plain words: "holds something 42 mm wide with 30 N"; empty if
 /// there is no gripper.
-std::string gripper_words(const ViewerState& state, const Staleness& staleness, core::Nanoseconds now_ns);
+Words gripper_words(const ViewerState& state, const Staleness& staleness, core::Nanoseconds now_ns);
 
 std::string label_of(LinkState state);  ///< "COUPLED"
 const char* name_of(MotionClass motion) noexcept;

@@ -1,8 +1,7 @@
 #include "components/synthetic_viewer/stop_board.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
+#include <utility>
 
 #include "components/synthetic_viewer/state.hpp"
 
@@ -13,20 +12,32 @@ using core::Side;
 using Answer = core::SideAnswer::State;
 using Level = SideView::Level;
 
-constexpr const char* kNotStopped = "IS NOT STOPPED";
+constexpr const char* kMoves = "stop_side.moves";
 
 constexpr std::size_t index_of(Side side) { return static_cast<std::size_t>(side); }
 
-std::string stopped_text(StopCause cause) {
-  constexpr std::array<const char*, core::kStopCauses> kTexts{"stopped", "stopped (emergency stop)",
-                                                              "stopped (its drives are in fault)",
-                                                              "stopped (because the other side is)"};
-  return kTexts.at(static_cast<std::size_t>(cause));
+Words stopped_words(StopCause cause) {
+  constexpr std::array<const char*, core::kStopCauses> kKeys{
+      "stop_side.stopped", "stop_side.stopped_emergency", "stop_side.stopped_drives",
+      "stop_side.stopped_other"};
+  return {kKeys.at(static_cast<std::size_t>(cause)), {}};
 }
 
-std::string silent_text(core::Nanoseconds received_ns, core::Nanoseconds now_ns) {
-  return received_ns == 0 ? "never heard"
-                          : fmt::format("silent for {:.0f} s", core::seconds(now_ns - received_ns));
+Words silent_words(core::Nanoseconds received_ns, core::Nanoseconds now_ns) {
+  if (received_ns == 0) return {"stop_side.never_heard", {}};
+  return {"stop_side.silent", {{"seconds", core::seconds(now_ns - received_ns)}}};
+}
+
+Words link_words(LinkState link) { return {"link_state." + label_of(link), {}}; }
+
+SideView side_view(Level level, Words words) {
+  std::string text = in_english(words);
+  return {level, std::move(text), std::move(words)};
+}
+
+void add_notice(StopView& view, Words words) {
+  view.notices.push_back(in_english(words));
+  view.notice_words.push_back(std::move(words));
 }
 
 }  // namespace
@@ -77,17 +88,16 @@ StopView StopBoard::at(core::Nanoseconds now_ns) const {
   StopView view;
   view.in_force = request_.has_value() || stopped_since_ns_ != 0;
   for (const auto& [topic, heard_ns] : seconds_) {
-    if (now_ns - heard_ns < kSecond_ns)
-      view.notices.push_back("two processes send " + topic + ": only the first is heeded; end one of them");
+    if (now_ns - heard_ns < kSecond_ns) add_notice(view, {"notice.two_processes", {{"topic", topic}}});
   }
-  if (crowded_ns_ != 0 && now_ns - crowded_ns_ < kSecond_ns)
-    view.notices.emplace_back("more processes than these send what only one may send");
+  if (crowded_ns_ != 0 && now_ns - crowded_ns_ < kSecond_ns) add_notice(view, {"notice.more", {}});
   if (!view.in_force) return view;
   for (const Side side : core::kSides) {
     view.sides[index_of(side)] = view_of(side, now_ns);
     view.alarm = view.alarm || view.sides[index_of(side)].level == Level::kAlarm;
   }
-  view.headline = headline(view);
+  view.headline_words = headline(view);
+  view.headline = in_english(view.headline_words);
   return view;
 }
 
@@ -97,27 +107,31 @@ SideView StopBoard::view_of(Side side, core::Nanoseconds now_ns) const {
   const bool silent = state.received_ns == 0 || now_ns - state.received_ns > kSilent_ns;
   const Answer answer = request_ ? request_->of(side).state : Answer::kNotAsked;
   if (answer == Answer::kWaiting || answer == Answer::kRefused) {
-    if (!request_->overdue(side, now_ns)) return {Level::kWaiting, "is being stopped"};
-    std::string text = answer == Answer::kRefused ? "REFUSED THE STOP: " + request_->of(side).message
-                                                  : std::string("HAS NOT CONFIRMED THE STOP");
-    if (silent) text += " (" + silent_text(state.received_ns, now_ns) + ")";
-    return {Level::kAlarm, text};
+    if (!request_->overdue(side, now_ns)) return side_view(Level::kWaiting, {"stop_side.being_stopped", {}});
+    Words words{"stop_side.not_confirmed", {}};
+    if (answer == Answer::kRefused) words = {"stop_side.refused", {{"message", request_->of(side).message}}};
+    if (silent) {
+      words.key += "_silent";
+      words.values.push_back({"silent", silent_words(state.received_ns, now_ns)});
+    }
+    return side_view(Level::kAlarm, std::move(words));
   }
-  if (state.stopped() && !silent) return {Level::kStopped, stopped_text(state.cause)};
+  if (state.stopped() && !silent) return side_view(Level::kStopped, stopped_words(state.cause));
   // The side's reply may come before its next state.
   if (answer == Answer::kDone && now_ns - request_->asked_ns() <= core::CommandAnswers::kOverdue_ns)
-    return {Level::kStopped, "stopped"};
+    return side_view(Level::kStopped, stopped_words(StopCause::kNone));
   if (silent) {
-    const std::string words = silent_text(state.received_ns, now_ns);
-    if (state.stopped()) return {Level::kWaiting, words + ", stopped when last heard"};
-    if (state.received_ns == 0) return {Level::kWaiting, words};
-    return {Level::kAlarm, "MAY NOT BE STOPPED (" + words + ")"};
+    const Words words = silent_words(state.received_ns, now_ns);
+    if (state.stopped())
+      return side_view(Level::kWaiting, {"stop_side.stopped_when_heard", {{"silent", words}}});
+    if (state.received_ns == 0) return side_view(Level::kWaiting, words);
+    return side_view(Level::kAlarm, {"stop_side.may_move", {{"silent", words}}});
   }
   // The side is not stopped, though the other side is or this one was asked to stop.
   const core::Nanoseconds split_since_ns = std::max(stopped_since_ns_, state.moving_since_ns);
   if (stopped_since_ns_ != 0 && now_ns - split_since_ns > core::CommandAnswers::kOverdue_ns)
-    return {Level::kAlarm, std::string(kNotStopped) + " (" + label_of(state.link) + ")"};
-  return {Level::kWaiting, label_of(state.link)};
+    return side_view(Level::kAlarm, {kMoves, {{"state", link_words(state.link)}}});
+  return side_view(Level::kWaiting, link_words(state.link));
 }
 
 bool StopBoard::stopped_by(StopCause cause) const {
@@ -125,21 +139,21 @@ bool StopBoard::stopped_by(StopCause cause) const {
                      [cause](const State& state) { return state.stopped() && state.cause == cause; });
 }
 
-std::string StopBoard::headline(const StopView& view) const {
+Words StopBoard::headline(const StopView& view) const {
   if (view.alarm && !request_) {
     const bool moves = std::any_of(view.sides.begin(), view.sides.end(), [](const SideView& side) {
-      return side.level == Level::kAlarm && side.text.rfind(kNotStopped, 0) == 0;
+      return side.level == Level::kAlarm && side.words.key == kMoves;
     });
-    return moves ? "ONLY ONE SIDE IS STOPPED" : "STOP NOT CONFIRMED";
+    return {moves ? "stop_headline.one_side" : "stop_headline.not_confirmed", {}};
   }
-  if (view.alarm) return "STOP NOT CONFIRMED";
-  if (request_) return "STOPPING";
+  if (view.alarm) return {"stop_headline.not_confirmed", {}};
+  if (request_) return {"stop_headline.stopping", {}};
   if (stopped_by(StopCause::kDriveFault) && !stopped_by(StopCause::kEmergency)) {
-    return states_[index_of(Side::kSlave)].cause == StopCause::kDriveFault
-               ? "STOPPED: the arm's drives are in fault"
-               : "STOPPED: the master's drives are in fault";
+    return {states_[index_of(Side::kSlave)].cause == StopCause::kDriveFault ? "stop_headline.slave_drives"
+                                                                            : "stop_headline.master_drives",
+            {}};
   }
-  return "EMERGENCY STOP";
+  return {"stop_headline.stopped", {}};
 }
 
 std::string sides_text(const StopView& view) {

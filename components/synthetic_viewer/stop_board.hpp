@@ -9,6 +9,7 @@
 
 #include "common/core/command_answers.hpp"
 #include "components/synthetic_viewer/samples.hpp"
+#include "components/synthetic_viewer/words.hpp"
 
 namespace phantom::synthetic_viewer {
 
@@ -22,18 +23,21 @@ struct SideView {
   };
   Level level = Level::kQuiet;
   std::string text;  ///< "stopped (emergency stop)", "HAS NOT CONFIRMED THE STOP"; ASCII
+  Words words{};     ///< the same, for the page
 
   friend bool operator==(const SideView&, const SideView&) = default;
 };
 
 /// What page and window show about a stop, whoever requested it.
 struct StopView {
-  bool in_force = false;  ///< a stop is requested, or a side is stopped
-  bool alarm = false;     ///< a side has not confirmed it: shown as an alarm
-  std::string headline;   ///< "EMERGENCY STOP", "STOP NOT CONFIRMED"; ASCII, empty: none
+  bool in_force = false;   ///< a stop is requested, or a side is stopped
+  bool alarm = false;      ///< a side has not confirmed it: shown as an alarm
+  std::string headline;    ///< "EMERGENCY STOP", "STOP NOT CONFIRMED"; ASCII, empty: none
+  Words headline_words{};  ///< the same, for the page
   std::array<SideView, core::kSides.size()> sides;  ///< by core::Side
   /// "two processes send slave_state: …"; at most StopBoard::kMostSeconds, and one of how many more there are
   std::vector<std::string> notices;
+  std::vector<Words> notice_words{};  ///< the same, for the page
 
   friend bool operator==(const StopView&, const StopView&) = default;
 };
@@ -77,7 +81,7 @@ class StopBoard {
     bool stopped() const { return received_ns != 0 && link == LinkState::kStopped; }
   };
   SideView view_of(core::Side side, core::Nanoseconds now_ns) const;
-  std::string headline(const StopView& view) const;
+  Words headline(const StopView& view) const;
   bool stopped_by(StopCause cause) const;
 
   mutable std::mutex mutex_;

@@ -196,7 +196,7 @@ void ViewerLoop::publish_state() {
                         rounds_.per_s,
                         state_.graphics,
                         start_ns_,
-                        missing_text(state_, scene, config_.staleness, now_ns_)};
+                        missing_words(state_, scene, config_.staleness, now_ns_)};
   page_.state_json.publish(
       page_state_json(state_, scene, drawing_->hit_view(), config_.staleness, facts, now_ns_));
 }
@@ -208,7 +208,7 @@ core::Health ViewerLoop::health_now() const {
   health.state =
       scene.complete(state_) && fresh ? core::ComponentState::kRunning : core::ComponentState::kReady;
   if (state_.arm.received_ns != 0 && !fresh) health.state = core::ComponentState::kDegraded;
-  health.message = missing_text(state_, scene, config_.staleness, now_ns_);
+  health.message = in_english(missing_words(state_, scene, config_.staleness, now_ns_));
   const auto us = [](core::Nanoseconds ns) { return static_cast<double>(ns) / 1e3; };
   const auto ms = [](core::Nanoseconds ns) { return static_cast<double>(ns) / 1e6; };
   const core::DurationHistogram& alert_to_picture = publisher_.alert_to_picture();

@@ -24,6 +24,12 @@ extern const char* const kPageCss;
 extern const char* const kPageJs;
 extern const char* const kStopJs;
 extern const char* const kSessionJs;
+extern const char* const kLanguageJs;
+extern const char* const kChoiceJs;
+extern const char* const kViewsJs;
+extern const char* const kTokensCss;
+extern const char* const kEnglishTexts;
+extern const char* const kGermanTexts;
 }  // namespace web
 
 namespace {
@@ -102,8 +108,24 @@ std::string with_port(const Authority& authority, const std::string& port) {
 /// Returns whether a path of the page's port is given without a session: the page itself, its form to log in,
 /// and who is stopped.
 bool is_for_all(const std::string& path) {
-  constexpr std::array kForAll{"/", "/page.css", "/page.js", "/stop.js", "/session.js", "/stop", "/session"};
+  constexpr std::array kForAll{"/",        "/tokens.css", "/page.css", "/page.js",    "/language.js",
+                               "/stop.js", "/choice.js",  "/views.js", "/session.js", "/stop",
+                               "/session"};
   return std::find(kForAll.begin(), kForAll.end(), path) != kForAll.end();
+}
+
+void fill(std::string& text, const std::string& place, const std::string& content) {
+  text.replace(text.find(place), place.size(), content);
+}
+
+/// Returns the page with all its texts, so that none is missing when the page is there, and with the port of
+/// its streams.
+std::string page_of(const std::string& stream_port) {
+  std::string text = web::kIndexHtml;
+  fill(text, "{stream_port}", stream_port);
+  fill(text, "{texts}",
+       std::string("{\"en\": ") + web::kEnglishTexts + ", \"de\": " + web::kGermanTexts + "}");
+  return text;
 }
 
 std::string event_of(const std::string& json) { return "data: " + json + "\n\n"; }
@@ -193,16 +215,18 @@ void WebServer::Impl::add_files() {
     response.set_header("Content-Security-Policy", "default-src 'self'; img-src 'self' data:" + from +
                                                        "; connect-src 'self'" + from +
                                                        "; frame-ancestors 'none'");
-    std::string text = web::kIndexHtml;
-    const std::string place = "{stream_port}";
-    response.set_content(text.replace(text.find(place), place.size(), port), "text/html; charset=utf-8");
+    response.set_content(page_of(port), "text/html; charset=utf-8");
   });
   const auto serve = [this](const char* path, const char* text, const char* type) {
     page.server().Get(path, [=](const Request&, Response& response) { response.set_content(text, type); });
   };
+  serve("/tokens.css", web::kTokensCss, "text/css; charset=utf-8");
   serve("/page.css", web::kPageCss, "text/css; charset=utf-8");
-  serve("/page.js", web::kPageJs, "text/javascript; charset=utf-8");
+  serve("/language.js", web::kLanguageJs, "text/javascript; charset=utf-8");
   serve("/stop.js", web::kStopJs, "text/javascript; charset=utf-8");
+  serve("/choice.js", web::kChoiceJs, "text/javascript; charset=utf-8");
+  serve("/views.js", web::kViewsJs, "text/javascript; charset=utf-8");
+  serve("/page.js", web::kPageJs, "text/javascript; charset=utf-8");
   serve("/session.js", web::kSessionJs, "text/javascript; charset=utf-8");
 }
 

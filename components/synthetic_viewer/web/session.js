@@ -11,8 +11,8 @@ const may = role => !session.secrets || kRoles.indexOf(session.role) >= kRoles.i
 function showSession() {
   byId('login').hidden = !loggedOut();
   byId('logout').hidden = !session.secrets || loggedOut();
-  put('role', !session.secrets ? 'No secrets are configured: everybody on this host may watch and command.'
-    : loggedOut() ? '' : `Role: ${session.role}`);
+  put('role', !session.secrets ? text('session.no_secrets')
+    : loggedOut() ? '' : text('session.role', { role: text('role.' + session.role) }));
 }
 
 async function askSession() {
@@ -31,7 +31,7 @@ async function changeSession(path, body) {
     if (!answer.ok) return answer.message;
     session = answer;
   } catch (problem) {
-    return `the viewer does not answer (${problem.message})`;
+    return text('session.no_answer', { problem: problem.message });
   }
   showSession();
   return '';
@@ -40,7 +40,7 @@ async function changeSession(path, body) {
 byId('login').addEventListener('submit', async event => {
   event.preventDefault();
   const problem = await changeSession('login', { secret: byId('secret').value.trim() });
-  put('login-answer', problem && `Not logged in: ${problem}`);
+  put('login-answer', problem && text('session.refused', { message: problem }));
   if (problem) return;
   byId('secret').value = '';
   connect();
@@ -48,5 +48,6 @@ byId('login').addEventListener('submit', async event => {
 byId('logout').addEventListener('click', async () => {
   if (!await changeSession('logout', {})) location.reload();
 });
+addEventListener('language', showSession);
 askSession();
 setInterval(() => { if (!document.hidden) askSession(); }, 30000);

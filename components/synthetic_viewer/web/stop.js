@@ -9,6 +9,9 @@ let stopAnswered = 0;        // when that answer came; ms, as performance.now()
 let stopAsked = 0;       // when a stop was pressed that the viewer has not accepted yet; 0: none
 let stopRefused = '';    // why the viewer refused it; shown for kRefusal_ms
 
+// Should language.js be missing, the stop still works: it is then told by keys.
+if (typeof globalThis.text !== 'function') Object.assign(globalThis, { text: key => key, said: (words, english) => english });
+
 const byId = id => document.getElementById(id);
 const put = (id, text) => { const e = typeof id === 'string' ? byId(id) : id; if (e.textContent !== text) e.textContent = text; };
 const pause = ms => new Promise(resolve => setTimeout(resolve, ms));
@@ -34,7 +37,7 @@ async function stop() {
       const taken = response.status === 200 || response.status === 409 || response.status === 504;
       stopRefused = taken ? '' : answer.message;
       if (stopRefused) setTimeout(() => { stopRefused = ''; showStop(); }, kRefusal_ms);
-      say((taken ? 'Emergency stop: ' : 'STOP REFUSED by the viewer: ') + answer.message, !answer.ok);
+      say(text(taken ? 'stop.answer' : 'stop.refused_answer', { message: answer.message }), !answer.ok);
       await askStop();
     } catch (problem) {
       await pause(kStopRetry_ms);
@@ -54,7 +57,7 @@ async function askStop() {
 }
 
 function showSide(name, side) {
-  put(`stop-${name}-text`, side ? side.text : 'not known');
+  put(`stop-${name}-text`, side ? said(side.text_words, side.text) : text('stop.unknown'));
   byId(`stop-${name}`).className = 'side ' + (side ? side.level : 'alarm');
 }
 
@@ -64,27 +67,27 @@ function showStop() {
   const alarm = Boolean(unheard || stopRefused || (inForce && (stops.alarm || stale)));
   byId('stop-board').hidden = !(inForce || stopAsked || stopRefused);
   byId('stop-board').classList.toggle('alarm', alarm);
-  put('stop-headline', unheard ? 'STOP NOT SENT: the viewer does not answer. Use the hardware stop.'
-    : stopRefused ? `STOP NOT SENT: ${stopRefused}. Use the hardware stop.`
-      : inForce && stale ? `${stops.headline}, when last heard: the viewer does not answer`
-        : inForce ? stops.headline : 'STOPPING');
+  const headline = inForce ? said(stops.headline_words, stops.headline) : text('stop_headline.stopping');
+  put('stop-headline', unheard ? text('stop.not_sent') : stopRefused ? text('stop.refused', { message: stopRefused })
+    : inForce && stale ? text('stop.stale', { headline }) : headline);
   const shown = !unheard && !stopRefused && inForce && !stale;
   byId('stop-sides').hidden = !shown;
   if (shown) for (const name of ['master', 'slave']) showSide(name, stops.sides[name]);
-  const notices = stops ? stops.notices : [];
+  const notices = stops ? stops.notices.map((notice, i) => said(stops.notices_words[i], notice)) : [];
   put('notices', notices.join('\n'));
   byId('notices').hidden = !notices.length;
-  const title = document.title.replace(/^⚠ STOP NOT CONFIRMED – /, '');
-  document.title = (alarm ? '⚠ STOP NOT CONFIRMED – ' : '') + title;
+  document.title = alarm ? text('page.warning_in_title', { title: text('page.title') }) : text('page.title');
 }
 
 byId('stop').addEventListener('click', stop);
-// Esc stops, wherever the focus is. Space does not, because it presses the button that has the focus.
+// Esc stops, wherever the focus is, before anything in the page sees the key. Space does not, because it presses the button
+// that has the focus.
 addEventListener('keydown', event => {
   if (event.key !== 'Escape') return;
   event.preventDefault();
   if (!event.repeat) stop();
-});
+}, { capture: true });
+addEventListener('language', showStop);
 (async () => {
   for (;;) {
     if (!document.hidden) await askStop();

@@ -1,0 +1,34 @@
+#include "components/synthetic_viewer/words.hpp"
+
+#include <fmt/args.h>
+#include <fmt/format.h>
+
+#include <map>
+#include <nlohmann/json.hpp>
+
+namespace phantom::synthetic_viewer {
+
+namespace web {
+extern const char* const kEnglishTexts;
+}  // namespace web
+
+std::string in_english(const Words& words) {
+  static const auto texts =
+      nlohmann::json::parse(web::kEnglishTexts).get<std::map<std::string, std::string>>();
+  if (words.empty()) return {};
+  const auto found = texts.find(words.key);
+  if (found == texts.end()) return words.key;
+  fmt::dynamic_format_arg_store<fmt::format_context> values;
+  for (const Words::Value& value : words.values) {
+    if (const auto* number = std::get_if<double>(&value.content)) {
+      values.push_back(fmt::arg(value.name.c_str(), *number));
+    } else if (const auto* text = std::get_if<std::string>(&value.content)) {
+      values.push_back(fmt::arg(value.name.c_str(), *text));
+    } else {
+      values.push_back(fmt::arg(value.name.c_str(), in_english(std::get<Words>(value.content))));
+    }
+  }
+  return fmt::vformat(found->second, values);
+}
+
+}  // namespace phantom::synthetic_viewer

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <string>
+#include <variant>
+#include <vector>
+
+namespace phantom::synthetic_viewer {
+
+/// A sentence for the operator: its key in web/texts.*.json, and what is filled in there. The page shows it
+/// in the language that its reader has chosen; pictures, window and log show in_english(). A plain value.
+struct Words {
+  struct Value;
+  std::string key;  ///< empty: nothing to say
+  std::vector<Value> values;
+
+  bool empty() const { return key.empty(); }
+  friend bool operator==(const Words& a, const Words& b);
+};
+
+/// What is filled into a sentence under `name`.
+struct Words::Value {
+  std::string name;
+  /// A number, rounded as the text asks for; a name or a message, as it is; another sentence.
+  std::variant<double, std::string, Words> content;
+
+  friend bool operator==(const Value&, const Value&) = default;
+};
+
+inline bool operator==(const Words& a, const Words& b) { return a.key == b.key && a.values == b.values; }
+
+/// Returns the sentence as web/texts.en.json has it; empty if there is nothing to say, the key where that
+/// file lacks it. Thread-safe; not real-time safe.
+std::string in_english(const Words& words);
+
+}  // namespace phantom::synthetic_viewer
