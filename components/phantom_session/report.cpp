@@ -220,7 +220,8 @@ void write_report(const ReportInputs& inputs) {
   write_reaches(inputs.folder, inputs.collector);
   const std::string text = summary_json(inputs);
   open_file(inputs.folder / "summary.json") << text;
-  open_file(inputs.folder / "index.html") << report_page(text);
+  for (const Language language : kLanguages)
+    open_file(inputs.folder / report_file(language)) << report_page(text, language);
 }
 
 namespace {

@@ -1,9 +1,22 @@
 #include "components/phantom_session/report_page.hpp"
 
+#include <array>
 #include <cstdio>
+#include <map>
 #include <nlohmann/json.hpp>
+#include <string_view>
+#include <utility>
+#include <vector>
 
 namespace phantom::phantom_session {
+
+namespace web {  // what CMakeLists.txt embeds
+extern const char* const kEnglishTexts;
+extern const char* const kGermanTexts;
+extern const char* const kTokensCss;
+extern const char* const kReportCss;
+}  // namespace web
+
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -21,17 +34,47 @@ std::string escaped(const std::string& text) {
   return out;
 }
 
-std::string cell(const Json& value) {
-  if (value.is_null()) return "–";
-  if (value.is_string()) return escaped(value.get<std::string>());
-  if (value.is_boolean()) return value.get<bool>() ? "yes" : "no";
-  if (value.is_number_float()) {
-    char text[32];
-    std::snprintf(text, sizeof text, "%.4g", value.get<double>());
+/// The words and figures of a language, ready for the page.
+class Speech {
+ public:
+  explicit Speech(Language language)
+      : german_(language == Language::kGerman),
+        texts_(Json::parse(german_ ? web::kGermanTexts : web::kEnglishTexts)
+                   .get<std::map<std::string, std::string>>()) {}
+
+  /// Returns the text of that key; {name} in it is replaced by the value of that name. Throws
+  /// std::out_of_range if there is none.
+  std::string operator()(const std::string& key,
+                         const std::vector<std::pair<std::string_view, std::string>>& values = {}) const {
+    std::string text = escaped(texts_.at(key));
+    for (const auto& [name, value] : values) {
+      const std::string place = std::string("{").append(name).append("}");
+      text.replace(text.find(place), place.size(), value);
+    }
     return text;
   }
-  return escaped(value.dump());
-}
+  /// Returns what a file has in English words, in this language where it is known.
+  std::string words(const std::string& group, const std::string& english) const {
+    const auto found = texts_.find(group + "." + english);
+    return escaped(found == texts_.end() ? english : found->second);
+  }
+  std::string cell(const Json& value) const {
+    if (value.is_null()) return "–";
+    if (value.is_string()) return escaped(value.get<std::string>());
+    if (value.is_boolean()) return (*this)(value.get<bool>() ? "value.yes" : "value.no");
+    if (!value.is_number_float()) return escaped(value.dump());
+    std::array<char, 32> text{};
+    std::snprintf(text.data(), text.size(), "%.4g", value.get<double>());
+    std::string figure(text.data());
+    if (const std::size_t point = figure.find('.'); german_ && point != std::string::npos)
+      figure[point] = ',';
+    return figure;
+  }
+
+ private:
+  bool german_;
+  std::map<std::string, std::string> texts_;
+};
 
 std::string row(const std::vector<std::string>& cells, const char* tag = "td") {
   std::string out = "<tr>";
@@ -39,159 +82,171 @@ std::string row(const std::vector<std::string>& cells, const char* tag = "td") {
   return out + "</tr>\n";
 }
 
-/// A member of summary.json and how the page shows it.
+/// A member of summary.json, and the factor from its unit to the one that its text names: the text's key is
+/// that of the table and of the member.
 struct Field {
-  const char *key, *words;
-  double scale = 1.0;  // from the member's unit to the one in `words`
+  const char* key;
+  double scale = 1.0;
 };
 using Fields = std::vector<Field>;
 
-std::string cell(const Json& object, const Field& field) {
+constexpr double kToMilli = 1e3, kMicroToMilli = 1e-3, kToMega = 1e-6;
+
+std::string cell(const Speech& speech, const Json& object, const std::string& table, const Field& field) {
   const Json value = object.value(field.key, Json());
-  return cell(field.scale != 1.0 && value.is_number() ? Json(field.scale * value.get<double>()) : value);
+  if (table == "hit" && field.key == std::string_view("rule") && value.is_string())
+    return speech.words("rule", value.get<std::string>());
+  if (table == "set" && field.key == std::string_view("set") && value.is_string()) {
+    const auto words = value.get<std::string>();  // "b1: SCTFB, balanced arm: drag and tone"
+    const std::size_t colon = words.rfind(": ");
+    if (colon != std::string::npos) {
+      std::string out = speech.words("row", words.substr(0, colon));
+      return out.append(": ").append(speech.words("chosen", words.substr(colon + 2)));
+    }
+  }
+  return speech.cell(field.scale != 1.0 && value.is_number() ? Json(field.scale * value.get<double>())
+                                                             : value);
+}
+
+std::string heading(const Speech& speech, const std::string& table) {
+  return "<h2>" + speech(table + ".title") + "</h2>\n";
 }
 
 // Returns a table of two columns: name and value.
-std::string pairs_table(const Json& object, const Fields& fields) {
-  std::string out = "<table>\n";
-  for (const Field& field : fields) out += row({field.words, cell(object, field)});
+std::string pairs_table(const Speech& speech, const Json& object, const std::string& table,
+                        const Fields& fields) {
+  std::string out = "<table class=\"pairs\">\n";
+  for (const Field& field : fields)
+    out += row({speech(table + "." + field.key), cell(speech, object, table, field)});
   return out + "</table>\n";
 }
 
-// Returns a table with one row per entry of an array or object. An object's keys fill the first column,
-// headed `names`.
-std::string grid_table(const Json& entries, const Fields& fields, const char* names = "") {
-  if (entries.empty()) return "<p>none</p>\n";
+// Returns a table with one row per entry of an array or object. An object's keys fill the first column.
+std::string grid_table(const Speech& speech, const Json& entries, const std::string& table,
+                       const Fields& fields) {
+  if (entries.empty()) return "<p>" + speech("value.none") + "</p>\n";
   std::vector<std::string> head;
-  if (entries.is_object()) head.emplace_back(names);
-  for (const Field& field : fields) head.emplace_back(field.words);
-  std::string out = "<table>\n" + row(head, "th");
+  if (entries.is_object()) head.push_back(speech(table + ".name"));
+  for (const Field& field : fields) head.push_back(speech(table + "." + field.key));
+  std::string out = "<div class=\"wide\"><table>\n" + row(head, "th");
   for (const auto& [name, entry] : entries.items()) {
     std::vector<std::string> cells;
     if (entries.is_object()) cells.push_back(escaped(name));
-    for (const Field& field : fields) cells.push_back(cell(entry, field));
+    for (const Field& field : fields) cells.push_back(cell(speech, entry, table, field));
     out += row(cells);
   }
-  return out + "</table>\n";
+  return out + "</table></div>\n";
 }
 
 // Returns a table with one row per topic.
-std::string counts_table(const Json& counts) {
-  std::string out = "<table>\n" + row({"Topic", "Deadlines missed"}, "th");
-  for (const auto& [topic, count] : counts.items()) out += row({escaped(topic), cell(count)});
+std::string counts_table(const Speech& speech, const Json& counts) {
+  std::string out = "<table>\n" + row({speech("deadline.topic"), speech("deadline.missed")}, "th");
+  for (const auto& [topic, count] : counts.items()) out += row({escaped(topic), speech.cell(count)});
   return out + "</table>\n";
 }
 
-const Fields kPercept{
-    {"onset_distance_m", "Clearance at which the drag was first felt (median of the reaches), mm", 1e3},
-    {"peak_torque_nm", "Greatest percept torque, N·m"},
-    {"contact_speed_with", "Speed at first contact with the percept (median), mm/s", 1e3},
-    {"contact_speed_without", "Speed at first contact without the percept (median), mm/s", 1e3}};
-const Fields kPerceptSets{{"t", "From, s"},
-                          {"set", "Row of Table 6.1, and the percepts chosen"},
-                          {"automatic", "Chosen by the law"}};
-const Fields kReaches{{"n", "Reach"},
-                      {"t", "Begins at, s"},
-                      {"percept", "Percept"},
-                      {"onset_distance_m", "Drag felt from, mm", 1e3},
-                      {"peak_torque_nm", "Greatest percept torque, N·m"},
-                      {"contact_t", "Contact at, s"},
-                      {"contact_speed_m_s", "Speed at contact, mm/s", 1e3},
-                      {"object", "Object"}};
-const Fields kHits{{"t", "Time, s"},
-                   {"alert", "Alert"},
-                   {"link", "Place on the arm"},
-                   {"object", "Object"},
-                   {"rule", "Why"}};
-const Fields kRoundTrip{{"p50_us", "Median, ms", 1e-3},
-                        {"p99_us", "99 % are below, ms", 1e-3},
-                        {"p999_us", "99.9 % are below, ms", 1e-3},
-                        {"max_us", "Longest, ms", 1e-3},
-                        {"n", "Measured round trips"}};
-const Fields kLoops{{"rate_hz", "Rate of the last second, Hz"},
-                    {"nominal_hz", "Nominal, Hz"},
-                    {"p50_us", "Late: median, µs"},
-                    {"p99_us", "99 % are below, µs"},
-                    {"max_us", "at most, µs"},
-                    {"work_p50_us", "Work of a period: median, µs"},
-                    {"ticks", "Periods"},
-                    {"slips", "Periods missed"}};
-const Fields kWorkspace{{"version", "Version"},
-                        {"bricks", "Bricks"},
-                        {"bytes", "Size, MB", 1e-6},
-                        {"build_seconds", "Time to build it, s"}};
-const Fields kForgotten{{"components", "Components"}, {"reaches", "Reaches"}, {"hits", "Hits"}};
-const Fields kProcesses{{"exit", "Exit code"}, {"restarts", "Restarts"}};
+const Fields kFelt{{"onset_distance_m", kToMilli},
+                   {"peak_torque_nm"},
+                   {"contact_speed_with", kToMilli},
+                   {"contact_speed_without", kToMilli}};
+const Fields kPerceptSets{{"t"}, {"set"}, {"automatic"}};
+const Fields kReaches{{"n"},
+                      {"t"},
+                      {"percept"},
+                      {"onset_distance_m", kToMilli},
+                      {"peak_torque_nm"},
+                      {"contact_t"},
+                      {"contact_speed_m_s", kToMilli},
+                      {"object"}};
+const Fields kHits{{"t"}, {"alert"}, {"link"}, {"object"}, {"rule"}};
+const Fields kRoundTrip{{"p50_us", kMicroToMilli},
+                        {"p99_us", kMicroToMilli},
+                        {"p999_us", kMicroToMilli},
+                        {"max_us", kMicroToMilli},
+                        {"n"}};
+const Fields kLoops{{"rate_hz"}, {"nominal_hz"},  {"p50_us"}, {"p99_us"},
+                    {"max_us"},  {"work_p50_us"}, {"ticks"},  {"slips"}};
+const Fields kWorkspace{{"version"}, {"bricks"}, {"bytes", kToMega}, {"build_seconds"}};
+const Fields kForgotten{{"components"}, {"reaches"}, {"hits"}};
+const Fields kProcesses{{"exit"}, {"restarts"}};
 
 /// Numbers the page's figures in their order.
 class Figures {
  public:
+  explicit Figures(const Speech& speech) : speech_(speech) {}
+  /// `caption`: HTML.
   std::string operator()(const std::string& file, const std::string& caption) {
-    const std::string text = "Figure " + std::to_string(++number_) + ". " + escaped(caption);
+    const std::string text =
+        speech_("page.figure", {{"number", std::to_string(++number_)}, {"caption", caption}});
     return "<figure><img src=\"" + escaped(file) + "\" alt=\"" + text + "\"><figcaption>" + text +
            "</figcaption></figure>\n";
   }
 
  private:
+  const Speech& speech_;
   int number_ = 0;
 };
 
-constexpr const char* kHead = R"(<!doctype html>
-<html lang="en"><head><meta charset="utf-8"><title>Phantom session report</title>
-<style>
-body{font:15px/1.5 system-ui,sans-serif;max-width:1100px;margin:2em auto;padding:0 1em;color:#222}
-table{border-collapse:collapse;margin:.5em 0 1.5em}td,th{border:1px solid #ccc;padding:.2em .7em;text-align:left}
-th{background:#f2f2f2}figure{margin:1em 0}img{max-width:100%;border:1px solid #ddd}figcaption{color:#555}
-@media print{figure{break-inside:avoid}}
-</style></head><body>
-<h1>Phantom session report</h1>
-)";
+// The English page hands a browser that prefers German over to the German one, unless it was asked for.
+std::string opening(const Speech& speech, Language language) {
+  const bool german = language == Language::kGerman;
+  const std::string title = speech("page.title");
+  std::string out = std::string("<!doctype html>\n<html lang=\"") + (german ? "de" : "en") +
+                    "\"><head><meta charset=\"utf-8\">"
+                    "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"><title>" +
+                    title + "</title>\n<style>\n" + web::kTokensCss + "\n" + web::kReportCss + "\n</style>\n";
+  if (!german)
+    out += "<script>if (/^de/.test(navigator.language) && !location.hash) location.replace('" +
+           std::string(report_file(Language::kGerman)) + "');</script>\n";
+  return out + "</head><body>\n<header><h1>" + title + "</h1><a href=\"" +
+         report_file(german ? Language::kEnglish : Language::kGerman) + "#chosen\" lang=\"" +
+         (german ? "en" : "de") + "\">" + speech("page.other_language") + "</a></header>\n<main>\n";
+}
+
+std::string views(const Speech& speech, const Json& list, Figures& figure) {
+  std::string out;
+  for (const auto& view : list) {
+    if (!view.contains("png")) continue;
+    const auto of = [&](const char* key) { return speech.cell(view.value(key, Json())); };
+    out += figure(view["png"].get<std::string>(),
+                  speech("view.caption", {{"alert", of("alert")}, {"t", of("t")}, {"node", of("node")}}));
+  }
+  return out;
+}
 
 }  // namespace
 
-std::string report_page(const std::string& summary_json) {
+const char* report_file(Language language) noexcept {
+  return language == Language::kGerman ? "index.de.html" : "index.html";
+}
+
+std::string report_page(const std::string& summary_json, Language language) {
   const Json summary = Json::parse(summary_json);
-  Figures figure;
-  std::string out = kHead;
-  out += "<p>" + cell(summary["seconds"]) + " s with all components running.</p>\n";
-  out += "<h2>What the operator felt</h2>\n" + pairs_table(summary["percept"], kPercept);
-  out += figure("torque_over_distance.png",
-                "Percept torque over the distance to the nearest object, on the way in, "
-                "in the reaches with the percept; the greatest over the joints (of a sliding joint, "
-                "the force in N).");
-  out += figure("contact_speed.png", "Speed of the tool at the first contact of each reach.");
-  out += figure("joint.png",
-                "The joint that felt most: positions of master and slave, torque of the hand, "
-                "and the torques that percept and slave feedback exert on it.");
-  out += figure(
-      "session.png",
-      "The session over time: clearance to the nearest object, torques on the hand (of a sliding joint, "
-      "forces in N), speed of the tool, contact force.");
-  out += "<h2>Law, counterbalancing and percepts</h2>\n" + grid_table(summary["percept_sets"], kPerceptSets);
-  out += "<h2>Reaches</h2>\n" + grid_table(summary["reaches"], kReaches);
-  out += "<h2>Hits that threatened</h2>\n" + grid_table(summary["hits"], kHits);
-  out += "<h2>Views</h2>\n";
-  for (const auto& view : summary["views"]) {
-    if (!view.contains("png")) continue;
-    std::string caption = "The zone of alert " + cell(view.value("alert", Json()));
-    caption +=
-        " at " + cell(view.value("t", Json())) + " s, seen from node " + cell(view.value("node", Json()));
-    out += figure(view["png"].get<std::string>(), caption + ".");
-  }
-  out += "<h2>Sound</h2>\n";
-  out += summary["audio"].is_string()
-             ? "<audio controls src=\"" + escaped(summary["audio"].get<std::string>()) + "\"></audio>\n"
-             : "<p>none</p>\n";
-  out += "<h2>Round trip from master over slave and phantom back to the master</h2>\n";
-  out += summary["round_trip"].is_object() ? pairs_table(summary["round_trip"], kRoundTrip)
-                                           : "<p>not measured</p>\n";
-  out += "<h2>Loops</h2>\n" + grid_table(summary["loops"], kLoops, "Process and loop");
-  out += "<h2>Deadlines missed</h2>\n" + counts_table(summary["deadline_missed"]);
-  out +=
-      "<h2>In none of these figures, as too many came</h2>\n" + pairs_table(summary["forgotten"], kForgotten);
-  out += "<h2>Workspace</h2>\n" + pairs_table(summary["workspace"], kWorkspace);
-  out += "<h2>Processes</h2>\n" + grid_table(summary["components"], kProcesses, "Process");
-  return out + "</body></html>\n";
+  const Speech speech(language);
+  Figures figure(speech);
+  std::string out = opening(speech, language);
+  out += "<p>" + speech("page.seconds", {{"seconds", speech.cell(summary["seconds"])}}) + "</p>\n";
+  out += heading(speech, "felt") + pairs_table(speech, summary["percept"], "felt", kFelt);
+  for (const char* plot : {"torque_over_distance", "contact_speed", "joint", "session"})
+    out += figure(std::string(plot) + ".png", speech(std::string("plot.") + plot));
+  out += heading(speech, "set") + grid_table(speech, summary["percept_sets"], "set", kPerceptSets);
+  out += heading(speech, "reach") + grid_table(speech, summary["reaches"], "reach", kReaches);
+  out += heading(speech, "hit") + grid_table(speech, summary["hits"], "hit", kHits);
+  out += heading(speech, "view") + views(speech, summary["views"], figure);
+  const Json& audio = summary["audio"];
+  out += heading(speech, "sound");
+  out += audio.is_string() ? "<audio controls src=\"" + escaped(audio.get<std::string>()) + "\"></audio>\n"
+                           : "<p>" + speech("value.none") + "</p>\n";
+  out += heading(speech, "round_trip");
+  out += summary["round_trip"].is_object()
+             ? pairs_table(speech, summary["round_trip"], "round_trip", kRoundTrip)
+             : "<p>" + speech("value.not_measured") + "</p>\n";
+  out += heading(speech, "loop") + grid_table(speech, summary["loops"], "loop", kLoops);
+  out += heading(speech, "deadline") + counts_table(speech, summary["deadline_missed"]);
+  out += heading(speech, "forgotten") + pairs_table(speech, summary["forgotten"], "forgotten", kForgotten);
+  out += heading(speech, "workspace") + pairs_table(speech, summary["workspace"], "workspace", kWorkspace);
+  out += heading(speech, "process") + grid_table(speech, summary["components"], "process", kProcesses);
+  return out + "</main></body></html>\n";
 }
 
 }  // namespace phantom::phantom_session

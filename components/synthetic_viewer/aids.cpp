@@ -38,8 +38,9 @@ Colour closeness_colour(double closeness) {
 }
 
 Colour motion_colour(MotionClass motion) {
+  // Chosen so that they, and the PGV's blue beside them, differ without red, green or blue cones, too.
   constexpr std::array<Colour, 4> kColours{
-      {{0.45F, 0.47F, 0.50F}, {0.06F, 0.55F, 0.16F}, {0.90F, 0.52F, 0.03F}, {0.90F, 0.06F, 0.05F}}};
+      {{0.13F, 0.13F, 0.14F}, {0.28F, 0.47F, 0.21F}, {0.87F, 0.47F, 0.05F}, {0.65F, 0.02F, 0.01F}}};
   return kColours.at(static_cast<std::size_t>(motion));
 }
 

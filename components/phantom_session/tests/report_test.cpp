@@ -4,9 +4,13 @@
 #include <unistd.h>
 
 #include <fstream>
+#include <iterator>
+#include <map>
 #include <nlohmann/json.hpp>
+#include <regex>
 #include <sstream>
 
+#include "common/teleop/percept_set.hpp"
 #include "components/phantom_session/report_page.hpp"
 #include "tests/support/files.hpp"
 
@@ -87,7 +91,7 @@ TEST_F(Report, WhatNobodyMeasuredIsNullNotZero) {
   EXPECT_TRUE(s["audio"].is_null());
   EXPECT_TRUE(s["workspace"]["version"].is_null());
   EXPECT_TRUE(s["percept"]["contact_speed_with"].is_null());
-  EXPECT_NO_THROW(report_page(s.dump()));
+  for (const Language language : kLanguages) EXPECT_NO_THROW(report_page(s.dump(), language));
 }
 
 TEST_F(Report, FilesAreWrittenAndThePageEscapesNames) {
@@ -117,7 +121,7 @@ TEST_F(Report, ThePageTellsInWordsAndUnitsWhatTheSummaryHasByKeys) {
   collector_.on_status({.component = "slave_io",
                         .loops = {{.name = "servo", .period_s = 0.001, .rate_hz = 999.0, .ticks = 5}},
                         .deadline_missed = {{"master_state", 2}}});
-  const std::string page = report_page(summary().dump());
+  const std::string page = report_page(summary().dump(), Language::kEnglish);
   for (const char* words :
        {"<td>Speed at first contact with the percept (median), mm/s</td><td>40</td>",
         "<td>Median, ms</td><td>0.9</td>", "<td>99 % are below, ms</td><td>2.5</td>",
@@ -129,6 +133,53 @@ TEST_F(Report, ThePageTellsInWordsAndUnitsWhatTheSummaryHasByKeys) {
   for (const std::string key :
        {"onset_distance", "contact_t", "_us", "_hz", "_seconds", "torque_nm", "utc_ns"})
     EXPECT_EQ(page.find(key), std::string::npos) << key;
+}
+
+TEST_F(Report, TheGermanPageSaysItInGerman) {
+  collector_.on_object_name(1, "drum");
+  reach(0, true, 0.0415);
+  reach(1, false, 0.10);
+  collector_.on_percepts(1.0, {teleop::BilateralLaw::kSctfb, teleop::Counterbalance::kMechanical, {}});
+  collector_.on_hit({3.0, 7, "nearing fast", "gripper", {}, 1, false});
+  const std::string page = report_page(summary().dump(), Language::kGerman);
+  for (const char* words :
+       {"<html lang=\"de\">",
+        "<td>Tempo beim ersten Kontakt mit Annäherungshilfe (Median), mm/s</td><td>41,5</td>",
+        "<figcaption>Bild 1. Moment der",
+        "<td>b1: Momentenrückführung, Arm im Gleichgewicht: Kraft, Ton und Bild</td>",
+        "<td>nähert sich schnell</td>", "<p>nicht gemessen</p>", "<a href=\"index.html#chosen\""})
+    EXPECT_NE(page.find(words), std::string::npos) << words;
+  const std::regex key(">[^<]*(_[a-z]+_|_us|_hz|_ms|torque_nm)[^<]*<");
+  EXPECT_FALSE(std::regex_search(page, key));
+}
+
+TEST_F(Report, BothLanguagesHaveEveryTextAndEveryTextIsUsed) {
+  const auto texts = [](const std::string& language) {
+    std::ifstream file(PHANTOM_SOURCE_DIR "/components/phantom_session/texts." + language + ".json");
+    return nlohmann::json::parse(file).get<std::map<std::string, std::string>>();
+  };
+  const auto english = texts("en"), german = texts("de");
+  EXPECT_EQ(english.size(), german.size());
+  std::ifstream source(PHANTOM_SOURCE_DIR "/components/phantom_session/report_page.cpp");
+  const std::string code{std::istreambuf_iterator<char>(source), std::istreambuf_iterator<char>()};
+  for (const auto& [key, text] : english) {
+    EXPECT_TRUE(german.contains(key)) << key;
+    const std::string group = key.substr(0, key.find('.')), name = key.substr(key.find('.') + 1);
+    const bool translated = group == "row" || group == "chosen" || group == "rule";
+    EXPECT_TRUE(
+        translated || code.find('"' + key + '"') != std::string::npos ||
+        (code.find('"' + group) != std::string::npos && code.find('"' + name + '"') != std::string::npos) ||
+        name == "title" || name == "name")
+        << key;
+  }
+  using enum teleop::BilateralLaw;
+  for (const auto law : {kPf, kSctfb, kPfff, kPe, kPeff}) {
+    for (const auto balance : {teleop::Counterbalance::kNone, teleop::Counterbalance::kMechanical,
+                               teleop::Counterbalance::kAutomatic})
+      EXPECT_TRUE(german.contains(std::string("row.") + teleop::percept_set(law, balance).row));
+    for (int chosen = 0; chosen < 8; ++chosen)
+      EXPECT_TRUE(german.contains("chosen." + teleop::words_of(teleop::percepts_of(chosen, law))));
+  }
 }
 
 TEST_F(Report, AnUnwritableFolderIsSaid) {

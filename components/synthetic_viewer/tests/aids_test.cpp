@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "components/synthetic_viewer/tests/colour_vision.hpp"
+
 namespace phantom::synthetic_viewer {
 namespace {
 
@@ -58,6 +60,22 @@ TEST(Arrows, ThatOfTheMotionIsAsLongAsTheWayOfTheNextHalfSecond) {
   Frame still;
   add_arrows(still, {}, {});
   EXPECT_TRUE(still.items.empty());
+}
+
+test::LinearColour colour_of(const Colour& colour) { return {colour[0], colour[1], colour[2]}; }
+
+TEST(Aids, ColoursOfMotionAndClosenessDifferForEveryColourVision) {
+  std::vector<test::LinearColour> motions{{0.10, 0.45, 0.85}};  // the PGV's arrow stands beside them
+  for (const MotionClass motion :
+       {MotionClass::kNone, MotionClass::kSafe, MotionClass::kNeutral, MotionClass::kDangerous})
+    motions.push_back(colour_of(motion_colour(motion)));
+  for (std::size_t a = 0; a < motions.size(); ++a) {
+    for (std::size_t b = a + 1; b < motions.size(); ++b)
+      EXPECT_GE(test::least_difference(motions[a], motions[b]), 25) << a << " and " << b;
+  }
+  for (const auto& [a, b] : {std::pair{0.0, 0.5}, std::pair{0.5, 1.0}, std::pair{0.0, 1.0}})
+    EXPECT_GE(test::least_difference(colour_of(closeness_colour(a)), colour_of(closeness_colour(b))), 35)
+        << a << " and " << b;
 }
 
 }  // namespace

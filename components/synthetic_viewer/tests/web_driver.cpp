@@ -149,6 +149,24 @@ void Browser::wheel(const std::string& selector, int delta_y) {
   act({{"type", "wheel"}, {"id", "wheel"}, {"actions", json::array({scroll})}});
 }
 
+// Commands of Chromium's own protocol.
+void Browser::send_command(const std::string& command, const json& parameters) {
+  post(session_ + "/goog/cdp/execute", {{"cmd", command}, {"params", parameters}});
+}
+
+void Browser::show_on(int width_px, int height_px, bool touch) {
+  send_command("Emulation.setDeviceMetricsOverride",
+               {{"width", width_px}, {"height", height_px}, {"deviceScaleFactor", 1}, {"mobile", touch}});
+  send_command("Emulation.setTouchEmulationEnabled", {{"enabled", touch}, {"maxTouchPoints", 2}});
+}
+
+void Browser::touch(const char* kind, const std::vector<std::array<double, 2>>& points) {
+  json at = json::array();
+  for (std::size_t i = 0; i < points.size(); ++i)
+    at.push_back({{"x", points[i][0]}, {"y", points[i][1]}, {"id", i}});
+  send_command("Input.dispatchTouchEvent", {{"type", kind}, {"touchPoints", at}});
+}
+
 std::string Browser::screenshot() {
   const auto result = client_->Get(session_ + "/screenshot");
   return result ? from_base64(json::parse(result->body).at("value").get<std::string>()) : std::string();

@@ -3,6 +3,7 @@
 
 #include <httplib.h>
 
+#include <array>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -41,14 +42,22 @@ class Browser {
   /// PNG of the page as it stands in its window.
   std::string screenshot();
 
+  /// Makes the window a screen of that size, CSS pixels; `touch`: one that is touched, without a mouse.
+  void show_on(int width_px, int height_px, bool touch);
+  /// Touches the page with fingers at these points (x, y), and moves them; none: they leave.
+  void touch(const char* kind, const std::vector<std::array<double, 2>>& points);
+
   static constexpr const char* kEscape = "\uE00C";
   static constexpr const char* kTab = "\uE004";
   static constexpr const char* kLeft = "\uE012";
+  static constexpr const char* kDown = "\uE015";
+  static constexpr const char* kEnter = "\uE007";
   static constexpr const char* kHome = "\uE011";
 
  private:
   nlohmann::json post(const std::string& path, const nlohmann::json& body);
   nlohmann::json element(const std::string& selector);
+  void send_command(const std::string& command, const nlohmann::json& parameters);
   void act(const nlohmann::json& actions);
 
   pid_t driver_ = -1;

@@ -1,0 +1,192 @@
+// The operator's page for whoever uses it: in two languages, by keyboard alone, by fingers, with any colour
+// vision.
+#include <gmock/gmock.h>
+
+#include <cstdlib>
+#include <fstream>
+#include <iterator>
+#include <set>
+
+#include "components/synthetic_viewer/tests/colour_vision.hpp"
+#include "components/synthetic_viewer/tests/page_in_chromium.hpp"
+
+namespace phantom::synthetic_viewer {
+namespace {
+
+using test::Browser;
+using test::eventually;
+using ::testing::HasSubstr;
+
+class PageForEveryone : public test::PageInChromium {
+ protected:
+  void serve_in(const std::string& language) {
+    browser_arguments_ = {"--accept-lang=" + language};
+    gripper_ = true;
+    serve(true);
+    ASSERT_TRUE(
+        eventually([&] { return truth("state && state.link.slave === 'COUPLED' && state.gripper"); }));
+    ASSERT_TRUE(
+        eventually([&] { return truth("document.querySelectorAll('#joints .joint').length === 6"); }));
+  }
+  void keep(const std::string& name) {
+    if (const char* folder = std::getenv("PHANTOM_SCREENSHOTS"))
+      std::ofstream(std::string(folder) + "/" + name + ".png", std::ios::binary) << browser_->screenshot();
+  }
+  /// What a file of tests/page_checks.js finds; each an entry of a list of problems.
+  nlohmann::json problems(const std::string& check) {
+    std::ifstream file(PHANTOM_SOURCE_DIR "/components/synthetic_viewer/tests/page_checks.js");
+    const std::string script{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+    return browser_->run(script + "\nreturn " + check + ";");
+  }
+  void stop_without_answer() {
+    inbox_.stops.take_request(core::CommandAnswers(true, true, core::monotonic_ns()));
+    ASSERT_TRUE(eventually(
+        [&] { return truth("document.getElementById('stop-board').classList.contains('alarm')"); }));
+  }
+  std::size_t stops_heard() {
+    const std::lock_guard lock(mutex_);
+    return static_cast<std::size_t>(
+        std::count_if(commands_.begin(), commands_.end(),
+                      [](const Command& command) { return command.kind == CommandKind::kEmergencyStop; }));
+  }
+};
+
+TEST_F(PageForEveryone, SpeaksTheBrowsersLanguageAndTheOneChosenOnThePage) {
+  serve_in("de-DE,de");
+  EXPECT_EQ(browser_->run("return document.documentElement.lang"), "de");
+  EXPECT_TRUE(eventually([&] { return text("slave-state") == "GEKOPPELT"; }));
+  EXPECT_EQ(text("closeness"), "0,47");
+  EXPECT_EQ(text("motion"), "gefährlich");
+  EXPECT_THAT(text("stop"), HasSubstr("Not-Halt"));
+  EXPECT_TRUE(eventually([&] {
+    return text("percepts") == "b1: Momentenrückführung, Arm im Gleichgewicht: Kraft, Ton und Bild";
+  }));
+  EXPECT_EQ(text("gripper-words"), "hält etwas von 42 mm mit 30 N");
+  stop_without_answer();
+  EXPECT_EQ(text("stop-headline"), "HALT NICHT BESTÄTIGT");
+  EXPECT_EQ(text("stop-slave-text"), "HAT DEN HALT NICHT BESTÄTIGT (hat sich nie gemeldet)");
+  browser_->click("#languages button[lang=en]");
+  EXPECT_EQ(text("stop-slave-text"), "HAS NOT CONFIRMED THE STOP (never heard)");
+  EXPECT_EQ(text("slave-state"), "COUPLED");
+  EXPECT_EQ(text("closeness"), "0.47");
+  EXPECT_EQ(text("gripper-words"), "holds something 42 mm wide with 30 N");
+  browser_->open(server_->url());
+  EXPECT_EQ(browser_->run("return document.documentElement.lang"), "en") << "the choice is remembered";
+}
+
+TEST_F(PageForEveryone, EveryWordOnThePageIsFromTheTextsOrTheSystem) {
+  serve_in("en");
+  stop_without_answer();
+  EXPECT_EQ(problems("foreignWords()"), nlohmann::json::array());
+}
+
+TEST_F(PageForEveryone, TheKeyboardComesEverywhereInOrderAndIsSeen) {
+  serve_in("en");
+  EXPECT_EQ(problems("watchFocus()"), nlohmann::json::array());
+  const int controls = browser_->run("return focusOrder().length").get<int>();
+  EXPECT_GT(controls, 25);
+  browser_->type(std::vector<std::string>(static_cast<std::size_t>(controls), Browser::kTab));
+  EXPECT_EQ(browser_->run("return focusProblems()"), nlohmann::json::array());
+  browser_->run("document.getElementById('node').focus()");
+  browser_->type({Browser::kDown, Browser::kDown, Browser::kEnter});
+  EXPECT_TRUE(eventually([&] { return commanded(CommandKind::kViewNode, 9); })) << "a choice by keys";
+}
+
+TEST_F(PageForEveryone, EscStopsFromEverywhere) {
+  serve_in("en");
+  std::size_t heard = 0;
+  const auto stops = [&](const std::string& where) {
+    browser_->type({Browser::kEscape});
+    ++heard;
+    EXPECT_TRUE(eventually([&] { return stops_heard() >= heard; })) << where;
+    heard = stops_heard();
+    ASSERT_TRUE(eventually([&] { return truth("stopAsked === 0"); }));
+  };
+  for (const char* id : {"gain", "gripper-width", "main-view", "languages", "carry-object"}) {
+    browser_->run("document.getElementById('" + std::string(id) + "').focus()");
+    stops(id);
+  }
+  browser_->click("#law");
+  ASSERT_TRUE(truth("!document.getElementById('law-list').hidden"));
+  stops("an open choice");
+  browser_->click("#reset");
+  ASSERT_TRUE(truth("document.activeElement.id === 'reset-no'"));
+  stops("the question before a reset");
+  EXPECT_TRUE(truth("document.getElementById('reset-question').hidden"));
+  EXPECT_FALSE(commanded(CommandKind::kReset, 0));
+}
+
+TEST_F(PageForEveryone, WhatMattersFitsASmallDeskWithoutScrolling) {
+  serve_in("de");
+  browser_->show_on(1280, 720, false);
+  for (const std::string language : {"de", "en"}) {
+    browser_->run("speak('" + language + "')");
+    EXPECT_EQ(problems("outOfSight()"), nlohmann::json::array()) << language;
+    keep("desk_" + language);
+  }
+  stop_without_answer();
+  for (const std::string language : {"de", "en"}) {
+    browser_->run("speak('" + language + "')");
+    EXPECT_EQ(problems("outOfSight(['stop-headline', 'stop-master', 'stop-slave'])"), nlohmann::json::array())
+        << language << ", while a stop is not confirmed";
+    keep("desk_stop_" + language);
+  }
+}
+
+TEST_F(PageForEveryone, TabletsAndPhonesHaveRoomForFingersAndScrollOneWayOnly) {
+  serve_in("de");
+  for (const auto& [width, height] :
+       std::vector<std::pair<int, int>>{{768, 1024}, {1024, 768}, {390, 844}, {1280, 800}}) {
+    browser_->show_on(width, height, true);
+    for (const std::string language : {"en", "de"}) {
+      browser_->run("speak('" + language + "')");
+      const std::string which = std::to_string(width) + "x" + std::to_string(height) + "_" + language;
+      EXPECT_EQ(problems("tooSmallOrTooWide()"), nlohmann::json::array()) << which;
+      keep("touch_" + which);
+    }
+  }
+}
+
+TEST_F(PageForEveryone, TwoFingersZoomAndTurnAView) {
+  serve_in("en");
+  browser_->show_on(768, 1024, true);
+  const auto box = browser_->run(
+      "const b = document.getElementById('main-view').getBoundingClientRect();"
+      "return [b.left + b.width / 2, b.top + b.height / 2]");
+  const double x = box[0], y = box[1];
+  browser_->touch("touchStart", {{x - 60, y}, {x + 60, y}});
+  browser_->touch("touchMove", {{x - 90, y}, {x + 90, y}});
+  browser_->touch("touchMove", {{x - 90, y + 40}, {x + 90, y + 40}});
+  browser_->touch("touchEnd", {});
+  EXPECT_TRUE(eventually([&] {
+    return requested([](const ViewRequest& r) { return r.view == View::kMain && r.zoom < 0.9; }) &&
+           requested([](const ViewRequest& r) { return r.view == View::kMain && r.elevation_rad > 0.05; });
+  }));
+}
+
+TEST_F(PageForEveryone, EveryTextHasTheContrastOfWcagAA) {
+  serve_in("en");
+  EXPECT_EQ(problems("weakContrasts()"), nlohmann::json::array());
+  browser_->run("document.getElementById('reset').click(); document.getElementById('law').focus()");
+  browser_->type({Browser::kDown});
+  stop_without_answer();
+  EXPECT_EQ(problems("weakContrasts()"), nlohmann::json::array())
+      << "with a stop, a question and an open choice";
+}
+
+TEST_F(PageForEveryone, ColoursThatMeanSomethingDifferForEveryColourVision) {
+  serve_in("en");
+  for (const auto& group : {std::vector{"good", "ready", "warn", "bad"}, std::vector{"near", "warn", "bad"},
+                            std::vector{"percept", "feedback"}}) {
+    std::vector<test::LinearColour> colours;
+    for (const char* name : group)
+      colours.push_back(problems("linearColour('--" + std::string(name) + "')").get<test::LinearColour>());
+    for (std::size_t a = 0; a < group.size(); ++a) {
+      for (std::size_t b = a + 1; b < group.size(); ++b)
+        EXPECT_GE(test::least_difference(colours[a], colours[b]), 25) << group[a] << " and " << group[b];
+    }
+  }
+}
+
+}  // namespace
+}  // namespace phantom::synthetic_viewer
