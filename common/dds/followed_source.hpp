@@ -15,6 +15,16 @@ class FollowedSource {
   /// The followed process counts as present for this long after its last periodic sample.
   static constexpr core::Nanoseconds kThere_ns = core::kNsPerSecond / 2;
 
+  FollowedSource() = default;
+  /// A copy goes on by itself. The one that is copied must not be in use meanwhile.
+  FollowedSource(const FollowedSource& other) noexcept { *this = other; }
+  FollowedSource& operator=(const FollowedSource& other) noexcept {
+    session_ = other.session_.load();
+    heard_ns_ = other.heard_ns_.load();
+    return *this;
+  }
+  ~FollowedSource() = default;
+
   /// Records a sample of the process that the periodic topic's reader follows.
   void heard(const msg::Stamp& stamp, core::Nanoseconds received_ns) noexcept {
     session_.store(stamp.session(), std::memory_order_relaxed);

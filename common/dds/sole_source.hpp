@@ -15,6 +15,16 @@ class SoleSource {
   static constexpr core::Nanoseconds kSecond_ns = 2 * core::kNsPerSecond;
 
   explicit SoleSource(core::Nanoseconds hold_ns = SourceGuard::kHold_ns) : guard_(hold_ns) {}
+  /// A copy goes on by itself. The one that is copied must not be in use meanwhile.
+  SoleSource(const SoleSource& other) noexcept { *this = other; }
+  SoleSource& operator=(const SoleSource& other) noexcept {
+    guard_ = other.guard_;
+    session_ = other.session_;
+    other_heard_ = other.other_heard_;
+    second_ns_ = other.second_ns_.load();
+    return *this;
+  }
+  ~SoleSource() = default;
 
   /// Returns whether a sample that is otherwise valid is newer than the last one and comes from the followed
   /// process. Real-time safe: yes.

@@ -4,6 +4,18 @@
 
 namespace phantom::dds {
 
+SourceGuard& SourceGuard::operator=(const SourceGuard& other) noexcept {
+  hold_ns_ = other.hold_ns_;
+  accepted_ns_ = other.accepted_ns_;
+  order_ = other.order_;
+  session_ = other.session_.load();
+  rival_session_ = other.rival_session_.load();
+  rival_samples_ = other.rival_samples_.load();
+  heard_ns_ = other.heard_ns_.load();
+  rival_ns_ = other.rival_ns_.load();
+  return *this;
+}
+
 SourceGuard::Verdict SourceGuard::assess(const msg::Stamp& stamp, core::Nanoseconds received_ns) noexcept {
   const core::Nanoseconds heard_ns = heard_ns_.load(std::memory_order_relaxed);
   const bool bound = heard_ns != 0 && received_ns - heard_ns < hold_ns_;

@@ -30,6 +30,10 @@ class SourceGuard {
 
   SourceGuard() = default;
   explicit SourceGuard(core::Nanoseconds hold_ns) : hold_ns_(hold_ns) {}
+  /// A copy goes on by itself. The one that is copied must not be in use meanwhile.
+  SourceGuard(const SourceGuard& other) noexcept { *this = other; }
+  SourceGuard& operator=(const SourceGuard& other) noexcept;
+  ~SourceGuard() = default;
 
   /// Assesses a sample that is otherwise valid. Real-time safe: yes.
   Verdict assess(const msg::Stamp& stamp, core::Nanoseconds received_ns) noexcept;

@@ -16,6 +16,8 @@ namespace phantom::recording {
 struct ReaderLimits {
   std::uint64_t record_bytes = 1ULL << 30;  ///< a longer record is damage
   std::uint64_t chunk_bytes = 1ULL << 30;   ///< a chunk that decompresses to more is damage
+  /// A cursor holds so much of the chunks that overlap in time; further ones are left out.
+  std::uint64_t overlap_bytes = std::numeric_limits<std::uint64_t>::max();
 };
 
 /// The location of messages in the file: a chunk, or a run of messages outside of chunks.
@@ -97,8 +99,8 @@ struct MessageFilter {
 
 /// Iterates over the messages in the order of their log times; messages of equal times come in the order of
 /// the file. Relies on the time ranges that the chunks state (check() finds chunks that state wrong ones).
-/// Holds only the chunks that overlap in time. A chunk that cannot be read is left out and reported by
-/// problems().
+/// Holds only the chunks that overlap in time. A chunk that cannot be read, or for which the limits leave no
+/// room beside those that it overlaps, is left out and reported by problems().
 class MessageCursor {
  public:
   /// The reader must outlive this object.

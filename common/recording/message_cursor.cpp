@@ -36,6 +36,13 @@ void MessageCursor::load(std::size_t number) {
     problems_.push_back(records.status().message());
     return;
   }
+  std::uint64_t held_bytes = loaded->raw.size() + loaded->decompressed.size();
+  for (const auto& other : loaded_) held_bytes += other->raw.size() + other->decompressed.size();
+  if (held_bytes > reader_.limits().overlap_bytes) {
+    problems_.push_back("byte " + std::to_string(block.offset) +
+                        ": too many chunks overlap in time; its messages are left out");
+    return;
+  }
   loaded->block = number;
   loaded->records = *records;
   RecordView view;

@@ -7,22 +7,17 @@
 #include <vector>
 
 #include "common/diagnostics/name_filter.hpp"
-#include "common/recording/mcap_reader.hpp"
+#include "common/recording/recordings.hpp"
 
 namespace phantom::dds_recorder {
 
-/// Returns the files that the arguments name: a file as given, of a folder all .mcap files by name. Throws
-/// MissingError if one does not exist or a folder has none.
-std::vector<std::filesystem::path> recordings_in(const std::vector<std::filesystem::path>& given);
-
-/// An open recording.
-struct OpenedRecording {
-  std::filesystem::path path;
-  recording::McapReader reader;
-};
-/// Opens all files and returns them in the order of their first message. Throws MissingError (does not exist)
-/// or ConfigError (not an MCAP file).
-std::vector<OpenedRecording> open_recordings(const std::vector<std::filesystem::path>& files);
+using recording::is_carried_over;
+using recording::is_durable;
+using recording::metadata_of;
+using recording::open_recordings;
+using recording::OpenedRecording;
+using recording::recordings_in;
+using recording::times_of;
 
 /// A part of a recording, in seconds from its first message.
 struct TimeRange {
@@ -38,8 +33,6 @@ struct RangePart {
   bool durable_only = false;
 };
 std::vector<RangePart> parts_of(const recording::MessageFilter& range);
-/// Returns the log times of the first and the last message of all files.
-std::pair<std::uint64_t, std::uint64_t> times_of(const std::vector<OpenedRecording>& recordings);
 
 /// Receives what is in recordings, one file after the other.
 struct RecordingListener {
@@ -58,12 +51,5 @@ std::uint64_t read_all(const std::vector<OpenedRecording>& recordings, const rec
 /// itself. Throws ConfigError if it is there already, and what `write` throws; no file is left then.
 void write_whole(const std::filesystem::path& out,
                  const std::function<void(const std::filesystem::path&)>& write);
-
-/// Returns whether the channel's samples were there before its file began.
-bool is_carried_over(const recording::Channel& channel);
-/// Returns whether late joiners get the newest sample of each instance.
-bool is_durable(const recording::Channel& channel);
-/// Returns a value of the channel's metadata; empty if the key does not exist.
-std::string metadata_of(const recording::Channel& channel, const std::string& key);
 
 }  // namespace phantom::dds_recorder

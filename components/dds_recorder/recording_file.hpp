@@ -7,6 +7,7 @@
 #include <tuple>
 
 #include "common/recording/mcap_writer.hpp"
+#include "common/recording/recordings.hpp"
 #include "components/dds_recorder/losses.hpp"
 #include "components/dds_recorder/sample.hpp"
 
@@ -18,8 +19,7 @@ inline constexpr const char* kLossesRecord = "phantom.losses";
 inline constexpr const char* kTriggerRecord = "phantom.trigger";
 inline constexpr const char* kEndRecord = "phantom.end";
 inline constexpr const char* kLeftOutRecord = "phantom.left_out";
-/// Key in a channel's metadata; "yes": its samples were there before the file began.
-inline constexpr const char* kCarriedOver = "carried_over";
+using recording::kCarriedOver;
 
 /// The writer of a topic, as far as discovery has reported it.
 struct WriterInfo {

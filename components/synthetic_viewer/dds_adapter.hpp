@@ -12,9 +12,6 @@
 
 namespace phantom::synthetic_viewer {
 
-/// Returns the skin's percept in the form used for painting.
-SkinSample skin_of(const messages::SkinPercept& percept, core::Nanoseconds received_ns);
-
 /// The viewer's DDS readers and writers. It fills the inbox from the topics (checked, in order), sends the
 /// page's commands, and publishes the viewer's status and view pose. Of each topic that only one process may
 /// send, it follows the first sender for as long as that one is heard, and reports a second. Its callbacks

@@ -55,6 +55,37 @@ void Drawing::take(const HitSample& hit) {
   viewer_.take({hit.alert, hit.cleared, eigen(hit.look_at_m), eigen(hit.pgv)});
 }
 
+void Drawing::resume(core::Nanoseconds now_ns) {
+  constexpr core::Nanoseconds kStep_ns = core::kNsPerSecond / 10, kLongest_ns = 120 * core::kNsPerSecond;
+  struct Change {
+    core::Nanoseconds at_ns;
+    AlertUpdate update;
+  };
+  std::vector<Change> changes;
+  for (const HitRecord& record : state_.hits) {
+    const HitSample& hit = record.raised;
+    const AlertUpdate raised{hit.alert, false, eigen(hit.look_at_m), eigen(hit.pgv)};
+    changes.push_back({hit.received_ns, raised});
+    if (record.cleared_after_s < 0) continue;
+    changes.push_back({hit.received_ns + core::from_seconds(record.cleared_after_s),
+                       {.alert = hit.alert, .cleared = true}});
+  }
+  std::ranges::stable_sort(changes, {}, &Change::at_ns);
+  viewer_ = SyntheticViewer(config_.hit_view.rule);
+  hit_ = {};
+  const VisibleShare all = [](const ViewSituation&, const Eigen::Vector3d&) { return 1.0; };
+  core::Nanoseconds at_ns = changes.empty() ? now_ns : std::max(changes.front().at_ns, now_ns - kLongest_ns);
+  auto next = changes.begin();
+  // What is shown for how long does not depend on what is visible; the node is chosen at the end.
+  for (;; at_ns += kStep_ns) {
+    for (; next != changes.end() && next->at_ns <= std::min(at_ns, now_ns); ++next)
+      viewer_.take(next->update);
+    if (at_ns >= now_ns) break;
+    viewer_.step(false, ViewNode::kAutomatic, all, core::seconds(kStep_ns));
+  }
+  viewer_.choose_anew();
+}
+
 void Drawing::paint(const SkinSample& skin) {
   const auto& before = state_.skin.felt;
   std::vector<char> felt(link_boxes_.size(), 0);

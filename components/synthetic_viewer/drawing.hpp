@@ -31,6 +31,9 @@ class Drawing {
   std::uint64_t meshes_given_up() const { return given_up_ + assembler_.given_up(); }
   /// Takes a raised alert, whose hit zone is to be shown, or a cleared one.
   void take(const HitSample& hit);
+  /// Forgets which zone is shown, and chooses it anew as if the state's alerts had come one after the other
+  /// until `now_ns`.
+  void resume(core::Nanoseconds now_ns);
   /// Repaints the links on which any patch feels something in `skin`, or did in the skin of the state.
   void paint(const SkinSample& skin);
 

@@ -14,6 +14,7 @@
 #include "components/synthetic_viewer/dds_adapter.hpp"
 #include "components/synthetic_viewer/gl_context.hpp"
 #include "components/synthetic_viewer/publishing_schedule.hpp"
+#include "components/synthetic_viewer/review_command.hpp"
 #include "components/synthetic_viewer/sheet.hpp"
 #include "components/synthetic_viewer/tls_context.hpp"
 #include "components/synthetic_viewer/viewer_loop.hpp"
@@ -109,7 +110,8 @@ int main(int argc, char** argv) {
   using namespace phantom;
   using namespace phantom::synthetic_viewer;
   SheetRequest sheet;
-  runtime::Command sheet_command;
+  ReviewArguments review;
+  runtime::Command sheet_command, review_command;
   bool window = false;
   std::filesystem::path page_secrets;
   runtime::ProcessDescription description;
@@ -122,11 +124,13 @@ int main(int argc, char** argv) {
       "reads the topics that its README names.\nNeeds no display; --window opens one where there is. "
       "The page's address is printed on standard output.\n"
       "With --report-dir it leaves hit_<number>_<node>.png, main*.png and synthetic_viewer.json.\n"
-      "Example without DDS: synthetic_viewer sheet --cell deploy/cells/two_plates/cell.yaml --out sheet.png";
+      "Examples without DDS: synthetic_viewer sheet --cell deploy/cells/two_plates/cell.yaml --out sheet.png\n"
+      "                      synthetic_viewer review recordings        a recorded session again, on the page";
   description.add_options = [&](runtime::Command app) {
     app.flag("--window", window, "open a window on this host's desktop as well");
     app.option("--page-secrets", page_secrets, "folder of the page's secrets, where page.secrets names none");
     sheet_command = add_sheet_command(app, sheet);
+    review_command = add_review_command(app, review);
   };
   description.parameters = {kParameters};
   description.run = [&](const runtime::ProcessOptions& options) {
@@ -134,6 +138,7 @@ int main(int argc, char** argv) {
     std::optional<runtime::EndsAtOnce> starting;
     if (sheet_command.given()) starting.emplace(runtime::kExitFailed);
     if (sheet_command.given()) return run_sheet(sheet, config);
+    if (review_command.given()) return run_review(review, std::move(config), options);
     starting.emplace();
     const runtime::Deployment deployment = runtime::load_deployment(options);
     dds::check_qos_profiles(deployment.network.qos_profiles);

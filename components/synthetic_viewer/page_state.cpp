@@ -236,6 +236,15 @@ Json objects_json(const ViewerState& state) {
   return list;
 }
 
+/// Null if what is shown is live.
+Json review_json(const PageFacts& facts) {
+  if (!facts.review) return {};
+  return {{"t", core::seconds(facts.review->at_ns - facts.start_ns)},
+          {"utc_ms", facts.review->at_ns / 1'000'000},
+          {"playing", facts.review->playing},
+          {"rate", facts.review->rate}};
+}
+
 }  // namespace
 
 std::string page_state_json(const ViewerState& state, const CellScene& scene, const HitView& view,
@@ -274,6 +283,7 @@ std::string page_state_json(const ViewerState& state, const CellScene& scene, co
       {"model",
        {{"voxel_size_m", number_or_null(state.workspace.voxel_size_m, state.workspace.version != 0)},
         {"version", state.workspace.version}}},
+      {"review", review_json(facts)},
       {"recording",
        {{"running", state.recording.running},
         {"view", name_of(state.recording.view)},

@@ -1,8 +1,10 @@
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "components/synthetic_viewer/cell_scene.hpp"
+#include "components/synthetic_viewer/review.hpp"
 #include "components/synthetic_viewer/state.hpp"
 #include "components/synthetic_viewer/synthetic_viewer.hpp"
 
@@ -16,11 +18,12 @@ struct PageFacts {
   double frames_per_s = 0.0;
   std::string graphics;
   core::Nanoseconds start_ns = 0;
-  Words message;  ///< what is missing; empty: nothing
+  Words message;                           ///< what is missing; empty: nothing
+  std::optional<Review::Position> review;  ///< of the recording that is shown; none: live
 };
 
-/// Returns the JSON of one server-sent event: link, percept, joints, hits, components, view. Unknown numbers
-/// are null. Only web/page.js reads it. Pure.
+/// Returns the JSON of one server-sent event: link, percept, joints, hits, components, view, review. Unknown
+/// numbers are null. Only web/page.js reads it. Pure.
 std::string page_state_json(const ViewerState& state, const CellScene& scene, const HitView& view,
                             const Staleness& staleness, const PageFacts& facts, core::Nanoseconds now_ns);
 

@@ -1,5 +1,6 @@
 #include "components/synthetic_viewer/publisher.hpp"
 
+#include <algorithm>
 #include <chrono>
 
 namespace phantom::synthetic_viewer {
@@ -49,7 +50,7 @@ Publisher::Publisher(const ViewerConfig& config, PageContent& page)
   page_.hit_picture = [this](std::uint32_t alert) {
     const std::lock_guard lock(mutex_);
     const auto found = hit_jpegs_.find(alert);
-    return found == hit_jpegs_.end() ? std::string() : found->second;
+    return found == hit_jpegs_.end() ? std::string() : found->second.jpeg;
   };
 }
 
@@ -71,8 +72,34 @@ void Publisher::show_first(Drawing& drawing, const HitSample& hit) {
   last_alert_to_picture_ns_ = core::monotonic_ns() - hit.received_ns;
   alert_to_picture_.record(last_alert_to_picture_ns_);
   const std::lock_guard lock(mutex_);
-  hit_jpegs_[hit.alert] = encoded;
+  hit_jpegs_[hit.alert] = {hit.received_ns, encoded};
   while (hit_jpegs_.size() > ViewerState::kMaxHits) hit_jpegs_.erase(hit_jpegs_.begin());
+}
+
+void Publisher::show_listed(Drawing& drawing, const std::deque<HitRecord>& listed) {
+  const HitSample* missing = nullptr;
+  {
+    const std::lock_guard lock(mutex_);
+    const auto is_of = [this](const HitRecord& record) {
+      const auto found = hit_jpegs_.find(record.raised.alert);
+      return found != hit_jpegs_.end() && found->second.received_ns == record.raised.received_ns;
+    };
+    for (auto record = listed.rbegin(); record != listed.rend() && missing == nullptr; ++record) {
+      if (!is_of(*record)) missing = &record->raised;
+    }
+    std::erase_if(hit_jpegs_, [&listed](const auto& picture) {
+      return std::ranges::none_of(listed, [&picture](const HitRecord& record) {
+        return record.raised.alert == picture.first &&
+               record.raised.received_ns == picture.second.received_ns;
+      });
+    });
+  }
+  if (missing == nullptr) return;
+  ViewPainter alone;
+  alone.draw(drawing.renderer(), drawing.picture(*missing).picture, drawing.format(View::kHit));
+  const std::string encoded = *alone.jpeg(config_.jpeg_quality);
+  const std::lock_guard lock(mutex_);
+  hit_jpegs_[missing->alert] = {missing->received_ns, encoded};
 }
 
 void Publisher::show_threats(Drawing& drawing) {

@@ -58,6 +58,10 @@ class Publisher {
   /// before that are published.
   bool show_views(Drawing& drawing, bool arm_known, const GiveUp& give_up);
 
+  /// Makes the first picture of the newest alert of a list that has none yet, if there is such a one, and
+  /// forgets those of alerts that are not in it. For alerts that are not taken when they come.
+  void show_listed(Drawing& drawing, const std::deque<HitRecord>& listed);
+
   RecordingState recording() const { return recorder_.state(); }
   void end_recording() { recorder_.end(); }
   /// Returns the times from the arrival of an alert until its first picture was made.
@@ -82,7 +86,11 @@ class Publisher {
   core::Nanoseconds last_alert_to_picture_ns_ = 0;
   std::atomic<bool> ended_{false};
   std::mutex mutex_;
-  std::map<std::uint32_t, std::string> hit_jpegs_;  // by alert; guarded by mutex_
+  struct FirstPicture {
+    core::Nanoseconds received_ns = 0;  // of the alert: numbers begin anew with each phantom
+    std::string jpeg;
+  };
+  std::map<std::uint32_t, FirstPicture> hit_jpegs_;  // by alert; guarded by mutex_
 };
 
 }  // namespace phantom::synthetic_viewer

@@ -74,6 +74,10 @@ struct ViewPoseSample : messages::ViewPose {
 
 using core::CommandKind;
 using Command = messages::OperatorCommand;
+/// Returns whether a command is for the views alone, which the viewer itself carries out.
+inline bool is_for_views(CommandKind kind) noexcept {
+  return kind == CommandKind::kViewHold || kind == CommandKind::kViewNode;
+}
 
 /// The operator's request that the arm takes an object, or puts it down.
 struct CarryRequest {

@@ -42,6 +42,18 @@ void add_notice(StopView& view, Words words) {
 
 }  // namespace
 
+StopBoard& StopBoard::operator=(const StopBoard& other) {
+  if (this == &other) return *this;
+  const std::scoped_lock lock(mutex_, other.mutex_);
+  states_ = other.states_;
+  stopped_since_ns_ = other.stopped_since_ns_;
+  request_ = other.request_;
+  seconds_ = other.seconds_;
+  crowded_ns_ = other.crowded_ns_;
+  forgotten_ = other.forgotten_;
+  return *this;
+}
+
 void StopBoard::take_state(Side side, LinkState link, StopCause cause, std::uint64_t stop,
                            core::Nanoseconds received_ns) {
   const std::lock_guard lock(mutex_);

@@ -57,6 +57,12 @@ class StopBoard {
   /// At most so many second processes are reported at a time, with how often others were heard meanwhile.
   static constexpr std::size_t kMostSeconds = 16;
 
+  StopBoard() = default;
+  /// A copy goes on by itself.
+  StopBoard(const StopBoard& other) { *this = other; }
+  StopBoard& operator=(const StopBoard& other);
+  ~StopBoard() = default;
+
   /// Takes each state of a side, from the process that the viewer follows.
   void take_state(core::Side side, LinkState state, StopCause cause, std::uint64_t stop,
                   core::Nanoseconds received_ns);

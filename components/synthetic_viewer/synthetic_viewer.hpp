@@ -91,6 +91,9 @@ class SyntheticViewer {
   /// Takes a raised or cleared alert. A cleared alert that is not known is ignored.
   void take(const AlertUpdate& update) noexcept;
 
+  /// Lets the next step() choose the node freely.
+  void choose_anew() noexcept { chooser_.release(); }
+
   /// Advances by one frame. `hold`: keep the view that is shown; `chosen`: the operator's node, or automatic.
   HitView step(bool hold, ViewNode chosen, const VisibleShare& visible, double dt_s);
 

@@ -24,11 +24,12 @@ constexpr double kInteractiveRate_hz = 30.0;
 
 ViewerLoop::ViewerLoop(const ViewerConfig& config, const runtime::CellConfig& cell, robot::SerialArm arm,
                        std::vector<LinkMeshData> arm_meshes, Inbox& inbox, PageContent& page,
-                       const std::filesystem::path& report_dir)
+                       const std::filesystem::path& report_dir, Review* review)
     : config_(config),
       cell_(cell),
       inbox_(inbox),
       page_(page),
+      review_(review),
       publisher_(config_, page),
       report_(report_dir, config_.report_pictures, start_ns_),
       arm_(std::move(arm)),
@@ -105,7 +106,8 @@ void ViewerLoop::work() {
     const core::Nanoseconds begin_ns = core::monotonic_ns();
     rounds_.lateness.record(std::max<core::Nanoseconds>(0, begin_ns - due_ns));
     const double dt_s = core::seconds(begin_ns - now_ns_);
-    now_ns_ = begin_ns;
+    now_ns_ = shown_ns_ = begin_ns;
+    shown_dt_s_ = dt_s;
     take_events();
     const bool whole = round(dt_s);
     ++(whole ? rounds_.whole : rounds_.broken_off);
@@ -123,6 +125,7 @@ void ViewerLoop::work() {
 }
 
 void ViewerLoop::take_events() {
+  if (review_ != nullptr) return take_recorded();
   if (inbox_.arm.read(state_.arm)) state_.link_quality.take(state_.arm, now_ns_);
   inbox_.percept.read(state_.percept);
   inbox_.master.read(state_.master);
@@ -130,6 +133,10 @@ void ViewerLoop::take_events() {
   state_.stops = inbox_.stops.at(now_ns_);
   // Alerts are taken before meshes.
   for (Event& hit : inbox_.take_hits()) take(hit);
+  take_queued();
+}
+
+void ViewerLoop::take_queued() {
   if (backlog_.empty()) backlog_ = inbox_.take_events();
   while (!backlog_.empty() && !stop_ && core::monotonic_ns() - now_ns_ < kEventBudget_ns) {
     take(backlog_.front());
@@ -137,15 +144,32 @@ void ViewerLoop::take_events() {
   }
 }
 
+/// Brings everything to the moment of the recording that is to be shown.
+void ViewerLoop::take_recorded() {
+  inbox_.take_hits();  // a request to go elsewhere is urgent, as an alert is
+  for (MeshChunkSample& chunk : review_->take_meshes()) backlog_.emplace_back(std::move(chunk));
+  take_queued();
+  const core::Nanoseconds before_ns = recorded_ns_;
+  const SkinSample painted = std::move(state_.skin);
+  const Review::Shown shown = review_->advance(now_ns_, state_);
+  SkinSample skin = std::exchange(state_.skin, painted);
+  if (skin.received_ns != state_.skin.received_ns) drawing_->paint(skin);
+  state_.skin = std::move(skin);
+  if (shown.jumped) drawing_->resume(shown.at_ns);
+  for (const HitSample& hit : shown.hits) drawing_->take(hit);
+  shown_ns_ = recorded_ns_ = shown.at_ns;
+  shown_dt_s_ = shown.jumped ? 0.0 : core::seconds(shown.at_ns - before_ns);
+}
+
 void ViewerLoop::take(Event& event) {
   if (auto* hit = std::get_if<HitSample>(&event)) {
     state_.take(*hit);
     drawing_->take(*hit);
     if (hit->cleared) return;
-    if (shows_hits(state_, config_.staleness, now_ns_)) publisher_.take(*hit);
+    if (shows_hits(state_, config_.staleness, shown_ns_)) publisher_.take(*hit);
     report_.take(*hit);
   } else if (auto* object = std::get_if<ObjectSample>(&event)) {
-    state_.take(std::move(*object), now_ns_);
+    state_.take(std::move(*object), shown_ns_);
   } else if (auto* chunk = std::get_if<MeshChunkSample>(&event)) {
     const core::Status status = drawing_->take(std::move(*chunk));
     refused_meshes_ += status ? 0 : 1;
@@ -176,39 +200,45 @@ core::Nanoseconds ViewerLoop::period_ns() const {
 /// Makes one round of pictures. Returns false if it was given up because an alert waits for its picture.
 bool ViewerLoop::round(double dt_s) {
   state_.recording = publisher_.recording();
-  if (drawing_->advance(now_ns_, dt_s)) state_.cameras.home(View::kHit);
+  if (drawing_->advance(shown_ns_, shown_dt_s_)) state_.cameras.home(View::kHit);
   if (dt_s > 0) rounds_.per_s += (1 - std::exp(-dt_s)) * (1 / dt_s - rounds_.per_s);
   // Threats come first: the operator waits for them.
   publisher_.show_threats(*drawing_);
   page_.view_pose.publish(drawing_->view_pose());
   publish_state();
-  return publisher_.show_views(*drawing_, state_.arm.received_ns != 0, views_give_up_) &&
-         report_.make_pictures(*drawing_, state_.arm, drawing_->scene().complete(state_),
+  if (!publisher_.show_views(*drawing_, state_.arm.received_ns != 0, views_give_up_)) return false;
+  if (review_ != nullptr) {
+    publisher_.show_listed(*drawing_, state_.hits);
+    return true;
+  }
+  return report_.make_pictures(*drawing_, state_.arm, drawing_->scene().complete(state_),
                                [this] { return inbox_.urgent(); });
 }
 
 void ViewerLoop::publish_state() {
   if (!page_.state_wanted(now_ns_)) return page_.state_json.clear();
   const CellScene& scene = drawing_->scene();
-  const PageFacts facts{cell_.name,
-                        config_.page.allow_commands,
-                        config_.tool_view.enabled,
-                        rounds_.per_s,
-                        state_.graphics,
-                        start_ns_,
-                        missing_words(state_, scene, config_.staleness, now_ns_)};
+  PageFacts facts{cell_.name,
+                  config_.page.allow_commands,
+                  config_.tool_view.enabled,
+                  rounds_.per_s,
+                  state_.graphics,
+                  review_ == nullptr ? start_ns_ : review_->begin_ns(),
+                  missing_words(state_, scene, config_.staleness, shown_ns_),
+                  {}};
+  if (review_ != nullptr) facts.review = review_->position(now_ns_);
   page_.state_json.publish(
-      page_state_json(state_, scene, drawing_->hit_view(), config_.staleness, facts, now_ns_));
+      page_state_json(state_, scene, drawing_->hit_view(), config_.staleness, facts, shown_ns_));
 }
 
 core::Health ViewerLoop::health_now() const {
   core::Health health;
   const CellScene& scene = drawing_->scene();
-  const bool fresh = age_s(state_.arm.received_ns, now_ns_) <= config_.staleness.slave_s;
+  const bool fresh = age_s(state_.arm.received_ns, shown_ns_) <= config_.staleness.slave_s;
   health.state =
       scene.complete(state_) && fresh ? core::ComponentState::kRunning : core::ComponentState::kReady;
   if (state_.arm.received_ns != 0 && !fresh) health.state = core::ComponentState::kDegraded;
-  health.message = in_english(missing_words(state_, scene, config_.staleness, now_ns_));
+  health.message = in_english(missing_words(state_, scene, config_.staleness, shown_ns_));
   const auto us = [](core::Nanoseconds ns) { return static_cast<double>(ns) / 1e3; };
   const auto ms = [](core::Nanoseconds ns) { return static_cast<double>(ns) / 1e6; };
   const core::DurationHistogram& alert_to_picture = publisher_.alert_to_picture();

@@ -14,6 +14,7 @@
 #include "components/synthetic_viewer/inbox.hpp"
 #include "components/synthetic_viewer/publisher.hpp"
 #include "components/synthetic_viewer/report.hpp"
+#include "components/synthetic_viewer/review.hpp"
 
 namespace phantom::synthetic_viewer {
 
@@ -22,10 +23,12 @@ namespace phantom::synthetic_viewer {
 class ViewerLoop {
  public:
   /// Sets `page`'s callbacks. `inbox` and `page` must outlive the loop.
-  /// Makes its report in `report_dir`, none if that is empty. Throws core::MissingError if it cannot.
+  /// Makes its report in `report_dir`, none if that is empty. `review`: a recording to show instead of what
+  /// comes over topics; the inbox then brings requests for views alone. It must outlive the loop. Throws
+  /// core::MissingError if the report cannot be made.
   ViewerLoop(const ViewerConfig& config, const runtime::CellConfig& cell, robot::SerialArm arm,
              std::vector<LinkMeshData> arm_meshes, Inbox& inbox, PageContent& page,
-             const std::filesystem::path& report_dir);
+             const std::filesystem::path& report_dir, Review* review = nullptr);
   /// Ends the thread if it runs.
   ~ViewerLoop() { end(); }
 
@@ -49,6 +52,8 @@ class ViewerLoop {
   void run();
   void work();
   void take_events();
+  void take_queued();
+  void take_recorded();
   void take(Event& event);
   bool round(double dt_s);
   core::Nanoseconds period_ns() const;
@@ -59,6 +64,7 @@ class ViewerLoop {
   const runtime::CellConfig cell_;
   Inbox& inbox_;
   PageContent& page_;
+  Review* const review_;  // null: live
   const core::Nanoseconds start_ns_ = core::monotonic_ns();
   Publisher publisher_;
   Report report_;
@@ -72,6 +78,9 @@ class ViewerLoop {
   std::deque<Event> backlog_;
   GiveUp views_give_up_;  // null in a round whose views must not be given up again
   core::Nanoseconds interactive_until_ns_ = 0, now_ns_ = 0;
+  // The time of what is shown, and how far it has gone since the last round: live those of the round itself.
+  core::Nanoseconds shown_ns_ = 0, recorded_ns_ = 0;
+  double shown_dt_s_ = 0.0;
   Rounds rounds_;
   std::uint64_t refused_meshes_ = 0;
   dds::RefusalLog mesh_refusals_{"mesh_chunk"};

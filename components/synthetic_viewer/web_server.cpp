@@ -12,6 +12,7 @@
 #include "common/core/clock.hpp"
 #include "components/synthetic_viewer/commands.hpp"
 #include "components/synthetic_viewer/page_access.hpp"
+#include "components/synthetic_viewer/page_review.hpp"
 #include "components/synthetic_viewer/page_state.hpp"
 #include "components/synthetic_viewer/request_gate.hpp"
 #include "components/synthetic_viewer/request_origin.hpp"
@@ -30,6 +31,8 @@ extern const char* const kViewsJs;
 extern const char* const kTokensCss;
 extern const char* const kEnglishTexts;
 extern const char* const kGermanTexts;
+extern const char* const kReviewJs;
+extern const char* const kReviewCss;
 }  // namespace web
 
 namespace {
@@ -108,8 +111,8 @@ std::string with_port(const Authority& authority, const std::string& port) {
 /// Returns whether a path of the page's port is given without a session: the page itself, its form to log in,
 /// and who is stopped.
 bool is_for_all(const std::string& path) {
-  constexpr std::array kForAll{"/",        "/tokens.css", "/page.css", "/page.js",    "/language.js",
-                               "/stop.js", "/choice.js",  "/views.js", "/session.js", "/stop",
+  constexpr std::array kForAll{"/",        "/tokens.css", "/page.css", "/page.js",    "/language.js", "/review.css",
+                               "/stop.js", "/choice.js",  "/views.js", "/session.js", "/review.js",   "/stop",
                                "/session"};
   return std::find(kForAll.begin(), kForAll.end(), path) != kForAll.end();
 }
@@ -160,6 +163,7 @@ struct WebServer::Impl {
     add_pictures();
     add_states();
     add_requests();
+    if (content.review != nullptr) add_review();
     access.add_to(page.server(), [this](const Request& request) { return refusal(request); });
     add_streams();
     page.bind(config.address, config.port, "page.port");
@@ -179,6 +183,9 @@ struct WebServer::Impl {
   void add_pictures();
   void add_states();
   void add_requests();
+  void add_review();
+  template <class Parse, class RoleNeeded, class CarryOut>
+  void take(const char* path, Parse parse, RoleNeeded role_needed, CarryOut carry_out);
   void add_streams();
   /// Returns why a request that changes something is refused, whoever makes it; empty if it is not.
   std::string refusal(const Request& request) const;
@@ -228,6 +235,8 @@ void WebServer::Impl::add_files() {
   serve("/views.js", web::kViewsJs, "text/javascript; charset=utf-8");
   serve("/page.js", web::kPageJs, "text/javascript; charset=utf-8");
   serve("/session.js", web::kSessionJs, "text/javascript; charset=utf-8");
+  serve("/review.js", web::kReviewJs, "text/javascript; charset=utf-8");
+  serve("/review.css", web::kReviewCss, "text/css; charset=utf-8");
 }
 
 void WebServer::Impl::add_pictures() {
@@ -262,31 +271,60 @@ void WebServer::Impl::add_states() {
   });
 }
 
+/// Takes what is posted to a path, from the page itself and by who may: `parse` makes a request of it,
+/// `role_needed` says which role it needs, and `carry_out` answers it.
+template <class Parse, class RoleNeeded, class CarryOut>
+void WebServer::Impl::take(const char* path, Parse parse, RoleNeeded role_needed, CarryOut carry_out) {
+  page.server().Post(path, [=, this](const Request& request, Response& response) {
+    if (const std::string reason = refusal(request); !reason.empty()) return answer(response, 403, reason);
+    if (!config.allow_commands)
+      return answer(response, 403,
+                    "this viewer only shows: page.allow_commands is false in its configuration");
+    const auto parsed = parse(request.body);
+    if (!parsed) return answer(response, 400, parsed.status().message());
+    const std::optional<Role> role = role_needed(*parsed);
+    if (role && !access.may(request, response, *role)) return;
+    carry_out(*parsed, response);
+  });
+}
+
+void WebServer::Impl::add_review() {
+  const Review& review = *content.review;
+  page.server().Get("/review", [&review](const Request&, Response& response) {
+    response.set_content(review_json(review), "application/json");
+  });
+  page.server().Get("/review/series", [&review](const Request& request, Response& response) {
+    const auto value = [&request](const char* name) { return request.get_param_value(name); };
+    const auto parsed = parse_series_request(value("names"), value("from"), value("to"), value("columns"));
+    if (!parsed) return answer(response, 400, parsed.status().message());
+    const auto series = series_json(review, *parsed);
+    if (!series) return answer(response, 404, series.status().message());
+    response.set_content(*series, "application/json");
+  });
+  // Everybody who looks is shown the same moment, as the cameras are everybody's.
+  const auto needed = [](const ReviewRequest&) { return std::optional(Role::kOperate); };
+  take("/review", parse_review_request, needed, [this](const ReviewRequest& request, Response& response) {
+    const core::Status done = content.review->control(request, core::monotonic_ns());
+    if (done && content.wake) content.wake();
+    answer(response, done ? 200 : 400, done ? "done" : done.message());
+  });
+}
+
 void WebServer::Impl::add_requests() {
-  const auto take = [this](const char* path, auto parse, auto role_needed, auto carry_out) {
-    page.server().Post(path, [=, this](const Request& request, Response& response) {
-      if (const std::string reason = refusal(request); !reason.empty()) return answer(response, 403, reason);
-      if (!config.allow_commands)
-        return answer(response, 403,
-                      "this viewer only shows: page.allow_commands is false in its configuration");
-      const auto parsed = parse(request.body);
-      if (!parsed) return answer(response, 400, parsed.status().message());
-      const std::optional<Role> role = role_needed(*parsed);
-      if (role && !access.may(request, response, *role)) return;
-      carry_out(*parsed, response);
-    });
-  };
   const auto answer_outcome = [](Response& response, const CommandOutcome& outcome) {
     answer(response, kStatusOfOutcome[static_cast<std::size_t>(outcome.kind)], outcome.message);
   };
   const auto needed_for_command = [](const Command& command) { return role_for(command.kind); };
   const auto needed_for_view = [](const ViewRequest&) { return std::optional(Role::kOperate); };
   take("/command", parse_command, needed_for_command, [=, this](const Command& command, Response& response) {
+    if (content.review != nullptr && !is_for_views(command.kind))
+      return answer(response, 403, kRecordingTakesNoCommands);
     answer_outcome(response, on_command(command));
   });
   const auto needed_to_carry = [](const CarryRequest&) { return std::optional(Role::kOperate); };
   take("/carry", parse_carry_request, needed_to_carry,
        [=, this](const CarryRequest& request, Response& response) {
+         if (content.review != nullptr) return answer(response, 403, kRecordingTakesNoCommands);
          if (!on_carry_request) return answer(response, kUnavailable, "nothing is taken here");
          answer_outcome(response, on_carry_request(request));
        });

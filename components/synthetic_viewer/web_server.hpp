@@ -16,14 +16,17 @@ namespace phantom::synthetic_viewer {
 /// Serves the operator's page by HTTP, or by HTTPS where the configuration has a certificate, and takes its
 /// commands. The requests to page.port are answered at
 /// once:
-///   GET  /                      the page (/page.css, /page.js, /stop.js, /session.js)
-///   GET  /stop                  stop_json(): which sides are stopped
-///   GET  /state                 the newest page_state_json(), for a page that receives no events
-///   GET  /snapshot/main.png, /hits/<alert>.jpg
-///   POST /command               {"kind": …, "value": …} as JSON, from the page itself only
-///   POST /carry                 {"object": …, "attach": true or false}, likewise
-///   GET  /session               which role this browser has; POST /login, /logout
-///   POST /view                  {"view": …, "orbit_deg": …, "zoom": …, "home": …, "record": …}, likewise
+///   GET  /                      the page (/page.css, /page.js, /stop.js, /session.js, /review.css,
+///   /review.js) GET  /stop                  stop_json(): which sides are stopped GET  /state the newest
+///   page_state_json(), for a page that receives no events GET  /snapshot/main.png, /hits/<alert>.jpg POST
+///   /command               {"kind": …, "value": …} as JSON, from the page itself only POST /carry {"object":
+///   …, "attach": true or false}, likewise GET  /session               which role this browser has; POST
+///   /login, /logout POST /view                  {"view": …, "orbit_deg": …, "zoom": …, "home": …, "record":
+///   …}, likewise
+/// and, while a recording is shown (PageContent::review), when every other command is refused:
+///   GET  /review                review_json(): what the recording has
+///   GET  /review/series         ?names=…&from=…&to=…&columns=…: its numbers, for plots
+///   POST /review                {"t": …, "play": …, "rate": …}: which moment is shown
 /// Live pictures and events have their own port:
 ///   GET  /stream/main|hit|tool  motion JPEG
 ///   GET  /events                server-sent events with page_state_json()

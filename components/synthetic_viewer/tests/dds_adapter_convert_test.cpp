@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "components/synthetic_viewer/dds_adapter.hpp"
+#include "components/synthetic_viewer/dds_adapter_intake.hpp"
 #include "components/synthetic_viewer/dds_adapter_names.hpp"
 #include "components/synthetic_viewer/state.hpp"
 

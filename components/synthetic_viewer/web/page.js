@@ -65,6 +65,7 @@ function show() {
   showViews(view, viewer);
   showHits(state.hits, state.total_hits);
   showComponents(state.components);
+  document.dispatchEvent(new CustomEvent('state', { detail: state }));  // review.js
 }
 
 function showBar(id, value, most, grade) {

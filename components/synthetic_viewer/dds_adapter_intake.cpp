@@ -1,0 +1,136 @@
+#include "components/synthetic_viewer/dds_adapter_intake.hpp"
+
+#include <algorithm>
+
+#include "common/messages/percept_codec.hpp"
+#include "common/messages/status_codec.hpp"
+#include "common/messages/teleoperation_codec.hpp"
+#include "common/messages/workspace_codec.hpp"
+#include "components/synthetic_viewer/state.hpp"
+
+namespace phantom::synthetic_viewer {
+namespace {
+
+/// Returns whether only one such component may run; viewers, recorders and audio components may be several.
+bool may_run_once(const std::string& component) {
+  return component == "master_io" || component == "slave_io" || component == "phantom_sensing" ||
+         component == "wva_server";
+}
+
+/// Takes down whether a side is stopped.
+void show_side(core::Side side, const auto& sample, StopBoard& board) {
+  board.take_state(side, sample.state, sample.stop.cause, sample.stop.id, sample.received_ns);
+}
+
+}  // namespace
+
+// ViewerState forgets the same ones, and counts them.
+const std::size_t TopicIntake::kMostComponentNames = ViewerState::kMaxComponents;
+
+SkinSample skin_of(const messages::SkinPercept& percept, core::Nanoseconds received_ns) {
+  SkinSample sample;
+  sample.received_ns = received_ns;
+  sample.valid = percept.valid && percept.greatest_mu_Pa_s_per_m > 0;
+  sample.patch_m = percept.patch_m;
+  if (!sample.valid) return sample;
+  for (const messages::SkinPatch& patch : percept.felt) {
+    const double share = static_cast<double>(patch.mu_Pa_s_per_m) / percept.greatest_mu_Pa_s_per_m;
+    sample.felt.push_back({patch.link, patch.middle_m, static_cast<float>(std::min(1.0, share))});
+  }
+  return sample;
+}
+
+/// Returns the sample if it is valid and newer than the last one of the followed process. Reports a second
+/// process.
+template <class Sample, class Message>
+std::optional<Sample> TopicIntake::newest(const Message& message, dds::SoleSource& source, const char* topic,
+                                          core::Nanoseconds at_ns, StopBoard& board) {
+  const auto sound = messages::from_idl(message, arm_);
+  if (!sound) return {};
+  const bool accepted = source.accept(message.stamp(), at_ns);
+  if (source.has_second(at_ns)) board.take_second(topic, at_ns);
+  if (!accepted) return {};
+  if constexpr (std::is_same_v<Sample, SkinSample>)
+    return skin_of(*sound, at_ns);
+  else
+    return Sample(*sound, at_ns);
+}
+
+std::optional<ArmSample> TopicIntake::take(const msg::SlaveState& message, core::Nanoseconds at_ns,
+                                           StopBoard& board) {
+  auto sample = newest<ArmSample>(message, arm_source_, dds::kSlaveState.name, at_ns, board);
+  if (!sample) return {};
+  sample->arrived = ++arm_arrived_;
+  sample->lost = arm_source_.lost();
+  show_side(core::Side::kSlave, *sample, board);
+  return sample;
+}
+
+std::optional<MasterSample> TopicIntake::take(const msg::MasterState& message, core::Nanoseconds at_ns,
+                                              StopBoard& board) {
+  auto sample = newest<MasterSample>(message, master_source_, dds::kMasterState.name, at_ns, board);
+  if (sample) show_side(core::Side::kMaster, *sample, board);
+  return sample;
+}
+
+std::optional<GripperSample> TopicIntake::take(const msg::GripperState& message, core::Nanoseconds at_ns,
+                                               StopBoard& board) {
+  return newest<GripperSample>(message, gripper_source_, dds::kGripperState.name, at_ns, board);
+}
+
+std::optional<PerceptSample> TopicIntake::take(const msg::Percept& message, core::Nanoseconds at_ns,
+                                               StopBoard& board) {
+  auto sample = newest<PerceptSample>(message, percept_source_, dds::kPercept.name, at_ns, board);
+  if (sample) phantom_.heard(message.stamp(), at_ns);
+  return sample;
+}
+
+std::optional<SkinSample> TopicIntake::take(const msg::SkinPercept& message, core::Nanoseconds at_ns,
+                                            StopBoard& board) {
+  return newest<SkinSample>(message, skin_source_, dds::kSkinPercept.name, at_ns, board);
+}
+
+std::optional<ComponentSample> TopicIntake::take(const msg::ComponentStatus& message, core::Nanoseconds at_ns,
+                                                 StopBoard& board) {
+  const auto component = messages::from_idl(message);
+  if (!component) return {};
+  const std::string key = component->component + "@" + component->host;
+  if (!names_.accept(key, message.stamp(), at_ns)) return {};
+  if (names_.has_second(key, at_ns) && may_run_once(component->component))
+    board.take_second("component_status as " + key, at_ns);
+  return ComponentSample(*component, at_ns);
+}
+
+std::optional<HitSample> TopicIntake::take(const msg::HitAlert& message, core::Nanoseconds at_ns,
+                                           StopBoard& /*board*/) {
+  const auto sound = messages::from_idl(message, arm_);
+  const bool foreign = phantom_.is_rival(message.stamp(), at_ns);
+  if (!sound || foreign || !hit_order_.accept(message.stamp())) return {};
+  return HitSample(*sound, at_ns);
+}
+
+messages::ObjectSources::Taken TopicIntake::take(const msg::WorkspaceObject& message,
+                                                 const dds::GuidPrefix& server) {
+  const auto object = messages::from_idl(message);
+  return object ? servers_.take(server, *object) : messages::ObjectSources::Taken();
+}
+
+TopicIntake::Version TopicIntake::take(const msg::WorkspaceVersion& message, const dds::GuidPrefix& server) {
+  const auto version = messages::from_idl(message);
+  if (!version) return {};
+  auto taken = servers_.commit(server);
+  Version result{taken.accepted, std::move(taken.changes), {}};
+  if (taken.accepted)
+    result.workspace = {version->description.version, version->description.grid.voxel_size_m,
+                        version->carried};
+  return result;
+}
+
+core::Expected<std::optional<Command>> TopicIntake::view_command(const msg::OperatorCommand& message) {
+  // Several processes may write commands, so their sequence numbers do not order them.
+  const auto command = messages::from_idl(message);
+  if (!command) return command.status();
+  return is_for_views(command->kind) ? std::optional(*command) : std::nullopt;
+}
+
+}  // namespace phantom::synthetic_viewer

@@ -1,0 +1,149 @@
+// A recorded session in a real Chromium: by keyboard to an alert, the time line, the plots, and nothing that
+// commands.
+#include <gmock/gmock.h>
+
+#include <cstdlib>
+#include <fstream>
+
+#include "components/synthetic_viewer/review_command.hpp"
+#include "components/synthetic_viewer/tests/loop_rig.hpp"
+#include "components/synthetic_viewer/tests/recorded_session.hpp"
+#include "components/synthetic_viewer/tests/web_driver.hpp"
+
+namespace phantom::synthetic_viewer {
+namespace {
+
+using test::Browser;
+using test::eventually;
+
+constexpr double kEntered_s = 0.02;  // the page goes so far behind an alert's mark
+
+class ReviewInChromium : public test::TwoPlates {
+ protected:
+  void SetUp() override {
+    if (!Browser::installed())
+      GTEST_SKIP() << "chromium and chromium-driver are not installed (scripts/setup)";
+    std::filesystem::create_directories(folder_);
+    robot::SerialArm arm = runtime::load_arm(cell_.arm());
+    {
+      test::RecordingWriter writer(folder_ / "session.mcap");
+      test::write_session(writer, cell_.arm().home, arm.links().size(), 20, 50, 1);
+      writer.finish();
+    }
+    review_ = std::make_unique<Review>(recording::open_recordings({folder_ / "session.mcap"}), arm);
+    config_.page.port = 0;
+    auto meshes = load_arm_meshes(arm, runtime::load_skin(cell_.arm(), arm));
+    session_ = std::make_unique<ReviewedSession>(*review_, config_, cell_, std::move(arm), std::move(meshes));
+    browser_ = std::make_unique<Browser>();
+    browser_->open(session_->url());
+    ASSERT_TRUE(eventually([this] { return truth("document.getElementById('review-bar')"); }));
+  }
+  void TearDown() override { browser_.reset(); }
+
+  bool truth(const std::string& expression) {
+    return browser_->run("return !!(" + expression + ")").get<bool>();
+  }
+  std::string text(const std::string& id) {
+    return browser_->run("return document.getElementById('" + id + "').textContent").get<std::string>();
+  }
+  double t() const {
+    return core::seconds(review_->position(core::monotonic_ns()).at_ns - review_->begin_ns());
+  }
+  double mark_t(std::size_t number) const {
+    return core::seconds(review_->marks().at(number).raised_ns - review_->begin_ns());
+  }
+  /// How many pixels of a canvas are nearly white in a column: the cursor.
+  bool cursor_at(const std::string& id, const std::string& time_to_x) {
+    return truth(R"((() => { const c = document.getElementById(')" + id +
+                 R"('), s = devicePixelRatio || 1, x = )" + time_to_x +
+                 R"(; const d = c.getContext('2d').getImageData(Math.round(x * s) - 2, 20 * s, 4, 4).data;
+                 for (let i = 0; i < d.length; i += 4) if (d[i] > 240 && d[i + 1] > 240 && d[i + 2] > 240) return true;
+                 return false; })())");
+  }
+  void keep_screenshot(const char* name) {
+    if (const char* folder = std::getenv("PHANTOM_SCREENSHOTS"))
+      std::ofstream(std::filesystem::path(folder) / name, std::ios::binary) << browser_->screenshot();
+  }
+
+  std::unique_ptr<Review> review_;
+  std::unique_ptr<ReviewedSession> session_;
+  std::unique_ptr<Browser> browser_;
+};
+
+TEST_F(ReviewInChromium, ReachesAlertsByKeyboardAndShowsThem) {
+  ASSERT_GT(review_->marks().size(), 4U);
+  for (std::size_t i = 0; i < 3; ++i) {
+    browser_->type({"]"});
+    ASSERT_TRUE(eventually([&] { return std::abs(t() - mark_t(i) - kEntered_s) < 1e-4; }))
+        << t() << " " << mark_t(i);
+    ASSERT_TRUE(eventually([&] {
+      return text("review-alert").find("Alert " + std::to_string(i + 1) + " of ") == 0 &&
+             text("hit-count") == std::to_string(i + 1);
+    }));
+  }
+  browser_->type({"["});
+  ASSERT_TRUE(eventually([&] { return std::abs(t() - mark_t(1) - kEntered_s) < 1e-4; }));
+  // The zone is shown, and its picture comes.
+  ASSERT_TRUE(eventually([&] {
+    return text("hit-caption").find("Alert ") == 0 &&
+           truth("document.getElementById('hit-view').naturalWidth > 0");
+  }));
+  // Time line and plots stand there, too, and the first pictures of the alerts come when nothing else is
+  // drawn.
+  const std::string share = std::to_string((mark_t(1) + kEntered_s) / review_->duration_s());
+  EXPECT_TRUE(
+      eventually([&] { return cursor_at("review-line", "46 + " + share + " * (c.clientWidth - 54)"); }));
+  EXPECT_TRUE(
+      eventually([&] { return cursor_at("review-plots", "46 + " + share + " * (c.clientWidth - 54)"); }));
+  EXPECT_TRUE(eventually([&] {
+    return truth(
+        "document.querySelectorAll('#hits img').length == 2 && "
+        "[...document.querySelectorAll('#hits img')].every(i => i.naturalWidth > 0 && !i.parentElement.hidden)");
+  }));
+  keep_screenshot("review_alert.png");
+}
+
+TEST_F(ReviewInChromium, GoesOnStandsStillAndStepsByKeys) {
+  browser_->type({"<", "<"});  // half, a fifth
+  ASSERT_TRUE(eventually([&] { return review_->position(0).rate == 0.2; }));
+  browser_->type({" "});
+  ASSERT_TRUE(eventually([&] { return review_->position(core::monotonic_ns()).playing; }));
+  ASSERT_TRUE(eventually([&] { return text("review-play") == "❚❚"; }));
+  browser_->type({" "});
+  ASSERT_TRUE(eventually([&] { return !review_->position(core::monotonic_ns()).playing; }));
+  const double before = t();
+  browser_->type({"."});
+  ASSERT_TRUE(eventually([&] { return std::abs(t() - before - 0.1) < 2e-3; })) << t() << " after " << before;
+  browser_->run("document.getElementById('review-line').focus()");
+  browser_->type({Browser::kHome});
+  ASSERT_TRUE(eventually([&] { return t() == 0.0; }));
+  EXPECT_TRUE(truth("document.getElementById('review-line').getAttribute('aria-valuenow') === '0.00'"));
+}
+
+TEST_F(ReviewInChromium, TheTimeLineIsDraggedAndTellsOfAlerts) {
+  // From its middle to the right.
+  browser_->drag("#review-line", 100, 0);
+  const double width =
+      browser_->run("return document.getElementById('review-line').clientWidth").get<double>();
+  const double expected = ((width / 2 + 100) - 46) / (width - 54) * review_->duration_s();
+  ASSERT_TRUE(eventually([&] { return std::abs(t() - expected) < 0.1; })) << t() << " " << expected;
+  browser_->run(R"(const c = document.getElementById('review-line'), b = c.getBoundingClientRect();
+    const x = 46 + )" +
+                std::to_string(mark_t(2) / review_->duration_s()) + R"( * (c.clientWidth - 54);
+    c.dispatchEvent(new PointerEvent('pointermove', { clientX: b.left + x, clientY: b.top + 20, bubbles: true }));)");
+  EXPECT_THAT(text("review-tip"), testing::HasSubstr("near upright, very close"));
+  EXPECT_FALSE(truth("document.getElementById('review-tip').hidden"));
+}
+
+TEST_F(ReviewInChromium, SaysThatNothingIsLiveAndCommandsNothing) {
+  EXPECT_THAT(text("review-notice"), testing::HasSubstr("Nothing here is live"));
+  EXPECT_TRUE(truth("getComputedStyle(document.getElementById('stop')).display === 'none'"));
+  EXPECT_TRUE(truth("getComputedStyle(document.getElementById('gain-form')).display === 'none'"));
+  browser_->type({Browser::kEscape});  // who stops by habit is told that nothing was stopped
+  ASSERT_TRUE(
+      eventually([&] { return text("stop-headline").find("STOP NOT SENT: this is a recording") == 0; }));
+  keep_screenshot("review_stop.png");
+}
+
+}  // namespace
+}  // namespace phantom::synthetic_viewer
