@@ -1,8 +1,8 @@
-# OpenCV from Debian's split packages (core, imgproc, imgcodecs, videoio), which carry no CMake configuration.
-# Gives opencv::core, opencv::imgproc, opencv::imgcodecs, opencv::videoio.
+# OpenCV from Debian's split packages (core, imgproc, imgcodecs, videoio, calib3d), which carry no CMake configuration.
+# Gives opencv::core, opencv::imgproc, opencv::imgcodecs, opencv::videoio, opencv::calib3d.
 find_path(OpenCVSplit_INCLUDE_DIR opencv2/core.hpp PATH_SUFFIXES opencv4)
 set(_opencv_libraries "")
-foreach(_module core imgproc imgcodecs videoio)
+foreach(_module core imgproc imgcodecs videoio calib3d)
   find_library(OpenCVSplit_${_module}_LIBRARY opencv_${_module})
   list(APPEND _opencv_libraries OpenCVSplit_${_module}_LIBRARY)
   if(OpenCVSplit_${_module}_LIBRARY AND OpenCVSplit_INCLUDE_DIR AND NOT TARGET opencv::${_module})

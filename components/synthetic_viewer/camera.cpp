@@ -9,7 +9,12 @@
 namespace phantom::synthetic_viewer {
 
 Eigen::Matrix4d view_matrix(const Camera& camera) {
-  const Eigen::Matrix3d rows = percept::view_axes((camera.eye_m - camera.target_m).normalized());
+  const Eigen::Vector3d backward = (camera.eye_m - camera.target_m).normalized();
+  Eigen::Matrix3d rows = percept::view_axes(backward);
+  if (!camera.up.isZero()) {
+    const Eigen::Vector3d right = camera.up.cross(backward).normalized();
+    rows << right.transpose(), backward.cross(right).transpose(), backward.transpose();
+  }
   Eigen::Matrix4d view = Eigen::Matrix4d::Identity();
   view.topLeftCorner<3, 3>() = rows;
   view.topRightCorner<3, 1>() = -(rows * camera.eye_m);

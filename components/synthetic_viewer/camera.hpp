@@ -11,10 +11,12 @@ struct Camera {
   double vertical_fov_rad = 0.7;
   double near_m = 0.02;
   double far_m = 20.0;
+  /// The direction of W that is upwards in the picture. Zero: z of W, or y of W if the camera looks straight
+  /// up or down.
+  Eigen::Vector3d up = Eigen::Vector3d::Zero();
 };
 
-/// Returns the view matrix (W → camera: x right, y up, −z forward). Up is z of W, or y of W if the camera
-/// looks straight up or down.
+/// Returns the view matrix (W → camera: x right, y up, −z forward).
 Eigen::Matrix4d view_matrix(const Camera& camera);
 
 /// Returns the OpenGL perspective matrix (camera → clip). `aspect` = width ÷ height.

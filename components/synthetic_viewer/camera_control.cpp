@@ -10,7 +10,7 @@
 namespace phantom::synthetic_viewer {
 namespace {
 
-constexpr std::array<const char*, kViews.size()> kNames{"main", "hit", "tool"};
+constexpr std::array<const char*, kViews.size()> kNames{"main", "hit", "tool", "camera"};
 constexpr double kSteepest_rad = 89.0 * core::kRadPerDegree;
 constexpr double kClearance_m = 0.03;  // least distance between a camera and a surface
 
@@ -26,6 +26,7 @@ std::optional<View> view_from_name(const std::string& name) noexcept {
 }
 
 void CameraControl::take(const ViewRequest& request) noexcept {
+  if (request.view == View::kCamera) return;
   if (request.home) home(request.view);
   Offset& offset = offsets_[static_cast<std::size_t>(request.view)];
   offset.azimuth_rad = std::remainder(offset.azimuth_rad + request.azimuth_rad, 2 * std::numbers::pi);
@@ -92,7 +93,7 @@ cv::Rect2d place_in_window(View view, double width, double height, double aspect
   if (view == View::kMain) return whole;
   const double share = 1.0 / 3, margin = 0.015 * whole_height;
   cv::Rect2d place{0, 0, share * whole_width, share * whole_height};
-  place.x = whole.x + whole.width - place.width - margin;
+  place.x = view == View::kCamera ? whole.x + margin : whole.x + whole.width - place.width - margin;
   // The strip of gauges at the lower edge stays free.
   place.y = view == View::kHit ? whole.y + margin : whole.y + 0.9 * whole.height - place.height - margin;
   return place;

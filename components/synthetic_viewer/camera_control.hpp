@@ -12,9 +12,9 @@
 
 namespace phantom::synthetic_viewer {
 
-enum class View { kMain, kHit, kTool };
-inline constexpr std::array<View, 3> kViews{View::kMain, View::kHit, View::kTool};
-/// Returns "main", "hit" or "tool".
+enum class View { kMain, kHit, kTool, kCamera };
+inline constexpr std::array<View, 4> kViews{View::kMain, View::kHit, View::kTool, View::kCamera};
+/// Returns "main", "hit", "tool" or "camera".
 const char* name_of(View view) noexcept;
 std::optional<View> view_from_name(const std::string& name) noexcept;
 
@@ -38,6 +38,7 @@ class CameraControl {
   };
   static constexpr double kLeastZoom = 0.1, kMostZoom = 4.0;
 
+  /// A real camera's view stands where that camera stands: requests to move it are ignored.
   void take(const ViewRequest& request) noexcept;
   void home(View view) noexcept { offsets_[static_cast<std::size_t>(view)] = {}; }
   const Offset& offset(View view) const noexcept { return offsets_[static_cast<std::size_t>(view)]; }

@@ -22,14 +22,18 @@ void add_box_outline(Frame& frame, const Eigen::Vector3f& low, const Eigen::Vect
 
 }  // namespace
 
-MeshBody uploaded(const geometry::TriangleMesh& mesh, Renderer& renderer) {
-  return {renderer.upload(mesh), std::make_shared<RayMesh>(mesh), mesh.triangles.size(), 0};
+MeshBody uploaded(const geometry::TriangleMesh& mesh, Renderer& renderer, bool with_edges) {
+  return {renderer.upload(mesh), std::make_shared<RayMesh>(mesh), mesh.triangles.size(), 0,
+          with_edges ? std::make_shared<EdgeMesh>(edges_of(mesh)) : nullptr};
 }
 
-LinkBody uploaded(const LinkMeshData& part, Renderer& renderer) {
-  return {
-      part.link,     part.X_link_mesh, part.colour, uploaded(part.mesh, renderer), part.mesh.bounding_box(),
-      part.closing_m};
+LinkBody uploaded(const LinkMeshData& part, Renderer& renderer, bool with_edges) {
+  return {part.link,
+          part.X_link_mesh,
+          part.colour,
+          uploaded(part.mesh, renderer, with_edges),
+          part.mesh.bounding_box(),
+          part.closing_m};
 }
 
 geometry::Pose pose_in_link(const LinkBody& part, const GripperSample& gripper) {
@@ -96,6 +100,34 @@ Frame CellScene::frame(const ViewerState& state, const Staleness& staleness, cor
     if (!known) item.opacity = 0.4F;
     frame.items.push_back(item);
   }
+  return frame;
+}
+
+Frame CellScene::frame_over_video(const ViewerState& state, const Staleness& staleness,
+                                  core::Nanoseconds now_ns, const Eigen::Vector3d& eye_m) const {
+  ViewerState shown = state;
+  if (age_s(state.arm.received_ns, now_ns) > staleness.slave_s) shown.arm = {};
+  Frame frame = this->frame(shown, staleness, now_ns);
+  frame.floor_max_m = frame.floor_min_m;
+  frame.lines.clear();
+  frame.line_colour = {0.10F, 0.95F, 0.75F};
+  frame.bold_lines = true;
+  for (DrawItem& item : frame.items) {
+    item.over_video = true;
+    if (item.paint != kNoPaint) item.paint += kPaintOverVideo;
+  }
+  const auto add = [&](const MeshBody& body, const geometry::Pose& X_WM) {
+    if (body.edges) add_edges(*body.edges, X_WM, eye_m, frame.lines);
+  };
+  for (const auto& [id, object] : shown.objects) {
+    const auto mesh = meshes.find(object.mesh_hash);
+    const auto X_WO = pose_of(object, shown);
+    if (mesh != meshes.end() && X_WO) add(mesh->second, *X_WO);
+  }
+  if (shown.arm.received_ns == 0) return frame;
+  robot::LinkPoses X_WL;
+  arm_.link_poses(shown.arm.position, X_WL);
+  for (const LinkBody& part : links) add(part.body, X_WL[part.link] * pose_in_link(part, shown.gripper));
   return frame;
 }
 

@@ -9,6 +9,7 @@
 
 #include "common/robot/serial_arm.hpp"
 #include "components/synthetic_viewer/arm_meshes.hpp"
+#include "components/synthetic_viewer/feature_edges.hpp"
 #include "components/synthetic_viewer/frame.hpp"
 #include "components/synthetic_viewer/ray_scene.hpp"
 #include "components/synthetic_viewer/renderer.hpp"
@@ -21,7 +22,8 @@ struct MeshBody {
   MeshHandle picture = kNoMesh;
   std::shared_ptr<const RayMesh> obstacle;
   std::size_t triangles = 0;
-  std::uint64_t order = 0;  ///< rises with each mesh that is uploaded
+  std::uint64_t order = 0;                          ///< rises with each mesh that is uploaded
+  std::shared_ptr<const EdgeMesh> edges = nullptr;  ///< null: not asked for
 };
 
 /// A mesh that moves with a link.
@@ -37,9 +39,12 @@ struct LinkBody {
 /// Returns X_link_mesh with the gripper as it was last heard of; at its widest while it was not.
 geometry::Pose pose_in_link(const LinkBody& part, const GripperSample& gripper);
 
-/// Uploads a mesh to `renderer` and prepares it for rays.
-MeshBody uploaded(const geometry::TriangleMesh& mesh, Renderer& renderer);
-LinkBody uploaded(const LinkMeshData& part, Renderer& renderer);
+/// Uploads a mesh to `renderer` and prepares it for rays; `with_edges`: also for being drawn as lines.
+MeshBody uploaded(const geometry::TriangleMesh& mesh, Renderer& renderer, bool with_edges = false);
+LinkBody uploaded(const LinkMeshData& part, Renderer& renderer, bool with_edges = false);
+
+/// The handles of the paint over video, which is that of another time, are those of the links and this.
+inline constexpr PaintHandle kPaintOverVideo = 1U << 16;
 
 /// Places the cell's bodies: turns the viewer's state into a frame. Pure once its meshes are set.
 class CellScene {
@@ -57,6 +62,12 @@ class CellScene {
   /// the skin's percept is fresh. It is translucent if its pose is out of date, and not drawn if no pose is
   /// known; so is what it carries. What other arms carry is not drawn: where it is is not known.
   Frame frame(const ViewerState& state, const Staleness& staleness, core::Nanoseconds now_ns) const;
+
+  /// Returns the frame to be drawn over a picture of the same bodies: their edges as seen from `eye_m`, their
+  /// paint, and nothing of the floor. An arm whose pose is out of date or not known is not drawn; nor is what
+  /// it carries.
+  Frame frame_over_video(const ViewerState& state, const Staleness& staleness, core::Nanoseconds now_ns,
+                         const Eigen::Vector3d& eye_m) const;
 
   /// Returns the mesh that was uploaded longest ago among those that no object names; the end if each is
   /// named.

@@ -55,7 +55,7 @@ bool within(const Json& value, double least, double greatest) {
 core::Status read_key(const std::string& key, const Json& value, ViewRequest& request) {
   if (key == "view") {
     const auto view = value.is_string() ? view_from_name(value.get<std::string>()) : std::nullopt;
-    if (!view) return bad("view must be one of main, hit, tool");
+    if (!view) return bad("view must be one of main, hit, tool, camera");
     request.view = *view;
   } else if (key == "orbit_deg") {
     if (!value.is_array() || value.size() != 2 || !within(value[0], -180, 180) ||

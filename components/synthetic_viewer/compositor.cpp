@@ -33,6 +33,15 @@ std::string voxel_error_text(const WorkspaceSample& workspace) {
                                 : fmt::format("{:.1f} mm", 1e3 * workspace.voxel_size_m * std::sqrt(3.0) / 2);
 }
 
+/// Returns how old the video is, and what is drawn over it.
+std::string video_words(const VideoMoment& video, bool arm_known) {
+  std::string words = video.latency_known ? fmt::format("video {:.0f} ms old, drawn over as of then",
+                                                        std::floor(video.age_s * 100) * 10)
+                                          : "VIDEO LATENCY UNKNOWN: drawn over as of when the picture came";
+  if (!arm_known) words += " - where the arm was then is not known";
+  return words + (video.calibration.empty() ? "" : " - " + video.calibration);
+}
+
 }  // namespace
 
 VisibleShare visible_among(const RayScene& bodies) {
@@ -177,6 +186,31 @@ Compositor::Picture Compositor::tool_picture(const Moment& moment) const {
   if (percept_known(moment) && moment.state.percept.closeness > 0)
     add_arrows(frame, live_aids(moment), config_.pgv_arrow);
   add_contact(frame, moment);
+  return {std::move(frame), std::move(hud)};
+}
+
+Compositor::Picture Compositor::camera_picture(const Moment& then, const Moment& now,
+                                               const VideoMoment& video, const HitView& hit) const {
+  Hud hud;
+  hud.title = "CAMERA " + video.name;
+  hud.banner = video.live ? banner_text(now.state, config_.staleness, now.now_ns) : video.problem;
+  hud.alarm = !video.live;
+  const RecordingState& recording = now.state.recording;
+  hud.recording = recording.running && recording.view == View::kCamera;
+  Frame frame;
+  if (video.live) {
+    frame = scene_.frame_over_video(then.state, config_.staleness, then.now_ns, video.camera.eye_m);
+    hud.subtitle = video_words(video, then.state.arm.received_ns != 0);
+    if (percept_known(then) && then.state.percept.closeness > 0)
+      add_arrows(frame, live_aids(then), config_.pgv_arrow);
+    if (hit.alert != 0) {
+      add_cone_and_plane(frame, hit_aids(then, hit));
+      add_marker(frame, hit.situation.look_at_m, 0.006, kLookAtColour);
+    }
+    add_contact(frame, then);
+  }
+  frame.camera = video.camera;
+  frame.backdrop = video.picture;
   return {std::move(frame), std::move(hud)};
 }
 

@@ -3,6 +3,7 @@
 #include <string>
 
 #include "components/synthetic_viewer/aids.hpp"
+#include "components/synthetic_viewer/camera_view.hpp"
 #include "components/synthetic_viewer/cell_scene.hpp"
 #include "components/synthetic_viewer/config.hpp"
 #include "components/synthetic_viewer/hud.hpp"
@@ -24,6 +25,7 @@ class Compositor {
   struct Picture {
     Frame frame;
     Hud hud;
+    std::shared_ptr<const Image> inset = nullptr;  ///< a picture in the upper right of it; null: none
   };
 
   /// The inputs of a picture.
@@ -44,6 +46,11 @@ class Compositor {
   Camera hit_camera(const Moment& moment, const HitView& hit) const;
   /// Returns the picture from the camera on the arm's last link.
   Picture tool_picture(const Moment& moment) const;
+  /// Returns a real camera's picture with edges, paint, arrows and the cone of `hit` over it, all as they
+  /// were when it was exposed: `then` is the state of that time, whose now_ns it is. Nothing is drawn over a
+  /// picture that is not live. `now`: of the banner.
+  Picture camera_picture(const Moment& then, const Moment& now, const VideoMoment& video,
+                         const HitView& hit) const;
 
  private:
   Frame frame_from(const Moment& moment, View view, const Camera& camera, Hud& hud) const;

@@ -45,6 +45,17 @@ void read_tool_view(const Fields& view, ToolViewConfig& config) {
              "must not be the place of eye_m itself");
 }
 
+void read_camera_view(const Fields& view, CameraViewConfig& config) {
+  read_format(view, config.format);
+  view.number("silent_s", config.staleness.silent_s);
+  view.number("stuck_s", config.staleness.stuck_s);
+  view.choice("inset", config.inset, {{"none", std::nullopt}, {"hit", View::kHit}, {"main", View::kMain}});
+  if (view.text("camera").empty()) return;
+  config.camera = load_video_camera(view.existing_file("camera"));
+  view.check(config.camera->calibrated(), "camera",
+             "has no lens or no pose: calibrate it (synthetic_viewer calibrate --help)");
+}
+
 void read_page(const Fields& page, const std::filesystem::path& page_secrets, PageConfig& config) {
   page.flag("enabled", config.enabled);
   page.text("address", config.address);
@@ -94,6 +105,7 @@ ViewerConfig load_config(const std::filesystem::path& path, const std::filesyste
   read_main_view(file.section("main_view"), config.main_view);
   read_hit_view(file.section("hit_view"), config.hit_view);
   read_tool_view(file.section("tool_view"), config.tool_view);
+  read_camera_view(file.section("camera_view"), config.camera_view);
   const Fields arrow = file.section("pgv_arrow");
   arrow.choice("length", config.pgv_arrow.length,
                {{"inverse_strength", PgvLength::kInverseStrength},
@@ -111,9 +123,12 @@ ViewerConfig load_config(const std::filesystem::path& path, const std::filesyste
   recording.choice("format", config.recording.format,
                    {{"mp4", VideoFormat::kMp4}, {"avi", VideoFormat::kAvi}});
   recording.number("rate_hz", config.recording.rate_hz);
-  recording.choice(
-      "at_start", config.recording.at_start,
-      {{"none", std::nullopt}, {"main", View::kMain}, {"hit", View::kHit}, {"tool", View::kTool}});
+  recording.choice("at_start", config.recording.at_start,
+                   {{"none", std::nullopt},
+                    {"main", View::kMain},
+                    {"hit", View::kHit},
+                    {"tool", View::kTool},
+                    {"camera", View::kCamera}});
   const auto report = file.section("report");
   report.number("samples", config.report_samples);
   report.number("hit_pictures", config.report_pictures);

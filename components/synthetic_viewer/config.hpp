@@ -10,6 +10,7 @@
 #include "common/core/units.hpp"
 #include "common/runtime/role_secrets.hpp"
 #include "components/synthetic_viewer/aids.hpp"
+#include "components/synthetic_viewer/camera_view.hpp"
 #include "components/synthetic_viewer/recorder.hpp"
 #include "components/synthetic_viewer/renderer.hpp"
 #include "components/synthetic_viewer/state.hpp"
@@ -43,6 +44,14 @@ struct ToolViewConfig {
   double field_of_view_rad = 60 * core::kRadPerDegree;
 };
 
+/// The view of a real camera, with the model over it.
+struct CameraViewConfig {
+  std::optional<VideoCamera> camera;  ///< calibrated; none: there is no such view
+  PictureFormat format{1280, 720, 1, false};
+  VideoStaleness staleness;
+  std::optional<View> inset = View::kHit;  ///< what stands in the picture's upper right; none: nothing
+};
+
 struct PageConfig {
   bool enabled = true;
   std::string address = "127.0.0.1";
@@ -71,6 +80,7 @@ struct ViewerConfig {
   MainViewConfig main_view;
   HitZoneViewConfig hit_view;
   ToolViewConfig tool_view;
+  CameraViewConfig camera_view;
   PgvArrow pgv_arrow;
   Staleness staleness;
   PageConfig page;

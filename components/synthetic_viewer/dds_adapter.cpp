@@ -22,6 +22,8 @@ namespace {
 // The time in which a stop is confirmed, plus two network delays.
 constexpr double kStopAnswer_s = core::seconds(core::kStopConfirmedWithin_ns) + 0.05;
 constexpr double kAnswer_s = 0.5;
+// Main, hit and tool: topic view_picture has no real camera's.
+constexpr std::size_t kPicturedViews = 3;
 
 }  // namespace
 
@@ -33,7 +35,8 @@ struct DdsAdapter::Impl {
   messages::Requester<messages::WorkspaceCommand, messages::WorkspaceReply> workspace_requester;
   std::optional<messages::Publisher<messages::ViewPose>> view_poses;
   std::optional<messages::Publisher<messages::ViewPicture>> pictures;
-  std::array<Broadcast<std::string>::Content, kViews.size()> published;  // the picture of each view
+  // The newest picture of each view that the topic has.
+  std::array<Broadcast<std::string>::Content, kPicturedViews> published;
   bool follows_pictures = false;
   core::Nanoseconds pictures_due_ns = 0;
   messages::StatusReporter status;
@@ -77,6 +80,10 @@ struct DdsAdapter::Impl {
                                sample.state == LinkState::kStopped ? sample.stop.id : 0, sample.received_ns);
   }
   Command completed(Command command) const;
+  void remember(const ArmSample& sample) { inbox.past.arms.take(sample); }
+  void remember(const PerceptSample& sample) { inbox.past.percepts.take(sample); }
+  void remember(const GripperSample& sample) { inbox.past.grippers.take(sample); }
+  void remember(const MasterSample&) {}
 
   /// Writes the states of a topic that are heeded to a snapshot.
   template <class T, class Sample>
@@ -84,6 +91,7 @@ struct DdsAdapter::Impl {
     return [this, &snapshot](const T& message, const dds::SampleInfo& info) {
       const auto sample = intake.take(message, info.received_ns, inbox.stops);
       if (!sample) return false;
+      remember(*sample);
       if constexpr (std::is_same_v<Sample, ArmSample>) {
         arm_for_hits.write(*sample);
         notify_client(core::Side::kSlave, *sample);
@@ -235,9 +243,10 @@ void DdsAdapter::publish_pictures(PageContent& page, double rate_Hz) {
   if (!impl_->pictures) impl_->pictures.emplace(impl_->participant, dds::kViewPicture);
   const bool wanted = impl_->pictures->matched() > 0;
   if (wanted != impl_->follows_pictures)
-    for (ViewOutput& view : page.views) view.jpeg.followers.fetch_add(wanted ? 1 : -1);
+    for (std::size_t view = 0; view < kPicturedViews; ++view)
+      page.views[view].jpeg.followers.fetch_add(wanted ? 1 : -1);
   impl_->follows_pictures = wanted;
-  for (std::size_t view = 0; wanted && view < page.views.size(); ++view) {
+  for (std::size_t view = 0; wanted && view < kPicturedViews; ++view) {
     const auto newest = page.views[view].jpeg.newest();
     if (!newest || newest == impl_->published[view] || newest->size() > messages::kMostPictureBytes) continue;
     impl_->published[view] = newest;

@@ -16,7 +16,8 @@ Drawing::Drawing(const ViewerConfig& config, const runtime::CellConfig& cell, ro
       scene_(std::move(arm), cell.min_m, cell.max_m, cell.arm(config.arm).name),
       compositor_(config, cell.name, scene_),
       viewer_(config.hit_view.rule) {
-  for (const LinkMeshData& part : arm_meshes) scene_.links.push_back(uploaded(part, renderer_));
+  for (const LinkMeshData& part : arm_meshes)
+    scene_.links.push_back(uploaded(part, renderer_, config.camera_view.camera.has_value()));
   link_boxes_ = scene_.link_boxes();
 }
 
@@ -32,7 +33,7 @@ core::Status Drawing::take(MeshChunkSample chunk) {
         core::ErrorCode::kResourceExhausted,
         "the meshes of all objects have too many triangles; allowed: " + std::to_string(most_triangles_) +
             " in " + std::to_string(kMostMeshes) + " meshes");
-  MeshBody& body = scene_.meshes[hash] = uploaded(**mesh, renderer_);
+  MeshBody& body = scene_.meshes[hash] = uploaded(**mesh, renderer_, config_.camera_view.camera.has_value());
   body.order = next_order_++;
   triangles_ += triangles;
   return {};
@@ -87,17 +88,43 @@ void Drawing::resume(core::Nanoseconds now_ns) {
 }
 
 void Drawing::paint(const SkinSample& skin) {
-  const auto& before = state_.skin.felt;
+  paint_links(skin, state_.skin.felt, 0);
+  if (state_.skin.felt != skin.felt) ++scene_.paint_number;
+  if (camera_view_ != nullptr) camera_view_->take(skin);
+}
+
+/// Repaints the links that feel something or did before; `first`: the handle of the first link's paint.
+void Drawing::paint_links(const SkinSample& skin, const std::vector<SkinPatchSample>& before,
+                          PaintHandle first) {
   std::vector<char> felt(link_boxes_.size(), 0);
   for (const auto* patches : {&before, &skin.felt}) {
     for (const SkinPatchSample& patch : *patches) felt[patch.link] = 1;
   }
   for (std::size_t link = 0; link < felt.size(); ++link) {
     if (felt[link] == 0) continue;
-    renderer_.paint(static_cast<PaintHandle>(link),
+    renderer_.paint(first + static_cast<PaintHandle>(link),
                     paint_link(link_boxes_[link], skin.patch_m, skin.felt, link));
   }
-  if (before != skin.felt) ++scene_.paint_number;
+}
+
+bool Drawing::take_video(core::Nanoseconds now_ns) {
+  if (camera_view_ == nullptr) return false;
+  video_ = camera_view_->at(now_ns);
+  const SkinSample skin = camera_view_->state_at(state_, video_.exposed_ns, config_.staleness).skin;
+  if (skin.felt == felt_over_video_) return true;
+  paint_links(skin, felt_over_video_, kPaintOverVideo);
+  felt_over_video_ = skin.felt;
+  ++paint_number_over_video_;
+  return true;
+}
+
+Compositor::Picture Drawing::camera_picture() const {
+  const core::Nanoseconds then_ns = video_.exposed_ns;
+  const ViewerState then =
+      camera_view_ == nullptr ? state_ : camera_view_->state_at(state_, then_ns, config_.staleness);
+  auto picture = compositor_.camera_picture({then, objects_, bodies_, then_ns}, now(), video_, hit_);
+  if (picture.frame.paint_number != 0) picture.frame.paint_number = paint_number_over_video_;
+  return picture;
 }
 
 bool Drawing::advance(core::Nanoseconds now_ns, double dt_s) {
@@ -130,9 +157,10 @@ ViewPoseSample Drawing::view_pose() const {
 }
 
 Compositor::Picture Drawing::picture(View view) const {
-  return view == View::kMain  ? compositor_.main_picture(now(), hit_)
-         : view == View::kHit ? compositor_.hit_picture(now(), hit_)
-                              : compositor_.tool_picture(now());
+  return view == View::kMain   ? compositor_.main_picture(now(), hit_)
+         : view == View::kHit  ? compositor_.hit_picture(now(), hit_)
+         : view == View::kTool ? compositor_.tool_picture(now())
+                               : camera_picture();
 }
 
 Drawing::AlertPicture Drawing::picture(const HitSample& hit) const {
@@ -154,9 +182,10 @@ Drawing::AlertPicture Drawing::picture(const HitSample& hit) const {
 }
 
 const PictureFormat& Drawing::format(View view) const {
-  return view == View::kMain  ? config_.main_view.format
-         : view == View::kHit ? config_.hit_view.format
-                              : config_.tool_view.format;
+  return view == View::kMain   ? config_.main_view.format
+         : view == View::kHit  ? config_.hit_view.format
+         : view == View::kTool ? config_.tool_view.format
+                               : config_.camera_view.format;
 }
 
 std::optional<Image> Drawing::report_picture(Compositor::Picture picture, const GiveUp& give_up) {

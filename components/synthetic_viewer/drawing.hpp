@@ -59,6 +59,13 @@ class Drawing {
   /// that suits it.
   AlertPicture picture(const HitSample& hit) const;
 
+  /// Gives the drawing a real camera's view; `view` must outlive it.
+  void attach(CameraView& view) { camera_view_ = &view; }
+  /// Takes the camera's newest picture, and the skin's paint of its time, for picture(View::kCamera). Returns
+  /// whether there is a camera.
+  /// `now_ns`: the present time; a round may have begun long ago.
+  bool take_video(core::Nanoseconds now_ns);
+
   const PictureFormat& format(View view) const;
   /// Renders a picture for the report at its higher quality. Returns nothing if `give_up` returned true
   /// meanwhile.
@@ -68,6 +75,8 @@ class Drawing {
 
  private:
   bool make_room(std::size_t triangles);
+  Compositor::Picture camera_picture() const;
+  void paint_links(const SkinSample& skin, const std::vector<SkinPatchSample>& before, PaintHandle first);
   Compositor::Moment now() const { return {state_, objects_, bodies_, now_ns_}; }
 
   const ViewerConfig& config_;
@@ -82,6 +91,10 @@ class Drawing {
   std::uint64_t next_order_ = 0, given_up_ = 0;
   SyntheticViewer viewer_;
   HitView hit_;
+  CameraView* camera_view_ = nullptr;  // null: no real camera
+  VideoMoment video_;
+  std::vector<SkinPatchSample> felt_over_video_;
+  std::uint64_t paint_number_over_video_ = 0;
   RayScene objects_, bodies_;  // present obstacles, without and with the arm
   core::Nanoseconds now_ns_ = 0;
 };

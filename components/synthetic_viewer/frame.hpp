@@ -3,10 +3,12 @@
 #include <Eigen/Core>
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "common/geometry/pose.hpp"
 #include "components/synthetic_viewer/camera.hpp"
+#include "components/synthetic_viewer/image.hpp"
 
 namespace phantom::synthetic_viewer {
 
@@ -34,6 +36,8 @@ struct DrawItem {
   PaintHandle paint = kNoPaint;
   /// Transform to the frame of the paint volume.
   Eigen::Matrix4f paint_from_mesh = Eigen::Matrix4f::Identity();
+  /// Not drawn itself, as the picture behind shows it: it hides what is behind it, and its paint is seen.
+  bool over_video = false;
 };
 
 struct Line {
@@ -46,6 +50,9 @@ struct Frame {
   std::vector<DrawItem> items;
   std::vector<Line> lines;
   Colour line_colour{0.10F, 0.15F, 0.20F};
+  bool bold_lines = false;  ///< with a dark border, to be seen on any ground
+  /// A picture as background, in place of the plain one; of the size that is drawn. Null: none.
+  std::shared_ptr<const Image> backdrop;
   /// The floor's grid lies in the plane z = floor_min_m.z().
   Eigen::Vector3f floor_min_m = Eigen::Vector3f::Zero();
   Eigen::Vector3f floor_max_m = Eigen::Vector3f::Zero();  ///< if not above floor_min_m, no floor

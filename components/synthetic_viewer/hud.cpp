@@ -144,6 +144,16 @@ void draw_hud(Image& image, const Hud& hud) {
   if (hud.alarm) cv::rectangle(image, {0, 0, image.cols, image.rows}, kRed, 2 * brush.px(4));
 }
 
+void draw_inset(Image& image, const Image& inset) {
+  const Brush brush(image);
+  const int width = image.cols / 4, height = std::max(1, width * inset.rows / std::max(1, inset.cols));
+  const int border = brush.px(2), margin = brush.px(14);
+  const cv::Rect place(image.cols - width - margin, margin, width, height);
+  if ((place & cv::Rect(0, 0, image.cols, image.rows)) != place) return;
+  cv::resize(inset, image(place), place.size(), 0, 0, cv::INTER_AREA);
+  cv::rectangle(image, place, kText, border);
+}
+
 Image banner_image(const std::string& text, int width_px, bool alarm) {
   const cv::Scalar ground = alarm ? cv::Scalar(30, 24, 190) : cv::Scalar(24, 20, 120);
   const auto lines = static_cast<int>(1 + std::count(text.begin(), text.end(), '\n'));

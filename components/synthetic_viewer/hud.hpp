@@ -31,6 +31,9 @@ struct Hud {
 /// Draws the HUD on the picture. Sizes scale with the picture's height. Pure.
 void draw_hud(Image& image, const Hud& hud);
 
+/// Draws a picture, a quarter as wide as `image`, into its upper right corner, with a border. Pure.
+void draw_inset(Image& image, const Image& inset);
+
 /// Returns a picture of a banner alone, of the given width. The window shows it without waiting for the next
 /// picture.
 Image banner_image(const std::string& text, int width_px, bool alarm);

@@ -9,6 +9,7 @@
 
 #include "common/core/snapshot.hpp"
 #include "components/synthetic_viewer/camera_control.hpp"
+#include "components/synthetic_viewer/recent_samples.hpp"
 #include "components/synthetic_viewer/samples.hpp"
 #include "components/synthetic_viewer/stop_board.hpp"
 
@@ -32,7 +33,8 @@ class Inbox {
   core::Snapshot<PerceptSample> percept;
   core::Snapshot<MasterSample> master;
   core::Snapshot<GripperSample> gripper;
-  StopBoard stops;  ///< any thread
+  StopBoard stops;     ///< any thread
+  RecentSamples past;  ///< any thread
 
   /// Queues an event. Any thread. A raised alert is urgent. Returns false if the queue is full: the event is
   /// then lost and counted.

@@ -11,6 +11,7 @@
 #include "common/runtime/line_writer.hpp"
 #include "common/runtime/process.hpp"
 #include "components/synthetic_viewer/arm_meshes.hpp"
+#include "components/synthetic_viewer/calibrate.hpp"
 #include "components/synthetic_viewer/dds_adapter.hpp"
 #include "components/synthetic_viewer/gl_context.hpp"
 #include "components/synthetic_viewer/publishing_schedule.hpp"
@@ -111,7 +112,8 @@ int main(int argc, char** argv) {
   using namespace phantom::synthetic_viewer;
   SheetRequest sheet;
   ReviewArguments review;
-  runtime::Command sheet_command, review_command;
+  CalibrateRequest calibrate;
+  runtime::Command sheet_command, review_command, calibrate_command;
   bool window = false;
   std::filesystem::path page_secrets;
   runtime::ProcessDescription description;
@@ -131,14 +133,17 @@ int main(int argc, char** argv) {
     app.option("--page-secrets", page_secrets, "folder of the page's secrets, where page.secrets names none");
     sheet_command = add_sheet_command(app, sheet);
     review_command = add_review_command(app, review);
+    calibrate_command = add_calibrate_command(app, calibrate);
   };
   description.parameters = {kParameters};
   description.run = [&](const runtime::ProcessOptions& options) {
     ViewerConfig config = load_config(options.config, page_secrets);
     std::optional<runtime::EndsAtOnce> starting;
-    if (sheet_command.given()) starting.emplace(runtime::kExitFailed);
+    const bool without_topics = sheet_command.given() || calibrate_command.given();
+    if (without_topics) starting.emplace(runtime::kExitFailed);
     if (sheet_command.given()) return run_sheet(sheet, config);
     if (review_command.given()) return run_review(review, std::move(config), options);
+    if (calibrate_command.given()) return run_calibrate(calibrate, config);
     starting.emplace();
     const runtime::Deployment deployment = runtime::load_deployment(options);
     dds::check_qos_profiles(deployment.network.qos_profiles);

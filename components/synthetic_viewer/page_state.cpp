@@ -278,6 +278,7 @@ std::string page_state_json(const ViewerState& state, const CellScene& scene, co
         {"graphics", facts.graphics},
         {"allow_commands", facts.allow_commands},
         {"tool_view", facts.tool_view},
+        {"camera", facts.camera},
         {"message", in_english(facts.message)},
         {"message_words", words_json(facts.message)}}},
       {"model",

@@ -20,6 +20,7 @@ struct PageFacts {
   core::Nanoseconds start_ns = 0;
   Words message;                           ///< what is missing; empty: nothing
   std::optional<Review::Position> review;  ///< of the recording that is shown; none: live
+  std::string camera = {};                 ///< name of the real camera; empty: there is none
 };
 
 /// Returns the JSON of one server-sent event: link, percept, joints, hits, components, view, review. Unknown

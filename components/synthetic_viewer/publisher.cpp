@@ -14,14 +14,16 @@ bool ViewPainter::draw(Renderer& renderer, const Compositor::Picture& picture, c
     if (!drawn) return false;
     bare_ = std::move(*drawn);
   }
-  if (!other && last_->hud == picture.hud) return true;
+  if (!other && last_->hud == picture.hud && last_->inset == picture.inset) return true;
   Image image = bare_.clone();
+  if (picture.inset) draw_inset(image, *picture.inset);
   draw_hud(image, picture.hud);
   image_ = std::make_shared<Image>(std::move(image));
   jpeg_.reset();
   // Compares with the frame last drawn, so that small steps cannot add up unseen.
   if (other) last_ = picture;
   last_->hud = picture.hud;
+  last_->inset = picture.inset;
   return true;
 }
 
@@ -120,7 +122,8 @@ void Publisher::show_threats(Drawing& drawing) {
     output.jpeg.clear();
     return output.image.clear();
   }
-  show(drawing, View::kHit, output.followed() && !just_drawn, {});
+  const bool inset = config_.camera_view.inset == View::kHit && page_.view(View::kCamera).followed();
+  show(drawing, View::kHit, (output.followed() || inset) && !just_drawn, {});
 }
 
 /// Publishes a view's newest picture, after drawing it if `drawn`. Returns false if drawing was given up.
@@ -133,8 +136,25 @@ bool Publisher::show(Drawing& drawing, View view, bool drawn, const GiveUp& give
   return true;
 }
 
+/// Publishes a real camera's picture, with another view in its corner. Returns false if drawing was given up.
+bool Publisher::show_camera(Drawing& drawing, const GiveUp& give_up) {
+  ViewOutput& output = page_.view(View::kCamera);
+  if (output.followed() && drawing.take_video(core::monotonic_ns())) {
+    Compositor::Picture picture = drawing.picture(View::kCamera);
+    const auto& inset = config_.camera_view.inset;
+    if (inset && (*inset != View::kHit || drawing.hit_view().alert != 0))
+      picture.inset = painter(*inset).image();
+    if (!painter(View::kCamera).draw(drawing.renderer(), picture, drawing.format(View::kCamera), give_up))
+      return false;
+  }
+  painter(View::kCamera).publish(output, config_.jpeg_quality);
+  return true;
+}
+
 bool Publisher::show_views(Drawing& drawing, bool arm_known, const GiveUp& give_up) {
-  return show(drawing, View::kMain, page_.view(View::kMain).followed(), give_up) &&
+  const bool inset = config_.camera_view.inset == View::kMain && page_.view(View::kCamera).followed();
+  return show(drawing, View::kMain, page_.view(View::kMain).followed() || inset, give_up) &&
+         show_camera(drawing, give_up) &&
          (!config_.tool_view.enabled || !arm_known ||
           show(drawing, View::kTool, page_.view(View::kTool).followed(), give_up));
 }

@@ -74,6 +74,7 @@ class Publisher {
  private:
   void show_first(Drawing& drawing, const HitSample& hit);
   bool show(Drawing& drawing, View view, bool drawn, const GiveUp& give_up);
+  bool show_camera(Drawing& drawing, const GiveUp& give_up);
   std::string snapshot();
   ViewPainter& painter(View view) { return painters_[static_cast<std::size_t>(view)]; }
 

@@ -100,6 +100,7 @@ struct Renderer::Shot {
   Eigen::Matrix4f clip_from_W;
   Eigen::Vector3f eye_m;
   float pixels_per_radian;  // in the picture's middle
+  Eigen::Vector2f pixel;    // size of one in clip coordinates
 };
 
 struct Renderer::Parts {
@@ -108,6 +109,10 @@ struct Renderer::Parts {
   GLuint flat = gl::link_program(shaders::kFlatVertex, shaders::kFlatFragment);
   GLuint background = gl::link_program(shaders::kBackgroundVertex, shaders::kBackgroundFragment);
   GLuint floor = gl::link_program(shaders::kFloorVertex, shaders::kFloorFragment);
+  GLuint over_video =
+      gl::link_program(shaders::kMeshVertex, shaders::kMeshFragment, "#define PAINTED\n#define OVER_VIDEO\n");
+  GLuint backdrop = gl::link_program(shaders::kBackgroundVertex, shaders::kBackdropFragment);
+  GLuint backdrop_texture = 0;
   GLuint empty_array = 0, line_array = 0, line_buffer = 0;
   std::map<MeshHandle, Body> bodies;
   std::map<PaintHandle, gl::Paint> paints;
@@ -179,7 +184,8 @@ std::optional<Image> Renderer::render_unless(const Frame& frame, const PictureFo
   // that its rows are read back in image order without a copy.
   Shot view{(projection_matrix(frame.camera, aspect) * view_matrix(frame.camera)).cast<float>(),
             frame.camera.eye_m.cast<float>(),
-            static_cast<float>(format.height_px / (2 * std::tan(frame.camera.vertical_fov_rad / 2)))};
+            static_cast<float>(format.height_px / (2 * std::tan(frame.camera.vertical_fov_rad / 2))),
+            {2.0F / static_cast<float>(format.width_px), 2.0F / static_cast<float>(format.height_px)}};
   view.clip_from_W.row(1) *= -1.0F;
   glBindFramebuffer(GL_FRAMEBUFFER, target.frame);
   glViewport(0, 0, format.width_px, format.height_px);
@@ -187,9 +193,14 @@ std::optional<Image> Renderer::render_unless(const Frame& frame, const PictureFo
   glEnable(GL_CULL_FACE);
   glDepthMask(GL_TRUE);
   glClear(GL_DEPTH_BUFFER_BIT | GL_STENCIL_BUFFER_BIT);
-  draw_background();
+  if (frame.backdrop) {
+    draw_backdrop(*frame.backdrop);
+  } else {
+    draw_background();
+  }
   draw_floor(frame, view);
   if (format.shadows) draw_shadows(frame, view);
+  draw_over_video(frame, view);
   draw_lines(frame, view);
   if (!draw_items(frame, view, give_up)) return std::nullopt;
   if (target.plain_frame != 0) {
@@ -212,6 +223,52 @@ void Renderer::draw_background() const {
   glBindVertexArray(parts_->empty_array);
   glDrawArrays(GL_TRIANGLES, 0, 3);
   glEnable(GL_CULL_FACE);
+}
+
+void Renderer::draw_backdrop(const Image& picture) {
+  glDisable(GL_DEPTH_TEST);
+  glDisable(GL_BLEND);
+  glDisable(GL_CULL_FACE);
+  if (parts_->backdrop_texture == 0) glGenTextures(1, &parts_->backdrop_texture);
+  glBindTexture(GL_TEXTURE_2D, parts_->backdrop_texture);
+  glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
+  glTexImage2D(GL_TEXTURE_2D, 0, GL_RGB8, picture.cols, picture.rows, 0, GL_BGR, GL_UNSIGNED_BYTE,
+               picture.data);
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
+  glUseProgram(parts_->backdrop);
+  glBindVertexArray(parts_->empty_array);
+  glDrawArrays(GL_TRIANGLES, 0, 3);
+  glEnable(GL_CULL_FACE);
+}
+
+/// Draws the items that the backdrop shows already: first their depths alone, then the paint on them.
+void Renderer::draw_over_video(const Frame& frame, const Shot& view) const {
+  const auto all = [&](bool painted_only, GLuint program) {
+    glUseProgram(program);
+    gl::set(program, "clip_from_world", view.clip_from_W);
+    gl::set(program, "eye", view.eye_m);
+    for (const DrawItem& item : frame.items) {
+      const bool painted = parts_->paints.count(item.paint) > 0;
+      if (item.over_video && (painted || !painted_only) && in_sight(item, view) != nullptr)
+        draw_item(item, view, program);
+    }
+  };
+  if (std::ranges::none_of(frame.items, &DrawItem::over_video)) return;
+  glEnable(GL_DEPTH_TEST);
+  glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
+  glEnable(GL_POLYGON_OFFSET_FILL);  // a little back, so that what lies on a surface is not hidden by it
+  glPolygonOffset(1.5F, 8.0F);
+  all(false, parts_->plain);
+  glDisable(GL_POLYGON_OFFSET_FILL);
+  glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+  glUseProgram(parts_->over_video);
+  glUniform3fv(glGetUniformLocation(parts_->over_video, "ramp"), 3, frame.paint_ramp[0].data());
+  glEnable(GL_BLEND);
+  glDepthMask(GL_FALSE);
+  all(true, parts_->over_video);
+  glDepthMask(GL_TRUE);
+  glDisable(GL_BLEND);
 }
 
 void Renderer::draw_floor(const Frame& frame, const Shot& view) const {
@@ -256,13 +313,31 @@ void Renderer::draw_lines(const Frame& frame, const Shot& view) const {
   static_assert(sizeof(Line) == 6 * sizeof(float));
   glEnable(GL_DEPTH_TEST);
   glUseProgram(parts_->flat);
-  gl::set(parts_->flat, "clip_from_mesh", view.clip_from_W);
-  gl::set(parts_->flat, "colour", with_opacity(frame.line_colour, 1.0F));
   glBindVertexArray(parts_->line_array);
   glBindBuffer(GL_ARRAY_BUFFER, parts_->line_buffer);
   glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(frame.lines.size() * sizeof(Line)),
                frame.lines.data(), GL_STREAM_DRAW);
-  glDrawArrays(GL_LINES, 0, static_cast<GLsizei>(2 * frame.lines.size()));
+  // Wider lines are several, a pixel apart: the core profile has no others.
+  const auto draw = [&](const Eigen::Vector4f& colour, float first_px, float last_px) {
+    gl::set(parts_->flat, "colour", colour);
+    for (float x = first_px; x <= last_px; x += 1.0F)
+      for (float y = first_px; y <= last_px; y += 1.0F) {
+        Eigen::Matrix4f moved = view.clip_from_W;
+        moved.row(0) += x * view.pixel.x() * view.clip_from_W.row(3);
+        moved.row(1) += y * view.pixel.y() * view.clip_from_W.row(3);
+        gl::set(parts_->flat, "clip_from_mesh", moved);
+        glDrawArrays(GL_LINES, 0, static_cast<GLsizei>(2 * frame.lines.size()));
+      }
+  };
+  if (!frame.bold_lines) return draw(with_opacity(frame.line_colour, 1.0F), 0.0F, 0.0F);
+  glEnable(GL_BLEND);
+  glDepthFunc(GL_LEQUAL);
+  glDepthMask(GL_FALSE);
+  draw({0.0F, 0.0F, 0.0F, 0.25F}, -1.0F, 1.0F);
+  draw(with_opacity(frame.line_colour, 1.0F), 0.0F, 0.0F);
+  glDepthMask(GL_TRUE);
+  glDepthFunc(GL_LESS);
+  glDisable(GL_BLEND);
 }
 
 /// Draws the items. Returns false if that was given up.
@@ -277,7 +352,7 @@ bool Renderer::draw_items(const Frame& frame, const Shot& view, const GiveUp& gi
   glUniform3fv(glGetUniformLocation(parts_->painted, "ramp"), 3, frame.paint_ramp[0].data());
   std::vector<std::pair<float, const DrawItem*>> solid, see_through;  // by distance from the eye
   for (const DrawItem& item : frame.items) {
-    const Body* body = in_sight(item, view);
+    const Body* body = item.over_video ? nullptr : in_sight(item, view);
     if (body == nullptr) continue;
     const Eigen::Vector3f middle_m = (item.W_from_mesh * body->middle_m.homogeneous()).head<3>();
     (item.opacity >= 1.0F ? solid : see_through).emplace_back((middle_m - view.eye_m).norm(), &item);
@@ -318,10 +393,13 @@ const Renderer::Body* Renderer::in_sight(const DrawItem& item, const Shot& view)
 
 /// Draws an item. Returns its number of triangles.
 int Renderer::draw_item(const DrawItem& item, const Shot& view) const {
+  return draw_item(item, view, parts_->paints.count(item.paint) > 0 ? parts_->painted : parts_->plain);
+}
+
+int Renderer::draw_item(const DrawItem& item, const Shot& view, unsigned program) const {
   const Body& body = parts_->bodies.at(item.mesh);
   const auto paint = parts_->paints.find(item.paint);
-  const bool painted = paint != parts_->paints.end();
-  const GLuint program = painted ? parts_->painted : parts_->plain;
+  const bool painted = paint != parts_->paints.end() && program != parts_->plain;
   const float scale = scale_of(item);
   glUseProgram(program);
   if (painted) {

@@ -55,10 +55,13 @@ class Renderer {
   struct Body;
   struct Shot;
   void draw_background() const;
+  void draw_backdrop(const Image& picture);
+  void draw_over_video(const Frame& frame, const Shot& view) const;
   void draw_floor(const Frame& frame, const Shot& view) const;
   void draw_shadows(const Frame& frame, const Shot& view) const;
   bool draw_items(const Frame& frame, const Shot& view, const GiveUp& give_up) const;
   int draw_item(const DrawItem& item, const Shot& view) const;
+  int draw_item(const DrawItem& item, const Shot& view, unsigned program) const;
   void draw_lines(const Frame& frame, const Shot& view) const;
   const Body* in_sight(const DrawItem& item, const Shot& view) const;
 

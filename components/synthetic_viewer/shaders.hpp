@@ -30,7 +30,7 @@ void main() {
 
 /// Lighting: a key light, a cool fill light, sky and floor light by the normal, a small highlight, and a rim
 /// light that separates bodies from the dark background. With PAINTED, the colour of the closeness covers the
-/// item's colour and also glows a little.
+/// item's colour and also glows a little. With OVER_VIDEO, too, there is nothing but that colour.
 inline constexpr const char* kMeshFragment = R"(#version 330 core
 in vec3 world_position;
 in vec3 world_normal;
@@ -68,6 +68,9 @@ void main() {
 #endif
   vec3 lit = own * light + glint * 0.14 + edge * vec3(0.05, 0.06, 0.075);
   result = vec4(sqrt(min(mix(lit, own, shine), vec3(1.0))), colour.a);
+#ifdef OVER_VIDEO
+  result = vec4(sqrt(shade), 0.75 * cover);
+#endif
 }
 )";
 
@@ -102,6 +105,14 @@ void main() {
   float corner = dot(place, place);
   result = vec4(colour * (1.0 - 0.10 * corner), 1.0);
 }
+)";
+
+/// A picture as the background, without smoothing: it has the size of what is drawn.
+inline constexpr const char* kBackdropFragment = R"(#version 330 core
+in vec2 place;
+uniform sampler2D picture;
+out vec4 result;
+void main() { result = vec4(texture(picture, 0.5 + 0.5 * place).rgb, 1.0); }
 )";
 
 inline constexpr const char* kFloorVertex = R"(#version 330 core

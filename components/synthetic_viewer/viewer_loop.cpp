@@ -88,14 +88,36 @@ void ViewerLoop::run() {
     problem_ = std::current_exception();
   }
   drawing_.reset();
+  camera_view_.reset();
+  video_.reset();
   progress_.end();
   ended_ = true;
   publisher_.end();
 }
 
+/// Opens the real camera, if there is one, on a thread of its own.
+void ViewerLoop::open_camera() {
+  if (!config_.camera_view.camera) return;
+  const VideoCamera& camera = *config_.camera_view.camera;
+  VideoFeed::Open open = [&camera] {
+    const camera::Lens& lens = *camera.calibration.lens;
+    return open_video(camera, lens.width_px, lens.height_px);
+  };
+  if (camera.kind == VideoKind::kSimulated)
+    open = [this, &camera,
+            world = std::make_shared<const SimulatedWorld>(SimulatedWorld{cell_, arm_, arm_meshes_})] {
+      return open_simulated_camera(camera, config_.graphics, *world, inbox_.past);
+    };
+  video_ = std::make_unique<VideoFeed>(std::move(open));
+  camera_view_ = std::make_unique<CameraView>(camera, config_.camera_view.format,
+                                              config_.camera_view.staleness, *video_, inbox_.past);
+}
+
 void ViewerLoop::work() {
+  open_camera();
   drawing_ = std::make_unique<Drawing>(config_, cell_, std::move(arm_), arm_meshes_, state_);
   arm_meshes_.clear();
+  if (camera_view_) drawing_->attach(*camera_view_);
   state_.graphics = drawing_->renderer().description();
   spdlog::info("rendering with {}", state_.graphics);
   if (config_.recording.at_start) publisher_.take({.view = *config_.recording.at_start, .record = true});
@@ -225,7 +247,8 @@ void ViewerLoop::publish_state() {
                   state_.graphics,
                   review_ == nullptr ? start_ns_ : review_->begin_ns(),
                   missing_words(state_, scene, config_.staleness, shown_ns_),
-                  {}};
+                  {},
+                  config_.camera_view.camera ? config_.camera_view.camera->name : ""};
   if (review_ != nullptr) facts.review = review_->position(now_ns_);
   page_.state_json.publish(
       page_state_json(state_, scene, drawing_->hit_view(), config_.staleness, facts, shown_ns_));
@@ -256,6 +279,8 @@ core::Health ViewerLoop::health_now() const {
       {"forgotten", static_cast<double>(state_.forgotten + inbox_.stops.forgotten()), ""},
       {"alerts", static_cast<double>(state_.total_hits), ""},
       {"alerts_pictured", static_cast<double>(alert_to_picture.count()), ""},
+      {"video_pictures", video_ ? static_cast<double>(video_->status().number) : 0.0, ""},
+      {"video_refused", video_ ? static_cast<double>(video_->status().refused) : 0.0, ""},
       {"rounds_broken_off", static_cast<double>(rounds_.broken_off), ""},
       {"alert_to_picture_last", ms(publisher_.last_alert_to_picture_ns()), "ms"},
       {"alert_to_picture_p50", ms(alert_to_picture.quantile_ns(0.5)), "ms"},

@@ -15,6 +15,7 @@
 #include "components/synthetic_viewer/publisher.hpp"
 #include "components/synthetic_viewer/report.hpp"
 #include "components/synthetic_viewer/review.hpp"
+#include "components/synthetic_viewer/simulated_camera.hpp"
 
 namespace phantom::synthetic_viewer {
 
@@ -58,6 +59,7 @@ class ViewerLoop {
   bool round(double dt_s);
   core::Nanoseconds period_ns() const;
   void publish_state();
+  void open_camera();
   core::Health health_now() const;
 
   const ViewerConfig config_;
@@ -74,6 +76,8 @@ class ViewerLoop {
   robot::SerialArm arm_;
   std::vector<LinkMeshData> arm_meshes_;  // until they are uploaded
   ViewerState state_;
+  std::unique_ptr<VideoFeed> video_;  // null: no real camera
+  std::unique_ptr<CameraView> camera_view_;
   std::unique_ptr<Drawing> drawing_;
   std::deque<Event> backlog_;
   GiveUp views_give_up_;  // null in a round whose views must not be given up again

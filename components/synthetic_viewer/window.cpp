@@ -131,7 +131,7 @@ cv::Rect2d Window::Impl::place(View view) {
 }
 
 View Window::Impl::under_pointer() {
-  for (const View view : {View::kHit, View::kTool}) {
+  for (const View view : {View::kHit, View::kTool, View::kCamera}) {
     if (shown_of(view).image && place(view).contains(cv::Point2d(pointer_x, pointer_y))) return view;
   }
   return View::kMain;

@@ -46,6 +46,9 @@ function showViews(view, viewer) {
   put('hit-empty', text(state.link.views_enabled ? 'view.none_threatens' : 'view.views_off'));
   byId('tool-figure').hidden = !viewer.tool_view;
   follow('tool-view', viewer.tool_view ? 'stream/tool' : '');
+  byId('camera-figure').hidden = !viewer.camera;
+  follow('camera-view', viewer.camera ? 'stream/camera' : '');
+  if (viewer.camera) put('camera-caption', text('view.camera', { name: viewer.camera }));
 }
 
 // The buttons of every view: back to the default camera, and recording.
@@ -149,10 +152,11 @@ function followPointers(image, view) {
 }
 
 const kKeyTurn_deg = 5, kNodes = { A: 0, N: 9, S: 10, E: 11, W: 12, T: 13, B: 14 };
+for (const image of document.querySelectorAll('.view img'))
+  image.addEventListener('error', () => Object.assign(image.dataset, { stream: '', retry: performance.now() + 2000 }));
 for (const image of document.querySelectorAll('[data-view]')) {
   const { view } = image.dataset;
   image.draggable = false;
-  image.addEventListener('error', () => Object.assign(image.dataset, { stream: '', retry: performance.now() + 2000 }));
   followPointers(image, view);
   image.addEventListener('keydown', event => {
     const turn = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] }[event.key];

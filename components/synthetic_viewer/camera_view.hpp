@@ -1,0 +1,68 @@
+#pragma once
+
+#include <deque>
+#include <memory>
+#include <string>
+
+#include "components/synthetic_viewer/picture_warp.hpp"
+#include "components/synthetic_viewer/recent_samples.hpp"
+#include "components/synthetic_viewer/renderer.hpp"
+#include "components/synthetic_viewer/state.hpp"
+#include "components/synthetic_viewer/video_feed.hpp"
+
+namespace phantom::synthetic_viewer {
+
+/// When video is out of date.
+struct VideoStaleness {
+  double silent_s = 0.5;  ///< since the last picture came
+  double stuck_s = 2.0;   ///< since the last picture came that differs from the one before; 0: not looked at
+};
+
+/// A camera's picture as it is shown at one moment, and of which moment it is.
+struct VideoMoment {
+  std::shared_ptr<const Image>
+      picture;    ///< without distortion, of the view's size; darkened if not live; null: none
+  Camera camera;  ///< sees the world as the picture does
+  std::string name;
+  std::string calibration;  ///< how good it is, in a few words; empty: not told
+  bool live = false;        ///< false: nothing may be drawn over the picture
+  std::string problem;      ///< what must be said in large letters if it is not live
+  bool latency_known = false;
+  core::Nanoseconds exposed_ns = 0;  ///< if the latency is not known: when the picture came
+  double age_s = 0.0;                ///< since then
+};
+
+/// Prepares a camera's video for drawing: takes the distortion out, judges its age, and knows the samples of
+/// its time. Used on the viewer's thread.
+class CameraView {
+ public:
+  /// `camera` must be calibrated. All references must outlive this.
+  CameraView(const VideoCamera& camera, const PictureFormat& format, const VideoStaleness& staleness,
+             const VideoFeed& feed, const RecentSamples& past);
+
+  /// Takes the skin's percept, for pictures of its time.
+  void take(const SkinSample& skin);
+  /// Returns the video as it stands now.
+  VideoMoment at(core::Nanoseconds now_ns);
+  /// Returns the state as it was at a time: arm, gripper, percept and skin of then, or not known; all else as
+  /// now.
+  ViewerState state_at(const ViewerState& now, core::Nanoseconds time_ns, const Staleness& staleness) const;
+  /// Returns the number of pictures that the feed refused.
+  std::uint64_t refused() const { return feed_.status().refused; }
+
+ private:
+  void straighten(const VideoStatus& status);
+  std::string fault(const VideoStatus& status, core::Nanoseconds now_ns) const;
+
+  const VideoCamera& camera_;
+  const VideoStaleness staleness_;
+  const VideoFeed& feed_;
+  const RecentSamples& past_;
+  camera::Lens straight_;
+  PictureWarp warp_;
+  std::uint64_t shown_ = 0;  // number of the picture below
+  std::shared_ptr<const Image> picture_, dark_;
+  std::deque<SkinSample> skins_;
+};
+
+}  // namespace phantom::synthetic_viewer

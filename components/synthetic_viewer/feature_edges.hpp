@@ -1,0 +1,33 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "common/geometry/mesh.hpp"
+#include "components/synthetic_viewer/frame.hpp"
+
+namespace phantom::synthetic_viewer {
+
+/// The edges of a mesh, for drawing it as lines. Constant once made.
+struct EdgeMesh {
+  struct Edge {
+    std::array<std::uint32_t, 2> ends;   ///< indices into places_m
+    std::array<std::uint32_t, 2> sides;  ///< the triangles beside it; the same twice at a border
+    bool feature;                        ///< sharp, a border, or where more than two triangles meet
+  };
+  std::vector<Eigen::Vector3f> places_m;
+  std::vector<Eigen::Vector3f> normals;  ///< of each triangle, not zero
+  std::vector<Edge> edges;
+};
+
+/// Returns the edges of a mesh; those that bend by more than `sharp_rad` are features. Vertices at one place
+/// count as one; triangles without area are left out. Pure.
+EdgeMesh edges_of(const geometry::TriangleMesh& mesh, double sharp_rad = 0.5);
+
+/// Appends the features and the silhouette of a body as seen from `eye_m` (in W), hidden ones, too.
+void add_edges(const EdgeMesh& mesh, const geometry::Pose& X_WM, const Eigen::Vector3d& eye_m,
+               std::vector<Line>& lines);
+
+}  // namespace phantom::synthetic_viewer

@@ -1,0 +1,23 @@
+#pragma once
+
+#include "components/synthetic_viewer/recent_past.hpp"
+#include "components/synthetic_viewer/samples.hpp"
+
+namespace phantom::synthetic_viewer {
+
+/// What came over the topics in the last seconds. Any thread.
+struct RecentSamples {
+  Past<ArmSample> arms;
+  Past<PerceptSample> percepts;
+  Past<GripperSample> grippers;
+
+  /// Returns the arm at a time, between the samples around it; received_ns 0: it is not known for then. A
+  /// newest sample that is older by 50 ms at most counts as still true. `silence_ns`: how long the slave may
+  /// be silent.
+  ArmSample arm_at(core::Nanoseconds time_ns, core::Nanoseconds silence_ns) const;
+  /// Returns the percept at a time likewise; of samples about different links the earlier one.
+  PerceptSample percept_at(core::Nanoseconds time_ns, core::Nanoseconds silence_ns) const;
+  GripperSample gripper_at(core::Nanoseconds time_ns, core::Nanoseconds silence_ns) const;
+};
+
+}  // namespace phantom::synthetic_viewer

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include "common/robot/serial_arm.hpp"
+#include "common/runtime/cell.hpp"
+#include "components/synthetic_viewer/arm_meshes.hpp"
+#include "components/synthetic_viewer/gl_context.hpp"
+#include "components/synthetic_viewer/recent_samples.hpp"
+#include "components/synthetic_viewer/video_source.hpp"
+
+namespace phantom::synthetic_viewer {
+
+/// What a simulated camera sees: the cell's objects where they really stand, and its arm.
+struct SimulatedWorld {
+  runtime::CellConfig cell;
+  robot::SerialArm arm;
+  std::vector<LinkMeshData> arm_meshes;
+};
+
+/// Returns a source that renders the world as the lens images it: distorted, with noise, smeared over its
+/// exposure, and late. The arm is as `past` has it in the middle of the exposure; not there while it is not
+/// known. What an arm carries stands where it was at the start. `world` and `past` must outlive the source.
+/// It has an OpenGL context of its own. Throws core::MissingError if there is no OpenGL, core::ConfigError
+/// for a mesh that cannot be loaded.
+std::unique_ptr<VideoSource> open_simulated_camera(const VideoCamera& camera, GraphicsPlatform graphics,
+                                                   const SimulatedWorld& world, const RecentSamples& past);
+
+}  // namespace phantom::synthetic_viewer

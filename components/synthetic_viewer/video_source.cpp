@@ -1,0 +1,218 @@
+#include "components/synthetic_viewer/video_source.hpp"
+
+#include <fmt/format.h>
+#include <sys/stat.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/videoio.hpp>
+#include <system_error>
+#include <thread>
+#include <vector>
+
+#include "common/core/errors.hpp"
+
+namespace phantom::synthetic_viewer {
+namespace {
+
+constexpr std::size_t kMostPicturesInAFolder = 100000;
+constexpr int kMostFaultsInARow = 50;
+
+struct PictureSize {
+  int width_px = 0, height_px = 0;
+};
+
+std::uint32_t big_endian(std::span<const std::uint8_t> octets) {
+  std::uint32_t value = 0;
+  for (const std::uint8_t octet : octets) value = value << 8 | octet;
+  return value;
+}
+
+std::optional<PictureSize> png_size(std::span<const std::uint8_t> file) {
+  constexpr std::array<std::uint8_t, 8> kHead{0x89, 'P', 'N', 'G', '\r', '\n', 0x1A, '\n'};
+  if (file.size() < 24 || !std::equal(kHead.begin(), kHead.end(), file.begin())) return std::nullopt;
+  const std::uint32_t width = big_endian(file.subspan(16, 4)), height = big_endian(file.subspan(20, 4));
+  return PictureSize{static_cast<int>(std::min(width, 1U << 30)),
+                     static_cast<int>(std::min(height, 1U << 30))};
+}
+
+/// Walks over the segments up to the one that begins a frame.
+std::optional<PictureSize> jpeg_size(std::span<const std::uint8_t> file) {
+  if (file.size() < 4 || file[0] != 0xFF || file[1] != 0xD8) return std::nullopt;
+  for (std::size_t at = 2; at + 9 < file.size();) {
+    if (file[at] != 0xFF) return std::nullopt;
+    const std::uint8_t kind = file[at + 1];
+    const bool frame = kind >= 0xC0 && kind <= 0xCF && kind != 0xC4 && kind != 0xC8 && kind != 0xCC;
+    if (frame)
+      return PictureSize{static_cast<int>(big_endian(file.subspan(at + 7, 2))),
+                         static_cast<int>(big_endian(file.subspan(at + 5, 2)))};
+    at += kind == 0xFF ? 1 : 2 + std::max<std::size_t>(2, big_endian(file.subspan(at + 2, 2)));
+  }
+  return std::nullopt;
+}
+
+core::Status no(std::string why) { return core::Status::invalid_argument(std::move(why)); }
+
+/// Plays pictures in time: returns how long to wait for the next one, which is due then.
+class Metronome {
+ public:
+  explicit Metronome(double rate_hz) : period_ns_(core::from_seconds(1.0 / rate_hz)) {}
+  /// Sleeps until the next picture is due, a quarter of a second at most. Returns whether it is.
+  bool wait() {
+    const core::Nanoseconds now_ns = core::monotonic_ns();
+    const core::Nanoseconds left_ns = due_ns_ - now_ns;
+    constexpr core::Nanoseconds kMost_ns = core::kNsPerSecond / 4;
+    if (left_ns > 0) std::this_thread::sleep_for(std::chrono::nanoseconds(std::min(left_ns, kMost_ns)));
+    if (left_ns > kMost_ns) return false;
+    due_ns_ = std::max(due_ns_ + period_ns_, now_ns);
+    return true;
+  }
+
+ private:
+  core::Nanoseconds period_ns_, due_ns_ = 0;
+};
+
+/// A folder of pictures, played in the order of their names, over and over.
+class PicturesSource : public VideoSource {
+ public:
+  PicturesSource(const VideoCamera& camera, int width_px, int height_px)
+      : width_px_(width_px), height_px_(height_px), metronome_(camera.rate_hz) {
+    std::error_code problem;
+    for (const auto& entry : std::filesystem::directory_iterator(camera.path, problem)) {
+      const std::string ending = entry.path().extension();
+      if (files_.size() < kMostPicturesInAFolder &&
+          (ending == ".png" || ending == ".jpg" || ending == ".jpeg"))
+        files_.push_back(entry.path());
+    }
+    if (problem) throw core::MissingError(camera.path.string() + ": " + problem.message());
+    if (files_.empty())
+      throw core::MissingError(camera.path.string() +
+                               ": has no pictures; allowed: files *.png, *.jpg, *.jpeg");
+    std::ranges::sort(files_);
+  }
+  core::Expected<std::optional<VideoPicture>> next() override {
+    if (!metronome_.wait()) return std::optional<VideoPicture>();
+    const std::filesystem::path& path = files_[next_++ % files_.size()];
+    const auto refused = [&](const std::string& why) { return no(path.filename().string() + " " + why); };
+    std::error_code problem;
+    if (!std::filesystem::is_regular_file(path, problem)) return refused("is no file");
+    std::vector<std::uint8_t> octets(kMostPictureFileBytes + 1);
+    std::ifstream file(path, std::ios::binary);
+    file.read(reinterpret_cast<char*>(octets.data()), static_cast<std::streamsize>(octets.size()));
+    octets.resize(static_cast<std::size_t>(file.gcount()));
+    if (octets.size() > kMostPictureFileBytes) return refused("is larger than 16 MiB");
+    auto image = decode_picture(octets, width_px_, height_px_);
+    if (!image) return refused(image.status().message());
+    return std::optional(VideoPicture{std::move(*image), std::nullopt, core::monotonic_ns()});
+  }
+
+ private:
+  int width_px_, height_px_;
+  Metronome metronome_;
+  std::vector<std::filesystem::path> files_;
+  std::size_t next_ = 0;
+};
+
+/// A V4L2 device or a video file, by OpenCV.
+class CaptureSource : public VideoSource {
+ public:
+  CaptureSource(const VideoCamera& camera, int width_px, int height_px)
+      : place_(camera.path.string()),
+        device_(camera.kind == VideoKind::kDevice),
+        width_px_(width_px),
+        height_px_(height_px),
+        metronome_(camera.rate_hz) {
+    struct stat found {};
+    if (stat(place_.c_str(), &found) != 0) throw core::MissingError(place_ + ": " + std::strerror(errno));
+    if (device_ && !S_ISCHR(found.st_mode))
+      throw core::MissingError(place_ + ": is no device; allowed: a V4L2 device such as /dev/video0");
+    if (!device_ && !S_ISREG(found.st_mode)) throw core::MissingError(place_ + ": is no file");
+    if (!capture_.open(place_, device_ ? cv::CAP_V4L2 : cv::CAP_ANY))
+      throw core::MissingError(place_ + (device_ ? ": gives no video: it is in use, or no V4L2 camera"
+                                                 : ": is no video that this system can read"));
+    if (device_) {
+      capture_.set(cv::CAP_PROP_FOURCC, cv::VideoWriter::fourcc('M', 'J', 'P', 'G'));
+      capture_.set(cv::CAP_PROP_FRAME_WIDTH, width_px);
+      capture_.set(cv::CAP_PROP_FRAME_HEIGHT, height_px);
+      capture_.set(cv::CAP_PROP_FPS, camera.rate_hz);
+      capture_.set(cv::CAP_PROP_BUFFERSIZE, 1);
+    }
+    const double width = capture_.get(cv::CAP_PROP_FRAME_WIDTH),
+                 height = capture_.get(cv::CAP_PROP_FRAME_HEIGHT);
+    // Before anything is decoded.
+    const std::string refusal =
+        size_refusal(static_cast<int>(std::clamp(width, 0.0, 1e9)),
+                     static_cast<int>(std::clamp(height, 0.0, 1e9)), width_px, height_px);
+    if (!refusal.empty()) throw core::MissingError(place_ + ": " + refusal);
+  }
+  core::Expected<std::optional<VideoPicture>> next() override {
+    if (!device_ && !metronome_.wait()) return std::optional<VideoPicture>();
+    Image image;
+    if (!capture_.read(image) || image.empty()) return missed();
+    const core::Nanoseconds arrived_ns = core::monotonic_ns();
+    const std::string refusal = size_refusal(image.cols, image.rows, width_px_, height_px_);
+    if (!refusal.empty() || image.type() != CV_8UC3)
+      return no(refusal.empty() ? "it has no colours" : refusal);
+    faults_ = 0;
+    pictures_ = true;
+    return std::optional(VideoPicture{image.clone(), std::nullopt, arrived_ns});
+  }
+
+ private:
+  /// A device has dropped a picture or is gone; a video begins again.
+  core::Expected<std::optional<VideoPicture>> missed() {
+    if (++faults_ > kMostFaultsInARow || (!device_ && !pictures_))
+      throw core::MissingError(
+          place_ + (device_ ? ": gives no pictures any more" : ": holds no picture that decodes"));
+    if (!device_) {
+      capture_.set(cv::CAP_PROP_POS_FRAMES, 0);
+      pictures_ = false;
+    }
+    return std::optional<VideoPicture>();
+  }
+
+  std::string place_;
+  bool device_, pictures_ = false;
+  int width_px_, height_px_, faults_ = 0;
+  Metronome metronome_;
+  cv::VideoCapture capture_;
+};
+
+}  // namespace
+
+std::string size_refusal(int width_px, int height_px, int wanted_width_px, int wanted_height_px) {
+  if (width_px == wanted_width_px && height_px == wanted_height_px) return {};
+  return fmt::format("has {} x {} px; allowed: {} x {} px, those of its lens", width_px, height_px,
+                     wanted_width_px, wanted_height_px);
+}
+
+core::Expected<Image> decode_picture(std::span<const std::uint8_t> file, int width_px, int height_px) {
+  auto size = png_size(file);
+  if (!size) size = jpeg_size(file);
+  if (!size) return no("is neither PNG nor JPEG");
+  if (const std::string refusal = size_refusal(size->width_px, size->height_px, width_px, height_px);
+      !refusal.empty())
+    return no(refusal);
+  // OpenCV does not write to its input.
+  const cv::Mat octets(1, static_cast<int>(file.size()), CV_8UC1, const_cast<std::uint8_t*>(file.data()));
+  Image image;
+  try {
+    image = cv::imdecode(octets, cv::IMREAD_COLOR | cv::IMREAD_IGNORE_ORIENTATION);
+  } catch (const cv::Exception&) {
+    image.release();
+  }
+  if (image.cols != width_px || image.rows != height_px) return no("is damaged");
+  return image;
+}
+
+std::unique_ptr<VideoSource> open_video(const VideoCamera& camera, int width_px, int height_px) {
+  if (camera.kind == VideoKind::kPictures)
+    return std::make_unique<PicturesSource>(camera, width_px, height_px);
+  return std::make_unique<CaptureSource>(camera, width_px, height_px);
+}
+
+}  // namespace phantom::synthetic_viewer

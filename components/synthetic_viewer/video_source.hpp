@@ -1,0 +1,47 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+
+#include "common/core/clock.hpp"
+#include "common/core/status.hpp"
+#include "components/synthetic_viewer/image.hpp"
+#include "components/synthetic_viewer/video_camera.hpp"
+
+namespace phantom::synthetic_viewer {
+
+/// A picture of a camera, as it came.
+struct VideoPicture {
+  Image image;
+  std::optional<core::Nanoseconds> exposed_ns;  ///< middle of the exposure, if the source says so
+  core::Nanoseconds arrived_ns = 0;             ///< CLOCK_MONOTONIC, as all times here
+};
+
+/// Where pictures come from. Created, used and destroyed on one thread.
+class VideoSource {
+ public:
+  virtual ~VideoSource() = default;
+  /// Waits for the next picture, a second at most. Returns nothing if there was none, an error for a picture
+  /// that is refused. Throws core::MissingError if the source is lost.
+  virtual core::Expected<std::optional<VideoPicture>> next() = 0;
+};
+
+/// Greatest number of octets of a picture's file.
+inline constexpr std::size_t kMostPictureFileBytes = std::size_t{16} << 20;
+
+/// Returns the picture that a PNG or JPEG file holds. Its size is read from its head before anything is
+/// decoded. Refuses other formats, other sizes than `width_px` × `height_px`, and what does not decode as a
+/// whole.
+core::Expected<Image> decode_picture(std::span<const std::uint8_t> file, int width_px, int height_px);
+
+/// Returns why a picture of this size is refused; empty if it is not.
+std::string size_refusal(int width_px, int height_px, int wanted_width_px, int wanted_height_px);
+
+/// Opens a camera's device, video or folder of pictures; its pictures must have `width_px` × `height_px`.
+/// Throws core::MissingError in words if it is not there, or is not what it must be.
+std::unique_ptr<VideoSource> open_video(const VideoCamera& camera, int width_px, int height_px);
+
+}  // namespace phantom::synthetic_viewer
