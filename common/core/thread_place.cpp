@@ -57,6 +57,8 @@ constexpr ThreadPlace kScheme[] = {
     {kPage, "page", kOrdinary, "synthetic_viewer", "serves the operator's page", "browsers; pictures"},
     {kPageReader, "page_reader", kOrdinary, "synthetic_viewer", "reads the requests to the operator's page",
      "its sockets"},
+    {kScene, "scene", kOrdinary, "synthetic_viewer", "composes and sends the scene that browsers draw",
+     "its sockets"},
     {kRequests, "requests", kOrdinary, "synthetic_viewer; commands from the shell",
      "asks master and slave until they have answered", "its clock; locks of Fast DDS"},
     {kReadmission, "readmission", kOrdinary, "all", "begins discovery anew with who returned",

@@ -29,6 +29,7 @@ enum class ThreadRole {
   kPictures,
   kPage,
   kPageReader,
+  kScene,
   kRequests,
   kReadmission,
   kHelper,

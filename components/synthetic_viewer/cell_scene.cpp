@@ -20,10 +20,28 @@ void add_box_outline(Frame& frame, const Eigen::Vector3f& low, const Eigen::Vect
   }
 }
 
+constexpr float kFaded = 0.4F;  // opacity of what may have moved on
+
+/// Returns whether a part moves in its link.
+bool is_finger(const LinkBody& part) { return !part.closing_m.isZero(); }
+
+/// Returns the way of a part in its link, with the gripper as it was last heard of; none while it was not.
+geometry::Pose shift_of(const LinkBody& part, const GripperSample& gripper) {
+  geometry::Pose shift;
+  if (gripper.received_ns == 0 || !gripper.sense.known) return shift;
+  shift.translation_m =
+      (1.0 - std::clamp(gripper.sense.width_m / gripper.widest_m, 0.0, 1.0)) * part.closing_m;
+  return shift;
+}
+
 }  // namespace
 
 MeshBody uploaded(const geometry::TriangleMesh& mesh, Renderer& renderer, bool with_edges) {
-  return {renderer.upload(mesh), std::make_shared<RayMesh>(mesh), mesh.triangles.size(), 0,
+  return {renderer.upload(mesh),
+          std::make_shared<RayMesh>(mesh),
+          mesh.triangles.size(),
+          0,
+          mesh.content_hash(),
           with_edges ? std::make_shared<EdgeMesh>(edges_of(mesh)) : nullptr};
 }
 
@@ -37,11 +55,7 @@ LinkBody uploaded(const LinkMeshData& part, Renderer& renderer, bool with_edges)
 }
 
 geometry::Pose pose_in_link(const LinkBody& part, const GripperSample& gripper) {
-  geometry::Pose pose = part.X_link_mesh;
-  if (gripper.received_ns == 0 || !gripper.sense.known) return pose;
-  pose.translation_m +=
-      (1.0 - std::clamp(gripper.sense.width_m / gripper.widest_m, 0.0, 1.0)) * part.closing_m;
-  return pose;
+  return shift_of(part, gripper) * part.X_link_mesh;
 }
 
 std::map<std::uint64_t, MeshBody>::iterator CellScene::oldest_unnamed(const ViewerState& state) {
@@ -55,16 +69,88 @@ std::map<std::uint64_t, MeshBody>::iterator CellScene::oldest_unnamed(const View
   return oldest;
 }
 
-/// Returns where an object is now: in the cell, or in the hand. None: an arm carries it whose pose is not
-/// known.
-std::optional<geometry::Pose> CellScene::pose_of(const ObjectSample& object, const ViewerState& state) const {
+/// Says what an object rides on: the cell, or the hand. Returns false if that is not known: an arm carries it
+/// whose pose is not known.
+bool CellScene::place(const ObjectSample& object, const ViewerState& state, SceneItem& item) const {
+  item.body = SceneItem::kWorld;
+  item.X_BM = object.X_WO;
   const messages::CarriedObject* carried = state.carried(object.id);
-  if (carried == nullptr) return object.X_WO;
+  if (carried == nullptr) return true;
   const auto frame = arm_.find_frame(carried->frame);
-  if (carried->arm != arm_name_ || !frame || state.arm.received_ns == 0) return std::nullopt;
+  if (carried->arm != arm_name_ || !frame || state.arm.received_ns == 0) return false;
+  item.body = static_cast<int>(frame->first);
+  item.X_BM = frame->second * carried->X_FO;
+  return true;
+}
+
+std::optional<geometry::Pose> CellScene::pose_of(const ObjectSample& object, const ViewerState& state) const {
+  SceneItem item;
+  if (!place(object, state, item)) return std::nullopt;
+  if (item.body == SceneItem::kWorld) return item.X_BM;
   robot::LinkPoses X_WL;
   arm_.link_poses(state.arm.position, X_WL);
-  return X_WL[frame->first] * frame->second * carried->X_FO;
+  return X_WL[static_cast<std::size_t>(item.body)] * item.X_BM;
+}
+
+std::vector<std::size_t> CellScene::body_links() const {
+  std::vector<std::size_t> bodies;
+  for (std::size_t link = 0; link < arm_.links().size(); ++link) bodies.push_back(link);
+  for (const LinkBody& part : links)
+    if (is_finger(part)) bodies.push_back(part.link);
+  return bodies;
+}
+
+std::vector<geometry::Pose> CellScene::body_poses(const ViewerState& state) const {
+  if (state.arm.received_ns == 0) return {};
+  robot::LinkPoses X_WL;
+  arm_.link_poses(state.arm.position, X_WL);
+  std::vector<geometry::Pose> poses(X_WL.begin(),
+                                    X_WL.begin() + static_cast<std::ptrdiff_t>(arm_.links().size()));
+  for (const LinkBody& part : links) {
+    if (is_finger(part)) poses.push_back(X_WL[part.link] * shift_of(part, state.gripper));
+  }
+  return poses;
+}
+
+std::vector<SceneItem> CellScene::items(const ViewerState& state, const Staleness& staleness,
+                                        core::Nanoseconds now_ns) const {
+  std::vector<SceneItem> items;
+  const bool known = age_s(state.arm.received_ns, now_ns) <= staleness.slave_s;
+  for (const auto& [id, object] : state.objects) {
+    const auto mesh = meshes.find(object.mesh_hash);
+    SceneItem item;
+    if (mesh == meshes.end() || !place(object, state, item)) continue;
+    item.number = id;
+    item.mesh = &mesh->second;
+    item.colour = object.colour;
+    item.opacity = known || item.body == SceneItem::kWorld ? 1.0F : kFaded;
+    items.push_back(item);
+  }
+  if (state.arm.received_ns == 0) return items;
+  std::size_t next_finger = arm_.links().size();
+  for (std::size_t i = 0; i < links.size(); ++i) {
+    const LinkBody& part = links[i];
+    SceneItem item;
+    item.kind = SceneItem::Kind::kPart;
+    item.number = i;
+    item.mesh = &part.body;
+    item.body = static_cast<int>(is_finger(part) ? next_finger++ : part.link);
+    item.X_BM = part.X_link_mesh;
+    item.colour = part.colour;
+    item.opacity = known ? 1.0F : kFaded;
+    item.painted = true;
+    item.link = part.link;
+    items.push_back(item);
+  }
+  return items;
+}
+
+bool paint_shown(const ViewerState& state, const Staleness& staleness, core::Nanoseconds now_ns) {
+  return state.skin.valid && age_s(state.skin.received_ns, now_ns) <= staleness.percept_s;
+}
+
+std::array<Colour, 3> paint_ramp() {
+  return {closeness_colour(0.0), closeness_colour(0.5), closeness_colour(1.0)};
 }
 
 Frame CellScene::frame(const ViewerState& state, const Staleness& staleness, core::Nanoseconds now_ns) const {
@@ -72,33 +158,19 @@ Frame CellScene::frame(const ViewerState& state, const Staleness& staleness, cor
   frame.floor_min_m = min_m_.cast<float>();
   frame.floor_max_m = max_m_.cast<float>();
   add_box_outline(frame, frame.floor_min_m, frame.floor_max_m);
-  const bool known = age_s(state.arm.received_ns, now_ns) <= staleness.slave_s;
-  for (const auto& [id, object] : state.objects) {
-    const auto mesh = meshes.find(object.mesh_hash);
-    const auto X_WO = pose_of(object, state);
-    if (mesh == meshes.end() || !X_WO) continue;
-    const float opacity = known || state.carried(id) == nullptr ? 1.0F : 0.4F;
-    frame.items.push_back({mesh->second.picture, matrix_of(*X_WO), object.colour, opacity, 0.0F, true});
-  }
-  if (state.arm.received_ns == 0) return frame;
-  const bool felt = state.skin.valid && age_s(state.skin.received_ns, now_ns) <= staleness.percept_s;
-  frame.paint_number = felt ? paint_number : 0;
-  frame.paint_ramp = {closeness_colour(0.0), closeness_colour(0.5), closeness_colour(1.0)};
-  robot::LinkPoses X_WL;
-  arm_.link_poses(state.arm.position, X_WL);
-  for (const LinkBody& part : links) {
-    DrawItem item{part.body.picture,
-                  matrix_of(X_WL[part.link] * pose_in_link(part, state.gripper)),
-                  part.colour,
-                  1.0F,
-                  0.0F,
-                  true};
-    if (felt) {
-      item.paint = static_cast<PaintHandle>(part.link);
-      item.paint_from_mesh = matrix_of(part.X_link_mesh);
+  const bool painted = state.arm.received_ns != 0 && paint_shown(state, staleness, now_ns);
+  if (state.arm.received_ns != 0) frame.paint_ramp = paint_ramp();
+  frame.paint_number = painted ? paint_number : 0;
+  const std::vector<geometry::Pose> X_WB = body_poses(state);
+  for (const SceneItem& item : items(state, staleness, now_ns)) {
+    const geometry::Pose X_WM =
+        item.body == SceneItem::kWorld ? item.X_BM : X_WB[static_cast<std::size_t>(item.body)] * item.X_BM;
+    DrawItem drawn{item.mesh->picture, matrix_of(X_WM), item.colour, item.opacity, 0.0F, item.casts_shadow};
+    if (painted && item.painted) {
+      drawn.paint = static_cast<PaintHandle>(item.link);
+      drawn.paint_from_mesh = matrix_of(item.X_BM);
     }
-    if (!known) item.opacity = 0.4F;
-    frame.items.push_back(item);
+    frame.items.push_back(drawn);
   }
   return frame;
 }
@@ -131,6 +203,10 @@ Frame CellScene::frame_over_video(const ViewerState& state, const Staleness& sta
   return frame;
 }
 
+bool CellScene::is_of_arm(std::uint64_t hash) const {
+  return std::ranges::any_of(links, [hash](const LinkBody& part) { return part.body.hash == hash; });
+}
+
 std::vector<geometry::BoundingBox> CellScene::link_boxes() const {
   std::vector<geometry::BoundingBox> boxes(arm_.links().size());
   for (const LinkBody& part : links) {
@@ -154,12 +230,12 @@ RayScene CellScene::obstacles(const ViewerState& state, bool with_arm) const {
       scene.bodies.push_back({mesh->second.obstacle, *X_WO, {id, 0}});
   }
   if (!with_arm || state.arm.received_ns == 0) return scene;
-  robot::LinkPoses X_WL;
-  arm_.link_poses(state.arm.position, X_WL);
+  const std::vector<geometry::Pose> X_WB = body_poses(state);
+  std::size_t next_finger = arm_.links().size();
   for (const LinkBody& part : links) {
+    const std::size_t body = is_finger(part) ? next_finger++ : part.link;
     if (part.body.obstacle)
-      scene.bodies.push_back(
-          {part.body.obstacle, X_WL[part.link] * pose_in_link(part, state.gripper), {0, part.link}});
+      scene.bodies.push_back({part.body.obstacle, X_WB[body] * part.X_link_mesh, {0, part.link}});
   }
   return scene;
 }

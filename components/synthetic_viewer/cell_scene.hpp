@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <map>
 #include <memory>
@@ -23,6 +24,7 @@ struct MeshBody {
   std::shared_ptr<const RayMesh> obstacle;
   std::size_t triangles = 0;
   std::uint64_t order = 0;                          ///< rises with each mesh that is uploaded
+  std::uint64_t hash = 0;                           ///< of its content
   std::shared_ptr<const EdgeMesh> edges = nullptr;  ///< null: not asked for
 };
 
@@ -38,6 +40,33 @@ struct LinkBody {
 
 /// Returns X_link_mesh with the gripper as it was last heard of; at its widest while it was not.
 geometry::Pose pose_in_link(const LinkBody& part, const GripperSample& gripper);
+
+/// One mesh of the cell, and what it rides on. It changes only when something else than the arm's joints
+/// does.
+struct SceneItem {
+  enum class Kind : std::uint8_t { kObject, kPart };
+  Kind kind = Kind::kObject;
+  std::size_t number = 0;  ///< the object's id, or the part's place in CellScene::links
+  const MeshBody* mesh = nullptr;
+  int body = kWorld;    ///< number in CellScene::body_poses(); kWorld: it stands in W
+  geometry::Pose X_BM;  ///< mesh frame in the body's
+  Colour colour{};
+  float opacity = 1.0F;
+  bool casts_shadow = true;
+  bool painted = false;  ///< takes its link's paint
+  std::size_t link = 0;  ///< of a part
+  static constexpr int kWorld = -1;
+};
+
+/// Returns the number that tells an item from all others: kind and number.
+inline std::uint64_t key_of(const SceneItem& item) {
+  return static_cast<std::uint64_t>(item.kind) << 32 | item.number;
+}
+
+/// Returns whether the skin's percept is fresh, and so to be seen on the arm.
+bool paint_shown(const ViewerState& state, const Staleness& staleness, core::Nanoseconds now_ns);
+/// Returns the colours of closeness 0, 0.5 and 1.
+std::array<Colour, 3> paint_ramp();
 
 /// Uploads a mesh to `renderer` and prepares it for rays; `with_edges`: also for being drawn as lines.
 MeshBody uploaded(const geometry::TriangleMesh& mesh, Renderer& renderer, bool with_edges = false);
@@ -68,11 +97,21 @@ class CellScene {
   /// it carries.
   Frame frame_over_video(const ViewerState& state, const Staleness& staleness, core::Nanoseconds now_ns,
                          const Eigen::Vector3d& eye_m) const;
+  /// Returns the meshes of that frame and what each rides on, in the same order.
+  std::vector<SceneItem> items(const ViewerState& state, const Staleness& staleness,
+                               core::Nanoseconds now_ns) const;
+  /// Returns the poses in W of all that items ride on: the links, then the fingers of a gripper as it was
+  /// last heard of, at its widest while it was not. Empty while the arm's pose is not known.
+  std::vector<geometry::Pose> body_poses(const ViewerState& state) const;
+  /// Returns the bodies' number and the link that each belongs to.
+  std::vector<std::size_t> body_links() const;
 
   /// Returns the mesh that was uploaded longest ago among those that no object names; the end if each is
   /// named.
   std::map<std::uint64_t, MeshBody>::iterator oldest_unnamed(const ViewerState& state);
 
+  /// Returns whether a part of the arm has the mesh of that hash.
+  bool is_of_arm(std::uint64_t hash) const;
   /// Returns the bounding boxes of the links' bodies, in the links' frames, by link; empty for a link without
   /// a body.
   std::vector<geometry::BoundingBox> link_boxes() const;
@@ -95,6 +134,7 @@ class CellScene {
 
  private:
   std::optional<geometry::Pose> pose_of(const ObjectSample& object, const ViewerState& state) const;
+  bool place(const ObjectSample& object, const ViewerState& state, SceneItem& item) const;
 
   robot::SerialArm arm_;
   std::string arm_name_;

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace phantom::synthetic_viewer {
@@ -104,6 +105,13 @@ void Compositor::add_contact(Frame& frame, const Moment& moment) const {
   }
 }
 
+/// Returns what was in a camera's way, in words; empty: nothing.
+std::string Compositor::note_of(const ViewerState& state, const UnobstructedCamera& place) const {
+  if (!place.blocked_by) return {};
+  return fmt::format("{} is in the way at {:.2f} m: seen from {:.2f} m",
+                     scene_.body_name(state, *place.blocked_by), place.wanted_m, place.distance_m);
+}
+
 /// Returns the scene seen from the operator's camera position, or from the nearest free one.
 Frame Compositor::frame_from(const Moment& moment, View view, const Camera& camera, Hud& hud) const {
   Frame frame = scene_.frame(moment.state, config_.staleness, moment.now_ns);
@@ -111,11 +119,8 @@ Frame Compositor::frame_from(const Moment& moment, View view, const Camera& came
   const RayScene& bodies = view == View::kTool ? moment.objects : moment.bodies;
   const UnobstructedCamera place = unobstructed(moment.state.cameras.moved(camera, view), bodies);
   frame.camera = place.camera;
-  if (place.blocked_by) {
-    hud.subtitle +=
-        fmt::format("{}{} is in the way at {:.2f} m: seen from {:.2f} m", hud.subtitle.empty() ? "" : " - ",
-                    scene_.body_name(moment.state, *place.blocked_by), place.wanted_m, place.distance_m);
-  }
+  const std::string note = note_of(moment.state, place);
+  if (!note.empty()) hud.subtitle += (hud.subtitle.empty() ? "" : " - ") + note;
   const RecordingState& recording = moment.state.recording;
   hud.recording = recording.running && recording.view == view;
   return frame;
@@ -150,24 +155,68 @@ Camera Compositor::hit_camera(const Moment& moment, const HitView& hit) const {
   return unobstructed(moment.state.cameras.moved(hit_home(hit), View::kHit), moment.bodies).camera;
 }
 
+/// Returns the camera on the arm's last link.
+Camera Compositor::tool_home(const ViewerState& state) const {
+  robot::LinkPoses X_WL;
+  scene_.arm().link_poses(state.arm.position, X_WL);
+  const geometry::Pose& X_WT = X_WL[scene_.arm().joint_count()];
+  Camera camera;
+  camera.eye_m = X_WT * config_.tool_view.eye_m;
+  camera.target_m = X_WT * config_.tool_view.look_at_m;
+  camera.vertical_fov_rad = config_.tool_view.field_of_view_rad;
+  return camera;
+}
+
+double Compositor::tool_free_share(const Moment& moment) const {
+  const UnobstructedCamera place = unobstructed(tool_home(moment.state), moment.objects);
+  return std::min(1.0, place.distance_m / place.wanted_m);
+}
+
+Compositor::Homes Compositor::homes(const Moment& moment, const HitView& hit) const {
+  Homes homes;
+  homes.main = unobstructed(main_home(), moment.bodies);
+  homes.main_note = note_of(moment.state, homes.main);
+  homes.free_m.fill(config_.hit_view.rule.choice.distance_m);
+  if (hit.alert == 0) return homes;
+  homes.hit = unobstructed(hit_home(hit), moment.bodies);
+  const Hud hud = hit_hud(moment, hit);
+  const std::string note = note_of(moment.state, homes.hit);
+  homes.title = hud.title;
+  homes.subtitle = hud.subtitle + (hud.subtitle.empty() || note.empty() ? "" : " - ") + note;
+  for (int number = 1; number <= percept::kNodeCount; ++number) {
+    HitView from = hit;
+    double& free_m = homes.free_m[static_cast<std::size_t>(number - 1)];
+    from.eye_m =
+        hit.situation.look_at_m + free_m * percept::node_direction(static_cast<percept::ViewNode>(number));
+    free_m = unobstructed(hit_home(from), moment.bodies).distance_m;
+  }
+  return homes;
+}
+
+void Compositor::add_aids(Frame& frame, View view, const Moment& moment, const HitView& hit) const {
+  if (view == View::kHit) {
+    const Aids aids = hit_aids(moment, hit);
+    add_arrows(frame, aids, config_.pgv_arrow);
+    add_cone_and_plane(frame, aids);
+    add_marker(frame, hit.situation.look_at_m, 0.006, kLookAtColour);
+  } else if (percept_known(moment) && moment.state.percept.closeness > 0) {
+    add_arrows(frame, live_aids(moment), config_.pgv_arrow);
+  }
+  if (view == View::kMain && hit.alert != 0) add_marker(frame, hit.situation.look_at_m, 0.016, kLookAtColour);
+  add_contact(frame, moment);
+}
+
 Compositor::Picture Compositor::main_picture(const Moment& moment, const HitView& hit) const {
   Hud hud = main_hud(moment);
   Frame frame = frame_from(moment, View::kMain, main_home(), hud);
-  if (percept_known(moment) && moment.state.percept.closeness > 0)
-    add_arrows(frame, live_aids(moment), config_.pgv_arrow);
-  if (hit.alert != 0) add_marker(frame, hit.situation.look_at_m, 0.016, kLookAtColour);
-  add_contact(frame, moment);
+  add_aids(frame, View::kMain, moment, hit);
   return {std::move(frame), std::move(hud)};
 }
 
 Compositor::Picture Compositor::hit_picture(const Moment& moment, const HitView& hit) const {
   Hud hud = hit_hud(moment, hit);
   Frame frame = frame_from(moment, View::kHit, hit_home(hit), hud);
-  const Aids aids = hit_aids(moment, hit);
-  add_arrows(frame, aids, config_.pgv_arrow);
-  add_cone_and_plane(frame, aids);
-  add_marker(frame, hit.situation.look_at_m, 0.006, kLookAtColour);
-  add_contact(frame, moment);
+  add_aids(frame, View::kHit, moment, hit);
   return {std::move(frame), std::move(hud)};
 }
 
@@ -175,17 +224,8 @@ Compositor::Picture Compositor::tool_picture(const Moment& moment) const {
   Hud hud;
   hud.title = "END EFFECTOR";
   hud.banner = banner_text(moment.state, config_.staleness, moment.now_ns);
-  Camera camera;
-  robot::LinkPoses X_WL;
-  scene_.arm().link_poses(moment.state.arm.position, X_WL);
-  const geometry::Pose& X_WT = X_WL[scene_.arm().joint_count()];
-  camera.eye_m = X_WT * config_.tool_view.eye_m;
-  camera.target_m = X_WT * config_.tool_view.look_at_m;
-  camera.vertical_fov_rad = config_.tool_view.field_of_view_rad;
-  Frame frame = frame_from(moment, View::kTool, camera, hud);
-  if (percept_known(moment) && moment.state.percept.closeness > 0)
-    add_arrows(frame, live_aids(moment), config_.pgv_arrow);
-  add_contact(frame, moment);
+  Frame frame = frame_from(moment, View::kTool, tool_home(moment.state), hud);
+  add_aids(frame, View::kTool, moment, {});
   return {std::move(frame), std::move(hud)};
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <string>
 
 #include "components/synthetic_viewer/aids.hpp"
@@ -36,6 +37,21 @@ class Compositor {
     core::Nanoseconds now_ns;
   };
 
+  /// Adds to a frame what a view shows besides the cell's bodies: arrows, cone and plane, marks.
+  void add_aids(Frame& frame, View view, const Moment& moment, const HitView& hit) const;
+
+  /// Where the cameras stand by themselves, whatever the operator has turned.
+  struct Homes {
+    UnobstructedCamera main, hit;                    ///< `hit` of a zone that is shown
+    std::string main_note;                           ///< what was in the main camera's way; empty: nothing
+    std::array<double, percept::kNodeCount> free_m;  ///< from the look-at point to the camera at each node
+    std::string title, subtitle;                     ///< of the hit zone's view
+  };
+  Homes homes(const Moment& moment, const HitView& hit) const;
+  /// Returns the share of the way from the point that the camera on the arm looks at to that camera which is
+  /// free.
+  double tool_free_share(const Moment& moment) const;
+
   /// Returns the picture of the whole cell, with the arrows of the worst sensor and a mark on the zone of
   /// `hit`.
   Picture main_picture(const Moment& moment, const HitView& hit) const;
@@ -56,6 +72,8 @@ class Compositor {
   Frame frame_from(const Moment& moment, View view, const Camera& camera, Hud& hud) const;
   Camera main_home() const;
   Camera hit_home(const HitView& hit) const;
+  Camera tool_home(const ViewerState& state) const;
+  std::string note_of(const ViewerState& state, const UnobstructedCamera& place) const;
   Hud main_hud(const Moment& moment) const;
   Hud hit_hud(const Moment& moment, const HitView& hit) const;
   bool percept_known(const Moment& moment) const;

@@ -62,6 +62,7 @@ struct PageConfig {
   std::optional<runtime::RoleSecrets> secrets;  ///< none: everybody may watch and command
   std::shared_ptr<const TlsContext> tls;        ///< none: HTTP without encryption
   bool allow_commands = true;                   ///< whether the page may send commands
+  double scene_Hz = 60.0;                       ///< greatest rate of the scene stream's poses
   int max_streams = 24;      ///< number of streams (pictures and events) at once, all pages together
   int max_connections = 64;  ///< on each port, whose request has not come yet
   int max_connections_per_address = 32;  ///< of these, from one address

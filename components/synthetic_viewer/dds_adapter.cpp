@@ -87,8 +87,9 @@ struct DdsAdapter::Impl {
 
   /// Writes the states of a topic that are heeded to a snapshot.
   template <class T, class Sample>
-  auto to_snapshot(const dds::TopicSpec<T>& /*topic*/, core::Snapshot<Sample>& snapshot) {
-    return [this, &snapshot](const T& message, const dds::SampleInfo& info) {
+  auto to_snapshot(const dds::TopicSpec<T>& /*topic*/, core::Snapshot<Sample>& snapshot,
+                   core::Snapshot<Sample>& for_scene) {
+    return [this, &snapshot, &for_scene](const T& message, const dds::SampleInfo& info) {
       const auto sample = intake.take(message, info.received_ns, inbox.stops);
       if (!sample) return false;
       remember(*sample);
@@ -101,6 +102,7 @@ struct DdsAdapter::Impl {
         percept_for_hits.write(*sample);
       }
       snapshot.write(*sample);
+      for_scene.write(*sample);
       return true;
     };
   }
@@ -113,10 +115,10 @@ struct DdsAdapter::Impl {
 };
 
 void DdsAdapter::Impl::open_states() {
-  arm.emplace(participant, dds::kSlaveState, to_snapshot(dds::kSlaveState, inbox.arm));
-  master.emplace(participant, dds::kMasterState, to_snapshot(dds::kMasterState, inbox.master));
-  gripper.emplace(participant, dds::kGripperState, to_snapshot(dds::kGripperState, inbox.gripper));
-  percept.emplace(participant, dds::kPercept, to_snapshot(dds::kPercept, inbox.percept));
+  arm.emplace(participant, dds::kSlaveState, to_snapshot(dds::kSlaveState, inbox.arm, inbox.scene.arm));
+  master.emplace(participant, dds::kMasterState, to_snapshot(dds::kMasterState, inbox.master, inbox.scene.master));
+  gripper.emplace(participant, dds::kGripperState, to_snapshot(dds::kGripperState, inbox.gripper, inbox.scene.gripper));
+  percept.emplace(participant, dds::kPercept, to_snapshot(dds::kPercept, inbox.percept, inbox.scene.percept));
 }
 
 void DdsAdapter::Impl::open_events() {

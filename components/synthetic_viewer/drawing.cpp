@@ -8,16 +8,19 @@ namespace phantom::synthetic_viewer {
 
 Drawing::Drawing(const ViewerConfig& config, const runtime::CellConfig& cell, robot::SerialArm arm,
                  const std::vector<LinkMeshData>& arm_meshes, const ViewerState& state,
-                 std::size_t most_triangles)
+                 std::size_t most_triangles, MeshStore* kept)
     : config_(config),
       state_(state),
       most_triangles_(most_triangles),
+      kept_(kept),
       renderer_(config.graphics),
       scene_(std::move(arm), cell.min_m, cell.max_m, cell.arm(config.arm).name),
       compositor_(config, cell.name, scene_),
       viewer_(config.hit_view.rule) {
-  for (const LinkMeshData& part : arm_meshes)
+  for (const LinkMeshData& part : arm_meshes) {
     scene_.links.push_back(uploaded(part, renderer_, config.camera_view.camera.has_value()));
+    if (kept_ != nullptr) kept_->put(scene_.links.back().body.hash, part.mesh);
+  }
   link_boxes_ = scene_.link_boxes();
 }
 
@@ -34,6 +37,8 @@ core::Status Drawing::take(MeshChunkSample chunk) {
         "the meshes of all objects have too many triangles; allowed: " + std::to_string(most_triangles_) +
             " in " + std::to_string(kMostMeshes) + " meshes");
   MeshBody& body = scene_.meshes[hash] = uploaded(**mesh, renderer_, config_.camera_view.camera.has_value());
+  if (kept_ != nullptr) kept_->put(hash, std::move(**mesh));
+  scene_copy_.reset();
   body.order = next_order_++;
   triangles_ += triangles;
   return {};
@@ -46,6 +51,8 @@ bool Drawing::make_room(std::size_t triangles) {
     if (oldest == scene_.meshes.end()) return false;
     renderer_.drop(oldest->second.picture);
     triangles_ -= oldest->second.triangles;
+    if (kept_ != nullptr && !scene_.is_of_arm(oldest->first)) kept_->drop(oldest->first);
+    scene_copy_.reset();
     scene_.meshes.erase(oldest);
     ++given_up_;
   }
@@ -139,6 +146,23 @@ bool Drawing::advance(core::Nanoseconds now_ns, double dt_s) {
   // Without views only a zone that the operator asks for, by holding it, is shown.
   if (!state_.hold && !shows_hits(state_, config_.staleness, now_ns)) hit_ = {};
   return hit_.alert != before;
+}
+
+SceneBase Drawing::scene_base() const {
+  if (!scene_copy_) scene_copy_ = std::make_shared<const CellScene>(scene_);
+  SceneBase base{.state = {}, .scene = scene_copy_, .objects = objects_, .hit = hit_, .homes = {}};
+  base.homes = compositor_.homes(now(), hit_);
+  ViewerState& state = base.state;
+  state.arm = state_.arm;
+  state.percept = state_.percept;
+  state.master = state_.master;
+  state.gripper = state_.gripper;
+  state.skin = state_.skin;
+  state.workspace = state_.workspace;
+  state.objects = state_.objects;
+  state.chosen = state_.chosen;
+  state.hold = state_.hold;
+  return base;
 }
 
 ViewPoseSample Drawing::view_pose() const {

@@ -7,6 +7,8 @@
 #include "common/runtime/cell.hpp"
 #include "components/synthetic_viewer/arm_meshes.hpp"
 #include "components/synthetic_viewer/compositor.hpp"
+#include "components/synthetic_viewer/mesh_store.hpp"
+#include "components/synthetic_viewer/scene_base.hpp"
 
 namespace phantom::synthetic_viewer {
 
@@ -16,10 +18,11 @@ namespace phantom::synthetic_viewer {
 class Drawing {
  public:
   /// Draws `state` as `config` says; both must outlive this. `min_m`, `max_m`: the workspace's box in W.
+  /// `kept`: where the meshes are kept for browsers; null: nowhere. It must outlive this.
   /// Throws core::MissingError if there is no OpenGL.
   Drawing(const ViewerConfig& config, const runtime::CellConfig& cell, robot::SerialArm arm,
           const std::vector<LinkMeshData>& arm_meshes, const ViewerState& state,
-          std::size_t most_triangles = kMostTriangles);
+          std::size_t most_triangles = kMostTriangles, MeshStore* kept = nullptr);
 
   /// Greatest number of meshes, and of their triangles in all.
   static constexpr std::size_t kMostMeshes = 65536, kMostTriangles = std::size_t{1} << 25;
@@ -44,6 +47,8 @@ class Drawing {
   const CellScene& scene() const { return scene_; }
   /// Returns the hit zone that is shown; alert 0: none.
   const HitView& hit_view() const { return hit_; }
+  /// Returns what is known for who draws the scene elsewhere.
+  SceneBase scene_base() const;
   /// Returns the pose of the view that the operator looks at: of the hit zone's while one is shown, else of
   /// the main view.
   ViewPoseSample view_pose() const;
@@ -82,6 +87,7 @@ class Drawing {
   const ViewerConfig& config_;
   const ViewerState& state_;
   const std::size_t most_triangles_;
+  MeshStore* const kept_;
   Renderer renderer_;
   CellScene scene_;
   Compositor compositor_;
@@ -95,7 +101,8 @@ class Drawing {
   VideoMoment video_;
   std::vector<SkinPatchSample> felt_over_video_;
   std::uint64_t paint_number_over_video_ = 0;
-  RayScene objects_, bodies_;  // present obstacles, without and with the arm
+  mutable std::shared_ptr<const CellScene> scene_copy_;  // for scene_base(); null: the scene has changed
+  RayScene objects_, bodies_;                            // present obstacles, without and with the arm
   core::Nanoseconds now_ns_ = 0;
 };
 

@@ -35,6 +35,13 @@ class Inbox {
   core::Snapshot<GripperSample> gripper;
   StopBoard stops;     ///< any thread
   RecentSamples past;  ///< any thread
+  /// The same values for the scene stream: a snapshot has one reader.
+  struct {
+    core::Snapshot<ArmSample> arm;
+    core::Snapshot<PerceptSample> percept;
+    core::Snapshot<MasterSample> master;
+    core::Snapshot<GripperSample> gripper;
+  } scene;
 
   /// Queues an event. Any thread. A raised alert is urgent. Returns false if the queue is full: the event is
   /// then lost and counted.

@@ -16,6 +16,7 @@
 #include "components/synthetic_viewer/gl_context.hpp"
 #include "components/synthetic_viewer/publishing_schedule.hpp"
 #include "components/synthetic_viewer/review_command.hpp"
+#include "components/synthetic_viewer/scene_feed.hpp"
 #include "components/synthetic_viewer/sheet.hpp"
 #include "components/synthetic_viewer/tls_context.hpp"
 #include "components/synthetic_viewer/viewer_loop.hpp"
@@ -52,10 +53,13 @@ void run_session(ViewerConfig config, const runtime::CellConfig& cell, const cor
   runtime::LineWriter out(STDOUT_FILENO);
   std::unique_ptr<WebServer> server;
   std::string url;
+  std::unique_ptr<SceneFeed> scene;
   if (config.page.enabled) {
+    scene = std::make_unique<SceneFeed>(config, cell.name, inbox, content);
+    scene->start();
     server = std::make_unique<WebServer>(
         config.page, content, [&adapter](const Command& command) { return adapter.ask(command); }, move,
-        [&adapter](const CarryRequest& request) { return adapter.carry(request); });
+        [&adapter](const CarryRequest& request) { return adapter.carry(request); }, scene.get());
     url = server->url();
     out.put("operator's page: " + url + '\n');
     if (!config.page.secrets)
@@ -96,6 +100,7 @@ void run_session(ViewerConfig config, const runtime::CellConfig& cell, const cor
       health.page = url;
       if (server)
         for (core::LoopStatistics& loop : server->progress()) health.loops.push_back(std::move(loop));
+      if (scene) health.loops.push_back(scene->progress());
       adapter.publish(health);
     }
   }

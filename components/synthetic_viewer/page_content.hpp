@@ -9,7 +9,9 @@
 #include "common/core/clock.hpp"
 #include "components/synthetic_viewer/broadcast.hpp"
 #include "components/synthetic_viewer/image.hpp"
+#include "components/synthetic_viewer/mesh_store.hpp"
 #include "components/synthetic_viewer/samples.hpp"
+#include "components/synthetic_viewer/scene_base.hpp"
 #include "components/synthetic_viewer/state.hpp"
 
 namespace phantom::synthetic_viewer {
@@ -27,6 +29,8 @@ class Review;
 /// What page and window show. The viewer fills it; the servers' threads and the window's read it.
 struct PageContent {
   std::array<ViewOutput, kViews.size()> views;
+  Broadcast<SceneBase> scene;         ///< for the scene stream
+  MeshStore meshes;                   ///< of the scene
   Broadcast<std::string> state_json;  ///< page_state_json()
   Broadcast<ViewSwitches> switches;
   Broadcast<ViewPoseSample> view_pose;  ///< of the view that the operator looks at

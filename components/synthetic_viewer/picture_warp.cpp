@@ -1,5 +1,6 @@
 #include "components/synthetic_viewer/picture_warp.hpp"
 
+#include <Eigen/Geometry>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 

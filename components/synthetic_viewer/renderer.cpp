@@ -15,12 +15,9 @@
 namespace phantom::synthetic_viewer {
 namespace {
 
-constexpr float kFloorBorder_m = 0.5F;
 constexpr int kPartSides = 32;          // sides of the round shapes of arrows and marks
 constexpr double kDiscHeight_m = 1e-4;  // the disc has two faces
 constexpr double kShadowPitch_m = 0.03;
-// The direction to the key light, as in the mesh shader; shadows fall along it.
-const Eigen::Vector3f kToKeyLight(0.348F, -0.464F, 0.815F);
 // Levels of detail. A level merges the vertices within a cube of its pitch. It is kept if that saves enough
 // triangles, and drawn where a cube is smaller than kUnseen_px pixels.
 constexpr std::array<double, 3> kLevelPitches_m{0.0015, 0.004, 0.010};
@@ -54,7 +51,7 @@ float scale_of(const DrawItem& item) {
 
 /// Returns the matrix that projects along the key light onto the plane z = floor_z.
 Eigen::Matrix4f shadow_matrix(float floor_z) {
-  const Eigen::Vector3f slope = kToKeyLight / kToKeyLight.z();
+  const Eigen::Vector3f slope = to_key_light() / to_key_light().z();
   Eigen::Matrix4f matrix = Eigen::Matrix4f::Identity();
   matrix(0, 2) = -slope.x();
   matrix(1, 2) = -slope.y();
@@ -66,6 +63,9 @@ Eigen::Matrix4f shadow_matrix(float floor_z) {
 }
 
 }  // namespace
+
+// As in the mesh shader.
+Eigen::Vector3f to_key_light() { return {0.348F, -0.464F, 0.815F}; }
 
 struct Renderer::Body {
   struct Level {
@@ -295,7 +295,7 @@ void Renderer::draw_shadows(const Frame& frame, const Shot& view) const {
   glStencilFunc(GL_EQUAL, 0, 0xFF);
   glStencilOp(GL_KEEP, GL_KEEP, GL_INCR);
   glUseProgram(parts_->flat);
-  gl::set(parts_->flat, "colour", Eigen::Vector4f(0.0F, 0.0F, 0.0F, 0.33F));
+  gl::set(parts_->flat, "colour", Eigen::Vector4f(0.0F, 0.0F, 0.0F, kShadowOpacity));
   for (const DrawItem& item : frame.items) {
     const auto found = parts_->bodies.find(item.mesh);
     if (!item.casts_shadow || found == parts_->bodies.end() || found->second.shadow.index_count == 0)

@@ -14,6 +14,11 @@
 
 namespace phantom::synthetic_viewer {
 
+/// What all pictures have in common: how far the floor reaches beyond the workspace, how dark shadows are,
+/// and the unit vector to the light along which they fall.
+inline constexpr float kFloorBorder_m = 0.5F, kShadowOpacity = 0.33F;
+Eigen::Vector3f to_key_light();
+
 /// Size and quality of a picture.
 struct PictureFormat {
   int width_px = 1280;

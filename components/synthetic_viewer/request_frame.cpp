@@ -12,8 +12,9 @@ namespace {
 constexpr std::size_t kMostHeaders = 64;
 constexpr int kBadRequest = 400;
 
-constexpr std::array<std::string_view, 8> kUsed{"host",           "origin", "sec-fetch-site", "content-type",
-                                                "content-length", "cookie", "user-agent",     "connection"};
+constexpr std::array<std::string_view, 11> kUsed{
+    "host",       "origin",     "sec-fetch-site", "content-type",      "content-length",       "cookie",
+    "user-agent", "connection", "upgrade",        "sec-websocket-key", "sec-websocket-version"};
 
 bool is_token(std::string_view text) {
   return !text.empty() && std::all_of(text.begin(), text.end(), [](unsigned char c) {

@@ -11,6 +11,8 @@
 #include <cerrno>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <optional>
+#include <utility>
 
 #include "common/core/errors.hpp"
 #include "common/core/thread_place.hpp"
@@ -23,6 +25,14 @@ constexpr int kBacklog = 1024;     // connections that the kernel keeps for us
 constexpr int kUrgentWorkers = 4;  // each occupied until both sides have confirmed the stop, or half a second
 constexpr int kUrgentWaiting = 64;   // further ones ask for what has been asked for
 constexpr int kAcceptedAtOnce = 64;  // before the others are read again
+
+/// What a handler wants in place of its answer: RequestGate::switch_protocol().
+struct Switching {
+  std::string answer;
+  std::function<void(Channel)> take;
+};
+// Handlers do not know the connection, but run on the thread that answers it.
+thread_local std::optional<Switching> switching;
 
 short awaited_after(Channel::Step step) { return step == Channel::Step::kWantsWrite ? POLLOUT : POLLIN; }
 
@@ -40,6 +50,9 @@ class ReceivedRequest final : public httplib::Stream {
     return static_cast<ssize_t>(taken);
   }
   ssize_t write(const char* data, std::size_t size) override {
+    return switching ? static_cast<ssize_t>(size) : write_now(data, size);
+  }
+  ssize_t write_now(const char* data, std::size_t size) {
     // The time counts for all of it: whoever takes an octet now and then does not hold a worker.
     const auto until = std::chrono::steady_clock::now() + write_time_;
     for (std::string_view rest(data, size); !rest.empty();) {
@@ -133,6 +146,10 @@ void RequestGate::bind(const std::string& address, int wanted, const char* key) 
                            std::to_string(wanted) +
                            ": the port is taken or the address is not this host's. Choose another " + key +
                            " (0: any free one) or page.address.");
+}
+
+void RequestGate::switch_protocol(std::string answer, std::function<void(Channel)> take) {
+  switching.emplace(std::move(answer), std::move(take));
 }
 
 void RequestGate::start() {
@@ -274,11 +291,17 @@ void RequestGate::work(Queue& queue) {
     }
     if (!ending_) {
       ReceivedRequest request(connection.channel, connection.octets, limits_.write_time);
+      switching.reset();
       handlers_.answer(request);
+      if (switching) (void)request.write_now(switching->answer.data(), switching->answer.size());
     }
     {
       const std::lock_guard lock(answered_mutex_);
       answered_.erase(descriptor);
+    }
+    if (switching) {
+      std::exchange(switching, std::nullopt)->take(std::move(connection.channel));
+      continue;
     }
     connection.channel.end_writing();
     shutdown(descriptor, SHUT_RDWR);

@@ -50,6 +50,9 @@ class RequestGate {
 
   /// The handlers. Add them before start().
   httplib::Server& server() { return handlers_; }
+  /// Ends HTTP on the connection of the request that the calling handler answers: `answer`, as it stands, is
+  /// sent in place of the library's answer, and the connection is handed to `take`, which must not wait.
+  static void switch_protocol(std::string answer, std::function<void(Channel)> take);
   /// Opens the port `wanted`, 0: any free one. Throws core::MissingError; `key` names the port in the
   /// configuration.
   void bind(const std::string& address, int wanted, const char* key);

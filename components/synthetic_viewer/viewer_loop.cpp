@@ -115,7 +115,9 @@ void ViewerLoop::open_camera() {
 
 void ViewerLoop::work() {
   open_camera();
-  drawing_ = std::make_unique<Drawing>(config_, cell_, std::move(arm_), arm_meshes_, state_);
+  drawing_ =
+      std::make_unique<Drawing>(config_, cell_, std::move(arm_), arm_meshes_, state_, Drawing::kMostTriangles,
+                                config_.page.enabled ? &page_.meshes : nullptr);
   arm_meshes_.clear();
   if (camera_view_) drawing_->attach(*camera_view_);
   state_.graphics = drawing_->renderer().description();
@@ -227,6 +229,7 @@ bool ViewerLoop::round(double dt_s) {
   // Threats come first: the operator waits for them.
   publisher_.show_threats(*drawing_);
   page_.view_pose.publish(drawing_->view_pose());
+  if (page_.scene.followers > 0) page_.scene.publish(drawing_->scene_base());
   publish_state();
   if (!publisher_.show_views(*drawing_, state_.arm.received_ns != 0, views_give_up_)) return false;
   if (review_ != nullptr) {

@@ -16,6 +16,9 @@
 #include "components/synthetic_viewer/page_state.hpp"
 #include "components/synthetic_viewer/request_gate.hpp"
 #include "components/synthetic_viewer/request_origin.hpp"
+#include "components/synthetic_viewer/scene_feed.hpp"
+#include "components/synthetic_viewer/shaders_json.hpp"
+#include "components/synthetic_viewer/web_socket.hpp"
 
 namespace phantom::synthetic_viewer {
 
@@ -43,7 +46,7 @@ using httplib::Response;
 constexpr int kThreads = 16;         // the stop has its own
 constexpr int kSnapshotsAtOnce = 4;  // each occupies a thread until its picture is made
 constexpr int kSpareThreads = 4;     // for refusing further followers of streams
-constexpr int kUnavailable = 503;
+constexpr int kUnavailable = 503, kUpgradeRequired = 426;
 constexpr int kHttpPort = 80, kHttpsPort = 443;        // left out of an origin
 constexpr std::array kStatusOfOutcome{200, 409, 504};  // by CommandOutcome::Kind
 constexpr std::chrono::milliseconds kPatience{200};
@@ -143,6 +146,7 @@ struct WebServer::Impl {
   OnCommand on_command;
   OnViewRequest on_view_request;
   OnCarryRequest on_carry_request;
+  SceneFeed* const scene;
   std::atomic<bool> stopping{false};
   std::atomic<int> snapshots{0}, followers{0};
   const std::string scheme{config.tls ? "https" : "http"};
@@ -152,12 +156,13 @@ struct WebServer::Impl {
   RequestGate streams{"page_streams", limits_of(config, true), nullptr, config.tls.get()};
 
   Impl(const PageConfig& page_config, PageContent& page_content, OnCommand command,
-       OnViewRequest view_request, OnCarryRequest carry_request)
+       OnViewRequest view_request, OnCarryRequest carry_request, SceneFeed* scene_feed)
       : config(page_config),
         content(page_content),
         on_command(std::move(command)),
         on_view_request(std::move(view_request)),
-        on_carry_request(std::move(carry_request)) {
+        on_carry_request(std::move(carry_request)),
+        scene(scene_feed) {
     check_readers();
     add_files();
     add_pictures();
@@ -166,6 +171,7 @@ struct WebServer::Impl {
     if (content.review != nullptr) add_review();
     access.add_to(page.server(), [this](const Request& request) { return refusal(request); });
     add_streams();
+    add_scene();
     page.bind(config.address, config.port, "page.port");
     access.name_cookie(page.port());
     streams.bind(config.address, config.stream_port, "page.stream_port");
@@ -176,6 +182,7 @@ struct WebServer::Impl {
     stopping = true;
     page.stop();
     streams.stop();
+    if (scene != nullptr) scene->end();  // its followers' places are of here
   }
 
   void check_readers();
@@ -187,6 +194,9 @@ struct WebServer::Impl {
   template <class Parse, class RoleNeeded, class CarryOut>
   void take(const char* path, Parse parse, RoleNeeded role_needed, CarryOut carry_out);
   void add_streams();
+  void add_scene();
+  /// Takes a place among the followers; null: all are taken, and the response says so.
+  std::shared_ptr<const void> follower_place(Response& response);
   /// Returns why a request that changes something is refused, whoever makes it; empty if it is not.
   std::string refusal(const Request& request) const;
   void follow(const Request& request, Response& response, const char* type, Source& source,
@@ -218,9 +228,11 @@ void WebServer::Impl::add_files() {
   page.server().Get("/", [this](const Request& request, Response& response) {
     const std::string port = std::to_string(streams.port());
     const auto asked = origins.host_of(origin_of(request));
-    const std::string from = asked ? " " + scheme + "://" + with_port(*asked, port) : "";
+    const std::string authority = asked ? "://" + with_port(*asked, port) : "";
+    const std::string from = asked ? " " + scheme + authority : "";
+    const std::string socket = asked ? " " + (config.tls ? "wss" + authority : "ws" + authority) : "";
     response.set_header("Content-Security-Policy", "default-src 'self'; img-src 'self' data:" + from +
-                                                       "; connect-src 'self'" + from +
+                                                       "; connect-src 'self'" + from + socket +
                                                        "; frame-ancestors 'none'");
     response.set_content(page_of(port), "text/html; charset=utf-8");
   });
@@ -358,11 +370,8 @@ void WebServer::Impl::add_streams() {
 /// is connected and its session lasts.
 void WebServer::Impl::follow(const Request& request, Response& response, const char* type, Source& source,
                              std::string opening, std::string (*packed)(const std::string&)) {
-  if (followers.fetch_add(1) >= config.max_streams) {
-    followers.fetch_sub(1);
-    return answer(response, kUnavailable,
-                  "all " + std::to_string(config.max_streams) + " streams are taken (page.max_streams)");
-  }
+  const auto place = follower_place(response);
+  if (!place) return;
   // The page's port is another origin; only that one may read streams, and others were refused.
   if (const auto origin = header(request, "Origin")) {
     response.set_header("Access-Control-Allow-Origin", *origin);
@@ -372,7 +381,7 @@ void WebServer::Impl::follow(const Request& request, Response& response, const c
   source.followers.fetch_add(1);
   response.set_content_provider(
       type,
-      [this, &source, packed, token = access.token_of(request), text = std::move(opening),
+      [this, place, &source, packed, token = access.token_of(request), text = std::move(opening),
        last = Source::Content(), seen = std::uint64_t{0},
        idle = 0](std::size_t, httplib::DataSink& sink) mutable {
         if (stopping || !access.lasts(token)) {
@@ -390,16 +399,61 @@ void WebServer::Impl::follow(const Request& request, Response& response, const c
         const std::string sent = std::exchange(text, {});
         return sink.write(sent.data(), sent.size());
       },
-      [this, &source](bool) {
-        source.followers.fetch_sub(1);
-        followers.fetch_sub(1);
-      });
+      [&source](bool) { source.followers.fetch_sub(1); });
+}
+
+std::shared_ptr<const void> WebServer::Impl::follower_place(Response& response) {
+  if (followers.fetch_add(1) < config.max_streams)
+    return {&followers, [](std::atomic<int>* count) { count->fetch_sub(1); }};
+  followers.fetch_sub(1);
+  answer(response, kUnavailable,
+         "all " + std::to_string(config.max_streams) + " streams are taken (page.max_streams)");
+  return nullptr;
+}
+
+void WebServer::Impl::add_scene() {
+  page.server().Get("/shaders.json", [](const Request&, Response& response) {
+    response.set_content(shaders_json(), "application/json");
+  });
+  page.server().Get(R"(/mesh/([0-9a-f]{16}))", [this](const Request& request, Response& response) {
+    const auto hash = hash_from_text(request.matches[1].str());
+    const MeshStore::Packed mesh = hash ? content.meshes.packed(*hash) : nullptr;
+    if (!mesh) return answer(response, 404, "there is no mesh of this hash");
+    response.headers.erase("Cache-Control");
+    response.set_header("Cache-Control", "private, max-age=31536000, immutable");
+    response.set_header("Content-Encoding", "gzip");
+    response.set_content_provider(mesh->size(), "application/octet-stream",
+                                  [mesh](std::size_t at, std::size_t size, httplib::DataSink& sink) {
+                                    return sink.write(mesh->data() + at, size);
+                                  });
+  });
+  streams.server().Get("/scene", [this](const Request& request, Response& response) {
+    const auto accept = web_socket_accept(request.get_header_value("Sec-WebSocket-Key"));
+    const bool asked =
+        asks_for_web_socket(request.get_header_value("Upgrade"), request.get_header_value("Connection"),
+                            request.get_header_value("Sec-WebSocket-Version"));
+    if (!asked || !accept) {
+      response.set_header("Sec-WebSocket-Version", "13");
+      return answer(response, kUpgradeRequired, "a WebSocket (RFC 6455, version 13) is expected");
+    }
+    if (scene == nullptr) return answer(response, kUnavailable, "no scene is served here");
+    auto place = follower_place(response);
+    if (!place) return;
+    auto lasts = [this, token = access.token_of(request)] { return access.lasts(token); };
+    RequestGate::switch_protocol(
+        "HTTP/1.1 101 Switching Protocols\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+        "Sec-WebSocket-Accept: " +
+            *accept + "\r\n\r\n",
+        [this, lasts = std::move(lasts), place = std::move(place)](Channel channel) mutable {
+          scene->take({std::move(channel), std::move(lasts), std::move(place)});
+        });
+  });
 }
 
 WebServer::WebServer(const PageConfig& config, PageContent& content, OnCommand on_command,
-                     OnViewRequest on_view_request, OnCarryRequest on_carry_request)
+                     OnViewRequest on_view_request, OnCarryRequest on_carry_request, SceneFeed* scene)
     : impl_(std::make_unique<Impl>(config, content, std::move(on_command), std::move(on_view_request),
-                                   std::move(on_carry_request))) {}
+                                   std::move(on_carry_request), scene)) {}
 
 WebServer::~WebServer() = default;
 

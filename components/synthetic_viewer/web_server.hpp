@@ -13,22 +13,27 @@
 
 namespace phantom::synthetic_viewer {
 
+class SceneFeed;
+
 /// Serves the operator's page by HTTP, or by HTTPS where the configuration has a certificate, and takes its
 /// commands. The requests to page.port are answered at
 /// once:
-///   GET  /                      the page (/page.css, /page.js, /stop.js, /session.js, /review.css,
-///   /review.js) GET  /stop                  stop_json(): which sides are stopped GET  /state the newest
-///   page_state_json(), for a page that receives no events GET  /snapshot/main.png, /hits/<alert>.jpg POST
-///   /command               {"kind": …, "value": …} as JSON, from the page itself only POST /carry {"object":
-///   …, "attach": true or false}, likewise GET  /session               which role this browser has; POST
-///   /login, /logout POST /view                  {"view": …, "orbit_deg": …, "zoom": …, "home": …, "record":
-///   …}, likewise
+///   GET  /                      the page and its files
+///   GET  /stop                  stop_json(): which sides are stopped
+///   GET  /state                 the newest page_state_json(), for a page that receives no events
+///   GET  /snapshot/main.png, /hits/<alert>.jpg
+///   GET  /mesh/<hash>, /shaders.json   what the scene stream names, and the programs that draw it here
+///   POST /command               {"kind": …, "value": …} as JSON, from the page itself only
+///   POST /carry                 {"object": …, "attach": true or false}, likewise
+///   GET  /session               which role this browser has; POST /login, /logout
+///   POST /view                  {"view": …, "orbit_deg": …, "zoom": …, "home": …, "record": …}, likewise
 /// and, while a recording is shown (PageContent::review), when every other command is refused:
 ///   GET  /review                review_json(): what the recording has
 ///   GET  /review/series         ?names=…&from=…&to=…&columns=…: its numbers, for plots
 ///   POST /review                {"t": …, "play": …, "rate": …}: which moment is shown
 /// Live pictures and events have their own port:
 ///   GET  /stream/main|hit|tool  motion JPEG
+///   GET  /scene                 a WebSocket: the scene stream (SceneFeed)
 ///   GET  /events                server-sent events with page_state_json()
 /// A browser opens at most six connections to a host and port, and further requests wait, so that streams on
 /// the page's port would delay a stop. Requests pass RequestGate (sizes, times, numbers), OriginRule (hosts
@@ -43,11 +48,12 @@ class WebServer {
   /// Takes a checked request for a view, within half a second. Called on a server thread.
   using OnViewRequest = std::function<core::Status(const ViewRequest&)>;
 
-  /// Starts to serve. Without `on_carry_request` nothing can be taken. Throws core::MissingError if the
+  /// Starts to serve. Without `on_carry_request` nothing can be taken, and without `scene` there is no scene
+  /// stream; else it must outlive the server. Throws core::MissingError if the
   /// address or a port cannot be had.
   WebServer(const PageConfig& config, PageContent& content, OnCommand on_command,
-            OnViewRequest on_view_request, OnCarryRequest on_carry_request = {});
-  /// Ends all streams and joins the threads, within half a second.
+            OnViewRequest on_view_request, OnCarryRequest on_carry_request = {}, SceneFeed* scene = nullptr);
+  /// Ends all streams, `scene` included, and joins the threads, within half a second.
   ~WebServer();
   WebServer(const WebServer&) = delete;
   WebServer& operator=(const WebServer&) = delete;

@@ -21,7 +21,7 @@ KEYS = {"assimp-dev": "libassimp-dev", "cli11": "libcli11-dev", "cmake": "cmake"
         "ninja-build": "ninja-build", "nlohmann-json-dev": "nlohmann-json3-dev", "pkg-config": "pkg-config", "python3-yaml": "python3-yaml",
         "spdlog": "libspdlog-dev", "yaml-cpp": "libyaml-cpp-dev", "zlib": "zlib1g-dev"}
 # Libraries of scripts/setup that rosdep has no key for, as package.xml says.
-WITHOUT_KEY = {"libfastcdr-dev", "libhwy-dev", "libmujoco-dev", "libseccomp-dev", "libminizip-dev", "libegl-dev", "libgl-dev"}
+WITHOUT_KEY = {"libfastcdr-dev", "libhwy-dev", "libmujoco-dev", "libseccomp-dev", "libminizip-dev", "libegl-dev", "libgl-dev", "libwslay-dev"}
 
 
 class PackageXml(unittest.TestCase):

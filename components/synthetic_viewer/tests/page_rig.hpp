@@ -40,7 +40,8 @@ class Page : public ::testing::Test {
           const std::lock_guard lock(mutex_);
           carries_.push_back(request);
           return outcome_;
-        });
+        },
+        scene_);
   }
   httplib::Client client() const { return client_of(server_->port()); }
   httplib::Client stream_client() const { return client_of(server_->stream_port()); }
@@ -75,6 +76,7 @@ class Page : public ::testing::Test {
   std::vector<ViewRequest> requests_;
   std::vector<CarryRequest> carries_;
   CommandOutcome outcome_;
+  SceneFeed* scene_ = nullptr;
   std::unique_ptr<WebServer> server_;
 };
 

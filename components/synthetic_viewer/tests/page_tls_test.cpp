@@ -82,9 +82,9 @@ TEST_F(PageOverTls, IsThePageWithAllThatNamesItsScheme) {
   const auto index = client().Get("/");
   ASSERT_TRUE(index) << httplib::to_string(index.error());
   EXPECT_THAT(index->body, HasSubstr("Emergency stop"));
-  EXPECT_THAT(
-      index->get_header_value("Content-Security-Policy"),
-      HasSubstr("connect-src 'self' https://127.0.0.1:" + std::to_string(server_->stream_port()) + ";"));
+  const std::string streams = "://127.0.0.1:" + std::to_string(server_->stream_port());
+  EXPECT_THAT(index->get_header_value("Content-Security-Policy"),
+              HasSubstr("connect-src 'self' https" + streams + " wss" + streams + ";"));
   const auto opened = client().Post("/login", R"({"secret":"operate-operate-1"})", "application/json");
   ASSERT_EQ(opened->status, 200);
   EXPECT_THAT(opened->get_header_value("Set-Cookie"), HasSubstr("; Secure;"));

@@ -39,6 +39,25 @@ TEST_F(Loop, AMeshThatNeverArrivesIsNamedAndThePicturesGoOn) {
   EXPECT_EQ(loop_->health().state, core::ComponentState::kReady);
 }
 
+TEST_F(Loop, NothingIsDrawnForThoseWhoDrawByThemselves) {
+  content_.scene.followers = 1;
+  start();
+  std::uint64_t seen = 0;
+  Broadcast<SceneBase>::Content base;
+  ASSERT_TRUE(eventually([&] {
+    send_pose();
+    base = content_.scene.next(seen, std::chrono::milliseconds(100));
+    return base && base->state.arm.received_ns != 0;
+  }));
+  EXPECT_EQ(base->scene->links.size(),
+            base->scene->items(base->state, config_.staleness, base->state.arm.received_ns).size());
+  for (const LinkBody& part : base->scene->links) EXPECT_TRUE(content_.meshes.packed(part.body.hash));
+  for (const View view : kViews) {
+    EXPECT_FALSE(content_.view(view).image.newest()) << name_of(view);
+    EXPECT_FALSE(content_.view(view).jpeg.newest()) << name_of(view);
+  }
+}
+
 // Tries synthetic_viewer: no slave yet
 // Tries synthetic_viewer: slave silent
 TEST_F(Loop, IsReadyWithoutASlaveAndDegradedOnceItIsSilent) {

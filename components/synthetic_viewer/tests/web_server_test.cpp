@@ -362,7 +362,7 @@ TEST_F(Page, ThePageMayTakeStreamsFromTheirPortAndNobodyElseMayReadTheEvents) {
   const std::string page = "http://127.0.0.1:" + std::to_string(server_->port());
   const auto index = client().Get("/");
   const std::string policy = index->get_header_value("Content-Security-Policy");
-  EXPECT_THAT(policy, HasSubstr("connect-src 'self' " + streams + ";"));
+  EXPECT_THAT(policy, HasSubstr("connect-src 'self' " + streams + " ws" + streams.substr(4) + ";"));
   EXPECT_THAT(policy, HasSubstr("img-src 'self' data: " + streams + ";"));
   EXPECT_THAT(index->body,
               HasSubstr("name=\"stream-port\" content=\"" + std::to_string(server_->stream_port()) + "\""));

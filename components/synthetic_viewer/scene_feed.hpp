@@ -1,0 +1,83 @@
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <list>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "common/core/progress.hpp"
+#include "components/synthetic_viewer/channel.hpp"
+#include "components/synthetic_viewer/inbox.hpp"
+#include "components/synthetic_viewer/page_content.hpp"
+#include "components/synthetic_viewer/scene_encoder.hpp"
+#include "components/synthetic_viewer/web_socket.hpp"
+
+namespace phantom::synthetic_viewer {
+
+/// Serves the scene stream (README.md): one thread composes what browsers draw by themselves, from the newest
+/// samples and from what the drawing thread knows, encodes it once, and sends it to all followers. It waits
+/// for none of them: who reads slowly skips, who reads nothing for 3 s is cut off. While nobody follows it
+/// does nothing.
+class SceneFeed {
+ public:
+  /// A follower's connection after the handshake.
+  struct Follower {
+    Channel channel;
+    std::function<bool()> lasts;        ///< whether its session goes on
+    std::shared_ptr<const void> place;  ///< is given back when the follower has gone
+  };
+
+  /// `cell`: its name. All others must outlive the feed.
+  SceneFeed(const ViewerConfig& config, std::string cell, Inbox& inbox, PageContent& page);
+  /// Ends the thread and all connections.
+  ~SceneFeed();
+  SceneFeed(const SceneFeed&) = delete;
+  SceneFeed& operator=(const SceneFeed&) = delete;
+
+  void start();
+  /// Takes a follower. Any thread; it does not wait. One that comes after end() is closed.
+  void take(Follower follower);
+  /// Says farewell to all followers and ends the thread. None of their functions is called afterwards.
+  void end();
+  /// Returns the progress of the thread. Any thread.
+  core::LoopStatistics progress() const { return progress_.statistics(); }
+  /// Returns the octets that all followers were sent, with the frames' headers. Any thread.
+  std::uint64_t sent_octets() const { return sent_octets_; }
+
+ private:
+  struct Client;
+  void run();
+  void adopt();
+  void compose(core::Nanoseconds now_ns);
+  void deliver(Client& client, core::Nanoseconds now_ns);
+  void read(Client& client, core::Nanoseconds now_ns);
+  static void obey(Client& client, const std::string& text);
+  /// Returns whether the client is still there.
+  bool flush(Client& client, core::Nanoseconds now_ns);
+  bool keeps(Client& client, core::Nanoseconds now_ns);
+
+  static constexpr double kHangsAfter_s = 3.0;
+
+  const ViewerConfig& config_;
+  Inbox& inbox_;
+  PageContent& page_;
+  SceneEncoder encoder_;
+  LiveSamples live_;
+  std::uint64_t base_seen_ = 0;
+  core::Nanoseconds stops_due_ns_ = 0;
+  std::list<Client> clients_;  // used by the thread only
+  std::mutex mutex_;
+  std::vector<Follower> coming_;  // guarded by mutex_
+  bool ended_ = false;            // guarded by mutex_
+  std::atomic<bool> ending_{false};
+  std::atomic<std::uint64_t> sent_octets_{0};
+  int wake_ = -1;
+  core::Progress progress_;
+  std::thread thread_;
+};
+
+}  // namespace phantom::synthetic_viewer

@@ -1,0 +1,369 @@
+// The scene stream as a whole: server, thread and followers, well-behaved and hostile, over real sockets.
+#include "components/synthetic_viewer/scene_feed.hpp"
+
+#include <arpa/inet.h>
+#include <openssl/ssl.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <list>
+#include <thread>
+
+#include "common/runtime/arm_model.hpp"
+#include "common/runtime/cell.hpp"
+#include "components/synthetic_viewer/tests/certificate.hpp"
+#include "components/synthetic_viewer/tests/page_rig.hpp"
+#include "components/synthetic_viewer/tests/scene_decoder.hpp"
+#include "components/synthetic_viewer/tests/web_socket_frames.hpp"
+#include "components/synthetic_viewer/tls_context.hpp"
+#include "tests/support/eventually.hpp"
+
+namespace phantom::synthetic_viewer {
+namespace {
+
+using phantom::test::eventually;
+using test::client_frame;
+using ::testing::HasSubstr;
+using ::testing::StartsWith;
+
+/// A browser's socket, without a browser.
+class RawClient {
+ public:
+  RawClient(int port, const std::string& headers = "", const std::string& trusted = "") {
+    descriptor_ = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+    sockaddr_in remote{};
+    remote.sin_family = AF_INET;
+    inet_pton(AF_INET, "127.0.0.1", &remote.sin_addr);
+    remote.sin_port = htons(static_cast<std::uint16_t>(port));
+    EXPECT_EQ(connect(descriptor_, reinterpret_cast<sockaddr*>(&remote), sizeof remote), 0);
+    const timeval patience{0, 200'000};
+    setsockopt(descriptor_, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
+    if (!trusted.empty()) begin_tls(trusted);
+    put("GET /scene HTTP/1.1\r\nHost: 127.0.0.1:" + std::to_string(port) + "\r\n" +
+        (headers.empty() ? kUpgrade : headers) + "\r\n");
+    const bool answered = eventually([&] {
+      pull();
+      return octets_.find("\r\n\r\n") != std::string::npos || closed_;
+    });
+    EXPECT_TRUE(answered);
+    const std::size_t end = std::min(octets_.find("\r\n\r\n"), octets_.size() - 4) + 4;
+    head = octets_.substr(0, end);
+    octets_.erase(0, end);
+  }
+  RawClient(const RawClient&) = delete;
+  RawClient& operator=(const RawClient&) = delete;
+  ~RawClient() {
+    SSL_free(ssl_);
+    close(descriptor_);
+    SSL_CTX_free(context_);
+  }
+  inline static const std::string kUpgrade =
+      "Upgrade: websocket\r\nConnection: keep-alive, Upgrade\r\nSec-WebSocket-Version: 13\r\n"
+      "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n";
+
+  bool put(const std::string& octets) {
+    if (ssl_ != nullptr) return SSL_write(ssl_, octets.data(), static_cast<int>(octets.size())) > 0;
+    return ::send(descriptor_, octets.data(), octets.size(), MSG_NOSIGNAL) ==
+           static_cast<ssize_t>(octets.size());
+  }
+  /// Reads what comes until `enough`; false if it does not come in a minute, or the server closes before.
+  bool read_until(const std::function<bool()>& enough) {
+    return eventually([&] {
+             pull();
+             for (test::ServerFrame frame; test::take_frame(octets_, frame);) {
+               if (frame.opcode == 1) scene.take_text(frame.content);
+               if (frame.opcode == 2) scene.take_binary(frame.content);
+               if (frame.opcode == 10) ++pongs;
+               if (frame.opcode == 8 && frame.content.size() >= 2)
+                 code = static_cast<std::uint8_t>(frame.content[0]) << 8 |
+                        static_cast<std::uint8_t>(frame.content[1]);
+             }
+             return enough() || closed_;
+           }) &&
+           enough();
+  }
+  bool is_closed_with(int wanted) {
+    return read_until([&] { return code != 0; }) && code == wanted && read_until([&] { return closed_; });
+  }
+  bool ends() {
+    return read_until([&] { return closed_; });
+  }
+
+  std::string head;
+  test::DecodedScene scene;
+  int code = 0, pongs = 0;
+
+ private:
+  void begin_tls(const std::string& trusted) {
+    context_ = SSL_CTX_new(TLS_client_method());
+    EXPECT_EQ(SSL_CTX_load_verify_locations(context_, trusted.c_str(), nullptr), 1);
+    SSL_CTX_set_verify(context_, SSL_VERIFY_PEER, nullptr);
+    ssl_ = SSL_new(context_);
+    SSL_set_fd(ssl_, descriptor_);
+    EXPECT_TRUE(eventually([&] { return SSL_connect(ssl_) == 1; }));
+  }
+  void pull() {
+    char part[65536];
+    const auto size = ssl_ != nullptr ? SSL_read(ssl_, part, sizeof part)
+                                      : static_cast<int>(recv(descriptor_, part, sizeof part, 0));
+    if (size > 0) return octets_.append(part, static_cast<std::size_t>(size)), void();
+    const bool waits = ssl_ != nullptr ? SSL_get_error(ssl_, size) == SSL_ERROR_WANT_READ
+                                       : size < 0 && (errno == EAGAIN || errno == EINTR);
+    closed_ = !waits;
+  }
+
+  int descriptor_ = -1;
+  SSL_CTX* context_ = nullptr;
+  SSL* ssl_ = nullptr;
+  std::string octets_;
+  bool closed_ = false;
+};
+
+class SceneStream : public test::Page {
+ protected:
+  ~SceneStream() override {
+    moving_ = false;
+    if (mover_.joinable()) mover_.join();
+    server_.reset();
+  }
+  void serve_scene(PageConfig config = {}) {
+    config_.page = config;
+    config_.page.scene_Hz = 60;
+    feed_ = std::make_unique<SceneFeed>(config_, "two plates", inbox_, content_);
+    feed_->start();
+    scene_ = feed_.get();
+    serve(config_.page);
+    publish_base();
+  }
+  void publish_base() {
+    SceneBase base;
+    base.scene = cell_scene_;
+    content_.scene.publish(std::move(base));
+  }
+  /// Moves the arm at 200 Hz.
+  void move() {
+    moving_ = true;
+    mover_ = std::thread([this] {
+      for (double q = 0.0; moving_; q += 0.001) {
+        ArmSample arm;
+        arm.received_ns = core::monotonic_ns();
+        arm.position[0] = q;
+        inbox_.scene.arm.write(arm);
+        std::this_thread::sleep_for(std::chrono::milliseconds(5));
+      }
+    });
+  }
+  RawClient& follow_scene(const std::string& headers = "") {
+    return clients_.emplace_back(server_->stream_port(), headers, trusted_);
+  }
+  std::string origin() const { return "http://127.0.0.1:" + std::to_string(server_->port()); }
+
+  ViewerConfig config_;
+  Inbox inbox_;
+  const runtime::CellConfig cell_ =
+      runtime::load_cell(PHANTOM_SOURCE_DIR "/deploy/cells/two_plates/cell.yaml");
+  std::shared_ptr<const CellScene> cell_scene_ =
+      std::make_shared<const CellScene>(runtime::load_arm(cell_.arm()), cell_.min_m, cell_.max_m);
+  std::unique_ptr<SceneFeed> feed_;
+  std::list<RawClient> clients_;
+  std::atomic<bool> moving_{false};
+  std::thread mover_;
+};
+
+TEST_F(SceneStream, BeginsWithAHandshakeAndTheWholeScene) {
+  serve_scene();
+  EXPECT_EQ(content_.scene.followers, 0);
+  RawClient& client = follow_scene(RawClient::kUpgrade + "Origin: " + origin() + "\r\n");
+  EXPECT_EQ(client.head,
+            "HTTP/1.1 101 Switching Protocols\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+            "Sec-WebSocket-Accept: s3pPLMBiTxaQ9kYGzzhZRbK+xOo=\r\n\r\n");
+  ASSERT_TRUE(client.read_until([&] { return client.scene.poses_count >= 3; }));
+  EXPECT_EQ(client.scene.cell.at("cell"), "two plates");
+  EXPECT_THAT(client.scene.view.at("banner").get<std::string>(), HasSubstr("NO SLAVE"));
+  EXPECT_EQ(content_.scene.followers, 1);
+  EXPECT_TRUE(std::ranges::none_of(content_.views, &ViewOutput::followed)) << "no picture is drawn for it";
+  clients_.clear();
+  EXPECT_TRUE(eventually([&] { return content_.scene.followers == 0; }));
+}
+
+TEST_F(SceneStream, PosesFollowTheArm) {
+  serve_scene();
+  move();
+  RawClient& client = follow_scene();
+  ASSERT_TRUE(client.read_until([&] { return client.scene.poses_count >= 60; }));
+  EXPECT_EQ(client.scene.bodies.size(), cell_scene_->arm().links().size());
+  EXPECT_LT(client.scene.arm_age_s, 5.0);
+  EXPECT_TRUE(client.put(client_frame(1, R"({"echo":42.5})")));
+  EXPECT_TRUE(client.read_until([&] { return client.scene.echo.is_object(); }));
+  EXPECT_EQ(client.scene.echo.at("echo"), 42.5);
+  EXPECT_TRUE(client.put(client_frame(9, "ping")));
+  EXPECT_TRUE(client.read_until([&] { return client.pongs == 1; }));
+  // A rate of its own: of one's poses a fifth of the other's.
+  RawClient& slower = follow_scene();
+  EXPECT_TRUE(slower.put(client_frame(1, R"({"rate_Hz":6})")));
+  ASSERT_TRUE(slower.read_until([&] { return slower.scene.poses_count >= 2; }));
+  const std::uint32_t first = slower.scene.number;
+  const int before = slower.scene.poses_count;
+  ASSERT_TRUE(slower.read_until([&] { return slower.scene.poses_count >= before + 6; }));
+  EXPECT_GE(slower.scene.number - first, 6 * 3U) << "it skips most";
+}
+
+TEST_F(SceneStream, TenFollowersGetTheSame) {
+  serve_scene();
+  move();
+  std::vector<RawClient*> all;
+  for (int i = 0; i < 10; ++i) all.push_back(&follow_scene());
+  for (RawClient* client : all)
+    ASSERT_TRUE(client->read_until([&] { return client->scene.poses_count >= 20; }));
+  for (RawClient* client : all) EXPECT_EQ(client->scene.cell, all[0]->scene.cell);
+  EXPECT_EQ(content_.scene.followers, 10);
+}
+
+TEST_F(SceneStream, OnlyAWebSocketOfThePageItselfIsTaken) {
+  serve_scene();
+  EXPECT_THAT(follow_scene("Accept: */*\r\n").head, StartsWith("HTTP/1.1 426"));
+  EXPECT_THAT(follow_scene("Upgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 8\r\n"
+                           "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n")
+                  .head,
+              StartsWith("HTTP/1.1 426"));
+  EXPECT_THAT(follow_scene("Upgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\n"
+                           "Sec-WebSocket-Key: short\r\n")
+                  .head,
+              StartsWith("HTTP/1.1 426"));
+  for (const char* origin : {"http://evil.example", "http://127.0.0.1:1", "null"})
+    EXPECT_THAT(follow_scene(RawClient::kUpgrade + "Origin: " + origin + "\r\n").head,
+                StartsWith("HTTP/1.1 403"))
+        << origin;
+  EXPECT_EQ(content_.scene.followers, 0);
+}
+
+TEST_F(SceneStream, ASessionIsNeededAndItsEndEndsTheStream) {
+  PageConfig config;
+  config.secrets = runtime::RoleSecrets({"watch-watch-watch", "operate-operate-1", "configure-config"});
+  serve_scene(config);
+  EXPECT_THAT(follow_scene().head, StartsWith("HTTP/1.1 401"));
+  EXPECT_EQ(client().Get("/mesh/0000000000000007")->status, 401);
+  const auto login = client().Post("/login", R"({"secret":"watch-watch-watch"})", "application/json");
+  ASSERT_TRUE(login);
+  std::string cookie = login->get_header_value("Set-Cookie");
+  cookie.resize(cookie.find(';'));
+  RawClient& client_of_watch = follow_scene(RawClient::kUpgrade + "Cookie: " + cookie + "\r\n");
+  ASSERT_TRUE(client_of_watch.read_until([&] { return client_of_watch.scene.poses_count >= 1; }));
+  ASSERT_EQ(client().Post("/logout", {{"Cookie", cookie}}, "{}", "application/json")->status, 200);
+  EXPECT_TRUE(client_of_watch.is_closed_with(4001));
+}
+
+// Tries synthetic_viewer: all streams taken
+TEST_F(SceneStream, TakesAPlaceAmongTheStreamsAndGivesItBack) {
+  PageConfig config;
+  config.max_streams = 2;
+  serve_scene(config);
+  for (int i = 0; i < 2; ++i) EXPECT_THAT(follow_scene().head, StartsWith("HTTP/1.1 101"));
+  EXPECT_THAT(follow_scene().head, StartsWith("HTTP/1.1 503"));
+  EXPECT_EQ(stream_client().Get("/events")->status, 503);
+  clients_.clear();
+  EXPECT_TRUE(eventually([&] {
+    const bool taken = follow_scene().head.starts_with("HTTP/1.1 101");
+    clients_.clear();
+    return taken;
+  }));
+}
+
+// Tries synthetic_viewer: a follower of the scene that breaks the rules
+TEST_F(SceneStream, WhoeverBreaksTheRulesIsClosedAndTheOthersAreNot) {
+  serve_scene();
+  RawClient& good = follow_scene();
+  struct Case {
+    const char* what;
+    std::string octets;
+    int code;
+  };
+  std::string flood;
+  for (int i = 0; i < 40; ++i) flood += client_frame(9, "x");
+  for (const Case& one :
+       {Case{"not masked", std::string("\x81\x02hi", 4), 1002},
+        Case{"huge", std::string("\x81\xFF\x7F\xFF\xFF\xFF\xFF\xFF\xFF\xFF", 10) + "maskx", 1009},
+        Case{"binary", client_frame(2, "hi"), 1003}, Case{"no JSON", client_frame(1, "hi"), 1007},
+        Case{"nothing that is known", client_frame(1, R"({"rate":1})"), 1007},
+        Case{"two things", client_frame(1, R"({"echo":1,"rate_Hz":2})"), 1007},
+        Case{"a rate that is none", client_frame(1, R"({"rate_Hz":0})"), 1007},
+        Case{"a number in words", client_frame(1, R"({"rate_Hz":"60"})"), 1007},
+        Case{"a flood of pings", flood, 1008}}) {
+    RawClient& bad = follow_scene();
+    EXPECT_TRUE(bad.put(one.octets)) << one.what;
+    EXPECT_TRUE(bad.is_closed_with(one.code)) << one.what << ": " << bad.code;
+  }
+  const int before = good.scene.poses_count;
+  EXPECT_TRUE(good.read_until([&] { return good.scene.poses_count > before + 3; }));
+}
+
+// Tries synthetic_viewer: a follower of the scene that reads nothing
+TEST_F(SceneStream, WhoReadsNothingIsCutOffAndTheOthersGoOn) {
+  serve_scene();
+  move();
+  RawClient& good = follow_scene();
+  // One whose kernel takes little for it, so that it need not be filled for a minute.
+  const int stalled = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  const int little = 2048;
+  setsockopt(stalled, SOL_SOCKET, SO_RCVBUF, &little, sizeof little);
+  sockaddr_in remote{};
+  remote.sin_family = AF_INET;
+  inet_pton(AF_INET, "127.0.0.1", &remote.sin_addr);
+  remote.sin_port = htons(static_cast<std::uint16_t>(server_->stream_port()));
+  ASSERT_EQ(connect(stalled, reinterpret_cast<sockaddr*>(&remote), sizeof remote), 0);
+  const std::string request = "GET /scene HTTP/1.1\r\nHost: 127.0.0.1\r\n" + RawClient::kUpgrade + "\r\n";
+  ASSERT_EQ(::send(stalled, request.data(), request.size(), 0), static_cast<ssize_t>(request.size()));
+  ASSERT_TRUE(eventually([&] { return content_.scene.followers == 2; }));
+  EXPECT_TRUE(good.read_until([&] { return content_.scene.followers == 1; }));
+  const int before = good.scene.poses_count;
+  EXPECT_TRUE(good.read_until([&] { return good.scene.poses_count > before + 10; }));
+  close(stalled);
+}
+
+TEST_F(SceneStream, EndsWithAFarewell) {
+  serve_scene();
+  RawClient& client = follow_scene();
+  ASSERT_TRUE(client.read_until([&] { return client.scene.poses_count >= 1; }));
+  server_.reset();
+  EXPECT_TRUE(client.is_closed_with(1001));
+}
+
+TEST_F(SceneStream, GoesByTlsToo) {
+  const test::Certificate own;
+  PageConfig config;
+  config.tls = std::make_shared<TlsContext>(own.certificate, own.key);
+  trusted_ = own.certificate;
+  serve_scene(config);
+  move();
+  RawClient& client_by_tls = follow_scene();
+  EXPECT_THAT(client_by_tls.head, StartsWith("HTTP/1.1 101"));
+  EXPECT_TRUE(client_by_tls.read_until([&] { return client_by_tls.scene.poses_count >= 30; }));
+  EXPECT_TRUE(client_by_tls.put(client_frame(1, R"({"echo":1})")));
+  EXPECT_TRUE(client_by_tls.read_until([&] { return client_by_tls.scene.echo.is_object(); }));
+  EXPECT_THAT(client().Get("/")->get_header_value("Content-Security-Policy"), HasSubstr(" wss://127.0.0.1:"));
+}
+
+TEST_F(SceneStream, MeshesAreFetchedByTheirHash) {
+  serve_scene();
+  geometry::TriangleMesh mesh;
+  mesh.vertices_m = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+  mesh.triangles = {{0, 1, 2}};
+  content_.meshes.put(0xAB, mesh);
+  const auto got = client().Get("/mesh/00000000000000ab");
+  ASSERT_TRUE(got);
+  EXPECT_EQ(got->status, 200);
+  EXPECT_EQ(got->get_header_value_count("Cache-Control"), 1U);
+  EXPECT_THAT(got->get_header_value("Cache-Control"), HasSubstr("immutable"));
+  EXPECT_EQ(got->body.size(), 8U + 12 * 4) << "unpacked by the client";
+  EXPECT_EQ(client().Get("/mesh/00000000000000ac")->status, 404);
+  for (const char* other : {"/mesh/", "/mesh/ab", "/mesh/00000000000000AB", "/mesh/../stop"})
+    EXPECT_EQ(client().Get(other)->status, 404) << other;
+  const auto shaders = nlohmann::json::parse(client().Get("/shaders.json")->body);
+  for (const char* program : {"mesh", "painted", "flat", "floor", "background"})
+    for (const char* part : {"vertex", "fragment"})
+      EXPECT_THAT(shaders.at(program).at(part).get<std::string>(), StartsWith("#version 300 es\n"));
+}
+
+}  // namespace
+}  // namespace phantom::synthetic_viewer
