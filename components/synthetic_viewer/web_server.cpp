@@ -36,6 +36,8 @@ extern const char* const kEnglishTexts;
 extern const char* const kGermanTexts;
 extern const char* const kReviewJs;
 extern const char* const kReviewCss;
+extern const unsigned char kSceneBundle[];   // by gzip; made by web/scene/bundle.mjs
+extern const std::size_t kSceneBundleBytes;  // 0: built without
 }  // namespace web
 
 namespace {
@@ -114,9 +116,9 @@ std::string with_port(const Authority& authority, const std::string& port) {
 /// Returns whether a path of the page's port is given without a session: the page itself, its form to log in,
 /// and who is stopped.
 bool is_for_all(const std::string& path) {
-  constexpr std::array kForAll{"/",        "/tokens.css", "/page.css", "/page.js",    "/language.js", "/review.css",
-                               "/stop.js", "/choice.js",  "/views.js", "/session.js", "/review.js",   "/stop",
-                               "/session"};
+  constexpr std::array kForAll{"/",         "/tokens.css", "/page.css", "/page.js",    "/language.js", "/review.css",
+                               "/stop.js",  "/choice.js",  "/views.js", "/session.js", "/review.js",   "/stop",
+                               "/scene.js", "/session"};
   return std::find(kForAll.begin(), kForAll.end(), path) != kForAll.end();
 }
 
@@ -249,6 +251,13 @@ void WebServer::Impl::add_files() {
   serve("/session.js", web::kSessionJs, "text/javascript; charset=utf-8");
   serve("/review.js", web::kReviewJs, "text/javascript; charset=utf-8");
   serve("/review.css", web::kReviewCss, "text/css; charset=utf-8");
+  page.server().Get("/scene.js", [](const Request&, Response& response) {
+    if (web::kSceneBundleBytes == 0) return answer(response, 404, "built without the browser's scene");
+    response.set_header("Content-Encoding", "gzip");
+    // Of this name, the library does not compress it once more.
+    response.set_content(reinterpret_cast<const char*>(web::kSceneBundle), web::kSceneBundleBytes,
+                         "application/x-javascript");
+  });
 }
 
 void WebServer::Impl::add_pictures() {

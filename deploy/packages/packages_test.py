@@ -35,7 +35,8 @@ def check_package(deb, component, files):
     unit = f"/usr/lib/systemd/system/{name_of(component)}.service"
     assert f"/usr/bin/{component}" in files, f"{deb.name}: no executable"
     assert (unit in files) == (component in SERVICES), f"{deb.name}: unit {unit}"
-    stray = [f for f in files if component not in f and f != unit and not f.endswith("/report.gp")]
+    copyright = f"/usr/share/doc/{name_of(component)}/copyright"
+    stray = [f for f in files if component not in f and f not in (unit, copyright) and not f.endswith("/report.gp")]
     assert not stray, f"{deb.name} holds {stray}"
     depends = field(deb, "Depends")
     assert f"phantom-common (= {VERSION})" in depends, depends
@@ -124,6 +125,9 @@ def check_bill(whole):
     assert inputs <= names, f"header-only libraries are not in the bill: {inputs - names}"
     assert any(re.fullmatch(r"libstdc\+\+-\d+-dev", n) for n in names), "the C++ library is not in the bill"
     assert {"python3", "openssl", "libegl1"} <= names, "what packages depend on is not in the bill"
+    if "PHANTOM_BROWSER_SCENE:BOOL=ON" in (BUILD / "CMakeCache.txt").read_text():
+        assert "three" in names, "what the operator's page is bundled with is not in the bill"
+        assert "three.js authors" in (whole / "usr/share/doc/phantom-synthetic-viewer/copyright").read_text()
     assert not {n for n in names if "gtest" in n or "benchmark" in n}, "what only tests use is in the bill"
     return f"{len(files)} executables and {len(packages) - 1} packages in the bill of materials"
 

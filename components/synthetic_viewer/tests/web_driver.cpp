@@ -3,6 +3,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <csignal>
 #include <cstdlib>
 #include <filesystem>
@@ -17,6 +18,8 @@ using nlohmann::json;
 constexpr const char* kDriver = "/usr/bin/chromedriver";
 constexpr const char* kBrowser = "/usr/bin/chromium";
 constexpr const char* kReady = "started successfully on port ";
+
+}  // namespace
 
 std::string from_base64(const std::string& text) {
   std::string bytes;
@@ -33,8 +36,6 @@ std::string from_base64(const std::string& text) {
   }
   return bytes;
 }
-
-}  // namespace
 
 bool Browser::installed() { return std::filesystem::exists(kDriver) && std::filesystem::exists(kBrowser); }
 
@@ -61,9 +62,12 @@ Browser::Browser(const std::vector<std::string>& more) {
   client_->set_read_timeout(120);
   json options{{"binary", kBrowser},
                {"args",
-                {"--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
+                {"--headless", "--no-sandbox", "--disable-quic", "--no-first-run",
                  "--disable-background-networking", "--disable-component-update", "--disable-sync",
                  "--disable-dev-shm-usage", "--window-size=1600,1300"}}};
+  // Without a graphics card, unless the caller says what stands in for one.
+  const auto is_graphics = [](const std::string& argument) { return argument.starts_with("--use-angle"); };
+  if (std::none_of(more.begin(), more.end(), is_graphics)) options["args"].push_back("--disable-gpu");
   for (const std::string& argument : more) options["args"].push_back(argument);
   // A page counts as opened once its scripts have run: its pictures are streams, and one that waits for a
   // free connection would hold up the end of loading for ever.

@@ -11,6 +11,9 @@
 
 namespace phantom::synthetic_viewer::test {
 
+/// Returns the bytes of a text in base64.
+std::string from_base64(const std::string& text);
+
 class Browser {
  public:
   /// Starts both. `more`: arguments of Chromium. Throws std::runtime_error with chromedriver's words if that

@@ -5,15 +5,23 @@
 // windows together, and requests to the page's port must not wait for them. A hidden page closes its streams, and
 // the hit zone's stream is open only while there is a zone to show.
 const kStreams = `${location.protocol}//${location.hostname}:${document.querySelector('meta[name=stream-port]').content}/`;
+const kDrawnHere = new Set();  // the views that scene.js draws in the browser: they need no stream
 function follow(id, path) {
   const image = byId(id);
-  const wanted = path && !document.hidden ? path : '';
+  const wanted = path && !document.hidden && !kDrawnHere.has(image.dataset.view) ? path : '';
   if ((image.dataset.stream || '') === wanted || performance.now() < +(image.dataset.retry || 0)) return;
   image.dataset.stream = wanted;
   image.dataset.since = performance.now();
   if (wanted) image.src = kStreams + wanted + '?' + Date.now();
   else image.removeAttribute('src');
 }
+
+// What this page and scene.js, which draws the views in the browser, need of each other.
+const operatorPage = window.operatorPage = {
+  streams: kStreams, drawn: kDrawnHere, home: () => false, moved: () => undefined,  // of the views that are drawn here
+  state: () => state, heard: () => lastState || -Infinity, mayOperate: () => may('operate'), moveView: request => moveView(request),
+  refresh: () => { if (state !== null) showViews(state.view, state.viewer); },
+};
 
 // Returns whether a stream is open but has shown no picture for 3 s.
 function withoutPicture(id) {
@@ -63,7 +71,7 @@ for (const tools of document.querySelectorAll('[data-tools]')) {
   const view = tools.dataset.tools;
   const home = viewButton('home', '↺'), record = viewButton('record', '●');
   record.setAttribute('aria-pressed', 'false');
-  home.addEventListener('click', () => moveView({ view, home: true }));
+  home.addEventListener('click', () => operatorPage.home(view) || moveView({ view, home: true }));
   record.addEventListener('click', () => toggleRecording(view));
   tools.append(home, record);
 }
@@ -75,7 +83,7 @@ function toggleRecording(view) { moveView({ view, record: !isRecording(view) });
 function showViewTools(view, viewer) {
   for (const tools of document.querySelectorAll('[data-tools]')) {
     const name = tools.dataset.tools, home = tools.querySelector('.home'), record = tools.querySelector('.record');
-    home.hidden = !view.moved[name];
+    home.hidden = !(operatorPage.moved(name) ?? view.moved[name]);
     home.title = text('view.back_title');
     put(home.lastChild, text('view.back'));
     record.title = text('view.record_title');

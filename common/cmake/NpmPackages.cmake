@@ -1,0 +1,20 @@
+# cmake -DNPM=npm -DFROM=FOLDER -DTO=FOLDER [-DHINT=TEXT] -P NpmPackages.cmake: installs the packages that FROM/package-lock.json pins
+# into TO, unless they are there. HINT: what to do where that fails.
+file(MAKE_DIRECTORY "${TO}")
+set(stamp "${TO}/installed.json")
+file(READ "${FROM}/package-lock.json" wanted)
+if(EXISTS "${stamp}")
+  file(READ "${stamp}" installed)
+  if(installed STREQUAL wanted)
+    return()
+  endif()
+endif()
+foreach(name package.json package-lock.json .npmrc)
+  file(COPY "${FROM}/${name}" DESTINATION "${TO}")
+endforeach()
+execute_process(COMMAND "${NPM}" ci --no-audit --no-fund --ignore-scripts WORKING_DIRECTORY "${TO}" OUTPUT_VARIABLE said ERROR_VARIABLE said
+                RESULT_VARIABLE failed)
+if(failed)
+  message(FATAL_ERROR "npm could not install what ${FROM}/package-lock.json pins\n${said}${HINT}")
+endif()
+file(WRITE "${stamp}" "${wanted}")

@@ -1,0 +1,287 @@
+// The scene as a real Chromium draws it, by software: the same picture as the viewer's, what is said when it
+// stands still, and what is shown without it.
+#include <gmock/gmock.h>
+
+#include <cstdlib>
+#include <fstream>
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+
+#include "components/synthetic_viewer/tests/project.hpp"
+#include "components/synthetic_viewer/tests/scene_rig.hpp"
+
+namespace phantom::synthetic_viewer {
+namespace {
+
+using test::SceneInChromium;
+using SceneDrawing = SceneInChromium;
+
+constexpr int kOtherColour = 20;  // of 255
+
+cv::Mat unpacked(const std::string& data_url) {
+  const std::string bytes = test::from_base64(data_url.substr(data_url.find(',') + 1));
+  return cv::imdecode(cv::Mat(1, static_cast<int>(bytes.size()), CV_8U, const_cast<char*>(bytes.data())),
+                      cv::IMREAD_COLOR);
+}
+
+/// Returns whether a pixel differs from another picture's.
+bool differs(const cv::Mat& a, const cv::Mat& b, int x, int y) {
+  const std::uint8_t *p = a.ptr(y, x), *q = b.ptr(y, x);
+  return std::max({std::abs(p[0] - q[0]), std::abs(p[1] - q[1]), std::abs(p[2] - q[2])}) > kOtherColour;
+}
+
+/// Returns the share of pixels that have the same colour in both pictures.
+double same_colour(const cv::Mat& a, const cv::Mat& b) {
+  int same = 0;
+  for (int y = 0; y < a.rows; ++y)
+    for (int x = 0; x < a.cols; ++x) same += differs(a, b, x, y) ? 0 : 1;
+  return static_cast<double>(same) / (a.rows * a.cols);
+}
+
+struct Agreement {
+  double all = 0.0;      ///< pixels that both pictures cover or neither, of all
+  double covered = 0.0;  ///< pixels that both pictures cover, of those that one covers
+};
+/// Compares what is white.
+Agreement silhouettes(const cv::Mat& a, const cv::Mat& b) {
+  const auto white = [](const std::uint8_t* p) { return p[0] > 220 && p[1] > 220 && p[2] > 220; };
+  int both = 0, one = 0;
+  for (int y = 0; y < a.rows; ++y) {
+    for (int x = 0; x < a.cols; ++x) {
+      const bool in_a = white(a.ptr(y, x)), in_b = white(b.ptr(y, x));
+      both += in_a && in_b ? 1 : 0;
+      one += in_a || in_b ? 1 : 0;
+    }
+  }
+  return {1.0 - static_cast<double>(one - both) / (a.rows * a.cols),
+          one > 0 ? static_cast<double>(both) / one : 0.0};
+}
+
+void keep(const std::string& name, const cv::Mat& picture) {
+  if (const char* folder = std::getenv("PHANTOM_SCREENSHOTS"))
+    cv::imwrite(std::string(folder) + "/" + name + ".png", picture);
+}
+
+class DrawnByBoth : public SceneInChromium, public ::testing::WithParamInterface<View> {};
+
+// The oracle: the viewer's picture of the same state by the same camera.
+TEST_P(DrawnByBoth, TheBrowsersPictureIsTheViewersOne) {
+  open();
+  ASSERT_TRUE(drawn());
+  const std::string view = name_of(GetParam());
+  const auto picture = [&](const std::string& first) {
+    return unpacked(browser_
+                        ->run("const d = phantomScene, v = d.views['" + view + "'];" + first +
+                              "Object.assign(v.canvas, {width: 1280, height: 720}); d.stage.update();"
+                              "d.stage.draw('" +
+                              view + "', d.camera(v), v.context); return v.canvas.toDataURL('image/png')")
+                        .get<std::string>());
+  };
+  ASSERT_TRUE(test::eventually([&] { return truth("phantomScene.stage.paint.patch_m > 0"); }))
+      << "the skin's paint";
+  const cv::Mat browser = picture("");
+  Frame frame = drawing_->picture(GetParam()).frame;
+  const cv::Mat viewer = drawing_->renderer().render(frame, kSize);
+  const Camera camera = frame.camera;
+  for (DrawItem& item : frame.items) {
+    item.colour = {1, 1, 1};
+    item.own_light = item.opacity = 1;
+    item.paint = kNoPaint;
+    item.casts_shadow = false;
+  }
+  frame.lines.clear();
+  const std::string whiten =
+      "const white = { colour: [1, 1, 1], own_light: 1, ownLight: 1, opacity: 1, paint: null, shadow: false };"
+      "for (const i of d.stage.items.values()) Object.assign(i, white); d.stage.lines.visible = false;"
+      "const poses = d.stage.poses; d.stage.poses = { ...poses, marks: poses.marks.map(m => ({ ...m, ...white })) };";
+  const cv::Mat viewer_white = drawing_->renderer().render(frame, kSize), browser_white = picture(whiten);
+  keep("scene_" + view + "_browser", browser);
+  keep("scene_" + view + "_viewer", viewer);
+  ASSERT_EQ(browser.size(), viewer.size());
+  const Agreement found = silhouettes(viewer_white, browser_white);
+  const double colours = same_colour(viewer, browser);
+  std::cout << "scene: " << view << ": silhouettes agree in " << found.all << " of all pixels, in "
+            << found.covered << " of those covered; colours in " << colours << '\n';
+  EXPECT_GE(found.all, 0.99);
+  EXPECT_GE(found.covered, 0.97);
+  EXPECT_GE(colours, 0.95);
+  // A picture without every other thing is told apart.
+  const Agreement without = silhouettes(
+      viewer_white,
+      picture(
+          "let n = 0; for (const id of [...d.stage.items.keys()]) if (++n % 2) d.stage.items.delete(id);"));
+  EXPECT_LT(without.covered, found.covered);
+
+  const nlohmann::json matrices = browser_->run(
+      "const c = phantomScene.stage.camera; return [c.projectionMatrix.elements, c.matrixWorldInverse.elements]");
+  Eigen::Matrix4d part[2];
+  for (int m = 0; m < 2; ++m)
+    for (int i = 0; i < 16; ++i)
+      part[m].data()[i] = matrices[static_cast<std::size_t>(m)][static_cast<std::size_t>(i)].get<double>();
+  int seen = 0;
+  for (int corner = 0; corner < 8; ++corner) {
+    const Eigen::Vector3d p = corner_of(cell_.min_m, cell_.max_m, corner);
+    const auto pixel = project(camera, kSize.width_px, kSize.height_px, p);
+    if (!pixel) continue;
+    ++seen;
+    const Eigen::Vector4d clip = part[0] * part[1] * p.homogeneous();
+    const Eigen::Vector2d drawn((clip.x() / clip.w() + 1) / 2 * kSize.width_px,
+                                (1 - clip.y() / clip.w()) / 2 * kSize.height_px);
+    // A corner far beyond the picture's border is as exact as float32 has it.
+    EXPECT_LE((drawn - *pixel).norm(), std::max(1.0, 1e-3 * pixel->norm())) << "corner " << corner;
+  }
+  EXPECT_GT(seen, 0);
+}
+INSTANTIATE_TEST_SUITE_P(Scene, DrawnByBoth, ::testing::Values(View::kMain, View::kHit, View::kTool),
+                         [](const auto& view) { return std::string(name_of(view.param)); });
+
+TEST_F(SceneDrawing, ComesByFewDrawCallsAndFewOctets) {
+  open();
+  ASSERT_TRUE(drawn());
+  turn_arm(0.3);
+  EXPECT_EQ(text("scene-source"), "Drawn in this browser");
+  ASSERT_TRUE(test::eventually([&] { return truth("phantomScene.figures().frames > 60"); }));
+  const nlohmann::json figures = browser_->run("return phantomScene.figures()");
+  std::cout << "scene: " << figures.dump() << '\n';
+  EXPECT_LE(figures.at("calls").get<int>(), 60);
+  EXPECT_GT(figures.at("calls").get<int>(), 3);
+  const double loaded =
+      browser_
+          ->run(
+              "return performance.getEntriesByType('resource').concat(performance.getEntriesByType('navigation'))"
+              ".filter(e => !e.name.includes('/stream/')).reduce((sum, e) => sum + e.transferSize, 0)")
+          .get<double>();
+  std::cout << "scene: " << loaded << " octets loaded\n";
+  EXPECT_LE(loaded + figures.at("bytes").get<double>(), 3e6);
+  EXPECT_GT(loaded, 1e5);
+  EXPECT_TRUE(truth(
+      "document.getElementById('main-scene').offsetParent && !document.getElementById('main-view').offsetParent"));
+  EXPECT_THAT(
+      browser_->run("return document.querySelector('.main-view .scene-note').textContent").get<std::string>(),
+      testing::ContainsRegex("pose [0-9]+ ms old when drawn"));
+  if (const char* folder = std::getenv("PHANTOM_SCREENSHOTS"))
+    std::ofstream(std::string(folder) + "/scene_page.png", std::ios::binary) << browser_->screenshot();
+}
+
+TEST_F(SceneDrawing, TurnsByTheHandOfItsOwnViewer) {
+  open();
+  ASSERT_TRUE(drawn());
+  browser_->drag("#main-scene", 80, 40);
+  EXPECT_TRUE(truth(
+      "phantomScene.views.main.offset.azimuth_rad < -0.1 && phantomScene.views.main.offset.elevation_rad > 0.05"));
+  browser_->wheel("#main-scene", -100);
+  EXPECT_TRUE(test::eventually([&] { return truth("phantomScene.views.main.offset.zoom < 1"); }));
+  EXPECT_TRUE(test::eventually([&] {  // ears and hand go by the viewer's camera
+    const std::lock_guard lock(mutex_);
+    return std::any_of(requests_.begin(), requests_.end(), [](const ViewRequest& r) {
+      return r.view == View::kMain && r.home && r.azimuth_rad < -0.1 && r.elevation_rad > 0.05 && r.zoom < 1;
+    });
+  }));
+  ASSERT_TRUE(
+      test::eventually([&] { return truth("!document.querySelector('[data-tools=main] .home').hidden"); }));
+  browser_->open_window(server_->url());
+  ASSERT_TRUE(drawn());
+  EXPECT_TRUE(truth("!phantomScene.views.main.offset.moved"))
+      << "another viewer's camera stands where it stood";
+  browser_->run("document.getElementById('main-scene').focus()");
+  browser_->type({test::Browser::kLeft, "+"});
+  EXPECT_TRUE(
+      truth("phantomScene.views.main.offset.azimuth_rad < 0 && phantomScene.views.main.offset.zoom < 1"));
+  browser_->type({test::Browser::kHome});
+  EXPECT_TRUE(truth("!phantomScene.views.main.offset.moved"));
+  browser_->run(  // two fingers move apart
+      "const c = document.getElementById('hit-scene'), at = (type, id, x) => c.dispatchEvent(new PointerEvent(type, "
+      "{pointerId: id, button: 0, clientX: x, clientY: 50, pointerType: 'touch', bubbles: true}));"
+      "c.setPointerCapture = () => {}; at('pointerdown', 11, 50); at('pointerdown', 12, 100); at('pointermove', 12, 150);");
+  EXPECT_TRUE(truth("Math.abs(phantomScene.views.hit.offset.zoom - 0.5) < 1e-6"));
+}
+
+// Tries synthetic_viewer: a scene stream that stands still
+// Tries synthetic_viewer: a browser to which no scene comes
+TEST_F(SceneDrawing, SaysWithinHalfASecondThatItStandsStill) {
+  open();
+  ASSERT_TRUE(drawn());
+  browser_->run(
+      "window.at = {}; const mark = document.querySelector('.main-view .scene-still');"
+      "new MutationObserver(() => { window.at[mark.hidden ? 'goes' : 'stands'] ||= performance.now(); }).observe(mark, "
+      "{ attributes: true });"
+      "const c = phantomScene.connection; window.hear = c.take; c.take = data => { if (window.deaf) return; "
+      "window.at.last = performance.now(); window.hear.call(c, data); };");
+  ASSERT_TRUE(test::eventually([&] { return truth("window.at.last > 0"); }));
+  browser_->run("window.deaf = true");
+  ASSERT_TRUE(test::eventually([&] { return truth("window.at.stands > 0"); }));
+  // How late a timer fires on a busy machine is the machine's; when it is due is ours.
+  std::cout << "scene: told after " << browser_->run("return window.at.stands - window.at.last").get<double>()
+            << " ms\n";
+  EXPECT_GE(browser_->run("return window.at.stands - window.at.last").get<double>(), 400);
+  EXPECT_TRUE(
+      truth("document.querySelector('.main-view .scene-still').textContent.includes('STANDS STILL')"));
+  EXPECT_TRUE(test::eventually([&] {
+    return text("scene-source").find("the scene does not come") != std::string::npos;
+  })) << "the viewer's pictures come in its place";
+  EXPECT_TRUE(truth("document.querySelector('.main-view .scene-still').hidden"));
+  browser_->run("window.deaf = false");
+  EXPECT_TRUE(test::eventually([&] { return text("scene-source") == "Drawn in this browser"; }));
+  browser_->run(
+      "window.at.stands = 0; window.at.lost = performance.now(); phantomScene.connection.socket.close()");
+  EXPECT_TRUE(test::eventually([&] {
+    return truth("phantomScene.connection.open && !phantomScene.connection.still");
+  })) << "a lost connection is opened again";
+}
+
+// Tries synthetic_viewer: a browser without WebGL 2
+TEST_F(SceneDrawing, WithoutWebGlTheViewersPicturesAreShown) {
+  open({"--disable-3d-apis"});
+  EXPECT_TRUE(test::eventually(
+      [&] { return text("scene-source") == "Pictures from the server: this browser has no WebGL 2"; }));
+  EXPECT_TRUE(test::eventually(
+      [&] { return truth("document.getElementById('main-view').dataset.stream === 'stream/main'"); }));
+  EXPECT_TRUE(truth("!document.getElementById('main-scene')"));
+}
+
+TEST_F(SceneDrawing, ShowsTheViewersPicturesByChoiceAndNothingInAHiddenTab) {
+  open();
+  ASSERT_TRUE(drawn());
+  browser_->click("#server-pictures");
+  EXPECT_TRUE(test::eventually([&] { return text("scene-source") == "Pictures from the server"; }));
+  EXPECT_TRUE(truth(
+      "document.getElementById('main-view').offsetParent && !document.getElementById('main-scene').offsetParent"));
+  EXPECT_TRUE(truth("!phantomScene.connection.open"));
+  browser_->click("#server-pictures");
+  EXPECT_TRUE(test::eventually([&] { return text("scene-source") == "Drawn in this browser"; }));
+  browser_->run(
+      "Object.defineProperty(document, 'hidden', { get: () => true, configurable: true });"
+      "document.dispatchEvent(new Event('visibilitychange'))");
+  EXPECT_TRUE(truth("!phantomScene.connection.open"));
+  browser_->run("delete document.hidden; document.dispatchEvent(new Event('visibilitychange'))");
+  EXPECT_TRUE(test::eventually([&] { return truth("phantomScene.connection.open && phantomScene.shown"); }));
+}
+
+TEST_F(SceneDrawing, DoesNotGrowHoweverLongItIsShown) {
+  open();
+  ASSERT_TRUE(drawn());
+  // What thousands of messages do, drawn or not: poses, paint that changes, and an object that goes and
+  // comes.
+  const std::string rounds =
+      "const d = phantomScene, item = [...d.stage.items.values()].find(i => i.id.startsWith('object')), message = { ...item },"
+      "mesh = d.stage.meshes.get(item.mesh);"
+      "for (let i = 0; i < 1500; ++i) {"
+      "  d.stage.setPoses({ ...d.stage.poses, number: i });"
+      "  d.stage.setPaint({ patch_m: 0.02, patches: [{ link: 5, closeness: i % 2, middle_m: [0, 0, 0.001 * (i % 50)] }] });"
+      "  if (i % 5 === 0) d.stage.setItem({ type: 'item', id: message.id, gone: true }), d.stage.update();"
+      "  if (i % 5 === 1) d.stage.setItem({ ...message, mesh: message.mesh }), d.stage.addMesh(message.mesh, mesh);"
+      "  d.stage.update();"
+      "  if (i % 50 === 0) d.stage.draw('main', d.camera(d.views.main), d.views.main.context);"
+      "} gc(); const { geometries, textures, programs } = d.figures();"
+      "return { heap: performance.memory.usedJSHeapSize, geometries, textures, programs, items: d.stage.items.size, "
+      "vertices: d.stage.solid.mesh.geometry.getAttribute('position').count, places: d.stage.solid.items.length }";
+  browser_->run(rounds);
+  const nlohmann::json first = browser_->run(rounds), second = browser_->run(rounds);
+  std::cout << "scene: " << first.dump() << "\nscene: " << second.dump() << '\n';
+  for (const char* what : {"geometries", "textures", "programs", "items", "vertices", "places"})
+    EXPECT_EQ(first.at(what), second.at(what)) << what;
+  EXPECT_LT(second.at("heap").get<double>() - first.at("heap").get<double>(), 1e6);
+}
+
+}  // namespace
+}  // namespace phantom::synthetic_viewer

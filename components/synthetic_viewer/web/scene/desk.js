@@ -1,0 +1,281 @@
+// The operator's page with the scene in it: which views are drawn here and which come as the server's pictures, and what is said of them.
+
+import { Headset, headsetOffered } from './headset.js';
+import { hitCamera, mainCamera, toolCamera } from './cameras.js';
+import { Connection } from './connection.js';
+import { decodeMesh } from './protocol.js';
+import { coarsen, shade } from './shade.js';
+import { Stage } from './stage.js';
+import { DrawnView } from './view.js';
+import { say } from './words.js';
+
+const kPatience_ms = 2500;  // so long without a scene, while the page itself hears the viewer, and the server's pictures are shown
+const kShadowPitch_m = 0.03;
+const kHeard_ms = 1500, kRetry_ms = 100;
+const kChoice = 'phantom.pictures', kAgeShown_ms = 250, kFiguresKept = 600;
+const kNodeKeys = { A: 0, N: 9, S: 10, E: 11, W: 12, T: 13, B: 14, ...Object.fromEntries([1, 2, 3, 4, 5, 6, 7, 8].map(n => [n, n])) };
+
+async function fetched(path) {
+  const response = await fetch(path);
+  if (!response.ok) throw new Error(`${path}: ${response.status}`);
+  return response;
+}
+
+// Whether two messages of the kind `poses` differ in more than number, time and ages.
+function differ(a, b) {
+  if (!a || a.byteLength !== b.byteLength) return true;
+  const x = new Uint8Array(a), y = new Uint8Array(b);
+  for (let i = 1; i < 4; ++i) if (x[i] !== y[i]) return true;
+  for (let i = 24; i < x.length; ++i) if (x[i] !== y[i]) return true;
+  return false;
+}
+
+export class Desk {
+  // `page`: what page.js offers (window.operatorPage).
+  constructor(page) {
+    Object.assign(this, { page, stage: null, cell: null, view: null, shown: false, problem: null, frame: 0, script_ms: [], ages_ms: [],
+      calls: 0, fetching: new Map(), node: 0, lastBuffer: null, since: performance.now(), headset: null });
+    this.byChoice = false;
+    try { this.byChoice = localStorage.getItem(kChoice) === 'server'; } catch (problem) { /* nothing may be kept */ }
+    this.connection = new Connection(page.streams.replace(/^http/, 'ws') + 'scene', {
+      text: message => this.takeText(message), poses: (poses, buffer) => this.takePoses(poses, buffer), paint: paint => this.takePaint(paint),
+      closed: () => {}, still: still => this.setStill(still),
+    });
+    this.addChoice();
+  }
+
+  async start() {
+    try {
+      this.stage = new Stage(await this.shaders());
+    } catch (problem) {
+      this.problem = problem;
+      return this.choose();
+    }
+    const changed = () => this.ask(), moved = view => this.mirror(view);
+    this.views = Object.fromEntries(['main', 'hit', 'tool'].map(name => [name, new DrawnView(name, this.stage.software, changed, moved)]));
+    this.stage.canvas.addEventListener('webglcontextlost', () => { this.lost = true; this.choose(); });
+    this.stage.canvas.addEventListener('webglcontextrestored', () => { this.lost = false; this.choose(); });
+    document.addEventListener('visibilitychange', () => this.follow());
+    this.views.hit.canvas.addEventListener('keydown', event => this.lookFrom(event));
+    this.page.home = view => this.shown && (this.views[view].home(), true);
+    this.page.moved = view => (this.shown ? this.views[view].offset.moved : undefined);
+    setInterval(() => this.choose(), kAgeShown_ms);
+    navigator.xr?.addEventListener?.('devicechange', () => this.offerHeadset());
+    this.offerHeadset();
+    this.follow();
+  }
+
+  // The shaders are for those who may watch: without a session, one has to begin first.
+  async shaders() {
+    for (;; await new Promise(resolve => setTimeout(resolve, kRetry_ms))) {
+      if (document.hidden || performance.now() - this.page.heard() > kHeard_ms) continue;
+      try { return await (await fetched('shaders.json')).json(); } catch (problem) { /* the page says whether the viewer answers */ }
+    }
+  }
+
+  // A hidden page, and one that shows the server's pictures by choice, follows nothing.
+  follow() {
+    if (!document.hidden && !this.byChoice && this.stage) this.connection.start();
+    else this.connection.stop();
+    this.since = performance.now();
+    this.choose();
+  }
+
+  // Decides who draws, and says it.
+  choose() {
+    const now = performance.now();
+    const possible = this.stage && !this.lost && !this.byChoice && this.cell && this.view && this.stage.poses && !this.headset;
+    if (possible && this.connection.open && !this.connection.still) this.since = now;
+    const silent = now - this.since > kPatience_ms, pageHears = now - this.page.heard() < kHeard_ms;
+    const shown = Boolean(possible && (!silent || !pageHears));
+    if (shown !== this.shown) {
+      this.shown = shown;
+      for (const name of ['main', 'hit', 'tool']) if (shown) this.page.drawn.add(name); else this.page.drawn.delete(name);
+      this.page.refresh();
+    }
+    this.showViews();
+    this.warn();
+    this.tell();
+  }
+  showViews() {
+    if (!this.views) return;
+    this.views.main.show(this.shown);
+    this.views.hit.show(this.shown && this.view?.hit != null);
+    this.views.tool.show(this.shown && this.cell.views.tool.enabled);
+  }
+
+  tell() {
+    this.button.setAttribute('aria-pressed', this.byChoice);
+    this.button.textContent = say('scene.choose_server');
+    this.button.title = say('scene.choose_title');
+    if (this.headsetButton) {
+      this.headsetButton.textContent = say(this.headset ? 'scene.headset_end' : 'scene.headset');
+      this.headsetButton.title = say('scene.headset_title');
+    }
+    this.source.textContent = this.shown ? say('scene.here') : this.byChoice ? say('scene.server') : say('scene.why', { reason: this.reason() });
+    this.source.dataset.pictures = this.shown ? 'browser' : 'server';
+    if (!this.shown) return;
+    const age_ms = this.ages_ms.at(-1);
+    const age = this.stage.poses.heard && Number.isFinite(age_ms) ? say('scene.age', { age_ms: Math.round(age_ms) }) : say('scene.no_pose');
+    const { main, hit } = this.view;
+    this.views.main.say([main.note, age].filter(Boolean).join('\n'));
+    if (hit) this.views.hit.say([hit.title, hit.subtitle].filter(Boolean).join('\n'));
+  }
+
+  // Why the scene is not drawn here.
+  reason() {
+    if (this.problem) return this.problem.name === 'NoWebGl' ? say('scene.no_webgl') : this.problem.message;
+    return say(this.lost ? 'scene.lost' : this.headset ? 'scene.in_headset' : 'scene.no_stream');
+  }
+  addChoice() {
+    this.source = Object.assign(document.createElement('span'), { className: 'scene-source', id: 'scene-source' });
+    this.source.setAttribute('role', 'status');
+    this.button = Object.assign(document.createElement('button'), { type: 'button', id: 'server-pictures' });
+    this.button.addEventListener('click', () => {
+      this.byChoice = !this.byChoice;
+      try { localStorage.setItem(kChoice, this.byChoice ? 'server' : 'browser'); } catch (problem) { /* chosen for this visit */ }
+      this.follow();
+    });
+    const tools = document.querySelector('[data-tools="main"]');
+    tools.before(this.source);
+    tools.after(this.button);
+    addEventListener('language', () => this.tell());
+    this.tell();
+  }
+
+  setStill(still) {
+    this.warn();
+    if (!still) this.choose();
+  }
+  // Says over each picture that is drawn here that it stands still.
+  warn() {
+    for (const view of Object.values(this.views ?? {})) view.warn(this.connection.still && view.drawn ? say('scene.still') : '');
+  }
+
+  // The button that shows the scene in a headset is there where there is one.
+  async offerHeadset() {
+    if (!await headsetOffered()) { this.headsetButton?.remove(); this.headsetButton = null; return; }
+    if (this.headsetButton) return;
+    this.headsetButton = Object.assign(document.createElement('button'), { type: 'button', id: 'headset' });
+    this.headsetButton.addEventListener('click', () => (this.headset ? this.headset.end() : this.enterHeadset()));
+    this.button.after(this.headsetButton);
+    this.tell();
+  }
+  async enterHeadset() {
+    if (!this.shown) return;
+    const headset = new Headset(this.stage, mainCamera(this.cell, this.view), () => this.facts(), () => { this.headset = null; this.choose(); this.draw(); });
+    try {
+      await headset.enter();
+      this.headset = headset;
+    } catch (problem) {
+      headset.leave();
+      this.source.title = problem.message;
+    }
+    this.choose();
+  }
+  facts() {
+    const { closeness, speed_m_s, perceptKnown: known, stale, heard } = this.stage.poses, link = this.page.state()?.link;
+    const alarm = this.connection.still ? say('scene.still') : (this.view.banner ?? '').split('\n')[0];
+    return { closeness, speed_m_s, known, state: heard && !stale ? link?.slave ?? '–' : say('scene.unknown'), alarm };
+  }
+
+  takeText(message) {
+    if (message.type === 'cell') { this.cell = message; this.stage.setCell(message); }
+    else if (message.type === 'item') this.needMesh(this.stage.setItem(message));
+    else if (message.type === 'view') { this.view = message; this.showViews(); }
+    else return;
+    this.draw();
+  }
+  takePoses(poses, buffer) {
+    const first = this.stage.poses === null, same = !first && !differ(this.lastBuffer, buffer);
+    this.lastBuffer = buffer;
+    if (same) { this.stage.poses.time_s = poses.time_s; this.stage.poses.armAge_s = poses.armAge_s; this.noteAge(); }
+    else { this.stage.setPoses(poses); this.draw(); }
+    if (first || !this.shown) this.choose();
+    this.headset?.feel(poses);
+  }
+  takePaint(paint) { this.stage.setPaint(paint); this.draw(); }
+
+  // Meshes are fetched once; a viewer's mesh of a name never changes.
+  async needMesh(key) {
+    if (key === null || this.fetching.has(key)) return;
+    this.fetching.set(key, true);
+    try {
+      const mesh = decodeMesh(await (await fetched(`mesh/${key}`)).arrayBuffer());
+      this.stage.addMesh(key, { ...shade(mesh), shadow: coarsen(mesh, kShadowPitch_m) });
+      this.draw();
+    } catch (problem) {
+      setTimeout(() => { if ([...this.stage.items.values()].some(item => item.mesh === key)) this.needMesh(key); }, 2000);
+    } finally {
+      this.fetching.delete(key);
+    }
+  }
+
+  draw() {
+    this.moved = true;
+    for (const view of Object.values(this.views)) view.dirty = true;
+    this.ask();
+  }
+  ask() {
+    if (this.frame || document.hidden || !this.shown) return;
+    this.frame = requestAnimationFrame(() => { this.frame = 0; this.drawViews(); });
+  }
+  drawViews() {
+    const begun = performance.now(), { info } = this.stage.renderer;
+    if (this.moved) this.stage.update();
+    this.moved = false;
+    info.reset();
+    let drawn = 0;
+    for (const view of Object.values(this.views)) {
+      const camera = view.dirty && view.shown ? this.camera(view) : null;
+      if (!camera) continue;
+      view.dirty = false;
+      this.stage.draw(view.name, camera, view.context);
+      ++drawn;
+    }
+    if (drawn === 0) return;
+    this.calls = info.render.calls;
+    this.noteAge();
+    this.script_ms.push(performance.now() - begun);
+    if (this.script_ms.length > kFiguresKept) this.script_ms.shift();
+    if (this.firstPicture_ms === undefined) this.firstPicture_ms = performance.now();
+  }
+  noteAge() {
+    const { poses } = this.stage, on_the_way_s = this.connection.clock.age_s(poses.time_s, performance.now() / 1000);
+    if (on_the_way_s === null) return;
+    this.ages_ms.push(1000 * (on_the_way_s + poses.armAge_s));
+    if (this.ages_ms.length > kFiguresKept) this.ages_ms.shift();
+  }
+
+  camera(view) {
+    const { cell, view: say } = this;
+    if (view.name === 'main') return view.offset.apply(mainCamera(cell, say));
+    if (view.name === 'hit') return say.hit && view.offset.apply(hitCamera(cell, say.hit, this.node));
+    const link = this.stage.bodies[cell.views.tool.link];
+    return this.stage.poses.bodies.length ? view.offset.apply(toolCamera(cell, link, this.stage.poses.toolFree)) : null;
+  }
+
+  // Ears and hand go by the viewer's camera: that of who may operate follows the one here.
+  mirror({ name, offset }) {
+    const degrees = radians => radians * 180 / Math.PI;
+    this.page.moveView({ view: name, home: true, orbit_deg: [degrees(offset.azimuth_rad), degrees(offset.elevation_rad)], zoom: offset.zoom });
+  }
+  // Who may not choose the node for all chooses it for himself.
+  lookFrom(event) {
+    const node = kNodeKeys[event.key.toUpperCase()];
+    if (node === undefined || event.ctrlKey || event.altKey || event.metaKey || this.page.mayOperate()) return;
+    this.node = node;
+    this.views.hit.touch();
+    event.preventDefault();
+    event.stopPropagation();
+  }
+
+  // How it runs, for tests and for who looks why it is slow.
+  figures() {
+    const sorted = list => [...list].sort((a, b) => a - b), p95 = list => sorted(list)[Math.floor(0.95 * (list.length - 1))] ?? null;
+    const { memory, programs } = this.stage.renderer.info;
+    return { shown: this.shown, calls: this.calls, frames: this.script_ms.length, script_p95_ms: p95(this.script_ms), age_p95_ms: p95(this.ages_ms),
+      first_picture_ms: this.firstPicture_ms ?? null, geometries: memory.geometries, textures: memory.textures, programs: programs.length,
+      bytes: this.connection.bytes, round_trip_ms: 1000 * (this.connection.clock.leastRoundTrip_s ?? NaN), software: this.stage.software };
+  }
+}

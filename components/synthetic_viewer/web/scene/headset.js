@@ -1,0 +1,150 @@
+// The scene in a headset (WebXR): in stereo, at full size or in the hand; the percept as vibration of the controllers; a panel with what
+// the operator must know.
+
+import { CanvasTexture, DoubleSide, Matrix4, Mesh, MeshBasicMaterial, Object3D, PlaneGeometry, Quaternion, Scene, SphereGeometry, SRGBColorSpace, Vector3 } from 'three';
+import { SceneInHand } from './in_hand.js';
+import { say } from './words.js';
+
+const kSqueeze = 1, kSizeButtons = [4, 3];  // of xr-standard gamepads: the grip; what changes the size: A or X, else the thumbstick
+const kPulse_ms = 60, kLeastFelt = 0.02, kPanel_m = [0.2, 0.1], kPanel_px = [720, 360];
+const kGround = 0x14181d;
+
+// Returns whether this browser has a headset to show it in.
+export async function headsetOffered() {
+  try { return Boolean(await navigator.xr?.isSessionSupported('immersive-vr')); } catch (problem) { return false; }
+}
+
+export class Headset {
+  // `ended()` when the session has ended; `facts()` gives { closeness, speed_m_s, known, state, alarm } to be read in the headset.
+  constructor(stage, camera, facts, ended) {
+    Object.assign(this, { stage, home: camera, facts, ended, place: new SceneInHand(), table: false, pressed: false, felt_ms: -Infinity, frames: 0 });
+    this.user = new Object3D();  // W ← room
+    this.user.matrixAutoUpdate = false;
+    this.user.add(stage.camera);
+    this.hands = [0, 1].map(() => new Mesh(new SphereGeometry(0.015), new MeshBasicMaterial({ color: 0x9bb4cc })));
+    const canvas = Object.assign(document.createElement('canvas'), { width: kPanel_px[0], height: kPanel_px[1] });
+    this.ink = canvas.getContext('2d');
+    const writing = Object.assign(new CanvasTexture(canvas), { colorSpace: SRGBColorSpace });
+    this.panel = new Mesh(new PlaneGeometry(...kPanel_m), new MeshBasicMaterial({ map: writing, side: DoubleSide, depthTest: false }));
+    this.user.add(this.panel, ...this.hands);
+    this.room = new Scene().add(this.user);
+  }
+
+  async enter() {
+    const { renderer } = this.stage;
+    this.session = await navigator.xr.requestSession('immersive-vr', { optionalFeatures: ['local-floor'] });
+    this.session.addEventListener('end', () => this.leave());
+    renderer.xr.enabled = true;
+    const floor = this.session.enabledFeatures?.includes('local-floor') ?? true;
+    renderer.xr.setReferenceSpaceType(floor ? 'local-floor' : 'local');
+    await renderer.xr.setSession(this.session);
+    Object.assign(this.stage.camera, { near: 0.05, far: 50 });  // m in the room
+    this.setSize(false);
+    renderer.setScissorTest(false);
+    renderer.setClearColor(kGround);
+    renderer.setAnimationLoop((time, frame) => { if (frame) this.draw(frame); });
+  }
+  end() { return this.session.end(); }
+  leave() {
+    const { renderer, camera } = this.stage;
+    renderer.setAnimationLoop(null);
+    renderer.xr.enabled = false;
+    this.user.remove(camera);
+    for (const mesh of [this.panel, ...this.hands]) { mesh.geometry.dispose(); mesh.material.map?.dispose(); mesh.material.dispose(); }
+    this.ended();
+  }
+
+  setSize(table) {
+    this.table = table;
+    const head = new Vector3(0, 1.5, 0);
+    if (this.viewer) head.copy(this.viewer);
+    if (table) this.place.tableSize(this.stage.cell.workspace, this.home.eye_m, head);
+    else this.place.lifeSize(this.stage.cell.workspace, this.home.eye_m);
+  }
+
+  draw(frame) {
+    const { stage } = this, space = stage.renderer.xr.getReferenceSpace();
+    const pose = frame.getViewerPose(space);
+    if (pose) this.viewer = new Vector3().copy(pose.transform.position);
+    this.readHands(frame, space);
+    this.user.matrix.copy(this.place.room_from_W).invert();
+    this.placePanel(pose);
+    this.room.updateMatrixWorld(true);
+    stage.update();
+    stage.renderer.info.reset();
+    stage.drawScene('main', stage.camera);
+    this.write();
+    stage.renderer.render(this.room, stage.camera);
+    ++this.frames;
+  }
+
+  readHands(frame, space) {
+    const gripping = [];
+    let pressed = false;
+    this.hands.forEach(hand => { hand.visible = false; });
+    this.left = null;
+    [...this.session.inputSources].slice(0, 2).forEach((source, i) => {
+      const pose = source.gripSpace && frame.getPose(source.gripSpace, space);
+      if (!pose) return;
+      const place = new Vector3().copy(pose.transform.position), buttons = source.gamepad?.buttons ?? [];
+      this.hands[i].position.copy(place);
+      this.hands[i].visible = true;
+      if (source.handedness === 'left') this.left = pose.transform;
+      if (buttons[kSqueeze]?.pressed) gripping.push(place);
+      pressed ||= Boolean(buttons[kSizeButtons.find(button => buttons[button])]?.pressed);
+    });
+    this.place.grip(gripping);
+    if (pressed && !this.pressed) this.setSize(!this.table);
+    this.pressed = pressed;
+  }
+
+  // The panel stands over the left hand, or low ahead where there is none.
+  placePanel(pose) {
+    const { panel } = this;
+    if (this.left) {
+      panel.position.copy(this.left.position).add(new Vector3(0, 0.1, 0));
+    } else if (pose) {
+      const turn = new Quaternion().copy(pose.transform.orientation);
+      panel.position.set(0, -0.25, -0.7).applyQuaternion(turn).add(pose.transform.position);
+    }
+    if (this.viewer) panel.quaternion.setFromRotationMatrix(new Matrix4().lookAt(this.viewer, panel.position, new Vector3(0, 1, 0)));
+  }
+
+  write() {
+    const { closeness, speed_m_s, known, state, alarm } = this.facts();
+    const lines = [[say('scene.closeness'), known ? closeness.toFixed(2) : say('scene.unknown')],
+      [say('scene.speed'), known ? `${speed_m_s.toFixed(3)} m/s` : say('scene.unknown')], [say('scene.state'), state]];
+    const text = JSON.stringify([lines, alarm]);
+    if (text === this.written) return;
+    this.written = text;
+    const { ink } = this, [width, height] = kPanel_px;
+    ink.fillStyle = alarm ? '#7a1418' : '#171c22';
+    ink.fillRect(0, 0, width, height);
+    ink.textBaseline = 'middle';
+    lines.forEach(([name, value], i) => {
+      const y = 55 + 82 * i;
+      ink.font = '44px system-ui, sans-serif';
+      ink.fillStyle = '#b8c2cc';
+      ink.fillText(name, 28, y);
+      ink.font = 'bold 50px system-ui, sans-serif';
+      ink.fillStyle = '#ffffff';
+      ink.fillText(value, 300, y, width - 320);
+    });
+    ink.fillStyle = '#28313a';
+    ink.fillRect(28, 282, width - 56, 22);
+    ink.fillStyle = closeness > 0.75 ? '#e5484d' : closeness > 0.4 ? '#f0a028' : '#4fa3e3';
+    if (known) ink.fillRect(28, 282, (width - 56) * closeness, 22);
+    ink.font = 'bold 30px system-ui, sans-serif';
+    ink.fillStyle = '#ffffff';
+    if (alarm) ink.fillText(alarm, 28, 332, width - 56);
+    this.panel.material.map.needsUpdate = true;
+  }
+
+  // The nearer, the stronger the controllers vibrate; not at all where nothing is felt.
+  feel({ perceptKnown, closeness }) {
+    const now = performance.now();
+    if (!perceptKnown || closeness < kLeastFelt || now - this.felt_ms < kPulse_ms / 2 || !this.session) return;
+    this.felt_ms = now;
+    for (const source of this.session.inputSources) source.gamepad?.hapticActuators?.[0]?.pulse(Math.min(1, closeness), kPulse_ms);
+  }
+}

@@ -1,0 +1,175 @@
+// The scene on the graphics card, drawn for one view after the other into a canvas of its own.
+
+import {
+  BufferAttribute, BufferGeometry, LineSegments, Matrix4, Mesh, PerspectiveCamera, Quaternion, Scene, Vector3, WebGLRenderer,
+} from 'three';
+import { Batch } from './batch.js';
+import { place } from './cameras.js';
+import { makeMaterials, makeUniforms } from './look.js';
+import { Paint } from './paint.js';
+import { kViewBits } from './protocol.js';
+import { makeShape } from './shapes.js';
+
+const kAllViews = 7;
+const matrixOf = rows => new Matrix4().set(...rows, 0, 0, 0, 1);
+const geometryOf = (values, indices) => {
+  const geometry = new BufferGeometry().setAttribute('position', new BufferAttribute(new Float32Array(values), 3));
+  return indices ? geometry.setIndex(indices) : geometry;
+};
+
+export class NoWebGl extends Error { name = 'NoWebGl'; }
+
+// Returns whether the graphics card is the processor: every sample per pixel costs much there.
+function isSoftware(gl) {
+  const names = gl.getExtension('WEBGL_debug_renderer_info');
+  return /swiftshader|llvmpipe|software/i.test(gl.getParameter(names ? names.UNMASKED_RENDERER_WEBGL : gl.RENDERER));
+}
+
+export class Stage {
+  // Throws NoWebGl, or Error where the shaders are not as they must be. `shaders`: the answer to GET /shaders.json.
+  constructor(shaders) {
+    this.canvas = document.createElement('canvas');
+    const choice = { alpha: false, stencil: true, powerPreference: 'high-performance' };
+    const gl = this.canvas.getContext('webgl2', { ...choice, antialias: !isSoftware(this.probe()), xrCompatible: false });
+    if (!gl) throw new NoWebGl('this browser has no WebGL 2');
+    this.software = isSoftware(gl);
+    this.renderer = new WebGLRenderer({ canvas: this.canvas, context: gl, ...choice });
+    this.renderer.autoClear = false;
+    this.renderer.info.autoReset = false;
+    this.renderer.setPixelRatio(1);
+    this.camera = new PerspectiveCamera();
+    this.paint = new Paint();
+    this.meshes = new Map();      // by key: { positions, normals, indices }
+    for (const shape of ['cone', 'cylinder', 'sphere', 'disc']) this.meshes.set(shape, makeShape(shape));
+    this.items = new Map();       // by id, as the stream's messages, with their matrices
+    this.bodies = [];             // what they ride on
+    this.poses = null;            // the newest
+    this.uniforms = makeUniforms(this.paint.texture);
+    this.build(makeMaterials(shaders, this.uniforms));
+  }
+  probe() {
+    const gl = document.createElement('canvas').getContext('webgl2');
+    if (!gl) throw new NoWebGl('this browser has no WebGL 2');
+    gl.getExtension('WEBGL_lose_context')?.loseContext();
+    return gl;
+  }
+
+  build(materials) {
+    const findMesh = key => this.meshes.get(key);
+    this.shadows = new Batch(materials.shadow, key => this.meshes.get(key)?.shadow);
+    this.shadows.mesh.sortObjects = false;
+    this.shadows.mesh.perObjectFrustumCulled = false;  // they fall from what the picture does not show, too
+    this.solid = new Batch(materials.solid, findMesh);
+    this.clear = new Batch(materials.clear, findMesh);
+    this.background = new Mesh(geometryOf([-1, -1, 0, 3, -1, 0, -1, 3, 0]), materials.background);
+    this.floor = new Mesh(geometryOf([0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0], [0, 1, 2, 2, 1, 3]), materials.floor);
+    this.lines = new LineSegments(geometryOf([0, 0, 0, 0, 0, 0]), materials.lines);
+    for (const mesh of [this.background, this.floor, this.lines]) mesh.frustumCulled = false;
+    this.background.renderOrder = -2;
+    this.floor.renderOrder = -1;
+    // What stands on the ground is drawn over it, whatever is nearer, as the server does: so one after the other.
+    this.ground = new Scene().add(this.background, this.floor);
+    this.shade = new Scene().add(this.shadows.mesh);
+    this.rest = new Scene().add(this.lines, this.solid.mesh, this.clear.mesh);
+    for (const scene of [this.ground, this.shade, this.rest]) scene.matrixWorldAutoUpdate = false;
+  }
+
+  setCell(cell) {
+    this.cell = cell;
+    const { uniforms } = this;
+    uniforms.least.value.fromArray(cell.workspace.min_m);
+    uniforms.greatest.value.fromArray(cell.workspace.max_m);
+    uniforms.border.value = cell.floor_border_m ?? cell.workspace.floor_border_m;
+    uniforms.to_key_light.value.fromArray(cell.to_key_light);
+    uniforms.shadow.value.w = cell.shadow_opacity;
+    uniforms.line.value.set(...cell.line_colour, 1);
+    cell.paint_ramp.forEach((colour, i) => uniforms.ramp.value[i].fromArray(colour));
+    this.lines.geometry.dispose();
+    this.lines.geometry = geometryOf(cell.lines.flat());
+    this.paint.setBoxes(cell.bodies.filter(body => body.link !== undefined).map(body => body.box));
+    this.bodies = cell.bodies.map(() => new Matrix4());
+  }
+
+  // Takes a message of the type `item`. Returns the mesh that it needs; null if it needs none, or that is there.
+  setItem(message) {
+    if (message.gone) { this.items.delete(message.id); this.dropMeshes(); return null; }
+    this.items.set(message.id, { ...message, body_from_mesh: matrixOf(message.matrix), W_from_mesh: new Matrix4() });
+    this.dropMeshes();
+    return this.meshes.has(message.mesh) ? null : message.mesh;
+  }
+  // Forgets the meshes that no item has any more.
+  dropMeshes() {
+    const kept = new Set(['cone', 'cylinder', 'sphere', 'disc', ...[...this.items.values()].map(item => item.mesh)]);
+    for (const key of this.meshes.keys()) if (!kept.has(key)) { this.meshes.delete(key); this.stale = true; }
+    this.kept = kept;
+  }
+  addMesh(key, mesh) { if ([...this.items.values()].some(item => item.mesh === key)) this.meshes.set(key, mesh); }
+
+  setPoses(poses) {
+    this.poses = poses;
+    poses.bodies.forEach(({ origin_m, turn }, i) => this.bodies[i]?.compose(new Vector3(...origin_m), new Quaternion(...turn), new Vector3(1, 1, 1)));
+  }
+  setPaint(message) {
+    if (this.paint.show(message)) this.uniforms.paint.value = this.paint.texture;
+  }
+
+  // Places all items as they are now.
+  update() {
+    const solid = [], clear = [], { poses } = this;
+    for (const item of this.items.values()) {
+      const body = this.bodies[item.body];
+      if (item.body >= 0 && (!body || !poses || poses.bodies.length === 0)) continue;
+      if (body) item.W_from_mesh.multiplyMatrices(body, item.body_from_mesh);
+      else item.W_from_mesh.copy(item.body_from_mesh);
+      if (poses?.painted && item.paint && item.lookedUp !== this.paint.number) {
+        item.lookedUp = this.paint.number;
+        item.look = this.paint.lookUp(item.link, item.paint);
+      }
+      (item.opacity < 1 ? clear : solid).push({
+        mesh: item.mesh, W_from_mesh: item.W_from_mesh, colour: item.colour, opacity: item.opacity, ownLight: item.own_light, shadow: item.shadow,
+        views: kAllViews, paint: poses?.painted && item.paint ? item.look : null,
+      });
+    }
+    for (const mark of poses?.marks ?? []) {
+      if (mark.shape === null) continue;
+      (mark.opacity < 1 ? clear : solid).push({
+        mesh: mark.shape, colour: mark.colour, opacity: mark.opacity, ownLight: mark.ownLight, shadow: false, views: mark.views, paint: null,
+        W_from_mesh: new Matrix4().compose(new Vector3(...mark.origin_m), new Quaternion(...mark.turn), new Vector3(...mark.scale)),
+      });
+    }
+    this.solid.show(solid);
+    this.shadows.show([...solid, ...clear].filter(item => item.shadow));
+    this.clear.show(clear);
+    if (this.stale) {
+      this.stale = false;
+      for (const batch of [this.solid, this.shadows, this.clear]) batch.keepOnly(this.kept);
+    }
+  }
+
+  // Draws what `view` ('main', 'hit', 'tool') shows. `camera`: three's; `target` sets where to draw.
+  drawScene(view, camera) {
+    const { renderer } = this;
+    this.background.visible = !renderer.xr.isPresenting;  // it is the picture's, not the room's
+    renderer.clear();
+    const fromAbove = camera.matrixWorld.elements[14] > this.uniforms.least.value.z;
+    this.solid.select(kViewBits[view]);
+    renderer.render(this.ground, camera);
+    if (fromAbove) renderer.render(this.shade, camera);
+    this.clear.mesh.visible = this.clear.select(kViewBits[view]) > 0;
+    renderer.render(this.rest, camera);
+  }
+
+  // Draws a view into a 2D context of width × height pixels.
+  draw(view, camera, context) {
+    const { width, height } = context.canvas;
+    if (this.canvas.width < width || this.canvas.height < height) {
+      this.renderer.setSize(Math.max(this.canvas.width, width), Math.max(this.canvas.height, height), false);
+    }
+    place(this.camera, camera, width / height);
+    this.renderer.setViewport(0, 0, width, height);
+    this.renderer.setScissor(0, 0, width, height);
+    this.renderer.setScissorTest(true);
+    this.drawScene(view, this.camera);
+    context.drawImage(this.canvas, 0, this.canvas.height - height, width, height, 0, 0, width, height);
+  }
+}
