@@ -37,12 +37,9 @@ geometry::Pose shift_of(const LinkBody& part, const GripperSample& gripper) {
 }  // namespace
 
 MeshBody uploaded(const geometry::TriangleMesh& mesh, Renderer& renderer, bool with_edges) {
-  return {renderer.upload(mesh),
-          std::make_shared<RayMesh>(mesh),
-          mesh.triangles.size(),
-          0,
-          mesh.content_hash(),
-          with_edges ? std::make_shared<EdgeMesh>(edges_of(mesh)) : nullptr};
+  return {renderer.upload(mesh), std::make_shared<RayMesh>(mesh),
+          mesh.triangles.size(), 0,
+          mesh.content_hash(),   with_edges ? std::make_shared<EdgeMesh>(edges_of(mesh)) : nullptr};
 }
 
 LinkBody uploaded(const LinkMeshData& part, Renderer& renderer, bool with_edges) {

@@ -116,8 +116,10 @@ struct DdsAdapter::Impl {
 
 void DdsAdapter::Impl::open_states() {
   arm.emplace(participant, dds::kSlaveState, to_snapshot(dds::kSlaveState, inbox.arm, inbox.scene.arm));
-  master.emplace(participant, dds::kMasterState, to_snapshot(dds::kMasterState, inbox.master, inbox.scene.master));
-  gripper.emplace(participant, dds::kGripperState, to_snapshot(dds::kGripperState, inbox.gripper, inbox.scene.gripper));
+  master.emplace(participant, dds::kMasterState,
+                 to_snapshot(dds::kMasterState, inbox.master, inbox.scene.master));
+  gripper.emplace(participant, dds::kGripperState,
+                  to_snapshot(dds::kGripperState, inbox.gripper, inbox.scene.gripper));
   percept.emplace(participant, dds::kPercept, to_snapshot(dds::kPercept, inbox.percept, inbox.scene.percept));
 }
 

@@ -116,9 +116,9 @@ std::string with_port(const Authority& authority, const std::string& port) {
 /// Returns whether a path of the page's port is given without a session: the page itself, its form to log in,
 /// and who is stopped.
 bool is_for_all(const std::string& path) {
-  constexpr std::array kForAll{"/",         "/tokens.css", "/page.css", "/page.js",    "/language.js", "/review.css",
-                               "/stop.js",  "/choice.js",  "/views.js", "/session.js", "/review.js",   "/stop",
-                               "/scene.js", "/session"};
+  constexpr std::array kForAll{"/",           "/tokens.css", "/page.css",  "/page.js",  "/language.js",
+                               "/review.css", "/stop.js",    "/choice.js", "/views.js", "/session.js",
+                               "/review.js",  "/stop",       "/scene.js",  "/session"};
   return std::find(kForAll.begin(), kForAll.end(), path) != kForAll.end();
 }
 

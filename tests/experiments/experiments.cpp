@@ -29,6 +29,7 @@ Experiment survey_fit();
 Experiment touch();
 Experiment submerged();
 Experiment palpation();
+Experiment resolutions();
 // the executables as they are shipped
 Experiment running_system();
 
@@ -60,6 +61,7 @@ const std::vector<Experiment>& experiments() {
       touch(),
       submerged(),
       palpation(),
+      resolutions(),
       // the executables as they are shipped
       running_system(),
   };

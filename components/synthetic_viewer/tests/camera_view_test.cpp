@@ -171,8 +171,8 @@ TEST_F(AgeOfVideo, OverAnOldPictureNothingIsDrawnAndItIsDarkAndSaid) {
   ViewerConfig config;
   const auto cell = runtime::load_cell(PHANTOM_SOURCE_DIR "/deploy/cells/two_plates/cell.yaml");
   CellScene scene(runtime::load_arm(cell.arm()), cell.min_m, cell.max_m);
-  scene.meshes[9] = {kSphere, nullptr, 0, 0,
-                     std::make_shared<EdgeMesh>(edges_of(geometry::make_box({0.4, 0.4, 0.4})))};
+  scene.meshes[9] = {
+      kSphere, nullptr, 0, 0, 9, std::make_shared<EdgeMesh>(edges_of(geometry::make_box({0.4, 0.4, 0.4})))};
   ViewerState state;
   state.objects[7] = {7, "box", 9, {}, {}};
   const RayScene bodies;

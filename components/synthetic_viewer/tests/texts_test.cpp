@@ -40,7 +40,7 @@ std::multiset<std::string> matches(const std::string& text, const std::string& p
 /// Everything that may name a text: the page's files and the viewer's sources that know Words.
 std::string users() {
   std::string all;
-  for (const auto& folder : {kRoom / "web", kRoom}) {
+  for (const auto& folder : {kRoom / "web", kRoom / "web/scene", kRoom}) {
     for (const auto& entry : std::filesystem::directory_iterator(folder)) {
       const std::string kind = entry.path().extension();
       if (kind != ".html" && kind != ".js" && kind != ".cpp") continue;
@@ -80,8 +80,8 @@ TEST(PageTexts, EveryTextIsUsedAndEveryUsedTextIsThere) {
   }
   std::set<std::string> known;  // groups of texts
   for (const auto& [key, text] : english) known.insert(key.substr(0, key.find('.')));
-  const std::set<std::string> files{"hits.jpg", "page.css",  "page.js",   "stop.js",
-                                    "views.js", "choice.js", "session.js"};
+  const std::set<std::string> files{"hits.jpg",  "page.css",   "page.js",  "stop.js",  "views.js",
+                                    "choice.js", "session.js", "scene.js", "review.js"};
   for (const std::string& name : names) {
     const std::string group = name.substr(0, name.find('.'));
     if (name.ends_with('.') || !known.contains(group) || files.contains(name)) continue;

@@ -3,17 +3,7 @@
 // page. The newest position is in the state's `review`; what the recording has comes once, by GET /review. Fields: page_review.cpp.
 
 (() => {
-const kReviewText = {
-  notice: begin => `Recording of ${begin}. Nothing here is live, and nothing can be commanded.`,
-  title: 'Review', bar: 'Recording', timeLine: 'Time line', plots: 'Over time', speed: 'Speed',
-  play: 'Play', pause: 'Pause', previous: 'Previous alert', next: 'Next alert', none: 'No alerts',
-  whole: 'Whole recording', alert: (mark, number, count) => `Alert ${number} of ${count}: ${alertWords(mark)}`,
-  plotTitles: { closeness: 'Closeness', speed: 'Speed', percept: 'Torque of the percept', feedback: 'Torque of the slave’s feedback', link: 'Link' },
-  problems: 'Not everything could be read: ',
-  keys: [['space', 'play or pause'], [', .', 'a tenth of a second back or on'], ['[ ]', 'previous or next alert; also PageUp, PageDown'], ['< >', 'slower, faster'],
-    ['arrows', 'on the time line or a plot: a second; with Shift ten'], ['+ −', 'there: a shorter or longer stretch in the plots'],
-    ['Home End', 'there: beginning, end']],
-};
+const kKeys = [['space', 'play'], [', .', 'step'], ['[ ]', 'alert'], ['< >', 'rate'], ['← →', 'arrows'], ['+ −', 'zoom'], ['|← →|', 'ends']];
 const kRates = [0.1, 0.2, 0.5, 1, 2, 5, 10];
 const kAlertEntered_s = 0.02;  // after an alert came, the percept that it rests on is there, too
 const kPlotColours = ['#56b4e9', '#e69f00', '#2fbf8f', '#f0e442', '#d58bb5', '#ee7733', '#8aa0ff', '#c3ccd5'];
@@ -32,8 +22,9 @@ const clock = ms => new Date(ms).toISOString().replace('T', ' ').slice(0, 19) + 
 const shownTime = () => wantedTime ?? (position ? position.t : 0);
 const clampTime = t => Math.max(0, Math.min(facts.duration_s, t));
 function alertWords(mark) {
-  const over = mark.cleared_t === null ? '' : `, over after ${duration(mark.cleared_t - mark.t)}`;
-  return `#${mark.alert} at ${mark.t.toFixed(1)} s, ${mark.interest_point || mark.link} near ${mark.object}, ${kRules[mark.rule]}, ${mark.speed_m_s.toFixed(2)} m/s${over}`;
+  const over = mark.cleared_t === null ? '' : text('review.over', { time: duration(mark.cleared_t - mark.t) });
+  return text('review.mark', { alert: mark.alert, at: mark.t, link: mark.interest_point || mark.link, object: mark.object,
+    rule: text('rule.' + mark.rule), speed: mark.speed_m_s, over });
 }
 
 function make(tag, properties = {}, ...children) {
@@ -202,9 +193,9 @@ function plotNames() { return [...new Set(facts.series.map(one => one.plot))]; }
 function plotsHeight() { return plotNames().reduce((sum, plot) => sum + 20 + kPlotHeight[plot], 14); }
 
 function drawFrame(g, plot, series, top, right) {
-  const units = [...new Set(series.map(one => one.unit))].filter(Boolean).join(' or ');
+  const units = [...new Set(series.map(one => one.unit))].filter(Boolean).join(' / ');
   g.fillStyle = '#e4e8ec';
-  g.fillText(kReviewText.plotTitles[plot] + (units ? `, ${units}` : ''), kLeft, top + 11);
+  g.fillText(text('review_plot.' + plot) + (units ? `, ${units}` : ''), kLeft, top + 11);
   if (series.length < 2 || plot === 'link') return;
   let at = right;
   g.textAlign = 'right';
@@ -287,11 +278,13 @@ function drawAll() {
   drawTimeLine();
   drawPlots();
   const t = shownTime();
-  put('review-time', `${t.toFixed(2)} s of ${facts.duration_s.toFixed(1)} s`);
+  put('review-time', text('review.time', { at: t, whole: facts.duration_s }));
   put('review-clock', clock(facts.begin_utc_ms + t * 1e3));
   const mark = facts.alerts.findLast(one => one.t <= t);
   const now = mark && (mark.cleared_t === null || mark.cleared_t >= t);
-  put('review-alert', !facts.alerts.length ? kReviewText.none : mark ? kReviewText.alert(mark, facts.alerts.indexOf(mark) + 1, facts.alerts.length) : `${facts.alerts.length} alerts`);
+  put('review-alert', !facts.alerts.length ? text('review.no_alerts')
+    : mark ? text('review.alert', { number: facts.alerts.indexOf(mark) + 1, count: facts.alerts.length, what: alertWords(mark) })
+    : text('review.alerts', { count: facts.alerts.length }));
   byId('review-alert').classList.toggle('threatening', Boolean(now));
   for (const id of ['review-line', 'review-plots']) {
     const slider = byId(id);
@@ -302,17 +295,38 @@ function drawAll() {
 
 // ---- the elements ----
 
-function button(id, text, title, act) {
-  const element = make('button', { id, type: 'button', textContent: text, title });
-  element.setAttribute('aria-label', title);
+function button(id, sign, act) {
+  const element = make('button', { id, type: 'button', textContent: sign });
   element.addEventListener('click', act);
   return element;
 }
+function name(id, words) {
+  byId(id).title = words;
+  byId(id).setAttribute('aria-label', words);
+}
 
-function slider(id, label) {
+// Writes all that does not change with the moment, in the page's language.
+function showReviewTexts() {
+  document.title = `${text('review.title')} – Phantom`;
+  put('review-notice', text('review.notice', { begin: clock(facts.begin_utc_ms) }));
+  name('review-rate', text('review.speed'));
+  name('review-previous', text('review.previous'));
+  name('review-next', text('review.next'));
+  name('review-bar', text('review.bar'));
+  name('review-line', text('review.time_line'));
+  name('review-plots', text('review.over_time'));
+  put('review-heading', text('review.over_time'));
+  put('review-whole', text('review.whole'));
+  if (facts.problems.length) put('review-problems', text('review.problems', { what: facts.problems.join('; ') }));
+  for (const [key, what] of kKeys) {
+    put(`review-key-${what}`, key === 'space' ? text('review_key.space') : key);
+    put(`review-does-${what}`, text('review_key.' + what));
+  }
+}
+
+function slider(id) {
   const canvas = make('canvas', { id, tabIndex: 0 });
   canvas.setAttribute('role', 'slider');
-  canvas.setAttribute('aria-label', label);
   canvas.setAttribute('aria-valuemin', 0);
   canvas.setAttribute('aria-valuemax', facts.duration_s.toFixed(2));
   const range = () => id === 'review-line' ? [0, facts.duration_s] : stretch;
@@ -362,30 +376,24 @@ function slider(id, label) {
 
 function build() {
   document.body.classList.add('review');
-  document.title = `${kReviewText.title} – ${document.title}`;
-  document.querySelector('.top').append(make('p', { id: 'review-notice', className: 'review-notice', textContent: kReviewText.notice(clock(facts.begin_utc_ms)) }));
-  const rate = make('select', { id: 'review-rate', title: kReviewText.speed }, ...kRates.map(value => new Option(`${value} ×`, value)));
-  rate.setAttribute('aria-label', kReviewText.speed);
+  document.querySelector('.top').append(make('p', { id: 'review-notice', className: 'review-notice' }));
+  const rate = make('select', { id: 'review-rate' }, ...kRates.map(value => new Option(`${value} ×`, value)));
   rate.addEventListener('change', () => { setRate(+rate.value); rate.blur(); });
   const bar = make('section', { id: 'review-bar', className: 'review-bar' },
     make('div', { className: 'review-tools' },
-      button('review-previous', '|◀', `${kReviewText.previous}. Key: [`, () => stepAlert(-1)),
-      button('review-play', '▶', `${kReviewText.play}. Key: space`, togglePlay),
-      button('review-next', '▶|', `${kReviewText.next}. Key: ]`, () => stepAlert(1)),
-      rate,
-      make('b', { id: 'review-time' }), make('span', { id: 'review-clock' }),
-      make('span', { id: 'review-alert', role: 'status' })),
-    slider('review-line', kReviewText.timeLine));
-  bar.setAttribute('aria-label', kReviewText.bar);
+      button('review-previous', '|◀', () => stepAlert(-1)), button('review-play', '▶', togglePlay), button('review-next', '▶|', () => stepAlert(1)),
+      rate, make('b', { id: 'review-time' }), make('span', { id: 'review-clock' }), make('span', { id: 'review-alert', role: 'status' })),
+    slider('review-line'));
   document.body.append(bar, make('div', { id: 'review-tip', className: 'review-tip', hidden: true }));
   const plots = make('section', { className: 'panel review-panel' },
-    make('h2', {}, kReviewText.plots, button('review-whole', kReviewText.whole, kReviewText.whole, () => moveStretch(0, facts.duration_s))),
-    slider('review-plots', kReviewText.plots));
-  plots.setAttribute('aria-label', kReviewText.plots);
-  if (facts.problems.length) plots.append(make('p', { id: 'review-problems', textContent: kReviewText.problems + facts.problems.join('; ') }));
-  document.querySelector('aside').prepend(plots);
+    make('h2', {}, make('span', { id: 'review-heading' }), button('review-whole', '', () => moveStretch(0, facts.duration_s))), slider('review-plots'));
+  if (facts.problems.length) plots.append(make('p', { id: 'review-problems' }));
+  document.querySelector('.column.last').prepend(plots);
   byId('review-plots').style.height = plotsHeight() + 'px';
-  document.querySelector('.keys dl').prepend(...kReviewText.keys.map(([key, what]) => make('div', {}, make('dt', {}, make('kbd', { textContent: key })), make('dd', { textContent: what }))));
+  document.querySelector('.keys dl').prepend(...kKeys.map(([, what]) => make('div', {},
+    make('dt', {}, make('kbd', { id: `review-key-${what}` })), make('dd', { id: `review-does-${what}` }))));
+  showReviewTexts();
+  addEventListener('language', () => { showReviewTexts(); drawAll(); });
   stretch = [0, facts.duration_s];
   new ResizeObserver(() => { askColumns(); drawAll(); }).observe(byId('review-plots'));
 }
@@ -413,7 +421,7 @@ document.addEventListener('state', event => {
   const allowed = viewer.allow_commands && may('operate');
   for (const control of document.querySelectorAll('#review-bar button, #review-bar select')) control.disabled = !allowed;
   put('review-play', playing() ? '❚❚' : '▶');
-  byId('review-play').title = `${playing() ? kReviewText.pause : kReviewText.play}. Key: space`;
+  name('review-play', text(playing() ? 'review.pause' : 'review.play'));
   if (document.activeElement !== byId('review-rate')) byId('review-rate').value = position.rate;
   if (playing() && position.t > stretch[1]) moveStretch(position.t);
   drawAll();
