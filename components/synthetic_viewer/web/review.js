@@ -52,9 +52,13 @@ async function goTo(t) {
 
 const playing = () => position !== null && position.playing;
 function togglePlay() { post('review', { play: !playing() }); }
-function setRate(rate) { post('review', { rate }); }
+let wantedRate = null;  // what this page asked for, until the viewer has it
+function setRate(rate) {
+  wantedRate = rate;
+  post('review', { rate });
+}
 function stepRate(by) {
-  const at = kRates.findIndex(rate => rate >= position.rate - 1e-9);
+  const at = kRates.findIndex(rate => rate >= (wantedRate ?? position.rate) - 1e-9);
   setRate(kRates[Math.max(0, Math.min(kRates.length - 1, at + by))]);
 }
 function markAfter(by) {
@@ -416,6 +420,7 @@ document.addEventListener('state', event => {
   if (!review) return;
   if (!facts) return beginReview();
   position = review;
+  if (wantedRate !== null && Math.abs(review.rate - wantedRate) < 1e-9) wantedRate = null;
   const past = wantedTime === null ? -1 : position.t - wantedTime;  // it may have gone on by itself since
   if (past > -2e-3 && past < (playing() ? 2 * position.rate : 2e-3)) wantedTime = null;
   const allowed = viewer.allow_commands && may('operate');

@@ -17,6 +17,7 @@ export class DrawnView {
     Object.assign(this.canvas, { className: 'scene', tabIndex: 0, hidden: true, id: `${name}-scene` });
     this.canvas.dataset.view = name;
     this.canvas.setAttribute('role', 'img');
+    this.canvas.dataset.label = this.image.dataset.alt;  // which another language changes (language.js)
     this.canvas.setAttribute('aria-label', this.image.alt);
     this.image.after(this.canvas);
     this.note = document.createElement('p');
