@@ -39,7 +39,7 @@ class Report::Writer {
   }
 
  private:
-  static constexpr std::size_t kMaxWaiting = 32;
+  static constexpr std::size_t kMaxWaiting = 8;
   void work() {
     core::take_place(core::ThreadRole::kPictures);
     std::unique_lock lock(mutex_);
@@ -127,9 +127,15 @@ bool Report::make_pictures(Drawing& drawing, const ArmSample& arm, bool complete
 
 void Report::make_remaining_pictures(Drawing& drawing) {
   if (!wanted()) return;
-  const core::Nanoseconds until_ns = core::monotonic_ns() + core::kNsPerSecond;
-  while (!alerts_.empty() && core::monotonic_ns() < until_ns) make_alert_picture(drawing, {});
-  make_main_picture(drawing, "main", {});
+  // A process has to end within seconds, however busy the host is.
+  const core::Nanoseconds begin_ns = core::monotonic_ns();
+  const auto later_than = [begin_ns](double s) {
+    return [until_ns = begin_ns + core::from_seconds(s)] { return core::monotonic_ns() > until_ns; };
+  };
+  const GiveUp alerts_late = later_than(1.0), late = later_than(2.0);
+  while (!alerts_.empty() && make_alert_picture(drawing, alerts_late)) {
+  }
+  make_main_picture(drawing, "main", late);
 }
 
 void Report::finish(nlohmann::json summary) {

@@ -141,8 +141,8 @@ void ViewerLoop::work() {
     page_.switches.publish({state_.hold, state_.recording.running});
     due_ns = std::max(whole ? due_ns + period_ns() : begin_ns, core::monotonic_ns());
     // After a round that was given up for an alert, the next round's views are drawn to the end, so that a
-    // burst of alerts cannot stop them.
-    views_give_up_ = whole ? GiveUp([this] { return inbox_.urgent(); }) : GiveUp();
+    // burst of alerts cannot stop them. At the end nobody waits for them.
+    views_give_up_ = [this, whole] { return stop_ || (whole && inbox_.urgent()); };
   }
   publisher_.end_recording();
   report_.make_remaining_pictures(*drawing_);
