@@ -140,7 +140,7 @@ TEST_F(SceneDrawing, ComesByFewDrawCallsAndFewOctets) {
   ASSERT_TRUE(drawn());
   turn_arm(0.3);
   EXPECT_EQ(text("scene-source"), "Drawn in this browser");
-  ASSERT_TRUE(test::eventually([&] { return truth("phantomScene.figures().frames > 60"); }));
+  ASSERT_TRUE(test::eventually([&] { return truth("phantomScene.figures().frames > 15"); }));
   const nlohmann::json figures = browser_->run("return phantomScene.figures()");
   std::cout << "scene: " << figures.dump() << '\n';
   EXPECT_LE(figures.at("calls").get<int>(), 60);
