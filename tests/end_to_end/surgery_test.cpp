@@ -117,6 +117,14 @@ TEST_F(Surgery, TheProbeIsFeltInFineVoxelsAndInCoarseOnesWhereThereAreNoOthers) 
   EXPECT_TRUE(felt(between_m, in_fluid)) << "in the coarse layers";
   probe_ = start("phantom_sensing", "phantom_sensing_probe");
   EXPECT_TRUE(felt(between_m, free_space)) << "it is back";
+  probe_->signal(SIGSTOP);
+  EXPECT_TRUE(felt(between_m, in_fluid)) << "it hangs";
+  probe_->signal(SIGCONT);
+  EXPECT_TRUE(felt(between_m, free_space)) << "it goes on";
+  servers_.back()->end(SIGKILL);
+  EXPECT_TRUE(felt(0.5 * kFineReach_m, by_vessel)) << "the fine workspace stays as it was";
+  servers_.back() = start("wva_server", "wva_server_fine");
+  EXPECT_TRUE(felt(between_m, free_space));
   x_m_ = 0.23;  // beside the fine workspace, by the vessel's end
   EXPECT_TRUE(felt(between_m, in_fluid));
   x_m_ = 0.15;
