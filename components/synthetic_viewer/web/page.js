@@ -20,6 +20,16 @@ function connect() {
   source.onmessage = message => { lastEvent = performance.now(); take(JSON.parse(message.data)); };
 }
 
+// A viewer that was started anew may have its streams on another port, which only its page tells.
+const kFind_ms = 3000;
+async function findStreams() {
+  if (performance.now() - (findStreams.asked ?? 0) < kFind_ms) return;
+  findStreams.asked = performance.now();
+  const page = await (await fetch('.', { signal: within(1000), cache: 'no-store' })).text();
+  const port = /name="stream-port" content="(\d+)"/.exec(page)?.[1];
+  if (port && port !== document.querySelector('meta[name=stream-port]').content) location.reload();
+}
+
 // Polls the state while no events come: other windows occupy the browser's connections, or their port is not reachable.
 const kPoll_ms = 250, kEventsPatience_ms = 1000;
 async function pollState() {
@@ -27,7 +37,10 @@ async function pollState() {
     if (document.hidden || performance.now() - Math.max(lastEvent, connected) < kEventsPatience_ms) continue;
     try {
       const response = await fetch('state', { signal: within(1000), cache: 'no-store' });
-      if (response.ok) take(await response.json());
+      if (response.ok) {
+        take(await response.json());
+        await findStreams();
+      }
       else if (response.status === 401 && !loggedOut()) await askSession();
     } catch (problem) { /* showBanner() reports it */ }
   }
