@@ -111,6 +111,7 @@ TEST_F(ReviewInChromium, GoesOnStandsStillAndStepsByKeys) {
   ASSERT_TRUE(eventually([&] { return text("review-play") == "❚❚"; }));
   browser_->type({" "});
   ASSERT_TRUE(eventually([&] { return !review_->position(core::monotonic_ns()).playing; }));
+  ASSERT_TRUE(eventually([&] { return text("review-play") == "▶"; }));  // and shows where it stands still
   const double before = t();
   browser_->type({"."});
   ASSERT_TRUE(eventually([&] { return std::abs(t() - before - 0.1) < 2e-3; })) << t() << " after " << before;
