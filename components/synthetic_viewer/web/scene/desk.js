@@ -46,7 +46,8 @@ export class Desk {
 
   async start() {
     try {
-      this.stage = new Stage(await this.shaders());
+      const shaders = this.shaders();  // they are on their way while the graphics are made ready
+      this.stage = new Stage().build(await shaders);
     } catch (problem) {
       this.problem = problem;
       return this.choose();
@@ -67,8 +68,8 @@ export class Desk {
 
   // The shaders are for those who may watch: without a session, one has to begin first.
   async shaders() {
-    for (;; await new Promise(resolve => setTimeout(resolve, kRetry_ms))) {
-      if (document.hidden || performance.now() - this.page.heard() > kHeard_ms) continue;
+    for (let tries = 0;; await new Promise(resolve => setTimeout(resolve, kRetry_ms))) {
+      if (document.hidden || (tries++ > 0 && performance.now() - this.page.heard() > kHeard_ms)) continue;
       try { return await (await fetched('shaders.json')).json(); } catch (problem) { /* the page says whether the viewer answers */ }
     }
   }

@@ -2,7 +2,7 @@
 // Here is only what differs: all items of a kind are drawn at once, so what is a uniform there comes from textures here (batch.js).
 
 import {
-  DoubleSide, EqualStencilFunc, FrontSide, GLSL3, IncrementStencilOp, KeepStencilOp, NoBlending, NormalBlending, ShaderMaterial, Vector3, Vector4,
+  CustomBlending, DoubleSide, EqualStencilFunc, FrontSide, GLSL3, IncrementStencilOp, KeepStencilOp, NoBlending, NormalBlending, ShaderMaterial, Vector3, Vector4,
 } from 'three';
 
 // What an item has beside matrix and colour, in a row of texels: its opacity, own light, nothing, and whether it is painted; then the matrix from its mesh to the paint's texture, by rows; then the part of that texture that is its own.
@@ -98,7 +98,8 @@ function meshFragment(shaders) {
 
 const program = (vertexShader, fragmentShader, uniforms, more = {}) =>
   new ShaderMaterial({ glslVersion: GLSL3, vertexShader, fragmentShader, uniforms, blending: NoBlending, ...more });
-const kUnderAll = { depthTest: false, depthWrite: false };
+// What stands on the ground lies under all else: three draws it among what is opaque, in the order of its numbers, mixed with what is there.
+const kUnderAll = { depthTest: false, depthWrite: false, blending: CustomBlending };
 const kSeeThrough = { transparent: true, blending: NormalBlending, depthWrite: false };
 
 // What the materials of a stage share; from the stream's messages.
@@ -117,10 +118,10 @@ export function makeMaterials(shaders, uniforms) {
     clear: items => program(kMeshVertex, fragment, { items, paint, ramp }, { side: FrontSide, ...kSeeThrough }),
     // Of shadows that overlap only the first darkens.
     shadow: () => program(kShadowVertex, flat, { to_key_light, least, colour: uniforms.shadow },
-      { ...kSeeThrough, ...kUnderAll, side: DoubleSide, stencilWrite: true, stencilFunc: EqualStencilFunc, stencilRef: 0,
+      { ...kUnderAll, side: DoubleSide, stencilWrite: true, stencilFunc: EqualStencilFunc, stencilRef: 0,
         stencilFail: KeepStencilOp, stencilZFail: KeepStencilOp, stencilZPass: IncrementStencilOp }),
     lines: program(kLineVertex, flat, { colour: uniforms.line }),
-    background: program(kBackgroundVertex, exchanged(shaders.background), {}, kUnderAll),
-    floor: program(kFloorVertex, exchanged(shaders.floor), { least, greatest, border }, { ...kSeeThrough, ...kUnderAll, side: DoubleSide }),
+    background: program(kBackgroundVertex, exchanged(shaders.background), {}, { ...kUnderAll, blending: NoBlending }),
+    floor: program(kFloorVertex, exchanged(shaders.floor), { least, greatest, border }, { ...kUnderAll, side: DoubleSide }),
   };
 }

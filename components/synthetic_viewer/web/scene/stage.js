@@ -26,8 +26,8 @@ function isSoftware(gl) {
 }
 
 export class Stage {
-  // Throws NoWebGl, or Error where the shaders are not as they must be. `shaders`: the answer to GET /shaders.json.
-  constructor(shaders) {
+  // Nothing can be drawn before build(). Throws NoWebGl.
+  constructor() {
     this.canvas = document.createElement('canvas');
     const choice = { alpha: false, stencil: true, powerPreference: 'high-performance' };
     const gl = this.canvas.getContext('webgl2', { ...choice, antialias: !isSoftware(this.probe()), xrCompatible: false });
@@ -45,7 +45,6 @@ export class Stage {
     this.bodies = [];             // what they ride on
     this.poses = null;            // the newest
     this.uniforms = makeUniforms(this.paint.texture);
-    this.build(makeMaterials(shaders, this.uniforms));
   }
   probe() {
     const gl = document.createElement('canvas').getContext('webgl2');
@@ -54,7 +53,9 @@ export class Stage {
     return gl;
   }
 
-  build(materials) {
+  // `shaders`: the answer to GET /shaders.json. Throws Error where they are not as they must be. Returns this.
+  build(shaders) {
+    const materials = makeMaterials(shaders, this.uniforms);
     const findMesh = key => this.meshes.get(key);
     this.shadows = new Batch(materials.shadow, key => this.meshes.get(key)?.shadow);
     this.shadows.mesh.sortObjects = false;
@@ -65,13 +66,11 @@ export class Stage {
     this.floor = new Mesh(geometryOf([0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0], [0, 1, 2, 2, 1, 3]), materials.floor);
     this.lines = new LineSegments(geometryOf([0, 0, 0, 0, 0, 0]), materials.lines);
     for (const mesh of [this.background, this.floor, this.lines]) mesh.frustumCulled = false;
-    this.background.renderOrder = -2;
-    this.floor.renderOrder = -1;
-    // What stands on the ground is drawn over it, whatever is nearer, as the server does: so one after the other.
-    this.ground = new Scene().add(this.background, this.floor);
-    this.shade = new Scene().add(this.shadows.mesh);
-    this.rest = new Scene().add(this.lines, this.solid.mesh, this.clear.mesh);
-    for (const scene of [this.ground, this.shade, this.rest]) scene.matrixWorldAutoUpdate = false;
+    // What stands on the ground is drawn over it, whatever is nearer, as the server does.
+    [this.background, this.floor, this.shadows.mesh].forEach((mesh, i) => { mesh.renderOrder = i - 3; });
+    this.scene = new Scene().add(this.background, this.floor, this.shadows.mesh, this.lines, this.solid.mesh, this.clear.mesh);
+    this.scene.matrixWorldAutoUpdate = false;
+    return this;
   }
 
   setCell(cell) {
@@ -151,12 +150,10 @@ export class Stage {
     const { renderer } = this;
     this.background.visible = !renderer.xr.isPresenting;  // it is the picture's, not the room's
     renderer.clear();
-    const fromAbove = camera.matrixWorld.elements[14] > this.uniforms.least.value.z;
+    this.shadows.mesh.visible = camera.matrixWorld.elements[14] > this.uniforms.least.value.z;  // from above
     this.solid.select(kViewBits[view]);
-    renderer.render(this.ground, camera);
-    if (fromAbove) renderer.render(this.shade, camera);
     this.clear.mesh.visible = this.clear.select(kViewBits[view]) > 0;
-    renderer.render(this.rest, camera);
+    renderer.render(this.scene, camera);
   }
 
   // Draws a view into a 2D context of width × height pixels.
