@@ -35,6 +35,10 @@ function make(tag, properties = {}, ...children) {
 
 // ---- requests ----
 
+// Sends one request after the other: two that are on their way together may arrive in either order.
+let sending = Promise.resolve();
+const send = body => (sending = sending.then(() => post('review', body)));
+
 // Goes to a time. Requests that come while one is on its way are combined: the newest wins.
 async function goTo(t) {
   wantedTime = clampTime(t);
@@ -43,7 +47,7 @@ async function goTo(t) {
   goTo.busy = true;
   for (let sent = null; wantedTime !== null && sent !== wantedTime;) {
     sent = wantedTime;
-    await post('review', { t: Math.round(sent * 1e6) / 1e6 });
+    await send({ t: Math.round(sent * 1e6) / 1e6 });
   }
   goTo.busy = false;
   const last = wantedTime;
@@ -51,11 +55,11 @@ async function goTo(t) {
 }
 
 const playing = () => position !== null && position.playing;
-function togglePlay() { post('review', { play: !playing() }); }
+function togglePlay() { send({ play: !playing() }); }
 let wantedRate = null;  // what this page asked for, until the viewer has it
 function setRate(rate) {
   wantedRate = rate;
-  post('review', { rate });
+  send({ rate });
 }
 function stepRate(by) {
   const at = kRates.findIndex(rate => rate >= (wantedRate ?? position.rate) - 1e-9);
@@ -418,8 +422,8 @@ async function beginReview() {
 document.addEventListener('state', event => {
   const { review, viewer } = event.detail;
   if (!review) return;
+  position = review;  // known before the keys do anything
   if (!facts) return beginReview();
-  position = review;
   if (wantedRate !== null && Math.abs(review.rate - wantedRate) < 1e-9) wantedRate = null;
   const past = wantedTime === null ? -1 : position.t - wantedTime;  // it may have gone on by itself since
   if (past > -2e-3 && past < (playing() ? 2 * position.rate : 2e-3)) wantedTime = null;
