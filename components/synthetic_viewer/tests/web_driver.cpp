@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <iostream>
 #include <stdexcept>
 
 namespace phantom::synthetic_viewer::test {
@@ -73,8 +74,19 @@ Browser::Browser(const std::vector<std::string>& more) {
   // free connection would hold up the end of loading for ever.
   const json wanted{
       {"browserName", "chrome"}, {"pageLoadStrategy", "eager"}, {"goog:chromeOptions", options}};
-  const json answer = post("/session", {{"capabilities", {{"alwaysMatch", wanted}}}});
-  session_ = "/session/" + answer.at("sessionId").get<std::string>();
+  session_ = "/session/" + begin(wanted).at("sessionId").get<std::string>();
+}
+
+// On a machine under load a browser's start now and then fails; that says nothing about the page.
+json Browser::begin(const json& wanted) {
+  for (int tries = 1;; ++tries) {
+    try {
+      return post("/session", {{"capabilities", {{"alwaysMatch", wanted}}}});
+    } catch (const std::runtime_error& problem) {
+      if (tries == 3) throw;
+      std::cerr << "the browser did not start, once more: " << problem.what() << '\n';
+    }
+  }
 }
 
 Browser::~Browser() {

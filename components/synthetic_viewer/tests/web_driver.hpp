@@ -58,6 +58,7 @@ class Browser {
   static constexpr const char* kHome = "\uE011";
 
  private:
+  nlohmann::json begin(const nlohmann::json& wanted);
   nlohmann::json post(const std::string& path, const nlohmann::json& body);
   nlohmann::json element(const std::string& selector);
   void send_command(const std::string& command, const nlohmann::json& parameters);
