@@ -14,6 +14,7 @@
 #include "tests/support/files.hpp"
 
 namespace phantom::experiments {
+namespace in_arm_sensors {
 namespace {
 
 constexpr double kSpeed_deg_s = 5.0;
@@ -262,6 +263,7 @@ void run(Report& report, const Settings& settings) {
 }
 
 }  // namespace
+}  // namespace in_arm_sensors
 
 Experiment arm_sensors() {
   return {"arm-sensors",
@@ -270,7 +272,7 @@ Experiment arm_sensors() {
           "The torque on the joint converges as the sensors become more; 60 and 90 are nearly equal; "
           "sensors farther apart than a voxel miss fluid and report too little.",
           {Sabotage::kConstantMu, Sabotage::kLayersOffByOne, Sabotage::kIgnoredSpeed},
-          run};
+          in_arm_sensors::run};
 }
 
 }  // namespace phantom::experiments

@@ -15,6 +15,7 @@
 #include "tests/experiments/rig.hpp"
 
 namespace phantom::experiments {
+namespace in_audio {
 namespace {
 
 constexpr double kVoxel_m = 0.005;
@@ -289,6 +290,7 @@ void run(Report& report, const Settings& settings) {
 }
 
 }  // namespace
+}  // namespace in_audio
 
 Experiment audio() {
   return {"audio",
@@ -297,7 +299,7 @@ Experiment audio() {
           "The tone's frequency conveys closeness, also at rest; "
           "its level conveys speed and has a minimum above zero; silence in free space alone.",
           {Sabotage::kConstantMu, Sabotage::kLayersOffByOne, Sabotage::kIgnoredSpeed, Sabotage::kGrownBodies},
-          run};
+          in_audio::run};
 }
 
 }  // namespace phantom::experiments

@@ -10,6 +10,7 @@
 #include "tests/experiments/teleop_rig.hpp"
 
 namespace phantom::experiments {
+namespace in_btm_cases {
 namespace {
 
 using teleop::BilateralLaw;
@@ -162,6 +163,7 @@ void run(Report& report, const Settings& settings) {
 }
 
 }  // namespace
+}  // namespace in_btm_cases
 
 Experiment btm_cases() {
   return {"btm-cases",
@@ -171,7 +173,7 @@ Experiment btm_cases() {
           "e), whose lag is felt as drag in free space; "
           "a cautious operator touches more gently with the percept, whatever the law.",
           {Sabotage::kIgnoredSpeed},
-          run};
+          in_btm_cases::run};
 }
 
 }  // namespace phantom::experiments

@@ -10,6 +10,7 @@
 #include "tests/experiments/teleop_rig.hpp"
 
 namespace phantom::experiments {
+namespace in_coworking {
 namespace {
 
 constexpr double kBrake_deg = 36.0;
@@ -233,6 +234,7 @@ void run(Report& report, const Settings& settings) {
 }
 
 }  // namespace
+}  // namespace in_coworking
 
 Experiment coworking() {
   return {"coworking",
@@ -241,7 +243,7 @@ Experiment coworking() {
           "Zone A, no contact: MLT follows PFFB, and the SCTFB of a balanced slave is very small. Zone B: "
           "PFFB falls as the arm brakes, SCTFB rises on contact. Unbalanced: SCTFB is there throughout.",
           {Sabotage::kConstantMu, Sabotage::kLayersOffByOne, Sabotage::kIgnoredSpeed},
-          run};
+          in_coworking::run};
 }
 
 }  // namespace phantom::experiments

@@ -7,6 +7,7 @@
 #include "tests/experiments/tracks.hpp"
 
 namespace phantom::experiments {
+namespace in_drag_tracks {
 namespace {
 
 const std::vector<float> kMu{32, 20, 13, 11, 10, 9};
@@ -117,6 +118,7 @@ void run(Report& report, const Settings& settings) {
 }
 
 }  // namespace
+}  // namespace in_drag_tracks
 
 Experiment drag_tracks() {
   return {"drag-tracks",
@@ -126,7 +128,7 @@ Experiment drag_tracks() {
           "and falls in steps; "
           "on y = 50 it assumes the skin's value where the track is inside the body, and only there.",
           {Sabotage::kConstantMu, Sabotage::kLayersOffByOne, Sabotage::kIgnoredSpeed, Sabotage::kGrownBodies},
-          run};
+          in_drag_tracks::run};
 }
 
 }  // namespace phantom::experiments

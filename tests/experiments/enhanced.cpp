@@ -11,6 +11,7 @@
 #include "tests/experiments/tracks.hpp"
 
 namespace phantom::experiments {
+namespace in_enhanced {
 namespace {
 
 using robot::ClusterShape;
@@ -297,6 +298,7 @@ void run(Report& report, const Settings& settings) {
 }
 
 }  // namespace
+}  // namespace in_enhanced
 
 Experiment enhanced() {
   return {"enhanced",
@@ -305,7 +307,7 @@ Experiment enhanced() {
           "Enhanced sensors smooth without the lag of a buffer, spheres with fewer voxels than cubes; "
           "20 of them with m = 3 feel what 60 points feel, smoothly and monotonically.",
           {Sabotage::kConstantMu, Sabotage::kLayersOffByOne, Sabotage::kIgnoredSpeed, Sabotage::kGrownBodies},
-          run};
+          in_enhanced::run};
 }
 
 }  // namespace phantom::experiments

@@ -13,6 +13,7 @@
 #include "tests/experiments/specimens.hpp"
 
 namespace phantom::experiments {
+namespace in_filter_cost {
 namespace {
 
 constexpr double kVoxel_m = 0.005;
@@ -348,6 +349,7 @@ void run(Report& report, const Settings& settings) {
 }
 
 }  // namespace
+}  // namespace in_filter_cost
 
 Experiment filter_cost() {
   return {"filter-cost",
@@ -357,7 +359,7 @@ Experiment filter_cost() {
           "the worst case grows near two objects, where the search is not bounded by anything but the "
           "scene. The voxel method's cost is constant.",
           {Sabotage::kLayersOffByOne, Sabotage::kGrownBodies},
-          run};
+          in_filter_cost::run};
 }
 
 }  // namespace phantom::experiments

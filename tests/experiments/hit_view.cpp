@@ -13,6 +13,7 @@
 #include "tests/experiments/rig.hpp"
 
 namespace phantom::experiments {
+namespace in_hit_view {
 namespace {
 
 namespace viewer = synthetic_viewer;
@@ -328,6 +329,7 @@ void run(Report& report, const Settings& settings) {
 }
 
 }  // namespace
+}  // namespace in_hit_view
 
 Experiment hit_view() {
   return {"hit-view",
@@ -337,7 +339,7 @@ Experiment hit_view() {
           "farther away only towards the object; the place is looked at from one of fourteen nodes, "
           "and the one chosen automatically shows the gap.",
           {Sabotage::kConstantMu, Sabotage::kLayersOffByOne, Sabotage::kIgnoredSpeed},
-          run};
+          in_hit_view::run};
 }
 
 }  // namespace phantom::experiments

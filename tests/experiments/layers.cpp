@@ -12,6 +12,7 @@
 #include "tests/experiments/specimens.hpp"
 
 namespace phantom::experiments {
+namespace in_layers {
 namespace {
 
 using workspace::LayerMethod;
@@ -231,6 +232,7 @@ void run(Report& report, const Settings& settings) {
 }
 
 }  // namespace
+}  // namespace in_layers
 
 Experiment ranked_layers() {
   return {"layers",
@@ -240,7 +242,7 @@ Experiment ranked_layers() {
           "an approximated sphere does far less, and less with greater m. "
           "A hollow cylinder that is wide enough stays open.",
           {Sabotage::kLayersOffByOne, Sabotage::kGrownBodies},
-          run};
+          in_layers::run};
 }
 
 }  // namespace phantom::experiments

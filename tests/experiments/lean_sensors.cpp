@@ -14,6 +14,7 @@
 #include "tests/experiments/rig.hpp"
 
 namespace phantom::experiments {
+namespace in_lean_sensors {
 namespace {
 
 constexpr int kSides = 12, kRings = 58;  // of the link's skin: K + 1 rings, below a voxel apart
@@ -342,6 +343,7 @@ void run(Report& report, const Settings& settings) {
 }
 
 }  // namespace
+}  // namespace in_lean_sensors
 
 Experiment lean_sensors() {
   return {
@@ -351,7 +353,7 @@ Experiment lean_sensors() {
       "Three points recover a link's pose at a stated cost; a ring of corners and interpolation yield every sensor; "
       "lengths from a joint's axis may be interpolated (C.17).",
       {Sabotage::kConstantMu, Sabotage::kLayersOffByOne, Sabotage::kIgnoredSpeed},
-      run};
+      in_lean_sensors::run};
 }
 
 }  // namespace phantom::experiments

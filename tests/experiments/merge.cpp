@@ -10,6 +10,7 @@
 #include "tests/experiments/tracks.hpp"
 
 namespace phantom::experiments {
+namespace in_merge {
 namespace {
 
 constexpr int kThickness_vox = 4;
@@ -133,6 +134,7 @@ void run(Report& report, const Settings& settings) {
 }
 
 }  // namespace
+}  // namespace in_merge
 
 Experiment merge() {
   return {"merge",
@@ -142,7 +144,7 @@ Experiment merge() {
           "the drag along AA1 has one saddle, along BB1 two: "
           "one from the merger and one from the object's concavity.",
           {Sabotage::kConstantMu},
-          run};
+          in_merge::run};
 }
 
 }  // namespace phantom::experiments

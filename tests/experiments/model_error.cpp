@@ -11,6 +11,7 @@
 #include "tests/experiments/teleop_rig.hpp"
 
 namespace phantom::experiments {
+namespace in_model_error {
 namespace {
 
 constexpr double kFrom_deg = 30.0, kTo_deg = 46.0;
@@ -261,6 +262,7 @@ void run(Report& report, const Settings& settings) {
 }
 
 }  // namespace
+}  // namespace in_model_error
 
 Experiment model_error() {
   return {"model-error",
@@ -269,7 +271,7 @@ Experiment model_error() {
           "With layers inside the model the feedback has no gap from the phantom's to the slave's if the "
           "object is smaller than its model; a guard band covers an object that is larger.",
           {Sabotage::kConstantMu, Sabotage::kLayersOffByOne},
-          run};
+          in_model_error::run};
 }
 
 }  // namespace phantom::experiments

@@ -10,6 +10,7 @@
 #include "tests/experiments/rig.hpp"
 
 namespace phantom::experiments {
+namespace in_mpc_steps {
 namespace {
 
 constexpr double kVoxel_m = 0.005;
@@ -159,6 +160,7 @@ void run(Report& report, const Settings& settings) {
 }
 
 }  // namespace
+}  // namespace in_mpc_steps
 
 Experiment mpc_steps() {
   return {"mpc-steps",
@@ -168,7 +170,7 @@ Experiment mpc_steps() {
           "narrow gaps (k = 1) give more and smaller steps, "
           "and unequal gaps raise the step rate near the object.",
           {Sabotage::kConstantMu, Sabotage::kLayersOffByOne, Sabotage::kIgnoredSpeed, Sabotage::kGrownBodies},
-          run};
+          in_mpc_steps::run};
 }
 
 }  // namespace phantom::experiments

@@ -14,6 +14,7 @@
 #include "tests/support/files.hpp"
 
 namespace phantom::experiments {
+namespace in_palpation {
 namespace {
 
 // The palpation_bench in figures: m, Pa·s/m, Pa/m.
@@ -168,6 +169,7 @@ void run(Report& report, const Settings& settings) {
 }
 
 }  // namespace
+}  // namespace in_palpation
 
 Experiment palpation() {
   return {
@@ -177,7 +179,7 @@ Experiment palpation() {
       "The voxels hold the reaction model of body parts, which is rendered joint by joint: inner layers are "
       "felt as graded stiffness and damping, and a nodule stands apart from the tissue around it.",
       {Sabotage::kIgnoredSpeed},
-      run};
+      in_palpation::run};
 }
 
 }  // namespace phantom::experiments

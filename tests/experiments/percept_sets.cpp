@@ -12,6 +12,7 @@
 #include "tests/experiments/teleop_rig.hpp"
 
 namespace phantom::experiments {
+namespace in_percept_sets {
 namespace {
 
 using teleop::BilateralLaw;
@@ -140,6 +141,7 @@ void run(Report& report, const Settings& settings) {
 }
 
 }  // namespace
+}  // namespace in_percept_sets
 
 Experiment percept_sets() {
   return {
@@ -149,7 +151,7 @@ Experiment percept_sets() {
       "Drag is effective with a balanced arm; an unbalanced one's weight is felt behind it, which electronic "
       "counterbalancing improves; with position exchange the law's own drag is as great, so tone and views serve alone.",
       {Sabotage::kConstantMu, Sabotage::kIgnoredSpeed},
-      run};
+      in_percept_sets::run};
 }
 
 }  // namespace phantom::experiments

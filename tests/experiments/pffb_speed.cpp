@@ -9,6 +9,7 @@
 #include "tests/experiments/teleop_rig.hpp"
 
 namespace phantom::experiments {
+namespace in_pffb_speed {
 namespace {
 
 constexpr double kRampShare = 0.1;  // of the swing's duration, for start and again for stop
@@ -139,6 +140,7 @@ void run(Report& report, const Settings& settings) {
 }
 
 }  // namespace
+}  // namespace in_pffb_speed
 
 Experiment pffb_speed() {
   return {"pffb-speed",
@@ -148,7 +150,7 @@ Experiment pffb_speed() {
           "greater speed gives greater feedback, which grows as μ is programmed; "
           "it never exceeds the clamp of 2.2 kg·cm.",
           {Sabotage::kConstantMu, Sabotage::kLayersOffByOne, Sabotage::kIgnoredSpeed},
-          run};
+          in_pffb_speed::run};
 }
 
 }  // namespace phantom::experiments

@@ -15,6 +15,7 @@
 #include "tests/experiments/tracks.hpp"
 
 namespace phantom::experiments {
+namespace in_pgd {
 namespace {
 
 constexpr int kThickness_vox = 3, kReach_vox = 4;  // the zone, 9 voxels, is wider than a layer
@@ -250,6 +251,7 @@ void run(Report& report, const Settings& settings) {
 }
 
 }  // namespace
+}  // namespace in_pgd
 
 Experiment pgd() {
   return {"pgd",
@@ -260,7 +262,7 @@ Experiment pgd() {
           "at middle height not at all; its strength tells closeness; "
           "motions are classed as safe, neutral or dangerous by their angle to it.",
           {Sabotage::kConstantMu},
-          run};
+          in_pgd::run};
 }
 
 }  // namespace phantom::experiments

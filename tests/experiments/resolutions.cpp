@@ -11,6 +11,7 @@
 #include "tests/experiments/rig.hpp"
 
 namespace phantom::experiments {
+namespace in_resolutions {
 namespace {
 
 // The surgery_bench in figures: the tip is at z = q3 − 0.14 m, the vessel's top at 0.127 m.
@@ -123,6 +124,7 @@ void run(Report& report, const Settings& settings) {
 }
 
 }  // namespace
+}  // namespace in_resolutions
 
 Experiment resolutions() {
   return {"resolutions",
@@ -130,7 +132,7 @@ Experiment resolutions() {
           "section 7.3(2)",
           "Fingers are sensed in a finer model than the upper links, by a process of their own.",
           {Sabotage::kConstantMu, Sabotage::kLayersOffByOne, Sabotage::kIgnoredSpeed},
-          run};
+          in_resolutions::run};
 }
 
 }  // namespace phantom::experiments

@@ -16,6 +16,7 @@
 #include "tests/support/own_domain.hpp"
 
 namespace phantom::experiments {
+namespace in_running_system {
 namespace {
 
 using test::replaced;
@@ -192,6 +193,7 @@ void run(Report& report, const Settings& settings) {
 }
 
 }  // namespace
+}  // namespace in_running_system
 
 Experiment running_system() {
   return {"running-system",
@@ -200,7 +202,7 @@ Experiment running_system() {
           "The feedback on the master is the drag of the slave's pose times the master's own speed, "
           "sets in where the outermost layer begins, and never pushes.",
           {Sabotage::kConstantMu, Sabotage::kLayersOffByOne},
-          run};
+          in_running_system::run};
 }
 
 }  // namespace phantom::experiments

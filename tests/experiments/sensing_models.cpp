@@ -16,6 +16,7 @@
 #include "tests/experiments/rig.hpp"
 
 namespace phantom::experiments {
+namespace in_sensing_models {
 namespace {
 
 constexpr double kRoot_m = 0.05, kTip_m = 0.02;  // radii of the link at theta's axis and at its end
@@ -268,6 +269,7 @@ void run(Report& report, const Settings& settings) {
 }
 
 }  // namespace
+}  // namespace in_sensing_models
 
 Experiment sensing_models() {
   return {
@@ -277,7 +279,7 @@ Experiment sensing_models() {
       "Sensors by the triangles or nodes of a mesh are as uneven as these; lines along the link do not follow its "
       "shape; voxels of the link's shell leave holes when the link turns; rings of a generalised cylinder err least.",
       {Sabotage::kConstantMu, Sabotage::kLayersOffByOne, Sabotage::kIgnoredSpeed},
-      run};
+      in_sensing_models::run};
 }
 
 }  // namespace phantom::experiments

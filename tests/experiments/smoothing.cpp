@@ -13,6 +13,7 @@
 #include "tests/experiments/tracks.hpp"
 
 namespace phantom::experiments {
+namespace in_smoothing {
 namespace {
 
 constexpr int kThickness_vox = 4;
@@ -225,6 +226,7 @@ void run(Report& report, const Settings& settings) {
 }
 
 }  // namespace
+}  // namespace in_smoothing
 
 Experiment smoothing() {
   return {"smoothing",
@@ -234,7 +236,7 @@ Experiment smoothing() {
           "III smooth with a moderate one, IV finely stepped with none to speak of; "
           "nonlinear coding saves effort (area) and separates the peaks.",
           {Sabotage::kConstantMu},
-          run};
+          in_smoothing::run};
 }
 
 }  // namespace phantom::experiments

@@ -9,6 +9,7 @@
 #include "tests/experiments/tracks.hpp"
 
 namespace phantom::experiments {
+namespace in_speed {
 namespace {
 
 constexpr int kThickness_vox = 3;
@@ -84,6 +85,7 @@ void run(Report& report, const Settings& settings) {
 }
 
 }  // namespace
+}  // namespace in_speed
 
 Experiment speed() {
   return {"speed",
@@ -92,7 +94,7 @@ Experiment speed() {
           "In the same neighbourhood and on the same path the drag grows with the speed; "
           "where it begins and where it steps does not depend on the speed.",
           {Sabotage::kConstantMu, Sabotage::kLayersOffByOne, Sabotage::kIgnoredSpeed},
-          run};
+          in_speed::run};
 }
 
 }  // namespace phantom::experiments

@@ -15,6 +15,7 @@
 #include "tests/support/files.hpp"
 
 namespace phantom::experiments {
+namespace in_submerged {
 namespace {
 
 constexpr std::size_t kJoints = 5;
@@ -266,6 +267,7 @@ void run(Report& report, const Settings& settings) {
 }
 
 }  // namespace
+}  // namespace in_submerged
 
 Experiment submerged() {
   return {
@@ -276,7 +278,7 @@ Experiment submerged() {
       "own, which begins at the surface and adds to that of what is near. A current is felt as an offset of "
       "the velocity, and never pushes the hand.",
       {Sabotage::kIgnoredSpeed},
-      run};
+      in_submerged::run};
 }
 
 }  // namespace phantom::experiments

@@ -19,6 +19,7 @@
 #include "tests/support/child_process.hpp"
 
 namespace phantom::experiments {
+namespace in_survey {
 namespace {
 
 using namespace phantom::survey;  // NOLINT: this file is about nothing else
@@ -339,6 +340,7 @@ void run(Report& report, const Settings& settings) {
 }
 
 }  // namespace
+}  // namespace in_survey
 
 Experiment survey_fit() {
   return {"survey",
@@ -349,7 +351,7 @@ Experiment survey_fit() {
           "refinement over all corners less than either; a guard of j ≤ 2 voxels covers what is left. "
           "What several poses explain is shown to a person, who picks.",
           {Sabotage::kIgnoredOffset},
-          run};
+          in_survey::run};
 }
 
 }  // namespace phantom::experiments

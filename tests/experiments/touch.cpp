@@ -21,6 +21,7 @@
 #include "tests/experiments/rig.hpp"
 
 namespace phantom::experiments {
+namespace in_touch {
 namespace {
 
 using survey::Touch;
@@ -260,6 +261,7 @@ void run(Report& report, const Settings& settings) {
 }
 
 }  // namespace
+}  // namespace in_touch
 
 Experiment touch() {
   return {
@@ -269,7 +271,7 @@ Experiment touch() {
       "Contacts that the arm feels where the model has none, or has one elsewhere, correct the part's pose; after six "
       "touches what they determine is known to 2 mm, and what they leave open is said.",
       {Sabotage::kGrownBodies},
-      run};
+      in_touch::run};
 }
 
 }  // namespace phantom::experiments

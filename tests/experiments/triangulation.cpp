@@ -10,6 +10,7 @@
 #include "tests/experiments/specimens.hpp"
 
 namespace phantom::experiments {
+namespace in_triangulation {
 namespace {
 
 constexpr double kVoxel_m = 0.005, kReach_m = 0.06;  // L6, as in filter-cost
@@ -144,6 +145,7 @@ void run(Report& report, const Settings& settings) {
 }
 
 }  // namespace
+}  // namespace in_triangulation
 
 Experiment triangulation() {
   return {
@@ -153,7 +155,7 @@ Experiment triangulation() {
       "Eight times as many, homogeneous triangles are all asked by the first filter; a smaller share of them "
       "qualifies for the costly tests; altogether their number gives no advantage.",
       {Sabotage::kGrownBodies},
-      run};
+      in_triangulation::run};
 }
 
 }  // namespace phantom::experiments

@@ -17,6 +17,7 @@
 #include "tests/support/child_process.hpp"
 
 namespace phantom::experiments {
+namespace in_voxelise {
 namespace {
 
 const Eigen::Vector3d kWedge_m{0.20, 0.14, 0.12};
@@ -225,6 +226,7 @@ void run(Report& report, const Settings& settings) {
 }
 
 }  // namespace
+}  // namespace in_voxelise
 
 Experiment voxelise() {
   return {"voxelise",
@@ -234,7 +236,7 @@ Experiment voxelise() {
           "cone's diameter "
           "changes from bottom to top as it should.",
           {Sabotage::kGrownBodies},
-          run};
+          in_voxelise::run};
 }
 
 }  // namespace phantom::experiments
