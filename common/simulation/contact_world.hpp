@@ -22,6 +22,8 @@ class ContactWorld {
   virtual double distance_m(const Eigen::Vector3d& p_W_m) const noexcept = 0;
   /// Returns all about a point that is in contact or nearly so. Real-time safe: yes.
   virtual ContactQuery query(const Eigen::Vector3d& p_W_m) const noexcept = 0;
+  /// Likewise, of bodies that do not give way to the arm. Real-time safe: yes.
+  virtual ContactQuery query_rigid(const Eigen::Vector3d& p_W_m) const noexcept { return query(p_W_m); }
   /// Returns the distance in metres up to which distance_m() is accurate.
   virtual double range_m() const noexcept = 0;
 };

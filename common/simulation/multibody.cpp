@@ -209,6 +209,26 @@ void Multibody::forces(const core::JointArray& torque_Nm) noexcept {
   }
 }
 
+// With the forces of the step's end, f − K(q + h v⁺ − q0) − D v⁺, in place of its beginning: (M + h D + h² K)
+// a = f − K(q + h v − q0) − D v + all else. A serial arm's mass matrix has a place for every pair of joints.
+void Multibody::yield(const JointYield& yields) noexcept {
+  if (!yields.some) return;
+  const mjModel& m = *world_->m;
+  mjData& d = *world_->d;
+  const double h = m.opt.timestep;
+  for (std::size_t i = 0; i < joint_count_; ++i) {
+    const auto row = static_cast<Eigen::Index>(i);
+    d.qfrc_applied[i] += yields.at_rest[i];
+    for (std::size_t k = 0; k < joint_count_; ++k) {
+      const double stiffness = yields.stiffness(row, static_cast<Eigen::Index>(k)),
+                   damping = yields.damping(row, static_cast<Eigen::Index>(k));
+      d.qfrc_applied[i] -= stiffness * (d.qpos[k] + h * d.qvel[k] - yields.q0[k]) + damping * d.qvel[k];
+      if (k <= i) d.qM[static_cast<std::size_t>(m.dof_Madr[i]) + i - k] += h * (damping + h * stiffness);
+    }
+  }
+  mj_factorM(&m, &d);
+}
+
 void Multibody::add(const Contact& contact) noexcept {
   const mjModel& m = *world_->m;
   mjContact c{};
@@ -248,12 +268,14 @@ void Multibody::move_surfaces(std::span<const Contact> contacts) noexcept {
   }
 }
 
-void Multibody::advance(const core::JointArray& torque_Nm, std::span<Contact> contacts) noexcept {
+void Multibody::advance(const core::JointArray& torque_Nm, std::span<Contact> contacts,
+                        const JointYield& yields) noexcept {
   mjModel* m = world_->m;
   mjData* d = world_->d;
   const std::size_t count = std::min(contacts.size(), kMaxContacts);
   for (std::size_t i = 0; i < count; ++i) add(contacts[i]);
   forces(torque_Nm);
+  yield(yields);
   make_constraints(m, d);
   mj_transmission(m, d);
   mj_projectConstraint(m, d);

@@ -11,6 +11,7 @@
 #include "common/robot/payload.hpp"
 #include "common/robot/serial_arm.hpp"
 #include "common/simulation/joint_mechanics.hpp"
+#include "common/simulation/yielding.hpp"
 
 namespace phantom::simulation {
 
@@ -63,9 +64,11 @@ class Multibody {
 
   /// Advances by the sub-step under the drives' torques (N·m or N) on the arm, the weight of the loose bodies
   /// (the arm's and the payload's are the caller's) and the contacts, whose forces are filled in. Contacts
-  /// beyond kMaxContacts have no force. A step that ends in numbers that are none is not made: everything
-  /// stops where it is. Real-time safe: yes.
-  void advance(const core::JointArray& torque_Nm, std::span<Contact> contacts) noexcept;
+  /// beyond kMaxContacts have no force. `yields`: what acts on the joints as they move, in an implicit step,
+  /// so that no stiffness or damping is too much for it. A step that ends in numbers that are none is not
+  /// made: everything stops where it is. Real-time safe: yes.
+  void advance(const core::JointArray& torque_Nm, std::span<Contact> contacts,
+               const JointYield& yields = {}) noexcept;
 
   /// Puts a payload on the arm's links, instead of the one so far. Real-time safe: yes.
   void carry(const robot::SerialArm& arm, const robot::Payload& payload) noexcept;
@@ -87,6 +90,7 @@ class Multibody {
  private:
   struct World;
   void forces(const core::JointArray& torque_Nm) noexcept;
+  void yield(const JointYield& yields) noexcept;
   void add(const Contact& contact) noexcept;
   void move_surfaces(std::span<const Contact> contacts) noexcept;
   void keep_finite() noexcept;

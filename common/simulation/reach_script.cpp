@@ -96,7 +96,7 @@ void ReachScript::step(const core::JointArray& q, bool go, bool contact, double 
       if (hand_.arrived()) begin_way_in();
       return;
     case ReachPhase::kIn:
-      touched_ = touched_ || contact;
+      touched_ = touched_ || (contact && !parameters_.reaches[index_].presses);
       if (touched_) touching_s_ += dt_s;
       if (touching_s_ > parameters_.reaction_s || in_phase_s_ > parameters_.patience * in_s_) {
         hand_.release(q);

@@ -21,6 +21,7 @@ struct Reach {
   GripperAction gripper = GripperAction::kNone;  ///< asked for at the end of the way in
   std::optional<double> hold_s = {};             ///< instead of the script's
   bool once = false;                             ///< left out when the reaches are repeated
+  bool presses = false;                          ///< goes on through a contact, as into tissue
 };
 
 enum class PerceptSchedule { kAlternate, kOn, kOff };

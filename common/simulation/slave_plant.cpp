@@ -12,6 +12,7 @@ namespace {
 // What the fingers have let go for a moment, as it slips, still counts as held.
 constexpr double kHeldAfter_s = 0.05;
 constexpr double kHolding_N = 0.2;  // of either finger
+const JointYield kNothingYields{};
 
 robot::Payload on_last_link(const robot::SerialArm& arm, const robot::LoadBody& body) {
   robot::Payload payload;
@@ -24,7 +25,7 @@ robot::Payload on_last_link(const robot::SerialArm& arm, const robot::LoadBody& 
 SlavePlant::SlavePlant(const robot::SerialArm& arm, const SlavePlantParameters& parameters,
                        std::vector<ContactPoint> points, const ContactWorld& world,
                        const core::JointArray& start_q, const Eigen::Vector3d& tip_in_last_link_m,
-                       const Handling& handling)
+                       const Handling& handling, std::unique_ptr<Yielding> yielding)
     : arm_(arm),
       parameters_(parameters),
       points_(std::move(points)),
@@ -38,7 +39,8 @@ SlavePlant::SlavePlant(const robot::SerialArm& arm, const SlavePlantParameters& 
       pressed_N_(handling.loose.size()),
       load_(on_last_link(arm, parameters.payload)),
       dynamics_(arm, parameters.joints, parameters.rotor, start_q, load_, loose_.bodies(),
-                0.001 / parameters.sub_steps) {
+                0.001 / parameters.sub_steps),
+      yielding_(std::move(yielding)) {
   if (handling.gripper) {
     gripper_.emplace(*handling.gripper, handling.gripper->widest_m);
     demand_m_ = handling.gripper->widest_m;
@@ -99,7 +101,8 @@ void SlavePlant::find_touching(double reach_m) noexcept {
       least_m = distance_m;
       nearest_ = i;
     }
-    keep_if_touching(i, distance_m, reach_m);
+    const bool may_be_soft = distance_m <= reach_m && yielding_ && yielding_->has_soft_bodies();
+    keep_if_touching(i, may_be_soft ? world_.query_rigid(p_W_m).distance_m : distance_m, reach_m);
   }
   report_.clearance_m = least_m < world_.range_m() ? std::max(0.0, least_m) : -1.0;
 }
@@ -125,7 +128,7 @@ void SlavePlant::find_contacts() noexcept {
   for (std::size_t t = 0; t < touching_count_; ++t) {
     const std::size_t index = touching_[t].point;
     const Eigen::Vector3d p_W_m = place_W_m(points_[index]);
-    const ContactQuery found = world_.query(p_W_m);
+    const ContactQuery found = world_.query_rigid(p_W_m);
     if (found.distance_m >= 0.0 || found.normal_W.isZero()) continue;
     add_contact({.a = points_[index].link,
                  .b = 0,
@@ -223,6 +226,21 @@ void SlavePlant::report_contacts() noexcept {
     report_.joint_torque_Nm[j] += torque_Nm[j] / parameters_.sub_steps;
 }
 
+// At the motion that the sub-step has ended with.
+void SlavePlant::report_yielding() noexcept {
+  if (!yielding_) return;
+  const core::JointArray torque_Nm = yielding_->joints().torque(q_, v_);
+  for (std::size_t j = 0; j < arm_.joint_count(); ++j)
+    report_.joint_torque_Nm[j] += torque_Nm[j] / parameters_.sub_steps;
+  const SoftTouch& touch = yielding_->touch();
+  if (touch.force_N <= report_.force_N) return;
+  report_.contact = true;
+  report_.force_N = touch.force_N;
+  report_.object = touch.object;
+  report_.point_W_m = touch.point_W_m;
+  report_.clearance_m = 0.0;
+}
+
 void SlavePlant::carry(const robot::Payload& payload) noexcept {
   load_ = payload;
   const robot::LoadBody& own = parameters_.payload;
@@ -246,13 +264,16 @@ void SlavePlant::step(const core::JointArray& drive_Nm, double dt_s) noexcept {
   core::JointArray load_Nm{};
   robot::add_weight(arm_, load_, X_WL_, load_Nm);
   for (std::size_t j = 0; j < count; ++j) torque_Nm[j] -= load_Nm[j];
+  if (yielding_) yielding_->sense(arm_, X_WL_, q_, v_, closed_share_);
   dynamics_.set_sub_step(dt_s / parameters_.sub_steps);
   for (int k = 0; k < parameters_.sub_steps; ++k) {
     find_contacts();
-    dynamics_.advance(torque_Nm, {contacts_.data(), contact_count_});
+    dynamics_.advance(torque_Nm, {contacts_.data(), contact_count_},
+                      yielding_ ? yielding_->joints() : kNothingYields);
     move_fingers(dt_s / parameters_.sub_steps);
     report_contacts();
     for (std::size_t j = 0; j < count; ++j) q_[j] = dynamics_.q(j), v_[j] = dynamics_.v(j);
+    report_yielding();
     arm_.link_poses(q_, X_WL_);
   }
   take_weight();

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <vector>
 
@@ -15,6 +16,7 @@
 #include "common/simulation/joint_mechanics.hpp"
 #include "common/simulation/loose_objects.hpp"
 #include "common/simulation/multibody.hpp"
+#include "common/simulation/yielding.hpp"
 
 namespace phantom::simulation {
 
@@ -46,12 +48,13 @@ inline constexpr double kClearanceTolerance = 0.04;
 /// fingers hold between them, with everything else. What they hold is as the arm's own.
 struct ContactReport {
   bool contact = false;
-  double force_N = 0.0;  ///< greatest force of a touching point
+  double force_N = 0.0;  ///< greatest force of a touching point, or of a soft body on a link
   std::uint16_t object = 0;
   Eigen::Vector3d point_W_m = Eigen::Vector3d::Zero();
   double clearance_m = -1.0;  ///< least distance of the arm's contact points from fixed bodies, 0 in contact;
                               ///< −1: beyond the world's range
-  core::JointArray joint_torque_Nm{};  ///< F_e: Jᵀf of all contact forces on the arm, averaged over the step
+  core::JointArray joint_torque_Nm{};  ///< F_e: Jᵀf of all forces on the arm from outside, of contacts, soft
+                                       ///< bodies and fluids, averaged over the step
 };
 
 /// Simulates the slave arm: drives, inertia, friction, weight, end stops and contact with the real bodies,
@@ -67,10 +70,12 @@ class SlavePlant {
   static constexpr std::size_t kMaxTouching = 8;
 
   /// `arm` and `world` must outlive the plant. Throws std::runtime_error if the parameters make no arm.
-  /// `tip_in_last_link_m`: the tool's tip in the last link's frame, for tool_speed_m_s().
+  /// `tip_in_last_link_m`: the tool's tip in the last link's frame, for tool_speed_m_s(). `yielding`: what
+  /// gives way round the arm; null: nothing does.
   SlavePlant(const robot::SerialArm& arm, const SlavePlantParameters& parameters,
              std::vector<ContactPoint> points, const ContactWorld& world, const core::JointArray& start_q,
-             const Eigen::Vector3d& tip_in_last_link_m, const Handling& handling = {});
+             const Eigen::Vector3d& tip_in_last_link_m, const Handling& handling = {},
+             std::unique_ptr<Yielding> yielding = nullptr);
 
   /// Advances by dt_s under the drives' torques. Torques that are not finite count as zero. Real-time safe:
   /// yes.
@@ -131,6 +136,7 @@ class SlavePlant {
   double look_up(std::size_t point, const Eigen::Vector3d& p_W_m) noexcept;
   void find_contacts() noexcept;
   void report_contacts() noexcept;
+  void report_yielding() noexcept;
 
   const robot::SerialArm& arm_;
   SlavePlantParameters parameters_;
@@ -149,6 +155,7 @@ class SlavePlant {
   std::size_t hand_ = 0;                                 // the fingers' link
   robot::Payload load_;
   Multibody dynamics_;
+  std::unique_ptr<Yielding> yielding_;
   std::vector<ArmPoint> arm_points_;  // where points_ are
   std::vector<LastSeen> seen_;        // per point
   std::size_t nearest_ = 0;           // the point nearest to a body in the last scan

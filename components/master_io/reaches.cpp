@@ -39,6 +39,7 @@ std::vector<NamedReach> load_reaches(const std::filesystem::path& path, const ro
     item.choice("gripper", made.reach.gripper, {{"none", kNone}, {"open", kOpen}, {"close", kClose}});
     if (item.has("hold_s")) made.reach.hold_s = item.value("hold_s", 0.0);
     item.flag("once", made.reach.once);
+    item.flag("presses", made.reach.presses);
   }
   file.check(!all.empty(), "reaches",
              "is missing or empty; allowed: at least one {name, object, from, target}");

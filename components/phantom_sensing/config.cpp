@@ -93,20 +93,11 @@ void read_skin(const Fields& fields, robot::SkinOptions& options) {
   skin.number("max_sensors", options.max_sensors);
 }
 
-void check_partition(const Fields& fields, const std::string& partition) {
-  fields.check(std::all_of(partition.begin(), partition.end(),
-                           [](char c) {
-                             return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_' ||
-                                    c == '-' || c == '.' || c == '/';
-                           }),
-               "partition", "is no name of a partition; allowed: A-Z a-z 0-9 _ - . /");
-}
-
 /// Reads the workspace of its own in which a share is sensed, if it has one.
 void read_own_workspace(const Fields& fields, const Config& config, ShareConfig& share) {
   share.cell = fields.path("cell");
   fields.text("partition", share.partition);
-  check_partition(fields, share.partition);
+  runtime::check_partition(fields, share.partition);
   fields.check(share.cell.empty() == share.partition.empty(), "partition",
                "and cell say where a share's own workspace comes from; allowed: both, or none");
   fields.check(share.cell.empty() || config.skin.normalisation != robot::Normalisation::kNone, "cell",
@@ -144,15 +135,7 @@ void read_sharing(const Fields& file, Config& config) {
 }
 
 void read_other_arms(const Fields& file, Config& config) {
-  if (!file.has("other_arms")) return;
-  for (const Fields& other : file.sections("other_arms")) {
-    const std::string partition = other.text("partition");
-    check_partition(other, partition);
-    config.other_arms.push_back({other.text("arm"), partition});
-  }
-  file.check(config.other_arms.size() <= kMostOtherArms, "other_arms",
-             "has " + std::to_string(config.other_arms.size()) + " arms; allowed: up to " +
-                 std::to_string(kMostOtherArms));
+  config.other_arms = runtime::read_other_arms(file);
   file.check(config.other_arms.empty() || config.shares.empty(), "other_arms",
              "does not go with sharing; allowed: one of them");
   file.check(

@@ -5,11 +5,10 @@
 #include <vector>
 
 #include "common/core/thread_place.hpp"
+#include "common/runtime/other_arms.hpp"
 #include "components/phantom_sensing/phantom_sensing.hpp"
 
 namespace phantom::phantom_sensing {
-
-inline constexpr std::size_t kMostOtherArms = 4;
 
 /// Links whose skin another process senses.
 struct ShareConfig {
@@ -19,11 +18,7 @@ struct ShareConfig {
   std::string partition;           ///< DDS partition in which a wva_server sends those; empty: no such cell
 };
 
-/// An arm of the cell that this one senses as it moves.
-struct OtherArmConfig {
-  std::string arm;
-  std::string partition;  ///< DDS partition of its slave_state; empty: the default one
-};
+using runtime::kMostOtherArms, runtime::OtherArmConfig;
 
 /// The checked content of phantom_sensing.yaml.
 struct Config {

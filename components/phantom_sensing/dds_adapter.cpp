@@ -41,6 +41,12 @@ struct DdsAdapter::Impl {
     dds::Reader<msg::WorkspaceBrick> brick;
     dds::Reader<msg::WorkspaceObject> object;
   };
+  /// The objects of the arm's workspace, for a share that is sensed in one of its own.
+  struct ObjectReaders {
+    explicit ObjectReaders(Impl& owner);
+    dds::Reader<msg::WorkspaceVersion> version;
+    dds::Reader<msg::WorkspaceObject> object;
+  };
   /// What the process of a share of the skin publishes.
   struct ShareReaders {
     ShareReaders(Impl& owner, SensingLoop& loop, std::size_t share);
@@ -52,6 +58,7 @@ struct DdsAdapter::Impl {
     messages::CheckedReader<msg::SlaveState> slave;
     std::optional<messages::CheckedReader<msg::GripperState>> gripper;  // of an arm with fingers
     std::unique_ptr<WorkspaceReaders> workspace;
+    std::optional<ObjectReaders> of_arm;
     std::vector<std::unique_ptr<ShareReaders>> shares;
     std::vector<std::unique_ptr<messages::CheckedReader<msg::SlaveState>>> others;  // other arms' states
   };
@@ -128,7 +135,8 @@ struct DdsAdapter::Impl {
   core::Snapshot<SlaveSample> newest_slave;
   core::Snapshot<GripperSample> newest_gripper;
   mutable std::mutex objects_mutex;
-  messages::ObjectSources objects;  // guarded by objects_mutex
+  messages::ObjectSources objects;         // guarded by objects_mutex
+  messages::ObjectSources objects_of_arm;  // likewise
   dds::RefusalLog workspace_refusals{"workspace_brick, workspace_version"};
   std::mutex readers_mutex;  // shared by stop_reading() and the keeper's thread
   std::unique_ptr<Readers> readers;
@@ -189,6 +197,7 @@ DdsAdapter::Impl::Readers::Readers(Impl& owner, SensingLoop& loop, WorkspaceKeep
               owner.newest_slave.write(sample);
             }),
       workspace(std::make_unique<WorkspaceReaders>(owner, keeper)) {
+  if (owner.apart) of_arm.emplace(owner);
   if (!owner.model.own_share)
     for (std::size_t i = 0; i < owner.shares.size(); ++i)
       shares.push_back(std::make_unique<ShareReaders>(owner, loop, i));
@@ -243,6 +252,26 @@ DdsAdapter::Impl::WorkspaceReaders::WorkspaceReaders(Impl& owner, WorkspaceKeepe
                if (!sample) return false;
                const std::lock_guard lock(owner.objects_mutex);
                return owner.objects.take(info.writer, *sample).accepted;
+             }) {}
+
+DdsAdapter::Impl::ObjectReaders::ObjectReaders(Impl& owner)
+    : version(
+          owner.participant, dds::kWorkspaceVersion,
+          [&owner](const msg::WorkspaceVersion& message, const dds::SampleInfo& info) {
+            if (!messages::from_idl(message)) return false;
+            const std::lock_guard lock(owner.objects_mutex);
+            return owner.objects_of_arm.commit(info.writer).accepted;
+          },
+          [&owner](const dds::GuidPrefix& server) {
+            const std::lock_guard lock(owner.objects_mutex);
+            owner.objects_of_arm.gone(server);
+          }),
+      object(owner.participant, dds::kWorkspaceObject,
+             [&owner](const msg::WorkspaceObject& message, const dds::SampleInfo& info) {
+               const auto sample = messages::from_idl(message);
+               if (!sample) return false;
+               const std::lock_guard lock(owner.objects_mutex);
+               return owner.objects_of_arm.take(info.writer, *sample).accepted;
              }) {}
 
 void DdsAdapter::Impl::refuse_for_now(const workspace::SourceId& source) {
@@ -317,17 +346,19 @@ bool DdsAdapter::workspace_attended() const {
   return impl_->readers && impl_->readers->workspace->version.matched() > 0;
 }
 
-std::map<std::uint16_t, std::string> DdsAdapter::objects() const {
+ObjectsApart::Objects DdsAdapter::objects() const {
   std::optional<workspace::SourceId> in_force;
   {
     const std::lock_guard lock(impl_->readers_mutex);
     if (impl_->keeper != nullptr) in_force = impl_->keeper->source();
   }
   const std::lock_guard lock(impl_->objects_mutex);
-  std::map<std::uint16_t, std::string> names;
-  const auto& objects = in_force ? impl_->objects.of(*in_force) : impl_->objects.in_force();
-  for (const auto& [id, object] : objects) names[id] = object.name;
-  return names;
+  return in_force ? impl_->objects.of(*in_force) : impl_->objects.in_force();
+}
+
+ObjectsApart::Objects DdsAdapter::objects_of_arm() const {
+  const std::lock_guard lock(impl_->objects_mutex);
+  return impl_->objects_of_arm.in_force();
 }
 
 void DdsAdapter::handle_commands(const std::function<Answer(const messages::SensingCommand&)>& carry_out) {

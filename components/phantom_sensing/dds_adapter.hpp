@@ -1,7 +1,6 @@
 #pragma once
 
 #include <functional>
-#include <map>
 #include <memory>
 #include <span>
 #include <string>
@@ -11,6 +10,7 @@
 #include "common/core/network.hpp"
 #include "common/messages/percept.hpp"
 #include "components/phantom_sensing/contact_register.hpp"
+#include "components/phantom_sensing/objects_apart.hpp"
 #include "components/phantom_sensing/sensing_loop.hpp"
 #include "components/phantom_sensing/workspace_keeper.hpp"
 
@@ -35,9 +35,10 @@ class DdsAdapter : public PerceptSink {
   void stop_reading();
   /// Returns whether a wva_server is present now. Thread-safe.
   bool workspace_attended() const;
-  /// Returns the names, by id, of the objects announced by the wva_server whose workspace is in use.
-  /// Thread-safe.
-  std::map<std::uint16_t, std::string> objects() const;
+  /// Returns the objects announced by the wva_server whose workspace is in use. Thread-safe.
+  ObjectsApart::Objects objects() const;
+  /// Returns those of the arm's workspace where this senses a share in another one; else none. Thread-safe.
+  ObjectsApart::Objects objects_of_arm() const;
   /// Carries out the commands received so far, on the calling thread, and answers them. A repeated command is
   /// answered again but not carried out again.
   void handle_commands(const std::function<Answer(const messages::SensingCommand&)>& carry_out);

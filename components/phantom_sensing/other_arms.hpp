@@ -16,7 +16,7 @@ namespace phantom::phantom_sensing {
 class OtherArm {
  public:
   /// Id of the first one's fluid; those of further ones follow. Objects of a cell have the low numbers.
-  static constexpr std::uint16_t kFirstId = 65'000;
+  static constexpr std::uint16_t kFirstId = runtime::kFirstOtherArmId;
 
   /// The parts of each link, base included; without any, no fluid.
   OtherArm(std::string name, std::string partition, std::uint16_t id, robot::SerialArm arm,

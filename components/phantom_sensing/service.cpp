@@ -30,6 +30,7 @@ struct Situation {
   double tick_rate_hz = 0.0;
   std::size_t allowed_contacts = 0;
   std::vector<std::string> carried;  ///< names of what the arm carries
+  std::vector<std::string> apart;    ///< of objects that stand elsewhere in the arm's workspace than here
   std::uint64_t self_tests = 0;
   SelfTestResult self_test;
 };
@@ -70,6 +71,12 @@ std::string silence_of(const LoopFigures& figures, const std::vector<OtherArm>& 
          (is_valid(figures.condition) ? ": felt where it was last" : ": no percept");
 }
 
+std::string apart_sentence(const std::vector<std::string>& names) {
+  std::string list;
+  for (const std::string& name : names) list += (list.empty() ? "" : ", ") + name;
+  return "; OBJECTS STAND ELSEWHERE in the arm's workspace than in this share's, move them in both: " + list;
+}
+
 core::Health health_of(const Situation& now, const PhantomModel& model, const std::vector<OtherArm>& others) {
   const LoopFigures& figures = now.figures;
   core::Health health;
@@ -95,6 +102,10 @@ core::Health health_of(const Situation& now, const PhantomModel& model, const st
         (health.message.empty() ? "" : "; ") + ("senses share " + model.shares[*model.own_share].name);
   if (figures.outside)
     health.message += ", not now: a link reaches out of this share's workspace; it is sensed in the arm's";
+  if (!now.apart.empty()) {
+    if (health.state == core::ComponentState::kRunning) health.state = core::ComponentState::kDegraded;
+    health.message += apart_sentence(now.apart);
+  }
   if (now.allowed_contacts > 0) {
     health.message += (health.message.empty() ? "" : "; ") + std::to_string(now.allowed_contacts) +
                       " contacts are allowed and not felt";
@@ -111,6 +122,7 @@ core::Health health_of(const Situation& now, const PhantomModel& model, const st
                     {"self_tests", static_cast<double>(now.self_tests), ""},
                     {"self_test_passed", now.self_test.passed ? 1.0 : 0.0, ""},
                     {"other_arms_silent", static_cast<double>(figures.others_silent.count()), ""},
+                    {"objects_apart", static_cast<double>(now.apart.size()), ""},
                     {"shares_missing", static_cast<double>(figures.shares_resting.count()), ""},
                     {"shares_sensed_here", static_cast<double>(figures.shares_sensed_here), ""},
                     {"ticks", static_cast<double>(figures.ticks), ""},
@@ -218,8 +230,12 @@ class Service {
   }
 
   Situation situation(core::Nanoseconds now_ns) {
-    Situation now{loop_.figures(), workspace_.version(), 0.0, contacts_.permits().size(), {}, self_tests_,
+    Situation now{loop_.figures(), workspace_.version(), 0.0, contacts_.permits().size(), {}, {}, self_tests_,
                   tested_as_};
+    now.apart = apart_.compare(adapter_.objects(), adapter_.objects_of_arm(), now_ns);
+    if (now.apart != reported_apart_ && !now.apart.empty())
+      spdlog::warn("{}", apart_sentence(now.apart).substr(2));
+    reported_apart_ = now.apart;
     for (const std::uint16_t id : workspace_.carried()) now.carried.push_back(object_name(id));
     if (now_ns > before_ns_ && before_ns_ != 0)
       now.tick_rate_hz =
@@ -233,7 +249,8 @@ class Service {
   /// Takes the names of the objects from the cell file until wva_server has announced some; from then on,
   /// those.
   void know_objects() {
-    auto names = adapter_.objects();
+    std::map<std::uint16_t, std::string> names;
+    for (const auto& [id, object] : adapter_.objects()) names[id] = object.name;
     if (names.empty()) {
       for (std::size_t i = 0; i < cell_.objects.size(); ++i)
         names[static_cast<std::uint16_t>(i + 1)] = cell_.objects[i].name;
@@ -271,6 +288,8 @@ class Service {
   SensingLoop& loop_;
   ContactRegister contacts_;
   robot::SkinPatches patches_;
+  ObjectsApart apart_;
+  std::vector<std::string> reported_apart_;
   SlaveSample slave_;  // the newest state
   GripperSample gripper_;
   bool tested_ = false;

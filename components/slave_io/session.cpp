@@ -12,18 +12,16 @@
 
 #include "common/core/random.hpp"
 #include "common/core/thread_place.hpp"
-#include "common/geometry/solid_moments.hpp"
-#include "common/runtime/cell_bodies.hpp"
 #include "common/runtime/loop_json.hpp"
 #include "common/runtime/process.hpp"
 #include "common/runtime/servo_session.hpp"
 #include "common/runtime/switch_input.hpp"
-#include "common/simulation/mesh_world.hpp"
 #include "components/slave_io/can_arm.hpp"
 #include "components/slave_io/can_gripper.hpp"
 #include "components/slave_io/servo.hpp"
 #include "components/slave_io/simulated_arm.hpp"
 #include "components/slave_io/simulated_gripper.hpp"
+#include "components/slave_io/simulated_world.hpp"
 #include "components/slave_io/wrist_input.hpp"
 
 namespace phantom::slave_io {
@@ -183,29 +181,14 @@ std::vector<core::LoopStatistics> run_servo(const ArmModel& model, const Config&
                                     arm, stops, adapter, runtime::LinkLogger("THE MASTER"), callbacks);
 }
 
-struct World {
-  std::unique_ptr<const simulation::MeshWorld> fixed;
-  std::vector<simulation::LooseObject> loose;
-};
-
-World load_world(const runtime::CellConfig& cell, double range_m) {
-  World world{std::make_unique<const simulation::MeshWorld>(runtime::load_real_bodies(cell), range_m), {}};
-  for (runtime::LooseMesh& body : runtime::load_loose_bodies(cell)) {
-    const geometry::SolidMoments moments = geometry::solid_moments(body.mesh_O);
-    world.loose.push_back({body.id,
-                           std::move(body.mesh_O),
-                           {body.mass_kg, moments.centre_m, body.mass_kg * moments.inertia_m2, body.X_WO}});
-  }
-  return world;
-}
-
 // Reports twice a second that the process is alive: on a slow host this takes longer than a service manager
 // waits for a word. After ten minutes it hangs and reports no more.
-World make_world(const runtime::CellConfig& cell, const ContactConfig& config, DdsAdapter& adapter) {
+SimulatedWorld make_world(const runtime::CellConfig& cell, const ArmModel& model, const ContactConfig& config,
+                          DdsAdapter& adapter) {
   constexpr core::Nanoseconds kLongest_ns = core::from_seconds(600.0);
   auto making = std::async(std::launch::async, [&] {
     core::take_place(core::ThreadRole::kHelper);
-    return load_world(cell, config.clearance_range_m);
+    return load_world(cell, model, config);
   });
   const auto begun_ns = core::monotonic_ns();
   do {
@@ -226,10 +209,13 @@ int run_simulated(const runtime::CellConfig& cell, const ArmModel& model, const 
   if (config.gripper) inbox.gripper.open(config.gripper->limits);
   DdsAdapter adapter(core::in_haptic_path(network, config.scheduling.servo_priority),
                      messages::bounds_of(model.arm), inbox);
-  World world = make_world(cell, config.contact, adapter);
+  SimulatedWorld world = make_world(cell, model, config.contact, adapter);
   PayloadRule rule{&model.arm, model.name, config.max_payload_kg, {}};
   for (const simulation::LooseObject& object : world.loose) rule.weighed.push_back(object.id);
-  SimulatedArm arm(model, config, *world.fixed, std::move(world.loose));
+  if (world.yielding)
+    spdlog::info("the arm feels {} media, and what is soft, with {} points of its skin", cell.media.size(),
+                 world.yielding->sensors());
+  SimulatedArm arm(model, config, *world.fixed, std::move(world.loose), std::move(world.yielding));
   spdlog::info("the bodies stand after {:.2f} s; {} contact points on {} joints",
                core::seconds(core::monotonic_ns() - begun_ns), arm.contact_point_count(),
                model.arm.joint_count());

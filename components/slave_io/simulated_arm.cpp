@@ -24,10 +24,11 @@ simulation::Handling handling_of(const Config& config, std::vector<simulation::L
 }  // namespace
 
 SimulatedArm::SimulatedArm(const ArmModel& model, const Config& config, const simulation::ContactWorld& world,
-                           std::vector<simulation::LooseObject> loose)
+                           std::vector<simulation::LooseObject> loose,
+                           std::unique_ptr<simulation::Yielding> yielding)
     : force_sensor_(config.force_sensor),
       plant_(model.arm, config.plant, points_of(model, config.contact), world, model.home,
-             model.tip_in_last_link_m, handling_of(config, std::move(loose))) {}
+             model.tip_in_last_link_m, handling_of(config, std::move(loose)), std::move(yielding)) {}
 
 const ArmSense& SimulatedArm::sense() noexcept {
   sense_.position = plant_.position();

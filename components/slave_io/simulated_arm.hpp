@@ -1,6 +1,7 @@
 #pragma once
 
 #include <atomic>
+#include <memory>
 
 #include "components/slave_io/arm_driver.hpp"
 #include "components/slave_io/contact_log.hpp"
@@ -11,9 +12,11 @@ namespace phantom::slave_io {
 /// Simulates drives, arm and contact, and records the contacts of the session.
 class SimulatedArm final : public ArmDriver {
  public:
-  /// `model` and `world` must outlive the arm. `loose`: what else is in the cell, for it to move.
+  /// `model` and `world` must outlive the arm. `loose`: what else is in the cell, for it to move; `yielding`:
+  /// what gives way.
   SimulatedArm(const ArmModel& model, const Config& config, const simulation::ContactWorld& world,
-               std::vector<simulation::LooseObject> loose = {});
+               std::vector<simulation::LooseObject> loose = {},
+               std::unique_ptr<simulation::Yielding> yielding = nullptr);
 
   const ArmSense& sense() noexcept override;
   void move(const ArmDemand& demand, double dt_s, core::Nanoseconds now_ns) noexcept override;

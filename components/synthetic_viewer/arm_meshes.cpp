@@ -4,8 +4,10 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <set>
 
 #include "common/core/errors.hpp"
+#include "common/runtime/arm_model.hpp"
 
 namespace phantom::synthetic_viewer {
 namespace {
@@ -86,6 +88,22 @@ geometry::TriangleMesh segment_body(const robot::SkinSegment& segment) {
     body.triangles.push_back({2 * n + 1, n + i, n + next});
   }
   return body;
+}
+
+std::vector<OtherArmData> load_other_arms(const runtime::CellConfig& cell, const std::string& own,
+                                          const std::vector<runtime::OtherArmConfig>& others) {
+  std::vector<OtherArmData> loaded;
+  std::set<std::string> names{cell.arm(own).name};
+  for (const runtime::OtherArmConfig& other : others) {
+    if (!names.insert(other.arm).second)
+      throw core::ConfigError("other_arms: '" + other.arm +
+                              "' is this arm, or stands twice; allowed: other arms of the cell, each once");
+    const runtime::ArmConfig& config = cell.arm(other.arm);
+    robot::SerialArm arm = runtime::load_arm(config);
+    std::vector<LinkMeshData> meshes = load_arm_meshes(arm, runtime::load_skin(config, arm));
+    loaded.push_back({config.name, std::move(arm), std::move(meshes)});
+  }
+  return loaded;
 }
 
 void set_closing(const robot::SerialArm& closed, std::vector<LinkMeshData>& meshes) {

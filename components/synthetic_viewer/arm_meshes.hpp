@@ -1,10 +1,13 @@
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "common/geometry/mesh.hpp"
 #include "common/robot/serial_arm.hpp"
 #include "common/robot/skin.hpp"
+#include "common/runtime/cell.hpp"
+#include "common/runtime/other_arms.hpp"
 
 namespace phantom::synthetic_viewer {
 
@@ -23,6 +26,17 @@ struct LinkMeshData {
 /// exist, core::ConfigError for one that is no usable mesh.
 std::vector<LinkMeshData> load_arm_meshes(const robot::SerialArm& arm,
                                           const std::vector<robot::LinkSkin>& skin);
+
+/// Another arm of the cell, and what is seen of it.
+struct OtherArmData {
+  std::string name;
+  robot::SerialArm arm;
+  std::vector<LinkMeshData> meshes;
+};
+/// Loads the arms of `others`. Throws as load_arm_meshes(), and core::ConfigError for an arm that the cell
+/// does not have, that is `own`, or that stands twice.
+std::vector<OtherArmData> load_other_arms(const runtime::CellConfig& cell, const std::string& own,
+                                          const std::vector<runtime::OtherArmConfig>& others);
 
 /// Sets the ways of a gripper's fingers: from where `meshes` are, of the arm with the gripper at its widest,
 /// to where they are in `closed`.

@@ -22,6 +22,14 @@ void add_box_outline(Frame& frame, const Eigen::Vector3f& low, const Eigen::Vect
 
 constexpr float kFaded = 0.4F;  // opacity of what may have moved on
 
+constexpr std::size_t kPartsOfArm = 65'536;  // in an item's number
+
+/// Returns another arm as it was last heard of; received_ns 0: it never was.
+const ArmSample& sample_of(const ViewerState& state, std::size_t other) {
+  static const ArmSample never;
+  return other < state.others.size() ? state.others[other].arm : never;
+}
+
 /// Returns whether a part moves in its link.
 bool is_finger(const LinkBody& part) { return !part.closing_m.isZero(); }
 
@@ -106,7 +114,43 @@ std::vector<geometry::Pose> CellScene::body_poses(const ViewerState& state) cons
   for (const LinkBody& part : links) {
     if (is_finger(part)) poses.push_back(X_WL[part.link] * shift_of(part, state.gripper));
   }
+  for (std::size_t o = 0; o < others.size(); ++o) {
+    const ArmSample& heard = sample_of(state, o);
+    robot::LinkPoses X_WO;
+    if (heard.received_ns != 0) others[o].arm.link_poses(heard.position, X_WO);
+    poses.insert(poses.end(), X_WO.begin(),
+                 X_WO.begin() + static_cast<std::ptrdiff_t>(others[o].arm.links().size()));
+  }
   return poses;
+}
+
+std::vector<std::string> CellScene::other_bodies() const {
+  std::vector<std::string> names;
+  for (const OtherArm& other : others)
+    for (const robot::Link& link : other.arm.links()) names.push_back(other.name + ": " + link.name);
+  return names;
+}
+
+void CellScene::add_others(const ViewerState& state, const Staleness& staleness, core::Nanoseconds now_ns,
+                           std::vector<SceneItem>& items) const {
+  std::size_t first_body = body_links().size();
+  for (std::size_t o = 0; o < others.size(); ++o) {
+    const core::Nanoseconds heard_ns = sample_of(state, o).received_ns;
+    for (std::size_t i = 0; heard_ns != 0 && i < others[o].links.size(); ++i) {
+      const LinkBody& part = others[o].links[i];
+      SceneItem item;
+      item.kind = SceneItem::Kind::kOtherPart;
+      item.number = o * kPartsOfArm + i;
+      item.mesh = &part.body;
+      item.body = static_cast<int>(first_body + part.link);
+      item.X_BM = part.X_link_mesh;
+      item.colour = part.colour;
+      item.opacity = age_s(heard_ns, now_ns) <= staleness.slave_s ? 1.0F : kFaded;
+      item.link = part.link;
+      items.push_back(item);
+    }
+    first_body += others[o].arm.links().size();
+  }
 }
 
 std::vector<SceneItem> CellScene::items(const ViewerState& state, const Staleness& staleness,
@@ -139,6 +183,7 @@ std::vector<SceneItem> CellScene::items(const ViewerState& state, const Stalenes
     item.link = part.link;
     items.push_back(item);
   }
+  add_others(state, staleness, now_ns, items);
   return items;
 }
 
@@ -176,6 +221,7 @@ Frame CellScene::frame_over_video(const ViewerState& state, const Staleness& sta
                                   core::Nanoseconds now_ns, const Eigen::Vector3d& eye_m) const {
   ViewerState shown = state;
   if (age_s(state.arm.received_ns, now_ns) > staleness.slave_s) shown.arm = {};
+  shown.others.clear();
   Frame frame = this->frame(shown, staleness, now_ns);
   frame.floor_max_m = frame.floor_min_m;
   frame.lines.clear();
@@ -201,7 +247,11 @@ Frame CellScene::frame_over_video(const ViewerState& state, const Staleness& sta
 }
 
 bool CellScene::is_of_arm(std::uint64_t hash) const {
-  return std::ranges::any_of(links, [hash](const LinkBody& part) { return part.body.hash == hash; });
+  const auto has_it = [hash](const std::vector<LinkBody>& parts) {
+    return std::ranges::any_of(parts, [hash](const LinkBody& part) { return part.body.hash == hash; });
+  };
+  return has_it(links) ||
+         std::ranges::any_of(others, [&](const OtherArm& other) { return has_it(other.links); });
 }
 
 std::vector<geometry::BoundingBox> CellScene::link_boxes() const {
@@ -226,6 +276,14 @@ RayScene CellScene::obstacles(const ViewerState& state, bool with_arm) const {
     if (mesh != meshes.end() && mesh->second.obstacle && X_WO)
       scene.bodies.push_back({mesh->second.obstacle, *X_WO, {id, 0}});
   }
+  for (std::size_t o = 0; with_arm && o < others.size(); ++o) {
+    if (sample_of(state, o).received_ns == 0) continue;
+    robot::LinkPoses X_WO;
+    others[o].arm.link_poses(sample_of(state, o).position, X_WO);
+    const auto id = static_cast<std::uint16_t>(runtime::kFirstOtherArmId + o);
+    for (const LinkBody& part : others[o].links)
+      scene.bodies.push_back({part.body.obstacle, X_WO[part.link] * part.X_link_mesh, {id, part.link}});
+  }
   if (!with_arm || state.arm.received_ns == 0) return scene;
   const std::vector<geometry::Pose> X_WB = body_poses(state);
   std::size_t next_finger = arm_.links().size();
@@ -239,6 +297,14 @@ RayScene CellScene::obstacles(const ViewerState& state, bool with_arm) const {
 
 std::string CellScene::link_name(std::size_t link) const {
   return link < arm_.links().size() ? arm_.links()[link].name : "link " + std::to_string(link);
+}
+
+std::string CellScene::item_name(const ViewerState& state, const SceneItem& item) const {
+  if (item.kind == SceneItem::Kind::kObject)
+    return object_name(state, static_cast<std::uint16_t>(item.number));
+  if (item.kind == SceneItem::Kind::kPart) return link_name(item.link);
+  const OtherArm& other = others[item.number / kPartsOfArm];
+  return other.name + ": " + other.arm.links()[item.link].name;
 }
 
 std::string CellScene::body_name(const ViewerState& state, const RayScene::BodyName& name) const {

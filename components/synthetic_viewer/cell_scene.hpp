@@ -44,9 +44,11 @@ geometry::Pose pose_in_link(const LinkBody& part, const GripperSample& gripper);
 /// One mesh of the cell, and what it rides on. It changes only when something else than the arm's joints
 /// does.
 struct SceneItem {
-  enum class Kind : std::uint8_t { kObject, kPart };
+  enum class Kind : std::uint8_t { kObject, kPart, kOtherPart };
   Kind kind = Kind::kObject;
-  std::size_t number = 0;  ///< the object's id, or the part's place in CellScene::links
+  /// The object's id, or the part's place in CellScene::links; of another arm's in its links, and that arm's
+  /// place times 65,536 more.
+  std::size_t number = 0;
   const MeshBody* mesh = nullptr;
   int body = kWorld;    ///< number in CellScene::body_poses(); kWorld: it stands in W
   geometry::Pose X_BM;  ///< mesh frame in the body's
@@ -86,38 +88,48 @@ class CellScene {
   std::vector<LinkBody> links;
   std::map<std::uint64_t, MeshBody> meshes;  ///< by content hash
   std::uint64_t paint_number = 0;            ///< increases with every change of the arm's paint
+  struct OtherArm {
+    std::string name;
+    robot::SerialArm arm;
+    std::vector<LinkBody> links;
+  };
+  std::vector<OtherArm> others;  ///< in the order of ViewerState::others
 
   /// Returns the frame with objects, arm, floor and the outline of the workspace. The arm is painted while
   /// the skin's percept is fresh. It is translucent if its pose is out of date, and not drawn if no pose is
-  /// known; so is what it carries. What other arms carry is not drawn: where it is is not known.
+  /// known; so is what it carries, and so is another arm that is heard of, while this one's pose is known.
+  /// What other arms carry is not drawn: where it is is not known.
   Frame frame(const ViewerState& state, const Staleness& staleness, core::Nanoseconds now_ns) const;
 
   /// Returns the frame to be drawn over a picture of the same bodies: their edges as seen from `eye_m`, their
   /// paint, and nothing of the floor. An arm whose pose is out of date or not known is not drawn; nor is what
-  /// it carries.
+  /// it carries; nor are other arms, whose poses at the picture's time are not kept.
   Frame frame_over_video(const ViewerState& state, const Staleness& staleness, core::Nanoseconds now_ns,
                          const Eigen::Vector3d& eye_m) const;
   /// Returns the meshes of that frame and what each rides on, in the same order.
   std::vector<SceneItem> items(const ViewerState& state, const Staleness& staleness,
                                core::Nanoseconds now_ns) const;
   /// Returns the poses in W of all that items ride on: the links, then the fingers of a gripper as it was
-  /// last heard of, at its widest while it was not. Empty while the arm's pose is not known.
+  /// last heard of, at its widest while it was not, then the links of other arms, in W while nothing rides on
+  /// them. Empty while the arm's pose is not known.
   std::vector<geometry::Pose> body_poses(const ViewerState& state) const;
-  /// Returns the bodies' number and the link that each belongs to.
+  /// Returns the number of this arm's bodies and the link that each belongs to.
   std::vector<std::size_t> body_links() const;
+  /// Returns the names of the other arms' bodies, such as "scara_b: inner".
+  std::vector<std::string> other_bodies() const;
 
   /// Returns the mesh that was uploaded longest ago among those that no object names; the end if each is
   /// named.
   std::map<std::uint64_t, MeshBody>::iterator oldest_unnamed(const ViewerState& state);
 
-  /// Returns whether a part of the arm has the mesh of that hash.
+  /// Returns whether a part of an arm has the mesh of that hash.
   bool is_of_arm(std::uint64_t hash) const;
   /// Returns the bounding boxes of the links' bodies, in the links' frames, by link; empty for a link without
   /// a body.
   std::vector<geometry::BoundingBox> link_boxes() const;
 
-  /// Returns the obstacles for rays: the objects and, if `with_arm`, the arm where its pose is known, with
-  /// what it carries.
+  /// Returns the obstacles for rays: the objects and, if `with_arm`, the arms whose poses are known, this one
+  /// with what it carries.
   RayScene obstacles(const ViewerState& state, bool with_arm) const;
 
   const robot::SerialArm& arm() const { return arm_; }
@@ -125,6 +137,8 @@ class CellScene {
   const Eigen::Vector3d& max_m() const { return max_m_; }
   /// Returns the link's name, such as "forearm" or "link 3".
   std::string link_name(std::size_t link) const;
+  /// Returns the name of what an item shows.
+  std::string item_name(const ViewerState& state, const SceneItem& item) const;
   /// Returns whether every object has its mesh; false while there are no objects.
   bool complete(const ViewerState& state) const;
   /// Returns the names of the objects whose mesh is missing.
@@ -135,6 +149,8 @@ class CellScene {
  private:
   std::optional<geometry::Pose> pose_of(const ObjectSample& object, const ViewerState& state) const;
   bool place(const ObjectSample& object, const ViewerState& state, SceneItem& item) const;
+  void add_others(const ViewerState& state, const Staleness& staleness, core::Nanoseconds now_ns,
+                  std::vector<SceneItem>& items) const;
 
   robot::SerialArm arm_;
   std::string arm_name_;

@@ -103,6 +103,7 @@ ViewerConfig load_config(const std::filesystem::path& path, const std::filesyste
   file.number("jpeg_quality", config.jpeg_quality);
   file.number("pictures_Hz", config.pictures_Hz);
   file.text("arm", config.arm);
+  config.other_arms = runtime::read_other_arms(file);
   read_main_view(file.section("main_view"), config.main_view);
   read_hit_view(file.section("hit_view"), config.hit_view);
   read_tool_view(file.section("tool_view"), config.tool_view);

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "common/core/units.hpp"
+#include "common/runtime/other_arms.hpp"
 #include "common/runtime/role_secrets.hpp"
 #include "components/synthetic_viewer/aids.hpp"
 #include "components/synthetic_viewer/camera_view.hpp"
@@ -88,10 +89,11 @@ struct ViewerConfig {
   WindowConfig window;
   RecordingConfig recording;
   int jpeg_quality = 80;
-  double pictures_Hz = 0.0;   ///< of each view at most, on the topic; 0: none
-  int report_samples = 4;     ///< samples per pixel in the report's pictures
-  int report_pictures = 200;  ///< greatest number of hit pictures in the report
-  std::string arm;            ///< arm of the cell; empty: the only one
+  double pictures_Hz = 0.0;                         ///< of each view at most, on the topic; 0: none
+  int report_samples = 4;                           ///< samples per pixel in the report's pictures
+  int report_pictures = 200;                        ///< greatest number of hit pictures in the report
+  std::string arm;                                  ///< arm of the cell; empty: the only one
+  std::vector<runtime::OtherArmConfig> other_arms;  ///< drawn as they move; at most runtime::kMostOtherArms
 };
 
 extern const char* const kParameters;  ///< the shipped synthetic_viewer.yaml, which defines the parameters

@@ -7,6 +7,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "common/messages/checked_reader.hpp"
 #include "common/messages/operator_client.hpp"
 #include "common/messages/percept_codec.hpp"
 #include "common/messages/publisher.hpp"
@@ -60,6 +61,21 @@ struct DdsAdapter::Impl {
   std::optional<dds::Reader<msg::MeshChunk>> chunks;
   std::optional<dds::Reader<msg::ComponentStatus>> components;
   std::optional<dds::Reader<msg::OperatorCommand>> view_commands;
+
+  /// Where another arm's states come from.
+  struct Other {
+    Other(const core::NetworkOptions& there, const messages::ArmBounds& bounds, Inbox& inbox, std::size_t i)
+        : participant("synthetic_viewer", there),
+          arm(participant, dds::kSlaveState, bounds,
+              [&inbox, i](const messages::SlaveState& state, core::Nanoseconds received_ns) {
+                const ArmSample sample(state, received_ns);
+                inbox.others[i].write(sample);
+                inbox.scene.others[i].write(sample);
+              }) {}
+    dds::Participant participant;
+    messages::CheckedReader<msg::SlaveState> arm;
+  };
+  std::vector<std::unique_ptr<Other>> others;
 
   Impl(const core::NetworkOptions& network, const messages::ArmBounds& bounds, Inbox& viewer_inbox)
       : inbox(viewer_inbox),
@@ -184,8 +200,15 @@ void DdsAdapter::Impl::open_workspace() {
   });
 }
 
-DdsAdapter::DdsAdapter(const core::NetworkOptions& network, const messages::ArmBounds& arm, Inbox& inbox)
-    : impl_(std::make_unique<Impl>(network, arm, inbox)) {}
+DdsAdapter::DdsAdapter(const core::NetworkOptions& network, const messages::ArmBounds& arm, Inbox& inbox,
+                       const std::vector<OtherArm>& others)
+    : impl_(std::make_unique<Impl>(network, arm, inbox)) {
+  for (std::size_t i = 0; i < others.size(); ++i) {
+    core::NetworkOptions there = network;
+    there.partition = others[i].partition;
+    impl_->others.push_back(std::make_unique<Impl::Other>(there, others[i].bounds, inbox, i));
+  }
+}
 
 DdsAdapter::~DdsAdapter() = default;
 

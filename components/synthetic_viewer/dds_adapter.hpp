@@ -2,6 +2,7 @@
 
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "common/core/health.hpp"
 #include "common/core/network.hpp"
@@ -18,8 +19,14 @@ namespace phantom::synthetic_viewer {
 /// never wait for a picture.
 class DdsAdapter {
  public:
+  /// Another arm that is drawn: where its slave_state comes from, and the arm that this must fit.
+  struct OtherArm {
+    std::string partition;
+    messages::ArmBounds bounds;
+  };
   /// Joins the DDS domain. `arm`: the arm that the samples must fit. Throws dds::DdsError.
-  DdsAdapter(const core::NetworkOptions& network, const messages::ArmBounds& arm, Inbox& inbox);
+  DdsAdapter(const core::NetworkOptions& network, const messages::ArmBounds& arm, Inbox& inbox,
+             const std::vector<OtherArm>& others = {});
   ~DdsAdapter();
 
   /// Sends an operator_command repeatedly until all components that must answer have done so, and waits for

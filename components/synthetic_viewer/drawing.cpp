@@ -17,9 +17,15 @@ Drawing::Drawing(const ViewerConfig& config, const runtime::CellConfig& cell, ro
       scene_(std::move(arm), cell.min_m, cell.max_m, cell.arm(config.arm).name),
       compositor_(config, cell.name, scene_),
       viewer_(config.hit_view.rule) {
-  for (const LinkMeshData& part : arm_meshes) {
-    scene_.links.push_back(uploaded(part, renderer_, config.camera_view.camera.has_value()));
-    if (kept_ != nullptr) kept_->put(scene_.links.back().body.hash, part.mesh);
+  const auto upload = [&](const LinkMeshData& part, std::vector<LinkBody>& links) {
+    links.push_back(uploaded(part, renderer_, config.camera_view.camera.has_value()));
+    if (kept_ != nullptr) kept_->put(links.back().body.hash, part.mesh);
+  };
+  for (const LinkMeshData& part : arm_meshes) upload(part, scene_.links);
+  for (OtherArmData& other : load_other_arms(cell, config.arm, config.other_arms)) {
+    CellScene::OtherArm& made =
+        scene_.others.emplace_back(CellScene::OtherArm{std::move(other.name), std::move(other.arm), {}});
+    for (const LinkMeshData& part : other.meshes) upload(part, made.links);
   }
   link_boxes_ = scene_.link_boxes();
 }
@@ -157,6 +163,7 @@ SceneBase Drawing::scene_base() const {
   state.percept = state_.percept;
   state.master = state_.master;
   state.gripper = state_.gripper;
+  state.others = state_.others;
   state.skin = state_.skin;
   state.workspace = state_.workspace;
   state.objects = state_.objects;

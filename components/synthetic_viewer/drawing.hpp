@@ -19,7 +19,7 @@ class Drawing {
  public:
   /// Draws `state` as `config` says; both must outlive this. `min_m`, `max_m`: the workspace's box in W.
   /// `kept`: where the meshes are kept for browsers; null: nowhere. It must outlive this.
-  /// Throws core::MissingError if there is no OpenGL.
+  /// Throws core::MissingError if there is no OpenGL, and as load_other_arms() for those of `config`.
   Drawing(const ViewerConfig& config, const runtime::CellConfig& cell, robot::SerialArm arm,
           const std::vector<LinkMeshData>& arm_meshes, const ViewerState& state,
           std::size_t most_triangles = kMostTriangles, MeshStore* kept = nullptr);

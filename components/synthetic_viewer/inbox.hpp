@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <atomic>
 #include <condition_variable>
 #include <cstdint>
@@ -8,6 +9,7 @@
 #include <variant>
 
 #include "common/core/snapshot.hpp"
+#include "common/runtime/other_arms.hpp"
 #include "components/synthetic_viewer/camera_control.hpp"
 #include "components/synthetic_viewer/recent_samples.hpp"
 #include "components/synthetic_viewer/samples.hpp"
@@ -33,14 +35,16 @@ class Inbox {
   core::Snapshot<PerceptSample> percept;
   core::Snapshot<MasterSample> master;
   core::Snapshot<GripperSample> gripper;
-  StopBoard stops;     ///< any thread
-  RecentSamples past;  ///< any thread
+  std::array<core::Snapshot<ArmSample>, runtime::kMostOtherArms> others;  ///< of other arms
+  StopBoard stops;                                                        ///< any thread
+  RecentSamples past;                                                     ///< any thread
   /// The same values for the scene stream: a snapshot has one reader.
   struct {
     core::Snapshot<ArmSample> arm;
     core::Snapshot<PerceptSample> percept;
     core::Snapshot<MasterSample> master;
     core::Snapshot<GripperSample> gripper;
+    std::array<core::Snapshot<ArmSample>, runtime::kMostOtherArms> others;
   } scene;
 
   /// Queues an event. Any thread. A raised alert is urgent. Returns false if the queue is full: the event is

@@ -39,11 +39,15 @@ void run_session(ViewerConfig config, const runtime::CellConfig& cell, const cor
   std::vector<LinkMeshData> arm_meshes = load_arm_meshes(arm, runtime::load_skin(arm_config, arm));
   if (!arm_config.gripper_closed.empty())
     set_closing(runtime::load_arm_with_closed_gripper(arm_config), arm_meshes);
+  std::vector<DdsAdapter::OtherArm> others;
+  for (const OtherArmData& other : load_other_arms(cell, config.arm, config.other_arms))
+    others.push_back({config.other_arms[others.size()].partition,
+                      {.joint_count = other.arm.joint_count(), .link_count = other.arm.links().size()}});
   if (config.recording.folder.empty()) config.recording.folder = report_dir;
   Inbox inbox;
   PageContent content;
   ViewerLoop viewer(config, cell, std::move(arm), std::move(arm_meshes), inbox, content, report_dir);
-  DdsAdapter adapter(network, shape, inbox);
+  DdsAdapter adapter(network, shape, inbox, others);
   content.stops = [&inbox] { return inbox.stops.at(core::monotonic_ns()); };
   const auto move = [&inbox](const ViewRequest& request) {
     return inbox.put(request)
@@ -157,6 +161,7 @@ int main(int argc, char** argv) {
     if (options.check) {
       const robot::SerialArm arm = runtime::load_arm(cell.arm(config.arm));
       load_arm_meshes(arm, runtime::load_skin(cell.arm(config.arm), arm));
+      load_other_arms(cell, config.arm, config.other_arms);
       const GlContext graphics(config.graphics);
       return runtime::configuration_is_valid("; graphics: " + graphics.description());
     }

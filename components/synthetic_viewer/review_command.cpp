@@ -99,6 +99,7 @@ int run_review(const ReviewArguments& arguments, ViewerConfig config,
   if (!arm_config.gripper_closed.empty())
     set_closing(runtime::load_arm_with_closed_gripper(arm_config), arm_meshes);
   if (arguments.port >= 0) config.page.port = arguments.port;
+  config.other_arms.clear();  // a recording is of one arm's partition
   auto recordings = recording::open_recordings(recording::recordings_in(arguments.files), Review::kLimits);
   compare_cells(recordings, cell_file);
   ProgressLog progress;

@@ -1,7 +1,9 @@
 #pragma once
 
+#include <array>
 #include <memory>
 
+#include "common/runtime/other_arms.hpp"
 #include "components/synthetic_viewer/compositor.hpp"
 
 namespace phantom::synthetic_viewer {
@@ -22,6 +24,7 @@ struct LiveSamples {
   MasterSample master;
   GripperSample gripper;
   StopView stops;
+  std::array<ArmSample, runtime::kMostOtherArms> others;  ///< in the order of ViewerState::others
 };
 
 }  // namespace phantom::synthetic_viewer

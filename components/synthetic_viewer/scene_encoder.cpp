@@ -92,7 +92,12 @@ std::string list_text(const List& list, const Text& text) {
 }
 
 std::string kind_of(const SceneItem& item) {
-  return fmt::format("{}:{}", item.kind == SceneItem::Kind::kObject ? "object" : "part", item.number);
+  using enum SceneItem::Kind;
+  return fmt::format("{}:{}",
+                     item.kind == kObject ? "object"
+                     : item.kind == kPart ? "part"
+                                          : "other",
+                     item.number);
 }
 
 /// Returns whether two items are the same but for mesh and name.
@@ -143,6 +148,8 @@ void SceneEncoder::compose(const LiveSamples& live, core::Nanoseconds now_ns) {
   if (live.percept.received_ns != 0) state_.percept = live.percept;
   if (live.master.received_ns != 0) state_.master = live.master;
   if (live.gripper.received_ns != 0) state_.gripper = live.gripper;
+  for (std::size_t i = 0; i < state_.others.size(); ++i)
+    if (live.others[i].received_ns != 0) state_.others[i].arm = live.others[i];
   state_.stops = live.stops;
   if (board_.size() == 0) put_cell();
   put_items(now_ns);
@@ -180,6 +187,11 @@ void SceneEncoder::put_cell() {
     return fmt::format(R"({{"number":{},"name":"{}","direction":{}}})", number, percept::node_name(node),
                        text_of(percept::node_direction(node)));
   };
+  std::string bodies = list_text(scene.body_links(), body_text);
+  bodies.pop_back();
+  for (const std::string& name : scene.other_bodies())
+    bodies += fmt::format(R"(,{{"name":{},"box":null}})", json_words(name));
+  bodies += ']';
   const ToolViewConfig& tool = config_.tool_view;
   const std::string views = fmt::format(
       R"({{"main":{{"aspect":{},"fov_rad":{}}},"hit":{{"aspect":{},"fov_rad":{},"distance_m":{}}},)"
@@ -199,8 +211,8 @@ void SceneEncoder::put_cell() {
            kProtocol, json_words(cell_), number_text(config_.page.scene_Hz), text_of(scene.min_m()),
            text_of(scene.max_m()), number_text(kFloorBorder_m), list_text(empty.lines, line_text),
            text_of(empty.line_colour), text_of(to_key_light().cast<double>()), number_text(kShadowOpacity),
-           list_text(paint_ramp(), [](const Colour& colour) { return text_of(colour); }),
-           list_text(scene.body_links(), body_text), views, list_text(numbers, node_text))});
+           list_text(paint_ramp(), [](const Colour& colour) { return text_of(colour); }), bodies, views,
+           list_text(numbers, node_text))});
 }
 
 std::string SceneEncoder::item_text(const SceneItem& item, const std::string& name) const {
@@ -222,9 +234,7 @@ void SceneEncoder::put_items(core::Nanoseconds now_ns) {
     ++still_there;
     KnownItem& told = known->second;
     if (!is_new && !new_base_ && same_item(told.item, item)) continue;
-    const bool object = item.kind == SceneItem::Kind::kObject;
-    std::string name = object ? object_name(state_, static_cast<std::uint16_t>(item.number))
-                              : base_->scene->link_name(item.link);
+    std::string name = base_->scene->item_name(state_, item);
     if (!is_new && told.mesh_hash == item.mesh->hash && told.name == name && same_item(told.item, item))
       continue;
     board_.put(kind_of(item), {false, item_text(item, name)});

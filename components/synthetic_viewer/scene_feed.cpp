@@ -159,6 +159,7 @@ void SceneFeed::compose(core::Nanoseconds now_ns) {
   inbox_.scene.percept.read(live_.percept);
   inbox_.scene.master.read(live_.master);
   inbox_.scene.gripper.read(live_.gripper);
+  for (std::size_t i = 0; i < live_.others.size(); ++i) inbox_.scene.others[i].read(live_.others[i]);
   if (now_ns >= stops_due_ns_) {
     live_.stops = inbox_.stops.at(now_ns);
     stops_due_ns_ = now_ns + kStops_ns;

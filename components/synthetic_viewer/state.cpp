@@ -142,6 +142,9 @@ Words percepts_words(const ViewerState& state) {
 Words object_words(const ViewerState& state, std::uint16_t id) {
   if (id == 0) return {"object.free_space", {}};
   const auto found = state.objects.find(id);
+  if (const auto other = static_cast<std::size_t>(id - runtime::kFirstOtherArmId);
+      id >= runtime::kFirstOtherArmId && other < state.others.size())
+    return {"object.named", {{"name", state.others[other].name}}};
   if (found == state.objects.end() || found->second.name.empty())
     return {"object.numbered", {{"id", static_cast<double>(id)}}};
   return {"object.named", {{"name", found->second.name}}};

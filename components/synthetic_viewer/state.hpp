@@ -3,6 +3,7 @@
 #include <deque>
 #include <map>
 #include <string>
+#include <vector>
 
 #include "components/synthetic_viewer/camera_control.hpp"
 #include "components/synthetic_viewer/samples.hpp"
@@ -41,6 +42,12 @@ class LinkQuality {
   double share_ = -1.0;
 };
 
+/// Another arm of the cell as it was last heard of.
+struct OtherArmSample {
+  std::string name;
+  ArmSample arm;
+};
+
 /// The state of recording, as shown to the operator.
 struct RecordingState {
   bool running = false;
@@ -61,6 +68,7 @@ struct ViewerState {
   PerceptSample percept;
   MasterSample master;
   GripperSample gripper;
+  std::vector<OtherArmSample> others;  ///< as the configuration lists them
   SkinSample skin;
   WorkspaceSample workspace;
   LinkQuality link_quality;
@@ -106,7 +114,8 @@ bool shows_hits(const ViewerState& state, const Staleness& staleness, core::Nano
 /// Returns row and column of Table 6.1 that are in force: "b1: SCTFB, balanced arm: drag and tone".
 Words percepts_words(const ViewerState& state);
 
-/// Returns the object's name, such as "table"; "object 7" if the name is not known; "free space" for 0.
+/// Returns the object's name, such as "table"; "object 7" if the name is not known; "free space" for 0; of
+/// what is another arm, that arm's name.
 Words object_words(const ViewerState& state, std::uint16_t id);
 /// object_words() in English.
 std::string object_name(const ViewerState& state, std::uint16_t id);

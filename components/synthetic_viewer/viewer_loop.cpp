@@ -33,7 +33,9 @@ ViewerLoop::ViewerLoop(const ViewerConfig& config, const runtime::CellConfig& ce
       publisher_(config_, page),
       report_(report_dir, config_.report_pictures, start_ns_),
       arm_(std::move(arm)),
-      arm_meshes_(std::move(arm_meshes)) {}
+      arm_meshes_(std::move(arm_meshes)) {
+  for (const runtime::OtherArmConfig& other : config_.other_arms) state_.others.push_back({other.arm, {}});
+}
 
 void ViewerLoop::start() {
   thread_ = std::thread([this] { run(); });
@@ -154,6 +156,7 @@ void ViewerLoop::take_events() {
   inbox_.percept.read(state_.percept);
   inbox_.master.read(state_.master);
   inbox_.gripper.read(state_.gripper);
+  for (std::size_t i = 0; i < state_.others.size(); ++i) inbox_.others[i].read(state_.others[i].arm);
   state_.stops = inbox_.stops.at(now_ns_);
   // Alerts are taken before meshes.
   for (Event& hit : inbox_.take_hits()) take(hit);

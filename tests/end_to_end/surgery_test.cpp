@@ -46,6 +46,12 @@ class Surgery : public testing::Test {
                         const std::lock_guard lock(mutex_);
                         newest_ = percept;
                       });
+    status_.emplace(*participant_, dds::kComponentStatus,
+                    [this](const msg::ComponentStatus& sample, const dds::SampleInfo&) {
+                      const std::lock_guard lock(mutex_);
+                      if (sample.component_name().to_string() == "phantom_sensing_probe")
+                        said_by_probe_ = sample.message().to_string();
+                    });
     for (const char* name : {"wva_server", "wva_server_fine"}) servers_.push_back(start("wva_server", name));
     arm_ = start("phantom_sensing", "phantom_sensing");
     probe_ = start("phantom_sensing", "phantom_sensing_probe");
@@ -73,12 +79,27 @@ class Surgery : public testing::Test {
     std::filesystem::remove_all(folder_);
   }
 
-  std::unique_ptr<Process> start(const std::string& component, const std::string& name) const {
+  std::unique_ptr<Process> start(const std::string& component, const std::string& name,
+                                 const std::vector<std::string>& command = {}) const {
+    std::vector<std::string> words{std::string(PHANTOM_BIN_DIR "/") + component};
+    words.insert(words.end(), command.begin(), command.end());
+    words.insert(words.end(), {"--deployment", PHANTOM_SOURCE_DIR "/deploy/topologies/surgery.yaml", "--name",
+                               name, "--domain", std::to_string(domain_)});
     return std::make_unique<Process>(
-        std::vector<std::string>{std::string(PHANTOM_BIN_DIR "/") + component, "--deployment",
-                                 PHANTOM_SOURCE_DIR "/deploy/topologies/surgery.yaml", "--name", name,
-                                 "--domain", std::to_string(domain_)},
-        folder_ / (name + ".log"));
+        words, folder_ / (name + (command.empty() ? "" : "_" + command.front()) + ".log"));
+  }
+  /// Moves the vessel a millimetre aside in one workspace. Returns the command's exit code.
+  int move_vessel(const std::string& server) const {
+    return start("wva_server", server,
+                 {"command", "move", "--object", "vessel", "--pose", "0 0.001 0.125 0 90 0"})
+        ->wait();
+  }
+  /// Waits until the status of the probe's process has that in it, or has not.
+  bool said(const std::string& text, bool whether = true) {
+    return eventually([&] {
+      const std::lock_guard lock(mutex_);
+      return !said_by_probe_.empty() && (said_by_probe_.find(text) != std::string::npos) == whether;
+    });
   }
   /// Waits until a percept is as `expected` says, with the tip that far over the vessel.
   bool felt(double gap_m, const std::function<bool(const msg::Percept&)>& expected) {
@@ -93,9 +114,11 @@ class Surgery : public testing::Test {
   const std::filesystem::path folder_ = test::new_folder();
   std::mutex mutex_;
   msg::Percept newest_;
+  std::string said_by_probe_;
   std::atomic<double> gap_m_{0.02}, x_m_{0.15};
   std::optional<dds::Participant> participant_;
   std::optional<dds::Reader<msg::Percept>> percepts_;
+  std::optional<dds::Reader<msg::ComponentStatus>> status_;
   std::vector<std::unique_ptr<Process>> servers_;
   std::unique_ptr<Process> arm_, probe_;
   std::optional<messages::Publisher<messages::SlaveState>> states_;
@@ -129,6 +152,18 @@ TEST_F(Surgery, TheProbeIsFeltInFineVoxelsAndInCoarseOnesWhereThereAreNoOthers) 
   EXPECT_TRUE(felt(between_m, in_fluid));
   x_m_ = 0.15;
   EXPECT_TRUE(felt(between_m, free_space));
+}
+
+// Tries phantom_sensing: an object stands elsewhere in a share's workspace than in the arm's
+TEST_F(Surgery, AnObjectThatACommandMovesInOneWorkspaceOnlyIsTold) {
+  const std::string warning = "OBJECTS STAND ELSEWHERE";
+  ASSERT_TRUE(felt(0.5 * kFineReach_m, [](const msg::Percept& percept) { return percept.mu() > 0.0; }));
+  ASSERT_TRUE(said("senses share probe"));
+  EXPECT_TRUE(said(warning, false)) << "as shipped they stand alike";
+  ASSERT_EQ(move_vessel("wva_server"), 0);
+  EXPECT_TRUE(said("move them in both: vessel"));
+  ASSERT_EQ(move_vessel("wva_server_fine"), 0);
+  EXPECT_TRUE(said(warning, false));
 }
 
 }  // namespace

@@ -30,6 +30,8 @@ Experiment touch();
 Experiment submerged();
 Experiment palpation();
 Experiment resolutions();
+Experiment shared_skin();
+Experiment arm_pair();
 // the executables as they are shipped
 Experiment running_system();
 
@@ -62,6 +64,8 @@ const std::vector<Experiment>& experiments() {
       submerged(),
       palpation(),
       resolutions(),
+      shared_skin(),
+      arm_pair(),
       // the executables as they are shipped
       running_system(),
   };

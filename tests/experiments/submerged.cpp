@@ -11,6 +11,7 @@
 #include <sstream>
 
 #include "tests/experiments/rig.hpp"
+#include "tests/experiments/simulated_rig.hpp"
 #include "tests/support/child_process.hpp"
 #include "tests/support/files.hpp"
 
@@ -194,6 +195,22 @@ void plot_currents(Report& report, const std::vector<Pose>& swept, const std::ve
       .vertical_band(-0.1, 0.1, "jet");
 }
 
+/// Greatest deviation of the water's force on the simulated arm from μ × area × speed through the water, over
+/// speeds of the bridge; share of the greatest.
+double simulated_off(const Settings& settings, const std::vector<Pose>& swept) {
+  SimulatedCell cell(settings, "pool_bench");
+  double off_N = 0.0, greatest_N = 0.0;
+  for (const Pose& pose : swept) {
+    core::JointArray q{}, v{};
+    std::copy(pose.q.begin(), pose.q.end(), q.begin());
+    v[0] = pose.v[0];
+    const double by_area_N = -kWater * area_m2(pose.q[2], 0.0, kSurface_m) * (v[0] - kDrift_m_s);
+    off_N = std::max(off_N, std::abs(cell.force(q, v)[0] - by_area_N));
+    greatest_N = std::max(greatest_N, std::abs(by_area_N));
+  }
+  return off_N / greatest_N;
+}
+
 void run(Report& report, const Settings& settings) {
   const auto cell = settings.source_dir / "deploy/cells/pool_bench/cell.yaml";
   const auto file = [&](const char* name) { return report.folder() / name; };
@@ -260,6 +277,8 @@ void run(Report& report, const Settings& settings) {
                step_off / water, 0.0, 1e-9, "");
   report.check("400 poses and velocities in both laws: greatest power to the hand", push_W, -1e9, 0.0, "W");
   report.check("400 poses at rest in both laws: greatest drag", rest_N, 0.0, 0.0, "N or N·m");
+  report.check("simulated arm: greatest deviation of its drag from μ × area × speed through the water",
+               simulated_off(settings, swept), 0.0, 0.03, "");
   report.difference(
       "The thesis proposes simulations of submerged and partly submerged work, without figures. A fluid that "
       "flows would push a hand at rest; ours brakes the velocity relative to it as far as that takes energy "

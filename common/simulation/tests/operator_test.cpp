@@ -180,6 +180,7 @@ struct Seen {
   std::vector<bool> percept;
   std::vector<std::size_t> index;
   std::vector<double> start_s;
+  double deepest = 0.0;
 };
 
 // Runs the script on the device; a wall's contact flag is raised beyond `wall`.
@@ -191,6 +192,7 @@ Seen play(ReachScriptParameters p, double wall, double duration_s) {
   for (double t = 0; t < duration_s; t += kDt) {
     script.step(plant.true_position(), true, plant.true_position()[0] > wall, kDt);
     plant.step(model.step(plant.true_position(), plant.true_velocity(), true, kDt), {}, kDt);
+    seen.deepest = std::max(seen.deepest, plant.true_position()[0]);
     if (script.number() >= 0 && (seen.numbers.empty() || seen.numbers.back() != script.number())) {
       seen.numbers.push_back(script.number());
       seen.percept.push_back(script.percept_on());
@@ -275,6 +277,14 @@ TEST(ReachScript, LetsGoAfterTheReactionTimeAndRetreats) {
   EXPECT_NEAR(let_go_s - touch_s, 0.2, 0.005);
   EXPECT_LT(deepest, 0.6);
   EXPECT_EQ(script.number(), 1);
+}
+
+TEST(ReachScript, GoesOnThroughAContactWhereItIsToPress) {
+  ReachScriptParameters p = two_reaches();
+  p.reaches.pop_back();
+  EXPECT_LT(play(p, 0.4, 12).deepest, 0.6);
+  p.reaches[0].presses = true;
+  EXPECT_NEAR(play(p, 0.4, 12).deepest, 0.8, 0.02);
 }
 
 TEST(ReachScript, ASlaveThatCannotComeIsMetAndTheReachGivenUp) {

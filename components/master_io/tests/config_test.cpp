@@ -219,10 +219,11 @@ TEST(Reaches, EachFaultIsNamedWithWhatIsAllowed) {
 
 TEST(Reaches, OneAtLeastMustBeRepeated) {
   const auto file = test::new_file(
-      "reaches: [{name: a, from: [0,0,0,0,0,0,0], target: [0,0,0,0,0,0,0], once: true, gripper: close, hold_s: 2}]");
+      "reaches: [{name: a, from: [0,0,0,0,0,0,0], target: [0,0,0,0,0,0,0], once: true, gripper: close, hold_s: 2, presses: true}]");
   const auto all = load_reaches(file, shipped_arm().arm);
   EXPECT_EQ(all.at(0).reach.gripper, simulation::GripperAction::kClose);
   EXPECT_EQ(all.at(0).reach.hold_s, 2.0);
+  EXPECT_TRUE(all.at(0).reach.presses);
   EXPECT_THAT([&] { choose_reaches(runtime::Fields::from_text("only: []", "x.yaml", {"only: []"}), all); },
               ThrowsMessage<core::ConfigError>(HasSubstr("made once; allowed: at least one to repeat")));
 }

@@ -113,7 +113,7 @@ TEST(OverDds, CommandsAreCarriedOutOnceAndAnsweredEachTime) {
   vice.X_WO().qw(1);
   objects.write(vice);
   EXPECT_TRUE(dds::eventually([&] { return adapter.objects().size() == 1; }));
-  EXPECT_EQ(adapter.objects().at(3), "vice");
+  EXPECT_EQ(adapter.objects().at(3).name, "vice");
 
   int carried_out = 0, tests = 0;
   msg::SensingCommand command;

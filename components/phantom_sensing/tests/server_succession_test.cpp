@@ -56,10 +56,10 @@ TEST(OverDds, TheWorkspaceIsThatOfOneServerAndASecondIsTold) {
   EXPECT_TRUE(sound) << "not told before it could be a successor";
   EXPECT_EQ(keeper.version(), 10U);
   EXPECT_EQ(keeper.announced(), 10U);
-  EXPECT_EQ(adapter.objects().at(1), "vice");
+  EXPECT_EQ(adapter.objects().at(1).name, "vice");
   first.reset();
   EXPECT_TRUE(dds::eventually([&] { return keeper.version() == 20; }));
-  EXPECT_TRUE(dds::eventually([&] { return adapter.objects().at(1) == "lathe"; }));
+  EXPECT_TRUE(dds::eventually([&] { return adapter.objects().at(1).name == "lathe"; }));
   sound = false;
   EXPECT_TRUE(dds::eventually([&] {
     adapter.publish_status({});

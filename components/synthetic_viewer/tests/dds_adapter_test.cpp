@@ -74,6 +74,31 @@ TEST_F(Adapter, TakesTheNewestSoundStateAndARestartedWriter) {
   EXPECT_EQ(sample.position[0], 0.3);
 }
 
+TEST_F(Adapter, StatesOfAnotherArmComeFromItsPartitionForPicturesAndBrowsers) {
+  core::NetworkOptions there = test_network();
+  there.partition = "pair/b";
+  Inbox inbox;
+  DdsAdapter adapter(test_network(), kShape, inbox, {{"pair/b", kShape}});
+  dds::Participant neighbour("neighbour", there);
+  dds::Writer<msg::SlaveState> writer(neighbour, dds::kSlaveState), own(other_, dds::kSlaveState);
+  ArmSample sample, for_browsers, of_own;
+  std::uint64_t number = 0;
+  ASSERT_TRUE(eventually([&] {
+    msg::SlaveState message = slave_state();
+    message.stamp(stamp(++number));
+    message.position_rad()[0] = 0.4;
+    writer.write(message);
+    message.position_rad()[0] = -0.4;
+    own.write(message);
+    inbox.scene.others[0].read(for_browsers);
+    inbox.arm.read(of_own);
+    return inbox.others[0].read(sample) && for_browsers.received_ns != 0 && of_own.received_ns != 0;
+  }));
+  EXPECT_EQ(sample.position[0], 0.4);
+  EXPECT_EQ(for_browsers.position[0], 0.4);
+  EXPECT_EQ(of_own.position[0], -0.4);
+}
+
 TEST_F(Adapter, ObjectsComeToLateJoinersAndGoWhenRemoved) {
   dds::Writer<msg::WorkspaceObject> writer(other_, dds::kWorkspaceObject);
   msg::WorkspaceObject object;
