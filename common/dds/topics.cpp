@@ -79,6 +79,8 @@ const TopicSpec<msg::ViewPose> kViewPose{
     {"view_pose", "phantom::msg::ViewPose", periodic(500, 2000), &make_type<msg::ViewPosePubSubType>}};
 const TopicSpec<msg::ViewPicture> kViewPicture{
     {"view_picture", "phantom::msg::ViewPicture", kPictures, &make_type<msg::ViewPicturePubSubType>}};
+const TopicSpec<msg::CameraPicture> kCameraPicture{
+    {"camera_picture", "phantom::msg::CameraPicture", kPictures, &make_type<msg::CameraPicturePubSubType>}};
 const TopicSpec<msg::SensorPoints> kSensorPoints{
     {"sensor_points", "phantom::msg::SensorPoints", kPoints, &make_type<msg::SensorPointsPubSubType>}};
 const TopicSpec<msg::HapticDevice> kHapticDevice{{"haptic_device", "phantom::msg::HapticDevice",
@@ -108,12 +110,12 @@ const TopicSpec<msg::ComponentStatus> kComponentStatus{{"component_status", "pha
 
 std::span<const TopicDescription* const> all_topics() {
   static const TopicDescription* const topics[] = {
-      &kMasterState,      &kSlaveState,       &kGripperState,  &kDragField,          &kPercept,
-      &kInterestPoints,   &kSkinPercept,      &kHitAlert,      &kSensingCommand,     &kSensingReply,
-      &kOperatorCommand,  &kRecordingRequest, &kOperatorReply, &kWristWrench,        &kViewPose,
-      &kViewPicture,      &kSensorPoints,     &kHapticDevice,  &kHapticDeviceWrench, &kWorkspaceBrick,
-      &kWorkspaceVersion, &kWorkspaceObject,  &kMeshChunk,     &kWorkspaceCommand,   &kWorkspaceReply,
-      &kComponentStatus};
+      &kMasterState,     &kSlaveState,       &kGripperState,    &kDragField,      &kPercept,
+      &kInterestPoints,  &kSkinPercept,      &kHitAlert,        &kSensingCommand, &kSensingReply,
+      &kOperatorCommand, &kRecordingRequest, &kOperatorReply,   &kWristWrench,    &kViewPose,
+      &kViewPicture,     &kCameraPicture,    &kSensorPoints,    &kHapticDevice,   &kHapticDeviceWrench,
+      &kWorkspaceBrick,  &kWorkspaceVersion, &kWorkspaceObject, &kMeshChunk,      &kWorkspaceCommand,
+      &kWorkspaceReply,  &kComponentStatus};
   return topics;
 }
 

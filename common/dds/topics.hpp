@@ -59,6 +59,7 @@ extern const TopicSpec<msg::OperatorReply> kOperatorReply;            ///< on ev
 extern const TopicSpec<msg::WristWrench> kWristWrench;                ///< at the sensor's rate
 extern const TopicSpec<msg::ViewPose> kViewPose;                      ///< 10 Hz
 extern const TopicSpec<msg::ViewPicture> kViewPicture;                ///< at most as configured
+extern const TopicSpec<msg::CameraPicture> kCameraPicture;            ///< at the camera's rate
 extern const TopicSpec<msg::SensorPoints> kSensorPoints;              ///< at the sensor's rate
 extern const TopicSpec<msg::HapticDevice> kHapticDevice;              ///< at its device's rate
 extern const TopicSpec<msg::HapticDeviceWrench> kHapticDeviceWrench;  ///< 1 kHz

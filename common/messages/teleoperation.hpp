@@ -138,7 +138,7 @@ struct ViewPose {
   Vector3 look_at_m{};     ///< in W
 };
 
-enum class PictureView { kMain, kHit, kTool };
+enum class PictureView { kMain, kHit, kTool, kCamera };
 
 /// Topic view_picture: a view's newest picture.
 struct ViewPicture {
@@ -150,5 +150,20 @@ struct ViewPicture {
 };
 /// Greatest size of a picture.
 inline constexpr std::size_t kMostPictureBytes = std::size_t{4} << 20;
+
+/// Topic camera_picture: a camera's newest picture as it was taken.
+struct CameraPicture {
+  core::SampleId stamp;
+  std::string camera;                    ///< its name
+  core::Nanoseconds exposed_utc_ns = 0;  ///< by its host's clock; 0: not said
+  std::uint32_t width = 0, height = 0;   ///< px
+  std::vector<std::uint8_t> jpeg;
+
+  friend bool operator==(const CameraPicture&, const CameraPicture&) = default;
+};
+/// Longest name of a camera; least and greatest size of its pictures.
+inline constexpr std::size_t kLongestCameraName = 32;
+inline constexpr std::uint32_t kLeastPictureSide_px = 16, kMostPictureSide_px = 8192;
+inline constexpr std::uint64_t kMostPicturePixels = std::uint64_t{1} << 24;
 
 }  // namespace phantom::messages

@@ -104,7 +104,16 @@ constexpr auto kViewPose = [](auto& codec, auto& m, auto& s) {
 
 constexpr auto kViewPicture = [](auto& codec, auto& m, auto& s) {
   codec.stamp(m.stamp(), s.stamp);
-  codec.enumeration("view", m.view(), s.view, PictureView::kTool);
+  codec.enumeration("view", m.view(), s.view, PictureView::kCamera);
+  codec.any(m.jpeg(), s.jpeg);
+};
+
+constexpr auto kCameraPicture = [](auto& codec, auto& m, auto& s) {
+  codec.stamp(m.stamp(), s.stamp);
+  codec.whole_text("camera", m.camera(), s.camera);
+  codec.number("exposed_utc_ns", m.exposed_utc_ns(), s.exposed_utc_ns, 0.0, 9.2e18);
+  codec.number("width", m.width(), s.width, kLeastPictureSide_px, kMostPictureSide_px);
+  codec.number("height", m.height(), s.height, kLeastPictureSide_px, kMostPictureSide_px);
   codec.any(m.jpeg(), s.jpeg);
 };
 
@@ -116,6 +125,12 @@ constexpr auto kSensorPoints = [](auto& codec, auto& m, auto& s) {
   codec.number("height", m.height(), s.height, 1.0, static_cast<double>(kMostSensorPoints));
   codec.any(m.xyz_m(), s.xyz_m);
 };
+
+core::Status check_jpeg(std::size_t octets) {
+  if (octets > 0 && octets <= kMostPictureBytes) return core::Status::ok();
+  return core::Status::invalid_argument("jpeg has " + std::to_string(octets) + " octets; allowed: 1 to " +
+                                        std::to_string(kMostPictureBytes));
+}
 
 /// Returns why the points are none; empty if they are.
 std::string refusal(const SensorPoints& points) {
@@ -196,10 +211,19 @@ core::Expected<ViewPose> from_idl(const msg::ViewPose& message, const ArmBounds&
   return decoded<ViewPose>(kViewPose, message, arm);
 }
 core::Expected<ViewPicture> from_idl(const msg::ViewPicture& message, const ArmBounds& arm) {
-  if (message.jpeg().empty() || message.jpeg().size() > kMostPictureBytes)
-    return core::Status::invalid_argument("jpeg has " + std::to_string(message.jpeg().size()) +
-                                          " octets; allowed: 1 to " + std::to_string(kMostPictureBytes));
+  if (const core::Status status = check_jpeg(message.jpeg().size()); !status) return status;
   return decoded<ViewPicture>(kViewPicture, message, arm);
+}
+core::Expected<CameraPicture> from_idl(const msg::CameraPicture& message, const ArmBounds& arm) {
+  if (const core::Status status = check_jpeg(message.jpeg().size()); !status) return status;
+  auto picture = decoded<CameraPicture>(kCameraPicture, message, arm);
+  if (!picture) return picture;
+  if (picture->camera.empty()) return core::Status::invalid_argument("camera is empty; allowed: its name");
+  const std::uint64_t pixels = std::uint64_t{picture->width} * picture->height;
+  if (pixels > kMostPicturePixels)
+    return core::Status::invalid_argument("width·height is " + std::to_string(pixels) +
+                                          "; allowed: at most " + std::to_string(kMostPicturePixels));
+  return picture;
 }
 core::Expected<SensorPoints> from_idl(const msg::SensorPoints& message, const ArmBounds& arm) {
   auto points = decoded<SensorPoints>(kSensorPoints, message, arm);
@@ -217,6 +241,9 @@ msg::WristWrench to_idl(const WristWrench& wrench) { return encoded<msg::WristWr
 msg::ViewPose to_idl(const ViewPose& view) { return encoded<msg::ViewPose>(kViewPose, view); }
 msg::ViewPicture to_idl(const ViewPicture& picture) {
   return encoded<msg::ViewPicture>(kViewPicture, picture);
+}
+msg::CameraPicture to_idl(const CameraPicture& picture) {
+  return encoded<msg::CameraPicture>(kCameraPicture, picture);
 }
 msg::SensorPoints to_idl(const SensorPoints& points) {
   return encoded<msg::SensorPoints>(kSensorPoints, points);

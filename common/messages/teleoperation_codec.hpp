@@ -16,6 +16,7 @@ core::Expected<GripperState> from_idl(const msg::GripperState& message, const Ar
 core::Expected<WristWrench> from_idl(const msg::WristWrench& message, const ArmBounds& arm = {});
 core::Expected<ViewPose> from_idl(const msg::ViewPose& message, const ArmBounds& arm = {});
 core::Expected<ViewPicture> from_idl(const msg::ViewPicture& message, const ArmBounds& arm = {});
+core::Expected<CameraPicture> from_idl(const msg::CameraPicture& message, const ArmBounds& arm = {});
 core::Expected<SensorPoints> from_idl(const msg::SensorPoints& message, const ArmBounds& arm = {});
 core::Expected<OperatorCommand> from_idl(const msg::OperatorCommand& message, const ArmBounds& arm = {});
 core::Expected<OperatorReply> from_idl(const msg::OperatorReply& message, const ArmBounds& arm = {});
@@ -29,6 +30,7 @@ msg::GripperState to_idl(const GripperState& state);
 msg::WristWrench to_idl(const WristWrench& wrench);
 msg::ViewPose to_idl(const ViewPose& view);
 msg::ViewPicture to_idl(const ViewPicture& picture);
+msg::CameraPicture to_idl(const CameraPicture& picture);
 msg::SensorPoints to_idl(const SensorPoints& points);
 msg::OperatorCommand to_idl(const OperatorCommand& command);
 msg::OperatorReply to_idl(const OperatorReply& reply);

@@ -42,6 +42,17 @@ void read_points(const runtime::Fields& from, PointsRules& points) {
   from.number("largest_stamp_age_s", points.largest_stamp_age_s);
 }
 
+void read_camera(const runtime::Fields& from, CameraRules& camera) {
+  from.text("image_topic", camera.image_topic);
+  from.text("compressed_topic", camera.compressed_topic);
+  from.check(camera.image_topic.empty() || camera.compressed_topic.empty(), "compressed_topic",
+             "image_topic is given, too; allowed: one of them");
+  from.text("name", camera.name);
+  from.number("rate_Hz", camera.rate_Hz);
+  from.number("jpeg_quality", camera.jpeg_quality);
+  from.number("largest_stamp_age_s", camera.largest_stamp_age_s);
+}
+
 void read_workspace(const runtime::Fields& out, WorkspaceRules& workspace) {
   out.flag("meshes", workspace.meshes);
   std::vector<int> orders;
@@ -81,6 +92,7 @@ GatewayConfig load_config(const std::filesystem::path& path) {
   file.section("collision_objects").text("topic", config.collision_objects_topic);
   read_master(file.section("master"), config.master);
   read_points(file.section("points"), config.points);
+  read_camera(file.section("camera"), config.camera);
   const auto out = file.section("out");
   out.number("rate_Hz", config.out.rate_Hz);
   out.text("prefix", config.out.prefix);

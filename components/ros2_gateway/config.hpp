@@ -6,6 +6,7 @@
 
 #include "common/robot/serial_arm.hpp"
 #include "common/ros2/node.hpp"
+#include "components/ros2_gateway/dds_adapter_camera.hpp"
 #include "components/ros2_gateway/dds_adapter_master.hpp"
 #include "components/ros2_gateway/dds_adapter_out.hpp"
 #include "components/ros2_gateway/dds_adapter_points.hpp"
@@ -28,6 +29,7 @@ struct GatewayConfig {
   std::string collision_objects_topic = "collision_object";  ///< empty: none come in
   MasterRules master;
   PointsRules points;
+  CameraRules camera;
   OutputRules out;
   WorkspaceRules workspace;
 };

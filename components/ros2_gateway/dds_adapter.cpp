@@ -69,6 +69,7 @@ struct DdsAdapter::Impl {
       master.emplace(participant, node, config.master);
     if (!config.points.cloud_topic.empty() || !config.points.depth_topic.empty())
       points.emplace(participant, node, config.points);
+    if (config.camera.wanted()) camera.emplace(participant, node, config.camera);
     if (config.out.rate_Hz > 0.0 && (config.workspace.meshes || !config.workspace.clouds.empty()))
       workspace.emplace(participant, node, arm, config.out, config.workspace);
     if (config.out.rate_Hz > 0.0) outputs.emplace(participant, node, arm, config.out, urdf);
@@ -112,6 +113,7 @@ struct DdsAdapter::Impl {
   std::optional<CollisionObjects> objects;
   std::optional<MasterInput> master;
   std::optional<SensorPointsInput> points;
+  std::optional<CameraInput> camera;
   std::optional<WorkspaceOutputs> workspace;
   std::optional<Outputs> outputs;
 };
@@ -139,6 +141,10 @@ void DdsAdapter::report(core::Health health) {
   if (impl_->points) {
     health.figures.push_back({"sensor points", static_cast<double>(impl_->points->handed_on()), ""});
     health.figures.push_back({"sensor points refused", static_cast<double>(impl_->points->refused()), ""});
+  }
+  if (impl_->camera) {
+    health.figures.push_back({"camera pictures", static_cast<double>(impl_->camera->handed_on()), ""});
+    health.figures.push_back({"camera pictures refused", static_cast<double>(impl_->camera->refused()), ""});
   }
   impl_->status.publish(health);
 }

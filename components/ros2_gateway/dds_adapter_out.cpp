@@ -14,7 +14,7 @@ namespace phantom::ros2_gateway {
 namespace {
 
 using Image = sensor_msgs::msg::dds_::CompressedImage_PubSubType;
-constexpr std::array kViewNames{"main", "hit", "tool"};  // by messages::PictureView
+constexpr std::array kViewNames{"main", "hit", "tool", "camera"};  // by messages::PictureView
 
 /// The newest sample of a topic, until it is taken.
 template <class Message, class Sample>

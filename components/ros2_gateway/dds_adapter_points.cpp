@@ -1,16 +1,15 @@
 #include "components/ros2_gateway/dds_adapter_points.hpp"
 
 #include <atomic>
-#include <condition_variable>
 #include <mutex>
 #include <optional>
-#include <thread>
 
 #include "common/dds/refusal_log.hpp"
 #include "common/messages/publisher.hpp"
 #include "common/messages/teleoperation_codec.hpp"
 #include "common/ros2/endpoint.hpp"
 #include "common/ros2/words.hpp"
+#include "components/ros2_gateway/newest_task.hpp"
 #include "components/ros2_gateway/point_clouds.hpp"
 #include "components/ros2_gateway/stream_check.hpp"
 #include "ros2_idl/sensor_msgsPubSubTypes.hpp"
@@ -50,41 +49,28 @@ CameraMessage message_of(const sensor::CameraInfo_& from) {
 
 struct SensorPointsInput::Impl {
   Impl(dds::Participant& phantom, ros2::Node& node, const PointsRules& rules)
-      : stream(kSensorStaleness_s, rules.largest_stamp_age_s),
-        writer(phantom, dds::kSensorPoints),
-        thread([this] { work(); }) {
+      : stream(kSensorStaleness_s, rules.largest_stamp_age_s), writer(phantom, dds::kSensorPoints) {
     if (!rules.cloud_topic.empty())
       clouds.emplace(node, rules.cloud_topic, kNewestPoints,
                      [this](const sensor::PointCloud2_& message, const dds::SampleInfo& info) {
-                       return take(message, info, cloud);
+                       return take(message, info);
                      });
     if (rules.depth_topic.empty()) return;
     cameras.emplace(
         node, rules.camera_info_topic, kNewestPoints,
         [this](const sensor::CameraInfo_& message, const dds::SampleInfo&) { return take(message); });
-    images.emplace(node, rules.depth_topic, kNewestPoints,
-                   [this](const sensor::Image_& message, const dds::SampleInfo& info) {
-                     return take(message, info, image);
-                   });
-  }
-  ~Impl() {
-    clouds.reset(), images.reset(), cameras.reset();
-    {
-      const std::lock_guard lock(mutex);
-      ends = true;
-    }
-    changed.notify_one();
-    thread.join();
+    images.emplace(
+        node, rules.depth_topic, kNewestPoints,
+        [this](const sensor::Image_& message, const dds::SampleInfo& info) { return take(message, info); });
   }
 
   template <class Message>
-  bool take(const Message& message, const dds::SampleInfo& info, std::optional<Message>& newest) {
+  bool take(const Message& message, const dds::SampleInfo& info) {
     const std::lock_guard lock(mutex);
     const core::Status status = stream.accept({ros2::nanoseconds_of(message.header().stamp()), info.writer},
                                               info.received_ns, core::utc_ns());
     if (!status) return refuse(status.message());
-    newest = message;
-    changed.notify_one();
+    task.put([this, message] { hand_on(points_of(message), message.header()); });
     return true;
   }
   bool take(const sensor::CameraInfo_& message) {
@@ -95,33 +81,20 @@ struct SensorPointsInput::Impl {
     return true;
   }
 
-  void work() {
-    for (;;) {
-      std::optional<sensor::PointCloud2_> a_cloud;
-      std::optional<sensor::Image_> an_image;
-      std::optional<Pinhole> its_camera;
-      {
-        std::unique_lock lock(mutex);
-        changed.wait(lock, [this] { return ends || cloud || image; });
-        if (ends) return;
-        a_cloud.swap(cloud);
-        an_image.swap(image);
-        its_camera = camera;
-      }
-      if (a_cloud) hand_on(points_of(message_of(*a_cloud)), a_cloud->header());
-      if (an_image) hand_on(points_of(*an_image, its_camera), an_image->header());
+  core::Expected<messages::SensorPoints> points_of(const sensor::PointCloud2_& from) {
+    return ros2_gateway::points_of(message_of(from));
+  }
+  core::Expected<messages::SensorPoints> points_of(const sensor::Image_& from) {
+    std::optional<Pinhole> its_camera;
+    {
+      const std::lock_guard lock(mutex);
+      its_camera = camera;
     }
-  }
-  static core::Expected<messages::SensorPoints> points_of(const CloudMessage& message) {
-    return ros2_gateway::points_of(message);
-  }
-  static core::Expected<messages::SensorPoints> points_of(const sensor::Image_& from,
-                                                          const std::optional<Pinhole>& camera) {
-    if (!camera) return core::Status::invalid_argument("no camera_info was heard yet");
+    if (!its_camera) return core::Status::invalid_argument("no camera_info was heard yet");
     return ros2_gateway::points_of(
-        DepthMessage{from.header().frame_id(), from.height(), from.width(), from.encoding(),
+        ImageMessage{from.header().frame_id(), from.height(), from.width(), from.encoding(),
                      from.is_bigendian() != 0, from.step(), from.data()},
-        *camera);
+        *its_camera);
   }
 
   void hand_on(core::Expected<messages::SensorPoints> points, const std_msgs::msg::dds_::Header_& from) {
@@ -136,19 +109,16 @@ struct SensorPointsInput::Impl {
   }
 
   std::mutex mutex;
-  std::condition_variable changed;
-  bool ends = false;
   StreamCheck stream;
-  std::optional<sensor::PointCloud2_> cloud;
-  std::optional<sensor::Image_> image;
   std::optional<Pinhole> camera;
   std::atomic<std::uint64_t> handed_on{0}, refused{0};
   dds::RefusalLog refusals{"points of a sensor of ROS 2"};
   messages::Publisher<messages::SensorPoints> writer;
+  NewestTask task;
+  // Last, so that nothing is heard any more when the rest goes.
   std::optional<ros2::Subscription<sensor::PointCloud2_PubSubType>> clouds;
   std::optional<ros2::Subscription<sensor::Image_PubSubType>> images;
   std::optional<ros2::Subscription<sensor::CameraInfo_PubSubType>> cameras;
-  std::thread thread;
 };
 
 SensorPointsInput::SensorPointsInput(dds::Participant& phantom, ros2::Node& node, const PointsRules& rules)

@@ -16,13 +16,13 @@ int main(int argc, char** argv) {
       "vicinity is felt: wva_server, phantom_sensing and this process are enough.";
   description.details =
       "In, of the ROS 2 domain: joint_states, collision_object, a wrench; TwistStamped or Joy as a master; a "
-      "sensor's PointCloud2 or depth images. Out there: phantom/joint_states, phantom/master/joint_states, "
+      "sensor's PointCloud2 or depth images; a camera's Image or CompressedImage. Out there: phantom/joint_states, phantom/master/joint_states, "
       "phantom/robot_description, phantom/percept/{drag,drag_wrench,torque_wrench,closeness,speed,worst_place}, "
-      "phantom/workspace/{meshes,boundary,guard,layer_N}, phantom/views/{main,hit,tool}/compressed, tf, "
+      "phantom/workspace/{meshes,boundary,guard,layer_N}, phantom/views/{main,hit,tool,camera}/compressed, tf, "
       "tf_static, diagnostics.\n"
       "In, of Phantom's: slave_state, master_state, percept, hit_alert, component_status, the workspace, "
-      "view_picture, haptic_device_wrench. Out there: slave_state, wrist_wrench, sensor_points, haptic_device, "
-      "workspace_command, component_status.\n"
+      "view_picture, haptic_device_wrench. Out there: slave_state, wrist_wrench, sensor_points, camera_picture, "
+      "haptic_device, workspace_command, component_status.\n"
       "Example: ros2_gateway --deployment deploy/topologies/ros2_arm.yaml";
   description.parameters = {ros2_gateway::kParameters};
   description.run = [&](const runtime::ProcessOptions& options) {

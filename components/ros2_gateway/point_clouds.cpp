@@ -31,14 +31,6 @@ core::Status check_size(std::uint64_t width, std::uint64_t height) {
   return core::Status::ok();
 }
 
-/// Checks that `data` has the rows: `row` octets of each are used.
-core::Status check_rows(std::uint64_t row, std::uint64_t step, std::uint64_t height, std::size_t data) {
-  if (step < row) return invalid("a row has " + text(step) + " octets; allowed: at least " + text(row));
-  if (data != step * height)
-    return invalid("data has " + text(data) + " octets; allowed: " + text(step * height) + ", the rows'");
-  return core::Status::ok();
-}
-
 core::Status check_frame(const std::string& frame) {
   if (frame.empty() || frame.size() > messages::kLongestFrame)
     return invalid("frame_id has " + text(frame.size()) + " octets; allowed: 1 to " +
@@ -88,6 +80,13 @@ messages::SensorPoints empty_points(const std::string& frame, std::uint32_t widt
 
 }  // namespace
 
+core::Status check_rows(std::uint64_t row, std::uint64_t step, std::uint64_t height, std::size_t data) {
+  if (step < row) return invalid("a row has " + text(step) + " octets; allowed: at least " + text(row));
+  if (data != step * height)
+    return invalid("data has " + text(data) + " octets; allowed: " + text(step * height) + ", the rows'");
+  return core::Status::ok();
+}
+
 core::Expected<messages::SensorPoints> points_of(const CloudMessage& cloud) {
   core::Status status = check_frame(cloud.frame);
   if (status) status = check_size(cloud.width, cloud.height);
@@ -126,7 +125,7 @@ core::Expected<Pinhole> pinhole_of(const CameraMessage& camera) {
   return Pinhole{camera.frame, camera.height, camera.width, p[0], p[5], p[2], p[6]};
 }
 
-core::Expected<messages::SensorPoints> points_of(const DepthMessage& image, const Pinhole& camera) {
+core::Expected<messages::SensorPoints> points_of(const ImageMessage& image, const Pinhole& camera) {
   const bool in_mm = image.encoding == "16UC1";
   if (!in_mm && image.encoding != "32FC1")
     return invalid("encoding is '" + image.encoding.substr(0, 32) + "'; allowed: 16UC1 (mm), 32FC1 (m)");

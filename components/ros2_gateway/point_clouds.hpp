@@ -27,8 +27,8 @@ struct CloudMessage {
   std::span<const std::uint8_t> data;
 };
 
-/// A sensor_msgs/msg/Image with depths as it came (REP 118).
-struct DepthMessage {
+/// A sensor_msgs/msg/Image as it came: a picture, or depths (REP 118).
+struct ImageMessage {
   std::string frame;
   std::uint32_t height = 0, width = 0;
   std::string encoding;
@@ -52,6 +52,9 @@ struct Pinhole {
   double f_x_px = 0.0, f_y_px = 0.0, c_x_px = 0.0, c_y_px = 0.0;
 };
 
+/// Checks that `data` has the rows: `row` octets of each are used.
+core::Status check_rows(std::uint64_t row, std::uint64_t step, std::uint64_t height, std::size_t data);
+
 /// Returns the cloud's points in its frame, m, row by row; a point with a number that is none, or farther
 /// than 10 km, is one where nothing was measured. Everything is checked before anything is allocated: errors
 /// say what is not as the message's definition has it, and what is allowed: fields x, y, z of one float32 or
@@ -65,6 +68,6 @@ core::Expected<Pinhole> pinhole_of(const CameraMessage& camera);
 /// Returns the depths as points in the camera's optical frame (x right, y down, z forward). Depths are 16UC1,
 /// mm, 0 where nothing was measured, or 32FC1, m, NaN or infinite where nothing was. Errors: another
 /// encoding, size or frame than the camera's, data that do not hold the rows.
-core::Expected<messages::SensorPoints> points_of(const DepthMessage& image, const Pinhole& camera);
+core::Expected<messages::SensorPoints> points_of(const ImageMessage& image, const Pinhole& camera);
 
 }  // namespace phantom::ros2_gateway

@@ -57,6 +57,10 @@ class Live {
     if (!camera.calibration.lens)
       throw ConfigError(
           "--camera: has no lens, whose size_px says which pictures to ask for; give a rough one");
+    if (camera.kind == VideoKind::kTopic)
+      throw ConfigError(
+          "--camera: its pictures come over a topic, which this command does not hear; allowed: --pictures, or "
+          "the pose by picks on the page of a viewer that shows it");
     const camera::Lens& lens = *camera.calibration.lens;
     if (camera.kind != VideoKind::kSimulated) {
       source_ = open_video(camera, lens.width_px, lens.height_px);

@@ -23,12 +23,18 @@ std::string calibration_words(const Calibration& calibration) {
 CameraView::CameraView(const VideoCamera& camera, const PictureFormat& format,
                        const VideoStaleness& staleness, const VideoFeed& feed, const RecentSamples& past)
     : camera_(camera),
+      calibration_(camera.calibration),
       staleness_(staleness),
       feed_(feed),
       past_(past),
       straight_(camera::straightened(camera::LensModel(*camera.calibration.lens), format.width_px,
                                      format.height_px)),
       warp_(camera::LensModel(*camera.calibration.lens), camera::LensModel(straight_)) {}
+
+void CameraView::stand(const Calibration& calibration, bool on_trial) {
+  calibration_ = calibration;
+  on_trial_ = on_trial;
+}
 
 void CameraView::take(const SkinSample& skin) {
   skins_.push_back(skin);
@@ -61,9 +67,9 @@ VideoMoment CameraView::at(core::Nanoseconds now_ns) {
   // The picture may have come after the caller has looked at the clock.
   if (status.newest) now_ns = std::max(now_ns, status.newest->arrived_ns);
   VideoMoment moment;
-  moment.camera = drawing_camera(straight_, *camera_.calibration.X_WC);
+  moment.camera = drawing_camera(straight_, *calibration_.X_WC);
   moment.name = camera_.name;
-  moment.calibration = calibration_words(camera_.calibration);
+  moment.calibration = (on_trial_ ? "on trial, " : "") + calibration_words(calibration_);
   moment.problem = fault(status, now_ns);
   moment.live = moment.problem.empty();
   moment.picture = picture_;

@@ -40,6 +40,8 @@ class CameraView {
   CameraView(const VideoCamera& camera, const PictureFormat& format, const VideoStaleness& staleness,
              const VideoFeed& feed, const RecentSamples& past);
 
+  /// Lets the model be drawn by another calibration of the pose from now on.
+  void stand(const Calibration& calibration, bool on_trial);
   /// Takes the skin's percept, for pictures of its time.
   void take(const SkinSample& skin);
   /// Returns the video as it stands now.
@@ -55,6 +57,8 @@ class CameraView {
   std::string fault(const VideoStatus& status, core::Nanoseconds now_ns) const;
 
   const VideoCamera& camera_;
+  Calibration calibration_;
+  bool on_trial_ = false;
   const VideoStaleness staleness_;
   const VideoFeed& feed_;
   const RecentSamples& past_;

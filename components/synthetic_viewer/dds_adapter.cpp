@@ -23,8 +23,6 @@ namespace {
 // The time in which a stop is confirmed, plus two network delays.
 constexpr double kStopAnswer_s = core::seconds(core::kStopConfirmedWithin_ns) + 0.05;
 constexpr double kAnswer_s = 0.5;
-// Main, hit and tool: topic view_picture has no real camera's.
-constexpr std::size_t kPicturedViews = 3;
 
 }  // namespace
 
@@ -36,8 +34,8 @@ struct DdsAdapter::Impl {
   messages::Requester<messages::WorkspaceCommand, messages::WorkspaceReply> workspace_requester;
   std::optional<messages::Publisher<messages::ViewPose>> view_poses;
   std::optional<messages::Publisher<messages::ViewPicture>> pictures;
-  // The newest picture of each view that the topic has.
-  std::array<Broadcast<std::string>::Content, kPicturedViews> published;
+  // The newest picture of each view.
+  std::array<Broadcast<std::string>::Content, kViews.size()> published;
   bool follows_pictures = false;
   core::Nanoseconds pictures_due_ns = 0;
   messages::StatusReporter status;
@@ -61,6 +59,7 @@ struct DdsAdapter::Impl {
   std::optional<dds::Reader<msg::MeshChunk>> chunks;
   std::optional<dds::Reader<msg::ComponentStatus>> components;
   std::optional<dds::Reader<msg::OperatorCommand>> view_commands;
+  std::optional<dds::Reader<msg::CameraPicture>> video;
 
   /// Where another arm's states come from.
   struct Other {
@@ -77,7 +76,8 @@ struct DdsAdapter::Impl {
   };
   std::vector<std::unique_ptr<Other>> others;
 
-  Impl(const core::NetworkOptions& network, const messages::ArmBounds& bounds, Inbox& viewer_inbox)
+  Impl(const core::NetworkOptions& network, const messages::ArmBounds& bounds, Inbox& viewer_inbox,
+       const std::string& camera)
       : inbox(viewer_inbox),
         participant("synthetic_viewer", network),
         operator_client(
@@ -89,6 +89,7 @@ struct DdsAdapter::Impl {
     open_states();
     open_events();
     open_workspace();
+    if (!camera.empty()) open_video(camera);
   }
 
   void notify_client(core::Side side, const auto& sample) {
@@ -125,6 +126,7 @@ struct DdsAdapter::Impl {
   void open_states();
   void open_events();
   void open_workspace();
+  void open_video(const std::string& camera);
   void put(const std::vector<messages::WorkspaceObject>& changes) {
     for (const messages::WorkspaceObject& object : changes) inbox.put(object);
   }
@@ -200,9 +202,21 @@ void DdsAdapter::Impl::open_workspace() {
   });
 }
 
+void DdsAdapter::Impl::open_video(const std::string& camera) {
+  video.emplace(participant, dds::kCameraPicture,
+                [this, camera](const msg::CameraPicture& message, const dds::SampleInfo& info) {
+                  const core::Nanoseconds utc_ns = core::utc_ns() - (core::monotonic_ns() - info.received_ns);
+                  auto picture = intake.take(message, camera, info.received_ns, utc_ns, inbox.stops);
+                  if (!picture) return inbox.video.refuse(picture.status().message()), false;
+                  if (!picture->has_value()) return inbox.video.put_foreign(message.camera().c_str()), true;
+                  inbox.video.put(std::move(**picture));
+                  return true;
+                });
+}
+
 DdsAdapter::DdsAdapter(const core::NetworkOptions& network, const messages::ArmBounds& arm, Inbox& inbox,
-                       const std::vector<OtherArm>& others)
-    : impl_(std::make_unique<Impl>(network, arm, inbox)) {
+                       const std::string& camera, const std::vector<OtherArm>& others)
+    : impl_(std::make_unique<Impl>(network, arm, inbox, camera)) {
   for (std::size_t i = 0; i < others.size(); ++i) {
     core::NetworkOptions there = network;
     there.partition = others[i].partition;
@@ -270,10 +284,10 @@ void DdsAdapter::publish_pictures(PageContent& page, double rate_Hz) {
   if (!impl_->pictures) impl_->pictures.emplace(impl_->participant, dds::kViewPicture);
   const bool wanted = impl_->pictures->matched() > 0;
   if (wanted != impl_->follows_pictures)
-    for (std::size_t view = 0; view < kPicturedViews; ++view)
+    for (std::size_t view = 0; view < kViews.size(); ++view)
       page.views[view].jpeg.followers.fetch_add(wanted ? 1 : -1);
   impl_->follows_pictures = wanted;
-  for (std::size_t view = 0; wanted && view < kPicturedViews; ++view) {
+  for (std::size_t view = 0; wanted && view < kViews.size(); ++view) {
     const auto newest = page.views[view].jpeg.newest();
     if (!newest || newest == impl_->published[view] || newest->size() > messages::kMostPictureBytes) continue;
     impl_->published[view] = newest;

@@ -24,9 +24,10 @@ class DdsAdapter {
     std::string partition;
     messages::ArmBounds bounds;
   };
-  /// Joins the DDS domain. `arm`: the arm that the samples must fit. Throws dds::DdsError.
+  /// Joins the DDS domain. `arm`: the arm that the samples must fit. `camera`: whose pictures are taken from
+  /// camera_picture; empty: none are. Throws dds::DdsError.
   DdsAdapter(const core::NetworkOptions& network, const messages::ArmBounds& arm, Inbox& inbox,
-             const std::vector<OtherArm>& others = {});
+             const std::string& camera = {}, const std::vector<OtherArm>& others = {});
   ~DdsAdapter();
 
   /// Sends an operator_command repeatedly until all components that must answer have done so, and waits for

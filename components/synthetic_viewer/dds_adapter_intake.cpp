@@ -1,6 +1,9 @@
 #include "components/synthetic_viewer/dds_adapter_intake.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <cmath>
 
 #include "common/messages/percept_codec.hpp"
 #include "common/messages/status_codec.hpp"
@@ -10,6 +13,10 @@
 
 namespace phantom::synthetic_viewer {
 namespace {
+
+// Samples are kept for so long that older pictures cannot be drawn over; so much may clocks differ that are
+// kept in step.
+constexpr double kOldestPicture_s = 5.0, kClocksDiffer_s = 0.1;
 
 /// Returns whether only one such component may run; viewers, recorders and audio components may be several.
 bool may_run_once(const std::string& component) {
@@ -107,6 +114,30 @@ std::optional<HitSample> TopicIntake::take(const msg::HitAlert& message, core::N
   const bool foreign = phantom_.is_rival(message.stamp(), at_ns);
   if (!sound || foreign || !hit_order_.accept(message.stamp())) return {};
   return HitSample(*sound, at_ns);
+}
+
+core::Expected<std::optional<SentPicture>> TopicIntake::take(const msg::CameraPicture& message,
+                                                             const std::string& camera,
+                                                             core::Nanoseconds at_ns,
+                                                             core::Nanoseconds utc_ns, StopBoard& board) {
+  const auto refused = [](const std::string& why) {
+    return core::Status::invalid_argument("a camera_picture: " + why);
+  };
+  auto picture = messages::from_idl(message);
+  if (!picture) return refused(picture.status().message());
+  if (picture->camera != camera) return std::optional<SentPicture>();
+  const bool accepted = camera_source_.accept(message.stamp(), at_ns);
+  if (camera_source_.has_second(at_ns)) board.take_second("camera_picture of " + camera, at_ns);
+  if (!accepted) return refused("not newer than the last, or of a second process");
+  SentPicture sent{std::move(picture->jpeg), {}, at_ns};
+  if (picture->exposed_utc_ns == 0) return std::optional(std::move(sent));
+  const double age_s = core::seconds(utc_ns - picture->exposed_utc_ns);
+  if (!(age_s >= -kClocksDiffer_s && age_s <= kOldestPicture_s))
+    return refused(fmt::format(
+        "exposed {:.1f} s {}; allowed: at most {:.0f} s ago, by this host's clock. Are both hosts' clocks set?",
+        std::abs(age_s), age_s > 0 ? "ago" : "ahead", kOldestPicture_s));
+  sent.exposed_ns = at_ns - std::max<core::Nanoseconds>(0, utc_ns - picture->exposed_utc_ns);
+  return std::optional(std::move(sent));
 }
 
 messages::ObjectSources::Taken TopicIntake::take(const msg::WorkspaceObject& message,

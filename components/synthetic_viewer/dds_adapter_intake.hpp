@@ -12,6 +12,7 @@
 #include "components/synthetic_viewer/dds_adapter_names.hpp"
 #include "components/synthetic_viewer/samples.hpp"
 #include "components/synthetic_viewer/stop_board.hpp"
+#include "components/synthetic_viewer/video_source.hpp"
 
 namespace phantom::synthetic_viewer {
 
@@ -39,6 +40,13 @@ class TopicIntake {
                                       StopBoard& board);
   std::optional<HitSample> take(const msg::HitAlert& message, core::Nanoseconds at_ns, StopBoard& board);
 
+  /// Returns the picture of the camera called `camera`, with the time of its exposure by this host's clocks;
+  /// `utc_ns`: the same moment as `at_ns`, since 1970. Returns nothing if it is of another camera; an error
+  /// that says why it is refused.
+  core::Expected<std::optional<SentPicture>> take(const msg::CameraPicture& message,
+                                                  const std::string& camera, core::Nanoseconds at_ns,
+                                                  core::Nanoseconds utc_ns, StopBoard& board);
+
   /// Takes an object that a server announces.
   messages::ObjectSources::Taken take(const msg::WorkspaceObject& message, const dds::GuidPrefix& server);
   struct Version {
@@ -60,14 +68,16 @@ class TopicIntake {
                                core::Nanoseconds at_ns, StopBoard& board);
 
   messages::ArmBounds arm_;
-  dds::SoleSource arm_source_, master_source_, percept_source_, gripper_source_, skin_source_{kSkinHold_ns};
+  dds::SoleSource arm_source_, master_source_, percept_source_, gripper_source_, skin_source_{kSkinHold_ns},
+      camera_source_{kSkinHold_ns};
   dds::FollowedSource phantom_;  // the process that percept is taken from
   dds::SequenceGuard hit_order_;
   std::uint64_t arm_arrived_ = 0;
   ComponentNames names_{kMostComponentNames};
   messages::ObjectSources servers_;
 
-  static constexpr core::Nanoseconds kSkinHold_ns = core::kNsPerSecond;  // skin_percept comes at 20 Hz
+  // skin_percept comes at 20 Hz, pictures of a camera as often or less
+  static constexpr core::Nanoseconds kSkinHold_ns = core::kNsPerSecond;
   static const std::size_t kMostComponentNames;
 };
 

@@ -120,6 +120,16 @@ void Drawing::paint_links(const SkinSample& skin, const std::vector<SkinPatchSam
   }
 }
 
+std::vector<KnownCorner> Drawing::known_corners() const {
+  std::vector<KnownCorner> corners;
+  for (const auto& [id, object] : state_.objects) {
+    const auto mesh = scene_.meshes.find(object.mesh_hash);
+    if (mesh == scene_.meshes.end() || !mesh->second.edges || state_.carried(id) != nullptr) continue;
+    add_known_corners(object.name, object.X_WO, *mesh->second.edges, corners);
+  }
+  return corners;
+}
+
 bool Drawing::take_video(core::Nanoseconds now_ns) {
   if (camera_view_ == nullptr) return false;
   video_ = camera_view_->at(now_ns);

@@ -8,6 +8,7 @@
 #include "components/synthetic_viewer/arm_meshes.hpp"
 #include "components/synthetic_viewer/compositor.hpp"
 #include "components/synthetic_viewer/mesh_store.hpp"
+#include "components/synthetic_viewer/pose_calibration.hpp"
 #include "components/synthetic_viewer/scene_base.hpp"
 
 namespace phantom::synthetic_viewer {
@@ -64,6 +65,9 @@ class Drawing {
   /// that suits it.
   AlertPicture picture(const HitSample& hit) const;
 
+  /// Returns the known corners of the objects that stand in the workspace.
+  std::vector<KnownCorner> known_corners() const;
+  const RayScene& bodies() const { return bodies_; }
   /// Gives the drawing a real camera's view; `view` must outlive it.
   void attach(CameraView& view) { camera_view_ = &view; }
   /// Takes the camera's newest picture, and the skin's paint of its time, for picture(View::kCamera). Returns

@@ -14,6 +14,7 @@
 #include "components/synthetic_viewer/recent_samples.hpp"
 #include "components/synthetic_viewer/samples.hpp"
 #include "components/synthetic_viewer/stop_board.hpp"
+#include "components/synthetic_viewer/video_source.hpp"
 
 namespace phantom::synthetic_viewer {
 
@@ -36,8 +37,9 @@ class Inbox {
   core::Snapshot<MasterSample> master;
   core::Snapshot<GripperSample> gripper;
   std::array<core::Snapshot<ArmSample>, runtime::kMostOtherArms> others;  ///< of other arms
-  StopBoard stops;                                                        ///< any thread
-  RecentSamples past;                                                     ///< any thread
+  StopBoard stops;     ///< any thread
+  RecentSamples past;  ///< any thread
+  PictureInbox video;  ///< of a camera whose pictures come over a topic
   /// The same values for the scene stream: a snapshot has one reader.
   struct {
     core::Snapshot<ArmSample> arm;

@@ -47,7 +47,9 @@ void run_session(ViewerConfig config, const runtime::CellConfig& cell, const cor
   Inbox inbox;
   PageContent content;
   ViewerLoop viewer(config, cell, std::move(arm), std::move(arm_meshes), inbox, content, report_dir);
-  DdsAdapter adapter(network, shape, inbox, others);
+  const auto& camera = config.camera_view.camera;
+  DdsAdapter adapter(network, shape, inbox,
+                     camera && camera->kind == VideoKind::kTopic ? camera->name : std::string(), others);
   content.stops = [&inbox] { return inbox.stops.at(core::monotonic_ns()); };
   const auto move = [&inbox](const ViewRequest& request) {
     return inbox.put(request)

@@ -25,6 +25,7 @@ struct ViewOutput {
 };
 
 class Review;
+class PoseCalibration;
 
 /// What page and window show. The viewer fills it; the servers' threads and the window's read it.
 struct PageContent {
@@ -39,8 +40,9 @@ struct PageContent {
   std::function<std::string()> main_png;
   /// Returns an alert's first picture as JPEG; empty if there is none (any more). Called on a server thread.
   std::function<std::string(std::uint32_t alert)> hit_picture;
-  Review* review = nullptr;    ///< the recording that is shown; null: what is shown is live
-  std::function<void()> wake;  ///< lets the next round begin at once; may be empty. Any thread
+  Review* review = nullptr;                ///< the recording that is shown; null: what is shown is live
+  PoseCalibration* calibration = nullptr;  ///< of the real camera's pose; null: there is none
+  std::function<void()> wake;              ///< lets the next round begin at once; may be empty. Any thread
   /// Returns which sides are stopped now. Any thread; must not wait for a picture.
   std::function<StopView()> stops;
 

@@ -123,13 +123,20 @@ VideoCamera load_video_camera(const std::filesystem::path& path) {
               {{"device", VideoKind::kDevice},
                {"file", VideoKind::kFile},
                {"pictures", VideoKind::kPictures},
+               {"topic", VideoKind::kTopic},
                {"simulated", VideoKind::kSimulated}});
   video.path = file.path("path");
-  file.check(!video.path.empty() || video.kind == VideoKind::kSimulated, "path",
+  const bool by_path = video.kind != VideoKind::kSimulated && video.kind != VideoKind::kTopic;
+  file.check(!by_path || !video.path.empty(), "path",
              "is missing: of the device, such as /dev/video0, the video or the folder of pictures");
   file.number("rate_hz", video.rate_hz);
   if (file.has("latency_ms")) video.latency_s = file.value("latency_ms") * 1e-3;
-  if (file.has("calibration")) video.calibration = load_calibration(file.existing_file("calibration"));
+  video.calibration_file = path.parent_path() / (path.stem().string() + "_calibration.yaml");
+  video.names_calibration = file.has("calibration");
+  if (video.names_calibration) {
+    video.calibration_file = file.existing_file("calibration");
+    video.calibration = load_calibration(video.calibration_file);
+  }
   if (file.has("lens")) {
     const camera::Lens lens = read_lens(file.section("lens"));
     if (!video.calibration.lens) video.calibration.lens = lens;
@@ -144,6 +151,8 @@ VideoCamera load_video_camera(const std::filesystem::path& path) {
   if (from_eye) X_WC = looking_at(eye_m, look_at_m);
   if (!video.calibration.X_WC) video.calibration.X_WC = X_WC;
   read_simulated(file.section("simulated"), video.simulated);
+  // It stands where it did, however it is calibrated.
+  if (X_WC) video.simulated.X_CS = video.calibration.X_WC->inverse() * *X_WC * video.simulated.X_CS;
   file.check(video.kind != VideoKind::kSimulated || video.calibrated(), "lens",
              "and pose are needed by a simulated camera");
   file.finish();

@@ -19,7 +19,7 @@ struct Calibration {
   bool has_figures = false;  ///< the numbers above were measured
 };
 
-enum class VideoKind { kDevice, kFile, kPictures, kSimulated };
+enum class VideoKind { kDevice, kFile, kPictures, kTopic, kSimulated };
 
 /// The checked content of a camera's file.
 struct VideoCamera {
@@ -29,6 +29,10 @@ struct VideoCamera {
   double rate_hz = 10.0;
   std::optional<double> latency_s;  ///< exposure to arrival; none: not known
   Calibration calibration;
+  /// Where a new calibration is written: the file that this camera's file names, else NAME_calibration.yaml
+  /// beside NAME.yaml.
+  std::filesystem::path calibration_file;
+  bool names_calibration = false;
   /// How the simulated camera differs from the ideal one.
   struct Simulated {
     double latency_s = 0.12, exposure_s = 0.0, gain = 1.0;

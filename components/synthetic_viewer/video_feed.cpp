@@ -71,7 +71,12 @@ void VideoFeed::take(VideoPicture picture) {
 
 void VideoFeed::report(const std::string& problem) {
   const std::lock_guard lock(mutex_);
-  if (status_.problem != problem) spdlog::warn("camera: {}", problem);
+  const core::Nanoseconds now_ns = core::monotonic_ns();
+  // Who sends nonsense must not fill the log.
+  if (status_.problem != problem && now_ns - told_ns_ > core::kNsPerSecond) {
+    spdlog::warn("camera: {}", problem);
+    told_ns_ = now_ns;
+  }
   status_.problem = problem;
 }
 

@@ -49,6 +49,7 @@ class VideoFeed {
   mutable std::mutex mutex_;
   std::condition_variable ended_;
   VideoStatus status_;
+  core::Nanoseconds told_ns_ = -core::kNsPerSecond;  // when the log was last told of a problem
   std::atomic<bool> stop_{false};
   std::thread thread_;
 };

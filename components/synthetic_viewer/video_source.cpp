@@ -4,7 +4,6 @@
 #include <sys/stat.h>
 
 #include <algorithm>
-#include <array>
 #include <cerrno>
 #include <cstring>
 #include <fstream>
@@ -12,48 +11,17 @@
 #include <opencv2/videoio.hpp>
 #include <system_error>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "common/core/errors.hpp"
+#include "common/pictures/picture_head.hpp"
 
 namespace phantom::synthetic_viewer {
 namespace {
 
 constexpr std::size_t kMostPicturesInAFolder = 100000;
 constexpr int kMostFaultsInARow = 50;
-
-struct PictureSize {
-  int width_px = 0, height_px = 0;
-};
-
-std::uint32_t big_endian(std::span<const std::uint8_t> octets) {
-  std::uint32_t value = 0;
-  for (const std::uint8_t octet : octets) value = value << 8 | octet;
-  return value;
-}
-
-std::optional<PictureSize> png_size(std::span<const std::uint8_t> file) {
-  constexpr std::array<std::uint8_t, 8> kHead{0x89, 'P', 'N', 'G', '\r', '\n', 0x1A, '\n'};
-  if (file.size() < 24 || !std::equal(kHead.begin(), kHead.end(), file.begin())) return std::nullopt;
-  const std::uint32_t width = big_endian(file.subspan(16, 4)), height = big_endian(file.subspan(20, 4));
-  return PictureSize{static_cast<int>(std::min(width, 1U << 30)),
-                     static_cast<int>(std::min(height, 1U << 30))};
-}
-
-/// Walks over the segments up to the one that begins a frame.
-std::optional<PictureSize> jpeg_size(std::span<const std::uint8_t> file) {
-  if (file.size() < 4 || file[0] != 0xFF || file[1] != 0xD8) return std::nullopt;
-  for (std::size_t at = 2; at + 9 < file.size();) {
-    if (file[at] != 0xFF) return std::nullopt;
-    const std::uint8_t kind = file[at + 1];
-    const bool frame = kind >= 0xC0 && kind <= 0xCF && kind != 0xC4 && kind != 0xC8 && kind != 0xCC;
-    if (frame)
-      return PictureSize{static_cast<int>(big_endian(file.subspan(at + 7, 2))),
-                         static_cast<int>(big_endian(file.subspan(at + 5, 2)))};
-    at += kind == 0xFF ? 1 : 2 + std::max<std::size_t>(2, big_endian(file.subspan(at + 2, 2)));
-  }
-  return std::nullopt;
-}
 
 core::Status no(std::string why) { return core::Status::invalid_argument(std::move(why)); }
 
@@ -182,7 +150,59 @@ class CaptureSource : public VideoSource {
   cv::VideoCapture capture_;
 };
 
+/// What a topic brings.
+class TopicSource : public VideoSource {
+ public:
+  TopicSource(std::string name, PictureInbox& inbox, int width_px, int height_px)
+      : name_(std::move(name)), inbox_(inbox), width_px_(width_px), height_px_(height_px) {}
+  core::Expected<std::optional<VideoPicture>> next() override {
+    PictureInbox::News news = inbox_.take();
+    if (!news.refusal.empty() && !news.picture) return no(news.refusal);
+    if (!news.picture)
+      throw core::MissingError(news.foreign.empty() ? "no camera_picture comes of '" + name_ + "'"
+                                                    : "camera_picture comes of '" + news.foreign +
+                                                          "'; allowed: of '" + name_ + "', this camera");
+    auto image = decode_picture(news.picture->jpeg, width_px_, height_px_);
+    if (!image) return no("a camera_picture " + image.status().message());
+    return std::optional(VideoPicture{std::move(*image), news.picture->exposed_ns, news.picture->arrived_ns});
+  }
+
+ private:
+  std::string name_;
+  PictureInbox& inbox_;
+  int width_px_, height_px_;
+};
+
 }  // namespace
+
+void PictureInbox::put(SentPicture picture) {
+  const std::lock_guard lock(mutex_);
+  news_.picture = std::move(picture);
+  changed_.notify_one();
+}
+
+void PictureInbox::refuse(std::string why) {
+  const std::lock_guard lock(mutex_);
+  news_.refusal = std::move(why);
+  changed_.notify_one();
+}
+
+void PictureInbox::put_foreign(const std::string& camera) {
+  const std::lock_guard lock(mutex_);
+  news_.foreign = camera;
+}
+
+PictureInbox::News PictureInbox::take() {
+  std::unique_lock lock(mutex_);
+  changed_.wait_for(lock, std::chrono::seconds(1),
+                    [this] { return news_.picture || !news_.refusal.empty(); });
+  return std::exchange(news_, {});
+}
+
+std::unique_ptr<VideoSource> open_topic(const std::string& name, PictureInbox& inbox, int width_px,
+                                        int height_px) {
+  return std::make_unique<TopicSource>(name, inbox, width_px, height_px);
+}
 
 std::string size_refusal(int width_px, int height_px, int wanted_width_px, int wanted_height_px) {
   if (width_px == wanted_width_px && height_px == wanted_height_px) return {};
@@ -191,10 +211,9 @@ std::string size_refusal(int width_px, int height_px, int wanted_width_px, int w
 }
 
 core::Expected<Image> decode_picture(std::span<const std::uint8_t> file, int width_px, int height_px) {
-  auto size = png_size(file);
-  if (!size) size = jpeg_size(file);
-  if (!size) return no("is neither PNG nor JPEG");
-  if (const std::string refusal = size_refusal(size->width_px, size->height_px, width_px, height_px);
+  const auto head = pictures::picture_head(file);
+  if (!head) return no("is neither PNG nor JPEG");
+  if (const std::string refusal = size_refusal(head->width_px, head->height_px, width_px, height_px);
       !refusal.empty())
     return no(refusal);
   // OpenCV does not write to its input.

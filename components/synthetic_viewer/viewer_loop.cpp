@@ -35,6 +35,11 @@ ViewerLoop::ViewerLoop(const ViewerConfig& config, const runtime::CellConfig& ce
       arm_(std::move(arm)),
       arm_meshes_(std::move(arm_meshes)) {
   for (const runtime::OtherArmConfig& other : config_.other_arms) state_.others.push_back({other.arm, {}});
+  if (!config_.camera_view.camera || review_ != nullptr) return;
+  const PictureFormat& format = config_.camera_view.format;
+  pose_calibration_ =
+      std::make_unique<PoseCalibration>(*config_.camera_view.camera, format.width_px, format.height_px);
+  page_.calibration = pose_calibration_.get();
 }
 
 void ViewerLoop::start() {
@@ -91,6 +96,7 @@ void ViewerLoop::run() {
   }
   drawing_.reset();
   camera_view_.reset();
+  if (pose_calibration_) pose_calibration_->attach(nullptr);
   video_.reset();
   progress_.end();
   ended_ = true;
@@ -110,9 +116,28 @@ void ViewerLoop::open_camera() {
             world = std::make_shared<const SimulatedWorld>(SimulatedWorld{cell_, arm_, arm_meshes_})] {
       return open_simulated_camera(camera, config_.graphics, *world, inbox_.past);
     };
-  video_ = std::make_unique<VideoFeed>(std::move(open));
+  if (camera.kind == VideoKind::kTopic)
+    open = [this, &camera] {
+      const camera::Lens& lens = *camera.calibration.lens;
+      return open_topic(camera.name, inbox_.video, lens.width_px, lens.height_px);
+    };
+  // A topic needs no time to be there again.
+  const core::Nanoseconds retry_ns =
+      camera.kind == VideoKind::kTopic ? core::kNsPerMillisecond : 2 * core::kNsPerSecond;
+  video_ = std::make_unique<VideoFeed>(std::move(open), retry_ns);
   camera_view_ = std::make_unique<CameraView>(camera, config_.camera_view.format,
                                               config_.camera_view.staleness, *video_, inbox_.past);
+  if (pose_calibration_) pose_calibration_->attach(video_.get());
+}
+
+/// Draws by the pose that is in force, and tells the corners that are known while the page asks for them.
+void ViewerLoop::serve_calibration() {
+  if (!pose_calibration_) return;
+  bool on_trial = false;
+  const Calibration calibration = pose_calibration_->in_force(on_trial);
+  camera_view_->stand(calibration, on_trial);
+  if (pose_calibration_->open(now_ns_))
+    pose_calibration_->show(drawing_->known_corners(), drawing_->bodies());
 }
 
 void ViewerLoop::work() {
@@ -228,6 +253,7 @@ core::Nanoseconds ViewerLoop::period_ns() const {
 bool ViewerLoop::round(double dt_s) {
   state_.recording = publisher_.recording();
   if (drawing_->advance(shown_ns_, shown_dt_s_)) state_.cameras.home(View::kHit);
+  serve_calibration();
   if (dt_s > 0) rounds_.per_s += (1 - std::exp(-dt_s)) * (1 / dt_s - rounds_.per_s);
   // Threats come first: the operator waits for them.
   publisher_.show_threats(*drawing_);

@@ -60,6 +60,7 @@ class ViewerLoop {
   core::Nanoseconds period_ns() const;
   void publish_state();
   void open_camera();
+  void serve_calibration();
   core::Health health_now() const;
 
   const ViewerConfig config_;
@@ -76,7 +77,8 @@ class ViewerLoop {
   robot::SerialArm arm_;
   std::vector<LinkMeshData> arm_meshes_;  // until they are uploaded
   ViewerState state_;
-  std::unique_ptr<VideoFeed> video_;  // null: no real camera
+  std::unique_ptr<PoseCalibration> pose_calibration_;  // any thread; null: no real camera
+  std::unique_ptr<VideoFeed> video_;                   // likewise
   std::unique_ptr<CameraView> camera_view_;
   std::unique_ptr<Drawing> drawing_;
   std::deque<Event> backlog_;

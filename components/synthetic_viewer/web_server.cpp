@@ -14,6 +14,7 @@
 #include "components/synthetic_viewer/page_access.hpp"
 #include "components/synthetic_viewer/page_review.hpp"
 #include "components/synthetic_viewer/page_state.hpp"
+#include "components/synthetic_viewer/pose_calibration.hpp"
 #include "components/synthetic_viewer/request_gate.hpp"
 #include "components/synthetic_viewer/request_origin.hpp"
 #include "components/synthetic_viewer/scene_feed.hpp"
@@ -36,6 +37,7 @@ extern const char* const kEnglishTexts;
 extern const char* const kGermanTexts;
 extern const char* const kReviewJs;
 extern const char* const kReviewCss;
+extern const char* const kCalibrateJs;
 extern const unsigned char kSceneBundle[];   // by gzip; made by web/scene/bundle.mjs
 extern const std::size_t kSceneBundleBytes;  // 0: built without
 }  // namespace web
@@ -55,6 +57,14 @@ constexpr std::chrono::milliseconds kPatience{200};
 constexpr std::chrono::milliseconds kPageWrite{5000}, kStreamWrite{15000};
 // After this many times kPatience a still picture is sent again, so that a dead connection is noticed.
 constexpr int kRepeatAfter = 5;
+
+/// A place among those whose picture is made now.
+struct SnapshotPlace {
+  std::atomic<int>& taken;
+  const bool free = taken.fetch_add(1) < kSnapshotsAtOnce;
+  ~SnapshotPlace() { taken.fetch_sub(1); }
+};
+constexpr const char* kTooManyPictures = "too many ask for pictures at once";
 
 /// Returns the limits of the page's port and, with `streams`, of the other one.
 GateLimits limits_of(const PageConfig& config, bool streams) {
@@ -118,7 +128,7 @@ std::string with_port(const Authority& authority, const std::string& port) {
 bool is_for_all(const std::string& path) {
   constexpr std::array kForAll{"/",           "/tokens.css", "/page.css",  "/page.js",  "/language.js",
                                "/review.css", "/stop.js",    "/choice.js", "/views.js", "/session.js",
-                               "/review.js",  "/stop",       "/scene.js",  "/session"};
+                               "/review.js",  "/stop",       "/scene.js",  "/session",  "/calibrate.js"};
   return std::find(kForAll.begin(), kForAll.end(), path) != kForAll.end();
 }
 
@@ -171,6 +181,7 @@ struct WebServer::Impl {
     add_states();
     add_requests();
     if (content.review != nullptr) add_review();
+    if (content.calibration != nullptr) add_calibration();
     access.add_to(page.server(), [this](const Request& request) { return refusal(request); });
     add_streams();
     add_scene();
@@ -193,6 +204,7 @@ struct WebServer::Impl {
   void add_states();
   void add_requests();
   void add_review();
+  void add_calibration();
   template <class Parse, class RoleNeeded, class CarryOut>
   void take(const char* path, Parse parse, RoleNeeded role_needed, CarryOut carry_out);
   void add_streams();
@@ -250,6 +262,7 @@ void WebServer::Impl::add_files() {
   serve("/page.js", web::kPageJs, "text/javascript; charset=utf-8");
   serve("/session.js", web::kSessionJs, "text/javascript; charset=utf-8");
   serve("/review.js", web::kReviewJs, "text/javascript; charset=utf-8");
+  serve("/calibrate.js", web::kCalibrateJs, "text/javascript; charset=utf-8");
   serve("/review.css", web::kReviewCss, "text/css; charset=utf-8");
   page.server().Get("/scene.js", [](const Request&, Response& response) {
     if (web::kSceneBundleBytes == 0) return answer(response, 404, "built without the browser's scene");
@@ -262,12 +275,8 @@ void WebServer::Impl::add_files() {
 
 void WebServer::Impl::add_pictures() {
   page.server().Get("/snapshot/main.png", [this](const Request&, Response& response) {
-    struct Place {
-      std::atomic<int>& taken;
-      const bool free = taken.fetch_add(1) < kSnapshotsAtOnce;
-      ~Place() { taken.fetch_sub(1); }
-    } const place{snapshots};
-    if (!place.free) return answer(response, kUnavailable, "too many ask for pictures at once");
+    const SnapshotPlace place{snapshots};
+    if (!place.free) return answer(response, kUnavailable, kTooManyPictures);
     const std::string png = content.main_png ? content.main_png() : std::string();
     if (png.empty()) return answer(response, kUnavailable, "there is no picture yet");
     response.set_content(png, "image/png");
@@ -329,6 +338,35 @@ void WebServer::Impl::add_review() {
     if (done && content.wake) content.wake();
     answer(response, done ? 200 : 400, done ? "done" : done.message());
   });
+}
+
+/// The page calibrates a real camera's pose by picks.
+void WebServer::Impl::add_calibration() {
+  PoseCalibration& poses = *content.calibration;
+  page.server().Get("/calibration", [&poses](const Request&, Response& response) {
+    response.set_content(poses.state_json(core::monotonic_ns()), "application/json");
+  });
+  page.server().Get("/calibration/still.jpg", [this, &poses](const Request&, Response& response) {
+    const SnapshotPlace place{snapshots};
+    if (!place.free) return answer(response, kUnavailable, kTooManyPictures);
+    const auto jpeg = poses.still(core::monotonic_ns());
+    if (!jpeg) return answer(response, kUnavailable, jpeg.status().message());
+    response.set_content(*jpeg, "image/jpeg");
+  });
+  page.server().Get("/calibration/overlay.jpg", [this](const Request&, Response& response) {
+    const auto jpeg = content.view(View::kCamera).jpeg.newest();
+    if (!jpeg) return answer(response, kUnavailable, "the camera's view is not followed");
+    response.set_content(*jpeg, "image/jpeg");
+  });
+  const auto needed = [](const CalibrationRequest&) { return std::optional(Role::kOperate); };
+  take("/calibration", parse_calibration_request, needed,
+       [this, &poses](const CalibrationRequest& request, Response& response) {
+         const auto done = poses.carry_out(request);
+         if (done && content.wake) content.wake();
+         if (done) return answer(response, 200, *done);
+         const bool cannot = done.status().code() == core::ErrorCode::kUnavailable;
+         answer(response, cannot ? 409 : 400, done.status().message());
+       });
 }
 
 void WebServer::Impl::add_requests() {

@@ -25,6 +25,8 @@ class SceneFeed;
 ///   GET  /mesh/<hash>, /shaders.json   what the scene stream names, and the programs that draw it here
 ///   POST /command               {"kind": …, "value": …} as JSON, from the page itself only
 ///   POST /carry                 {"object": …, "attach": true or false}, likewise
+///   GET  /calibration, /calibration/still.jpg, /calibration/overlay.jpg   of a real camera's pose
+///   POST /calibration           {"try": …}, {"keep": true} or {"discard": true}, likewise (PoseCalibration)
 ///   GET  /session               which role this browser has; POST /login, /logout
 ///   POST /view                  {"view": …, "orbit_deg": …, "zoom": …, "home": …, "record": …}, likewise
 /// and, while a recording is shown (PageContent::review), when every other command is refused:

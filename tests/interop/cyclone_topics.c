@@ -18,5 +18,5 @@ const struct cyclone_type cyclone_types[] = {
     TYPE(WorkspaceReply),  TYPE(ComponentStatus), TYPE(ViewPose),
     TYPE(OperatorReply),   TYPE(HapticDevice),    TYPE(HapticDeviceWrench),
     TYPE(GripperState),    TYPE(WristWrench),
-    TYPE(ViewPicture),     TYPE(SensorPoints),
+    TYPE(ViewPicture),     TYPE(SensorPoints),    TYPE(CameraPicture),
     {0, 0}};

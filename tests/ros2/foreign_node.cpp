@@ -283,6 +283,26 @@ void ForeignNode::publish_depth(const std::string& frame, std::uint32_t width, s
   dds_write(writer_of("depth", ros2_image), &message);
 }
 
+void ForeignNode::publish_image(const std::string& encoding, std::uint32_t width, std::uint32_t height,
+                                std::uint32_t step, const std::vector<std::uint8_t>& data) {
+  sensor_msgs_msg_dds__Image_ message{};
+  set_header(message.header, "camera", now_ns());
+  message.width = width;
+  message.height = height;
+  message.encoding = const_cast<char*>(encoding.c_str());
+  message.step = step;
+  lend(message.data, data);
+  dds_write(writer_of("image", ros2_image), &message);
+}
+
+void ForeignNode::publish_compressed(const std::string& format, const std::vector<std::uint8_t>& data) {
+  sensor_msgs_msg_dds__CompressedImage_ message{};
+  set_header(message.header, "camera", now_ns());
+  message.format = const_cast<char*>(format.c_str());
+  lend(message.data, data);
+  dds_write(writer_of("image/compressed", ros2_picture), &message);
+}
+
 std::vector<HeardWrench> ForeignNode::wrenches(const std::string& topic) {
   std::vector<HeardWrench> all;
   for_each_sample<geometry_msgs_msg_dds__WrenchStamped_>(

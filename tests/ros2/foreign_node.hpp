@@ -101,6 +101,11 @@ class ForeignNode {
                       const std::array<double, 12>& p);
   void publish_depth(const std::string& frame, std::uint32_t width, std::uint32_t height,
                      const std::vector<float>& depths_m);
+  /// Publish a sensor_msgs/msg/Image on "image" and a CompressedImage on "image/compressed", stamped
+  /// likewise.
+  void publish_image(const std::string& encoding, std::uint32_t width, std::uint32_t height,
+                     std::uint32_t step, const std::vector<std::uint8_t>& data);
+  void publish_compressed(const std::string& format, const std::vector<std::uint8_t>& data);
   /// Return what came on a topic up to now; nothing before the topic's publisher was discovered. Each topic
   /// has one type in a test.
   std::vector<HeardJoints> joints(const std::string& topic);

@@ -138,6 +138,10 @@ void set(msg::ViewPose& s) {
 void set(msg::ViewPicture& s) {
   s.stamp(stamp()), s.view(msg::PictureView::PICTURE_TOOL), s.jpeg(octets(100'003));
 }
+void set(msg::CameraPicture& s) {
+  s.stamp(stamp()), s.camera("gate"), s.exposed_utc_ns(long_count()), s.width(1280), s.height(719),
+      s.jpeg(octets(100'003));
+}
 void set(msg::SensorPoints& s) {
   s.stamp(stamp()), s.measured_utc_ns(long_count()), s.frame("camera"), s.width(20'000), s.height(1);
   s.xyz_m(std::vector<float>(60'000, -0.25F));
@@ -221,15 +225,15 @@ std::pair<const std::string, Builder> entry(const dds::TopicSpec<T>& topic) {
 
 void with_sample(const dds::TopicDescription& topic, const std::function<void(void*)>& use) {
   static const std::map<std::string, Builder> builders{
-      entry(dds::kMasterState),      entry(dds::kSlaveState),      entry(dds::kDragField),
-      entry(dds::kGripperState),     entry(dds::kPercept),         entry(dds::kInterestPoints),
-      entry(dds::kSkinPercept),      entry(dds::kHitAlert),        entry(dds::kSensingCommand),
-      entry(dds::kSensingReply),     entry(dds::kOperatorCommand), entry(dds::kRecordingRequest),
-      entry(dds::kOperatorReply),    entry(dds::kViewPose),        entry(dds::kWristWrench),
-      entry(dds::kViewPicture),      entry(dds::kSensorPoints),    entry(dds::kWorkspaceBrick),
-      entry(dds::kWorkspaceVersion), entry(dds::kHapticDevice),    entry(dds::kHapticDeviceWrench),
-      entry(dds::kWorkspaceObject),  entry(dds::kMeshChunk),       entry(dds::kWorkspaceCommand),
-      entry(dds::kWorkspaceReply),   entry(dds::kComponentStatus)};
+      entry(dds::kMasterState),        entry(dds::kSlaveState),       entry(dds::kDragField),
+      entry(dds::kGripperState),       entry(dds::kPercept),          entry(dds::kInterestPoints),
+      entry(dds::kSkinPercept),        entry(dds::kHitAlert),         entry(dds::kSensingCommand),
+      entry(dds::kSensingReply),       entry(dds::kOperatorCommand),  entry(dds::kRecordingRequest),
+      entry(dds::kOperatorReply),      entry(dds::kViewPose),         entry(dds::kWristWrench),
+      entry(dds::kViewPicture),        entry(dds::kCameraPicture),    entry(dds::kSensorPoints),
+      entry(dds::kWorkspaceBrick),     entry(dds::kWorkspaceVersion), entry(dds::kHapticDevice),
+      entry(dds::kHapticDeviceWrench), entry(dds::kWorkspaceObject),  entry(dds::kMeshChunk),
+      entry(dds::kWorkspaceCommand),   entry(dds::kWorkspaceReply),   entry(dds::kComponentStatus)};
   const auto builder = builders.find(topic.name);
   if (builder == builders.end())
     throw std::runtime_error(std::string(topic.name) + ": no sample of it here; add one to samples.cpp");

@@ -53,7 +53,7 @@ void expect_refused(const std::string& profiles, const testing::Matcher<const st
 
 TEST(Qos, ShippedProfilesKeepEveryTopicsContract) {
   EXPECT_NO_THROW(check_qos_profiles(PHANTOM_SOURCE_DIR "/deploy/qos/phantom.xml"));
-  EXPECT_EQ(all_topics().size(), 26u);
+  EXPECT_EQ(all_topics().size(), 27u);
 }
 
 TEST(Qos, ProfilesMayNameTimesAsEitherVersionDoes) {

@@ -300,9 +300,31 @@ TEST(ViewPictureCodec, ThereAndBackItIsTheSameAndWhatIsNoPictureIsRefused) {
   const ViewPicture picture{.stamp = {3, 4, 5}, .view = PictureView::kTool, .jpeg = {0xff, 0xd8, 7}};
   expect_same_after_round_trip(picture);
   const Refusals<msg::ViewPicture> refusal{to_idl(picture)};
-  EXPECT_EQ(refusal([](auto& m) { m.view(static_cast<msg::PictureView>(3)); }), "view is 3; allowed: 0 to 2");
+  EXPECT_EQ(refusal([](auto& m) { m.view(static_cast<msg::PictureView>(4)); }), "view is 4; allowed: 0 to 3");
   EXPECT_EQ(refusal([](auto& m) { m.jpeg().clear(); }), "jpeg has 0 octets; allowed: 1 to 4194304");
   EXPECT_THAT(refusal([](auto& m) { m.jpeg().resize(4'194'305); }), HasSubstr("4194305 octets"));
+  EXPECT_THAT(refusal([](auto& m) { m.stamp().sequence_number(0); }), HasSubstr("sequence_number"));
+}
+
+TEST(CameraPictureCodec, SR11_ThereAndBackItIsTheSameAndWhatIsNoPictureIsRefused) {
+  const CameraPicture picture{.stamp = {3, 4, 5},
+                              .camera = "gate",
+                              .exposed_utc_ns = 1'700'000'000'123'456'789,
+                              .width = 1280,
+                              .height = 720,
+                              .jpeg = {0xff, 0xd8, 7}};
+  expect_same_after_round_trip(picture);
+  const Refusals<msg::CameraPicture> refusal{to_idl(picture)};
+  EXPECT_EQ(refusal([](auto& m) { m.jpeg().clear(); }), "jpeg has 0 octets; allowed: 1 to 4194304");
+  EXPECT_THAT(refusal([](auto& m) { m.jpeg().resize(4'194'305); }), HasSubstr("4194305 octets"));
+  EXPECT_EQ(refusal([](auto& m) { m.width(15); }), "width is 15; allowed: 16 to 8192");
+  EXPECT_EQ(refusal([](auto& m) { m.height(8193); }), "height is 8193; allowed: 16 to 8192");
+  EXPECT_EQ(refusal([](auto& m) { m.width(8192), m.height(2049); }),
+            "width·height is 16785408; allowed: at most 16777216");
+  EXPECT_EQ(refusal([](auto& m) { m.width(8192), m.height(2048); }), "");
+  EXPECT_EQ(refusal([](auto& m) { m.camera(""); }), "camera is empty; allowed: its name");
+  EXPECT_THAT(refusal([](auto& m) { m.exposed_utc_ns(1ULL << 63); }), HasSubstr("exposed_utc_ns is 9.2"));
+  EXPECT_EQ(refusal([](auto& m) { m.exposed_utc_ns(0); }), "") << "not said";
   EXPECT_THAT(refusal([](auto& m) { m.stamp().sequence_number(0); }), HasSubstr("sequence_number"));
 }
 

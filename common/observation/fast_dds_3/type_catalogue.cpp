@@ -165,6 +165,7 @@ void register_topics() {
   msg::register_ViewPose_type_identifier(ids);
   msg::register_WristWrench_type_identifier(ids);
   msg::register_ViewPicture_type_identifier(ids);
+  msg::register_CameraPicture_type_identifier(ids);
   msg::register_SensorPoints_type_identifier(ids);
   msg::register_HapticDevice_type_identifier(ids);
   msg::register_HapticDeviceWrench_type_identifier(ids);

@@ -42,11 +42,15 @@ TEST(GatewayConfig, IsAsShippedOrAsTheFileSays) {
   const GatewayConfig own = load(
       "out: {clouds: [100, 99, 3, -2], views: true, meshes: false}\n"
       "master: {joy_topic: joy, joy_axes: [0, 1, 2, 3, 4, 5], joy_enable_button: 7}\n"
-      "points: {depth_topic: d, camera_info_topic: c}\n");
+      "points: {depth_topic: d, camera_info_topic: c}\n"
+      "camera: {compressed_topic: i, name: gate, rate_Hz: 5}\n");
   EXPECT_EQ(own.workspace.clouds, (std::vector<std::int8_t>{100, 99, 3, -2}));
   EXPECT_TRUE(own.out.views && !own.workspace.meshes);
   EXPECT_EQ(own.master.handle.joy_axes, (std::array{0, 1, 2, 3, 4, 5}));
   EXPECT_EQ(own.master.handle.joy_enable, 7);
+  EXPECT_EQ(own.camera.compressed_topic + own.camera.name, "igate");
+  EXPECT_EQ(own.camera.rate_Hz, 5.0);
+  EXPECT_FALSE(shipped.camera.wanted());
   EXPECT_EQ(own.points.depth_topic + own.points.camera_info_topic, "dc");
 }
 
@@ -56,6 +60,9 @@ TEST(GatewayConfig, WhatDoesNotFitIsRefusedWithItsPlace) {
   EXPECT_THAT(refusal("points: {depth_topic: d}\n"), HasSubstr("camera_info_topic"));
   EXPECT_THAT(refusal("points: {depth_topic: d, camera_info_topic: c, cloud_topic: p}\n"),
               HasSubstr("depth_topic"));
+  EXPECT_THAT(refusal("camera: {image_topic: a, compressed_topic: b}\n"),
+              HasSubstr("compressed_topic: image_topic is given, too"));
+  EXPECT_THAT(refusal("camera: {name: \"\"}\n"), HasSubstr("1 to 32 bytes"));
   EXPECT_THAT(refusal("out: {clouds: [0]}\n"), HasSubstr("0; allowed: 100 (boundary)"));
   EXPECT_THAT(refusal("out: {clouds: [3, 3]}\n"), HasSubstr("3 is there twice"));
   EXPECT_THAT(refusal("out: {clouds: [101]}\n"), HasSubstr("clouds"));

@@ -120,7 +120,7 @@ struct Image {
     message.data = data;
   }
   Image(const Image&) = delete;
-  DepthMessage message;
+  ImageMessage message;
   std::vector<std::uint8_t> data;
 };
 const Pinhole kCamera{
@@ -157,7 +157,7 @@ TEST(DepthImages, SayWhereNothingWasMeasured) {
 }
 
 TEST(DepthImages, AreRefusedWithTheReason) {
-  const auto refusal = [](const std::function<void(DepthMessage&)>& change) {
+  const auto refusal = [](const std::function<void(ImageMessage&)>& change) {
     Image image(true);
     change(image.message);
     return points_of(image.message, kCamera).status().message();

@@ -8,7 +8,9 @@
 
 #include "common/dds/stamp.hpp"
 #include "common/dds/tests/test_network.hpp"
+#include "common/messages/publisher.hpp"
 #include "common/messages/status_reporter.hpp"
+#include "common/messages/teleoperation_codec.hpp"
 #include "common/messages/tests/stand_in_side.hpp"
 #include "common/messages/workspace_codec.hpp"
 #include "common/percept/view_node.hpp"
@@ -415,6 +417,33 @@ TEST_F(Adapter, ItsViewPoseReachesOthers) {
   const Eigen::Matrix3d rotation = geometry::rotation_from_quaternion(
       Eigen::Vector4d(pose.X_WC().qx(), pose.X_WC().qy(), pose.X_WC().qz(), pose.X_WC().qw()));
   EXPECT_TRUE(rotation.isApprox(view.X_WC.rotation, 1e-12));
+}
+
+TEST_F(Adapter, PicturesOfItsCameraComeToTheInboxAndOthersAreNamed) {
+  Inbox inbox;
+  const DdsAdapter with_camera(test_network(), kShape, inbox, "gate");
+  messages::Publisher<messages::CameraPicture> writer(other_, dds::kCameraPicture);
+  messages::CameraPicture picture{
+      .stamp = {}, .camera = "door", .exposed_utc_ns = 0, .width = 64, .height = 48, .jpeg = {1, 2, 3}};
+  PictureInbox::News news;
+  const auto comes = [&](const auto& what) {  // best effort: until one has come
+    return eventually([&] {
+      writer.publish(picture);
+      news = inbox.video.take();
+      return what(news);
+    });
+  };
+  EXPECT_TRUE(comes([](const auto& n) { return n.foreign == "door" && !n.picture; }));
+  picture.camera = "gate";
+  picture.exposed_utc_ns = core::utc_ns() - core::from_seconds(0.2);
+  ASSERT_TRUE(comes([](const auto& n) { return n.picture.has_value(); }));
+  EXPECT_EQ(news.picture->jpeg, picture.jpeg);
+  ASSERT_TRUE(news.picture->exposed_ns.has_value());
+  EXPECT_NEAR(core::seconds(news.picture->arrived_ns - *news.picture->exposed_ns), 0.2, 4.8);
+  EXPECT_GE(core::seconds(news.picture->arrived_ns - *news.picture->exposed_ns), 0.19);
+  picture.exposed_utc_ns -= core::from_seconds(60.0);
+  EXPECT_TRUE(
+      comes([](const auto& n) { return n.refusal.find("allowed: at most 5 s ago") != std::string::npos; }));
 }
 
 TEST_F(Adapter, ItsPicturesReachOthersWhileTheyAreFollowedAndEachOnce) {

@@ -3,6 +3,7 @@
 #include <thread>
 
 #include "components/synthetic_viewer/login_guard.hpp"
+#include "components/synthetic_viewer/pose_calibration.hpp"
 #include "components/synthetic_viewer/tests/page_rig.hpp"
 
 namespace phantom::synthetic_viewer {
@@ -89,6 +90,40 @@ TEST_F(PageLogin, ASessionMayWhatItsRoleMay) {
   EXPECT_EQ(client().Post("/login", R"({"secret":7})", "application/json")->status, 400);
   EXPECT_EQ(client().Get("/state", {{"Cookie", "phantom_" + std::to_string(server_->port()) + "="}})->status,
             401);
+}
+
+TEST_F(PageLogin, WhereACameraStandsIsSetByWhoMayCommand) {
+  VideoCamera camera;
+  camera.name = "gate";
+  camera.calibration.lens = camera::Lens{640, 480, 520, 520, 320, 240};
+  camera.calibration.X_WC = geometry::Pose();
+  PoseCalibration poses(camera, 640, 480);
+  content_.calibration = &poses;
+  serve(with_secrets());
+  const auto discard = [&](const httplib::Headers& headers) {
+    return post(R"({"discard": true})", headers, "application/json", "/calibration");
+  };
+  for (const char* path : {"/calibration", "/calibration/still.jpg", "/calibration/overlay.jpg"})
+    EXPECT_EQ(client().Get(path)->status, 401) << path;
+  EXPECT_EQ(discard({}).first, 401);
+  for (const auto& [secret, status, words] : {std::tuple{"watch-watch-watch", 403, "needs the role operate"},
+                                              {"operate-operate-1", 400, "no pose is on trial"}}) {
+    const auto opened = log_in(secret);
+    const std::string cookie = opened->get_header_value("Set-Cookie");
+    httplib::Headers session{{"Cookie", cookie.substr(0, cookie.find(';'))}};
+    EXPECT_EQ(client().Get("/calibration", session)->status, 200);
+    EXPECT_THAT(client().Get("/calibration/still.jpg", session)->body, HasSubstr("gate gives no picture"));
+    EXPECT_EQ(client().Get("/calibration/overlay.jpg", session)->status, 503);
+    const auto answer = discard(session);
+    EXPECT_EQ(answer.first, status);
+    EXPECT_THAT(answer.second, HasSubstr(words));
+    session.emplace("Origin", "http://elsewhere.example");
+    EXPECT_EQ(discard(session).first, 403);
+  }
+  PageConfig shows_only;
+  shows_only.allow_commands = false;
+  serve(shows_only);
+  EXPECT_THAT(discard({}).second, HasSubstr("this viewer only shows"));
 }
 
 // The watcher's stream is not longer than the session.

@@ -54,6 +54,32 @@ TEST_F(CameraFile, IsReadWithItsCalibration) {
   EXPECT_FALSE(unknown.latency_s);
 }
 
+TEST_F(CameraFile, OneOfATopicNeedsNoPlaceOfItsOwn) {
+  const VideoCamera camera = load_video_camera(write("name: gate\nsource: topic\n" + kLens + kPose));
+  EXPECT_EQ(camera.kind, VideoKind::kTopic);
+  EXPECT_EQ(camera.calibration_file, folder_ / "camera_calibration.yaml");
+  EXPECT_FALSE(camera.names_calibration);
+}
+
+TEST_F(CameraFile, ASimulatedCameraStandsWhereItDidHoweverItIsCalibrated) {
+  const std::string text =
+      "name: gate\nsource: simulated\nsimulated: {pose_error: {xyz_m: [0.01, 0, 0]}}\n" + kLens + kPose;
+  const VideoCamera before = load_video_camera(write(text));
+  const auto stands = [](const VideoCamera& camera) {
+    return *camera.calibration.X_WC * camera.simulated.X_CS;
+  };
+  Calibration other = before.calibration;
+  other.X_WC->translation_m += Eigen::Vector3d(0.2, -0.1, 0.3);
+  write_calibration(folder_ / "other.yaml", other);
+  const VideoCamera after = load_video_camera(write(text + "calibration: other.yaml\n"));
+  EXPECT_EQ(after.calibration_file, folder_ / "other.yaml");
+  EXPECT_TRUE(after.names_calibration);
+  EXPECT_NEAR((after.calibration.X_WC->translation_m - before.calibration.X_WC->translation_m).norm(),
+              std::sqrt(0.14), 1e-6);
+  EXPECT_LT((stands(after).translation_m - stands(before).translation_m).norm(), 1e-6);
+  EXPECT_TRUE(stands(after).rotation.isApprox(stands(before).rotation, 1e-6));
+}
+
 TEST_F(CameraFile, AnUprightCameraIsGivenByWhereItStandsAndLooks) {
   const VideoCamera camera = load_video_camera(
       write("name: gate\nsource: simulated\neye_m: [2, 0, 1]\nlook_at_m: [0, 0, 1]\n" + kLens));

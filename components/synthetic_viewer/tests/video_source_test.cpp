@@ -149,6 +149,47 @@ TEST_F(VideoOfACamera, ADeviceThatIsNotThereIsNamedAndTriedAgain) {
   EXPECT_TRUE(eventually([&] { return feed_->status().number > 0 && feed_->status().problem.empty(); }));
 }
 
+class VideoOfATopic : public VideoOfACamera {
+ protected:
+  void listen() {
+    feed_ = std::make_unique<VideoFeed>([this] { return open_topic("gate", inbox_, 64, 48); }, 1000000);
+  }
+  bool told(const char* words) {
+    return eventually([&] { return feed_->status().problem.find(words) != std::string::npos; });
+  }
+  PictureInbox inbox_;
+};
+
+TEST_F(VideoOfATopic, TheNewestPictureIsShownWithItsTimes) {
+  inbox_.put({encoded(".png", 64, 48), {}, 5});
+  inbox_.put({encoded(".jpg", 64, 48), 20, 30});
+  listen();
+  ASSERT_TRUE(eventually([&] { return feed_->status().number == 1; })) << feed_->status().problem;
+  EXPECT_EQ(feed_->status().newest->exposed_ns, 20);
+  EXPECT_EQ(feed_->status().newest->arrived_ns, 30);
+}
+
+// Tries synthetic_viewer: a camera_picture that is not valid
+// Tries synthetic_viewer: no camera_picture of the camera's name comes
+TEST_F(VideoOfATopic, WhyNothingIsShownIsToldUntilSomethingIs) {
+  listen();
+  EXPECT_TRUE(told("no camera_picture comes of 'gate'"));
+  inbox_.put_foreign("door");
+  EXPECT_TRUE(told("camera_picture comes of 'door'; allowed: of 'gate', this camera"));
+  EXPECT_EQ(feed_->status().refused, 0U);
+  inbox_.refuse("a camera_picture: width is 3; allowed: 16 to 8192");
+  EXPECT_TRUE(told("width is 3"));
+  for (const auto& [octets, words] :
+       {std::pair{std::vector<std::uint8_t>(5000, 0xFF), "a camera_picture is neither PNG nor JPEG"},
+        {encoded(".jpg", 80, 48), "has 80 x 48 px; allowed: 64 x 48 px, those of its lens"}}) {
+    inbox_.put({octets, {}, 1});
+    EXPECT_TRUE(told(words));
+  }
+  EXPECT_EQ(feed_->status().refused, 3U);
+  inbox_.put({encoded(".jpg", 64, 48), {}, 2});
+  EXPECT_TRUE(eventually([&] { return feed_->status().number == 1; }));
+}
+
 TEST_F(VideoOfACamera, AVideoIsPlayedAtItsRateOverAndOver) {
   camera_.kind = VideoKind::kFile;
   camera_.path = folder_ / "video.avi";

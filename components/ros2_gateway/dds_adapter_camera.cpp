@@ -1,0 +1,101 @@
+#include "components/ros2_gateway/dds_adapter_camera.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <mutex>
+#include <optional>
+
+#include "common/dds/refusal_log.hpp"
+#include "common/messages/publisher.hpp"
+#include "common/messages/teleoperation_codec.hpp"
+#include "common/ros2/endpoint.hpp"
+#include "common/ros2/words.hpp"
+#include "components/ros2_gateway/camera_pictures.hpp"
+#include "components/ros2_gateway/newest_task.hpp"
+#include "components/ros2_gateway/stream_check.hpp"
+#include "ros2_idl/sensor_msgsPubSubTypes.hpp"
+
+namespace phantom::ros2_gateway {
+namespace {
+
+namespace sensor = sensor_msgs::msg::dds_;
+// Another publisher may take over once the first was silent for so long.
+constexpr double kCameraStaleness_s = 1.0;
+constexpr double kEarly = 0.9;  // of a period: a camera's own period is not exact
+constexpr dds::QosContract kNewestPicture{.reliability = dds::Reliability::kBestEffort, .history_depth = 1};
+
+ImageMessage message_of(const sensor::Image_& from) {
+  return {from.header().frame_id(), from.height(), from.width(), from.encoding(),
+          from.is_bigendian() != 0, from.step(),   from.data()};
+}
+CompressedMessage message_of(const sensor::CompressedImage_& from) { return {from.format(), from.data()}; }
+
+}  // namespace
+
+struct CameraInput::Impl {
+  Impl(dds::Participant& phantom, ros2::Node& node, const CameraRules& camera)
+      : rules(camera),
+        stream(kCameraStaleness_s, rules.largest_stamp_age_s),
+        writer(phantom, dds::kCameraPicture) {
+    if (!rules.image_topic.empty())
+      images.emplace(
+          node, rules.image_topic, kNewestPicture,
+          [this](const sensor::Image_& message, const dds::SampleInfo& info) { return take(message, info); });
+    if (!rules.compressed_topic.empty())
+      compressed.emplace(node, rules.compressed_topic, kNewestPicture,
+                         [this](const sensor::CompressedImage_& message, const dds::SampleInfo& info) {
+                           return take(message, info);
+                         });
+  }
+
+  template <class Message>
+  bool take(const Message& message, const dds::SampleInfo& info) {
+    const std::lock_guard lock(mutex);
+    const core::Status status = stream.accept({ros2::nanoseconds_of(message.header().stamp()), info.writer},
+                                              info.received_ns, core::utc_ns());
+    if (!status) return refuse(status.message());
+    if (info.received_ns < due_ns) return true;
+    task.put([this, message, at_ns = info.received_ns] { hand_on(message, at_ns); });
+    return true;
+  }
+  template <class Message>
+  void hand_on(const Message& message, core::Nanoseconds received_ns) {
+    auto picture = picture_of(message_of(message), rules.jpeg_quality);
+    if (!picture) return void(refuse(picture.status().message()));
+    picture->camera = rules.name;
+    {
+      const std::lock_guard lock(mutex);
+      due_ns = received_ns + core::from_seconds(kEarly / rules.rate_Hz);  // what is refused does not count
+    }
+    if (rules.largest_stamp_age_s > 0.0)
+      picture->exposed_utc_ns =
+          std::max<core::Nanoseconds>(0, ros2::nanoseconds_of(message.header().stamp()));
+    if (writer.publish(*picture)) ++handed_on;
+  }
+  bool refuse(const std::string& why) {
+    ++refused;
+    refusals.refused(why);
+    return false;
+  }
+
+  const CameraRules rules;
+  std::mutex mutex;  // for what follows
+  StreamCheck stream;
+  core::Nanoseconds due_ns = 0;
+  std::atomic<std::uint64_t> handed_on{0}, refused{0};
+  dds::RefusalLog refusals{"pictures of a camera of ROS 2"};
+  messages::Publisher<messages::CameraPicture> writer;
+  NewestTask task;
+  // Last, so that nothing is heard any more when the rest goes.
+  std::optional<ros2::Subscription<sensor::Image_PubSubType>> images;
+  std::optional<ros2::Subscription<sensor::CompressedImage_PubSubType>> compressed;
+};
+
+CameraInput::CameraInput(dds::Participant& phantom, ros2::Node& node, const CameraRules& rules)
+    : impl_(std::make_unique<Impl>(phantom, node, rules)) {}
+CameraInput::~CameraInput() = default;
+
+std::uint64_t CameraInput::handed_on() const { return impl_->handed_on; }
+std::uint64_t CameraInput::refused() const { return impl_->refused; }
+
+}  // namespace phantom::ros2_gateway
