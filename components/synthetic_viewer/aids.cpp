@@ -13,16 +13,22 @@ geometry::Pose along(const Eigen::Vector3d& position_m, const Eigen::Vector3d& d
   return {geometry::rotation_between(Eigen::Vector3d::UnitZ(), direction), position_m};
 }
 
+/// `heads`: one behind the other, at the tip.
 void add_arrow(Frame& frame, const Eigen::Vector3d& from_m, const Eigen::Vector3d& arrow_m, double radius_m,
-               const Colour& colour) {
+               const Colour& colour, int heads = 1) {
+  constexpr double kBehind = 0.55;  // of a head's length
   const double length_m = arrow_m.norm();
-  const double head_m = std::min(4.5 * radius_m, 0.6 * length_m);
+  const double head_m =
+      std::min({4.5 * radius_m, 0.6 * length_m, 0.9 * length_m / (1 + kBehind * (heads - 1))});
   const geometry::Pose base = along(from_m, arrow_m);
-  const geometry::Pose neck = along(from_m + arrow_m * (1 - head_m / length_m), arrow_m);
   frame.items.push_back(
       {kCylinder, matrix_of(base, {radius_m, radius_m, length_m - head_m}), colour, 1.0F, 0.55F});
-  frame.items.push_back(
-      {kCone, matrix_of(neck, {2.4 * radius_m, 2.4 * radius_m, head_m}), colour, 1.0F, 0.55F});
+  for (int head = 0; head < heads; ++head) {
+    const geometry::Pose neck =
+        along(from_m + arrow_m * (1 - (1 + kBehind * head) * head_m / length_m), arrow_m);
+    frame.items.push_back(
+        {kCone, matrix_of(neck, {2.4 * radius_m, 2.4 * radius_m, head_m}), colour, 1.0F, 0.55F});
+  }
 }
 
 }  // namespace
@@ -44,6 +50,10 @@ Colour motion_colour(MotionClass motion) {
   return kColours.at(static_cast<std::size_t>(motion));
 }
 
+int motion_heads(MotionClass motion) {
+  return motion == MotionClass::kDangerous ? 3 : motion == MotionClass::kNeutral ? 2 : 1;
+}
+
 double pgv_arrow_m(const Aids& aids, const PgvArrow& arrow) {
   constexpr double kGreatest_m = 0.15, kLeast_m = 0.03;
   if (!aids.pgs_Pa_s_per_m || arrow.length == PgvLength::kGap) return std::clamp(aids.gap_m, 0.05, 0.12);
@@ -57,8 +67,8 @@ void add_arrows(Frame& frame, const Aids& aids, const PgvArrow& arrow) {
   const double speed = aids.velocity_m_s.norm();
   if (speed > kLeast_m_s) {
     const double length_m = std::clamp(speed * kLookAhead_s, 0.06, 0.30);
-    add_arrow(frame, aids.position_m, aids.velocity_m_s / speed * length_m, 0.006,
-              motion_colour(aids.motion));
+    add_arrow(frame, aids.position_m, aids.velocity_m_s / speed * length_m, 0.006, motion_colour(aids.motion),
+              motion_heads(aids.motion));
   }
   if (!aids.pgv.isZero()) {
     add_arrow(frame, aids.position_m, aids.pgv.normalized() * pgv_arrow_m(aids, arrow), 0.004, kPgvColour);

@@ -28,6 +28,10 @@ Colour closeness_colour(double closeness);
 /// Returns the colour `share` (0…1) of the way from a to b.
 Colour mix(const Colour& a, const Colour& b, double share);
 
+/// How many heads the motion's arrow has, so that its colour is not the only sign: dangerous 3, neutral 2,
+/// else 1.
+int motion_heads(MotionClass motion);
+
 /// What the length of the PGV's arrow says.
 enum class PgvLength {
   kInverseStrength,  ///< the stronger the gradient, the shorter: as near as the object (thesis 6.6.3a)

@@ -1,7 +1,5 @@
 #include "components/synthetic_viewer/camera_view.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 
 namespace phantom::synthetic_viewer {
@@ -10,12 +8,11 @@ namespace {
 constexpr std::size_t kMostSkins = 128;  // skin_percept comes at 20 Hz, video is at most 5 s late
 constexpr double kDarkened = 0.3;
 
-std::string calibration_words(const Calibration& calibration) {
+Words calibration_words(const Calibration& calibration) {
   if (!calibration.has_figures) return {};
   if (calibration.pose_residual_px > 0.0)
-    return fmt::format("calibrated to {:.1f} px, {:.1f} mm", calibration.pose_residual_px,
-                       calibration.pose_residual_mm);
-  return fmt::format("lens calibrated to {:.1f} px", calibration.lens_residual_px);
+    return {"video.calibrated", {{"px", calibration.pose_residual_px}, {"mm", calibration.pose_residual_mm}}};
+  return {"video.lens_calibrated", {{"px", calibration.lens_residual_px}}};
 }
 
 }  // namespace
@@ -49,15 +46,21 @@ void CameraView::straighten(const VideoStatus& status) {
 }
 
 /// Returns what is wrong with the video; empty: nothing.
-std::string CameraView::fault(const VideoStatus& status, core::Nanoseconds now_ns) const {
-  const std::string why = status.problem.empty() ? "" : ": " + status.problem;
-  if (!status.newest) return "NO VIDEO from " + camera_.name + (why.empty() ? ": no picture has come" : why);
+Words CameraView::fault(const VideoStatus& status, core::Nanoseconds now_ns) const {
+  const bool told = !status.problem.empty();
+  if (!status.newest) {
+    if (!told) return {"video.none", {{"camera", camera_.name}}};
+    return {"video.none_because", {{"camera", camera_.name}, {"problem", status.problem}}};
+  }
   const double silent_s = core::seconds(now_ns - status.newest->arrived_ns);
-  if (silent_s > staleness_.silent_s)
-    return fmt::format("VIDEO LOST {:.0f} s ago{}", std::max(1.0, silent_s), why);
+  if (silent_s > staleness_.silent_s) {
+    const Words::Value seconds{"seconds", std::max(1.0, silent_s)};
+    if (!told) return {"video.lost", {seconds}};
+    return {"video.lost_because", {seconds, {"problem", status.problem}}};
+  }
   const double stuck_s = core::seconds(now_ns - status.changed_ns);
   if (staleness_.stuck_s > 0.0 && stuck_s > staleness_.stuck_s)
-    return fmt::format("VIDEO STANDS STILL: the same picture for {:.0f} s", stuck_s);
+    return {"video.stands_still", {{"seconds", stuck_s}}};
   return {};
 }
 

@@ -9,6 +9,7 @@
 #include "components/synthetic_viewer/renderer.hpp"
 #include "components/synthetic_viewer/state.hpp"
 #include "components/synthetic_viewer/video_feed.hpp"
+#include "components/synthetic_viewer/words.hpp"
 
 namespace phantom::synthetic_viewer {
 
@@ -24,9 +25,9 @@ struct VideoMoment {
       picture;    ///< without distortion, of the view's size; darkened if not live; null: none
   Camera camera;  ///< sees the world as the picture does
   std::string name;
-  std::string calibration;  ///< how good it is, in a few words; empty: not told
-  bool live = false;        ///< false: nothing may be drawn over the picture
-  std::string problem;      ///< what must be said in large letters if it is not live
+  Words calibration;  ///< how good it is; empty: not told
+  bool live = false;  ///< false: nothing may be drawn over the picture
+  Words problem;      ///< what must be said in large letters if it is not live
   bool latency_known = false;
   core::Nanoseconds exposed_ns = 0;  ///< if the latency is not known: when the picture came
   double age_s = 0.0;                ///< since then
@@ -54,7 +55,7 @@ class CameraView {
 
  private:
   void straighten(const VideoStatus& status);
-  std::string fault(const VideoStatus& status, core::Nanoseconds now_ns) const;
+  Words fault(const VideoStatus& status, core::Nanoseconds now_ns) const;
 
   const VideoCamera& camera_;
   Calibration calibration_;

@@ -35,12 +35,12 @@ std::string voxel_error_text(const WorkspaceSample& workspace) {
 }
 
 /// Returns how old the video is, and what is drawn over it.
-std::string video_words(const VideoMoment& video, bool arm_known) {
-  std::string words = video.latency_known ? fmt::format("video {:.0f} ms old, drawn over as of then",
-                                                        std::floor(video.age_s * 100) * 10)
-                                          : "VIDEO LATENCY UNKNOWN: drawn over as of when the picture came";
-  if (!arm_known) words += " - where the arm was then is not known";
-  return words + (video.calibration.empty() ? "" : " - " + video.calibration);
+std::string video_text(const VideoMoment& video, bool arm_known, Language language) {
+  const double age_ms = std::floor(video.age_s * 100) * 10;
+  std::string text = in(language, video.latency_known ? Words{"video.age", {{"age_ms", age_ms}}}
+                                                      : Words{"video.age_unknown", {}});
+  if (!arm_known) text += " - " + in(language, {"video.arm_unknown", {}});
+  return text + (video.calibration.empty() ? "" : " - " + in(language, video.calibration));
 }
 
 }  // namespace
@@ -108,8 +108,10 @@ void Compositor::add_contact(Frame& frame, const Moment& moment) const {
 /// Returns what was in a camera's way, in words; empty: nothing.
 std::string Compositor::note_of(const ViewerState& state, const UnobstructedCamera& place) const {
   if (!place.blocked_by) return {};
-  return fmt::format("{} is in the way at {:.2f} m: seen from {:.2f} m",
-                     scene_.body_name(state, *place.blocked_by), place.wanted_m, place.distance_m);
+  return said({"view_note.in_the_way",
+               {{"body", scene_.body_name(state, *place.blocked_by)},
+                {"wanted_m", place.wanted_m},
+                {"distance_m", place.distance_m}}});
 }
 
 /// Returns the scene seen from the operator's camera position, or from the nearest free one.
@@ -222,8 +224,8 @@ Compositor::Picture Compositor::hit_picture(const Moment& moment, const HitView&
 
 Compositor::Picture Compositor::tool_picture(const Moment& moment) const {
   Hud hud;
-  hud.title = "END EFFECTOR";
-  hud.banner = banner_text(moment.state, config_.staleness, moment.now_ns);
+  hud.title = said({"hud.tool", {}});
+  hud.banner = banner_text(moment.state, config_.staleness, moment.now_ns, config_.language);
   Frame frame = frame_from(moment, View::kTool, tool_home(moment.state), hud);
   add_aids(frame, View::kTool, moment, {});
   return {std::move(frame), std::move(hud)};
@@ -232,15 +234,16 @@ Compositor::Picture Compositor::tool_picture(const Moment& moment) const {
 Compositor::Picture Compositor::camera_picture(const Moment& then, const Moment& now,
                                                const VideoMoment& video, const HitView& hit) const {
   Hud hud;
-  hud.title = "CAMERA " + video.name;
-  hud.banner = video.live ? banner_text(now.state, config_.staleness, now.now_ns) : video.problem;
+  hud.title = said({"hud.camera", {{"name", video.name}}});
+  hud.banner = video.live ? banner_text(now.state, config_.staleness, now.now_ns, config_.language)
+                          : said(video.problem);
   hud.alarm = !video.live;
   const RecordingState& recording = now.state.recording;
   hud.recording = recording.running && recording.view == View::kCamera;
   Frame frame;
   if (video.live) {
     frame = scene_.frame_over_video(then.state, config_.staleness, then.now_ns, video.camera.eye_m);
-    hud.subtitle = video_words(video, then.state.arm.received_ns != 0);
+    hud.subtitle = video_text(video, then.state.arm.received_ns != 0, config_.language);
     if (percept_known(then) && then.state.percept.closeness > 0)
       add_arrows(frame, live_aids(then), config_.pgv_arrow);
     if (hit.alert != 0) {
@@ -258,21 +261,24 @@ Hud Compositor::main_hud(const Moment& moment) const {
   const ViewerState& state = moment.state;
   const PerceptSample& percept = state.percept;
   Hud hud;
+  hud.language = config_.language;
   hud.title = cell_;
-  hud.banner = banner_text(state, config_.staleness, moment.now_ns);
+  hud.banner = banner_text(state, config_.staleness, moment.now_ns, config_.language);
   hud.gauges = true;
   hud.closeness_known = percept_known(moment);
   hud.closeness = percept.closeness;
   hud.speed_m_s = percept.speed_m_s;
-  hud.motion = hud.closeness_known ? name_of(percept.motion) : "-";
+  hud.motion = percept.motion;
   const bool near = hud.closeness_known && percept.closeness > 0;
-  hud.nearest = near ? scene_.link_name(percept.link) + " - " + object_name(state, percept.object) : "-";
-  hud.link_state = state.arm.received_ns == 0 ? "-" : label_of(state.arm.state);
+  hud.nearest =
+      near ? scene_.link_name(percept.link) + " - " + object_name(state, percept.object, config_.language)
+           : "-";
+  hud.link_state = state.arm.received_ns == 0 ? "-" : said({"link_state." + label_of(state.arm.state), {}});
   hud.link_quality = link_text(state);
   hud.model_age = age_text(age_s(state.arm.received_ns, moment.now_ns));
   hud.voxel_error = voxel_error_text(state.workspace);
   if (state.arm.contact && hud.banner.empty()) {
-    hud.subtitle = "contact with " + in_english(touched_object(state));
+    hud.subtitle = said({"vicinity.contact", {{"object", touched_object(state)}}});
   }
   return hud;
 }
@@ -280,16 +286,19 @@ Hud Compositor::main_hud(const Moment& moment) const {
 Hud Compositor::hit_hud(const Moment& moment, const HitView& hit) const {
   const ViewerState& state = moment.state;
   Hud hud;
-  hud.title = "HIT ZONE - from " + std::string(percept::node_name(hit.node)) + (state.hold ? " - held" : "");
+  hud.title =
+      said({state.hold ? "hud.hit_held" : "hud.hit", {{"node", std::string(percept::node_name(hit.node))}}});
   hud.alarm = hit.threatening;
   for (const HitRecord& record : state.hits) {
     if (record.raised.alert != hit.alert) continue;
     const std::string link =
         record.raised.link_name.empty() ? scene_.link_name(record.raised.link) : record.raised.link_name;
-    hud.subtitle = "alert " + std::to_string(hit.alert) + ": " + link + " - " +
-                   object_name(state, record.raised.object) + (hit.threatening ? "" : " (over)");
+    hud.subtitle = said({hit.threatening ? "hud.alert" : "hud.alert_over",
+                         {{"alert", static_cast<double>(hit.alert)},
+                          {"link", link},
+                          {"object", object_words(state, record.raised.object)}}});
   }
-  hud.banner = banner_text(state, config_.staleness, moment.now_ns);
+  hud.banner = banner_text(state, config_.staleness, moment.now_ns, config_.language);
   return hud;
 }
 

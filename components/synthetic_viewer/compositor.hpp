@@ -73,6 +73,7 @@ class Compositor {
   Camera main_home() const;
   Camera hit_home(const HitView& hit) const;
   Camera tool_home(const ViewerState& state) const;
+  std::string said(const Words& words) const { return in(config_.language, words); }
   std::string note_of(const ViewerState& state, const UnobstructedCamera& place) const;
   Hud main_hud(const Moment& moment) const;
   Hud hit_hud(const Moment& moment, const HitView& hit) const;

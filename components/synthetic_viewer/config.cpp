@@ -95,6 +95,7 @@ ViewerConfig load_config(const std::filesystem::path& path, const std::filesyste
   using enum GraphicsPlatform;
   file.choice("graphics", config.graphics,
               {{"auto", kAuto}, {"device", kDevice}, {"surfaceless", kSurfaceless}, {"display", kDisplay}});
+  file.choice("language", config.language, {{"en", Language::kEnglish}, {"de", Language::kGerman}});
   file.number("frame_rate_hz", config.frame_rate_hz);
   file.number("niceness", config.niceness);
   bool& shadows = config.main_view.format.shadows;

@@ -77,6 +77,7 @@ struct WindowConfig {
 /// The checked content of synthetic_viewer.yaml.
 struct ViewerConfig {
   GraphicsPlatform graphics = GraphicsPlatform::kAuto;
+  Language language = Language::kEnglish;  ///< of what is written into pictures and window
   double frame_rate_hz = 10.0;
   int niceness = 10;  ///< of the rendering threads
   MainViewConfig main_view;

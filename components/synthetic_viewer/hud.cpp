@@ -9,12 +9,29 @@
 #include <opencv2/imgproc.hpp>
 #include <sstream>
 #include <stdexcept>
+#include <string_view>
+#include <utility>
+
+#include "components/synthetic_viewer/state.hpp"
 
 namespace phantom::synthetic_viewer {
 namespace {
 
 const cv::Scalar kText(236, 232, 226), kFaint(176, 166, 152), kDark(24, 20, 17), kTrack(62, 54, 47),
     kRed(56, 52, 226), kAmber(30, 160, 245), kBlue(214, 160, 86);
+
+/// Returns a text as the font can write it: German letters as they are spelled without it, the minus sign as
+/// a hyphen.
+std::string spelled(const std::string& text) {
+  static const std::pair<std::string_view, std::string_view> kSpellings[] = {
+      {"ä", "ae"}, {"ö", "oe"}, {"ü", "ue"}, {"Ä", "AE"}, {"Ö", "OE"},
+      {"Ü", "UE"}, {"ß", "ss"}, {"−", "-"},  {"–", "-"}};
+  std::string all = text;
+  for (const auto& [letter, spelling] : kSpellings)
+    for (std::size_t at = 0; (at = all.find(letter, at)) != std::string::npos; at += spelling.size())
+      all.replace(at, letter.size(), spelling);
+  return all;
+}
 
 /// Draws on a picture; lengths are in pixels of a picture 720 high.
 class Brush {
@@ -28,12 +45,12 @@ class Brush {
 
   cv::Size size_of(const std::string& text, double size) const {
     int baseline = 0;
-    return cv::getTextSize(text, cv::FONT_HERSHEY_DUPLEX, size * unit_ / 30, 1, &baseline);
+    return cv::getTextSize(spelled(text), cv::FONT_HERSHEY_DUPLEX, size * unit_ / 30, 1, &baseline);
   }
   void write(const std::string& text, cv::Point left_base, double size, const cv::Scalar& colour) {
     const int thickness = size * unit_ > 32 ? 2 : 1;
-    cv::putText(picture, text, left_base, cv::FONT_HERSHEY_DUPLEX, size * unit_ / 30, colour, thickness,
-                cv::LINE_AA);
+    cv::putText(picture, spelled(text), left_base, cv::FONT_HERSHEY_DUPLEX, size * unit_ / 30, colour,
+                thickness, cv::LINE_AA);
   }
   /// Blends a colour into a rectangle.
   void shade(cv::Rect area, const cv::Scalar& colour, double share) {
@@ -62,7 +79,7 @@ cv::Scalar bar_colour(double closeness) { return closeness < 0.4 ? kBlue : close
 
 int draw_closeness(Brush& brush, const Hud& hud, int x) {
   const int width = brush.px(150), base = brush.height() - brush.px(14), height = brush.px(13);
-  brush.write("CLOSENESS", {x, base - brush.px(24)}, 13, kFaint);
+  brush.write(in(hud.language, {"hud.closeness", {}}), {x, base - brush.px(24)}, 13, kFaint);
   const cv::Rect track(x, base - height, width, height);
   cv::rectangle(brush.picture, track, kTrack, cv::FILLED);
   if (hud.closeness_known) {
@@ -80,20 +97,23 @@ int draw_closeness(Brush& brush, const Hud& hud, int x) {
 void draw_gauges(Brush& brush, const Hud& hud) {
   brush.shade({0, brush.height() - brush.px(62), brush.width(), brush.px(62)}, kDark, 0.62);
   int x = draw_closeness(brush, hud, brush.px(22));
-  x = write_pair(brush, x, "SPEED", hud.closeness_known ? fmt::format("{:.3f} m/s", hud.speed_m_s) : "-",
-                 kText);
-  const cv::Scalar motion_colour = hud.motion == "dangerous" ? kRed
-                                   : hud.motion == "neutral" ? kAmber
-                                                             : kText;
+  x = write_pair(brush, x, in(hud.language, {"hud.speed", {}}),
+                 hud.closeness_known ? fmt::format("{:.3f} m/s", hud.speed_m_s) : "-", kText);
+  const bool known = hud.closeness_known;
+  const cv::Scalar motion_colour = known && hud.motion == MotionClass::kDangerous ? kRed
+                                   : known && hud.motion == MotionClass::kNeutral ? kAmber
+                                                                                  : kText;
+  const Words motion{std::string("motion.") + name_of(hud.motion), {}};
   x = std::max(x, brush.px(375));  // keeps the columns in place when the numbers' widths change
-  write_pair(brush, x, "MOTION", hud.motion, motion_colour);
-  write_pair(brush, x + brush.px(125), "NEAREST", hud.nearest, kText);
+  write_pair(brush, x, in(hud.language, {"hud.motion", {}}), known ? in(hud.language, motion) : "-",
+             motion_colour);
+  write_pair(brush, x + brush.px(125), in(hud.language, {"hud.nearest", {}}), hud.nearest, kText);
   if (brush.width() < brush.px(1180)) return;  // no room for more
   int right = brush.width() - brush.px(22);
-  write_pair(brush, right -= brush.px(92), "VOXEL ERROR", hud.voxel_error, kText);
-  write_pair(brush, right -= brush.px(110), "MODEL AGE", hud.model_age, kText);
-  write_pair(brush, right -= brush.px(175), "LINK", hud.link_quality, kText);
-  write_pair(brush, right -= brush.px(125), "SLAVE", hud.link_state, kText);
+  write_pair(brush, right -= brush.px(92), in(hud.language, {"hud.voxel_error", {}}), hud.voxel_error, kText);
+  write_pair(brush, right -= brush.px(110), in(hud.language, {"hud.model_age", {}}), hud.model_age, kText);
+  write_pair(brush, right -= brush.px(175), in(hud.language, {"hud.link", {}}), hud.link_quality, kText);
+  write_pair(brush, right -= brush.px(125), in(hud.language, {"hud.slave", {}}), hud.link_state, kText);
 }
 
 /// Draws the lines of `text` across the picture's width, the first one largest, scaled down to fit.

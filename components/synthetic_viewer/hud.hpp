@@ -4,22 +4,26 @@
 #include <vector>
 
 #include "components/synthetic_viewer/image.hpp"
+#include "components/synthetic_viewer/samples.hpp"
+#include "components/synthetic_viewer/words.hpp"
 
 namespace phantom::synthetic_viewer {
 
-/// The head-up display: the text over a picture. Texts are ASCII; empty ones are left out.
+/// The head-up display: the text over a picture. Empty texts are left out; German letters that the font lacks
+/// are written as it is done without them (ae).
 struct Hud {
-  std::string title;       ///< top left: which view
-  std::string subtitle;    ///< below it
-  bool alarm = false;      ///< red frame around the picture and a red title
+  Language language = Language::kEnglish;  ///< of the labels in the strip
+  std::string title;                       ///< top left: which view
+  std::string subtitle;                    ///< below it
+  bool alarm = false;                      ///< red frame around the picture and a red title
   std::string banner;      ///< large, across the middle: what must not be missed; lines separated by '\n'
   bool gauges = false;     ///< the strip at the bottom:
   double closeness = 0.0;  ///<   bar, 0…1
   bool closeness_known = false;  ///<   false: an empty, crossed bar
   double speed_m_s = 0.0;
-  std::string motion;        ///<   result of the unsafe-motion detector
-  std::string nearest;       ///<   "forearm - work_table"
-  std::string link_state;    ///<   "COUPLED"
+  MotionClass motion = MotionClass::kNone;  ///<   result of the unsafe-motion detector, if closeness is known
+  std::string nearest;                      ///<   "forearm - work_table"
+  std::string link_state;                   ///<   "COUPLED"
   std::string link_quality;  ///<   "99.8 %, 1.2 ms": share of slave_state that arrives, and the round trip
   std::string model_age;     ///<   "12 ms": age of the pose that picture and percept are based on
   std::string voxel_error;   ///<   "4.3 mm": greatest error of a surface in the voxel model

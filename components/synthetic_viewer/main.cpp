@@ -81,11 +81,14 @@ void run_session(ViewerConfig config, const runtime::CellConfig& cell, const cor
   viewer.start();
   std::unique_ptr<Window> window;
   if (config.window.wanted) try {
-      window = std::make_unique<Window>("Phantom - " + cell.name, content, move, [&](const Command& command) {
-        if (!config.page.allow_commands)
-          return spdlog::warn("this viewer only shows: page.allow_commands is false");
-        adapter.send(command);
-      });
+      window = std::make_unique<Window>(
+          "Phantom - " + cell.name, content, move,
+          [&](const Command& command) {
+            if (!config.page.allow_commands)
+              return spdlog::warn("this viewer only shows: page.allow_commands is false");
+            adapter.send(command);
+          },
+          config.language);
     } catch (const core::MissingError& problem) {
       spdlog::warn("{}; the viewer goes on without a window", problem.what());
     }

@@ -62,6 +62,7 @@ PageContent& ReviewedSession::wired(Review& review) {
 ReviewedSession::ReviewedSession(Review& review, const ViewerConfig& config, const runtime::CellConfig& cell,
                                  robot::SerialArm arm, std::vector<LinkMeshData> arm_meshes)
     : viewer_(config, cell, std::move(arm), std::move(arm_meshes), inbox_, wired(review), {}, &review),
+      scene_(config, cell.name, inbox_, content_),
       server_(
           config.page, content_,
           [this, &review](const Command& command) {
@@ -73,7 +74,9 @@ ReviewedSession::ReviewedSession(Review& review, const ViewerConfig& config, con
             return inbox_.put(request)
                        ? core::Status::ok()
                        : core::Status(core::ErrorCode::kUnavailable, "the viewer is too busy to take this");
-          }) {
+          },
+          {}, &scene_) {
+  scene_.start();
   viewer_.start();
 }
 

@@ -8,6 +8,7 @@
 #include "common/runtime/process.hpp"
 #include "components/synthetic_viewer/config.hpp"
 #include "components/synthetic_viewer/review.hpp"
+#include "components/synthetic_viewer/scene_feed.hpp"
 #include "components/synthetic_viewer/viewer_loop.hpp"
 #include "components/synthetic_viewer/web_server.hpp"
 
@@ -26,8 +27,8 @@ runtime::Command add_review_command(runtime::Command app, ReviewArguments& argum
 /// A recording on the operator's page: drawing thread and page, wired to it instead of to topics.
 class ReviewedSession {
  public:
-  /// Begins to serve and to draw. `review` must outlive it. Throws core::MissingError for a port that is
-  /// taken.
+  /// Begins to serve and to draw. `review` and `config` must outlive it. Throws core::MissingError for a port
+  /// that is taken.
   ReviewedSession(Review& review, const ViewerConfig& config, const runtime::CellConfig& cell,
                   robot::SerialArm arm, std::vector<LinkMeshData> arm_meshes);
   /// Returns false once the drawing has ended by itself.
@@ -42,6 +43,7 @@ class ReviewedSession {
   Inbox inbox_;
   PageContent content_;
   ViewerLoop viewer_;
+  SceneFeed scene_;
   WebServer server_;
 };
 

@@ -144,18 +144,22 @@ void SceneEncoder::take(std::shared_ptr<const SceneBase> base) {
 
 void SceneEncoder::compose(const LiveSamples& live, core::Nanoseconds now_ns) {
   if (!base_) return;
-  if (live.arm.received_ns != 0) state_.arm = live.arm;
-  if (live.percept.received_ns != 0) state_.percept = live.percept;
-  if (live.master.received_ns != 0) state_.master = live.master;
-  if (live.gripper.received_ns != 0) state_.gripper = live.gripper;
-  for (std::size_t i = 0; i < state_.others.size(); ++i)
-    if (live.others[i].received_ns != 0) state_.others[i].arm = live.others[i];
-  state_.stops = live.stops;
+  const bool recorded = base_->recorded_ns != 0;
+  if (!recorded) {
+    if (live.arm.received_ns != 0) state_.arm = live.arm;
+    if (live.percept.received_ns != 0) state_.percept = live.percept;
+    if (live.master.received_ns != 0) state_.master = live.master;
+    if (live.gripper.received_ns != 0) state_.gripper = live.gripper;
+    for (std::size_t i = 0; i < state_.others.size(); ++i)
+      if (live.others[i].received_ns != 0) state_.others[i].arm = live.others[i];
+    state_.stops = live.stops;
+  }
+  const core::Nanoseconds at_ns = recorded ? base_->recorded_ns : now_ns;
   if (board_.size() == 0) put_cell();
-  put_items(now_ns);
-  put_view(now_ns);
+  put_items(at_ns);
+  put_view(at_ns);
   put_paint(now_ns);
-  put_poses(now_ns);
+  put_poses(at_ns, now_ns);
   new_base_ = false;
 }
 
@@ -226,8 +230,8 @@ std::string SceneEncoder::item_text(const SceneItem& item, const std::string& na
 }
 
 /// Tells what has changed among the items. They do not depend on the arm's joints, but on its age.
-void SceneEncoder::put_items(core::Nanoseconds now_ns) {
-  const std::vector<SceneItem> items = base_->scene->items(state_, config_.staleness, now_ns);
+void SceneEncoder::put_items(core::Nanoseconds at_ns) {
+  const std::vector<SceneItem> items = base_->scene->items(state_, config_.staleness, at_ns);
   std::size_t still_there = 0;
   for (const SceneItem& item : items) {
     const auto [known, is_new] = items_.try_emplace(key_of(item));
@@ -252,8 +256,8 @@ void SceneEncoder::put_items(core::Nanoseconds now_ns) {
   });
 }
 
-void SceneEncoder::put_view(core::Nanoseconds now_ns) {
-  std::pair banner{banner_text(state_, config_.staleness, now_ns), state_.stops.alarm};
+void SceneEncoder::put_view(core::Nanoseconds at_ns) {
+  std::pair banner{banner_text(state_, config_.staleness, at_ns, config_.language), state_.stops.alarm};
   if (!new_base_ && banner_ == banner) return;
   const HitView& hit = base_->hit;
   const Compositor::Homes& homes = base_->homes;
@@ -326,11 +330,11 @@ std::string SceneEncoder::marks(std::size_t& count, const Compositor::Moment& mo
   return std::move(to.octets);
 }
 
-void SceneEncoder::put_poses(core::Nanoseconds now_ns) {
-  const Compositor::Moment moment{state_, base_->objects, base_->objects, now_ns};
+void SceneEncoder::put_poses(core::Nanoseconds at_ns, core::Nanoseconds now_ns) {
+  const Compositor::Moment moment{state_, base_->objects, base_->objects, at_ns};
   const std::vector<geometry::Pose> bodies = base_->scene->body_poses(state_);
-  const double arm_age_s = age_s(state_.arm.received_ns, now_ns),
-               percept_age_s = age_s(state_.percept.received_ns, now_ns);
+  const double arm_age_s = age_s(state_.arm.received_ns, at_ns),
+               percept_age_s = age_s(state_.percept.received_ns, at_ns);
   const bool heard = state_.arm.received_ns != 0;
   const bool known = state_.percept.valid && percept_age_s <= config_.staleness.percept_s;
   std::size_t mark_count = 0;
@@ -339,7 +343,7 @@ void SceneEncoder::put_poses(core::Nanoseconds now_ns) {
   if (heard) flags |= kArmHeard;
   if (heard && arm_age_s > config_.staleness.slave_s) flags |= kArmStale;
   if (known) flags |= kPerceptKnown;
-  if (heard && paint_shown(state_, config_.staleness, now_ns)) flags |= kPaintShown;
+  if (heard && paint_shown(state_, config_.staleness, at_ns)) flags |= kPaintShown;
   OctetWriter content;
   content.put(static_cast<float>(heard ? compositor_->tool_free_share(moment) : 1.0));
   content.put(static_cast<float>(known ? state_.percept.closeness : 0.0));

@@ -21,7 +21,8 @@ class SceneEncoder {
 
   /// Takes what the drawing thread knows now.
   void take(std::shared_ptr<const SceneBase> base);
-  /// Puts what has changed onto board(), with the newest samples. Does nothing before take().
+  /// Puts what has changed onto board(), with the newest samples, which a recorded moment does without. Does
+  /// nothing before take(). `now_ns`: CLOCK_MONOTONIC.
   void compose(const LiveSamples& live, core::Nanoseconds now_ns);
 
   /// The messages but `poses`.
@@ -32,10 +33,11 @@ class SceneEncoder {
 
  private:
   void put_cell();
-  void put_items(core::Nanoseconds now_ns);
-  void put_view(core::Nanoseconds now_ns);
+  // at_ns: of the moment that is shown, by its clock
+  void put_items(core::Nanoseconds at_ns);
+  void put_view(core::Nanoseconds at_ns);
   void put_paint(core::Nanoseconds now_ns);
-  void put_poses(core::Nanoseconds now_ns);
+  void put_poses(core::Nanoseconds at_ns, core::Nanoseconds now_ns);
   std::string marks(std::size_t& count, const Compositor::Moment& moment) const;
   std::string item_text(const SceneItem& item, const std::string& name) const;
 

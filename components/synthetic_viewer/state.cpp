@@ -81,10 +81,12 @@ double age_s(core::Nanoseconds received_ns, core::Nanoseconds now_ns) noexcept {
   return received_ns == 0 ? std::numeric_limits<double>::infinity() : core::seconds(now_ns - received_ns);
 }
 
-std::string banner_text(const ViewerState& state, const Staleness& staleness, core::Nanoseconds now_ns) {
-  if (state.stops.in_force) return state.stops.headline + "\n" + sides_text(state.stops);
-  if (!state.stops.notices.empty()) return state.stops.notices.front();
-  return in_english(condition_words(state, staleness, now_ns));
+std::string banner_text(const ViewerState& state, const Staleness& staleness, core::Nanoseconds now_ns,
+                        Language language) {
+  const StopView& stops = state.stops;
+  if (stops.in_force) return in(language, stops.headline_words) + "\n" + sides_text(stops, language);
+  if (!stops.notice_words.empty()) return in(language, stops.notice_words.front());
+  return in(language, condition_words(state, staleness, now_ns));
 }
 
 Words condition_words(const ViewerState& state, const Staleness& staleness, core::Nanoseconds now_ns) {
@@ -150,8 +152,8 @@ Words object_words(const ViewerState& state, std::uint16_t id) {
   return {"object.named", {{"name", found->second.name}}};
 }
 
-std::string object_name(const ViewerState& state, std::uint16_t id) {
-  return in_english(object_words(state, id));
+std::string object_name(const ViewerState& state, std::uint16_t id, Language language) {
+  return in(language, object_words(state, id));
 }
 
 Words touched_object(const ViewerState& state) {

@@ -102,7 +102,8 @@ double age_s(core::Nanoseconds received_ns, core::Nanoseconds now_ns) noexcept;
 
 /// Returns what a picture must say in large letters, in one or two lines; empty if all is well: a stop and
 /// who has not confirmed it, else two processes that send the same topic, else condition_words().
-std::string banner_text(const ViewerState& state, const Staleness& staleness, core::Nanoseconds now_ns);
+std::string banner_text(const ViewerState& state, const Staleness& staleness, core::Nanoseconds now_ns,
+                        Language language = Language::kEnglish);
 
 /// Returns the most urgent of: slave lost or missing, an enabling switch released, link degraded, phantom
 /// silent or without a valid model. Empty if none applies.
@@ -118,7 +119,7 @@ Words percepts_words(const ViewerState& state);
 /// what is another arm, that arm's name.
 Words object_words(const ViewerState& state, std::uint16_t id);
 /// object_words() in English.
-std::string object_name(const ViewerState& state, std::uint16_t id);
+std::string object_name(const ViewerState& state, std::uint16_t id, Language language = Language::kEnglish);
 /// Returns what the arm touches; "something unknown" if only its force is felt.
 Words touched_object(const ViewerState& state);
 

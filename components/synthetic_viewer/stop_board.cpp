@@ -168,9 +168,11 @@ Words StopBoard::headline(const StopView& view) const {
   return {"stop_headline.stopped", {}};
 }
 
-std::string sides_text(const StopView& view) {
-  return "master: " + view.sides[index_of(Side::kMaster)].text +
-         " | slave: " + view.sides[index_of(Side::kSlave)].text;
+std::string sides_text(const StopView& view, Language language, const char* between) {
+  const auto side = [&](const char* name, Side which) {
+    return in(language, {name, {}}) + ": " + in(language, view.sides[index_of(which)].words);
+  };
+  return side("side.master", Side::kMaster) + between + side("side.slave", Side::kSlave);
 }
 
 }  // namespace phantom::synthetic_viewer

@@ -23,7 +23,7 @@ struct SideView {
   };
   Level level = Level::kQuiet;
   std::string text;  ///< "stopped (emergency stop)", "HAS NOT CONFIRMED THE STOP"; ASCII
-  Words words{};     ///< the same, for the page
+  Words words{};     ///< the same, for page, pictures and window
 
   friend bool operator==(const SideView&, const SideView&) = default;
 };
@@ -33,17 +33,18 @@ struct StopView {
   bool in_force = false;   ///< a stop is requested, or a side is stopped
   bool alarm = false;      ///< a side has not confirmed it: shown as an alarm
   std::string headline;    ///< "EMERGENCY STOP", "STOP NOT CONFIRMED"; ASCII, empty: none
-  Words headline_words{};  ///< the same, for the page
+  Words headline_words{};  ///< the same, for page, pictures and window
   std::array<SideView, core::kSides.size()> sides;  ///< by core::Side
   /// "two processes send slave_state: …"; at most StopBoard::kMostSeconds, and one of how many more there are
   std::vector<std::string> notices;
-  std::vector<Words> notice_words{};  ///< the same, for the page
+  std::vector<Words> notice_words{};  ///< the same, for page, pictures and window
 
   friend bool operator==(const StopView&, const StopView&) = default;
 };
 
 /// Returns the states of both sides: "master: stopped (emergency stop) | slave: HAS NOT CONFIRMED THE STOP".
-std::string sides_text(const StopView& view);
+std::string sides_text(const StopView& view, Language language = Language::kEnglish,
+                       const char* between = " | ");
 
 /// Keeps which sides are stopped, by each side's own report, and which topics a second process sends that
 /// only one may send. The topics' threads write it; the threads of page, window and pictures read it, so that

@@ -242,9 +242,11 @@ void ViewerLoop::take(Event& event) {
   }
 }
 
-/// Returns the period of the rounds, shorter while the operator moves a camera.
+/// Returns the period of the rounds, shorter while the operator moves a camera, or a recording is played for
+/// browsers that draw it by themselves.
 core::Nanoseconds ViewerLoop::period_ns() const {
-  const bool interactive = now_ns_ < interactive_until_ns_;
+  const bool played = review_ != nullptr && page_.scene.followers > 0 && review_->position(now_ns_).playing;
+  const bool interactive = played || now_ns_ < interactive_until_ns_;
   return core::from_seconds(
       1.0 / (interactive ? std::max(kInteractiveRate_hz, config_.frame_rate_hz) : config_.frame_rate_hz));
 }
@@ -258,7 +260,7 @@ bool ViewerLoop::round(double dt_s) {
   // Threats come first: the operator waits for them.
   publisher_.show_threats(*drawing_);
   page_.view_pose.publish(drawing_->view_pose());
-  if (page_.scene.followers > 0) page_.scene.publish(drawing_->scene_base());
+  publish_scene();
   publish_state();
   if (!publisher_.show_views(*drawing_, state_.arm.received_ns != 0, views_give_up_)) return false;
   if (review_ != nullptr) {
@@ -267,6 +269,16 @@ bool ViewerLoop::round(double dt_s) {
   }
   return report_.make_pictures(*drawing_, state_.arm, drawing_->scene().complete(state_),
                                [this] { return inbox_.urgent(); });
+}
+
+void ViewerLoop::publish_scene() {
+  if (page_.scene.followers == 0) return;
+  SceneBase base = drawing_->scene_base();
+  if (review_ != nullptr) {
+    base.recorded_ns = shown_ns_;
+    base.state.stops = state_.stops;
+  }
+  page_.scene.publish(std::move(base));
 }
 
 void ViewerLoop::publish_state() {

@@ -58,6 +58,7 @@ class ViewerLoop {
   void take(Event& event);
   bool round(double dt_s);
   core::Nanoseconds period_ns() const;
+  void publish_scene();
   void publish_state();
   void open_camera();
   void serve_calibration();

@@ -66,6 +66,7 @@ struct Window::Impl {
   PageContent& content;
   OnViewRequest move;
   OnCommand command;
+  Language language;
   GLFWwindow* window = nullptr;
   std::array<Shown, kViews.size()> shown;
   Shown banner;  // the banner of a stop
@@ -77,8 +78,9 @@ struct Window::Impl {
   double pointer_x = 0, pointer_y = 0, clicked_s = -1;
   bool stale = true;
 
-  Impl(const std::string& title, PageContent& page, OnViewRequest on_view_request, OnCommand on_command)
-      : content(page), move(std::move(on_view_request)), command(std::move(on_command)) {
+  Impl(const std::string& title, PageContent& page, OnViewRequest on_view_request, OnCommand on_command,
+       Language writes)
+      : content(page), move(std::move(on_view_request)), command(std::move(on_command)), language(writes) {
     glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, 3);
     glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 3);
     glfwWindowHint(GLFW_OPENGL_PROFILE, GLFW_OPENGL_CORE_PROFILE);
@@ -197,9 +199,11 @@ bool Window::Impl::update_banner() {
   constexpr double kBlink_s = 0.3;
   const StopView view = content.stops();
   std::string words =
-      view.in_force ? view.headline + "\nmaster: " + view.sides[0].text + "\nslave: " + view.sides[1].text
-                    : "";
-  for (const std::string& notice : view.notices) words += (words.empty() ? "" : "\n") + notice;
+      view.in_force ? in(language, view.headline_words) + "\n" + sides_text(view, language, "\n") : "";
+  for (const Words& notice : view.notice_words) {
+    if (!words.empty()) words += '\n';
+    words += in(language, notice);
+  }
   const bool bright = view.alarm && std::fmod(glfwGetTime(), 2 * kBlink_s) < kBlink_s;
   int width = 0, height = 0;
   glfwGetWindowSize(window, &width, &height);
@@ -240,8 +244,9 @@ void Window::Impl::draw() {
 }
 
 Window::Window(const std::string& title, PageContent& content, OnViewRequest on_view_request,
-               OnCommand on_command)
-    : impl_(std::make_unique<Impl>(title, content, std::move(on_view_request), std::move(on_command))) {
+               OnCommand on_command, Language language)
+    : impl_(std::make_unique<Impl>(title, content, std::move(on_view_request), std::move(on_command),
+                                   language)) {
   spdlog::info("window open; {}", kWindowHelp);
 }
 

@@ -20,7 +20,8 @@ class Window {
 
   /// Opens the window. Use the class on the main thread only; it calls the callbacks there. Throws
   /// core::MissingError if there is no display.
-  Window(const std::string& title, PageContent& content, OnViewRequest on_view_request, OnCommand on_command);
+  Window(const std::string& title, PageContent& content, OnViewRequest on_view_request, OnCommand on_command,
+         Language language = Language::kEnglish);
   ~Window();
   Window(const Window&) = delete;
   Window& operator=(const Window&) = delete;

@@ -9,12 +9,14 @@
 namespace phantom::synthetic_viewer {
 
 namespace web {
-extern const char* const kEnglishTexts;
+extern const char *const kEnglishTexts, *const kGermanTexts;
 }  // namespace web
 
-std::string in_english(const Words& words) {
-  static const auto texts =
-      nlohmann::json::parse(web::kEnglishTexts).get<std::map<std::string, std::string>>();
+std::string in(Language language, const Words& words) {
+  using Texts = std::map<std::string, std::string>;
+  static const Texts english = nlohmann::json::parse(web::kEnglishTexts).get<Texts>(),
+                     german = nlohmann::json::parse(web::kGermanTexts).get<Texts>();
+  const Texts& texts = language == Language::kGerman ? german : english;
   if (words.empty()) return {};
   const auto found = texts.find(words.key);
   if (found == texts.end()) return words.key;
@@ -25,7 +27,7 @@ std::string in_english(const Words& words) {
     } else if (const auto* text = std::get_if<std::string>(&value.content)) {
       values.push_back(fmt::arg(value.name.c_str(), *text));
     } else {
-      values.push_back(fmt::arg(value.name.c_str(), in_english(std::get<Words>(value.content))));
+      values.push_back(fmt::arg(value.name.c_str(), in(language, std::get<Words>(value.content))));
     }
   }
   return fmt::vformat(found->second, values);

@@ -6,8 +6,12 @@
 
 namespace phantom::synthetic_viewer {
 
+/// A language of which web/texts.*.json has the texts.
+enum class Language { kEnglish, kGerman };
+
 /// A sentence for the operator: its key in web/texts.*.json, and what is filled in there. The page shows it
-/// in the language that its reader has chosen; pictures, window and log show in_english(). A plain value.
+/// in the language that its reader has chosen, pictures and window in that of the configuration, the log
+/// in_english(). A plain value.
 struct Words {
   struct Value;
   std::string key;  ///< empty: nothing to say
@@ -28,8 +32,9 @@ struct Words::Value {
 
 inline bool operator==(const Words& a, const Words& b) { return a.key == b.key && a.values == b.values; }
 
-/// Returns the sentence as web/texts.en.json has it; empty if there is nothing to say, the key where that
-/// file lacks it. Thread-safe; not real-time safe.
-std::string in_english(const Words& words);
+/// Returns the sentence as the file of that language has it; empty if there is nothing to say, the key where
+/// that file lacks it. Thread-safe; not real-time safe.
+std::string in(Language language, const Words& words);
+inline std::string in_english(const Words& words) { return in(Language::kEnglish, words); }
 
 }  // namespace phantom::synthetic_viewer

@@ -1,7 +1,8 @@
 // The demo, recorded: others read the recording, and phantom_sensing makes its percepts again from it, bit
-// for bit.
+// for bit, and the operator's page shows it again.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <httplib.h>
 
 #include <nlohmann/json.hpp>
 #include <regex>
@@ -37,6 +38,23 @@ class RecordedDemo : public testing::Test {
     const int code = process.wait();
     return {code, process.output()};
   }
+  /// What the page says of a moment of a recording that stands still.
+  static nlohmann::json moment(httplib::Client& page, double t_s) {
+    const std::string there = nlohmann::json{{"t", t_s}, {"play", false}}.dump();
+    const auto answer = page.Post("/review", there, "application/json");
+    EXPECT_TRUE(answer && answer->status == 200) << (answer ? answer->body : "no answer");
+    nlohmann::json before, now;
+    EXPECT_TRUE(eventually([&] {  // until a round has shown it as a whole
+      before = std::exchange(now, nlohmann::json());
+      const auto state = page.Get("/state");
+      if (!state || state->status != 200) return false;
+      now = nlohmann::json::parse(state->body);
+      return !before.is_null() && std::abs(now["review"]["t"].get<double>() - t_s) < 1e-3 &&
+             before["review"] == now["review"] && before["joints"] == now["joints"] &&
+             before["percept"] == now["percept"];
+    })) << now;
+    return now;
+  }
   static inline int session_code_ = -1, recorder_code_ = -1;
   static inline std::filesystem::path file_;
 };
@@ -68,6 +86,40 @@ TEST_F(RecordedDemo, GivesThePerceptsAgainBitForBit) {
   ASSERT_TRUE(std::regex_search(said, found, std::regex("percept: (\\d+) equal bit for bit, 0 different")))
       << said;
   EXPECT_GT(std::stoi(found[1]), 300) << said;
+}
+
+TEST_F(RecordedDemo, IsShownAgainOnTheOperatorsPageAtAnyOfItsMoments) {
+  Process review({PHANTOM_BIN_DIR "/synthetic_viewer", "review", file_.string(), "--cell",
+                  PHANTOM_SOURCE_DIR "/deploy/cells/hot_cell/cell.yaml", "--port", "0"},
+                 folder() / "review.log");
+  std::smatch address;
+  std::string said;
+  ASSERT_TRUE(eventually([&] {
+    said = review.output();
+    return std::regex_search(said, address, std::regex("review of .*: http://127.0.0.1:(\\d+)"));
+  })) << said;
+  httplib::Client page("127.0.0.1", std::stoi(address[1]));
+  page.set_read_timeout(60);
+  const auto told = page.Get("/review");
+  ASSERT_TRUE(told && told->status == 200);
+  const auto facts = nlohmann::json::parse(told->body);
+  const double duration_s = facts["duration_s"];
+  EXPECT_GT(duration_s, 10.0);
+  EXPECT_EQ(facts["problems"], nlohmann::json::array());
+  EXPECT_GT(facts["series"].size(), 10U);
+
+  const auto early = moment(page, 0.4 * duration_s), late = moment(page, 0.8 * duration_s);
+  for (const auto& shown : {early, late}) {
+    EXPECT_TRUE(shown["percept"]["known"]) << shown;
+    EXPECT_GT(shown["objects"].size(), 5U);
+    EXPECT_LT(shown["link"]["slave_age_s"].get<double>(), 0.5) << "as old as it was then";
+  }
+  EXPECT_NE(early["percept"], late["percept"]);
+  EXPECT_EQ(moment(page, 0.4 * duration_s)["percept"], early["percept"]) << "and back";
+  const auto picture = page.Get("/snapshot/main.png");
+  ASSERT_TRUE(picture && picture->status == 200);
+  EXPECT_THAT(picture->body, testing::StartsWith("\x89PNG"));
+  EXPECT_EQ(review.end(SIGTERM), 0) << review.output();
 }
 
 TEST_F(RecordedDemo, IsReadByOtherPeoplesReader) {

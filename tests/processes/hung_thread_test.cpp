@@ -1,13 +1,17 @@
 // A thread of a running process is really stopped, by the kernel, and nothing else is: what the process then
 // says of itself must come from the thread's own progress.
+#include <arpa/inet.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/socket.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <csignal>
 #include <mutex>
 #include <optional>
+#include <regex>
+#include <thread>
 
 #include "common/core/progress.hpp"
 #include "common/dds/endpoint.hpp"
@@ -26,6 +30,39 @@ struct Case {
   const char* component;
   const char* thread;
   const char* loop;  // as component_status calls it
+};
+
+/// A browser that draws the scene by itself: follows the viewer's scene stream, and throws away what comes.
+class SceneFollower {
+ public:
+  explicit SceneFollower(int port) : socket_(socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
+    sockaddr_in viewer{};
+    viewer.sin_family = AF_INET;
+    viewer.sin_port = htons(static_cast<std::uint16_t>(port));
+    inet_pton(AF_INET, "127.0.0.1", &viewer.sin_addr);
+    const std::string request =
+        "GET /scene HTTP/1.1\r\nHost: 127.0.0.1:" + std::to_string(port) +
+        "\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+        "Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n";
+    if (connect(socket_, reinterpret_cast<sockaddr*>(&viewer), sizeof viewer) != 0 ||
+        send(socket_, request.data(), request.size(), MSG_NOSIGNAL) != static_cast<ssize_t>(request.size()))
+      throw std::runtime_error("the scene stream is not there");
+    reader_ = std::thread([this] {
+      for (char part[4096]; recv(socket_, part, sizeof part, 0) > 0;)
+        ;
+    });
+  }
+  ~SceneFollower() {
+    shutdown(socket_, SHUT_RDWR);
+    reader_.join();
+    close(socket_);
+  }
+  SceneFollower(const SceneFollower&) = delete;
+  SceneFollower& operator=(const SceneFollower&) = delete;
+
+ private:
+  int socket_;
+  std::thread reader_;
 };
 
 class HungThread : public testing::TestWithParam<Case> {
@@ -68,6 +105,16 @@ class HungThread : public testing::TestWithParam<Case> {
     }
     return std::nullopt;
   }
+  // The viewer's thread `scene` rests until somebody follows it.
+  void follow_scene() {
+    std::smatch port;
+    ASSERT_TRUE(eventually([&] {
+      const std::string log = process_.log();
+      const bool found = std::regex_search(log, port, std::regex("live pictures and events: port (\\d+)"));
+      if (found) follower_.emplace(std::stoi(port[1]));
+      return found;
+    })) << process_.log();
+  }
   // All that the service manager hears until the status has come `count` times more.
   std::vector<std::string> heard_while(int count) {
     notify_.take();
@@ -85,14 +132,18 @@ class HungThread : public testing::TestWithParam<Case> {
   dds::Participant participant_;
   dds::Reader<msg::ComponentStatus> statuses_;
   RunningProcess process_;
+  std::optional<SceneFollower> follower_;
 };
 
-// Tries synthetic_viewer: the page's reading thread hangs
+// Tries synthetic_viewer: the page's reading thread hangs for 3 s; the scene's thread
 // Tries master_io: the servo does not run for a second; the publisher
 TEST_P(HungThread, IsSeenInTheStatusAndStarvesTheServiceManagersWatchdogUntilItRunsAgain) {
   using testing::Each;
   using testing::HasSubstr;
   using testing::Not;
+  if (GetParam().loop == std::string("scene")) {
+    ASSERT_NO_FATAL_FAILURE(follow_scene());
+  }
   ASSERT_TRUE(eventually([&] {
     return loop() && loop()->ticks() > 20 && status().state() != msg::ComponentState::COMPONENT_FAULT;
   })) << process_.log();
@@ -128,7 +179,8 @@ INSTANTIATE_TEST_SUITE_P(
                     Case{"master_io", "servo", "servo"}, Case{"master_io", "publisher", "publisher"},
                     Case{"phantom_sensing", "sensing", "sensing"},
                     Case{"phantom_sensing", "alerts", "alerts"}, Case{"audio_percept", "audio", "audio"},
-                    Case{"synthetic_viewer", "page_reader", "page"}),
+                    Case{"synthetic_viewer", "page_reader", "page"},
+                    Case{"synthetic_viewer", "scene", "scene"}),
     [](const auto& tested) { return std::string(tested.param.component) + "_" + tested.param.thread; });
 
 // Held up while it computes, so that the start takes as long as on a very slow host.

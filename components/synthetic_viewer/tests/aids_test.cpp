@@ -62,6 +62,31 @@ TEST(Arrows, ThatOfTheMotionIsAsLongAsTheWayOfTheNextHalfSecond) {
   EXPECT_TRUE(still.items.empty());
 }
 
+TEST(Arrows, ThatOfTheMotionHasAHeadForEachStepOfDangerAndNoneLeavesIt) {
+  for (const auto& [motion, heads] : {std::pair{MotionClass::kNone, 1U},
+                                      {MotionClass::kSafe, 1U},
+                                      {MotionClass::kNeutral, 2U},
+                                      {MotionClass::kDangerous, 3U}}) {
+    for (const double speed_m_s : {0.01, 0.3, 3.0}) {
+      Aids aids;
+      aids.velocity_m_s = {0.0, speed_m_s, 0.0};
+      aids.motion = motion;
+      Frame frame;
+      add_arrows(frame, aids, {});
+      ASSERT_EQ(frame.items.size(), 1 + heads);
+      const float tip_m = std::clamp(0.5F * static_cast<float>(speed_m_s), 0.06F, 0.30F);
+      float behind_m = tip_m;
+      for (std::size_t head = 1; head <= heads; ++head) {
+        const Eigen::Matrix4f& cone = frame.items[head].W_from_mesh;
+        EXPECT_EQ(frame.items[head].mesh, kCone);
+        EXPECT_NEAR(cone(1, 3) + cone.col(2).head<3>().norm(), behind_m, 1e-5F);
+        EXPECT_GE(cone(1, 3), 0.0F) << "none is behind its foot";
+        behind_m -= 0.55F * cone.col(2).head<3>().norm();
+      }
+    }
+  }
+}
+
 test::LinearColour colour_of(const Colour& colour) { return {colour[0], colour[1], colour[2]}; }
 
 TEST(Aids, ColoursOfMotionAndClosenessDifferForEveryColourVision) {

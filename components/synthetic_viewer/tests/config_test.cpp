@@ -54,6 +54,13 @@ TEST(Config, TheShippedFileIsValidAndHoldsTheDefaults) {
   EXPECT_EQ(shipped.report_pictures, empty.report_pictures);
 }
 
+TEST(Config, PicturesAreWrittenInOneOfTheLanguages) {
+  EXPECT_EQ(load_config(kShipped).language, Language::kEnglish);
+  EXPECT_EQ(load_config(test::new_file("language: de")).language, Language::kGerman);
+  EXPECT_THAT(refusal("language: fr"),
+              testing::AllOf(HasSubstr("language"), HasSubstr("en"), HasSubstr("de")));
+}
+
 TEST(Config, PicturesMustNotShareThePortOfTheStop) {
   EXPECT_THAT(refusal("page: {port: 8080, stream_port: 8080}"), HasSubstr("stream_port"));
   EXPECT_EQ(refusal("page: {port: 8080, stream_port: 8081}"), "accepted");

@@ -80,7 +80,7 @@ TEST_F(Adapter, StatesOfAnotherArmComeFromItsPartitionForPicturesAndBrowsers) {
   core::NetworkOptions there = test_network();
   there.partition = "pair/b";
   Inbox inbox;
-  DdsAdapter adapter(test_network(), kShape, inbox, {{"pair/b", kShape}});
+  DdsAdapter adapter(test_network(), kShape, inbox, {}, {{"pair/b", kShape}});
   dds::Participant neighbour("neighbour", there);
   dds::Writer<msg::SlaveState> writer(neighbour, dds::kSlaveState), own(other_, dds::kSlaveState);
   ArmSample sample, for_browsers, of_own;

@@ -362,9 +362,30 @@ TEST(Banner, SaysWhatIsWorst) {
     *permitted = true;
   }
   state.stops.in_force = true;
-  state.stops.headline = "EMERGENCY STOP";
+  state.stops.headline_words = {"stop_headline.stopped", {}};
   state.arm.received_ns = 0;
   EXPECT_EQ(banner_text(state, {}, kNow_ns).rfind("EMERGENCY STOP\n", 0), 0U) << "before all else";
+}
+
+TEST(Hud, IsWrittenInTheLanguageOfTheConfiguration) {
+  const auto picture = [](Language language) {
+    Image image(720, 1280, CV_8UC3, cv::Scalar::all(90));
+    Hud hud;
+    hud.language = language;
+    hud.gauges = hud.closeness_known = true;
+    hud.motion = MotionClass::kDangerous;
+    draw_hud(image, hud);
+    return image;
+  };
+  const Image german = picture(Language::kGerman);
+  if (const char* folder = std::getenv("PHANTOM_SCREENSHOTS"))
+    std::ofstream(std::string(folder) + "/hud_de.png", std::ios::binary) << encode_png(german);
+  EXPECT_GT(cv::norm(german, picture(Language::kEnglish), cv::NORM_L1), 0);
+  // A letter that the font lacks is spelled.
+  Image umlaut(100, 640, CV_8UC3, cv::Scalar::all(90)), spelled = umlaut.clone();
+  draw_hud(umlaut, {.title = "Nähe – GEFÄHRLICH"});
+  draw_hud(spelled, {.title = "Naehe - GEFAEHRLICH"});
+  EXPECT_EQ(cv::norm(umlaut, spelled, cv::NORM_L1), 0);
 }
 
 // However long the words are: a side that has not confirmed must not be cut off.

@@ -34,11 +34,13 @@ class ReviewInChromium : public test::TwoPlates {
     config_.page.port = 0;
     auto meshes = load_arm_meshes(arm, runtime::load_skin(cell_.arm(), arm));
     session_ = std::make_unique<ReviewedSession>(*review_, config_, cell_, std::move(arm), std::move(meshes));
-    browser_ = std::make_unique<Browser>();
+    browser_ = std::make_unique<Browser>(arguments());
     browser_->open(session_->url());
     ASSERT_TRUE(eventually([this] { return truth("document.getElementById('review-bar')"); }));
   }
   void TearDown() override { browser_.reset(); }
+  /// Of Chromium.
+  virtual std::vector<std::string> arguments() const { return {}; }
 
   bool truth(const std::string& expression) {
     return browser_->run("return !!(" + expression + ")").get<bool>();
@@ -134,6 +136,60 @@ TEST_F(ReviewInChromium, TheTimeLineIsDraggedAndTellsOfAlerts) {
     c.dispatchEvent(new PointerEvent('pointermove', { clientX: b.left + x, clientY: b.top + 20, bubbles: true }));)");
   EXPECT_THAT(text("review-tip"), testing::HasSubstr("near upright, very close"));
   EXPECT_FALSE(truth("document.getElementById('review-tip').hidden"));
+}
+
+/// In a browser that draws the scene by itself.
+class ReviewDrawnInChromium : public ReviewInChromium {
+ protected:
+  std::vector<std::string> arguments() const override {
+    return {"--use-angle=swiftshader", "--enable-unsafe-swiftshader"};
+  }
+  /// Goes to a moment as the page does. Returns the time until a picture was drawn of other poses than
+  /// before, in ms, and these poses.
+  std::pair<double, nlohmann::json> go(double t_s) {
+    browser_->run(
+        "window.answer = null; const d = phantomScene, before = JSON.stringify(d.stage.poses.bodies), begun = performance.now();"
+        "d.drawViews = function () { Object.getPrototypeOf(d).drawViews.call(d); const now = JSON.stringify(d.stage.poses.bodies);"
+        "  if (now !== before) window.answer = window.answer || [performance.now() - begun, now]; };"
+        "fetch('review', { method: 'POST', headers: { 'Content-Type': 'application/json' }, body: '{\"t\": " +
+        std::to_string(t_s) + "}' })");
+    EXPECT_TRUE(eventually([&] { return truth("window.answer"); })) << t_s;
+    const nlohmann::json answer = browser_->run("return window.answer");
+    return {answer.at(0), answer.at(1)};
+  }
+};
+
+TEST_F(ReviewDrawnInChromium, GoesToAnyMomentAndBackAndPlays) {
+  if (browser_->run("return fetch('scene.js').then(answer => answer.status)") == 404)
+    GTEST_SKIP() << "built without the browser's scene";
+  ASSERT_TRUE(eventually([&] {
+    return truth(
+        "window.phantomScene && phantomScene.shown && phantomScene.stage.items.size > 3 && "
+        "[...phantomScene.stage.items.values()].every(i => phantomScene.stage.meshes.has(i.mesh))");
+  }));
+  EXPECT_TRUE(eventually([&] { return text("scene-source") == "Drawn in this browser"; }));
+  std::vector<double> times_ms;
+  std::map<double, nlohmann::json> poses;
+  for (int round = 0; round < 2; ++round) {
+    for (int i = 0; i < 12; ++i) {
+      const double t_s = 1.013 + 0.987 * ((5 * i) % 12);  // to and fro
+      const auto [ms, shown] = go(t_s);
+      times_ms.push_back(ms);
+      EXPECT_EQ(poses.try_emplace(t_s, shown).first->second, shown) << "the same moment is the same picture";
+    }
+  }
+  std::ranges::sort(times_ms);
+  std::cout << "review: " << times_ms[times_ms.size() / 2]
+            << " ms from a request to the drawn picture, 95 of 100 in "
+            << times_ms[times_ms.size() * 95 / 100] << " ms\n";
+  EXPECT_TRUE(truth("phantomScene.page.state().review && !phantomScene.page.state().review.playing"));
+  browser_->run(
+      "window.seen = new Set(); const d = phantomScene, take = d.takePoses.bind(d);"
+      "d.takePoses = (poses, buffer) => { seen.add(JSON.stringify(poses.bodies)); take(poses, buffer); };"
+      "d.connection.handlers.poses = (poses, buffer) => d.takePoses(poses, buffer)");
+  browser_->type({" "});
+  EXPECT_TRUE(eventually([&] { return truth("seen.size > 20"); })) << "it moves";
+  keep_screenshot("review_scene.png");
 }
 
 TEST_F(ReviewInChromium, SaysThatNothingIsLiveAndCommandsNothing) {

@@ -229,6 +229,36 @@ TEST_F(SceneDrawing, SaysWithinHalfASecondThatItStandsStill) {
   })) << "a lost connection is opened again";
 }
 
+// Tries synthetic_viewer: a browser that is too busy to read
+TEST_F(SceneDrawing, ReadsWhatCameWhileItWasBusyBeforeItSaysThatThePictureStandsStill) {
+  open();
+  ASSERT_TRUE(drawn());
+  browser_->run(
+      "const c = window.c = phantomScene.connection; window.hear = c.take.bind(c);"
+      "window.mark = document.querySelector('.main-view .scene-still');"
+      "c.take = data => { if (typeof data !== 'string' && new Uint8Array(data)[0] === 1) window.last = data; hear(data); }");
+  ASSERT_TRUE(test::eventually([&] { return truth("window.last"); }));
+  browser_->run(  // what waits in the socket is read after the alarm's timer, which is due meanwhile
+      "c.take = () => {}; c.expect(); for (const begun = performance.now(); performance.now() - begun < 1000;);"
+      "setTimeout(() => { window.stood = c.still || !mark.hidden; c.take = hear; hear(last); window.stands = c.still; }, 30)");
+  ASSERT_TRUE(test::eventually([&] { return truth("window.stands !== undefined"); }));
+  EXPECT_FALSE(truth("stood"));
+  EXPECT_FALSE(truth("stands"));
+
+  bool in_time = false;  // unless the browser was busy
+  EXPECT_TRUE(test::eventually([&] {
+    browser_->run(
+        "window.seen = null; c.take = () => {}; c.expect(); const begun = performance.now();"
+        "setTimeout(() => { seen = { shown: c.still && !mark.hidden, readings: c.readings }; }, 500)");
+    EXPECT_TRUE(test::eventually([&] { return truth("seen"); }));
+    const nlohmann::json seen = browser_->run("return seen");
+    in_time = seen["shown"].get<bool>();
+    EXPECT_TRUE(in_time || seen["readings"].get<int>() > 0) << seen;
+    EXPECT_TRUE(test::eventually([&] { return truth("c.still"); })) << "also of a browser that is busy";
+    return in_time;
+  })) << "within half a second";
+}
+
 // Tries synthetic_viewer: a browser without WebGL 2
 TEST_F(SceneDrawing, WithoutWebGlTheViewersPicturesAreShown) {
   open({"--disable-3d-apis"});

@@ -149,7 +149,8 @@ TEST_F(SceneOfACell, IsWhatTheServerDrawsInEveryView) {
   advance(0.01);
   send();
   read();
-  ASSERT_EQ(scene_.marks.size(), 12U) << "two arrows, cone, plane, two look-at marks, contact";
+  ASSERT_EQ(scene_.marks.size(), 14U)
+      << "two arrows, one with three heads, cone, plane, two look-at marks, contact";
   for (const View view : {View::kMain, View::kHit, View::kTool}) expect_same(view);
   EXPECT_EQ(scene_.items.at("object:1").at("name"), "ball \"1\"");
   EXPECT_EQ(scene_.cell.at("protocol"), 1);
@@ -191,6 +192,33 @@ TEST_F(SceneOfACell, WhatIsCarriedRidesOnItsLinkAndIsFadedWithTheArm) {
   EXPECT_EQ(scene_.flags & 3, 3) << "heard, and out of date";
   EXPECT_NEAR(scene_.arm_age_s, 1.01, 1e-3);
   EXPECT_NE(scene_.view.at("banner").get<std::string>().find("LINK LOST"), std::string::npos);
+}
+
+TEST_F(SceneOfACell, ARecordedMomentIsOfTheRecordingsClockAndNothingLiveComesIn) {
+  const core::Nanoseconds then_ns = 1'700'000'000 * core::kNsPerSecond;
+  state_.arm = pose(0.3);
+  put_percept();
+  state_.arm.received_ns = then_ns - core::from_seconds(0.02);
+  state_.percept.received_ns = then_ns - core::from_seconds(0.04);
+  drawing_.advance(then_ns, 0.0);
+  SceneBase base = drawing_.scene_base();
+  base.recorded_ns = then_ns;
+  base.state.stops.alarm = true;
+  encoder_.take(std::make_shared<const SceneBase>(std::move(base)));
+  LiveSamples live;
+  live.arm = pose(-0.4);
+  live.percept = state_.percept;
+  live.percept.closeness = 0.1;
+  encoder_.compose(live, now_ns_);
+  read();
+  EXPECT_EQ(scene_.flags & 7, 1 + 4) << "heard, not out of date, percept known";
+  EXPECT_NEAR(scene_.arm_age_s, 0.02, 1e-6);
+  EXPECT_NEAR(scene_.percept_age_s, 0.04, 1e-6);
+  EXPECT_NEAR(scene_.closeness, 0.6, 1e-6);
+  EXPECT_NEAR(scene_.time_s, core::seconds(now_ns_), 1e-6) << "when it was sent is of now";
+  EXPECT_EQ(scene_.view.at("alarm"), true);
+  expect_same(View::kMain);
+  expect_same(View::kTool);
 }
 
 TEST_F(SceneOfACell, OnlyWhatHasChangedIsToldAgain) {

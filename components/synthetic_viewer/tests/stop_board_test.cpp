@@ -144,9 +144,12 @@ TEST_F(Stops, ThePictureSaysTheSameInItsBanner) {
   board_.take_request(core::CommandAnswers(true, true, kStart_ns));
   state.stops = board_.at(kStart_ns + 301 * kMs);
   EXPECT_THAT(banner_text(state, {}, kStart_ns), HasSubstr("STOP NOT CONFIRMED\nmaster: HAS NOT CONFIRMED"));
+  EXPECT_THAT(
+      banner_text(state, {}, kStart_ns, Language::kGerman),
+      HasSubstr("HALT NICHT BESTÄTIGT\nBedienarm: HAT DEN HALT NICHT BESTÄTIGT (hat sich nie gemeldet)"));
   state.stops = {};
-  state.stops.notices = {"two processes send slave_state"};
-  EXPECT_EQ(banner_text(state, {}, kStart_ns), "two processes send slave_state");
+  state.stops.notice_words = {{"notice.more", {}}};
+  EXPECT_EQ(banner_text(state, {}, kStart_ns), "more processes than these send what only one may send");
 }
 
 TEST_F(Stops, ThePageIsToldAllOfIt) {

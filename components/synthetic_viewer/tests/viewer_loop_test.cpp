@@ -368,13 +368,32 @@ TEST_F(Words, TheHudTellsClosenessSpeedMotionAndWhatIsNearestWhileThePerceptCoun
   EXPECT_TRUE(hud(kNow_ns).closeness_known);
   EXPECT_EQ(hud(kNow_ns).closeness, 0.75);
   EXPECT_EQ(hud(kNow_ns).speed_m_s, 0.12);
-  EXPECT_EQ(hud(kNow_ns).motion, "dangerous");
+  EXPECT_EQ(hud(kNow_ns).motion, MotionClass::kDangerous);
   EXPECT_EQ(hud(kNow_ns).nearest, scene_.link_name(2) + " - bellows");
   EXPECT_FALSE(hud(2 * kNow_ns).closeness_known) << "stale";
   EXPECT_EQ(hud(2 * kNow_ns).nearest, "-");
   state_.percept.valid = false;
   EXPECT_FALSE(hud(kNow_ns).closeness_known);
-  EXPECT_EQ(hud(kNow_ns).motion, "-");
+}
+
+TEST_F(Words, AreOfTheLanguageOfTheConfiguration) {
+  ViewerConfig config = config_;
+  config.language = Language::kGerman;
+  const Compositor german(config, "cell", scene_);
+  state_.arm.received_ns = core::kNsPerSecond;
+  state_.arm.state = LinkState::kCoupled;
+  state_.arm.contact = true;
+  state_.arm.contact_object = 7;
+  const Compositor::Moment now{state_, objects_, objects_, core::kNsPerSecond};
+  hit_.eye_m = {0.6, 0.6, 1.0};
+  const Hud main = german.main_picture(now, {}).hud, hit = german.hit_picture(now, hit_).hud;
+  EXPECT_EQ(main.language, Language::kGerman);
+  EXPECT_EQ(main.link_state, "GEKOPPELT");
+  EXPECT_THAT(main.banner, testing::StartsWith("KEINE ANNÄHERUNGSHILFE"));
+  EXPECT_THAT(hit.title, testing::StartsWith("GEFAHRENSTELLE - von "));
+  EXPECT_THAT(hit.subtitle, HasSubstr("bellows ist bei 0.60 m im Weg: aus 0.37 m gesehen"));
+  EXPECT_EQ(german.tool_picture(now).hud.title, "GREIFERBLICK");
+  EXPECT_EQ(compositor_.tool_picture(now).hud.title, "END EFFECTOR");
 }
 
 TEST_F(Words, WhatIsNotKnownIsNotShownAsANumber) {

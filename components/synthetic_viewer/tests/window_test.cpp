@@ -203,9 +203,8 @@ TEST_F(Desktop, SaysWhoIsStoppedAndShoutsWhoIsNot) {
   content_.view(View::kMain).image.publish(plain(0xE0, 0, 0));
   ASSERT_TRUE(turn_until([this] { return pixel(3, 3) == kBlue; }));
   stops_.in_force = true;
-  stops_.headline = "EMERGENCY STOP";
-  stops_.sides[0] = {SideView::Level::kStopped, "stopped (emergency stop)"};
-  stops_.sides[1] = {SideView::Level::kStopped, "stopped (emergency stop)"};
+  stops_.headline_words = {"stop_headline.stopped", {}};
+  stops_.sides[0] = stops_.sides[1] = {SideView::Level::kStopped, "", {"stop_side.stopped_emergency", {}}};
   ASSERT_TRUE(turn_until([this] { return pixel(3, 3) != kBlue; }));
   const unsigned long calm = pixel(3, 3);
   for (int k = 0; k < 40; ++k) {
@@ -213,8 +212,8 @@ TEST_F(Desktop, SaysWhoIsStoppedAndShoutsWhoIsNot) {
     ASSERT_EQ(pixel(3, 3), calm);
   }
   stops_.alarm = true;
-  stops_.headline = "STOP NOT CONFIRMED";
-  stops_.sides[1] = {SideView::Level::kAlarm, "HAS NOT CONFIRMED THE STOP"};
+  stops_.headline_words = {"stop_headline.not_confirmed", {}};
+  stops_.sides[1] = {SideView::Level::kAlarm, "", {"stop_side.not_confirmed", {}}};
   EXPECT_TRUE(turn_until([&] { return pixel(3, 3) != calm; }));
   const unsigned long bright = pixel(3, 3);
   EXPECT_TRUE(turn_until([&] { return pixel(3, 3) == calm; }));

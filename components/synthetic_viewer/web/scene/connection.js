@@ -4,6 +4,9 @@ import { decode } from './protocol.js';
 
 const kLeastWait_ms = 250, kMostWait_ms = 4000, kEcho_ms = 1000, kClockWindow_s = 20;
 export const kStill_ms = 440;  // a stream that stands still is told within half a second of its last message, drawing included
+// A timer that comes so late tells that the browser was busy: what came meanwhile is read first. That lasts a while at most, as a browser
+// that is always busy must tell, too.
+const kBusy_ms = 50, kReading_ms = 80, kMostReadings = 5;
 
 // When the viewer's clock says what ours says. Messages tell its time, echoes how long they are on their way at least.
 export class ClockOffset {
@@ -95,8 +98,16 @@ export class Connection {
   // Poses come at least five times a second.
   expect() {
     this.setStill(false);
+    this.readings = 0;
+    this.judgeAfter(kStill_ms);
+  }
+  judgeAfter(wait_ms) {
     clearTimeout(this.alarm);
-    this.alarm = setTimeout(() => this.setStill(true), kStill_ms);
+    const due_ms = performance.now() + wait_ms;
+    this.alarm = setTimeout(() => {
+      if (performance.now() - due_ms > kBusy_ms && this.readings++ < kMostReadings) this.judgeAfter(kReading_ms);
+      else this.setStill(true);
+    }, wait_ms);
   }
   setStill(still) {
     if (still === this.still) return;

@@ -175,9 +175,10 @@ export class Desk {
     this.choose();
   }
   facts() {
-    const { closeness, speed_m_s, perceptKnown: known, stale, heard } = this.stage.poses, link = this.page.state()?.link;
-    const alarm = this.connection.still ? say('scene.still') : (this.view.banner ?? '').split('\n')[0];
-    return { closeness, speed_m_s, known, state: heard && !stale ? link?.slave ?? '–' : say('scene.unknown'), alarm };
+    const { closeness, speed_m_s, perceptKnown, stale, heard } = this.stage.poses, link = this.page.state()?.link;
+    const { still } = this.connection, known = perceptKnown && !still;
+    const alarm = still ? say('scene.still') : (this.view.banner ?? '').split('\n')[0];
+    return { closeness, speed_m_s, known, state: heard && !stale && !still ? link ? say('link_state.' + link.slave) : '–' : say('scene.unknown'), alarm };
   }
 
   takeText(message) {
@@ -193,7 +194,6 @@ export class Desk {
     if (same) { this.stage.poses.time_s = poses.time_s; this.stage.poses.armAge_s = poses.armAge_s; this.noteAge(); }
     else { this.stage.setPoses(poses); this.draw(); }
     if (first || !this.shown) this.choose();
-    this.headset?.feel(poses);
   }
   takePaint(paint) { this.stage.setPaint(paint); this.draw(); }
 

@@ -6,7 +6,7 @@ import { SceneInHand } from './in_hand.js';
 import { say } from './words.js';
 
 const kSqueeze = 1, kSizeButtons = [4, 3];  // of xr-standard gamepads: the grip; what changes the size: A or X, else the thumbstick
-const kPulse_ms = 60, kLeastFelt = 0.02, kPanel_m = [0.2, 0.1], kPanel_px = [720, 360];
+const kPulse_ms = 60, kLeastFelt = 0.02, kPanel_m = [0.2, 0.12], kPanel_px = [720, 432], kAlarm_px = 40, kAlarmLines = 2;
 const kGround = 0x14181d;
 
 // Returns whether this browser has a headset to show it in.
@@ -73,8 +73,10 @@ export class Headset {
     stage.update();
     stage.renderer.info.reset();
     stage.drawScene('main', stage.camera);
-    this.write();
+    const facts = this.facts();
+    this.write(facts);
     stage.renderer.render(this.room, stage.camera);
+    this.feel(facts);
     ++this.frames;
   }
 
@@ -110,8 +112,7 @@ export class Headset {
     if (this.viewer) panel.quaternion.setFromRotationMatrix(new Matrix4().lookAt(this.viewer, panel.position, new Vector3(0, 1, 0)));
   }
 
-  write() {
-    const { closeness, speed_m_s, known, state, alarm } = this.facts();
+  write({ closeness, speed_m_s, known, state, alarm }) {
     const lines = [[say('scene.closeness'), known ? closeness.toFixed(2) : say('scene.unknown')],
       [say('scene.speed'), known ? `${speed_m_s.toFixed(3)} m/s` : say('scene.unknown')], [say('scene.state'), state]];
     const text = JSON.stringify([lines, alarm]);
@@ -134,16 +135,27 @@ export class Headset {
     ink.fillRect(28, 282, width - 56, 22);
     ink.fillStyle = closeness > 0.75 ? '#e5484d' : closeness > 0.4 ? '#f0a028' : '#4fa3e3';
     if (known) ink.fillRect(28, 282, (width - 56) * closeness, 22);
-    ink.font = 'bold 30px system-ui, sans-serif';
+    ink.font = `bold ${kAlarm_px}px system-ui, sans-serif`;
     ink.fillStyle = '#ffffff';
-    if (alarm) ink.fillText(alarm, 28, 332, width - 56);
+    this.broken(alarm, width - 56).forEach((line, i) => ink.fillText(line, 28, 342 + 48 * i, width - 56));
     this.panel.material.map.needsUpdate = true;
   }
 
-  // The nearer, the stronger the controllers vibrate; not at all where nothing is felt.
-  feel({ perceptKnown, closeness }) {
+  // Returns a text in as few lines as fit; what does not fit is left in the last one, which is squeezed.
+  broken(text, width) {
+    const lines = [];
+    for (const word of text.split(' ').filter(Boolean)) {
+      const longer = lines.length ? `${lines.at(-1)} ${word}` : word;
+      if (lines.length && (lines.length === kAlarmLines || this.ink.measureText(longer).width <= width)) lines[lines.length - 1] = longer;
+      else lines.push(word);
+    }
+    return lines;
+  }
+
+  // The nearer, the stronger the controllers vibrate, for as long as that lasts; not at all where nothing is felt or known.
+  feel({ known, closeness }) {
     const now = performance.now();
-    if (!perceptKnown || closeness < kLeastFelt || now - this.felt_ms < kPulse_ms / 2 || !this.session) return;
+    if (!known || closeness < kLeastFelt || now - this.felt_ms < kPulse_ms / 2 || !this.session) return;
     this.felt_ms = now;
     for (const source of this.session.inputSources) source.gamepad?.hapticActuators?.[0]?.pulse(Math.min(1, closeness), kPulse_ms);
   }
