@@ -37,8 +37,8 @@ class Inbox {
   core::Snapshot<MasterSample> master;
   core::Snapshot<GripperSample> gripper;
   std::array<core::Snapshot<ArmSample>, runtime::kMostOtherArms> others;  ///< of other arms
-  StopBoard stops;     ///< any thread
-  RecentSamples past;  ///< any thread
+  StopBoard stops;                                                        ///< any thread
+  RecentSamples past;                                                     ///< any thread
   PictureInbox video;  ///< of a camera whose pictures come over a topic
   /// The same values for the scene stream: a snapshot has one reader.
   struct {
