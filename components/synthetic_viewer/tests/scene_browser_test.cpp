@@ -156,6 +156,9 @@ TEST_F(SceneDrawing, ComesByFewDrawCallsAndFewOctets) {
   EXPECT_GT(loaded, 1e5);
   EXPECT_TRUE(truth(
       "document.getElementById('main-scene').offsetParent && !document.getElementById('main-view').offsetParent"));
+  browser_->run("document.getElementById('hit-count').textContent = ''");
+  EXPECT_TRUE(test::eventually([&] { return text("hit-count") == "1"; }))
+      << "the page shows its numbers to the last";
   EXPECT_THAT(
       browser_->run("return document.querySelector('.main-view .scene-note').textContent").get<std::string>(),
       testing::ContainsRegex("pose [0-9]+ ms old when drawn"));

@@ -62,7 +62,7 @@ function setRate(rate) {
   send({ rate });
 }
 function stepRate(by) {
-  const at = kRates.findIndex(rate => rate >= (wantedRate ?? position.rate) - 1e-9);
+  const at = kRates.findIndex(rate => rate >= (wantedRate ?? position?.rate ?? 1) - 1e-9);
   setRate(kRates[Math.max(0, Math.min(kRates.length - 1, at + by))]);
 }
 function markAfter(by) {

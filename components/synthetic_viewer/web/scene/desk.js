@@ -58,8 +58,9 @@ export class Desk {
     this.stage.canvas.addEventListener('webglcontextrestored', () => { this.lost = false; this.choose(); });
     document.addEventListener('visibilitychange', () => this.follow());
     this.views.hit.canvas.addEventListener('keydown', event => this.lookFrom(event));
-    this.page.home = view => this.shown && (this.views[view].home(), true);
-    this.page.moved = view => (this.shown ? this.views[view].offset.moved : undefined);
+    const drawn = view => (this.shown ? this.views[view] : undefined);  // a camera's live picture is not drawn here
+    this.page.home = view => (drawn(view) ? (drawn(view).home(), true) : false);
+    this.page.moved = view => drawn(view)?.offset.moved;
     setInterval(() => this.choose(), kAgeShown_ms);
     navigator.xr?.addEventListener?.('devicechange', () => this.offerHeadset());
     this.offerHeadset();
