@@ -72,7 +72,8 @@ VideoMoment CameraView::at(core::Nanoseconds now_ns) {
   VideoMoment moment;
   moment.camera = drawing_camera(straight_, *calibration_.X_WC);
   moment.name = camera_.name;
-  moment.calibration = (on_trial_ ? "on trial, " : "") + calibration_words(calibration_);
+  moment.calibration = calibration_words(calibration_);
+  if (on_trial_) moment.calibration = {"video.on_trial", {{"calibration", moment.calibration}}};
   moment.problem = fault(status, now_ns);
   moment.live = moment.problem.empty();
   moment.picture = picture_;
