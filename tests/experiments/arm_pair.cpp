@@ -16,6 +16,7 @@
 #include "tests/experiments/rig.hpp"
 
 namespace phantom::experiments {
+namespace in_arm_pair {
 namespace {
 
 using core::JointArray;
@@ -229,6 +230,7 @@ void run(Report& report, const Settings& settings) {
 }
 
 }  // namespace
+}  // namespace in_arm_pair
 
 Experiment arm_pair() {
   return {"arm-pair",
@@ -237,7 +239,7 @@ Experiment arm_pair() {
           "Several arms in one cell have a phantom each, and the geometry of each arm moves in the other's "
           "workspace: an arm that comes is felt as an object that stands where it is.",
           {Sabotage::kConstantMu, Sabotage::kLayersOffByOne, Sabotage::kIgnoredSpeed, Sabotage::kGrownBodies},
-          run};
+          in_arm_pair::run};
 }
 
 }  // namespace phantom::experiments

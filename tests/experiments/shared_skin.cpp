@@ -12,6 +12,7 @@
 #include "tests/experiments/rig.hpp"
 
 namespace phantom::experiments {
+namespace in_shared_skin {
 namespace {
 
 using phantom_sensing::PhantomModel;
@@ -172,6 +173,7 @@ void run(Report& report, const Settings& settings) {
 }
 
 }  // namespace
+}  // namespace in_shared_skin
 
 Experiment shared_skin() {
   return {"shared-skin",
@@ -180,7 +182,7 @@ Experiment shared_skin() {
           "Several processes may compute the phantom of one arm; what the operator feels is as from one: the "
           "sum of their drags, the worst of their worst sensors, each alert once.",
           {Sabotage::kConstantMu, Sabotage::kLayersOffByOne, Sabotage::kGrownBodies},
-          run};
+          in_shared_skin::run};
 }
 
 }  // namespace phantom::experiments
