@@ -129,8 +129,8 @@ class Phantom {
     alert.alert = 7, alert.link_name = "forearm", alert.rule = percept::HitRule::kVeryClose;
     alerts_.publish(alert);
     status_.publish({.state = core::ComponentState::kRunning, .figures = {{"ticks", 12.0, "Hz"}}});
-    for (const auto view :
-         {messages::PictureView::kMain, messages::PictureView::kHit, messages::PictureView::kTool})
+    for (const auto view : {messages::PictureView::kMain, messages::PictureView::kHit,
+                            messages::PictureView::kTool, messages::PictureView::kCamera})
       pictures_.publish({.stamp = {}, .view = view, .jpeg = {0xff, 0xd8, 1, 2, 3}});
     // Each version has one boundary voxel more, so that the cloud and its updates are said again and again.
     server_.put(7, 0.1, server_.put_mesh());
