@@ -61,7 +61,7 @@ TEST(GatewayConfig, WhatDoesNotFitIsRefusedWithItsPlace) {
   EXPECT_THAT(refusal("points: {depth_topic: d, camera_info_topic: c, cloud_topic: p}\n"),
               HasSubstr("depth_topic"));
   EXPECT_THAT(refusal("camera: {image_topic: a, compressed_topic: b}\n"),
-              HasSubstr("compressed_topic: image_topic is given, too"));
+              HasSubstr("camera.compressed_topic: 'b' image_topic is given, too"));
   EXPECT_THAT(refusal("camera: {name: \"\"}\n"), HasSubstr("1 to 32 bytes"));
   EXPECT_THAT(refusal("out: {clouds: [0]}\n"), HasSubstr("0; allowed: 100 (boundary)"));
   EXPECT_THAT(refusal("out: {clouds: [3, 3]}\n"), HasSubstr("3 is there twice"));
