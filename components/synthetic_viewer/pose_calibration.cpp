@@ -77,14 +77,16 @@ void add_known_corners(const std::string& object, const geometry::Pose& X_WO, co
 
 core::Expected<CalibrationRequest> parse_calibration_request(const std::string& text) {
   const Json json = Json::parse(text, nullptr, false);
-  const char* allowed = R"(a JSON object {"try": […]}, {"keep": true} or {"discard": true} is expected)";
+  const char* allowed =
+      R"(a JSON object {"try": […]}, {"keep": N} or {"discard": N}, N the pose on trial, is expected)";
   if (!json.is_object() || json.size() != 1) return refuse(allowed);
   CalibrationRequest request;
   for (const auto& [key, act] :
        {std::pair{"keep", CalibrationRequest::Act::kKeep}, {"discard", CalibrationRequest::Act::kDiscard}}) {
     if (!json.contains(key)) continue;
-    if (json[key] != true) return refuse(allowed);
+    if (!json[key].is_number_unsigned()) return refuse(allowed);
     request.act = act;
+    request.trial = json[key].get<std::uint64_t>();
     return request;
   }
   if (!json.contains("try") || !json["try"].is_array()) return refuse(allowed);
@@ -155,6 +157,7 @@ std::string PoseCalibration::state_json(core::Nanoseconds now_ns) {
   Json json{{"camera", camera_.name}, {"width_px", lens.width_px},      {"height_px", lens.height_px},
             {"corners", corners},     {"on_trial", trial_.has_value()}, {"pose", figures_json(standing())}};
   if (trial_) {
+    json["trial"] = trial_->number;
     json["points"] = trial_->points;
     json["worst_px"] = trial_->worst_px;
     json["moved_mm"] = 1e3 * (trial_->calibration.X_WC->translation_m - kept_.X_WC->translation_m).norm();
@@ -178,9 +181,9 @@ core::Expected<std::string> PoseCalibration::still(core::Nanoseconds now_ns) con
 core::Expected<std::string> PoseCalibration::carry_out(const CalibrationRequest& request) {
   using Act = CalibrationRequest::Act;
   if (request.act == Act::kTry) return try_pose(request);
-  if (request.act == Act::kKeep) return keep();
+  if (request.act == Act::kKeep) return keep(request.trial);
   const std::lock_guard lock(mutex_);
-  if (!trial_) return refuse("no pose is on trial");
+  if (const auto trial = on_trial(request.trial); !trial) return trial.status();
   trial_.reset();
   return std::string("the pose is as it was before");
 }
@@ -225,27 +228,34 @@ core::Expected<std::string> PoseCalibration::try_pose(const CalibrationRequest& 
   found.pose_sigma_deg = fit->orientation_sigma_rad() / core::kRadPerDegree;
   found.has_figures = true;
   const std::lock_guard lock(mutex_);
-  trial_ = Trial{found, points.size(), *std::ranges::max_element(fit->residual_px)};
+  trial_ = Trial{++trials_, found, points.size(), *std::ranges::max_element(fit->residual_px)};
   return fmt::format("{} corners fit to {:.1f} px, {:.1f} mm; the pose is on trial", points.size(),
                      fit->rms_px, fit->rms_mm);
 }
 
-core::Expected<std::string> PoseCalibration::keep() {
+// Under mutex_.
+core::Expected<PoseCalibration::Trial> PoseCalibration::on_trial(std::uint64_t number) const {
+  if (!trial_) return refuse("no pose is on trial; allowed: to find one by picks first");
+  if (trial_->number != number)
+    return refuse("another pose is on trial by now; allowed: the one that is shown");
+  return *trial_;
+}
+
+core::Expected<std::string> PoseCalibration::keep(std::uint64_t number) {
   const std::lock_guard one_writes(keep_mutex_);
-  std::optional<Trial> trial;
-  {
+  const auto trial = [&] {
     const std::lock_guard lock(mutex_);
-    trial = trial_;
-  }
-  if (!trial) return refuse("no pose is on trial; allowed: to find one by picks first");
+    return on_trial(number);
+  }();
+  if (!trial) return trial.status();
   try {
     write_calibration(camera_.calibration_file, trial->calibration);
   } catch (const core::MissingError& problem) {
     return core::Status(core::ErrorCode::kUnavailable, problem.what());
   }
   const std::lock_guard lock(mutex_);
-  kept_ = std::move(trial->calibration);
-  trial_.reset();
+  kept_ = trial->calibration;
+  if (trial_ && trial_->number == number) trial_.reset();  // not a newer one that came meanwhile
   std::string words = "written: " + camera_.calibration_file.string();
   if (!camera_.names_calibration)
     words += "; it holds after a restart once the camera's file says calibration: " +

@@ -36,10 +36,11 @@ struct CalibrationRequest {
   static constexpr std::size_t kMostPicks = 32;
   Act act = Act::kTry;
   std::vector<Pick> picks;
+  std::uint64_t trial = 0;  ///< which pose is kept or discarded: two pages may be at it
 };
 
-/// Parses {"try": [{"corner": "work_table:+-+", "at": [0.31, 0.62]}, …]}, {"keep": true} or {"discard":
-/// true}. The error says what is wrong and what is allowed.
+/// Parses {"try": [{"corner": "work_table:+-+", "at": [0.31, 0.62]}, …]}, {"keep": 3} or {"discard": 3}, with
+/// the number of the pose on trial. The error says what is wrong and what is allowed.
 core::Expected<CalibrationRequest> parse_calibration_request(const std::string& json);
 
 /// Where a real camera's pose is found by picks on the page. A pose is tried before it is kept: everybody
@@ -71,6 +72,7 @@ class PoseCalibration {
 
  private:
   struct Trial {
+    std::uint64_t number = 0;
     Calibration calibration;
     std::size_t points = 0;
     double worst_px = 0.0;
@@ -80,7 +82,8 @@ class PoseCalibration {
     bool seen = false;  ///< nothing hides it from where the camera stands
   };
   core::Expected<std::string> try_pose(const CalibrationRequest& request);
-  core::Expected<std::string> keep();
+  core::Expected<std::string> keep(std::uint64_t number);
+  core::Expected<Trial> on_trial(std::uint64_t number) const;
   const Calibration& standing() const { return trial_ ? trial_->calibration : kept_; }
 
   const VideoCamera& camera_;
@@ -94,6 +97,7 @@ class PoseCalibration {
   std::vector<Corner> corners_;
   Calibration kept_;
   std::optional<Trial> trial_;
+  std::uint64_t trials_ = 0;  // so far
 };
 
 }  // namespace phantom::synthetic_viewer

@@ -26,7 +26,7 @@ class SceneFeed;
 ///   POST /command               {"kind": …, "value": …} as JSON, from the page itself only
 ///   POST /carry                 {"object": …, "attach": true or false}, likewise
 ///   GET  /calibration, /calibration/still.jpg, /calibration/overlay.jpg   of a real camera's pose
-///   POST /calibration           {"try": …}, {"keep": true} or {"discard": true}, likewise (PoseCalibration)
+///   POST /calibration           {"try": …}, {"keep": N} or {"discard": N}, likewise (PoseCalibration)
 ///   GET  /session               which role this browser has; POST /login, /logout
 ///   POST /view                  {"view": …, "orbit_deg": …, "zoom": …, "home": …, "record": …}, likewise
 /// and, while a recording is shown (PageContent::review), when every other command is refused:

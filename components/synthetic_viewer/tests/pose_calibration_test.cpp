@@ -140,11 +140,16 @@ TEST_F(PoseByPicks, BadPicksAreRefusedInOneSentenceAndChangeNothing) {
 TEST_F(PoseByPicks, WhatIsKeptIsTheFileOfCalibrateAndWhatIsDiscardedIsGone) {
   const double before_m = off_m();
   ASSERT_TRUE(pose_calibration_.carry_out(picks(6, 0.5)));
-  ASSERT_TRUE(pose_calibration_.carry_out({Act::kDiscard, {}}));
+  EXPECT_THAT(refusal({Act::kKeep, {}, 2}), HasSubstr("another pose is on trial by now"));
+  EXPECT_THAT(refusal({Act::kDiscard, {}, 2}), HasSubstr("another pose is on trial by now"));
+  ASSERT_TRUE(pose_calibration_.carry_out({Act::kDiscard, {}, 1}));
   EXPECT_EQ(off_m(), before_m);
   ASSERT_TRUE(pose_calibration_.carry_out(picks(6, 0.5)));
-  EXPECT_THAT(refusal({Act::kKeep, {}}), HasSubstr("done: written: " + camera_.calibration_file.string() +
-                                                   "; it holds after a restart once"));
+  EXPECT_EQ(told()["trial"], 2);
+  EXPECT_THAT(refusal({Act::kKeep, {}, 1}), HasSubstr("another pose is on trial by now")) << "another page's";
+  EXPECT_FALSE(fs::exists(camera_.calibration_file));
+  EXPECT_THAT(refusal({Act::kKeep, {}, 2}), HasSubstr("done: written: " + camera_.calibration_file.string() +
+                                                      "; it holds after a restart once"));
   EXPECT_FALSE(on_trial());
   const Calibration written = load_calibration(camera_.calibration_file);
   EXPECT_LT((written.X_WC->translation_m - X_WS_.translation_m).norm(), 0.02);
@@ -160,7 +165,7 @@ TEST_F(PoseByPicks, WhatIsKeptIsTheFileOfCalibrateAndWhatIsDiscardedIsGone) {
 TEST_F(PoseByPicks, WhatCannotBeWrittenStaysOnTrial) {
   ASSERT_TRUE(pose_calibration_.carry_out(picks(6, 0.5)));
   fs::create_directories(camera_.calibration_file);  // a folder stands in its place
-  EXPECT_THAT(refusal({Act::kKeep, {}}), HasSubstr("cannot be written"));
+  EXPECT_THAT(refusal({Act::kKeep, {}, 1}), HasSubstr("cannot be written"));
   EXPECT_TRUE(on_trial());
   EXPECT_LT(off_m(), 0.02);
 }
@@ -184,10 +189,10 @@ TEST(RequestOfThePage, IsWholeOrRefused) {
     const auto parsed = parse_calibration_request(text);
     return parsed ? "" : parsed.status().message();
   };
-  EXPECT_EQ(refusal(R"({"keep": true})"), "");
+  EXPECT_EQ(refusal(R"({"keep": 1})"), "");
   EXPECT_EQ(refusal(R"({"try": [{"corner": "a:+-+", "at": [0, 1]}]})"), "");
-  for (const char* text : {"", "{}", "[]", "7", R"({"keep": false})", R"({"discard": 1})", R"({"try": {}})",
-                           R"({"keep": true, "discard": true})", R"({"steal": true})"})
+  for (const char* text : {"", "{}", "[]", "7", R"({"keep": true})", R"({"discard": -1})", R"({"keep": 1.5})",
+                           R"({"try": {}})", R"({"keep": 1, "discard": 1})", R"({"steal": true})"})
     EXPECT_THAT(refusal(text), HasSubstr("a JSON object {\"try\"")) << text;
   const auto pick = [&](const std::string& at) {
     return refusal(R"({"try": [{"corner": "a:+-+", "at": )" + at + "}]}");
