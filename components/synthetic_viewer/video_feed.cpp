@@ -67,14 +67,16 @@ void VideoFeed::take(VideoPicture picture) {
   status_.newest = std::make_shared<const VideoPicture>(std::move(picture));
   ++status_.number;
   status_.problem.clear();
+  told_.clear();
 }
 
 void VideoFeed::report(const std::string& problem) {
   const std::lock_guard lock(mutex_);
   const core::Nanoseconds now_ns = core::monotonic_ns();
   // Who sends nonsense must not fill the log.
-  if (status_.problem != problem && now_ns - told_ns_ > core::kNsPerSecond) {
+  if (told_ != problem && now_ns - told_ns_ > core::kNsPerSecond) {
     spdlog::warn("camera: {}", problem);
+    told_ = problem;
     told_ns_ = now_ns;
   }
   status_.problem = problem;

@@ -49,7 +49,8 @@ class VideoFeed {
   mutable std::mutex mutex_;
   std::condition_variable ended_;
   VideoStatus status_;
-  core::Nanoseconds told_ns_ = -core::kNsPerSecond;  // when the log was last told of a problem
+  std::string told_;                                 // the problem that the log was last told of
+  core::Nanoseconds told_ns_ = -core::kNsPerSecond;  // and when
   std::atomic<bool> stop_{false};
   std::thread thread_;
 };
