@@ -10,15 +10,19 @@ geometry::Pose tool_pose(const SerialArm& arm, const LinkPoses& X_WL) noexcept {
 }
 
 Jacobian tool_jacobian(const SerialArm& arm, const LinkPoses& X_WL) noexcept {
+  return point_jacobian(arm, X_WL, arm.joint_count(), tool_pose(arm, X_WL).translation_m);
+}
+
+Jacobian point_jacobian(const SerialArm& arm, const LinkPoses& X_WL, std::size_t link,
+                        const Eigen::Vector3d& point_W_m) noexcept {
   Jacobian jacobian = Jacobian::Zero();
-  const Eigen::Vector3d tool_m = tool_pose(arm, X_WL).translation_m;
-  for (std::size_t j = 0; j < arm.joint_count(); ++j) {
+  for (std::size_t j = 0; j < link; ++j) {
     const Eigen::Vector3d axis = arm.axis_W(j, X_WL);
     auto column = jacobian.col(static_cast<Eigen::Index>(j));
     if (arm.joints()[j].type == JointType::kPrismatic) {
       column.head<3>() = axis;
     } else {
-      column.head<3>() = axis.cross(tool_m - arm.axis_point_W(j, X_WL));
+      column.head<3>() = axis.cross(point_W_m - arm.axis_point_W(j, X_WL));
       column.tail<3>() = axis;
     }
   }

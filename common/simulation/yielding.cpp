@@ -10,7 +10,6 @@ namespace phantom::simulation {
 namespace {
 
 using robot::Spatial;
-using LinkColumns = robot::Jacobian;
 
 constexpr double kAnywhere_m = 1e3;
 
@@ -18,20 +17,6 @@ Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& d) noexcept {
   Eigen::Matrix3d m;
   m << 0.0, -d.z(), d.y(), d.z(), 0.0, -d.x(), -d.y(), d.x(), 0.0;
   return m;
-}
-
-/// The twist of a link about its origin per unit of each joint's velocity.
-LinkColumns columns_of(const robot::SerialArm& arm, const robot::LinkPoses& X_WL, std::size_t link) noexcept {
-  LinkColumns columns = LinkColumns::Zero();
-  for (std::size_t j = 0; j < link; ++j) {
-    const Eigen::Vector3d axis = arm.axis_W(j, X_WL);
-    auto twist = columns.col(static_cast<Eigen::Index>(j));
-    if (arm.joints()[j].type == robot::JointType::kPrismatic)
-      twist.head<3>() = axis;
-    else
-      twist << axis.cross(X_WL[link].translation_m - X_WL[j + 1].translation_m), axis;
-  }
-  return columns;
 }
 
 robot::SkinLayout weighted_by_area(robot::SkinLayout skin) {
@@ -168,7 +153,7 @@ void Yielding::sense(const robot::SerialArm& arm, const robot::LinkPoses& X_WL, 
   const Eigen::Map<const Eigen::VectorXd> speed(v.data(), n);
   for (std::size_t link = 1; link <= count; ++link) {
     if (skin_.first[link] == skin_.first[link + 1]) continue;
-    const LinkColumns all = columns_of(arm, X_WL, link);
+    const robot::Jacobian all = robot::point_jacobian(arm, X_WL, link, X_WL[link].translation_m);
     const auto columns = all.leftCols(n);
     LinkYield yield = fluids_ ? in_fluid(link) : LinkYield();
     if (!bodies_.empty()) press(link, X_WL[link], columns * speed, closed, yield);
