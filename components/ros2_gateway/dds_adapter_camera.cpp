@@ -2,18 +2,12 @@
 
 #include <algorithm>
 #include <atomic>
-#include <mutex>
 #include <optional>
 
-#include "common/dds/refusal_log.hpp"
 #include "common/messages/publisher.hpp"
 #include "common/messages/teleoperation_codec.hpp"
-#include "common/ros2/endpoint.hpp"
-#include "common/ros2/words.hpp"
 #include "components/ros2_gateway/camera_pictures.hpp"
-#include "components/ros2_gateway/newest_task.hpp"
-#include "components/ros2_gateway/stream_check.hpp"
-#include "ros2_idl/sensor_msgsPubSubTypes.hpp"
+#include "components/ros2_gateway/sensor_stream.hpp"
 
 namespace phantom::ros2_gateway {
 namespace {
@@ -24,10 +18,6 @@ constexpr double kCameraStaleness_s = 1.0;
 constexpr double kEarly = 0.9;  // of a period: a camera's own period is not exact
 constexpr dds::QosContract kNewestPicture{.reliability = dds::Reliability::kBestEffort, .history_depth = 1};
 
-ImageMessage message_of(const sensor::Image_& from) {
-  return {from.header().frame_id(), from.height(), from.width(), from.encoding(),
-          from.is_bigendian() != 0, from.step(),   from.data()};
-}
 CompressedMessage message_of(const sensor::CompressedImage_& from) { return {from.format(), from.data()}; }
 
 }  // namespace
@@ -35,8 +25,8 @@ CompressedMessage message_of(const sensor::CompressedImage_& from) { return {fro
 struct CameraInput::Impl {
   Impl(dds::Participant& phantom, ros2::Node& node, const CameraRules& camera)
       : rules(camera),
-        stream(kCameraStaleness_s, rules.largest_stamp_age_s),
-        writer(phantom, dds::kCameraPicture) {
+        writer(phantom, dds::kCameraPicture),
+        stream("pictures of a camera of ROS 2", kCameraStaleness_s, rules.largest_stamp_age_s) {
     if (!rules.image_topic.empty())
       images.emplace(
           node, rules.image_topic, kNewestPicture,
@@ -50,42 +40,27 @@ struct CameraInput::Impl {
 
   template <class Message>
   bool take(const Message& message, const dds::SampleInfo& info) {
-    const std::lock_guard lock(mutex);
-    const core::Status status = stream.accept({ros2::nanoseconds_of(message.header().stamp()), info.writer},
-                                              info.received_ns, core::utc_ns());
-    if (!status) return refuse(status.message());
+    if (!stream.accept(message, info)) return false;
     if (info.received_ns < due_ns) return true;
-    task.put([this, message, at_ns = info.received_ns] { hand_on(message, at_ns); });
+    stream.put([this, message, at_ns = info.received_ns] { hand_on(message, at_ns); });
     return true;
   }
   template <class Message>
   void hand_on(const Message& message, core::Nanoseconds received_ns) {
     auto picture = picture_of(message_of(message), rules.jpeg_quality);
-    if (!picture) return void(refuse(picture.status().message()));
+    if (!picture) return void(stream.refuse(picture.status().message()));
     picture->camera = rules.name;
-    {
-      const std::lock_guard lock(mutex);
-      due_ns = received_ns + core::from_seconds(kEarly / rules.rate_Hz);  // what is refused does not count
-    }
+    due_ns = received_ns + core::from_seconds(kEarly / rules.rate_Hz);  // what is refused does not count
     if (rules.largest_stamp_age_s > 0.0)
       picture->exposed_utc_ns =
           std::max<core::Nanoseconds>(0, ros2::nanoseconds_of(message.header().stamp()));
-    if (writer.publish(*picture)) ++handed_on;
-  }
-  bool refuse(const std::string& why) {
-    ++refused;
-    refusals.refused(why);
-    return false;
+    if (writer.publish(*picture)) stream.count_handed_on();
   }
 
   const CameraRules rules;
-  std::mutex mutex;  // for what follows
-  StreamCheck stream;
-  core::Nanoseconds due_ns = 0;
-  std::atomic<std::uint64_t> handed_on{0}, refused{0};
-  dds::RefusalLog refusals{"pictures of a camera of ROS 2"};
+  std::atomic<core::Nanoseconds> due_ns{0};
   messages::Publisher<messages::CameraPicture> writer;
-  NewestTask task;
+  SensorStream stream;  // ends before what its tasks use
   // Last, so that nothing is heard any more when the rest goes.
   std::optional<ros2::Subscription<sensor::Image_PubSubType>> images;
   std::optional<ros2::Subscription<sensor::CompressedImage_PubSubType>> compressed;
@@ -95,7 +70,7 @@ CameraInput::CameraInput(dds::Participant& phantom, ros2::Node& node, const Came
     : impl_(std::make_unique<Impl>(phantom, node, rules)) {}
 CameraInput::~CameraInput() = default;
 
-std::uint64_t CameraInput::handed_on() const { return impl_->handed_on; }
-std::uint64_t CameraInput::refused() const { return impl_->refused; }
+std::uint64_t CameraInput::handed_on() const { return impl_->stream.handed_on(); }
+std::uint64_t CameraInput::refused() const { return impl_->stream.refused(); }
 
 }  // namespace phantom::ros2_gateway

@@ -1,18 +1,12 @@
 #include "components/ros2_gateway/dds_adapter_points.hpp"
 
-#include <atomic>
 #include <mutex>
 #include <optional>
 
-#include "common/dds/refusal_log.hpp"
 #include "common/messages/publisher.hpp"
 #include "common/messages/teleoperation_codec.hpp"
-#include "common/ros2/endpoint.hpp"
-#include "common/ros2/words.hpp"
-#include "components/ros2_gateway/newest_task.hpp"
 #include "components/ros2_gateway/point_clouds.hpp"
-#include "components/ros2_gateway/stream_check.hpp"
-#include "ros2_idl/sensor_msgsPubSubTypes.hpp"
+#include "components/ros2_gateway/sensor_stream.hpp"
 
 namespace phantom::ros2_gateway {
 namespace {
@@ -49,7 +43,8 @@ CameraMessage message_of(const sensor::CameraInfo_& from) {
 
 struct SensorPointsInput::Impl {
   Impl(dds::Participant& phantom, ros2::Node& node, const PointsRules& rules)
-      : stream(kSensorStaleness_s, rules.largest_stamp_age_s), writer(phantom, dds::kSensorPoints) {
+      : writer(phantom, dds::kSensorPoints),
+        stream("points of a sensor of ROS 2", kSensorStaleness_s, rules.largest_stamp_age_s) {
     if (!rules.cloud_topic.empty())
       clouds.emplace(node, rules.cloud_topic, kNewestPoints,
                      [this](const sensor::PointCloud2_& message, const dds::SampleInfo& info) {
@@ -66,16 +61,13 @@ struct SensorPointsInput::Impl {
 
   template <class Message>
   bool take(const Message& message, const dds::SampleInfo& info) {
-    const std::lock_guard lock(mutex);
-    const core::Status status = stream.accept({ros2::nanoseconds_of(message.header().stamp()), info.writer},
-                                              info.received_ns, core::utc_ns());
-    if (!status) return refuse(status.message());
-    task.put([this, message] { hand_on(points_of(message), message.header()); });
+    if (!stream.accept(message, info)) return false;
+    stream.put([this, message] { hand_on(points_of(message), message.header()); });
     return true;
   }
   bool take(const sensor::CameraInfo_& message) {
     const auto pinhole = pinhole_of(message_of(message));
-    if (!pinhole) return refuse("camera_info: " + pinhole.status().message());
+    if (!pinhole) return stream.refuse("camera_info: " + pinhole.status().message());
     const std::lock_guard lock(mutex);
     camera = *pinhole;
     return true;
@@ -91,30 +83,19 @@ struct SensorPointsInput::Impl {
       its_camera = camera;
     }
     if (!its_camera) return core::Status::invalid_argument("no camera_info was heard yet");
-    return ros2_gateway::points_of(
-        ImageMessage{from.header().frame_id(), from.height(), from.width(), from.encoding(),
-                     from.is_bigendian() != 0, from.step(), from.data()},
-        *its_camera);
+    return ros2_gateway::points_of(message_of(from), *its_camera);
   }
 
   void hand_on(core::Expected<messages::SensorPoints> points, const std_msgs::msg::dds_::Header_& from) {
-    if (!points) return void(refuse(points.status().message()));
+    if (!points) return void(stream.refuse(points.status().message()));
     points->measured_utc_ns = std::max<core::Nanoseconds>(0, ros2::nanoseconds_of(from.stamp()));
-    if (writer.publish(*points)) ++handed_on;
-  }
-  bool refuse(const std::string& why) {
-    ++refused;
-    refusals.refused(why);
-    return false;
+    if (writer.publish(*points)) stream.count_handed_on();
   }
 
-  std::mutex mutex;
-  StreamCheck stream;
+  std::mutex mutex;  // for the camera
   std::optional<Pinhole> camera;
-  std::atomic<std::uint64_t> handed_on{0}, refused{0};
-  dds::RefusalLog refusals{"points of a sensor of ROS 2"};
   messages::Publisher<messages::SensorPoints> writer;
-  NewestTask task;
+  SensorStream stream;  // ends before what its tasks use
   // Last, so that nothing is heard any more when the rest goes.
   std::optional<ros2::Subscription<sensor::PointCloud2_PubSubType>> clouds;
   std::optional<ros2::Subscription<sensor::Image_PubSubType>> images;
@@ -125,7 +106,7 @@ SensorPointsInput::SensorPointsInput(dds::Participant& phantom, ros2::Node& node
     : impl_(std::make_unique<Impl>(phantom, node, rules)) {}
 SensorPointsInput::~SensorPointsInput() = default;
 
-std::uint64_t SensorPointsInput::handed_on() const { return impl_->handed_on; }
-std::uint64_t SensorPointsInput::refused() const { return impl_->refused; }
+std::uint64_t SensorPointsInput::handed_on() const { return impl_->stream.handed_on(); }
+std::uint64_t SensorPointsInput::refused() const { return impl_->stream.refused(); }
 
 }  // namespace phantom::ros2_gateway
