@@ -12,6 +12,7 @@
 #include "common/core/clock.hpp"
 #include "components/synthetic_viewer/commands.hpp"
 #include "components/synthetic_viewer/page_access.hpp"
+#include "components/synthetic_viewer/page_files.hpp"
 #include "components/synthetic_viewer/page_review.hpp"
 #include "components/synthetic_viewer/page_state.hpp"
 #include "components/synthetic_viewer/pose_calibration.hpp"
@@ -23,21 +24,10 @@
 
 namespace phantom::synthetic_viewer {
 
-namespace web {  // the files of web/
+namespace web {  // files of web/
 extern const char* const kIndexHtml;
-extern const char* const kPageCss;
-extern const char* const kPageJs;
-extern const char* const kStopJs;
-extern const char* const kSessionJs;
-extern const char* const kLanguageJs;
-extern const char* const kChoiceJs;
-extern const char* const kViewsJs;
-extern const char* const kTokensCss;
 extern const char* const kEnglishTexts;
 extern const char* const kGermanTexts;
-extern const char* const kReviewJs;
-extern const char* const kReviewCss;
-extern const char* const kCalibrateJs;
 extern const unsigned char kSceneBundle[];   // by gzip; made by web/scene/bundle.mjs
 extern const std::size_t kSceneBundleBytes;  // 0: built without
 }  // namespace web
@@ -126,10 +116,9 @@ std::string with_port(const Authority& authority, const std::string& port) {
 /// Returns whether a path of the page's port is given without a session: the page itself, its form to log in,
 /// and who is stopped.
 bool is_for_all(const std::string& path) {
-  constexpr std::array kForAll{"/",           "/tokens.css", "/page.css",  "/page.js",  "/language.js",
-                               "/review.css", "/stop.js",    "/choice.js", "/views.js", "/session.js",
-                               "/review.js",  "/stop",       "/scene.js",  "/session",  "/calibrate.js"};
-  return std::find(kForAll.begin(), kForAll.end(), path) != kForAll.end();
+  constexpr std::array<std::string_view, 4> kOthers{"/", "/stop", "/scene.js", "/session"};
+  return std::ranges::find(kOthers, path) != kOthers.end() ||
+         std::ranges::find(page_files(), path, &PageFile::path) != page_files().end();
 }
 
 void fill(std::string& text, const std::string& place, const std::string& content) {
@@ -250,20 +239,10 @@ void WebServer::Impl::add_files() {
                                                        "; frame-ancestors 'none'");
     response.set_content(page_of(port), "text/html; charset=utf-8");
   });
-  const auto serve = [this](const char* path, const char* text, const char* type) {
-    page.server().Get(path, [=](const Request&, Response& response) { response.set_content(text, type); });
-  };
-  serve("/tokens.css", web::kTokensCss, "text/css; charset=utf-8");
-  serve("/page.css", web::kPageCss, "text/css; charset=utf-8");
-  serve("/language.js", web::kLanguageJs, "text/javascript; charset=utf-8");
-  serve("/stop.js", web::kStopJs, "text/javascript; charset=utf-8");
-  serve("/choice.js", web::kChoiceJs, "text/javascript; charset=utf-8");
-  serve("/views.js", web::kViewsJs, "text/javascript; charset=utf-8");
-  serve("/page.js", web::kPageJs, "text/javascript; charset=utf-8");
-  serve("/session.js", web::kSessionJs, "text/javascript; charset=utf-8");
-  serve("/review.js", web::kReviewJs, "text/javascript; charset=utf-8");
-  serve("/calibrate.js", web::kCalibrateJs, "text/javascript; charset=utf-8");
-  serve("/review.css", web::kReviewCss, "text/css; charset=utf-8");
+  for (const PageFile& file : page_files())
+    page.server().Get(std::string(file.path), [&file](const Request&, Response& response) {
+      response.set_content(file.text, file.type);
+    });
   page.server().Get("/scene.js", [](const Request&, Response& response) {
     if (web::kSceneBundleBytes == 0) return answer(response, 404, "built without the browser's scene");
     response.set_header("Content-Encoding", "gzip");
