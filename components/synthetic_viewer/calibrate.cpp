@@ -224,7 +224,7 @@ runtime::Command add_calibrate_command(runtime::Command app, CalibrateRequest& r
   calibrate.option(
       "--pick", request.picks,
       "u,v=x,y,z (a pixel and the point of W there), u,v=OBJECT:x,y,z (the mesh's corner nearest to there, in the "
-      "object's frame) or u,v=OBJECT:+-+ (a corner of its box); four or more, or three with a pose in --camera");
+      "object's frame) or u,v=OBJECT:+-+ (its corner there); four or more, or three with a pose in --camera");
   calibrate.option("--cell", request.cell, "cell file, for corners of its objects");
   calibrate.option("--pick-sigma-px", request.pixel_sigma_px, "how exactly was picked").between(0.01, 50.0);
   calibrate.option("--largest-residual-px", request.largest_residual_px, "a worse fit is refused")

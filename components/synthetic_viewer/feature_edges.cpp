@@ -15,6 +15,34 @@ struct EdgeSide {
   std::uint32_t triangle;
 };
 
+/// Unit directions of features at a place, up to two that differ; a third that is not in their plane makes it
+/// a corner.
+struct Fan {
+  std::array<Eigen::Vector3f, 2> directions;
+  int count = 0;
+
+  void add(const Eigen::Vector3f& direction) {
+    constexpr float kApart = 0.2F;  // sine of the least angle
+    if (count == 0 || (count == 1 && directions[0].cross(direction).norm() > kApart))
+      directions[static_cast<std::size_t>(count++)] = direction;
+    else if (count == 2 && std::abs(directions[0].cross(directions[1]).normalized().dot(direction)) > kApart)
+      count = 3;
+  }
+};
+
+std::vector<std::uint32_t> corners_of(const EdgeMesh& mesh) {
+  std::vector<Fan> fans(mesh.places_m.size());
+  for (const EdgeMesh::Edge& edge : mesh.edges) {
+    if (!edge.feature) continue;
+    const Eigen::Vector3f along = (mesh.places_m[edge.ends[1]] - mesh.places_m[edge.ends[0]]).normalized();
+    for (const std::uint32_t end : edge.ends) fans[end].add(along);
+  }
+  std::vector<std::uint32_t> corners;
+  for (std::uint32_t place = 0; place < fans.size(); ++place)
+    if (fans[place].count == 3) corners.push_back(place);
+  return corners;
+}
+
 }  // namespace
 
 EdgeMesh edges_of(const geometry::TriangleMesh& mesh, double sharp_rad) {
@@ -43,7 +71,35 @@ EdgeMesh edges_of(const geometry::TriangleMesh& mesh, double sharp_rad) {
     made.edges.push_back({first->ends, {a, b}, !plain});
     first = last;
   }
+  made.corners = corners_of(made);
   return made;
+}
+
+std::optional<Eigen::Vector3f> corner_towards(const EdgeMesh& mesh, const std::array<bool, 3>& high) {
+  if (mesh.corners.empty()) return std::nullopt;
+  Eigen::Vector3f least = mesh.places_m.front(), most = least;
+  for (const Eigen::Vector3f& place : mesh.places_m) {
+    least = least.cwiseMin(place);
+    most = most.cwiseMax(place);
+  }
+  const Eigen::Vector3f middle = 0.5F * (least + most);
+  std::optional<Eigen::Vector3f> best;
+  float nearest_m2 = 0.0F;
+  for (const std::uint32_t corner : mesh.corners) {
+    const Eigen::Vector3f& place = mesh.places_m[corner];
+    float distance_m2 = 0.0F;
+    bool inside = true;
+    for (int axis = 0; axis < 3; ++axis) {
+      const bool to_most = high[static_cast<std::size_t>(axis)];
+      const float away = to_most ? most[axis] - place[axis] : place[axis] - least[axis];
+      inside = inside && (to_most ? place[axis] > middle[axis] : place[axis] < middle[axis]);
+      distance_m2 += away * away;
+    }
+    if (!inside || (best && distance_m2 >= nearest_m2)) continue;
+    best = place;
+    nearest_m2 = distance_m2;
+  }
+  return best;
 }
 
 void add_edges(const EdgeMesh& mesh, const geometry::Pose& X_WM, const Eigen::Vector3d& eye_m,

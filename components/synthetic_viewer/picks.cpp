@@ -8,11 +8,12 @@
 
 #include "common/runtime/cell_bodies.hpp"
 #include "common/runtime/command_line.hpp"
+#include "components/synthetic_viewer/feature_edges.hpp"
 
 namespace phantom::synthetic_viewer {
 namespace {
 
-constexpr float kNearPoint_m = 0.02F, kNearBox_m = 0.002F;
+constexpr float kNearPoint_m = 0.02F;
 
 core::Status bad_pick(const std::string& text, const std::string& why) {
   return core::Status::invalid_argument("--pick " + text + ": " + why);
@@ -45,23 +46,22 @@ core::Expected<Eigen::Vector3d> corner_of_object(const std::string& text, const 
   const auto object = std::ranges::find(cell.objects, name, &runtime::ObjectConfig::name);
   if (object == cell.objects.end()) return bad_pick(text, "the cell has no object '" + name + "'");
   const geometry::TriangleMesh mesh_O = runtime::load_body(*object, cell).mesh_O;
-  Eigen::Vector3f wanted_m;
-  float reach_m = kNearPoint_m;
   if (which.size() == 3 && which.find_first_not_of("+-") == std::string::npos) {
-    const geometry::BoundingBox box = mesh_O.bounding_box();
-    for (int i = 0; i < 3; ++i)
-      wanted_m[i] = which[static_cast<std::size_t>(i)] == '+' ? box.max_m[i] : box.min_m[i];
-    reach_m = kNearBox_m;
-  } else if (const auto place = numbers_of(which, 3)) {
-    wanted_m = Eigen::Vector3d((*place)[0], (*place)[1], (*place)[2]).cast<float>();
-  } else {
+    const auto corner_m =
+        corner_towards(edges_of(mesh_O), {which[0] == '+', which[1] == '+', which[2] == '+'});
+    if (!corner_m) return bad_pick(text, name + " has no sharp corner on that side; allowed: x,y,z of one");
+    return Eigen::Vector3d(object->X_WO * corner_m->cast<double>());
+  }
+  const auto place = numbers_of(which, 3);
+  if (!place)
     return bad_pick(
         text,
         "'" + which + "' is no corner; allowed: x,y,z in the object's frame, or three signs such as +-+");
-  }
-  const auto corner_m = corner_near(mesh_O, wanted_m, reach_m);
+  const auto corner_m =
+      corner_near(mesh_O, Eigen::Vector3d((*place)[0], (*place)[1], (*place)[2]).cast<float>(), kNearPoint_m);
   if (!corner_m)
-    return bad_pick(text, fmt::format("{} has no corner within {:.0f} mm of there", name, 1e3F * reach_m));
+    return bad_pick(text,
+                    fmt::format("{} has no corner within {:.0f} mm of there", name, 1e3F * kNearPoint_m));
   return Eigen::Vector3d(object->X_WO * corner_m->cast<double>());
 }
 

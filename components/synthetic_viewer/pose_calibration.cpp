@@ -4,7 +4,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <cmath>
+#include <array>
 #include <limits>
 #include <nlohmann/json.hpp>
 
@@ -18,7 +18,6 @@ namespace {
 
 using Json = nlohmann::json;
 
-constexpr float kCornerReach_m = 0.002F;
 constexpr double kHides_m = 0.01;  // a body so much before a corner hides it
 constexpr double kSamePlace_px = 1.0;
 constexpr int kStillQuality = 92;
@@ -54,24 +53,15 @@ Json figures_json(const Calibration& calibration) {
 
 void add_known_corners(const std::string& object, const geometry::Pose& X_WO, const EdgeMesh& mesh,
                        std::vector<KnownCorner>& corners) {
-  if (mesh.places_m.empty()) return;
-  Eigen::Vector3f least = mesh.places_m.front(), most = least;
-  for (const Eigen::Vector3f& place : mesh.places_m) {
-    least = least.cwiseMin(place);
-    most = most.cwiseMax(place);
-  }
   for (unsigned signs = 0; signs < 8; ++signs) {
-    Eigen::Vector3f wanted;
+    std::array<bool, 3> high{};
     std::string name = object + ":";
     for (unsigned axis = 0; axis < 3; ++axis) {
-      const bool high = (signs >> axis & 1U) != 0;
-      wanted[axis] = high ? most[axis] : least[axis];
-      name += high ? '+' : '-';
+      high[axis] = (signs >> axis & 1U) != 0;
+      name += high[axis] ? '+' : '-';
     }
-    const auto distance = [&](const Eigen::Vector3f& place) { return (place - wanted).norm(); };
-    const auto nearest = std::ranges::min_element(mesh.places_m, {}, distance);
-    if (distance(*nearest) <= kCornerReach_m)
-      corners.push_back({std::move(name), X_WO * nearest->cast<double>()});
+    if (const auto corner_m = corner_towards(mesh, high))
+      corners.push_back({std::move(name), X_WO * corner_m->cast<double>()});
   }
 }
 

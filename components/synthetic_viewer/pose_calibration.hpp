@@ -16,7 +16,7 @@
 
 namespace phantom::synthetic_viewer {
 
-/// A corner whose place the model knows: one of an object's bounding box, where its mesh has a corner too.
+/// A corner whose place the model knows: of an object's mesh (corner_towards()).
 struct KnownCorner {
   std::string name;  ///< "work_table:+-+", as `calibrate --pick` has it
   Eigen::Vector3d position_W_m = Eigen::Vector3d::Zero();
