@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <random>
+#include <set>
 
 #include "common/geometry/primitives.hpp"
 #include "components/synthetic_viewer/tests/camera_rig.hpp"
@@ -181,6 +182,19 @@ TEST_F(PoseByPicks, CornersThatABodyHidesAreNotOffered) {
   EXPECT_GT(all, 8U);
   EXPECT_EQ(told()["corners"].size(), 0U);
   EXPECT_TRUE(pose_calibration_.carry_out(picks(6))) << "but they are known";
+}
+
+TEST(KnownCorners, TheShippedCellOffersMoreThanAPoseNeedsAndEachNameOnce) {
+  const std::vector<KnownCorner> corners =
+      test::corners_of(runtime::load_cell(PHANTOM_SOURCE_DIR "/deploy/cells/hot_cell/cell.yaml"));
+  std::set<std::string> names, objects;
+  for (const KnownCorner& corner : corners) {
+    names.insert(corner.name);
+    objects.insert(corner.name.substr(0, corner.name.rfind(':')));
+  }
+  EXPECT_EQ(names.size(), corners.size());
+  EXPECT_GE(objects.size(), 8U);
+  EXPECT_TRUE(names.contains("work_table:---"));
 }
 
 // Tries synthetic_viewer: picks that determine no pose
