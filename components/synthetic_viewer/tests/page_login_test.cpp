@@ -101,7 +101,7 @@ TEST_F(PageLogin, WhereACameraStandsIsSetByWhoMayCommand) {
   content_.calibration = &poses;
   serve(with_secrets());
   const auto discard = [&](const httplib::Headers& headers) {
-    return post(R"({"discard": true})", headers, "application/json", "/calibration");
+    return post(R"({"discard": 1})", headers, "application/json", "/calibration");
   };
   for (const char* path : {"/calibration", "/calibration/still.jpg", "/calibration/overlay.jpg"})
     EXPECT_EQ(client().Get(path)->status, 401) << path;
