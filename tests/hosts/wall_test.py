@@ -1,9 +1,11 @@
 #!/usr/bin/env python3
-"""The system across the shield wall: four hosts on routed subnets, the slave's behind a bad cable; open or secured.
+"""The system across the shield wall: four hosts on routed subnets, the slave's behind a bad cable; open, open with a discovery server, or
+secured.
 
-wall_test.py open|secured --bin DIR --cable FILE [--keep DIR]
+wall_test.py open|served|secured --bin DIR --cable FILE [--keep DIR]
 """
 import argparse
+import re
 import shutil
 import sys
 import tempfile
@@ -22,7 +24,7 @@ START_S = 400  # limits only bound a failing test
 
 class Wall:
     def __init__(self, mode, binaries, cable, folder):
-        self.secured, self.bin, self.folder = mode == "secured", binaries, folder
+        self.secured, self.served, self.bin, self.folder = mode == "secured", mode == "served", binaries, folder
         self.security = self.folder / "security"
         self.sessions = {}
         self.topology = self.make_topology()
@@ -35,6 +37,9 @@ class Wall:
         text = (SOURCE / "deploy/topologies" / ("shield_wall.yaml" if self.secured else "shield_wall_open.yaml")).read_text()
         for word in ("qos", "cells"):
             text = text.replace(f"../{word}/", f"{SOURCE}/deploy/{word}/")
+        if self.served:
+            text, changed = re.subn(r"initial_peers:.*\n *participants_per_host:.*", f"discovery_servers: ['{ADDRESSES['master']}:11811']", text)
+            assert changed == 1
         if self.secured:
             assert "/etc/phantom/security" in text
             wanted = f"security: {security or self.security}" if security != "none" else ""
@@ -103,7 +108,7 @@ def starts_and_couples(wall):
     """All hosts find each other without multicast; over a cable that loses, delays and jitters, percepts arrive."""
     cable = wall.site.cables["slave"]
     cable.set(loss=0.005, delay_ms=2, jitter_ms=1)
-    if not wall.secured:
+    if wall.served:
         wall.site["master"].start(["fast-discovery-server", "-i", "0", "-l", ADDRESSES["master"], "-p", "11811"],
                                   wall.folder / "discovery.log")
     for host in ("slave", "master", "diagnostics"):
@@ -189,13 +194,15 @@ def onlookers_do_not_disturb(wall, watch):
 
 def main():
     arguments = argparse.ArgumentParser()
-    arguments.add_argument("mode", choices=["open", "secured"])
+    arguments.add_argument("mode", choices=["open", "served", "secured"])
     arguments.add_argument("--bin", required=True)
     arguments.add_argument("--cable", required=True)
     arguments.add_argument("--keep", help="folder for logs that stay")
     given = arguments.parse_args()
     need_rights()
-    need("openssl" if given.mode == "secured" else "fast-discovery-server")
+    needed = {"secured": "openssl", "served": "fast-discovery-server"}
+    if given.mode in needed:
+        need(needed[given.mode])
     folder = Path(given.keep or tempfile.mkdtemp(prefix="phantom_wall_"))
     folder.mkdir(parents=True, exist_ok=True)
     wall = Wall(given.mode, Path(given.bin).resolve(), Path(given.cable).resolve(), folder.resolve())
@@ -210,6 +217,8 @@ def main():
         done("four hosts coupled over a cable with loss, delay and jitter, without multicast")
         late_viewer_gets_the_whole_cell(wall, watch)
         done("a late viewer has the whole cell")
+        if wall.served:
+            return
         if not wall.secured:
             endpoints_have_exactly_their_rights(wall)
             done("every component opens exactly what deploy/security/rights grants")
