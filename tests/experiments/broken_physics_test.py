@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Breaks one law of the physics and sees that exactly those experiments fail which say that they would notice.
+"""Breaks one law of the physics and sees that exactly those experiments fail which say that they would notice. The slow ones run under
+the laws that they say they notice alone: under another they would be as they are unbroken.
 
 usage: broken_physics_test.py EXPERIMENTS LAW
 """
@@ -9,11 +10,14 @@ import sys
 import tempfile
 from pathlib import Path
 
+SLOW = ("touch", "running-system")
+
 
 def main(executable, law):
     entries = json.loads(subprocess.run([executable, "--list", "--json"], check=True, stdout=subprocess.PIPE, text=True).stdout)
+    entries = [entry for entry in entries if law in entry["fails_under"] or entry["id"] not in SLOW]
     with tempfile.TemporaryDirectory() as out:
-        subprocess.run([executable, "--fast", "--break", law, "--out", out], check=False)
+        subprocess.run([executable, "--fast", "--break", law, "--out", out, *(entry["id"] for entry in entries)], check=False)
         wrong = []
         for entry in entries:
             checks = Path(out, entry["id"], "checks.json")
