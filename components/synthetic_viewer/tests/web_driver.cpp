@@ -19,6 +19,8 @@ using nlohmann::json;
 constexpr const char* kDriver = "/usr/bin/chromedriver";
 constexpr const char* kBrowser = "/usr/bin/chromium";
 constexpr const char* kReady = "started successfully on port ";
+constexpr int kMostOfScript_s =
+    120;  // only bounds a failing test: software that draws on a loaded machine takes its time
 
 }  // namespace
 
@@ -60,7 +62,7 @@ Browser::Browser(const std::vector<std::string>& more) {
     said.append(piece, static_cast<std::size_t>(size));
   }
   client_.emplace("127.0.0.1", std::atoi(said.c_str() + said.find(kReady) + std::string_view(kReady).size()));
-  client_->set_read_timeout(120);
+  client_->set_read_timeout(2 * kMostOfScript_s);
   json options{{"binary", kBrowser},
                {"args",
                 {"--headless", "--no-sandbox", "--disable-quic", "--no-first-run",
@@ -72,8 +74,10 @@ Browser::Browser(const std::vector<std::string>& more) {
   for (const std::string& argument : more) options["args"].push_back(argument);
   // A page counts as opened once its scripts have run: its pictures are streams, and one that waits for a
   // free connection would hold up the end of loading for ever.
-  const json wanted{
-      {"browserName", "chrome"}, {"pageLoadStrategy", "eager"}, {"goog:chromeOptions", options}};
+  const json wanted{{"browserName", "chrome"},
+                    {"pageLoadStrategy", "eager"},
+                    {"timeouts", {{"script", kMostOfScript_s * 1000}}},
+                    {"goog:chromeOptions", options}};
   session_ = "/session/" + begin(wanted).at("sessionId").get<std::string>();
 }
 
