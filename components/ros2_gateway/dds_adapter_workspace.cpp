@@ -9,9 +9,9 @@
 #include "common/dds/refusal_log.hpp"
 #include "common/messages/object_sources.hpp"
 #include "common/messages/workspace_codec.hpp"
+#include "common/messages/workspace_follower.hpp"
 #include "common/ros2/endpoint.hpp"
 #include "common/ros2/words.hpp"
-#include "common/workspace/workspace_sources.hpp"
 #include "components/ros2_gateway/layer_clouds.hpp"
 #include "components/ros2_gateway/object_markers.hpp"
 #include "ros2_idl/sensor_msgsPubSubTypes.hpp"
@@ -143,15 +143,7 @@ struct WorkspaceOutputs::Impl {
     }
     for (const std::int8_t order : its_rules.clouds)
       clouds.emplace_back(node, rules.prefix + "/" + topic_of(order), order);
-    if (!clouds.empty())
-      bricks.emplace(
-          phantom, dds::kWorkspaceBrick,
-          [this](const msg::WorkspaceBrick& message, const dds::SampleInfo& info) {
-            const auto brick = messages::from_idl(message);
-            if (!brick) return refuse(brick.status());
-            const std::lock_guard lock(mutex);
-            return refuse(sources.put_brick(info.writer, brick->key, brick->version, brick->voxels_zstd));
-          });
+    if (!clouds.empty()) bricks.emplace(phantom, kMostWorkspaceBytes);
     versions.emplace(
         phantom, dds::kWorkspaceVersion,
         [this](const msg::WorkspaceVersion& message, const dds::SampleInfo& info) {
@@ -159,7 +151,6 @@ struct WorkspaceOutputs::Impl {
         },
         [this](const dds::GuidPrefix& server) {
           const std::lock_guard lock(mutex);
-          sources.gone(server);
           put(objects.gone(server));
         });
     thread = std::jthread([this](const std::stop_token& stop) {
@@ -196,7 +187,7 @@ struct WorkspaceOutputs::Impl {
     const auto taken = objects.commit(info.writer);
     put(taken.changes);
     if (taken.accepted) markers.take(version->carried);
-    return clouds.empty() || refuse(sources.commit(info.writer, version->description));
+    return true;
   }
   void put(const std::vector<messages::WorkspaceObject>& changes) {
     for (const messages::WorkspaceObject& object : changes) markers.take(object);
@@ -217,10 +208,10 @@ struct WorkspaceOutputs::Impl {
     const bool whole = objects_again.due(now_ns) || matched > readers;
     readers = matched;
     if (whole) moved = markers.all();
-    const auto workspace = sources.current();
     lock.unlock();
     if (objects_out && (whole || !moved.empty())) send(moved, whole);
     if (whole) objects_again.sent();
+    const auto workspace = bricks ? bricks->take() : nullptr;
     for (CloudTopic& cloud : clouds) {
       if (workspace && workspace != last) cloud.take(*workspace, rules.world, now_ns);
       cloud.look(rules.world, now_ns);
@@ -245,7 +236,6 @@ struct WorkspaceOutputs::Impl {
   OutputRules rules;
   std::mutex mutex;
   std::condition_variable_any changed;
-  workspace::WorkspaceSources sources{kMostWorkspaceBytes};
   messages::ObjectSources objects;
   ObjectMarkers markers;
   WholeAgain objects_again;
@@ -254,7 +244,7 @@ struct WorkspaceOutputs::Impl {
   dds::RefusalLog refusals{"the workspace"};
   std::optional<ros2::Publisher<vis::MarkerArray_PubSubType>> objects_out;
   std::deque<CloudTopic> clouds;  // they do not move
-  std::optional<dds::Reader<msg::WorkspaceBrick>> bricks;
+  std::optional<messages::WorkspaceFollower> bricks;
   std::optional<dds::Reader<msg::WorkspaceObject>> objects_in;
   std::optional<dds::Reader<msg::MeshChunk>> chunks;
   std::optional<dds::Reader<msg::WorkspaceVersion>> versions;

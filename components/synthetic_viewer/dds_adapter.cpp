@@ -15,6 +15,7 @@
 #include "common/messages/status_reporter.hpp"
 #include "common/messages/teleoperation_codec.hpp"
 #include "common/messages/workspace_codec.hpp"
+#include "common/messages/workspace_follower.hpp"
 #include "components/synthetic_viewer/dds_adapter_intake.hpp"
 
 namespace phantom::synthetic_viewer {
@@ -23,6 +24,7 @@ namespace {
 // The time in which a stop is confirmed, plus two network delays.
 constexpr double kStopAnswer_s = core::seconds(core::kStopConfirmedWithin_ns) + 0.05;
 constexpr double kAnswer_s = 0.5;
+constexpr std::size_t kMostWorkspaceBytes = std::size_t{2} << 30;
 
 }  // namespace
 
@@ -46,6 +48,10 @@ struct DdsAdapter::Impl {
   core::Snapshot<PerceptSample> percept_for_hits;  // likewise
   ArmSample newest_arm;                            // used on the callback thread of hit alerts
   PerceptSample newest_percept;                    // likewise
+
+  std::mutex follower_mutex;
+  std::unique_ptr<messages::WorkspaceFollower> follower;  // guarded by follower_mutex; null: nobody asks
+  core::Nanoseconds workspace_asked_ns = 0;               // likewise
 
   // Declared last, so that their callbacks end before the members that they use are destroyed.
   std::optional<dds::Reader<msg::SlaveState>> arm;
@@ -268,6 +274,21 @@ CommandOutcome DdsAdapter::carry(const CarryRequest& request) {
 
 void DdsAdapter::send(const Command& command) {
   impl_->operator_client.send(impl_->completed(command), kAnswer_s);
+}
+
+std::shared_ptr<const workspace::Workspace> DdsAdapter::workspace() {
+  const std::lock_guard lock(impl_->follower_mutex);
+  if (!impl_->follower)
+    impl_->follower = std::make_unique<messages::WorkspaceFollower>(impl_->participant, kMostWorkspaceBytes);
+  auto newest = impl_->follower->take();
+  impl_->workspace_asked_ns = core::monotonic_ns();
+  return newest;
+}
+
+void DdsAdapter::let_go_of_workspace() {
+  const std::unique_lock lock(impl_->follower_mutex, std::try_to_lock);
+  if (lock && core::monotonic_ns() - impl_->workspace_asked_ns > core::from_seconds(kWorkspaceKept_s))
+    impl_->follower.reset();
 }
 
 void DdsAdapter::publish(const ViewPoseSample& view) {

@@ -7,6 +7,7 @@
 #include "common/core/health.hpp"
 #include "common/core/network.hpp"
 #include "common/messages/arm_bounds.hpp"
+#include "common/workspace/workspace.hpp"
 #include "components/synthetic_viewer/inbox.hpp"
 #include "components/synthetic_viewer/page_content.hpp"
 #include "components/synthetic_viewer/samples.hpp"
@@ -40,6 +41,13 @@ class DdsAdapter {
   /// Sends a command in the same way without waiting. The inbox's StopBoard shows what becomes of a stop.
   /// Thread-safe.
   void send(const Command& command);
+  /// Returns the newest whole workspace; null: none has come yet. Its bricks are read from the first call on,
+  /// as long as there are calls: see let_go_of_workspace(). Takes as long as building it takes. Thread-safe.
+  std::shared_ptr<const workspace::Workspace> workspace();
+  /// Reads no bricks any more, and keeps none, if nobody has asked for the workspace for kWorkspaceKept_s.
+  /// Does not wait.
+  void let_go_of_workspace();
+  static constexpr double kWorkspaceKept_s = 30.0;
   /// Publishes view_pose. One thread.
   void publish(const ViewPoseSample& view);
   /// Publishes the newest picture of each view that has a new one, as view_picture, at most `rate_Hz` times a

@@ -50,6 +50,8 @@ void run_session(ViewerConfig config, const runtime::CellConfig& cell, const cor
   const auto& camera = config.camera_view.camera;
   DdsAdapter adapter(network, shape, inbox,
                      camera && camera->kind == VideoKind::kTopic ? camera->name : std::string(), others);
+  FluidStore fluid([&adapter] { return adapter.workspace(); });
+  content.fluid = &fluid;
   content.stops = [&inbox] { return inbox.stops.at(core::monotonic_ns()); };
   const auto move = [&inbox](const ViewRequest& request) {
     return inbox.put(request)
@@ -105,6 +107,7 @@ void run_session(ViewerConfig config, const runtime::CellConfig& cell, const cor
     if (due.view_pose) adapter.publish(view);
     adapter.publish_pictures(content, config.pictures_Hz);
     if (due.status) {
+      adapter.let_go_of_workspace();
       core::Health health = viewer.health();
       health.page = url;
       if (server)

@@ -17,6 +17,8 @@ constexpr int kLevel = 6;              // 9 takes five times as long, for one oc
 constexpr int kGzip = 16 + MAX_WBITS;  // zlib's number for gzip's header and check
 constexpr int kMemory = 8;             // zlib's default
 
+}  // namespace
+
 std::string gzip(std::string_view octets) {
   z_stream stream{};
   if (deflateInit2(&stream, kLevel, Z_DEFLATED, kGzip, kMemory, Z_DEFAULT_STRATEGY) != Z_OK)
@@ -42,8 +44,6 @@ std::string gzip(std::string_view octets) {
   packed.shrink_to_fit();
   return packed;
 }
-
-}  // namespace
 
 std::string packed_mesh(const geometry::TriangleMesh& mesh) {
   static_assert(std::endian::native == std::endian::little);

@@ -12,6 +12,9 @@
 
 namespace phantom::synthetic_viewer {
 
+/// Returns octets compressed by gzip, as browsers take them. Throws std::bad_alloc.
+std::string gzip(std::string_view octets);
+
 /// Returns a mesh as browsers get it, compressed by gzip: number of vertices and of triangles (uint32),
 /// float32 xyz of each vertex, uint32 abc of each triangle, all little endian. Throws std::bad_alloc.
 std::string packed_mesh(const geometry::TriangleMesh& mesh);

@@ -8,6 +8,7 @@
 
 #include "common/core/clock.hpp"
 #include "components/synthetic_viewer/broadcast.hpp"
+#include "components/synthetic_viewer/fluid_store.hpp"
 #include "components/synthetic_viewer/image.hpp"
 #include "components/synthetic_viewer/mesh_store.hpp"
 #include "components/synthetic_viewer/samples.hpp"
@@ -40,7 +41,8 @@ struct PageContent {
   std::function<std::string()> main_png;
   /// Returns an alert's first picture as JPEG; empty if there is none (any more). Called on a server thread.
   std::function<std::string(std::uint32_t alert)> hit_picture;
-  Review* review = nullptr;                ///< the recording that is shown; null: what is shown is live
+  FluidStore* fluid = nullptr;  ///< what the drawn scene shows of the fluid; null: nothing is known of it
+  Review* review = nullptr;     ///< the recording that is shown; null: what is shown is live
   PoseCalibration* calibration = nullptr;  ///< of the real camera's pose; null: there is none
   std::function<void()> wake;              ///< lets the next round begin at once; may be empty. Any thread
   /// Returns which sides are stopped now. Any thread; must not wait for a picture.

@@ -12,9 +12,10 @@ namespace {
 constexpr std::size_t kMostHeaders = 64;
 constexpr int kBadRequest = 400;
 
-constexpr std::array<std::string_view, 11> kUsed{
-    "host",       "origin",     "sec-fetch-site", "content-type",      "content-length",       "cookie",
-    "user-agent", "connection", "upgrade",        "sec-websocket-key", "sec-websocket-version"};
+constexpr std::array<std::string_view, 12> kUsed{
+    "host",           "origin",  "sec-fetch-site",    "content-type",
+    "content-length", "cookie",  "if-none-match",     "user-agent",
+    "connection",     "upgrade", "sec-websocket-key", "sec-websocket-version"};
 
 bool is_token(std::string_view text) {
   return !text.empty() && std::all_of(text.begin(), text.end(), [](unsigned char c) {

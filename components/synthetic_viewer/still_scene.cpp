@@ -132,7 +132,8 @@ StillScene make_still_scene(const runtime::CellConfig& cell, const StillPose& po
     state.objects[loaded.body.id] = {loaded.body.id, object.name, name, object.X_WO, object.colour};
   }
   state.workspace = {1, cell.voxel_size_m};
-  perceive(still.scene.arm(), skin, activate(cell, bodies), velocity, state);
+  still.workspace = std::make_shared<const workspace::Workspace>(activate(cell, bodies));
+  perceive(still.scene.arm(), skin, *still.workspace, velocity, state);
   const auto boxes = still.scene.link_boxes();
   for (std::size_t link = 0; link < boxes.size(); ++link)
     renderer.paint(static_cast<PaintHandle>(link),

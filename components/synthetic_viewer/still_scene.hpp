@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "common/runtime/cell.hpp"
+#include "common/workspace/workspace.hpp"
 #include "components/synthetic_viewer/cell_scene.hpp"
 #include "components/synthetic_viewer/renderer.hpp"
 #include "components/synthetic_viewer/state.hpp"
@@ -17,6 +18,7 @@ struct StillScene {
   CellScene scene;
   ViewerState state;  ///< arm, objects, percept, skin, workspace; received at kNow_ns
   std::size_t triangles = 0;
+  std::shared_ptr<const workspace::Workspace> workspace = nullptr;  ///< in which the skin was evaluated
   static constexpr core::Nanoseconds kNow_ns = core::kNsPerSecond;
   /// Returns the worst sensor as hit alert number 1. Its object is 0 if nothing is near.
   HitSample hit() const;

@@ -40,6 +40,7 @@ using httplib::Response;
 constexpr int kThreads = 16;         // the stop has its own
 constexpr int kSnapshotsAtOnce = 4;  // each occupies a thread until its picture is made
 constexpr int kSpareThreads = 4;     // for refusing further followers of streams
+constexpr int kNotModified = 304, kTooLarge = 413;
 constexpr int kUnavailable = 503, kUpgradeRequired = 426;
 constexpr int kHttpPort = 80, kHttpsPort = 443;        // left out of an origin
 constexpr std::array kStatusOfOutcome{200, 409, 504};  // by CommandOutcome::Kind
@@ -55,6 +56,21 @@ struct SnapshotPlace {
   ~SnapshotPlace() { taken.fetch_sub(1); }
 };
 constexpr const char* kTooManyPictures = "too many ask for pictures at once";
+
+/// Says how long browsers may keep a response.
+void let_keep(Response& response, const char* rule) {
+  response.headers.erase("Cache-Control");
+  response.set_header("Cache-Control", rule);
+}
+
+/// Sends octets that are packed by gzip already.
+void send_packed(Response& response, const std::shared_ptr<const std::string>& octets, const char* type) {
+  response.set_header("Content-Encoding", "gzip");
+  response.set_content_provider(octets->size(), type,
+                                [octets](std::size_t at, std::size_t size, httplib::DataSink& sink) {
+                                  return sink.write(octets->data() + at, size);
+                                });
+}
 
 /// Returns the limits of the page's port and, with `streams`, of the other one.
 GateLimits limits_of(const PageConfig& config, bool streams) {
@@ -167,6 +183,7 @@ struct WebServer::Impl {
     check_readers();
     add_files();
     add_pictures();
+    add_fluid();
     add_states();
     add_requests();
     if (content.review != nullptr) add_review();
@@ -190,6 +207,7 @@ struct WebServer::Impl {
   void check_readers();
   void add_files();
   void add_pictures();
+  void add_fluid();
   void add_states();
   void add_requests();
   void add_review();
@@ -265,6 +283,30 @@ void WebServer::Impl::add_pictures() {
     const std::string jpeg = content.hit_picture ? content.hit_picture(alert) : std::string();
     if (jpeg.empty()) return answer(response, 404, "there is no picture of alert " + std::to_string(alert));
     response.set_content(jpeg, "image/jpeg");
+  });
+}
+
+/// The fluid is made when it is asked for; who has it already is told so.
+void WebServer::Impl::add_fluid() {
+  page.server().Get(FluidStore::kPaths, [this](const Request& request, Response& response) {
+    if (content.fluid == nullptr)
+      return answer(response, 404, "nothing is known of the fluid here: only a live viewer follows it");
+    const FluidStore::Answer found = content.fluid->find(request.path);
+    if (!found) {
+      const core::ErrorCode code = found.status().code();
+      const bool too_large = code == core::ErrorCode::kResourceExhausted;
+      return answer(response,
+                    code == core::ErrorCode::kNotFound ? 404
+                    : too_large                        ? kTooLarge
+                                                       : kUnavailable,
+                    found.status().message());
+    }
+    let_keep(response, "private, no-cache");
+    response.set_header("ETag", found->tag);
+    if (request.get_header_value("If-None-Match") == found->tag)
+      response.status = kNotModified;
+    else
+      send_packed(response, found->octets, found->type);
   });
 }
 
@@ -445,13 +487,8 @@ void WebServer::Impl::add_scene() {
     const auto hash = hash_from_text(request.matches[1].str());
     const MeshStore::Packed mesh = hash ? content.meshes.packed(*hash) : nullptr;
     if (!mesh) return answer(response, 404, "there is no mesh of this hash");
-    response.headers.erase("Cache-Control");
-    response.set_header("Cache-Control", "private, max-age=31536000, immutable");
-    response.set_header("Content-Encoding", "gzip");
-    response.set_content_provider(mesh->size(), "application/octet-stream",
-                                  [mesh](std::size_t at, std::size_t size, httplib::DataSink& sink) {
-                                    return sink.write(mesh->data() + at, size);
-                                  });
+    let_keep(response, "private, max-age=31536000, immutable");
+    send_packed(response, mesh, "application/octet-stream");
   });
   streams.server().Get("/scene", [this](const Request& request, Response& response) {
     const auto accept = web_socket_accept(request.get_header_value("Sec-WebSocket-Key"));

@@ -24,6 +24,7 @@ def endpoints_have_exactly_their_rights(wall):
     rights["phantom_sensing"][1].difference_update({"gripper_state", "drag_field", "percept"})  # the last two: of shares of the skin
     rights["synthetic_viewer"][0].discard("view_picture")  # only if its pictures_Hz asks for it
     rights["synthetic_viewer"][1].discard("camera_picture")  # only if its camera's file says source: topic
+    rights["synthetic_viewer"][1].discard("workspace_brick")  # only while a page shows the fluid
     rights["wva_server"][1].discard("gripper_state")
 
     def opened():

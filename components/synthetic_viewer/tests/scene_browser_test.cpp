@@ -13,16 +13,12 @@
 namespace phantom::synthetic_viewer {
 namespace {
 
+using test::keep;
 using test::SceneInChromium;
+using test::unpacked;
 using SceneDrawing = SceneInChromium;
 
 constexpr int kOtherColour = 20;  // of 255
-
-cv::Mat unpacked(const std::string& data_url) {
-  const std::string bytes = test::from_base64(data_url.substr(data_url.find(',') + 1));
-  return cv::imdecode(cv::Mat(1, static_cast<int>(bytes.size()), CV_8U, const_cast<char*>(bytes.data())),
-                      cv::IMREAD_COLOR);
-}
 
 /// Returns whether a pixel differs from another picture's.
 bool differs(const cv::Mat& a, const cv::Mat& b, int x, int y) {
@@ -55,11 +51,6 @@ Agreement silhouettes(const cv::Mat& a, const cv::Mat& b) {
   }
   return {1.0 - static_cast<double>(one - both) / (a.rows * a.cols),
           one > 0 ? static_cast<double>(both) / one : 0.0};
-}
-
-void keep(const std::string& name, const cv::Mat& picture) {
-  if (const char* folder = std::getenv("PHANTOM_SCREENSHOTS"))
-    cv::imwrite(std::string(folder) + "/" + name + ".png", picture);
 }
 
 class DrawnByBoth : public SceneInChromium, public ::testing::WithParamInterface<View> {};

@@ -5,7 +5,10 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <cstdlib>
 #include <mutex>
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
 #include <thread>
 
 #include "common/runtime/arm_model.hpp"
@@ -22,6 +25,19 @@
 namespace phantom::synthetic_viewer::test {
 
 using phantom::test::eventually;
+
+/// Returns the picture that a canvas gave as a data URL.
+inline cv::Mat unpacked(const std::string& data_url) {
+  const std::string bytes = from_base64(data_url.substr(data_url.find(',') + 1));
+  return cv::imdecode(cv::Mat(1, static_cast<int>(bytes.size()), CV_8U, const_cast<char*>(bytes.data())),
+                      cv::IMREAD_COLOR);
+}
+
+/// Writes a picture into the folder PHANTOM_SCREENSHOTS, if that is set, for people to look at.
+inline void keep(const std::string& name, const cv::Mat& picture) {
+  if (const char* folder = std::getenv("PHANTOM_SCREENSHOTS"))
+    cv::imwrite(std::string(folder) + "/" + name + ".png", picture);
+}
 
 class SceneInChromium : public ::testing::Test {
  protected:
@@ -100,6 +116,11 @@ class SceneInChromium : public ::testing::Test {
   PageContent content_;
   Inbox inbox_;
   ViewerState state_;
+  std::shared_ptr<const workspace::Workspace> workspace_;
+  FluidStore fluid_{[this] {
+    const std::lock_guard lock(mutex_);
+    return workspace_;
+  }};
   std::unique_ptr<Drawing> drawing_;
   std::unique_ptr<SceneFeed> feed_;
   std::unique_ptr<WebServer> server_;
@@ -119,8 +140,10 @@ class SceneInChromium : public ::testing::Test {
       const StillScene scene = make_still_scene(cell_, pose, renderer);
       still = scene.state;
       hit = scene.hit();
+      workspace_ = scene.workspace;
     })
         .join();
+    content_.fluid = &fluid_;
     const robot::SerialArm arm = runtime::load_arm(cell_.arm());
     drawing_ = std::make_unique<Drawing>(config_, cell_, arm,
                                          load_arm_meshes(arm, runtime::load_skin(cell_.arm(), arm)), state_,

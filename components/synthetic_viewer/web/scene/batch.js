@@ -23,7 +23,7 @@ export class Batch {
       RGBAFormat, FloatType);
   }
 
-  // Shows these items and nothing else: { mesh, W_from_mesh (Matrix4), colour, opacity, ownLight, views (bits), paint (of
+  // Shows these items and nothing else: { mesh, W_from_mesh (Matrix4), colour, opacity, ownLight, views (bits), cut (whether a section cuts it), paint (of
   // Paint.lookUp), or null }. What has no mesh yet is left out.
   show(items) {
     const shown = items.filter(item => this.geometry(item.mesh) !== null);
@@ -43,9 +43,9 @@ export class Batch {
     this.places.value.needsUpdate = true;
   }
 
-  describe(i, { opacity, ownLight, paint }) {
+  describe(i, { opacity, ownLight, cut, paint }) {
     const texels = this.places.value.image.data, at = 4 * kTexelsPerItem * i;
-    texels.set([opacity, ownLight, 0, paint ? 1 : 0], at);
+    texels.set([opacity, ownLight, cut ? 1 : 0, paint ? 1 : 0], at);
     if (!paint) return;
     paint.rows.forEach((row, k) => texels.set(row, at + 4 * (k + 1)));
     texels.set(paint.low, at + 16);

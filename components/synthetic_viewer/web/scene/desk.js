@@ -3,6 +3,7 @@
 import { Headset, headsetOffered } from './headset.js';
 import { hitCamera, mainCamera, toolCamera } from './cameras.js';
 import { Connection } from './connection.js';
+import { FluidPanel } from './fluid_panel.js';
 import { decodeMesh } from './protocol.js';
 import { coarsen, shade } from './shade.js';
 import { Stage } from './stage.js';
@@ -61,6 +62,7 @@ export class Desk {
     const drawn = view => (this.shown ? this.views[view] : undefined);  // a camera's live picture is not drawn here
     this.page.home = view => (drawn(view) ? (drawn(view).home(), true) : false);
     this.page.moved = view => drawn(view)?.offset.moved;
+    this.fluid = new FluidPanel(this.stage, () => this.shown && !this.page.state()?.review, () => this.draw());
     setInterval(() => this.choose(), kAgeShown_ms);
     navigator.xr?.addEventListener?.('devicechange', () => this.offerHeadset());
     this.offerHeadset();
@@ -94,6 +96,7 @@ export class Desk {
       this.shown = shown;
       for (const name of ['main', 'hit', 'tool']) if (shown) this.page.drawn.add(name); else this.page.drawn.delete(name);
       this.page.refresh();
+      this.fluid.look();
     }
     this.showViews();
     this.warn();

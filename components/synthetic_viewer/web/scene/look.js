@@ -5,7 +5,7 @@ import {
   CustomBlending, DoubleSide, EqualStencilFunc, FrontSide, GLSL3, IncrementStencilOp, KeepStencilOp, NoBlending, NormalBlending, ShaderMaterial, Vector3, Vector4,
 } from 'three';
 
-// What an item has beside matrix and colour, in a row of texels: its opacity, own light, nothing, and whether it is painted; then the matrix from its mesh to the paint's texture, by rows; then the part of that texture that is its own.
+// What an item has beside matrix and colour, in a row of texels: its opacity, own light, whether a section cuts it, and whether it is painted; then the matrix from its mesh to the paint's texture, by rows; then the part of that texture that is its own.
 export const kTexelsPerItem = 8;
 
 const kItem = /* glsl */`
@@ -27,6 +27,9 @@ flat out vec3 paint_high;
 flat out vec4 colour;
 flat out float own_light;
 flat out float painted;
+#ifdef CUT
+flat out float may_be_cut;
+#endif
 void main() {
   float item = getIndirectIndex(gl_DrawID);
   mat4 world_from_mesh = getBatchingMatrix(item);
@@ -34,6 +37,9 @@ void main() {
   colour = vec4(getBatchingColor(item).rgb, kind.x);
   own_light = kind.y;
   painted = kind.w;
+#ifdef CUT
+  may_be_cut = kind.z;
+#endif
   if (painted > 0.5) {
     paint_place = vec3(dot(item_texel(item, 1), place), dot(item_texel(item, 2), place), dot(item_texel(item, 3), place));
     paint_low = item_texel(item, 4).xyz;
@@ -93,7 +99,14 @@ function exchanged({ fragment }, ...words) {
 function meshFragment(shaders) {
   return exchanged(shaders.painted, ['uniform vec3 eye;', '#define eye cameraPosition'], ['uniform vec4 colour;', 'flat in vec4 colour;'],
     ['uniform float own_light;', 'flat in float own_light;\nflat in float painted;\nflat in vec3 paint_low;\nflat in vec3 paint_high;'],
-    ['texture(paint, paint_place)', '(painted > 0.5 ? texture(paint, clamp(paint_place, paint_low, paint_high)) : vec4(0.0))']);
+    ['void main() {', `#ifdef CUT
+uniform vec4 cut;
+flat in float may_be_cut;
+#endif
+void main() {
+#ifdef CUT
+  if (may_be_cut > 0.5 && dot(cut, vec4(world_position, 1.0)) > 0.0) discard;
+#endif`], ['texture(paint, paint_place)', '(painted > 0.5 ? texture(paint, clamp(paint_place, paint_low, paint_high)) : vec4(0.0))']);
 }
 
 const program = (vertexShader, fragmentShader, uniforms, more = {}) =>
@@ -106,16 +119,16 @@ const kSeeThrough = { transparent: true, blending: NormalBlending, depthWrite: f
 export const makeUniforms = paint => ({
   paint: { value: paint }, ramp: { value: [new Vector3(), new Vector3(), new Vector3()] }, least: { value: new Vector3() },
   greatest: { value: new Vector3() }, border: { value: 0.5 }, to_key_light: { value: new Vector3(0, 0, 1) },
-  shadow: { value: new Vector4(0, 0, 0, 0.33) }, line: { value: new Vector4(0, 0, 0, 1) },
+  shadow: { value: new Vector4(0, 0, 0, 0.33) }, cut: { value: new Vector4() }, line: { value: new Vector4(0, 0, 0, 1) },
 });
 
 // Returns the materials of a stage. `shaders`: the answer to GET /shaders.json.
 export function makeMaterials(shaders, uniforms) {
-  const { paint, ramp, least, greatest, border, to_key_light } = uniforms;
+  const { paint, ramp, least, greatest, border, to_key_light, cut } = uniforms;
   const fragment = meshFragment(shaders), flat = exchanged(shaders.flat);
   return {
-    solid: items => program(kMeshVertex, fragment, { items, paint, ramp }, { side: FrontSide }),
-    clear: items => program(kMeshVertex, fragment, { items, paint, ramp }, { side: FrontSide, ...kSeeThrough }),
+    solid: items => program(kMeshVertex, fragment, { items, paint, ramp, cut }, { side: FrontSide }),
+    clear: items => program(kMeshVertex, fragment, { items, paint, ramp, cut }, { side: FrontSide, ...kSeeThrough }),
     // Of shadows that overlap only the first darkens.
     shadow: () => program(kShadowVertex, flat, { to_key_light, least, colour: uniforms.shadow },
       { ...kUnderAll, side: DoubleSide, stencilWrite: true, stencilFunc: EqualStencilFunc, stencilRef: 0,

@@ -5,6 +5,7 @@ import {
 } from 'three';
 import { Batch } from './batch.js';
 import { place } from './cameras.js';
+import { Fluid } from './fluid.js';
 import { makeMaterials, makeUniforms } from './look.js';
 import { Paint } from './paint.js';
 import { kViewBits } from './protocol.js';
@@ -45,6 +46,7 @@ export class Stage {
     this.bodies = [];             // what they ride on
     this.poses = null;            // the newest
     this.uniforms = makeUniforms(this.paint.texture);
+    this.fluid = new Fluid(this.uniforms.cut);
   }
   probe() {
     const gl = document.createElement('canvas').getContext('webgl2');
@@ -68,7 +70,7 @@ export class Stage {
     for (const mesh of [this.background, this.floor, this.lines]) mesh.frustumCulled = false;
     // What stands on the ground is drawn over it, whatever is nearer, as the server does.
     [this.background, this.floor, this.shadows.mesh].forEach((mesh, i) => { mesh.renderOrder = i - 3; });
-    this.scene = new Scene().add(this.background, this.floor, this.shadows.mesh, this.lines, this.solid.mesh, this.clear.mesh);
+    this.scene = new Scene().add(this.background, this.floor, this.shadows.mesh, this.lines, this.solid.mesh, ...this.fluid.meshes, this.clear.mesh);
     this.scene.matrixWorldAutoUpdate = false;
     return this;
   }
@@ -87,6 +89,13 @@ export class Stage {
     this.lines.geometry = geometryOf(cell.lines.flat());
     this.paint.setBoxes(cell.bodies.filter(body => body.link !== undefined).map(body => body.box));
     this.bodies = cell.bodies.map(() => new Matrix4());
+  }
+
+  // Lets the section of the fluid cut objects open, or not: the arm is never cut.
+  setCutting(cutting) {
+    if (cutting === this.fluid.cutting.value) return;
+    this.fluid.cutting.value = cutting;
+    for (const { material } of [this.solid, this.clear]) Object.assign(material, { defines: cutting ? { CUT: 1 } : {}, needsUpdate: true });
   }
 
   // Takes a message of the type `item`. Returns the mesh that it needs; null if it needs none, or that is there.
@@ -126,7 +135,7 @@ export class Stage {
       }
       (item.opacity < 1 ? clear : solid).push({
         mesh: item.mesh, W_from_mesh: item.W_from_mesh, colour: item.colour, opacity: item.opacity, ownLight: item.own_light, shadow: item.shadow,
-        views: kAllViews, paint: poses?.painted && item.paint ? item.look : null,
+        views: kAllViews, cut: item.id.startsWith('object:'), paint: poses?.painted && item.paint ? item.look : null,
       });
     }
     for (const mark of poses?.marks ?? []) {
@@ -150,6 +159,7 @@ export class Stage {
     const { renderer } = this;
     this.background.visible = !renderer.xr.isPresenting;  // it is the picture's, not the room's
     renderer.clear();
+    this.fluid.face(camera.matrixWorld.elements.slice(12, 15));
     this.shadows.mesh.visible = camera.matrixWorld.elements[14] > this.uniforms.least.value.z;  // from above
     this.solid.select(kViewBits[view]);
     this.clear.mesh.visible = this.clear.select(kViewBits[view]) > 0;
