@@ -7,8 +7,12 @@
 
 namespace phantom::messages {
 
-WorkspaceFollower::WorkspaceFollower(dds::Participant& participant, std::size_t most_bytes)
-    : participant_(participant), most_bytes_(most_bytes), sources_(most_bytes) {
+WorkspaceFollower::WorkspaceFollower(dds::Participant& participant, std::size_t most_bytes,
+                                     std::size_t most_waiting_bytes)
+    : participant_(participant),
+      most_bytes_(most_bytes),
+      most_waiting_bytes_(most_waiting_bytes),
+      sources_(most_bytes) {
   open();
 }
 
@@ -68,7 +72,7 @@ std::shared_ptr<const workspace::Workspace> WorkspaceFollower::take() {
 bool WorkspaceFollower::enqueue(Job job, std::size_t bytes) {
   const std::lock_guard lock(mutex_);
   waiting_bytes_ += bytes + kJobBytes;
-  overrun_ = overrun_ || waiting_bytes_ > most_bytes_ / 4;
+  overrun_ = overrun_ || waiting_bytes_ > most_waiting_bytes_;
   if (overrun_)
     jobs_.clear();
   else

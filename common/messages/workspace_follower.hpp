@@ -19,8 +19,11 @@ namespace phantom::messages {
 /// than may wait until somebody asks, all of it is dropped, and asked for anew by new readers.
 class WorkspaceFollower {
  public:
-  /// `most_bytes`: of a server's workspace; samples that wait take a quarter of that. Throws dds::DdsError.
-  WorkspaceFollower(dds::Participant& participant, std::size_t most_bytes);
+  /// `most_bytes`: of a server's workspace; `most_waiting_bytes`: of samples that wait. Throws dds::DdsError.
+  WorkspaceFollower(dds::Participant& participant, std::size_t most_bytes, std::size_t most_waiting_bytes);
+  /// The same; samples that wait take a quarter of a workspace.
+  WorkspaceFollower(dds::Participant& participant, std::size_t most_bytes)
+      : WorkspaceFollower(participant, most_bytes, most_bytes / 4) {}
 
   /// Takes what has come, and returns the newest whole version; null before the first. Takes as long as
   /// building it does: seconds for a large cell's first. Thread-safe: others wait meanwhile.
@@ -35,7 +38,7 @@ class WorkspaceFollower {
   static constexpr std::size_t kJobBytes = 128;  // of a sample besides its content
 
   dds::Participant& participant_;
-  const std::size_t most_bytes_;
+  const std::size_t most_bytes_, most_waiting_bytes_;
   std::mutex building_;                  // held while jobs are done; locked before mutex_
   workspace::WorkspaceSources sources_;  // guarded by building_
   std::mutex mutex_;

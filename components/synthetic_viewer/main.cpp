@@ -13,6 +13,7 @@
 #include "components/synthetic_viewer/arm_meshes.hpp"
 #include "components/synthetic_viewer/calibrate.hpp"
 #include "components/synthetic_viewer/dds_adapter.hpp"
+#include "components/synthetic_viewer/fluid_store.hpp"
 #include "components/synthetic_viewer/gl_context.hpp"
 #include "components/synthetic_viewer/publishing_schedule.hpp"
 #include "components/synthetic_viewer/review_command.hpp"

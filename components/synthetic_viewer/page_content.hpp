@@ -8,7 +8,6 @@
 
 #include "common/core/clock.hpp"
 #include "components/synthetic_viewer/broadcast.hpp"
-#include "components/synthetic_viewer/fluid_store.hpp"
 #include "components/synthetic_viewer/image.hpp"
 #include "components/synthetic_viewer/mesh_store.hpp"
 #include "components/synthetic_viewer/samples.hpp"
@@ -25,6 +24,7 @@ struct ViewOutput {
   bool followed() const { return jpeg.followers > 0 || image.followers > 0; }
 };
 
+class FluidStore;
 class Review;
 class PoseCalibration;
 

@@ -11,6 +11,7 @@
 
 #include "common/core/clock.hpp"
 #include "components/synthetic_viewer/commands.hpp"
+#include "components/synthetic_viewer/fluid_store.hpp"
 #include "components/synthetic_viewer/page_access.hpp"
 #include "components/synthetic_viewer/page_files.hpp"
 #include "components/synthetic_viewer/page_review.hpp"

@@ -26,7 +26,7 @@ class DrawnFluid : public SceneInChromium {
     const auto pump = std::ranges::find(fluids, id_of("pump"), &workspace::ObjectFluid::object);
     ASSERT_NE(pump, fluids.end());
     pump_ = *pump;
-    ASSERT_TRUE(test::eventually([&] { return truth("phantomScene.stage.fluid.shells.visible"); }));
+    ASSERT_TRUE(test::eventually([&] { return truth("phantomScene.stage.fluid.sectioned"); }));
   }
   std::uint16_t id_of(const std::string& name) const {
     for (const auto& [id, object] : state_.objects)
@@ -92,8 +92,7 @@ TEST_F(DrawnFluid, EachShellEnclosesTheOneWithinAndTheOutermostAllVoxels) {
       R"("Layer 1: 32.0 Pa·s/m","Body: 100.0 Pa·s/m"])");
 
   leave_only("object:" + std::to_string(pump_.object));
-  const std::string no_object = "s.solid.mesh.visible = s.shadows.mesh.visible = false;",
-                    object = "s.solid.mesh.visible = true;";
+  const std::string no_object = "s.solid.mesh.visible = false;", object = "s.solid.mesh.visible = true;";
   choose("{ shells: 'none', plane: 'none' }");
   const cv::Mat empty = picture(no_object), body = changed(empty, picture(object));
   cv::Mat within = body, outermost;
@@ -184,10 +183,8 @@ TEST_F(DrawnFluid, ASectionHasTheColourOfEachVoxelsLayerAndCutsTheObjectOpen) {
     }
 
   // Cut open, of the object is left what lies under the plane; the arm is never cut.
-  const std::string bare =
-      "s.solid.mesh.visible = true; s.shadows.mesh.visible = s.fluid.section.visible = false;";
-  const cv::Mat whole = picture(bare),
-                empty = picture("s.solid.mesh.visible = s.fluid.section.visible = false;");
+  const std::string bare = "s.solid.mesh.visible = true; s.fluid.sectioned = false;";
+  const cv::Mat whole = picture(bare), empty = picture("s.solid.mesh.visible = s.fluid.sectioned = false;");
   browser_->click("#fluid-cut");
   ASSERT_TRUE(test::eventually(
       [&] { return truth("phantomScene.stage.fluid.cutting.value && !phantomScene.fluid.loading"); }));
@@ -209,7 +206,7 @@ TEST_F(DrawnFluid, ASectionHasTheColourOfEachVoxelsLayerAndCutsTheObjectOpen) {
   browser_->run("document.getElementById('fluid-plane').focus()");
   browser_->type({test::Browser::kDown, test::Browser::kHome, test::Browser::kEnter});
   EXPECT_TRUE(test::eventually([&] {
-    return truth("!phantomScene.stage.fluid.section.visible && phantomScene.fluid.chosen.plane === 'none'");
+    return truth("!phantomScene.stage.fluid.sectioned && phantomScene.fluid.chosen.plane === 'none'");
   }));
   EXPECT_TRUE(truth("!phantomScene.stage.fluid.cutting.value")) << "without a section nothing is cut";
   browser_->open(server_->url());

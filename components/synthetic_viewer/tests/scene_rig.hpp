@@ -14,6 +14,7 @@
 #include "common/runtime/arm_model.hpp"
 #include "common/runtime/cell_bodies.hpp"
 #include "components/synthetic_viewer/drawing.hpp"
+#include "components/synthetic_viewer/fluid_store.hpp"
 #include "components/synthetic_viewer/page_state.hpp"
 #include "components/synthetic_viewer/scene_feed.hpp"
 #include "components/synthetic_viewer/still_scene.hpp"

@@ -6,7 +6,9 @@ import {
   InterleavedBufferAttribute, Mesh, NoBlending, NormalBlending, RedFormat, ShaderMaterial, Vector2, Vector4,
 } from 'three';
 
-const kBoundary = 100, kGuard = 99, kInterior = 101, kFaceNumbers = 6, kShellHeader = 24, kSectionHeader = 40;
+const kBoundary = 100, kGuard = 99, kInterior = 101, kShellHeader = 24, kSectionHeader = 40;
+
+export const kFaceNumbers = 6;  // of a rectangle, 16 bits each
 
 // Makes a geometry a square. Its corners are its own: they go with it.
 const square = geometry => geometry.setAttribute('position', new BufferAttribute(new Float32Array([0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0]), 3)).setIndex([0, 1, 2, 0, 2, 3]);
@@ -120,13 +122,14 @@ export class Fluid {
     const shared = { scale: { value: this.scale } }, program = (vertexShader, fragmentShader, uniforms, more) =>
       new ShaderMaterial({ glslVersion: GLSL3, vertexShader, fragmentShader, uniforms: { ...shared, grid: { value: new Vector4() }, ...uniforms }, ...more });
     this.cutting = { value: false };
-    this.shells = new Mesh(new InstancedBufferGeometry(), program(kShellVertex, kShellFragment, { opacity: { value: 0.3 }, cut, cutting: this.cutting },
+    this.shells = new Mesh(new BufferGeometry(), program(kShellVertex, kShellFragment, { opacity: { value: 0.3 }, cut, cutting: this.cutting },
       { side: FrontSide, transparent: true, blending: NormalBlending, depthWrite: false }));
     this.section = new Mesh(square(new BufferGeometry()), program(kSectionVertex, kSectionFragment,
       { orders: { value: this.orders }, axis: { value: 0 }, at: { value: 0 }, least: { value: new Vector2() }, size: { value: new Vector2(1, 1) } },
       { side: DoubleSide, blending: NoBlending }));
-    this.cut = cut;
-    for (const mesh of [this.shells, this.section]) Object.assign(mesh, { frustumCulled: false, visible: false });
+    Object.assign(this, { cut, sectioned: false });
+    this.showShells([]);
+    for (const mesh of [this.shells, this.section]) mesh.frustumCulled = false;
     this.shells.renderOrder = -1;  // before the marks that are seen through
   }
   get meshes() { return [this.shells, this.section]; }
@@ -148,14 +151,13 @@ export class Fluid {
     geometry.instanceCount = faces.length / kFaceNumbers;
     this.shells.geometry.dispose();
     this.shells.geometry = geometry;
-    this.shells.visible = faces.length > 0;
     if (shells.length) this.shells.material.uniforms.grid.value.fromArray(shells[0].grid);
   }
   setOpacity(opacity) { this.shells.material.uniforms.opacity.value = opacity; }
 
   // Shows a section (of decodeSection()); null: none.
   showSection(section) {
-    this.section.visible = section !== null;
+    this.sectioned = section !== null;
     if (!section) return;
     const { uniforms } = this.section.material, { image } = this.orders;
     if (image.width !== section.size[0] || image.height !== section.size[1]) this.orders.dispose();
@@ -168,9 +170,12 @@ export class Fluid {
     uniforms.size.value.fromArray(section.size);
   }
 
-  // Lets the plane of the section cut off what lies on the side of the eye, three numbers in W.
+  // Shows what is to be seen by an eye, three numbers in W, of which the section cuts off its side; null: nothing.
   face(eye) {
-    if (!this.cutting.value) return;
+    this.shells.visible = eye !== null && this.shells.geometry.instanceCount > 0;
+    this.section.visible = eye !== null && this.sectioned;
+    this.cut.value.set(0, 0, 0, 0);
+    if (eye === null || !this.cutting.value) return;
     const { grid, axis, at } = this.section.material.uniforms, place = grid.value.getComponent(axis.value) + grid.value.w * (at.value + 0.5);
     const towards = Math.sign(eye[axis.value] - place) || 1;
     this.cut.value.set(0, 0, 0, -towards * place).setComponent(axis.value, towards);

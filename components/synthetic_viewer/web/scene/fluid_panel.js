@@ -1,12 +1,13 @@
 // What is shown of the fluid, by choice: of which object, which shells, which section. It asks the viewer for what is chosen, once a
 // second whether there is anything new, and hands it to the stage.
 
-import { coloursOf, decodeSection, decodeShell, depthOf } from './fluid.js';
+import { coloursOf, decodeSection, decodeShell, depthOf, kFaceNumbers } from './fluid.js';
 import { say } from './words.js';
 
 const kKept = 'phantom.fluid', kAsk_ms = 1000, kBusy_ms = 300, kMostShells = 16, kMostKept = 64, kEvery = 0, kAxes = ['x', 'y', 'z'];
 const kGuard = 99, kBoundary = 100, kInterior = 101;
-const kUsual = { on: false, object: '', shells: 'outer', opacity: 0.35, plane: 'none', place_m: [0, 0, 0], cut: false };
+const kMostFaces = 1e6, kMostFacesInSoftware = 1e5;
+const kUsual = { on: false, object: '', shells: 'none', opacity: 0.35, plane: 'z', place_m: [null, null, null], cut: false };  // null: in the middle
 const kPlanes = { none: 'fluid.no_plane', x: 'fluid.plane_x', y: 'fluid.plane_y', z: 'fluid.plane_z' };
 
 class Refused extends Error { constructor(status, message) { super(message); this.status = status; } }
@@ -33,7 +34,7 @@ export class FluidPanel {
     try {
       const kept = JSON.parse(localStorage.getItem(kKept)) ?? {};
       for (const [key, usual] of Object.entries(kUsual)) if (typeof kept[key] === typeof usual) this.chosen[key] = kept[key];
-      if (!(this.chosen.place_m.length === 3 && this.chosen.place_m.every(Number.isFinite))) this.chosen.place_m = kUsual.place_m;
+      if (!(this.chosen.place_m.length === 3 && this.chosen.place_m.every(place => place === null || Number.isFinite(place)))) this.chosen.place_m = kUsual.place_m;
     } catch (problem) { /* nothing is kept, or nothing may be */ }
   }
   choose(change) {
@@ -140,7 +141,7 @@ export class FluidPanel {
     const axis = kAxes.indexOf(this.chosen.plane), fluid = this.fluid();
     if (axis < 0 || !fluid) return null;
     const least = fluid.min_vox[axis], most = least + fluid.size_vox[axis] - 1, { origin_m, voxel_size_m } = this.told;
-    const at = Math.floor((this.chosen.place_m[axis] - origin_m[axis]) / voxel_size_m);
+    const place_m = this.chosen.place_m[axis], at = place_m === null ? least + (most - least >> 1) : Math.floor((place_m - origin_m[axis]) / voxel_size_m);
     return { axis, least, most, at: Math.min(most, Math.max(least, at)) };
   }
   move(at) {
@@ -161,6 +162,7 @@ export class FluidPanel {
     window.setChoice(this.shellsChoice, chosen.shells);
     window.setChoice(this.plane, chosen.plane);
     this.opacity.value = chosen.opacity;
+    this.opacity.parentElement.hidden = chosen.shells === 'none';
     this.placeRow.hidden = this.cut.parentElement.hidden = !plane;
     this.cut.setAttribute('aria-pressed', chosen.cut);
     if (!plane) return;
@@ -186,14 +188,16 @@ export class FluidPanel {
     if (!this.chosen.on || !this.isShown() || document.hidden || this.looking) return;
     this.looking = true;
     try {
-      const response = await this.ask('fluid'), tag = response.headers.get('ETag'), told = await response.json();
+      const response = await this.ask('fluid'), tag = response.headers.get('ETag');
       if (tag !== this.tag) {
-        Object.assign(this, { told, tag });
+        Object.assign(this, { told: await response.json(), tag });
         this.shells.clear();
       }
       await this.load();
     } catch (problem) {
-      if (this.told === null || problem.status !== 503) this.answer.textContent = problem.status === 503 ? say('fluid.waiting') : problem.message;
+      const waiting = problem.status === 503;
+      if (this.told === null || !waiting) this.answer.textContent = waiting ? say('fluid.waiting') : problem.message;
+      this.key = null;
     }
     this.looking = false;
   }
@@ -243,13 +247,15 @@ export class FluidPanel {
         }
         shown.push(this.shells.get(path));
       }
+      const most = this.stage.software ? kMostFacesInSoftware : kMostFaces;
+      if (shown.reduce((sum, { faces }) => sum + faces.length / kFaceNumbers, 0) > most) throw new Refused(413, say('fluid.too_much'));
       fluid.showShells(shown);
       this.shellsShown = shellsKey;
     }
     fluid.setOpacity(opacity);
     if (sectionKey !== this.sectionShown) {
       const got = section && decodeSection(await (await this.ask(section)).arrayBuffer());
-      if (got && Math.max(...got.size) > renderer.capabilities.maxTextureSize) throw new Refused(413, say('fluid.too_wide'));
+      if (got && Math.max(...got.size) > renderer.capabilities.maxTextureSize) throw new Refused(413, say('fluid.too_much'));
       fluid.showSection(got);
       this.sectionShown = sectionKey;
     }

@@ -159,7 +159,7 @@ export class Stage {
     const { renderer } = this;
     this.background.visible = !renderer.xr.isPresenting;  // it is the picture's, not the room's
     renderer.clear();
-    this.fluid.face(camera.matrixWorld.elements.slice(12, 15));
+    this.fluid.face(view === 'main' ? camera.matrixWorld.elements.slice(12, 15) : null);  // a hit zone lies within it
     this.shadows.mesh.visible = camera.matrixWorld.elements[14] > this.uniforms.least.value.z;  // from above
     this.solid.select(kViewBits[view]);
     this.clear.mesh.visible = this.clear.select(kViewBits[view]) > 0;
