@@ -3,7 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include "common/dds/stamp.hpp"
 #include "common/dds/tests/test_network.hpp"
 #include "common/messages/workspace_codec.hpp"
 #include "common/workspace/brick_codec.hpp"
@@ -22,20 +21,14 @@ class StandInServer {
   void send(const workspace::Workspace& workspace) {
     for (const BrickKey& key : workspace.bricks()) {
       const std::vector<std::uint8_t> voxels = workspace::encode_brick(workspace.brick(key));
-      write(bricks_, to_idl(WorkspaceBrick{key, workspace.version, voxels}));
+      bricks_.write(to_idl(WorkspaceBrick{key, workspace.version, voxels}));
     }
-    write(versions_,
-          to_idl(WorkspaceVersion{"cell", workspace::description_of(workspace, workspace.content_hash())}));
+    versions_.write(
+        to_idl(WorkspaceVersion{"cell", workspace::description_of(workspace, workspace.content_hash())}));
   }
 
  private:
-  template <class Message>
-  void write(dds::Writer<Message>& to, Message message) {
-    message.stamp(stamper_.next());
-    to.write(message);
-  }
   dds::Participant participant_{"wva_server", dds::test_network()};
-  dds::Stamper stamper_{participant_};
   dds::Writer<msg::WorkspaceBrick> bricks_{participant_, dds::kWorkspaceBrick};
   dds::Writer<msg::WorkspaceVersion> versions_{participant_, dds::kWorkspaceVersion};
 };

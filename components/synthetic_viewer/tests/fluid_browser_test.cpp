@@ -92,7 +92,8 @@ TEST_F(DrawnFluid, EachShellEnclosesTheOneWithinAndTheOutermostAllVoxels) {
       R"("Layer 1: 32.0 Pa·s/m","Body: 100.0 Pa·s/m"])");
 
   leave_only("object:" + std::to_string(pump_.object));
-  const std::string no_object = "s.solid.mesh.visible = false;", object = "s.solid.mesh.visible = true;";
+  const std::string no_object = "s.lines.visible = s.solid.mesh.visible = false;",
+                    object = "s.solid.mesh.visible = true;";
   choose("{ shells: 'none', plane: 'none' }");
   const cv::Mat empty = picture(no_object), body = changed(empty, picture(object));
   cv::Mat within = body, outermost;
@@ -140,10 +141,10 @@ TEST_F(DrawnFluid, EachShellEnclosesTheOneWithinAndTheOutermostAllVoxels) {
 TEST_F(DrawnFluid, ASectionHasTheColourOfEachVoxelsLayerAndCutsTheObjectOpen) {
   show_fluid();
   const std::string level =
-      "{ object: 'pump', shells: 'none', plane: 'z', place_m: [0, 0, 0.38], cut: false }";
+      "{ object: 'pump', shells: 'none', plane: 'z', place_m: [0, 0, 0.46], cut: false }";
   choose(level);
   leave_only("object:" + std::to_string(pump_.object));
-  const int at = workspace_->grid().index_of({0, 0, 0.38}).z;
+  const int at = workspace_->grid().index_of({0, 0, 0.46}).z;
   EXPECT_EQ(browser_->run("return +document.getElementById('fluid-place').value").get<int>(), at);
   const cv::Mat section = picture("s.solid.mesh.visible = s.lines.visible = false;");
   keep("fluid_section", section);
