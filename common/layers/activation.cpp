@@ -48,7 +48,7 @@ core::Expected<workspace::VoxelBox> place_of(const Body& body, const workspace::
   }
   const double farthest_m =
       bounds.empty() ? 0.0 : std::max(-bounds.min_m.minCoeff(), bounds.max_m.maxCoeff());
-  if (farthest_m < std::min(1e6, 1e9 * grid.voxel_size_m))
+  if (farthest_m < std::min(1e6, 1e9 * grid.voxel_size_m.reference_m()))
     return body.implicit_W ? voxelise::voxel_bounds(*body.implicit_W, grid)
                            : voxelise::voxel_bounds(bounds, grid);
   char farthest[32];
@@ -253,12 +253,13 @@ workspace::Workspace workspace_of(const Body& body, const workspace::GridSpec& g
 }  // namespace
 
 workspace::GridSpec grid_over(const Eigen::Vector3d& min_m, const Eigen::Vector3d& max_m,
-                              double voxel_size_m) {
+                              const workspace::VoxelSize& voxel_size_m) {
   workspace::GridSpec grid{min_m, voxel_size_m, {}};
-  for (int axis = 0; axis < 3; ++axis) {
+  const Eigen::Vector3d voxels = (max_m - min_m).cwiseQuotient(voxel_size_m.sides_m());
+  for (std::size_t axis = 0; axis < 3; ++axis) {
     // The 1e-6 keeps 2.2 m ÷ 5 mm at 440 voxels, however the quotient is rounded.
-    grid.size_vox[static_cast<std::size_t>(axis)] =
-        static_cast<std::int32_t>(std::ceil((max_m[axis] - min_m[axis]) / voxel_size_m - 1e-6));
+    grid.size_vox[axis] =
+        static_cast<std::int32_t>(std::ceil(voxels[static_cast<Eigen::Index>(axis)] - 1e-6));
   }
   return grid;
 }
@@ -279,16 +280,15 @@ core::Expected<ActivatedObject> activate_object(const Body& body, const workspac
   return object;
 }
 
-core::Expected<std::pair<workspace::Workspace, BodyReport>> activate_alone(const Body& body,
-                                                                           double voxel_size_m,
-                                                                           const ActivationOptions& options) {
+core::Expected<std::pair<workspace::Workspace, BodyReport>> activate_alone(
+    const Body& body, const workspace::VoxelSize& voxel_size_m, const ActivationOptions& options) {
   const workspace::GridSpec lattice{Eigen::Vector3d::Zero(), voxel_size_m, {0, 0, 0}};
   const auto around = checked_place(body, lattice);
   if (!around) return around.status();
   const workspace::VoxelBox reached = around->grown(body.profile.reach_vox());
   if (core::Status checked = check_size(reached); !checked) return error_of(body, checked);
   const auto grid_of = [&](const workspace::VoxelBox& box) {
-    return workspace::GridSpec{voxel_size_m * workspace::vector(box.min), voxel_size_m, box.size};
+    return workspace::GridSpec{lattice.corner_of(box.min), voxel_size_m, box.size};
   };
   const Steps steps{options};
   if (reached.voxel_count() > options.most_voxels_at_once) {

@@ -43,7 +43,7 @@ inline constexpr std::size_t kMaxObjectVoxels = std::size_t{1} << 37;
 /// Returns the grid over a box in W with corner `min_m`. If the last voxel of an axis is only partly in the
 /// box, it is included.
 workspace::GridSpec grid_over(const Eigen::Vector3d& min_m, const Eigen::Vector3d& max_m,
-                              double voxel_size_m);
+                              const workspace::VoxelSize& voxel_size_m);
 
 /// How an activation runs, and how it reports progress.
 struct ActivationOptions {
@@ -76,7 +76,7 @@ core::Expected<ActivatedObject> activate_object(const Body& body, const workspac
 /// grown by the profile's reach; it is one or two voxels larger on each side if the object is made in parts.
 /// Voxel borders lie at whole multiples of the voxel size in W.
 core::Expected<std::pair<workspace::Workspace, BodyReport>> activate_alone(
-    const Body& body, double voxel_size_m, const ActivationOptions& options = {});
+    const Body& body, const workspace::VoxelSize& voxel_size_m, const ActivationOptions& options = {});
 
 /// Counts the grid's voxels for each neighbour order; the index is the order as a byte.
 std::array<std::uint64_t, 256> count_orders(const workspace::Workspace& workspace);

@@ -60,7 +60,11 @@ class SliceFaces {
  public:
   SliceFaces(const voxelise::TriangleTree& tree, const workspace::Workspace& workspace,
              const std::vector<double>& offsets)
-      : tree_(tree), workspace_(workspace), offsets_(offsets), sums(offsets.size()) {}
+      : tree_(tree),
+        workspace_(workspace),
+        stretch_(workspace.grid().voxel_size_m.stretch()),
+        offsets_(offsets),
+        sums(offsets.size()) {}
 
   void measure(std::int32_t z) {
     const auto& size = workspace_.grid().size_vox;
@@ -84,9 +88,10 @@ class SliceFaces {
     const int inner = std::max(1, std::min(a, b)),
               outer = std::min(std::max(a, b), static_cast<int>(offsets_.size()));
     if (inner >= outer) return;
-    const voxelise::NearestPoint nearest = tree_.nearest_with_guess(middle, guess_);
+    const Eigen::Vector3d place = middle.cwiseProduct(stretch_);
+    const voxelise::NearestPoint nearest = tree_.nearest_with_guess(place, guess_);
     guess_ = nearest.triangle;
-    const auto side = static_cast<std::size_t>(side_of(middle - nearest.point_vox));
+    const auto side = static_cast<std::size_t>(side_of(place - nearest.point_vox));
     for (int rank = inner; rank < outer; ++rank) {
       const auto layer = static_cast<std::size_t>(rank);
       sums[layer][side].add(nearest.distance_vox - offsets_[layer]);
@@ -95,6 +100,7 @@ class SliceFaces {
 
   const voxelise::TriangleTree& tree_;
   const workspace::Workspace& workspace_;
+  Eigen::Vector3d stretch_;
   const std::vector<double>& offsets_;  // by rank
   std::uint32_t guess_ = 0;
 

@@ -10,7 +10,8 @@
 
 namespace phantom::layers {
 
-/// Deviation of faces from their nominal positions, in voxels; positive: too far out.
+/// Deviation of faces from their nominal positions, in voxels (if they are no cubes: in their shortest
+/// sides); positive: too far out.
 struct Deviation {
   std::size_t faces = 0;
   double mean_vox = 0.0, rms_vox = 0.0;

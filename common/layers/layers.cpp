@@ -5,8 +5,10 @@
 #include <bit>
 #include <cstring>
 #include <iterator>
+#include <variant>
 
 #include "common/layers/banded_distance.hpp"
+#include "common/layers/stretched_distance.hpp"
 #include "common/workspace/workspace.hpp"
 
 namespace phantom::layers {
@@ -17,6 +19,7 @@ using detail::BrickBlock;
 using detail::Cells;
 using detail::OrderSteps;
 using detail::SolidRows;
+using detail::StretchedDistance;
 
 OrderSteps steps_of(const workspace::LayerProfile& profile) {
   OrderSteps steps;
@@ -151,9 +154,10 @@ bool all_free(const std::int8_t* orders) {
 /// One thread's share of the work.
 class Worker {
  public:
-  Worker(const SolidRows& rows, const OrderSteps& steps, const workspace::VoxelBox& part,
-         workspace::BrickMemory& memory)
-      : part_(part), memory_(memory), distance_(rows, steps) {}
+  using Distance = std::variant<BandedDistance, StretchedDistance>;
+
+  Worker(Distance distance, const workspace::VoxelBox& part, workspace::BrickMemory& memory)
+      : part_(part), memory_(memory), distance_(std::move(distance)) {}
 
   void run(const Task& task, Plan& plan) {
     for (const std::int32_t block : task.blocks) run_block(task, task.min.y + block * task.ny, plan);
@@ -171,7 +175,7 @@ class Worker {
       if (needed) made.push_back({{key}, memory_.take()});
       block_.bricks.push_back(needed ? made.back().orders.get() : nullptr);
     });
-    distance_.run(block_);
+    std::visit([&](auto& distance) { distance.run(block_); }, distance_);
     for (workspace::ObjectBricks::Part& brick : made) {
       cut_off(part_, brick.key, brick.orders.get());
       if (all_free(brick.orders.get())) {
@@ -184,7 +188,7 @@ class Worker {
 
   workspace::VoxelBox part_;
   workspace::BrickMemory& memory_;
-  BandedDistance distance_;
+  Distance distance_;
   BrickBlock block_;
 };
 
@@ -193,17 +197,24 @@ class Worker {
 workspace::ObjectBricks distance_bricks(const voxelise::SolidVoxels& solid,
                                         const workspace::LayerProfile& profile,
                                         const workspace::VoxelBox& part,
-                                        const workspace::WorkOptions& options) {
+                                        const workspace::WorkOptions& options,
+                                        const Eigen::Vector3d& stretch) {
   if (solid.box.empty()) return {};
   const OrderSteps steps = steps_of(profile);
   const BlockShape shape = shape_for(steps.reach);
   const SolidRows rows(solid, options.threads);
+  // The plan takes voxels for cubes of the shortest side. Others are farther away, never nearer.
   Plan plan = plan_for(rows.cells(), steps.reach, part, solid.box);
   const std::vector<Task> tasks = tasks_of(plan, shape);
   workspace::BrickMemory memory(
       static_cast<std::size_t>(std::count(plan.need.begin(), plan.need.end(), Need::kOrders)));
   std::vector<Worker> workers;
-  for (int i = 0; i < std::max(1, options.threads); ++i) workers.emplace_back(rows, steps, part, memory);
+  for (int i = 0; i < std::max(1, options.threads); ++i) {
+    if (stretch == Eigen::Vector3d::Ones())
+      workers.emplace_back(BandedDistance(rows, steps), part, memory);
+    else
+      workers.emplace_back(StretchedDistance(solid, steps, stretch), part, memory);
+  }
   const bool whole = workspace::parallel_for(
       options, tasks.size(), [&](std::size_t i, std::size_t worker) { workers[worker].run(tasks[i], plan); });
   if (!whole) return {};

@@ -34,7 +34,7 @@ class Bands {
   std::vector<std::int8_t> orders_;
 };
 
-/// A cube of voxels of the grid.
+/// A cube of voxels of the grid; in metres it is as stretched as they are.
 struct Cube {
   workspace::Index3 min;
   std::int32_t edge;
@@ -43,8 +43,9 @@ struct Cube {
     return workspace::vector(min) + Eigen::Vector3d::Constant(0.5 * edge);
   }
   workspace::VoxelBox voxels() const { return {min, {edge, edge, edge}}; }
-  /// Returns the distance from the cube's centre to the farthest voxel centre in it.
-  double radius_vox() const { return std::sqrt(3.0) * 0.5 * (edge - 1); }
+  /// Returns the distance from the cube's centre to the farthest voxel centre in it, in the unit of
+  /// `diagonal`, a voxel's.
+  double radius(double diagonal) const { return diagonal * 0.5 * (edge - 1); }
 };
 
 /// Fills one brick. Between two points, the distance to the surface changes by at most the distance between
@@ -52,28 +53,34 @@ struct Cube {
 /// cube lies in one layer. Other cubes are halved along each axis.
 class BrickOfSurface {
  public:
-  BrickOfSurface(const voxelise::TriangleTree& tree, const Bands& bands, const voxelise::SolidVoxels& solid,
-                 core::WorkBudget* budget)
-      : tree_(tree), bands_(bands), solid_(solid), meter_(budget) {}
+  BrickOfSurface(const voxelise::TriangleTree& tree, const Eigen::Vector3d& stretch, const Bands& bands,
+                 const voxelise::SolidVoxels& solid, core::WorkBudget* budget)
+      : tree_(tree),
+        stretch_(stretch),
+        diagonal_(stretch.norm()),
+        bands_(bands),
+        solid_(solid),
+        meter_(budget) {}
 
   /// Returns null if the surface is too far away.
   std::unique_ptr<std::int8_t[]> operator()(workspace::BrickKey key) {
     orders_.reset();
     const Cube brick{workspace::box_of(key).min, workspace::kBrickEdge};
-    const double limit = bands_.reach() + brick.radius_vox() + kRounding;
-    const voxelise::NearestPoint nearest = tree_.nearest(brick.centre_vox(), limit);
+    const double limit = bands_.reach() + brick.radius(diagonal_) + kRounding;
+    const voxelise::NearestPoint nearest = tree_.nearest(centre_of(brick), limit);
     if (nearest.distance_vox <= limit) fill(brick, nearest);
     return std::move(orders_);
   }
 
  private:
-  static constexpr double kRounding = 1e-6;  // in voxels; far above the rounding of double precision
+  static constexpr double kRounding =
+      1e-6;  // in reference lengths; far above the rounding of double precision
   // Steps of one search for the nearest triangle, and of each triangle that it looks at.
   static constexpr std::uint64_t kSearch = 128, kTriangle = 8;
 
   void fill(const Cube& cube, const voxelise::NearestPoint& nearest) {
     if (!meter_.spend(kSearch + kTriangle * nearest.looked_at)) return;  // the whole is given up
-    const double radius = cube.radius_vox() + kRounding, distance = nearest.distance_vox;
+    const double radius = cube.radius(diagonal_) + kRounding, distance = nearest.distance_vox;
     if (cube.edge == 1) return put(cube, bands_.order(distance));
     const std::int8_t order = bands_.order(std::max(0.0, distance - radius));
     if (order == bands_.order(distance + radius)) return put(cube, order);
@@ -81,9 +88,10 @@ class BrickOfSurface {
     for (int part = 0; part < 8; ++part) {
       const Cube eighth{cube.min + half * workspace::Index3{part & 1, part >> 1 & 1, part >> 2}, half};
       if (is_solid(eighth)) continue;  // settle() sets these voxels
-      fill(eighth, tree_.nearest_with_guess(eighth.centre_vox(), nearest.triangle));
+      fill(eighth, tree_.nearest_with_guess(centre_of(eighth), nearest.triangle));
     }
   }
+  Eigen::Vector3d centre_of(const Cube& cube) const { return cube.centre_vox().cwiseProduct(stretch_); }
   /// Returns whether every voxel of a small cube is interior or boundary; false for larger cubes.
   bool is_solid(const Cube& cube) const {
     if (cube.edge > 4) return false;
@@ -104,6 +112,8 @@ class BrickOfSurface {
   }
 
   const voxelise::TriangleTree& tree_;
+  Eigen::Vector3d stretch_;  // of the voxels' sides; so all distances are in reference lengths
+  double diagonal_;          // of a voxel
   const Bands& bands_;
   const voxelise::SolidVoxels& solid_;
   core::WorkMeter meter_;
@@ -149,7 +159,7 @@ workspace::ObjectBricks surface_bricks(const geometry::TriangleMesh& mesh_W,
   const Bands bands(profile);
   std::vector<std::vector<workspace::ObjectBricks::Part>> parts(ny * nz);
   const bool whole = workspace::parallel_for(options, ny * nz, [&](std::size_t row, std::size_t) {
-    BrickOfSurface brick(tree, bands, solid, options.budget);
+    BrickOfSurface brick(tree, grid.voxel_size_m.stretch(), bands, solid, options.budget);
     const auto y = static_cast<std::int32_t>(row % ny), z = static_cast<std::int32_t>(row / ny);
     for (std::int32_t x = 0; x < bricks.size[0]; ++x) {
       const workspace::BrickKey key{bricks.min + workspace::Index3{x, y, z}};

@@ -25,12 +25,21 @@ constexpr auto kCarriedObject = [](auto& codec, auto& m, auto& s) {
   codec.vector("carried.products_kg_m2", m.products_kg_m2(), s.products_kg_m2, kMostInertia_kg_m2);
 };
 
+void take_sides(Decoder& codec, const msg::Vector3& from, workspace::VoxelSize& to) {
+  Eigen::Vector3d sides_m;
+  codec.vector("voxel_size_m", from, sides_m, kFarthest_m);
+  to = workspace::VoxelSize(sides_m);
+}
+void take_sides(Encoder& codec, msg::Vector3& to, const workspace::VoxelSize& from) {
+  codec.vector("voxel_size_m", to, from.sides_m(), kFarthest_m);
+}
+
 constexpr auto kWorkspaceVersion = [](auto& codec, auto& m, auto& s) {
   auto& to = s.description;
   codec.any(m.cell(), s.cell);
   codec.number("version", m.version(), to.version, 1.0);
   codec.place("origin_m", m.origin_m(), to.grid.origin_m);
-  codec.any(m.voxel_size_m(), to.grid.voxel_size_m);
+  take_sides(codec, m.voxel_size_m(), to.grid.voxel_size_m);
   codec.number("size_x_vox", m.size_x_vox(), to.grid.size_vox[0]);
   codec.number("size_y_vox", m.size_y_vox(), to.grid.size_vox[1]);
   codec.number("size_z_vox", m.size_z_vox(), to.grid.size_vox[2]);

@@ -54,7 +54,7 @@ PrincipalGradient ClusterZone::gradient(const workspace::Workspace& workspace, w
   result.least = static_cast<double>(workspace.palette()[static_cast<std::size_t>(low.code)]);
   if (high.code == low.code) return result;
   result.strength = result.greatest - result.least;
-  result.pgv_W_m = workspace.grid().voxel_size_m * (high.centroid() - low.centroid());
+  result.pgv_W_m = workspace.grid().voxel_size_m.sides_m().cwiseProduct(high.centroid() - low.centroid());
   return result;
 }
 

@@ -85,15 +85,15 @@ struct SlopeSums {
   HWY_INLINE SlopeSums() {
     for (VD& v : s) v = hn::Zero(Doubles());
   }
-  /// Adds one vector of points. `step`: for each axis, μ at +reach minus μ at −reach. `met`: the palette's μ,
+  /// Adds one vector of points. `r`: rotation to W in reference lengths. `step`: for each axis, μ at +reach
+  /// minus μ at −reach, divided by the stretch. `met`: the palette's μ,
   /// 0 for points that do not count.
-  HWY_INLINE void add(const ToVoxels& to, const Points& points, std::size_t i, const VD step[3], VD met,
-                      VD mu) {
+  HWY_INLINE void add(const double* r, const Points& points, std::size_t i, const VD step[3], VD met, VD mu) {
     const Doubles d;
     const VD x = hn::LoadU(d, points.x_m + i), y = hn::LoadU(d, points.y_m + i),
              z = hn::LoadU(d, points.z_m + i);
-    const VD rx = coordinate(to.r, 0.0, x, y, z), ry = coordinate(to.r + 3, 0.0, x, y, z),
-             rz = coordinate(to.r + 6, 0.0, x, y, z);
+    const VD rx = coordinate(r, 0.0, x, y, z), ry = coordinate(r + 3, 0.0, x, y, z),
+             rz = coordinate(r + 6, 0.0, x, y, z);
     const auto counts = hn::Gt(met, hn::Zero(d));
     const VD w = hn::IfThenElseZero(counts, hn::LoadU(d, points.weight + i));
     const VD gx = hn::Mul(w, step[0]), gy = hn::Mul(w, step[1]), gz = hn::Mul(w, step[2]);
@@ -116,6 +116,9 @@ void AddGradients(const Field& field, const ToVoxels& to, const Points& points, 
   const hn::Rebind<std::uint8_t, Ints> bytes;
   const std::size_t half = hn::Lanes(d);
   const VI reach = hn::Set(di, reach_vox);
+  double r[9], per_step[3];
+  for (int k = 0; k < 9; ++k) r[k] = to.r[k] * to.stretch[k / 3];
+  for (int k = 0; k < 3; ++k) per_step[k] = 1.0 / to.stretch[k];
   with_palette(palette, palette_size, [&](const auto& mu_at) HWY_ATTR {
     SlopeSums sums;
     for (std::size_t i = 0; i < points.count; i += lanes()) {
@@ -136,13 +139,14 @@ void AddGradients(const Field& field, const ToVoxels& to, const Points& points, 
           mu_at(codes_at(field, x, y, along_axis<2>(field, hn::Sub(at.z, reach)), shift))};
       VD low[3], high[3];
       for (int axis = 0; axis < 3; ++axis) {
-        low[axis] = hn::Sub(promote_low(up[axis]), promote_low(down[axis]));
-        high[axis] = hn::Sub(promote_high(up[axis]), promote_high(down[axis]));
+        const VD per = hn::Set(d, per_step[axis]);
+        low[axis] = hn::Mul(per, hn::Sub(promote_low(up[axis]), promote_low(down[axis])));
+        high[axis] = hn::Mul(per, hn::Sub(promote_high(up[axis]), promote_high(down[axis])));
       }
       const auto met = mu_at(code);
       const VD met_low = promote_low(met), met_high = promote_high(met);
-      sums.add(to, points, i, low, met_low, given_mu != nullptr ? hn::LoadU(d, given_mu + i) : met_low);
-      sums.add(to, points, i + half, high, met_high,
+      sums.add(r, points, i, low, met_low, given_mu != nullptr ? hn::LoadU(d, given_mu + i) : met_low);
+      sums.add(r, points, i + half, high, met_high,
                given_mu != nullptr ? hn::LoadU(d, given_mu + i + half) : met_high);
     }
     const double per_vox = 1.0 / (2.0 * reach_vox);

@@ -58,6 +58,7 @@ Field field_of(const workspace::Workspace& workspace) noexcept;
 /// floor(v + kBorderShift_vox). |v| must stay below 2^31; otherwise the voxel is arbitrary.
 struct ToVoxels {
   double r[9], t[3];
+  double stretch[3] = {1.0, 1.0, 1.0};  ///< sides of a voxel in reference lengths (workspace::VoxelSize)
 };
 
 /// Ten sums over sensors in the link's frame, with m = w·μ: Σm, Σm(x,y,z), Σm(xx, xy, xz, yy, yz, zz).
@@ -65,8 +66,8 @@ struct Moments {
   double sum[10];
 };
 
-/// Sums of the gradient over the sensors that meet fluid, in W axes and voxels: Σw∇μ, Σ(r×w∇μ) with r from
-/// the link's origin, Σw|∇μ|²/μ.
+/// Sums of the gradient over the sensors that meet fluid, in W axes and reference lengths: Σw∇μ, Σ(r×w∇μ)
+/// with r from the link's origin, Σw|∇μ|²/μ.
 struct GradientSums {
   double sum[7];
 };
@@ -79,7 +80,7 @@ void look_up(const Field& field, const ToVoxels& to_voxels, const Points& points
 void add_moments(const Points& points, const double* mu, Moments& moments) noexcept;
 /// Does look_up and add_moments in one pass, with μ from the palette. The palette has 256 entries, of which
 /// codes use the first `palette_size` (the fewer, the faster: up to 64 need no gather with 512-bit vectors).
-/// `to_voxels` must be a rotation divided by the voxel size. Real-time safe: yes.
+/// `to_voxels` must be a rotation, each row divided by the voxel's side. Real-time safe: yes.
 ///
 /// Cost: a block of points within the grid that spans at most two bricks along each axis is computed in
 /// floats. Any other block is computed in doubles, which takes about half as long again. A group with a point

@@ -14,14 +14,16 @@ namespace phantom::robot::kernel::HWY_NAMESPACE {
 /// bits: 7 bits of whole voxels (< 64) above 16 bits of fraction.
 class Near {
  public:
-  HWY_INLINE explicit Near(const ToVoxels& to)
-      : per_m_(std::sqrt(to.r[0] * to.r[0] + to.r[1] * to.r[1] + to.r[2] * to.r[2])) {}
+  HWY_INLINE explicit Near(const ToVoxels& to) {
+    const double per_m = std::sqrt(to.r[0] * to.r[0] + to.r[1] * to.r[1] + to.r[2] * to.r[2]) * to.stretch[0];
+    for (int k = 0; k < 3; ++k) per_m_[k] = per_m / to.stretch[k];
+  }
   /// Prepares for a block. Returns false if the block does not lie within so few bricks of the grid; then
   /// look_up() must not be called for it.
   HWY_INLINE bool place(const Field& field, const ToVoxels& to, const Block& block) {
     std::int32_t low[3], step[3];
-    const double reach = per_m_ * block.radius_m + 0.01;
     for (int k = 0; k < 3; ++k) {
+      const double reach = per_m_[k] * block.radius_m + 0.01;
       const double* r = to.r + 3 * k;
       const double at = r[0] * block.centre_m[0] + r[1] * block.centre_m[1] + r[2] * block.centre_m[2] +
                         (to.t[k] + kBorderShift_vox);
@@ -123,7 +125,7 @@ class Near {
 #endif
   };
 
-  double per_m_;
+  double per_m_[3];
   float r_[9], start_[3];
   std::int32_t first_word_[kGroup] = {};
 };

@@ -138,7 +138,7 @@ struct SkinLayout {
 };
 
 struct SkinOptions {
-  double voxel_size_m = 0.005;
+  double voxel_size_m = 0.005;  ///< if voxels are no cubes, their shortest side
   /// Greatest distance between neighbouring sensors, as a share of the voxel size. The thesis allows up to 1
   /// (eqs. 5.22, 5.23). Above 1 the skin is coarser than the voxels: fewer sensors, but steps in the drag.
   double pitch_vox = 0.99;

@@ -41,11 +41,9 @@ bool SkinSensing::reaches(const MovingFluid& fluid, std::size_t link,
                           const geometry::Pose& X_WL) const noexcept {
   const workspace::GridSpec& grid = fluid.voxels->grid();
   const Eigen::Vector3d at_B = fluid.X_WB.inverse() * (X_WL * middle_m_[link]);
-  const Eigen::Vector3d size_m =
-      grid.voxel_size_m * Eigen::Vector3d(grid.size_vox[0], grid.size_vox[1], grid.size_vox[2]);
-  const Eigen::Vector3d nearest = at_B.cwiseMax(grid.origin_m).cwiseMin(grid.origin_m + size_m);
+  const Eigen::Vector3d nearest = at_B.cwiseMax(grid.origin_m).cwiseMin(grid.origin_m + grid.extent_m());
   // Anything but a distance that is surely greater: also what is not finite is looked at (and feels nothing).
-  return !((at_B - nearest).norm() > radius_m_[link] + kZoneReach_vox * grid.voxel_size_m);
+  return !((at_B - nearest).norm() > radius_m_[link] + kZoneReach_vox * grid.voxel_size_m.greatest_m());
 }
 
 /// Notes which fluids reach a link, and places it in those.
@@ -72,7 +70,7 @@ void SkinSensing::take_fluids(std::size_t link, Part& first) noexcept {
     Totals& totals = fluid.parts_[begin].totals;
     for (std::size_t i = begin + 1; i < parts_.size() && parts_[i].link == link; ++i)
       totals.add(fluid.parts_[i].totals);
-    fluid.take(link, totals, fluid.X_BL_[link], fluids_[k].voxels->grid().voxel_size_m);
+    fluid.take(link, totals, fluid.X_BL_[link], fluids_[k].voxels->grid().voxel_size_m.reference_m());
     fluid_sums_[k][link] = fluid.sums_[link].turned(fluids_[k].X_WB.rotation);
     sums_[link].add(fluid_sums_[k][link]);
     active += totals.active;

@@ -67,7 +67,7 @@ const std::vector<SkinPatches::Patch>& SkinPatches::sense(const core::JointArray
   for (std::size_t link = 1; link < arm_.links().size(); ++link) {
     for (std::size_t sensor = layout_.first[link]; sensor < layout_.first[link + 1]; ++sensor) {
       const Eigen::Vector3d p_W_m = X_WL[link] * layout_.position(sensor, closed);
-      if (!((p_W_m - grid.origin_m).cwiseAbs().maxCoeff() < 1e9 * grid.voxel_size_m)) continue;
+      if (!((p_W_m - grid.origin_m).cwiseAbs().maxCoeff() < 1e9 * grid.voxel_size_m.reference_m())) continue;
       std::uint8_t& worst = worst_[patch_of_[sensor]];
       worst = std::max(worst, code_of(sensor, link, grid.index_of(p_W_m), workspace, muted));
     }

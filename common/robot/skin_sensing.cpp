@@ -7,20 +7,21 @@
 namespace phantom::robot {
 namespace {
 
-/// ∇μ by central differences, per voxel.
-Eigen::Vector3d gradient_per_vox(const workspace::Workspace& workspace, workspace::Index3 at,
-                                 int reach) noexcept {
+/// ∇μ by central differences, per reference length.
+Eigen::Vector3d gradient_of(const workspace::Workspace& workspace, workspace::Index3 at,
+                            const Eigen::Vector3d& stretch, int reach) noexcept {
   const auto mu = [&](int x, int y, int z) {
     return static_cast<double>(workspace.mu({at.x + x, at.y + y, at.z + z}));
   };
   return Eigen::Vector3d(mu(reach, 0, 0) - mu(-reach, 0, 0), mu(0, reach, 0) - mu(0, -reach, 0),
-                         mu(0, 0, reach) - mu(0, 0, -reach)) /
+                         mu(0, 0, reach) - mu(0, 0, -reach))
+             .cwiseQuotient(stretch) /
          (2.0 * reach);
 }
 
 using RowMajor = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
 
-/// Returns the rotation, divided by the voxel size, of a transform to voxels.
+/// Returns the rotation of a transform to voxels, its rows divided by the voxel's sides.
 Eigen::Map<const RowMajor> rotation_of(const kernel::ToVoxels& to) noexcept {
   return Eigen::Map<const RowMajor>(to.r);
 }
@@ -152,9 +153,11 @@ void SkinSensing::add_cluster(Part& part, std::size_t sensor, const ClusterReadi
   const Eigen::Vector3d p = layout_->position(sensor);
   part.totals.add(layout_->weight[sensor], reading.mean, p);
   if (!options_.gradient) return;
-  const Eigen::Vector3d r = rotation_of(to_voxels_[part.link]) * p;
+  const Eigen::Vector3d stretch(to_voxels_[part.link].stretch);
+  const Eigen::Vector3d r = (rotation_of(to_voxels_[part.link]) * p).cwiseProduct(stretch);
   part.totals.add_slope(layout_->weight[sensor], reading.mean,
-                        gradient_per_vox(workspace, voxel_of(part.link, p), options_.gradient_reach_vox), r);
+                        gradient_of(workspace, voxel_of(part.link, p), stretch, options_.gradient_reach_vox),
+                        r);
 }
 
 void SkinSensing::sense_clusters(Part& part, const workspace::Workspace& workspace) noexcept {
@@ -183,16 +186,18 @@ void SkinSensing::sense_clusters(Part& part, const workspace::Workspace& workspa
 void SkinSensing::place_link(std::size_t link, const geometry::Pose& X_WL,
                              const workspace::GridSpec& grid) noexcept {
   kernel::ToVoxels& to = to_voxels_[link];
-  Eigen::Map<RowMajor>(to.r) = X_WL.rotation / grid.voxel_size_m;
-  Eigen::Map<Eigen::Vector3d>(to.t) = (X_WL.translation_m - grid.origin_m) / grid.voxel_size_m;
+  const Eigen::Vector3d& sides_m = grid.voxel_size_m.sides_m();
+  Eigen::Map<RowMajor>(to.r) = X_WL.rotation.array().colwise() / sides_m.array();
+  Eigen::Map<Eigen::Vector3d>(to.t) = grid.to_voxels(X_WL.translation_m);
+  Eigen::Map<Eigen::Vector3d>(to.stretch) = grid.voxel_size_m.stretch();
 }
 
 /// Adds the sums of a link's parts to the results, about the link's origin in W axes.
 void SkinSensing::take(std::size_t link, const Totals& totals, const geometry::Pose& X_WL,
-                       double voxel_size_m) noexcept {
+                       double reference_m) noexcept {
   const double* t = totals.moments.sum;
   const double* g = totals.slopes.sum;
-  const double s = voxel_size_m;
+  const double s = reference_m;
   ViscousSums& sums = sums_[link];
   sums.mu = t[0];
   sums.mu_d = X_WL.rotation * Eigen::Vector3d(t[1], t[2], t[3]);
@@ -260,7 +265,7 @@ void SkinSensing::sense_also(const LinkPoses& X_WL, std::size_t joint_count,
     const auto first = part++;
     for (; part != parts_.end() && part->link == first->link; ++part) first->totals.add(part->totals);
     if (!felt[first->link]) continue;
-    take(first->link, first->totals, X_WL[first->link], grid.voxel_size_m);
+    take(first->link, first->totals, X_WL[first->link], grid.voxel_size_m.reference_m());
     take_fluids(first->link, *first);
   }
   for (std::size_t link = 1; link <= joint_count; ++link)

@@ -184,7 +184,7 @@ class SkinSensing {
                    const workspace::Workspace& workspace) noexcept;
   ClusterReading read_cluster(Part& part, const ClusterStencil& stencil, workspace::Index3 centre,
                               const workspace::Workspace& workspace) noexcept;
-  void take(std::size_t link, const Totals& totals, const geometry::Pose& X_WL, double voxel_size_m) noexcept;
+  void take(std::size_t link, const Totals& totals, const geometry::Pose& X_WL, double reference_m) noexcept;
   void start(const workspace::Workspace& workspace) noexcept;
   void enclose(const SkinLayout& layout) noexcept;
   /// The fluids that reach a link, as bits.

@@ -13,7 +13,7 @@ constexpr double kFarthest_vox = 1e9;
 /// Also returns false for a pose that is not finite.
 inline bool is_near(const geometry::Pose& X_WL, const workspace::GridSpec& grid) noexcept {
   return X_WL.rotation.allFinite() &&
-         (X_WL.translation_m - grid.origin_m).norm() < kFarthest_vox * grid.voxel_size_m;
+         (X_WL.translation_m - grid.origin_m).norm() < kFarthest_vox * grid.voxel_size_m.reference_m();
 }
 
 struct SkinSensing::Totals {
@@ -21,16 +21,16 @@ struct SkinSensing::Totals {
   kernel::GradientSums slopes{};
   std::size_t active = 0, muted = 0;
 
-  /// Adds what the kernel adds for one sensor of effective viscosity `mu` and gradient `g` per voxel, at
-  /// `p_L_m` in the link's frame and `r_vox` from the link's origin in W axes.
+  /// Adds what the kernel adds for one sensor of effective viscosity `mu` and gradient `g` per reference
+  /// length, at `p_L_m` in the link's frame and `r` reference lengths from the link's origin in W axes.
   void add(double weight, double mu, const Eigen::Vector3d& p_L_m) noexcept {
     const double m = weight * mu, x = p_L_m.x(), y = p_L_m.y(), z = p_L_m.z();
     const double terms[10] = {1.0, x, y, z, x * x, x * y, x * z, y * y, y * z, z * z};
     for (std::size_t k = 0; k < 10; ++k) moments.sum[k] += m * terms[k];
     ++active;
   }
-  void add_slope(double weight, double mu, const Eigen::Vector3d& g, const Eigen::Vector3d& r_vox) noexcept {
-    const Eigen::Vector3d turn = r_vox.cross(g);
+  void add_slope(double weight, double mu, const Eigen::Vector3d& g, const Eigen::Vector3d& r) noexcept {
+    const Eigen::Vector3d turn = r.cross(g);
     for (Eigen::Index k = 0; k < 3; ++k) {
       slopes.sum[k] += weight * g[k];
       slopes.sum[k + 3] += weight * turn[k];

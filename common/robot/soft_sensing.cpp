@@ -40,14 +40,20 @@ class Surroundings {
     }
     return sum;
   }
-  /// Returns the unit vector in which the pressure falls; 0 where it falls in none.
+  /// Returns the unit vector in which the pressure falls, of true lengths; 0 where it falls in none.
   Eigen::Vector3d way_out() const noexcept {
+    constexpr int kReach = SoftSensing::kReach_vox;
+    constexpr double kCubes = kReach * (kReach + 1) / 2;  // length of all steps, in voxels
+    const Eigen::Vector3d stretch = workspace_.grid().voxel_size_m.stretch();
     Eigen::Vector3d fall = Eigen::Vector3d::Zero();
-    for (std::size_t axis = 0; axis < 3; ++axis) {
+    for (Eigen::Index axis = 0; axis < 3; ++axis) {
       Index3 step{};
-      step[axis] = 1;
-      for (int k = 1; k <= SoftSensing::kReach_vox; ++k)
-        fall[static_cast<Eigen::Index>(axis)] += pressure_Pa(at_ - k * step) - pressure_Pa(at_ + k * step);
+      step[static_cast<std::size_t>(axis)] = 1;
+      // As far along each axis, so that whoever is deep is not pushed along longer sides alone.
+      const int steps = std::max(1, static_cast<int>(kReach / stretch[axis] + 1e-9));
+      for (int k = 1; k <= steps; ++k)
+        fall[axis] += pressure_Pa(at_ - k * step) - pressure_Pa(at_ + k * step);
+      fall[axis] *= kCubes / (steps * (steps + 1) / 2 * stretch[axis]);
     }
     const double length = fall.norm();
     return length > 0.0 ? Eigen::Vector3d(fall / length) : fall;
@@ -73,7 +79,7 @@ class Surroundings {
 
 }  // namespace
 
-SoftBody soft_body(std::uint16_t object, const workspace::LayerProfile& profile, double voxel_size_m) {
+SoftBody soft_body(std::uint16_t object, const workspace::LayerProfile& profile, double reference_m) {
   SoftBody body;
   body.object = object;
   const auto& stiffness = profile.stiffness_inside_Pa_per_m;
@@ -81,7 +87,7 @@ SoftBody soft_body(std::uint16_t object, const workspace::LayerProfile& profile,
   double above_Pa = 0.0;
   for (std::size_t i = 0; i < stiffness.size(); ++i) {
     const std::size_t order = 256 - (i + 1);  // the byte of −(i + 1)
-    const double per_vox_Pa = stiffness[i] * voxel_size_m, thickness_vox = profile.inside_thickness_vox[i];
+    const double per_vox_Pa = stiffness[i] * reference_m, thickness_vox = profile.inside_thickness_vox[i];
     body.stiffness_Pa_per_m[order] = stiffness[i];
     body.pressure_Pa[order] = above_Pa + 0.5 * (thickness_vox + 1.0) * per_vox_Pa;
     above_Pa += thickness_vox * per_vox_Pa;
@@ -109,7 +115,7 @@ void SoftSensing::sense(const SkinSensing& sensed, const LinkPoses& X_WL,
     if (body == bodies_.end()) return;
     const double area_m2 = skin.area_m2[sensor];
     const Surroundings around(*body, workspace, voxel);
-    const double pressure = around.between_Pa((p_W_m - grid.origin_m) / grid.voxel_size_m);
+    const double pressure = around.between_Pa(grid.to_voxels(p_W_m));
     const Eigen::Vector3d out = around.way_out();
     if (!(pressure > 0.0) || out.isZero(0.0)) return;
     const Eigen::Vector3d d_m = p_W_m - X_WL[link].translation_m;

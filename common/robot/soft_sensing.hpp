@@ -21,7 +21,7 @@ struct SoftBody {
 /// Returns the soft body that a profile with stiffness makes of an object. Depth counts from the boundary
 /// voxels' centres; a layer's voxels have the pressure in the middle of the layer, and those deeper than all
 /// layers that of the deepest. Not real-time safe.
-SoftBody soft_body(std::uint16_t object, const workspace::LayerProfile& profile, double voxel_size_m);
+SoftBody soft_body(std::uint16_t object, const workspace::LayerProfile& profile, double reference_m);
 
 /// What soft bodies do to one link, in W axes about the link's origin: a wrench, and how it changes: with a
 /// the wrench of one newton along a sensor's normal, S = Σ (area · stiffness) a aᵀ, force over moment.
@@ -34,8 +34,8 @@ using LinkReactions = std::array<LinkReaction, core::kMaxJoints + 1>;
 
 /// Computes how soft bodies push a skin out: each sensor in one by its area times the pressure there, which
 /// is interpolated between voxels, along the way in which the pressure falls. A sensor deeper than the layers
-/// by more than kReach_vox finds no way out, and is not pushed: it has pierced the body. Whoever may touch a
-/// body (muted contacts) is not pushed either.
+/// by more than kReach_vox (lengths, as of layers) finds no way out, and is not pushed: it has pierced the
+/// body. Whoever may touch a body (muted contacts) is not pushed either.
 class SoftSensing {
  public:
   static constexpr int kReach_vox = 4;

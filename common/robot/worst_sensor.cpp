@@ -101,6 +101,7 @@ SkinSensing::Surroundings SkinSensing::surroundings(workspace::Index3 at,
     around.mu += mu;
     around.gradient_W += mu * Eigen::Vector3d(near.x[i], near.y[i], near.z[i]);
   }
+  around.gradient_W = around.gradient_W.cwiseProduct(workspace.grid().voxel_size_m.stretch());
   return around;
 }
 
@@ -113,11 +114,11 @@ std::optional<workspace::Index3> SkinSensing::place_of(std::size_t link, std::si
   const std::uint8_t kind = layout_->cluster_kind[sensor];
   if (kind == 0) return centre;
   std::optional<workspace::Index3> nearest;
-  int nearest_square = 0;
+  double nearest_square = 0.0;
+  const Eigen::Vector3d stretch = workspace.grid().voxel_size_m.stretch();
   const MutedObjects& list = muted_objects_[link];
   stencils_[kind - std::size_t{1}].for_each(centre, [&](workspace::Index3 voxel, double) {
-    const int x = voxel.x - centre.x, y = voxel.y - centre.y, z = voxel.z - centre.z;
-    const int square = x * x + y * y + z * z;
+    const double square = workspace::vector(voxel - centre).cwiseProduct(stretch).squaredNorm();
     if (nearest && square >= nearest_square) return;
     if (workspace.mu_code(voxel) != code || (list.count > 0 && list.has(workspace.object(voxel)))) return;
     nearest = voxel, nearest_square = square;

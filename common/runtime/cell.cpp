@@ -18,14 +18,18 @@ void refuse_duplicates(const Fields& file, const std::string& key, const Items& 
 void read_workspace(const Fields& workspace, CellConfig& cell) {
   workspace.vector3("min_m", cell.min_m);
   workspace.vector3("max_m", cell.max_m);
-  workspace.number("voxel_size_m", cell.voxel_size_m);
+  Eigen::Vector3d sides_m = cell.voxel_size_m.sides_m();
+  workspace.axes("voxel_size_m", sides_m);
+  cell.voxel_size_m = workspace::VoxelSize(sides_m);
+  const core::Status checked = workspace::check_voxel_size(cell.voxel_size_m);
+  workspace.check(checked.is_ok(), "voxel_size_m", checked.message());
   using enum layers::MergeLaw;
   workspace.choice("merge", cell.merge,
                    {{"highest_viscosity", kHighestViscosity},
                     {"latest_object", kLatestObject},
                     {"object_priority", kObjectPriority}});
   for (int axis = 0; axis < 3; ++axis) {
-    const double voxels = (cell.max_m[axis] - cell.min_m[axis]) / cell.voxel_size_m;
+    const double voxels = (cell.max_m[axis] - cell.min_m[axis]) / cell.voxel_size_m.sides_m()[axis];
     workspace.check(voxels >= 1 && voxels <= 8192, "max_m",
                     "gives " + std::to_string(static_cast<long long>(voxels)) + " voxels along axis " +
                         std::to_string(axis) + "; allowed: 1 to 8192");
@@ -65,9 +69,9 @@ CellConfig load_cell(const std::filesystem::path& path, CellArms arms) {
   cell.file = path;
   cell.name = read_name(file);
   read_workspace(file.section("workspace"), cell);
-  cell.profile = read_profile(file.section("profile").as("profile"), cell.voxel_size_m);
+  cell.profile = read_profile(file.section("profile").as("profile"), cell.voxel_size_m.reference_m());
   for (const Fields& object : file.sections("objects")) {
-    cell.objects.push_back(read_object(object.as("object"), cell.profile, cell.voxel_size_m));
+    cell.objects.push_back(read_object(object.as("object"), cell.profile, cell.voxel_size_m.reference_m()));
     cell.objects.back().id = static_cast<std::uint16_t>(cell.objects.size());
   }
   for (const Fields& medium : file.sections("media")) cell.media.push_back(read_medium(medium.as("medium")));

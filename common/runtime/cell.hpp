@@ -23,7 +23,7 @@ struct CellConfig {
   std::filesystem::path file;
   Eigen::Vector3d min_m;  ///< corners of the workspace box in W
   Eigen::Vector3d max_m;
-  double voxel_size_m = 0.005;
+  workspace::VoxelSize voxel_size_m;  ///< lengths in voxels of profiles are its reference lengths
   layers::MergeLaw merge =
       layers::MergeLaw::kHighestViscosity;  ///< decides which object's voxel counts where objects overlap
   workspace::LayerProfile profile;          ///< of objects without a profile of their own

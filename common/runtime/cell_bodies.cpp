@@ -36,10 +36,10 @@ std::string extent_text(const Eigen::Vector3d& extent) {
 }
 
 void check_place(const ObjectConfig& object, const geometry::TriangleMesh& mesh_W, const CellConfig& cell) {
-  const auto reach_m = static_cast<float>(object.profile.reach_vox() * cell.voxel_size_m);
+  const Eigen::Vector3f reach_m = (object.profile.reach_vox() * cell.voxel_size_m.sides_m()).cast<float>();
   geometry::BoundingBox workspace;
-  workspace.extend(cell.min_m.cast<float>() - Eigen::Vector3f::Constant(reach_m));
-  workspace.extend(cell.max_m.cast<float>() + Eigen::Vector3f::Constant(reach_m));
+  workspace.extend(cell.min_m.cast<float>() - reach_m);
+  workspace.extend(cell.max_m.cast<float>() + reach_m);
   const geometry::BoundingBox box = mesh_W.bounding_box();
   if (box.intersects(workspace)) return;
   throw ConfigError(place_of_object(object) + "lies outside of the workspace with all its layers: it spans " +
@@ -76,7 +76,7 @@ void settle_unit(const ObjectConfig& object, const CellConfig& cell, geometry::L
   std::string choice;
   for (const double unit : geometry::kUsualUnits) {
     const bool is_small = ((unit * units).array() <= (1 + 1e-6) * most_m.array()).all();
-    if (!is_small || unit * units.maxCoeff() < cell.voxel_size_m) continue;
+    if (!is_small || unit * units.maxCoeff() < cell.voxel_size_m.reference_m()) continue;
     fitting.push_back(unit);
     choice += fmt::format("{}{:g} ({}, {} m)", choice.empty() ? "" : ", ", unit, geometry::unit_name(unit),
                           extent_text(unit * units));

@@ -62,14 +62,14 @@ std::string read_name(const Fields& fields) {
 }
 
 ObjectConfig read_object(const Fields& fields, const workspace::LayerProfile& cell_profile,
-                         double voxel_size_m) {
+                         double reference_m) {
   ObjectConfig object;
   object.name = read_name(fields);
   object.place = fields.place();
   read_body(fields, object);
   object.X_WO = fields.pose("pose");
   object.X_deviation = fields.pose("real_deviation");
-  object.profile = fields.has("profile") ? read_profile(fields.section("profile").as("profile"), voxel_size_m)
+  object.profile = fields.has("profile") ? read_profile(fields.section("profile").as("profile"), reference_m)
                                          : cell_profile;
   fields.number("guard_vox", object.profile.guard_vox);
   if (const auto checked = workspace::check_profile(object.profile); !checked)
@@ -94,7 +94,7 @@ ObjectConfig read_object(const Fields& fields, const workspace::LayerProfile& ce
 
 ObjectConfig read_object_text(const std::string& yaml, const CellConfig& cell) {
   const Fields fields = Fields::from_text(yaml, cell.file.string() + ": object", cell_table()).as("object");
-  ObjectConfig object = read_object(fields, cell.profile, cell.voxel_size_m);
+  ObjectConfig object = read_object(fields, cell.profile, cell.voxel_size_m.reference_m());
   fields.finish();
   return object;
 }

@@ -37,7 +37,7 @@ Layers read_set(const Fields& fields) {
   return layers;
 }
 
-Layers read_mpc(const Fields& fields, double voxel_size_m) {
+Layers read_mpc(const Fields& fields, double reference_m) {
   const Fields mpc = fields.section("mpc");
   percept::MpcDesign design;
   mpc.number("cylinder_diameter_m", design.cylinder_diameter_m);
@@ -47,18 +47,18 @@ Layers read_mpc(const Fields& fields, double voxel_size_m) {
   using enum percept::MpcTransition;
   auto gamma = kStepped;
   mpc.choice("gamma", gamma, {{"stepped", kStepped}, {"interpolated", kInterpolated}});
-  const auto layers = percept::mpc_layers(design, voxel_size_m, gamma);
+  const auto layers = percept::mpc_layers(design, reference_m, gamma);
   if (!layers) throw fields.error("mpc", layers.status().message());
   return {layers->thickness_vox,
           layers->gamma_N_s_per_m};  // with μ_n = γ_n the fluid resists like the cylinder (eq. 4.7)
 }
 
-Layers read_function(const Fields& function, double voxel_size_m) {
+Layers read_function(const Fields& function, double reference_m) {
   const auto formula = geometry::Formula::parse(function.text("mu"), {"d"});
   if (!formula) throw function.error("mu", "is not a formula of d: " + formula.status().message());
   int thickness_vox = 1;
   function.number("layer_vox", thickness_vox);
-  const double layer_m = thickness_vox * voxel_size_m, most_m = workspace::kMaxLayers * layer_m,
+  const double layer_m = thickness_vox * reference_m, most_m = workspace::kMaxLayers * layer_m,
                reach_m = function.value("reach_m");
   function.check(reach_m >= layer_m && reach_m <= most_m, "reach_m",
                  "is out of range; allowed: " + std::to_string(layer_m) + " to " + std::to_string(most_m) +
@@ -79,11 +79,11 @@ Layers read_function(const Fields& function, double voxel_size_m) {
   return layers;
 }
 
-Layers read_layers(const Fields& fields, double voxel_size_m) {
+Layers read_layers(const Fields& fields, double reference_m) {
   const std::string kind = fields.one_of("function");
   if (kind == "set") return read_set(fields);
-  if (kind == "mpc") return read_mpc(fields, voxel_size_m);
-  return kind == "function" ? read_function(fields.section(kind), voxel_size_m) : read_list(fields);
+  if (kind == "mpc") return read_mpc(fields, reference_m);
+  return kind == "function" ? read_function(fields.section(kind), reference_m) : read_list(fields);
 }
 
 void check_falling(const Fields& fields, const std::vector<float>& mu) {
@@ -95,8 +95,8 @@ void check_falling(const Fields& fields, const std::vector<float>& mu) {
 
 }  // namespace
 
-workspace::LayerProfile read_profile(const Fields& fields, double voxel_size_m) {
-  const Layers layers = read_layers(fields, voxel_size_m);
+workspace::LayerProfile read_profile(const Fields& fields, double reference_m) {
+  const Layers layers = read_layers(fields, reference_m);
   workspace::LayerProfile profile;
   profile.thickness_vox = layers.thickness_vox;
   profile.mu_Pa_s_per_m.assign(layers.mu.begin(), layers.mu.end());

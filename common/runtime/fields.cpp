@@ -306,6 +306,19 @@ std::optional<Eigen::Vector3d> Fields::vector3_of(const std::string& key) const 
   return Eigen::Vector3d(values[0], values[1], values[2]);
 }
 
+void Fields::axes(const std::string& key, Eigen::Vector3d& value) const {
+  const FieldSpec* spec = asked(key, "");
+  if (spec == nullptr) return;
+  const YAML::Node node = node_->find(key);
+  if (!node.IsSequence()) {
+    value.setConstant(checked_number(*this, key, node, *spec, false));
+    return;
+  }
+  check(node.size() == 3, key,
+        "has " + std::to_string(node.size()) + " numbers; allowed: one, or three, [x, y, z]");
+  value = *vector3_of(key);
+}
+
 geometry::Pose Fields::pose(const std::string& key) const {
   static const FieldTable keys{"xyz_m: [0, 0, 0]\nrpy_deg: [0, 0, 0]"};
   const Fields part(section(key).node_, keys, "");

@@ -126,6 +126,8 @@ class Fields {
   void vector3(const std::string& key, T& value) const {
     if (const auto read = vector3_of(key)) value = {read->x(), read->y(), read->z()};
   }
+  /// Reads a number that holds for all axes, or one for each, [x, y, z].
+  void axes(const std::string& key, Eigen::Vector3d& value) const;
   Eigen::Vector3d vector3(const std::string& key) const {
     return vector3_of(key).value_or(Eigen::Vector3d::Zero());
   }

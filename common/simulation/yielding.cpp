@@ -27,14 +27,14 @@ robot::SkinLayout weighted_by_area(robot::SkinLayout skin) {
 
 }  // namespace
 
-std::vector<SoftLayer> soft_layers(const workspace::LayerProfile& profile, double voxel_size_m) {
+std::vector<SoftLayer> soft_layers(const workspace::LayerProfile& profile, double reference_m) {
   std::vector<SoftLayer> layers;
   for (std::size_t i = 0; i < profile.stiffness_inside_Pa_per_m.size(); ++i)
-    layers.push_back({profile.inside_thickness_vox[i] * voxel_size_m, profile.stiffness_inside_Pa_per_m[i],
+    layers.push_back({profile.inside_thickness_vox[i] * reference_m, profile.stiffness_inside_Pa_per_m[i],
                       static_cast<double>(profile.mu_inside_Pa_s_per_m[i])});
   if (!layers.empty())
     layers.push_back(
-        {voxel_size_m, layers.back().stiffness_Pa_per_m, static_cast<double>(profile.mu_skin_Pa_s_per_m)});
+        {reference_m, layers.back().stiffness_Pa_per_m, static_cast<double>(profile.mu_skin_Pa_s_per_m)});
   return layers;
 }
 

@@ -30,7 +30,7 @@ struct SoftSolid {
 
 /// Returns the layers of a body that a profile with stiffness makes soft: those inside it, and below them
 /// the deepest one's stiffness and the viscosity of the skin.
-std::vector<SoftLayer> soft_layers(const workspace::LayerProfile& profile, double voxel_size_m);
+std::vector<SoftLayer> soft_layers(const workspace::LayerProfile& profile, double reference_m);
 
 /// A force on the joints, linear in their motion about the pose at which it was found:
 /// at_rest − stiffness·(q − q0) − damping·v.

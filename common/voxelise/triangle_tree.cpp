@@ -25,7 +25,7 @@ TriangleTree::TriangleTree(const geometry::TriangleMesh& mesh_W, const workspace
   std::vector<Eigen::Vector3d> vertices;
   vertices.reserve(mesh_W.vertices_m.size());
   for (const Eigen::Vector3f& vertex : mesh_W.vertices_m)
-    vertices.push_back((vertex.cast<double>() - grid.origin_m) / grid.voxel_size_m);
+    vertices.push_back((vertex.cast<double>() - grid.origin_m) / grid.voxel_size_m.reference_m());
   const auto corners_of = [&](const std::array<std::uint32_t, 3>& t) {
     return std::array{vertices[t[0]], vertices[t[1]], vertices[t[2]]};
   };

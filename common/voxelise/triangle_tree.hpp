@@ -20,8 +20,9 @@ struct NearestPoint {
   std::uint32_t looked_at = 0;  ///< triangles of which the distance was computed to find it
 };
 
-/// The triangles of a mesh in a tree of boxes, in voxel coordinates of a grid (whole numbers are borders
-/// between voxels). Immutable; nearest() is thread-safe.
+/// The triangles of a mesh in a tree of boxes, in coordinates from a grid's corner in its reference length,
+/// so that distances are true ones. Of cubes, whole numbers are borders between voxels; of others, voxel
+/// coordinates times the stretch. Immutable; nearest() is thread-safe.
 class TriangleTree {
  public:
   TriangleTree(const geometry::TriangleMesh& mesh_W, const workspace::GridSpec& grid);

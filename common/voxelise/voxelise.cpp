@@ -39,10 +39,10 @@ void in_slabs(std::int32_t layers, int threads, const Work& work) {
 detail::Lattice lattice_of(const workspace::GridSpec& grid, const workspace::VoxelBox& box) {
   const auto sub = static_cast<double>(kSub);
   const Eigen::Vector3d& o = grid.origin_m;
-  const double edge = grid.voxel_size_m;
+  const Eigen::Vector3d& side = grid.voxel_size_m.sides_m();
   return {
       {o.x(), o.y(), o.z(), 0.0},
-      {edge, edge, edge, 1.0},
+      {side.x(), side.y(), side.z(), 1.0},
       {static_cast<double>(box.min.x), static_cast<double>(box.min.y), static_cast<double>(box.min.z), 0.0},
       {sub, sub, sub, 0.0}};
 }
@@ -270,7 +270,7 @@ core::Expected<SolidVoxels> voxelise(const geometry::TriangleMesh& mesh_W, const
                         "mesh has a coordinate that is not a finite number");
   if (bounds.empty()) return solid;
   const double farthest_m = std::max(-bounds.min_m.minCoeff(), bounds.max_m.maxCoeff());
-  if (!(farthest_m < std::min(1e6, 1e9 * grid.voxel_size_m)))
+  if (!(farthest_m < std::min(1e6, 1e9 * grid.voxel_size_m.reference_m())))
     return too_far;  // voxel indices are 32-bit integers
   solid.box = voxel_bounds(bounds, grid).intersection(clip);
   if (solid.box.empty()) return solid;

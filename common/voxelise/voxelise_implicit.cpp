@@ -26,8 +26,8 @@ class Voxeliser {
             SolidVoxels& voxels)
       : solid_(solid), grid_(grid), budget_(budget), voxels_(voxels) {
     const workspace::VoxelBox& box = voxels.box;
-    corner_m_ = grid.origin_m + grid.voxel_size_m * workspace::vector(box.min);
-    shift_m_ = Eigen::Vector3d::Constant(kShift_vox * grid.voxel_size_m);
+    corner_m_ = grid.corner_of(box.min);
+    shift_m_ = kShift_vox * grid.voxel_size_m.sides_m();
   }
 
   /// Marks all voxels. Returns false if options.go_on or the budget stopped it.
@@ -58,10 +58,9 @@ class Voxeliser {
 
  private:
   Region region(workspace::Index3 v, std::int32_t size) const {
-    const double half_m = 0.5 * size * grid_.voxel_size_m;
-    const Eigen::Vector3d centre =
-        corner_m_ + grid_.voxel_size_m * workspace::vector(v) + Eigen::Vector3d::Constant(half_m) - shift_m_;
-    return Region::box(centre, Eigen::Vector3d::Constant(half_m));
+    const Eigen::Vector3d& sides_m = grid_.voxel_size_m.sides_m();
+    const Eigen::Vector3d half_m = 0.5 * size * sides_m;
+    return Region::box(corner_m_ + sides_m.cwiseProduct(workspace::vector(v)) + half_m - shift_m_, half_m);
   }
 
   bool beyond(workspace::Index3 v) const { return !workspace::VoxelBox{{}, voxels_.box.size}.contains(v); }
@@ -161,7 +160,7 @@ core::Expected<SolidVoxels> voxelise(const ImplicitSolid& solid_W, const workspa
   const geometry::Box box = solid_W.bounding_box();
   if (box.empty()) return solid;
   const double farthest_m = std::max(box.min_m.cwiseAbs().maxCoeff(), box.max_m.cwiseAbs().maxCoeff());
-  if (!(farthest_m < std::min(1e6, 1e9 * grid.voxel_size_m))) {
+  if (!(farthest_m < std::min(1e6, 1e9 * grid.voxel_size_m.reference_m()))) {
     return core::Status(core::ErrorCode::kResourceExhausted,
                         "reaches " + std::to_string(farthest_m) + " m from the origin; is its scale right?");
   }

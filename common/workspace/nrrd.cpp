@@ -17,14 +17,14 @@ constexpr const char* kTypes[] = {"int8", "float", "uint16"};  // by NrrdField
 std::string header(const GridSpec& grid, NrrdField field, NrrdEncoding encoding) {
   std::ostringstream text;
   text.precision(17);
-  const double s = grid.voxel_size_m;
+  const Eigen::Vector3d& s = grid.voxel_size_m.sides_m();
   const Eigen::Vector3d first = grid.centre_of({0, 0, 0});
   text << "NRRD0005\n"
        << "# phantom workspace: z up, metres\n"
        << "type: " << kTypes[static_cast<std::size_t>(field)] << "\ndimension: 3\n"
        << "space: right-anterior-superior\n"
        << "sizes: " << grid.size_vox[0] << ' ' << grid.size_vox[1] << ' ' << grid.size_vox[2] << '\n'
-       << "space directions: (" << s << ",0,0) (0," << s << ",0) (0,0," << s << ")\n"
+       << "space directions: (" << s.x() << ",0,0) (0," << s.y() << ",0) (0,0," << s.z() << ")\n"
        << "space origin: (" << first.x() << ',' << first.y() << ',' << first.z() << ")\n"
        << "space units: \"m\" \"m\" \"m\"\n"
        << "kinds: domain domain domain\n"

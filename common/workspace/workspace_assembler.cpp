@@ -79,9 +79,8 @@ core::Status check(const VersionDescription& description) {
   const GridSpec& grid = description.grid;
   if (!grid.origin_m.allFinite())
     return core::Status::invalid_argument("workspace version: origin is not finite");
-  if (!(std::isfinite(grid.voxel_size_m) && grid.voxel_size_m > 0)) {
-    return core::Status::invalid_argument("workspace version: voxel size is not above 0");
-  }
+  if (core::Status checked = check_voxel_size(grid.voxel_size_m); !checked)
+    return core::Status::invalid_argument("workspace version: voxel size " + checked.message());
   for (const std::int32_t size : grid.size_vox) {
     if (size < 1 || size > kMostBricks * kBrickEdge) {
       return core::Status::invalid_argument("workspace version: size of " + std::to_string(size) +

@@ -43,7 +43,9 @@ std::uint64_t header_hash(const GridSpec& grid, const std::vector<float>& palett
     add(std::bit_cast<std::uint64_t>(grid.origin_m[axis] + 0.0));
     add(static_cast<std::uint64_t>(grid.size_vox[static_cast<std::size_t>(axis)]));
   }
-  add(std::bit_cast<std::uint64_t>(grid.voxel_size_m));
+  // Of cubes one side says all, and their hashes stay what they were when there were no others.
+  for (std::size_t axis = 0; axis < (grid.voxel_size_m.is_cube() ? 1 : 3); ++axis)
+    add(std::bit_cast<std::uint64_t>(grid.voxel_size_m[axis]));
   for (const float mu : palette_Pa_s_per_m) add(std::bit_cast<std::uint32_t>(mu));
   return hash;
 }

@@ -84,7 +84,7 @@ std::vector<robot::SoftBody> soft_bodies(const runtime::CellConfig& cell) {
   std::vector<robot::SoftBody> bodies;
   for (const auto& object : cell.objects)
     if (!object.profile.stiffness_inside_Pa_per_m.empty())
-      bodies.push_back(robot::soft_body(object.id, object.profile, cell.voxel_size_m));
+      bodies.push_back(robot::soft_body(object.id, object.profile, cell.voxel_size_m.reference_m()));
   return bodies;
 }
 
@@ -106,7 +106,7 @@ PhantomModel load_model(const runtime::CellConfig& cell, const Config& config) {
   const std::string place = cell.file.string() + ": arm '" + arm_config.name + "': ";
   robot::SerialArm arm = runtime::load_arm(arm_config);
   robot::SkinOptions options = config.skin;
-  options.voxel_size_m = cell.voxel_size_m;
+  options.voxel_size_m = cell.voxel_size_m.reference_m();
   auto shares = shares_of(config, arm);
   const auto own_share = own_share_of(config);
   auto parts = runtime::load_skin(arm_config, arm);

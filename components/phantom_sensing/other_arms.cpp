@@ -32,11 +32,10 @@ workspace::Workspace activate(const robot::Link& link, const runtime::CellConfig
     box.extend(body.mesh_W.bounding_box().max_m);
   }
   if (bodies.empty()) return {};
-  const double beyond_m = (cell.profile.reach_vox() + 2) * cell.voxel_size_m;
-  layers::LiveWorkspace live(
-      layers::grid_over(box.min_m.cast<double>() - Eigen::Vector3d::Constant(beyond_m),
-                        box.max_m.cast<double>() + Eigen::Vector3d::Constant(beyond_m), cell.voxel_size_m),
-      layers::MergeLaw::kHighestViscosity);
+  const Eigen::Vector3d beyond_m = (cell.profile.reach_vox() + 2) * cell.voxel_size_m.sides_m();
+  layers::LiveWorkspace live(layers::grid_over(box.min_m.cast<double>() - beyond_m,
+                                               box.max_m.cast<double>() + beyond_m, cell.voxel_size_m),
+                             layers::MergeLaw::kHighestViscosity);
   std::vector<layers::LiveBody> all;
   for (const layers::Body& body : bodies) all.push_back({&body, 0});
   if (const auto added = live.add(all, 1); !added) throw ConfigError(place + added.status().message());

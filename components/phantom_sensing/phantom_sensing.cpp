@@ -74,10 +74,8 @@ std::vector<PhantomSensing::LinkBox> PhantomSensing::boxes_of(const PhantomModel
 /// fluid is known.
 bool PhantomSensing::reaches_out(const workspace::GridSpec& grid) const noexcept {
   const int margin_vox = std::max(settings_.gradient_reach_vox, settings_.cluster_reach_vox);
-  const Eigen::Vector3d margin_m = Eigen::Vector3d::Constant(margin_vox * grid.voxel_size_m);
-  const Eigen::Vector3d size_m =
-      grid.voxel_size_m * Eigen::Vector3d(grid.size_vox[0], grid.size_vox[1], grid.size_vox[2]);
-  const Eigen::AlignedBox3d inside(grid.origin_m + margin_m, grid.origin_m + size_m - margin_m);
+  const Eigen::Vector3d margin_m = margin_vox * grid.voxel_size_m.sides_m();
+  const Eigen::AlignedBox3d inside(grid.origin_m + margin_m, grid.origin_m + grid.extent_m() - margin_m);
   return std::any_of(boxes_.begin(), boxes_.end(), [&](const LinkBox& link) {
     for (int corner = 0; corner < 8; ++corner) {
       const auto which = static_cast<Eigen::AlignedBox3d::CornerType>(corner);

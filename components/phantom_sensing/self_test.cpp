@@ -136,7 +136,7 @@ std::optional<float> mu_of(const workspace::LayerProfile& profile, std::int8_t o
 }
 
 bool same_grid(const workspace::GridSpec& a, const workspace::GridSpec& b) {
-  return a.size_vox == b.size_vox && std::abs(a.voxel_size_m - b.voxel_size_m) < 1e-12 &&
+  return a.size_vox == b.size_vox && (a.voxel_size_m.sides_m() - b.voxel_size_m.sides_m()).norm() < 1e-12 &&
          (a.origin_m - b.origin_m).norm() < 1e-9;
 }
 
@@ -217,7 +217,8 @@ SelfTestResult test_workspace(const workspace::Workspace& workspace, const runti
     const auto& [object, order] = what;
     objects += object != last ? 1U : 0U;
     last = object;
-    const PhantomModel model = make_probe(workspace.grid().centre_of(v), 1, workspace.grid().voxel_size_m);
+    const PhantomModel model =
+        make_probe(workspace.grid().centre_of(v), 1, workspace.grid().voxel_size_m.reference_m());
     PhantomSensing probe(model, settings);
     StepOutputs out;
     probe.step(at(0.0, 0.0, sensed), out);

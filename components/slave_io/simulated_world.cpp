@@ -47,7 +47,8 @@ SimulatedWorld load_world(const runtime::CellConfig& cell, const ArmModel& model
     if (!is_soft(cell, body.id)) continue;
     soft.push_back(body.id);
     const workspace::LayerProfile& profile = cell.objects[body.id - 1U].profile;
-    yielding.push_back({body.id, body.mesh_W, simulation::soft_layers(profile, cell.voxel_size_m)});
+    yielding.push_back(
+        {body.id, body.mesh_W, simulation::soft_layers(profile, cell.voxel_size_m.reference_m())});
   }
   world.fixed = std::make_unique<const simulation::MeshWorld>(bodies, config.clearance_range_m, soft);
   for (runtime::LooseMesh& body : runtime::load_loose_bodies(cell)) {
@@ -58,7 +59,7 @@ SimulatedWorld load_world(const runtime::CellConfig& cell, const ArmModel& model
   }
   if (yielding.empty() && cell.media.empty()) return world;
   world.yielding = std::make_unique<simulation::Yielding>(
-      points_with_area(model, 2.0 * cell.voxel_size_m, config.max_points),
+      points_with_area(model, 2.0 * cell.voxel_size_m.reference_m(), config.max_points),
       robot::Medium(cell.media.begin(), cell.media.end()), yielding);
   return world;
 }

@@ -30,8 +30,7 @@ std::string link_text(const ViewerState& state) {
 /// Returns half a voxel's diagonal as text: a surface passes anywhere through its boundary voxels, whose
 /// centres represent it.
 std::string voxel_error_text(const WorkspaceSample& workspace) {
-  return workspace.version == 0 ? "-"
-                                : fmt::format("{:.1f} mm", 1e3 * workspace.voxel_size_m * std::sqrt(3.0) / 2);
+  return workspace.version == 0 ? "-" : fmt::format("{:.1f} mm", 1e3 * workspace.voxel_error_m);
 }
 
 /// Returns how old the video is, and what is drawn over it.

@@ -152,8 +152,8 @@ TopicIntake::Version TopicIntake::take(const msg::WorkspaceVersion& message, con
   auto taken = servers_.commit(server);
   Version result{taken.accepted, std::move(taken.changes), {}};
   if (taken.accepted)
-    result.workspace = {version->description.version, version->description.grid.voxel_size_m,
-                        version->carried};
+    result.workspace = {version->description.version,
+                        version->description.grid.voxel_size_m.half_diagonal_m(), version->carried};
   return result;
 }
 

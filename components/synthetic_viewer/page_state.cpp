@@ -282,7 +282,7 @@ std::string page_state_json(const ViewerState& state, const CellScene& scene, co
         {"message", in_english(facts.message)},
         {"message_words", words_json(facts.message)}}},
       {"model",
-       {{"voxel_size_m", number_or_null(state.workspace.voxel_size_m, state.workspace.version != 0)},
+       {{"voxel_error_m", number_or_null(state.workspace.voxel_error_m, state.workspace.version != 0)},
         {"version", state.workspace.version}}},
       {"review", review_json(facts)},
       {"recording",

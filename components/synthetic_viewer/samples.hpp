@@ -46,7 +46,7 @@ using ObjectSample = messages::WorkspaceObject;
 
 struct WorkspaceSample {  // workspace_version
   std::uint64_t version = 0;
-  double voxel_size_m = 0.0;
+  double voxel_error_m = 0.0;                         ///< half a voxel's diagonal
   std::vector<messages::CarriedObject> carried = {};  ///< what arms carry
 };
 

@@ -108,8 +108,8 @@ StillScene make_still_scene(const runtime::CellConfig& cell, const StillPose& po
   const std::vector<LinkMeshData> meshes = load_arm_meshes(arm, parts);
   const std::vector<runtime::CellBody> bodies = runtime::load_bodies(cell);
   const std::string place = cell.file.string() + ": arm '" + arm_config.name + "': ";
-  const auto skin =
-      value_or_throw(robot::lay_out_skin(arm, parts, {.voxel_size_m = cell.voxel_size_m}), place);
+  const auto skin = value_or_throw(
+      robot::lay_out_skin(arm, parts, {.voxel_size_m = cell.voxel_size_m.reference_m()}), place);
   const std::size_t joints = arm.joint_count();
   const auto& home = arm_config.home;
 
@@ -131,7 +131,7 @@ StillScene make_still_scene(const runtime::CellConfig& cell, const StillPose& po
     still.scene.meshes[name] = uploaded(loaded.mesh_O, renderer);
     state.objects[loaded.body.id] = {loaded.body.id, object.name, name, object.X_WO, object.colour};
   }
-  state.workspace = {1, cell.voxel_size_m};
+  state.workspace = {1, cell.voxel_size_m.half_diagonal_m()};
   still.workspace = std::make_shared<const workspace::Workspace>(activate(cell, bodies));
   perceive(still.scene.arm(), skin, *still.workspace, velocity, state);
   const auto boxes = still.scene.link_boxes();

@@ -146,7 +146,7 @@ Activated activate_mesh(const ActivateRequest& request, const WvaServerConfig& c
   ProgressBar bar(body.name);
   layers::ActivationOptions options = activation_options(request, config);
   options.on_progress = [&](double share) { bar.show(share); };
-  auto activated = layers::activate_alone(body, request.voxel_size_m, options);
+  auto activated = layers::activate_alone(body, voxel_size_of(request), options);
   if (!activated) refuse(activated.status());
   outcome.workspace = std::move(activated->first);
   outcome.add(body.name, 1, mesh, profile, mesh.notes, activated->second);
@@ -154,7 +154,7 @@ Activated activate_mesh(const ActivateRequest& request, const WvaServerConfig& c
   if (!request.fidelity.empty()) {
     const double from_s = stopwatch_s();
     outcome.fidelity = layers::measure_fidelity(body.mesh_W, profile, outcome.workspace, options.threads);
-    outcome.fidelity_head = {body.name, method_text(profile), request.voxel_size_m, profile.thickness_vox,
+    outcome.fidelity_head = {body.name, method_text(profile), voxel_size_of(request), profile.thickness_vox,
                              profile.guard_vox};
     outcome.fidelity_s = stopwatch_s() - from_s;
   }
@@ -237,7 +237,7 @@ int activate_and_write(const ActivateRequest& request, const WvaServerConfig& co
   const double end_s = stopwatch_s();
   const workspace::GridSpec& grid = outcome.workspace.grid();
   const json line = {{"size_vox", grid.size_vox},
-                     {"voxel_size_m", grid.voxel_size_m},
+                     {"voxel_size_m", sides_json(grid.voxel_size_m)},
                      {"origin_m", {grid.origin_m.x(), grid.origin_m.y(), grid.origin_m.z()}},
                      {"method", outcome.method},
                      {"field", request.field},

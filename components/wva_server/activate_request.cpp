@@ -41,7 +41,11 @@ void add_mesh_options(runtime::Command command, ActivateRequest& request) {
               "axis of the mesh file that points up; default: what the file says, else a guess that is told")
       .one_of({"z", "y"});
   command.option("--pose", request.pose, "\"x y z roll pitch yaw\" of the mesh in W, metres and degrees");
-  command.option("--voxel-size-m", request.voxel_size_m, "edge of a voxel").between(1e-6, 1e3);
+  command
+      .option("--voxel-size-m", request.voxel_size_m,
+              "edge of a voxel, or its sides along x, y and z: 0.004,0.004,0.008")
+      .separated_by(',')
+      .between(1e-6, 1e3);
 }
 
 void add_layer_options(runtime::Command command, ActivateRequest& request) {
@@ -130,7 +134,7 @@ void check_request(const ActivateRequest& request) {
     throw wrong_option("--picture", "'" + request.picture + "'; allowed: a file name that ends with .png");
   if (!request.cell.empty()) {
     const bool mesh_only = request.scale != 0 || request.fit_extent_m != 0 || !request.pose.empty() ||
-                           request.voxel_size_m != 0 || !request.layers.empty() || !request.mu.empty() ||
+                           !request.voxel_size_m.empty() || !request.layers.empty() || !request.mu.empty() ||
                            request.mu_skin != 0 || request.guard != 0 || !request.up_axis.empty() ||
                            request.inside != 0 || !request.mu_inside.empty() || !request.fidelity.empty();
     if (mesh_only) {
@@ -141,7 +145,8 @@ void check_request(const ActivateRequest& request) {
     }
     return;
   }
-  if (request.voxel_size_m == 0) throw wrong_option("--voxel-size-m", "is missing; a mesh needs it");
+  if (request.voxel_size_m.empty()) throw wrong_option("--voxel-size-m", "is missing; a mesh needs it");
+  voxel_size_of(request);
   if (request.layers.empty() || request.mu.empty())
     throw wrong_option("--layers, --mu", "are missing; a mesh needs both");
   if (request.scale != 0 && request.fit_extent_m != 0)
@@ -166,6 +171,18 @@ void apply_method(const ActivateRequest& request, workspace::LayerProfile& profi
   profile.element = request.element == "cube"     ? ShapingElement::kCube
                     : request.element == "sphere" ? ShapingElement::kSphere
                                                   : ShapingElement::kSphereContained;
+}
+
+workspace::VoxelSize voxel_size_of(const ActivateRequest& request) {
+  const std::vector<double>& sides_m = request.voxel_size_m;
+  if (sides_m.size() != 1 && sides_m.size() != 3)
+    throw wrong_option("--voxel-size-m",
+                       "has " + std::to_string(sides_m.size()) + " numbers; allowed: one, or three, x,y,z");
+  const workspace::VoxelSize size(
+      Eigen::Vector3d(sides_m.front(), sides_m[sides_m.size() / 2], sides_m.back()));
+  if (const core::Status checked = workspace::check_voxel_size(size); !checked)
+    throw wrong_option("--voxel-size-m", checked.message());
+  return size;
 }
 
 workspace::LayerProfile profile_of(const ActivateRequest& request) {

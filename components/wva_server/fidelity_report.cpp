@@ -32,6 +32,10 @@ json object(const Deviation& d) {
 
 }  // namespace
 
+json sides_json(const workspace::VoxelSize& size) {
+  return size.is_cube() ? json(size[0]) : json{size[0], size[1], size[2]};
+}
+
 std::string fidelity_csv(const FidelityHead& head, const std::vector<layers::LayerFidelity>& layers) {
   std::string text = "layer,side,offset_vox,method,faces,mean_vox,rms_vox,min_vox,max_vox\n";
   for (const auto& layer : layers) {
@@ -55,7 +59,7 @@ std::string fidelity_json(const FidelityHead& head, const std::vector<layers::La
   }
   const json report = {{"mesh", head.mesh},
                        {"method", head.method},
-                       {"voxel_size_m", head.voxel_size_m},
+                       {"voxel_size_m", sides_json(head.voxel_size_m)},
                        {"layers_vox", head.layers_vox},
                        {"guard_vox", head.guard_vox},
                        {"layers", list}};

@@ -121,11 +121,12 @@ class Drawing {
         present_(look(workspace)),
         colours_(present_.layers, present_.inside),
         middle_(middle_of(workspace)) {
-    const auto& size = workspace.grid().size_vox;
-    pixels_per_voxel_ = static_cast<double>(kLongest) / std::max({size[0], size[1], size[2], 1});
+    const workspace::GridSpec& grid = workspace.grid();
+    const double extent_m = std::max(grid.extent_m().maxCoeff(), grid.voxel_size_m.greatest_m());
+    pixels_per_m_ = kLongest / extent_m;
     for (std::size_t axis = 0; axis < 3; ++axis)
-      pixels_[axis] = std::max(1, static_cast<int>(std::lround(size[axis] * pixels_per_voxel_)));
-    const double extent_m = std::max({size[0], size[1], size[2]}) * workspace.grid().voxel_size_m;
+      pixels_[axis] =
+          std::max(1, static_cast<int>(std::lround(grid.size_vox[axis] * pixels_per_voxel(axis))));
     unit_ = extent_m < 2.0 ? 1e-3 : 1.0;
     step_m_ = round_length(extent_m / 4.0);
     const int rows = std::max(kTop + pixels_[1], kTop + legend_height()) + kGap + pixels_[2] + kMargin;
@@ -157,6 +158,9 @@ class Drawing {
   }
   const char* unit_name() const { return unit_ < 1.0 ? "mm" : "m"; }
 
+  double pixels_per_voxel(std::size_t axis) const {
+    return pixels_per_m_ * workspace_.grid().voxel_size_m[axis];
+  }
   std::int32_t index(Index3 v, std::size_t axis) const { return axis == 0 ? v.x : axis == 1 ? v.y : v.z; }
 
   /// Draws a section at the middle of axis `c`, with axis `a` to the right and `b` up.
@@ -165,15 +169,16 @@ class Drawing {
     for (int row = 0; row < height; ++row) {
       for (int column = 0; column < width; ++column) {
         std::array<std::int32_t, 3> v{middle_.x, middle_.y, middle_.z};
-        v[a] = static_cast<std::int32_t>((column + 0.5) / pixels_per_voxel_);
-        v[b] = static_cast<std::int32_t>((height - 1 - row + 0.5) / pixels_per_voxel_);
+        v[a] = static_cast<std::int32_t>((column + 0.5) / pixels_per_voxel(a));
+        v[b] = static_cast<std::int32_t>((height - 1 - row + 0.5) / pixels_per_voxel(b));
         image_.at<cv::Vec3b>(corner.y + row, corner.x + column) =
             colours_.of(workspace_.order({v[0], v[1], v[2]}));
       }
     }
     cv::rectangle(image_, {corner.x - 1, corner.y - 1, width + 2, height + 2}, kInk);
-    const int cut_a = corner.x + static_cast<int>((index(middle_, a) + 0.5) * pixels_per_voxel_);
-    const int cut_b = corner.y + height - 1 - static_cast<int>((index(middle_, b) + 0.5) * pixels_per_voxel_);
+    const int cut_a = corner.x + static_cast<int>((index(middle_, a) + 0.5) * pixels_per_voxel(a));
+    const int cut_b =
+        corner.y + height - 1 - static_cast<int>((index(middle_, b) + 0.5) * pixels_per_voxel(b));
     for (const int y : {corner.y - 7, corner.y + height + 1})
       cv::line(image_, {cut_a, y}, {cut_a, y + 5}, {40, 40, 220}, 2);
     for (const int x : {corner.x - 7, corner.x + width + 1})
@@ -192,10 +197,10 @@ class Drawing {
     const auto& grid = workspace_.grid();
     const auto each = [&](std::size_t axis, auto draw) {
       const double from = grid.origin_m[static_cast<Eigen::Index>(axis)];
-      const double to = from + grid.size_vox[axis] * grid.voxel_size_m;
+      const double to = from + grid.extent_m()[static_cast<Eigen::Index>(axis)];
       for (double at = std::ceil(from / step_m_) * step_m_; at <= to + 1e-9; at += step_m_) {
         const double clean = std::abs(at) < 1e-9 * step_m_ ? 0.0 : at;
-        draw(static_cast<int>((at - from) / grid.voxel_size_m * pixels_per_voxel_), length_text(clean));
+        draw(static_cast<int>((at - from) * pixels_per_m_), length_text(clean));
       }
     };
     each(a, [&](int pixel, const std::string& label) {
@@ -222,11 +227,16 @@ class Drawing {
   }
 
   void scale_bar(cv::Point at) {
-    const int length = static_cast<int>(step_m_ / workspace_.grid().voxel_size_m * pixels_per_voxel_);
+    const int length = static_cast<int>(step_m_ * pixels_per_m_);
     cv::rectangle(image_, {at.x, at.y - 5, length, 5}, kInk, cv::FILLED);
-    char text[96];
-    std::snprintf(text, sizeof text, "%s %s, voxel %.4g mm", length_text(step_m_).c_str(), unit_name(),
-                  workspace_.grid().voxel_size_m * 1e3);
+    char text[128];
+    const workspace::VoxelSize& size = workspace_.grid().voxel_size_m;
+    char voxel[64];
+    if (size.is_cube())
+      std::snprintf(voxel, sizeof voxel, "%.4g", size[0] * 1e3);
+    else
+      std::snprintf(voxel, sizeof voxel, "%.4g x %.4g x %.4g", size[0] * 1e3, size[1] * 1e3, size[2] * 1e3);
+    std::snprintf(text, sizeof text, "%s %s, voxel %s mm", length_text(step_m_).c_str(), unit_name(), voxel);
     write(text, {at.x + length + 8, at.y});
   }
 
@@ -235,7 +245,7 @@ class Drawing {
   Present present_;
   Colours colours_;
   Index3 middle_;
-  double pixels_per_voxel_ = 1.0, unit_ = 1.0, step_m_ = 1.0;
+  double pixels_per_m_ = 1.0, unit_ = 1.0, step_m_ = 1.0;
   std::array<int, 3> pixels_{};
   cv::Mat image_;
 };

@@ -23,9 +23,7 @@ using workspace::GridSpec;
 constexpr std::uint32_t kRings200k = 317, kRings2M = 1001;
 const GridSpec kCellGrid{Eigen::Vector3d::Zero(), 0.005, {400, 400, 300}};
 
-Eigen::Vector3d extent_m(const GridSpec& grid) {
-  return grid.voxel_size_m * Eigen::Vector3d(grid.size_vox[0], grid.size_vox[1], grid.size_vox[2]);
-}
+Eigen::Vector3d extent_m(const GridSpec& grid) { return grid.extent_m(); }
 
 /// The floor: memory that is there already, plain pages from the system, written once.
 void warm_memset(State& state, std::size_t bytes) {

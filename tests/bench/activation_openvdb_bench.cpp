@@ -22,7 +22,8 @@ openvdb::FloatGrid::Ptr band_of(const layers::Body& body, double voxel_size_m) {
 void sphere(benchmark::State& state, int edge_vox) {
   openvdb::initialize();
   const layers::Body body = sphere_in_box(edge_vox, 317);
-  for (auto _ : state) benchmark::DoNotOptimize(band_of(body, sphere_grid(edge_vox).voxel_size_m));
+  for (auto _ : state)
+    benchmark::DoNotOptimize(band_of(body, sphere_grid(edge_vox).voxel_size_m.reference_m()));
 }
 
 void cell(benchmark::State& state) {

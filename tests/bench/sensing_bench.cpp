@@ -136,7 +136,7 @@ void look_up(State& state, std::size_t sensors, int edge_vox) {
   const robot::SerialArm arm = tube_arm(7);
   const robot::SkinLayout skin = tube_skin(arm, sensors);
   const workspace::Workspace& world = balls(edge_vox);
-  const double s = world.grid().voxel_size_m;
+  const double s = world.grid().voxel_size_m.reference_m();
   std::vector<std::uint8_t> codes(skin.size() + 16);
   robot::LinkPoses X_WL;
   int step = 0;

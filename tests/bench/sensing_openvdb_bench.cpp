@@ -27,7 +27,7 @@ void tick(benchmark::State& state, std::size_t sensors) {
   const robot::SkinLayout skin = tube_skin(arm, sensors);
   const workspace::Workspace& world = balls(400);
   const auto grid = tree_of(world);
-  const double s = world.grid().voxel_size_m;
+  const double s = world.grid().voxel_size_m.reference_m();
   robot::LinkPoses X_WL;
   robot::DragCoefficients drag;
   int step = 0;

@@ -119,7 +119,7 @@ TEST_F(System, TheWorkspaceArrivesWholeAndItsHashAgrees) {
   ASSERT_TRUE(assembler.commit(version->description));
   const auto workspace = assembler.current();
   ASSERT_NE(workspace, nullptr) << "count and hash must agree";
-  EXPECT_GE(workspace->grid().size_vox[0] * workspace->grid().voxel_size_m, 2.0);
+  EXPECT_GE(workspace->grid().extent_m().x(), 2.0);
   EXPECT_GE(seen_->objects.size(), 12u);
   std::set<std::uint16_t> ids;
   for (const auto& key : workspace->bricks()) {

@@ -92,8 +92,7 @@ double solid_where_it_is(const workspace::Workspace& workspace, const geometry::
   for (double x = -kHalf_m[0] + 0.003; x < kHalf_m[0] - 0.002; x += 0.003) {
     for (double y = -kHalf_m[1] + 0.003; y < kHalf_m[1] - 0.002; y += 0.003) {
       for (double z = -kHalf_m[2] + 0.003; z < kHalf_m[2] - 0.002; z += 0.003) {
-        const Eigen::Vector3d p_vox =
-            (real_WO * Eigen::Vector3d(x, y, z) - grid.origin_m) / grid.voxel_size_m;
+        const Eigen::Vector3d p_vox = grid.to_voxels(real_WO * Eigen::Vector3d(x, y, z));
         const workspace::Index3 v{static_cast<std::int32_t>(p_vox.x()), static_cast<std::int32_t>(p_vox.y()),
                                   static_cast<std::int32_t>(p_vox.z())};
         const auto order = workspace.order(v);

@@ -150,7 +150,7 @@ void run(Report& report, const Settings& settings) {
   const std::filesystem::path folder = settings.source_dir / "deploy/cells/scara_pair";
   const auto shipped = runtime::load_cell(folder / "cell.yaml");
   auto cell = shipped;
-  cell.voxel_size_m *= 2.0;
+  cell.voxel_size_m = 2.0 * cell.voxel_size_m;
   Side a(folder, cell, "a"), b(folder, cell, "b");
   const workspace::Workspace nothing(runtime::grid_of(cell), {0.0F});
 

@@ -191,7 +191,7 @@ void run(Report& report, const Settings& settings) {
   for (std::size_t k = 0; k < kCounts.size(); ++k) {
     found[k] = deviation(places, k);
     share[k] = fluid_found(cell, workspace, kCounts[k], angles_deg) / all_fluid;
-    table.row({static_cast<double>(kCounts[k]), kLink_m / kCounts[k] / cell.voxel_size_m,
+    table.row({static_cast<double>(kCounts[k]), kLink_m / kCounts[k] / cell.voxel_size_m.reference_m(),
                100.0 * found[k].rms, 100.0 * found[k].shortfall, 100.0 * share[k]});
     if (k > 0) least_gain = std::min(least_gain, found[k - 1].rms / found[k].rms);
   }
@@ -212,7 +212,7 @@ void run(Report& report, const Settings& settings) {
   double square = 0.0, greatest = 0.0, shipped_square = 0.0, shipped_differs_Nm = 0.0;
   for (std::size_t i = 0; i < angles_deg.size(); ++i) {
     const double ideal_Nm =
-        ideal_coefficient(unbroken, cell.voxel_size_m, rad(angles_deg[i])) * rad(kSpeed_deg_s);
+        ideal_coefficient(unbroken, cell.voxel_size_m.reference_m(), rad(angles_deg[i])) * rad(kSpeed_deg_s);
     law.row({angles_deg[i], places.front().dense[i], ideal_Nm});
     square += std::pow(places.front().dense[i] - ideal_Nm, 2);
     shipped_square += std::pow(shipped[i] - ideal_Nm, 2);
@@ -222,13 +222,13 @@ void run(Report& report, const Settings& settings) {
   const double off_law = std::sqrt(square / static_cast<double>(angles_deg.size())) / greatest;
   double below_voxel = 0.0, above_voxel = 1.0;
   for (std::size_t k = 0; k < kCounts.size(); ++k) {
-    const bool above = kLink_m / kCounts[k] > cell.voxel_size_m;
+    const bool above = kLink_m / kCounts[k] > cell.voxel_size_m.reference_m();
     if (above) above_voxel = std::min(above_voxel, found[k].shortfall);
     if (!above) below_voxel = std::max(below_voxel, found[k].shortfall);
   }
 
   report.beside("gap between 90 sensors, share of a voxel", "section 5.2.3, page 143", 70.0,
-                100.0 * kLink_m / 90.0 / cell.voxel_size_m, "%");
+                100.0 * kLink_m / 90.0 / cell.voxel_size_m.reference_m(), "%");
   // Each count comes nearer to the dense skin's torque than the one before.
   report.check("converges: least rms deviation ÷ that of the next finer skin", least_gain, 1.05, 10.0, "");
   report.check("rms deviation of 90 sensors, share of the peak", found.back().rms, 0.0, 0.015, "");

@@ -65,7 +65,7 @@ phantom_sensing::PhantomModel axis_phantom(const runtime::CellConfig& cell, int 
   // The thesis's sensors stand as far apart as their number says: farther than the rule of one voxel allows.
   auto skin = must(robot::lay_out_skin(
       arm, {{.link = "link_under_test", .segments = {}, .axes = {axis}, .meshes = {}}},
-      {.voxel_size_m = cell.voxel_size_m, .pitch_vox = 10.0, .normalisation = normalisation}));
+      {.voxel_size_m = cell.voxel_size_m.reference_m(), .pitch_vox = 10.0, .normalisation = normalisation}));
   return {std::move(arm), std::move(skin), {}};
 }
 

@@ -205,7 +205,7 @@ void run(Report& report, const Settings& settings) {
     for (const Noted& n : between(run, kOnset_deg, kBrake_deg)) {
       const double ideal =
           kPercept_gain * run.speed_rad_s() *
-          ideal_coefficient(cell.objects.front().profile, cell.voxel_size_m, rad(n.slave_deg));
+          ideal_coefficient(cell.objects.front().profile, cell.voxel_size_m.reference_m(), rad(n.slave_deg));
       square += std::pow(n.pffb - ideal, 2);
       ideal_square += ideal * ideal;
     }

@@ -255,7 +255,8 @@ void before_the_bar(Report& report, const Settings& settings) {
   const auto unbroken = bar_cell({.source_dir = settings.source_dir}).objects.front().profile;
   std::vector<double> ideal;
   for (const double angle_deg : angles_deg)
-    ideal.push_back(ideal_coefficient(unbroken, cell.voxel_size_m, rad(angle_deg)) * rad(kSwing_deg_s));
+    ideal.push_back(ideal_coefficient(unbroken, cell.voxel_size_m.reference_m(), rad(angle_deg)) *
+                    rad(kSwing_deg_s));
 
   Table& table = report.table(
       "bar", {"θ [°]", "40 points [N·m]", "60 points [N·m]", "90 points [N·m]", "20 enhanced [N·m]"});

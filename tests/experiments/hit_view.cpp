@@ -30,9 +30,9 @@ phantom_sensing::PhantomModel motor_sensor(const runtime::CellConfig& cell) {
   robot::AxisSensors axis;
   axis.to_m = {0.01, 0.0, 0.0};
   axis.count = 1;
-  model.skin = must(
-      robot::lay_out_skin(model.arm, {{.link = "shoulder", .segments = {}, .axes = {axis}, .meshes = {}}},
-                          {.voxel_size_m = cell.voxel_size_m, .normalisation = robot::Normalisation::kNone}));
+  model.skin = must(robot::lay_out_skin(
+      model.arm, {{.link = "shoulder", .segments = {}, .axes = {axis}, .meshes = {}}},
+      {.voxel_size_m = cell.voxel_size_m.reference_m(), .normalisation = robot::Normalisation::kNone}));
   std::erase_if(model.interest_points, [](const auto& point) { return point.name != "motor_3"; });
   return model;
 }

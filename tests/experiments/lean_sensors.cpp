@@ -166,7 +166,7 @@ void recover(Report& report, const Settings& settings) {
   for (int i = 0; i < (settings.fast ? 10 : 40); ++i) {
     auto config = cell.arm();
     config.X_WB.rotation = geometry::rotation_from_rpy(turn(random), 0.5 * turn(random), turn(random));
-    const auto model = ringed(config, cell.voxel_size_m);
+    const auto model = ringed(config, cell.voxel_size_m.reference_m());
     core::JointArray q{turn(random), swing_rad(random), 0.0};
     robot::LinkPoses X_WL;
     model.arm.link_poses(q, X_WL);
@@ -259,7 +259,7 @@ void swing_lean(Report& report, const Settings& settings) {
   const auto cell = bar_cell(settings);
   const auto workspace = phantom_sensing::build_workspace(cell);
   const auto profile = bar_cell({.source_dir = settings.source_dir}).objects.front().profile;
-  const auto model = ringed(cell.arm(), cell.voxel_size_m);
+  const auto model = ringed(cell.arm(), cell.voxel_size_m.reference_m());
   std::vector<double> angles_deg, linear, squared, ideal;
   for (double angle_deg = 0.0; angle_deg <= 36.0; angle_deg += settings.fast ? 1.0 : 0.5)
     angles_deg.push_back(angle_deg);
@@ -270,7 +270,8 @@ void swing_lean(Report& report, const Settings& settings) {
   for (std::size_t i = 0; i < angles_deg.size(); ++i) {
     const auto lean = lean_coefficients(model, workspace, rad(angles_deg[i]));
     linear.push_back(lean.linear * speed), squared.push_back(lean.squared * speed);
-    ideal.push_back(ideal_of_link(profile, cell.voxel_size_m, rad(angles_deg[i])) * rad(kSwing_deg_s));
+    ideal.push_back(ideal_of_link(profile, cell.voxel_size_m.reference_m(), rad(angles_deg[i])) *
+                    rad(kSwing_deg_s));
     table.row({angles_deg[i], product[i], linear[i], squared[i], ideal[i]});
   }
   double over = 0.0;

@@ -37,7 +37,7 @@ phantom_sensing::PhantomModel pad(const TeleopSetup& setup) {
   axis.radius_m = kSkinRadius_m;
   auto skin = must(robot::lay_out_skin(
       setup.arm.arm, {{.link = "link_under_test", .segments = {}, .axes = {axis}, .meshes = {}}},
-      {.voxel_size_m = setup.cell.voxel_size_m}));
+      {.voxel_size_m = setup.cell.voxel_size_m.reference_m()}));
   return {setup.arm.arm, std::move(skin), {}};
 }
 
@@ -52,7 +52,8 @@ void code(TeleopSetup& setup, Coding coding, double error_m, const Settings& set
     profile.inside_thickness_vox = {1, 1};
     profile.mu_inside_Pa_s_per_m = {40, 60};
   }
-  if (coding == Coding::kGuarded) profile.guard_vox = guard_for(error_m, setup.cell.voxel_size_m);
+  if (coding == Coding::kGuarded)
+    profile.guard_vox = guard_for(error_m, setup.cell.voxel_size_m.reference_m());
   setup.cell.objects.front().profile = sabotaged(profile, settings.sabotage);
   setup.workspace = phantom_sensing::build_workspace(setup.cell);
   if (coding != Coding::kFreeInside) return;

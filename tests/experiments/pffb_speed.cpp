@@ -78,7 +78,7 @@ void run(Report& report, const Settings& settings) {
   }
   const auto cell = bar_cell({.source_dir = settings.source_dir});  // with the physics as it is
   const auto& profile = cell.objects.front().profile;
-  const double onset_deg = ideal_onset_deg(profile, cell.voxel_size_m);
+  const double onset_deg = ideal_onset_deg(profile, cell.voxel_size_m.reference_m());
   Panel& panel =
       report
           .plot(
@@ -111,8 +111,8 @@ void run(Report& report, const Settings& settings) {
   for (std::size_t bin = 0; bin < bin_of(38.0); ++bin) {
     const double angle_rad = rad((static_cast<double>(bin) + 0.5) * kBin_deg);
     if (degrees(angle_rad) < 6.0) continue;
-    const double ideal_Nm =
-        20.0 * ideal_coefficient(profile, cell.voxel_size_m, angle_rad) * rad(kSpeeds_deg_s.front());
+    const double ideal_Nm = 20.0 * ideal_coefficient(profile, cell.voxel_size_m.reference_m(), angle_rad) *
+                            rad(kSpeeds_deg_s.front());
     square += std::pow(swings.front().mean_Nm[bin] - ideal_Nm, 2);
     ideal_square += ideal_Nm * ideal_Nm;
   }

@@ -32,9 +32,9 @@ Descent descend(const Settings& settings, const std::string& share) {
   auto config = phantom_sensing::load_config(bench + "phantom_sensing.yaml");
   config.own_share = share;
   runtime::CellConfig cell = phantom_sensing::sensed_cell(runtime::load_cell(bench + "cell.yaml"), config);
-  Descent way{.voxel_size_m = cell.voxel_size_m, .mu_by_layer = cell.profile.mu_Pa_s_per_m};
+  Descent way{.voxel_size_m = cell.voxel_size_m.reference_m(), .mu_by_layer = cell.profile.mu_Pa_s_per_m};
   for (const int thickness : cell.profile.thickness_vox)
-    way.layer_width_m.push_back(thickness * cell.voxel_size_m);
+    way.layer_width_m.push_back(thickness * cell.voxel_size_m.reference_m());
   for (auto& object : cell.objects) object.profile = sabotaged(object.profile, settings.sabotage);
   const auto model = phantom_sensing::load_model(cell, config);
   way.sensors = model.skin.size();

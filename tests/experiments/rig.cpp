@@ -103,7 +103,7 @@ workspace::Workspace activate(std::vector<layers::Body> bodies, const workspace:
   for (layers::Body& body : bodies) {
     body.id = ++id;
     body.profile = sabotaged(std::move(body.profile), settings.sabotage);
-    body.mesh_W = sabotaged(std::move(body.mesh_W), grid.voxel_size_m, settings.sabotage);
+    body.mesh_W = sabotaged(std::move(body.mesh_W), grid.voxel_size_m.reference_m(), settings.sabotage);
     live.push_back({&body, 0});
   }
   layers::LiveWorkspace workspace(grid, law);
@@ -116,7 +116,7 @@ Probe::Probe(const workspace::Workspace& workspace, const Settings& settings,
     : workspace_(workspace),
       sabotage_(settings.sabotage),
       arm_(cartesian_arm()),
-      layout_(tip_sensor(arm_, workspace.grid().voxel_size_m, cluster)),
+      layout_(tip_sensor(arm_, workspace.grid().voxel_size_m.reference_m(), cluster)),
       sensing_(layout_, options) {}
 
 Felt Probe::at(const Eigen::Vector3d& p_W_m, const Eigen::Vector3d& v_W_m_per_s) {

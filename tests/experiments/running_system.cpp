@@ -160,10 +160,12 @@ void run(Report& report, const Settings& settings) {
   const auto cell = bar_cell({.source_dir = settings.source_dir});  // with the physics as it is
   const auto& profile = cell.objects.front().profile;
   double onset_deg = 0.0, square = 0.0, ideal_square = 0.0;
-  while (ideal_coefficient(profile, cell.voxel_size_m, rad(onset_deg)) == 0.0) onset_deg += 0.01;
+  while (ideal_coefficient(profile, cell.voxel_size_m.reference_m(), rad(onset_deg)) == 0.0)
+    onset_deg += 0.01;
   Table& table = report.table("coefficient", {"θ [°]", "recorded [N·m·s/rad]", "law [N·m·s/rad]"});
   for (std::size_t i = 0; i < measured.theta_deg.size(); ++i) {
-    const double ideal = ideal_coefficient(profile, cell.voxel_size_m, rad(measured.theta_deg[i]));
+    const double ideal =
+        ideal_coefficient(profile, cell.voxel_size_m.reference_m(), rad(measured.theta_deg[i]));
     table.row({measured.theta_deg[i], measured.coefficient[i], ideal});
     square += std::pow(measured.coefficient[i] - ideal, 2);
     ideal_square += ideal * ideal;

@@ -136,7 +136,7 @@ phantom_sensing::PhantomModel structured(const runtime::CellConfig& cell) {
                                                       .to_radius_m = kTip_m}},
                                         .axes = {},
                                         .meshes = {}}},
-                                      {.voxel_size_m = cell.voxel_size_m}));
+                                      {.voxel_size_m = cell.voxel_size_m.reference_m()}));
   return {runtime::load_arm(cell.arm()), std::move(arm), {}};
 }
 
@@ -186,7 +186,7 @@ struct Way {
 
 void run(Report& report, const Settings& settings) {
   const auto cell = bar_cell(settings);
-  const double voxel_m = cell.voxel_size_m;
+  const double voxel_m = cell.voxel_size_m.reference_m();
   const auto workspace = phantom_sensing::build_workspace(cell);
   const auto profile = bar_cell({.source_dir = settings.source_dir}).objects.front().profile;
   std::vector<double> angles_deg, ideal;

@@ -126,7 +126,7 @@ const Table& tour(Report& report, const std::string& name, const runtime::CellCo
 void run(Report& report, const Settings& settings) {
   const std::string folder = (settings.source_dir / "deploy/cells/hot_cell/").string();
   auto cell = runtime::load_cell(folder + "cell.yaml");
-  if (settings.fast) cell.voxel_size_m *= 2.0;
+  if (settings.fast) cell.voxel_size_m = 2.0 * cell.voxel_size_m;
   const workspace::Workspace world = world_of(cell, settings, Sabotage::kNone);
   const bool is_broken = settings.sabotage != Sabotage::kNone;
   const workspace::Workspace broken = is_broken ? world_of(cell, settings, settings.sabotage) : world;

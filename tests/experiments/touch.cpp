@@ -65,7 +65,7 @@ class Bench {
                                               "components/workspace_survey/workspace_survey.yaml")),
         mesh_O_(geometry::make_box({0.12, 0.08, 0.06})),
         surface_(mesh_O_),
-        world_O_({{sabotaged(mesh_O_, cell_.voxel_size_m, settings.sabotage), kFixture}},
+        world_O_({{sabotaged(mesh_O_, cell_.voxel_size_m.reference_m(), settings.sabotage), kFixture}},
                  slave_.contact.clearance_range_m),
         world_(world_O_),
         model_WO_(cell_.objects.at(kFixture - 1).X_WO) {}

@@ -113,7 +113,7 @@ double wedge_width_m(double z_m) {
 /// Cone and wedge height by height: the section's size by voxels whose centres are inside, and by the shape's
 /// formula. The greatest difference, in voxels.
 double compare_sections(Table& table, const Voxels& cone, const Voxels& wedge) {
-  const double s = cone.grid.voxel_size_m, z0 = 0.00089;  // where solids() put them
+  const double s = cone.grid.voxel_size_m.reference_m(), z0 = 0.00089;  // where solids() put them
   double worst = 0.0;
   for (std::int32_t k = 0; k < cone.grid.size_vox[2]; ++k) {
     const double z_m = cone.grid.centre_of({0, 0, k}).z() - z0;

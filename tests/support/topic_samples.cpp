@@ -163,7 +163,7 @@ void set(msg::WorkspaceBrick& s) {
   s.bx(-3), s.by(70000), s.bz(2), s.version(long_count()), s.voxels_zstd(octets(100'003));
 }
 void set(msg::WorkspaceVersion& s) {
-  s.cell("hot_cell"), s.version(long_count()), s.origin_m(vector()), s.voxel_size_m(number()),
+  s.cell("hot_cell"), s.version(long_count()), s.origin_m(vector()), s.voxel_size_m(vector()),
       s.size_x_vox(count());
   s.palette(std::vector<float>{0.0F, 9.5F, -0.0F, 32.25F}), s.brick_count(count()),
       s.content_hash(long_count());

@@ -11,6 +11,9 @@ namespace {
 using geometry::Pose;
 
 const workspace::GridSpec kOffGrid{{-0.1, 0.05, 0.0}, 0.01, {70, 64, 50}};
+/// As large, of voxels that are no cubes.
+const workspace::GridSpec kFlatGrid{
+    {-0.1, 0.05, 0.0}, workspace::VoxelSize(Eigen::Vector3d(0.01, 0.013, 0.0173)), {70, 50, 30}};
 
 workspace::LayerProfile profile_with(int guard, std::vector<int> inside = {}) {
   workspace::LayerProfile profile{{3, 2, 4}, {30.0F, 20.0F, 10.0F}, 100.0F, guard};
@@ -25,17 +28,17 @@ geometry::TriangleMesh tilted_cylinder() {
       .transformed({geometry::rotation_from_rpy(0.4, 0.8, 0.1), {0.2, 0.35, 0.27}});
 }
 
-void expect_surface_like_the_twin(const geometry::TriangleMesh& mesh,
-                                  const workspace::LayerProfile& profile) {
-  const voxelise::SolidVoxels solid = *voxelise::voxelise(mesh, kOffGrid, voxelise_clip(kOffGrid, profile));
+void expect_surface_like_the_twin(const geometry::TriangleMesh& mesh, const workspace::LayerProfile& profile,
+                                  const workspace::GridSpec& grid = kOffGrid) {
+  const voxelise::SolidVoxels solid = *voxelise::voxelise(mesh, grid, voxelise_clip(grid, profile));
   const workspace::ObjectBricks bricks =
-      surface_bricks(mesh, solid, profile, kOffGrid, workspace::VoxelBox::of(kOffGrid), {2, nullptr});
+      surface_bricks(mesh, solid, profile, grid, workspace::VoxelBox::of(grid), {2, nullptr});
   std::size_t layered = 0;
-  voxelise::twin::for_each(workspace::VoxelBox::of(kOffGrid), [&](workspace::Index3 v) {
+  voxelise::twin::for_each(workspace::VoxelBox::of(grid), [&](workspace::Index3 v) {
     const std::int8_t expected = voxelise::twin::is_boundary(solid, v) ? workspace::kOrderBoundary
                                  : voxelise::twin::is_solid(solid, v)
                                      ? workspace::kOrderInterior
-                                     : twin::order_at(profile, twin::surface_distance(mesh, kOffGrid, v));
+                                     : twin::order_at(profile, twin::surface_distance(mesh, grid, v));
     ASSERT_EQ(bricks.at(v), expected) << v.x << ' ' << v.y << ' ' << v.z;
     layered += expected > 0 && expected < workspace::kOrderGuard ? 1 : 0;
   });
@@ -51,6 +54,14 @@ TEST(SurfaceLayers, EqualTheLiteralTwinOfABodyThatHangsOverTheGrid) {
   const auto mesh = geometry::make_box({0.3F, 0.2F, 0.1F})
                         .transformed({geometry::rotation_from_rpy(1.0, 0.2, 0.3), {-0.12, 0.1, 0.49}});
   expect_surface_like_the_twin(mesh, profile_with(1));
+}
+
+TEST(SurfaceLayers, EqualTheLiteralTwinInMetresWhereVoxelsAreNoCubes) {
+  expect_surface_like_the_twin(tilted_cylinder(), profile_with(1), kFlatGrid);
+  workspace::GridSpec upright = kFlatGrid;
+  upright.voxel_size_m = workspace::VoxelSize(Eigen::Vector3d(0.016, 0.02, 0.01));
+  upright.size_vox = {44, 32, 50};
+  expect_surface_like_the_twin(tilted_cylinder(), profile_with(0), upright);
 }
 
 TEST(LayerSteps, AreCountedBeforeAnyWorkAndForEachSearch) {
@@ -124,7 +135,7 @@ TEST(SurfaceLayers, KnowTheExactDistanceOfASphere) {
       surface_bricks(mesh, solid, profile, kOffGrid, workspace::VoxelBox::of(kOffGrid));
   voxelise::twin::for_each(workspace::VoxelBox::of(kOffGrid), [&](workspace::Index3 v) {
     if (voxelise::twin::is_solid(solid, v)) return;
-    const double d = ((kOffGrid.centre_of(v) - centre).norm() - 0.11) / kOffGrid.voxel_size_m;
+    const double d = ((kOffGrid.centre_of(v) - centre).norm() - 0.11) / kOffGrid.voxel_size_m.reference_m();
     const double slack = 0.005;
     EXPECT_TRUE(bricks.at(v) == twin::order_at(profile, d - slack) ||
                 bricks.at(v) == twin::order_at(profile, d + slack))
@@ -145,7 +156,7 @@ TEST(SurfaceLayers, AreTheSameInWhateverPartsTheGridIsDone) {
   }
 }
 
-TEST(InsideLayers, EqualTheLiteralTwinForEveryMethod) {
+void expect_inside_like_the_twin(const workspace::GridSpec& grid) {
   const auto mesh = tilted_cylinder();
   for (const workspace::LayerMethod method :
        {workspace::LayerMethod::kDistance, workspace::LayerMethod::kSurface,
@@ -153,26 +164,48 @@ TEST(InsideLayers, EqualTheLiteralTwinForEveryMethod) {
     workspace::LayerProfile profile = profile_with(1, {2, 1, 3});
     profile.method = method;
     ASSERT_TRUE(workspace::check_profile(profile)) << workspace::check_profile(profile).message();
-    const voxelise::SolidVoxels solid = *voxelise::voxelise(mesh, kOffGrid, voxelise_clip(kOffGrid, profile));
+    const voxelise::SolidVoxels solid = *voxelise::voxelise(mesh, grid, voxelise_clip(grid, profile));
     const workspace::ObjectBricks bricks =
-        lay_layers(mesh, solid, profile, kOffGrid, workspace::VoxelBox::of(kOffGrid), {2, nullptr});
+        lay_layers(mesh, solid, profile, grid, workspace::VoxelBox::of(grid), {2, nullptr});
     workspace::LayerProfile without = profile;
     without.inside_thickness_vox.clear();
     without.mu_inside_Pa_s_per_m.clear();
     const workspace::ObjectBricks outer =
-        lay_layers(mesh, solid, without, kOffGrid, workspace::VoxelBox::of(kOffGrid));
+        lay_layers(mesh, solid, without, grid, workspace::VoxelBox::of(grid));
     std::size_t deep = 0, innermost = 0;
-    voxelise::twin::for_each(workspace::VoxelBox::of(kOffGrid), [&](workspace::Index3 v) {
+    voxelise::twin::for_each(workspace::VoxelBox::of(grid), [&](workspace::Index3 v) {
       if (outer.at(v) != workspace::kOrderInterior) {
         ASSERT_EQ(bricks.at(v), outer.at(v));
         return;
       }
-      ASSERT_EQ(bricks.at(v), twin::inside_order(solid, profile, v));
+      ASSERT_EQ(bricks.at(v), twin::inside_order(solid, profile, v, grid.voxel_size_m));
       deep += bricks.at(v) == workspace::kOrderInterior ? 1 : 0;
       innermost += bricks.at(v) == -3 ? 1 : 0;
     });
     EXPECT_GT(deep, 10U);
     EXPECT_GT(innermost, 100U);
+  }
+}
+
+TEST(InsideLayers, EqualTheLiteralTwinForEveryMethod) { expect_inside_like_the_twin(kOffGrid); }
+
+TEST(InsideLayers, EqualTheLiteralTwinInMetresWhereVoxelsAreNoCubes) {
+  expect_inside_like_the_twin(kFlatGrid);
+}
+
+TEST(DilationLayers, CountVoxelsAlongEachAxisWhateverTheVoxels) {
+  const auto mesh = geometry::make_cylinder(0.04F, 0.1F, 24)
+                        .transformed({geometry::rotation_from_rpy(0.4, 0.8, 0.1), {0.2, 0.35, 0.27}});
+  for (const auto element : {workspace::ShapingElement::kCube, workspace::ShapingElement::kSphereContained}) {
+    workspace::LayerProfile profile = profile_with(1);
+    profile.method = workspace::LayerMethod::kDilation;
+    profile.element = element;
+    const voxelise::SolidVoxels solid =
+        *voxelise::voxelise(mesh, kFlatGrid, voxelise_clip(kFlatGrid, profile));
+    const workspace::VoxelBox all = workspace::VoxelBox::of(kFlatGrid);
+    const workspace::ObjectBricks bricks = lay_layers(mesh, solid, profile, kFlatGrid, all, {2, nullptr});
+    const ObjectVoxels expected = twin::dilation(solid, profile);
+    voxelise::twin::for_each(all, [&](workspace::Index3 v) { ASSERT_EQ(bricks.at(v), expected.at(v)); });
   }
 }
 

@@ -17,15 +17,17 @@ const workspace::VoxelBox kBox{{0, 0, 0}, {100, 90, 96}};
 
 /// Every voxel of `part`, and nothing beyond it.
 void expect_like_the_twin(const voxelise::SolidVoxels& solid, const workspace::LayerProfile& profile,
-                          const workspace::VoxelBox& part = kBox, int threads = 1) {
+                          const workspace::VoxelBox& part = kBox, int threads = 1,
+                          const workspace::VoxelSize& size = 1.0) {
   ASSERT_TRUE(workspace::check_profile(profile)) << workspace::check_profile(profile).message();
-  const workspace::ObjectBricks bricks = distance_bricks(solid, profile, part, {threads, {}});
+  const workspace::ObjectBricks bricks = distance_bricks(solid, profile, part, {threads, {}}, size.stretch());
   const auto solids = voxelise::twin::solid_voxels(solid);
   const workspace::VoxelBox reached = solid.box.grown(profile.reach_vox() + 1).intersection(part);
   std::size_t there = 0;
   voxelise::twin::for_each(reached, [&](workspace::Index3 v) {
     const std::int8_t order = bricks.at(v);
-    ASSERT_EQ(order, voxelise::twin::order(solid, solids, profile, v)) << v.x << ' ' << v.y << ' ' << v.z;
+    ASSERT_EQ(order, voxelise::twin::order(solid, solids, profile, v, size))
+        << v.x << ' ' << v.y << ' ' << v.z;
     there += order != workspace::kOrderFree ? 1 : 0;
   });
   std::size_t in_all = 0;
@@ -65,6 +67,45 @@ TEST(DistanceBricks, EqualTheLiteralTwinInSolidsThatAreLongAlongEachAxis) {
        {std::array{1200, 3, 2}, std::array{3, 1200, 2}, std::array{2, 3, 1200}})
     expect_like_the_twin(voxelise::scattered_solid(seed++, size, 60), profile,
                          {{0, 0, 0}, {1280, 1280, 1280}});
+}
+
+std::vector<workspace::VoxelSize> sizes_of_no_cubes() {
+  std::vector<workspace::VoxelSize> sizes;
+  for (const Eigen::Vector3d& sides_m :
+       {Eigen::Vector3d(0.004, 0.004, 0.008), Eigen::Vector3d(0.006, 0.004, 0.004),
+        Eigen::Vector3d(0.003, 0.0071, 0.005), Eigen::Vector3d(0.001, 0.008, 0.0013)})
+    sizes.emplace_back(sides_m);
+  return sizes;
+}
+
+TEST(DistanceBricks, EqualTheLiteralTwinInMetresWhereVoxelsAreNoCubes) {
+  unsigned seed = 40;
+  for (const workspace::VoxelSize& size : sizes_of_no_cubes()) {
+    SCOPED_TRACE(testing::Message() << size.sides_m().transpose());
+    for (const auto& profile : many_profiles()) {
+      expect_like_the_twin(voxelise::scattered_solid(seed++, {7, 5, 6}, 20), profile, kBox, 1, size);
+      expect_like_the_twin(voxelise::scattered_solid(seed++, {9, 9, 9}, 200), profile, kBox, 2, size);
+      expect_like_the_twin(voxelise::scattered_solid(seed++, {70, 3, 2}, 30), profile, kBox, 1, size);
+      expect_like_the_twin(voxelise::scattered_solid(seed++, {40, 40, 30}, 3000, {-20, 60, 80}), profile,
+                           kBox, 2, size);
+    }
+  }
+}
+
+TEST(DistanceBricks, OfVoxelsThatAreAlmostCubesAreThoseOfCubes) {
+  // The two ways to compute them have nothing in common but this.
+  const Eigen::Vector3d almost(1.0, 1.0 + 1e-13, 1.0);
+  const auto compare = [&](const voxelise::SolidVoxels& solid, const workspace::LayerProfile& profile) {
+    const workspace::ObjectBricks cubes = distance_bricks(solid, profile, kBox, {2, {}});
+    const workspace::ObjectBricks others = distance_bricks(solid, profile, kBox, {2, {}}, almost);
+    ASSERT_EQ(cubes.keys(), others.keys());
+    EXPECT_GT(cubes.keys().size(), 3U);
+    voxelise::twin::for_each(kBox, [&](workspace::Index3 v) { ASSERT_EQ(cubes.at(v), others.at(v)); });
+  };
+  unsigned seed = 70;
+  for (const auto& profile : many_profiles())
+    compare(voxelise::scattered_solid(seed++, {60, 50, 40}, 800), profile);
+  compare(voxelise::walled_block(), {{3, 2}, {9.0F, 8.0F}, 100.0F, 1});
 }
 
 TEST(DistanceBricks, AreTheSameWithEveryInstructionSet) {

@@ -83,37 +83,37 @@ inline std::int8_t order_at(const workspace::LayerProfile& profile, double d) {
   return workspace::kOrderFree;
 }
 
-/// Distance in voxels from a voxel's centre to the nearest of all triangles.
+/// Distance in shortest sides of a voxel from a voxel's centre to the nearest of all triangles.
 inline double surface_distance(const geometry::TriangleMesh& mesh, const workspace::GridSpec& grid,
                                workspace::Index3 v) {
-  const Eigen::Vector3d p(v.x + 0.5, v.y + 0.5, v.z + 0.5);
+  const Eigen::Vector3d& sides_m = grid.voxel_size_m.sides_m();
+  const Eigen::Vector3d p = Eigen::Vector3d(v.x + 0.5, v.y + 0.5, v.z + 0.5).cwiseProduct(sides_m);
   double least = 1e30;
   for (const auto& t : mesh.triangles) {
     std::array<Eigen::Vector3d, 3> corners;
-    for (std::size_t i = 0; i < 3; ++i)
-      corners[i] = (mesh.vertices_m[t[i]].cast<double>() - grid.origin_m) / grid.voxel_size_m;
+    for (std::size_t i = 0; i < 3; ++i) corners[i] = mesh.vertices_m[t[i]].cast<double>() - grid.origin_m;
     least = std::min(
         least,
         (geometry::closest_point_on_triangle(p, corners[0], corners[1], corners[2]) - p).squaredNorm());
   }
-  return std::sqrt(least);
+  return std::sqrt(least) / std::min({sides_m.x(), sides_m.y(), sides_m.z()});
 }
 
 /// Order of an interior voxel with layers inside the body.
 inline std::int8_t inside_order(const voxelise::SolidVoxels& solid, const workspace::LayerProfile& profile,
-                                workspace::Index3 v) {
+                                workspace::Index3 v, const workspace::VoxelSize& size = 1.0) {
   double d = 1e30;
   const int depth = profile.inside_depth_vox();  // farther ones do not matter
   const workspace::VoxelBox near{{v.x - depth, v.y - depth, v.z - depth},
                                  {2 * depth + 1, 2 * depth + 1, 2 * depth + 1}};
   voxelise::twin::for_each(near.intersection(solid.box), [&](workspace::Index3 n) {
     if (!voxelise::twin::is_solid(solid, n) || voxelise::twin::is_boundary(solid, n))
-      d = std::min(d, std::hypot(v.x - n.x, v.y - n.y, v.z - n.z));
+      d = std::min(d, voxelise::twin::distance_m(v, n, size));
   });
-  double until = 0;
+  int until = 0;
   for (std::size_t i = 0; i < profile.inside_thickness_vox.size(); ++i) {
     until += profile.inside_thickness_vox[i];
-    if (d <= until) return static_cast<std::int8_t>(-static_cast<int>(i) - 1);
+    if (d <= voxelise::twin::limit_m(until, size)) return static_cast<std::int8_t>(-static_cast<int>(i) - 1);
   }
   return workspace::kOrderInterior;
 }

@@ -4,7 +4,9 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <bit>
 #include <cmath>
+#include <random>
 #include <vector>
 
 #include "common/messages/tests/codec_cases.hpp"
@@ -52,7 +54,8 @@ WorkspaceVersion a_version() {
   WorkspaceVersion version;
   version.cell = "hot cell";
   version.description.version = 7;
-  version.description.grid = {{-1.0, 2.0, 0.5}, 0.005, {80, 90, 100}};
+  version.description.grid = {
+      {-1.0, 2.0, 0.5}, workspace::VoxelSize(Eigen::Vector3d(0.004, 0.005, 0.008)), {80, 90, 100}};
   version.description.palette_Pa_s_per_m = {0, 9, 32};
   version.description.brick_count = 12;
   version.description.content_hash = 0xfedcba9876543210U;
@@ -74,7 +77,7 @@ TEST(WorkspaceVersionCodec, ThereAndBackItIsTheSame) {
   EXPECT_EQ(back->cell, "hot cell");
   EXPECT_EQ(back->description.version, 7U);
   EXPECT_EQ(back->description.grid.origin_m, version.description.grid.origin_m);
-  EXPECT_EQ(back->description.grid.voxel_size_m, 0.005);
+  EXPECT_EQ(back->description.grid.voxel_size_m.sides_m(), Eigen::Vector3d(0.004, 0.005, 0.008));
   EXPECT_EQ(back->description.grid.size_vox, version.description.grid.size_vox);
   EXPECT_EQ(back->description.palette_Pa_s_per_m, version.description.palette_Pa_s_per_m);
   EXPECT_EQ(back->description.brick_count, 12U);
@@ -99,8 +102,14 @@ TEST(WorkspaceVersionCodec, WhatCannotBeTrueIsRefused) {
   EXPECT_EQ(refusal([](auto&) {}), "");
   EXPECT_EQ(refusal([](auto& m) { m.version(0); }), "version is 0; allowed: 1 or more");
   EXPECT_THAT(refusal([](auto& m) { m.origin_m().y(kNoNumbers[0]); }), HasSubstr("origin_m is not finite"));
-  for (const double size_m : {0.0, -0.005, kNoNumbers[0], kNoNumbers[1]})
-    EXPECT_THAT(refusal([&](auto& m) { m.voxel_size_m(size_m); }), HasSubstr("voxel size is not above 0"));
+  for (const double size_m : {0.0, -0.005})
+    EXPECT_THAT(refusal([&](auto& m) { m.voxel_size_m().y(size_m); }),
+                HasSubstr("voxel size is not above 0"));
+  for (const double size_m : kNoNumbers)
+    EXPECT_THAT(refusal([&](auto& m) { m.voxel_size_m().z(size_m); }),
+                HasSubstr("voxel_size_m is not finite"));
+  EXPECT_THAT(refusal([](auto& m) { m.voxel_size_m().z(0.05); }),
+              HasSubstr("voxel size is 12.5 times as long along z as along x; allowed: at most 8 times"));
   for (const std::uint32_t size_vox : {0U, 8193U, 4'294'967'295U}) {
     EXPECT_THAT(refusal([&](auto& m) { m.size_x_vox(size_vox); }), HasSubstr("allowed: 1 to 8192"));
     EXPECT_THAT(refusal([&](auto& m) { m.size_y_vox(size_vox); }), HasSubstr("allowed: 1 to 8192"));
@@ -120,6 +129,22 @@ TEST(WorkspaceVersionCodec, WhatCannotBeTrueIsRefused) {
   EXPECT_THAT(refusal([](auto& m) { m.carried()[0].moments_kg_m2().x(kNoNumbers[1]); }), HasSubstr("finite"));
   EXPECT_THAT(refusal([](auto& m) { m.carried()[0].moments_kg_m2().y(-1e-9); }), HasSubstr("below 0"));
   EXPECT_THAT(refusal([](auto& m) { m.carried()[0].products_kg_m2().z(1e10); }), HasSubstr("products_kg_m2"));
+}
+
+// Tries synthetic_viewer: a recording from before voxels had a side for each axis
+TEST(WorkspaceVersionCodec, OfARecordingWithOneVoxelSizeIsRefused) {
+  // There, the three counts of voxels and of the palette follow the one size: read as the two other sides.
+  const Refusals<msg::WorkspaceVersion> refusal{to_idl(a_version())};
+  std::mt19937 random(2);
+  for (int trial = 0; trial < 1000; ++trial) {
+    const auto count = [&] { return std::uint64_t{1} + random() % 8192; };
+    const std::uint64_t second = count() | count() << 32U, third = count() | (random() % 257) << 32U;
+    EXPECT_THAT(refusal([&](auto& m) {
+                  m.voxel_size_m().y(std::bit_cast<double>(second));
+                  m.voxel_size_m().z(std::bit_cast<double>(third));
+                }),
+                HasSubstr("voxel size is"));
+  }
 }
 
 TEST(WorkspaceBrickCodec, ThereAndBackItIsTheSame) {

@@ -10,9 +10,10 @@
 namespace phantom::percept {
 namespace {
 
-/// 64³ voxels of 10 mm; `code_at` by voxel.
-workspace::Workspace world(const std::function<int(workspace::Index3)>& code_at) {
-  workspace::Workspace workspace({Eigen::Vector3d(0.1, -0.2, 0.3), 0.01, {64, 64, 64}},
+/// 64³ voxels, of 10 mm if not said otherwise; `code_at` by voxel.
+workspace::Workspace world(const std::function<int(workspace::Index3)>& code_at,
+                           const workspace::VoxelSize& size = 0.01) {
+  workspace::Workspace workspace({Eigen::Vector3d(0.1, -0.2, 0.3), size, {64, 64, 64}},
                                  {0.0F, 9.0F, 13.0F, 32.0F, 100.0F});
   for (std::int32_t z = 0; z < 64; ++z) {
     for (std::int32_t y = 0; y < 64; ++y) {
@@ -65,8 +66,7 @@ int ball(workspace::Index3 v) {
   return distance <= 0 ? 4 : distance <= 4 ? 3 : distance <= 8 ? 2 : distance <= 12 ? 1 : 0;
 }
 
-TEST(PrincipalGradient, IsTheLiteralDefinition) {
-  const workspace::Workspace workspace = world(ball);
+void expect_literal(const workspace::Workspace& workspace) {
   for (const ZoneShape shape : {ZoneShape::kCube, ZoneShape::kSphere}) {
     for (const int m : {1, 2, 3, 5}) {
       const ClusterZone zone(m, shape);
@@ -87,6 +87,12 @@ TEST(PrincipalGradient, IsTheLiteralDefinition) {
       }
     }
   }
+}
+
+TEST(PrincipalGradient, IsTheLiteralDefinition) { expect_literal(world(ball)); }
+
+TEST(PrincipalGradient, IsTheLiteralDefinitionInMetresWhereVoxelsAreNoCubes) {
+  expect_literal(world(ball, workspace::VoxelSize(Eigen::Vector3d(0.01, 0.013, 0.02))));
 }
 
 TEST(PrincipalGradient, PointsTowardsTheObject) {

@@ -218,8 +218,36 @@ TEST(SensingKernel, LargePalettesAreLookedUpRight) {
   }
 }
 
+/// With voxels that are as many times longer along each axis.
+void stretch(Case& c, const Eigen::Vector3d& stretch) {
+  for (std::size_t k = 0; k < 9; ++k) c.to.r[k] /= stretch[static_cast<Eigen::Index>(k / 3)];
+  Eigen::Map<Eigen::Vector3d>(c.to.stretch) = stretch;
+}
+
+TEST(SensingKernel, SumsAgreeWithItsTwinInVoxelsThatAreNoCubes) {
+  for (const Eigen::Vector3d& sides :
+       {Eigen::Vector3d(1.0, 1.0, 2.0), Eigen::Vector3d(3.7, 1.0, 1.3), Eigen::Vector3d(1.0, 8.0, 1.0)}) {
+    for (const Eigen::Vector3d& place : {Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(-0.4, 0.31, 0.2)}) {
+      Case c;
+      lay_tube(c, place, false, false);
+      stretch(c, sides);
+      Moments expected{};
+      std::vector<std::uint8_t> codes(c.points.count);
+      scalar::sense(c.field, c.to, c.points, c.palette.data(), codes.data(), expected);
+      on_every_target([&] {
+        Moments moments{};
+        std::vector<std::uint8_t> got(c.points.count);
+        sense(c.field, c.to, c.points, c.offsets, c.palette.data(), 7, got.data(), moments);
+        EXPECT_EQ(got, codes);
+        expect_close(moments.sum, expected.sum, 10, expected.sum[0]);
+      });
+    }
+  }
+}
+
 TEST(SensingKernel, GradientsAgreeWithItsTwin) {
   Case c;
+  stretch(c, {1.0, 1.3, 2.0});
   std::vector<std::uint8_t> codes(c.points.count);
   scalar::look_up(c.field, c.to, c.points, codes.data(), nullptr);
   for (const int reach : {1, 4, 7}) {

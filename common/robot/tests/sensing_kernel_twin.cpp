@@ -73,10 +73,11 @@ void add_gradients(const Field& field, const ToVoxels& to, const Points& points,
       return static_cast<double>(palette[code_at(field, {p.x + x, p.y + y, p.z + z})]);
     };
     const double per_vox = 1.0 / (2.0 * reach_vox);
-    const double g[3] = {per_vox * (mu_at(n, 0, 0) - mu_at(-n, 0, 0)),
-                         per_vox * (mu_at(0, n, 0) - mu_at(0, -n, 0)),
-                         per_vox * (mu_at(0, 0, n) - mu_at(0, 0, -n))};
-    const double r[3] = {along(to.r, points, i), along(to.r + 3, points, i), along(to.r + 6, points, i)};
+    const double g[3] = {per_vox * (mu_at(n, 0, 0) - mu_at(-n, 0, 0)) / to.stretch[0],
+                         per_vox * (mu_at(0, n, 0) - mu_at(0, -n, 0)) / to.stretch[1],
+                         per_vox * (mu_at(0, 0, n) - mu_at(0, 0, -n)) / to.stretch[2]};
+    const double r[3] = {to.stretch[0] * along(to.r, points, i), to.stretch[1] * along(to.r + 3, points, i),
+                         to.stretch[2] * along(to.r + 6, points, i)};
     const double w = points.weight[i];
     for (int k = 0; k < 3; ++k) {
       const int a = (k + 1) % 3, b = (k + 2) % 3;

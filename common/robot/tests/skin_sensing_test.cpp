@@ -55,6 +55,77 @@ TEST(SkinSensing, FindsTheGreatestViscosityAndWhoMeetsIt) {
   EXPECT_GT(found, 10);
 }
 
+/// Sums over the sensors of a link one by one, of what the workspace holds at their places.
+ViscousSums literal_sums(const SkinLayout& layout, const LinkPoses& X_WL, std::size_t link,
+                         const workspace::Workspace& world, int reach) {
+  ViscousSums sums;
+  const Eigen::Vector3d& sides_m = world.grid().voxel_size_m.sides_m();
+  const ClusterStencil zone(ClusterSpec{2, ClusterShape::kSphere});
+  for (std::size_t s = layout.first[link]; s < layout.first[link + 1]; ++s) {
+    const Eigen::Vector3d d_m = X_WL[link].rotation * layout.position(s);
+    const workspace::Index3 v = world.grid().index_of(X_WL[link].translation_m + d_m);
+    double mu = world.mu(v);
+    if (layout.cluster_kind[s] != 0) {
+      mu = 0.0;
+      zone.for_each(v, [&](workspace::Index3 at, double w) { mu += w * world.mu(at) / zone.total_weight(); });
+    }
+    if (mu == 0.0) continue;
+    const double w = layout.weight[s];
+    sums.mu += w * mu;
+    sums.mu_d += w * mu * d_m;
+    sums.mu_dd += w * mu * d_m * d_m.transpose();
+    Eigen::Vector3d slope;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      workspace::Index3 step{};
+      step[axis] = reach;
+      const auto i = static_cast<Eigen::Index>(axis);
+      slope[i] = (world.mu(v + step) - world.mu(v - step)) / (2.0 * reach * sides_m[i]);
+    }
+    sums.gradient += w * slope;
+    sums.gradient_moment += w * d_m.cross(slope);
+    sums.gradient_square += w * slope.squaredNorm() / mu;
+  }
+  return sums;
+}
+
+TEST(SkinSensing, FeelsInVoxelsThatAreNoCubesWhatTheyHoldAndItsSlopeInMetres) {
+  const SerialArm arm = test_arms::suspended();
+  std::vector<LinkSkin> skin = test_worlds::tubes();
+  AxisSensors axis;
+  axis.to_m = {0.0, 0.0, -0.2};
+  axis.radius_m = 0.03;
+  axis.cluster = ClusterSpec{2, ClusterShape::kSphere};
+  skin[2].axes.push_back(axis);
+  const SkinLayout layout = *lay_out_skin(arm, skin, {.voxel_size_m = 0.01});
+  for (const Eigen::Vector3d& sides_m : {Eigen::Vector3d(0.01, 0.01, 0.01), Eigen::Vector3d(0.01, 0.01, 0.02),
+                                         Eigen::Vector3d(0.02, 0.015, 0.011)}) {
+    const workspace::Workspace world = test_worlds::balls_in(workspace::VoxelSize(sides_m));
+    SkinSensing sensing(layout, {.gradient = true, .gradient_reach_vox = 3});
+    std::mt19937 random(5);
+    int felt = 0;
+    for (int trial = 0; trial < 20; ++trial) {
+      JointArray q{};
+      for (std::size_t i = 0; i < 7; ++i)
+        q[i] = std::uniform_real_distribution(arm.joints()[i].lower, arm.joints()[i].upper)(random);
+      LinkPoses X_WL;
+      arm.link_poses(q, X_WL);
+      sensing.sense(X_WL, 7, world);
+      for (std::size_t link = 1; link <= 7; ++link) {
+        const ViscousSums expected = literal_sums(layout, X_WL, link, world, 3), &got = sensing.sums()[link];
+        felt += expected.mu > 0.0 ? 1 : 0;
+        EXPECT_NEAR(got.mu, expected.mu, 1e-9 * expected.mu);
+        EXPECT_LT((got.mu_d - expected.mu_d).norm(), 1e-9 * (expected.mu + 1e-9));
+        EXPECT_LT((got.mu_dd - expected.mu_dd).norm(), 1e-9 * (expected.mu + 1e-9));
+        const double scale = 1e-9 * (std::abs(expected.gradient_square) + expected.gradient.norm()) + 1e-12;
+        EXPECT_LT((got.gradient - expected.gradient).norm(), scale);
+        EXPECT_LT((got.gradient_moment - expected.gradient_moment).norm(), scale);
+        EXPECT_NEAR(got.gradient_square, expected.gradient_square, scale);
+      }
+    }
+    EXPECT_GT(felt, 20);
+  }
+}
+
 TEST(SkinSensing, AmongEqualsTakesTheOneNearestToTheObject) {
   // A floor below a horizontal tube: the whole underside is in one layer, its lowest line is the nearest.
   const SerialArm arm = test_arms::planar(test_arms::at(-0.3, 0.0, 0.5));

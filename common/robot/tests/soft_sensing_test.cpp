@@ -150,6 +150,50 @@ TEST(SoftSensing, EqualsTheSumOverAllSensorsOfAreaTimesPressureUpwards) {
   EXPECT_GT(pressed, 5);
 }
 
+/// Tissue under a slope of 45°, in voxels that are twice as high as wide; it falls along +x.
+workspace::Workspace slope(const Eigen::Vector3d& normal) {
+  workspace::GridSpec grid{{-0.8, -0.8, 0.0},
+                           workspace::VoxelSize(Eigen::Vector3d(kVoxel_m, kVoxel_m, 2.0 * kVoxel_m)),
+                           {160, 160, 80}};
+  workspace::Workspace made(grid, {0.0F, 20.0F, 40.0F, 100.0F});
+  workspace::VoxelBox::of(grid).for_each([&](workspace::Index3 v) {
+    const double depth_vox = normal.dot(Eigen::Vector3d(0, 0, 0.61) - grid.centre_of(v)) / kVoxel_m;
+    if (depth_vox < 0.0) return;
+    const auto brick = made.edit_brick(workspace::brick_of(v));
+    const std::size_t at = workspace::brick_offset(v);
+    brick.order[at] = depth_vox < 1.0   ? workspace::kOrderBoundary
+                      : depth_vox < 3.0 ? std::int8_t{-1}
+                      : depth_vox < 6.0 ? std::int8_t{-2}
+                                        : workspace::kOrderInterior;
+    brick.mu_code[at] = 3;
+    brick.object[at] = kTissue;
+  });
+  return made;
+}
+
+TEST(SoftSensing, PushesAlongTheTrueNormalWhereVoxelsAreNoCubes) {
+  const Eigen::Vector3d normal = Eigen::Vector3d(1, 0, 1).normalized();
+  const workspace::Workspace world = slope(normal);
+  SoftRig rig;
+  std::mt19937 random(6);
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  int pressed = 0;
+  for (int trial = 0; trial < 60; ++trial) {
+    rig.arm.link_poses(test_arms::random_joints(rig.arm, random, 1.0), rig.X_WL);
+    rig.sensing.sense(rig.X_WL, rig.arm.joint_count(), world);
+    rig.soft.sense(rig.sensing, rig.X_WL, world);
+    for (std::size_t link = 1; link <= kSoftJoints; ++link) {
+      const Eigen::Vector3d& force_N = rig.soft.links()[link].force_N;
+      if (!(force_N.norm() > 1e-3)) continue;
+      ++pressed;
+      sum += force_N.normalized();
+    }
+  }
+  EXPECT_GT(pressed, 20);
+  const double slope_deg = std::atan2(sum.x(), sum.z()) * 180.0 / M_PI;
+  EXPECT_NEAR(slope_deg, 45.0, 5.0) << "steps counted as voxels give 63° from the horizontal";
+}
+
 TEST(SoftSensing, OthersBodiesAndMutedOnesDoNotPush) {
   SoftRig rig;
   std::mt19937 random(4);

@@ -15,13 +15,15 @@ inline const std::vector<float> kPalette{0.0F, 5.0F, 9.0F, 13.0F, 20.0F, 32.0F, 
 
 /// Box of 2.4 m around `centre` with 10 mm voxels. `code_at` gives the μ code of a voxel's centre.
 inline workspace::Workspace make(const std::function<std::uint8_t(const Eigen::Vector3d&)>& code_at,
-                                 const Eigen::Vector3d& centre = {0, 0, 1}, double voxel_m = 0.01) {
-  const auto n = static_cast<std::int32_t>(2.4 / voxel_m);
-  workspace::GridSpec grid{centre - Eigen::Vector3d::Constant(1.2), voxel_m, {n, n, n}};
+                                 const Eigen::Vector3d& centre = {0, 0, 1},
+                                 const workspace::VoxelSize& voxel_m = 0.01) {
+  workspace::GridSpec grid{centre - Eigen::Vector3d::Constant(1.2), voxel_m, {}};
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    grid.size_vox[axis] = static_cast<std::int32_t>(2.4 / voxel_m[axis]);
   workspace::Workspace workspace(grid, kPalette);
-  for (std::int32_t z = 0; z < n; ++z) {
-    for (std::int32_t y = 0; y < n; ++y) {
-      for (std::int32_t x = 0; x < n; ++x) {
+  for (std::int32_t z = 0; z < grid.size_vox[2]; ++z) {
+    for (std::int32_t y = 0; y < grid.size_vox[1]; ++y) {
+      for (std::int32_t x = 0; x < grid.size_vox[0]; ++x) {
         const std::uint8_t code = code_at(grid.centre_of({x, y, z}));
         if (code == 0) continue;
         const auto brick = workspace.edit_brick({x >> 5, y >> 5, z >> 5});
@@ -58,13 +60,17 @@ inline const Eigen::Vector4d& nearest_ball(const Eigen::Vector3d& p) {
 }
 
 /// Balls scattered through the suspended arm's reach.
-inline workspace::Workspace balls(const Eigen::Vector3d& shift = Eigen::Vector3d::Zero()) {
+inline workspace::Workspace balls_in(const workspace::VoxelSize& voxel_m,
+                                     const Eigen::Vector3d& shift = Eigen::Vector3d::Zero()) {
   return make(
       [&](const Eigen::Vector3d& p) {
         const Eigen::Vector4d& ball = nearest_ball(p - shift);
         return layer_code((p - shift - ball.head<3>()).norm() - ball[3]);
       },
-      Eigen::Vector3d(0, 0, 1) + shift);
+      Eigen::Vector3d(0, 0, 1) + shift, voxel_m);
+}
+inline workspace::Workspace balls(const Eigen::Vector3d& shift = Eigen::Vector3d::Zero()) {
+  return balls_in(0.01, shift);
 }
 
 /// Tubes of 4 cm along −z of every moving link of the suspended arm.

@@ -13,6 +13,7 @@
 namespace phantom::runtime {
 namespace {
 
+using testing::AllOf;
 using testing::HasSubstr;
 using testing::ThrowsMessage;
 
@@ -83,6 +84,30 @@ TEST_F(CellFile, EachFaultIsNamed) {
   expect_refused("mesh_scale: 0.001", "mesh_unit: mm", "unknown key");
   expect_refused("to_m: [0, 0, 0.4]", "to_m: [0, 0, 0]", "is the same point as from_m");
   expect_refused("sides: 32", "sides: 2", "allowed: 3 to 10000 sensors");
+}
+
+TEST_F(CellFile, VoxelsMayHaveASideForEachAxis) {
+  EXPECT_EQ(load().voxel_size_m, workspace::VoxelSize(0.005));
+  const CellConfig cell = load("voxel_size_m: 0.005", "voxel_size_m: [0.004, 0.005, 0.032]");
+  EXPECT_EQ(cell.voxel_size_m.sides_m(), Eigen::Vector3d(0.004, 0.005, 0.032));
+  EXPECT_EQ(cell.voxel_size_m.reference_m(), 0.004);
+  const auto refused = [&](const std::string& size, const std::string& message) {
+    EXPECT_THAT([&] { load("voxel_size_m: 0.005", "voxel_size_m: " + size); },
+                ThrowsMessage<ConfigError>(
+                    AllOf(HasSubstr("cell.yaml:2: workspace.voxel_size_m: "), HasSubstr(message))))
+        << size;
+  };
+  refused("0", "is out of range; allowed: 0.0001 to 1 m");
+  refused("[0.004, 0.004, 0]", "is out of range; allowed: 0.0001 to 1 m");
+  refused("[0.004, -0.004, 0.004]", "is out of range; allowed: 0.0001 to 1 m");
+  refused("[0.004, 0.004]", "has 2 numbers; allowed: one, or three, [x, y, z]");
+  refused("[0.004, 0.004, 0.004, 0.004]", "has 4 numbers; allowed: one, or three, [x, y, z]");
+  refused("[0.004, 0.004, 0.033]", "is 8.25 times as long along z as along x; allowed: at most 8 times");
+  refused("[0.004, wide, 0.004]", "is not a number; allowed: 0.0001 to 1 m");
+  refused("{x: 0.004}", "is not a number; allowed: 0.0001 to 1 m");
+  expect_refused("voxel_size_m: 0.005", "voxel_size_m: [0.005, 0.0002, 0.0002]", "is 25 times");
+  expect_refused("voxel_size_m: 0.005", "voxel_size_m: [0.0008, 0.0008, 0.0001]",
+                 "gives 15000 voxels along axis 2; allowed: 1 to 8192");
 }
 
 TEST_F(CellFile, AnUnknownArmIsNamedWithThoseThereAre) {

@@ -42,30 +42,42 @@ inline std::vector<workspace::Index3> solid_voxels(const SolidVoxels& solid) {
   return all;
 }
 
-/// Spec 1.4, distance method, word for word.
+/// A limit between layers in metres, with reserve for rounding: where it passes through voxels' centres,
+/// those are within it.
+inline double limit_m(int thickness_vox, const workspace::VoxelSize& size) {
+  const Eigen::Vector3d& sides_m = size.sides_m();
+  return thickness_vox * std::min({sides_m.x(), sides_m.y(), sides_m.z()}) * (1.0 + 5e-10);
+}
+
+inline double distance_m(workspace::Index3 a, workspace::Index3 b, const workspace::VoxelSize& size) {
+  return std::hypot((a.x - b.x) * size[0], (a.y - b.y) * size[1], (a.z - b.z) * size[2]);
+}
+
+/// Spec 1.4, distance method, word for word, in metres: layers are as thick as so many shortest sides.
 inline std::int8_t order(const SolidVoxels& solid, const std::vector<workspace::Index3>& solids,
-                         const workspace::LayerProfile& profile, workspace::Index3 v) {
+                         const workspace::LayerProfile& profile, workspace::Index3 v,
+                         const workspace::VoxelSize& size = 1.0) {
   if (is_boundary(solid, v)) return workspace::kOrderBoundary;
   if (is_solid(solid, v)) return workspace::kOrderInterior;
   double d = 1e30;
-  for (const workspace::Index3 s : solids) d = std::min(d, std::hypot(v.x - s.x, v.y - s.y, v.z - s.z));
-  if (d <= profile.guard_vox) return workspace::kOrderGuard;
-  double until = profile.guard_vox;
+  for (const workspace::Index3 s : solids) d = std::min(d, distance_m(v, s, size));
+  int until = profile.guard_vox;
+  if (d <= limit_m(until, size)) return workspace::kOrderGuard;
   for (std::size_t i = 0; i < profile.thickness_vox.size(); ++i) {
     until += profile.thickness_vox[i];
-    if (d <= until) return static_cast<std::int8_t>(i + 1);
+    if (d <= limit_m(until, size)) return static_cast<std::int8_t>(i + 1);
   }
   return workspace::kOrderFree;
 }
 
-/// Whether the triangle meets the cube [low − slack, low + edge + slack]: clipped against its six faces,
+/// Whether the triangle meets the voxel [low − slack, low + sides + slack]: clipped against its six faces,
 /// something is left.
-inline bool meets_cube(const std::array<Eigen::Vector3d, 3>& triangle, const Eigen::Vector3d& low,
-                       double edge, double slack) {
+inline bool meets_voxel(const std::array<Eigen::Vector3d, 3>& triangle, const Eigen::Vector3d& low,
+                        const workspace::VoxelSize& size, double slack) {
   std::vector<Eigen::Vector3d> polygon(triangle.begin(), triangle.end());
   for (int axis = 0; axis < 3; ++axis) {
     for (const int side : {-1, 1}) {
-      const double limit = side < 0 ? low[axis] - slack : low[axis] + edge + slack;
+      const double limit = side < 0 ? low[axis] - slack : low[axis] + size.sides_m()[axis] + slack;
       std::vector<Eigen::Vector3d> kept;
       for (std::size_t i = 0; i < polygon.size(); ++i) {
         const Eigen::Vector3d &p = polygon[i], &q = polygon[(i + 1) % polygon.size()];

@@ -13,8 +13,8 @@ inline const workspace::GridSpec kGrid{{-0.4, -0.4, -0.4}, 0.01, {80, 80, 80}};
 inline const workspace::VoxelBox kAll = workspace::VoxelBox::of(kGrid);
 
 inline SolidVoxels solid_of(const geometry::TriangleMesh& mesh, int threads = 1,
-                            const workspace::VoxelBox& clip = kAll) {
-  auto solid = voxelise(mesh, kGrid, clip, {threads, nullptr});
+                            const workspace::VoxelBox& clip = kAll, const workspace::GridSpec& grid = kGrid) {
+  auto solid = voxelise(mesh, grid, clip, {threads, nullptr});
   EXPECT_TRUE(solid) << solid.status().message();
   return std::move(*solid);
 }

@@ -20,7 +20,9 @@ using geometry::Region;
 
 const Pose kTilted{geometry::rotation_from_rpy(0.4, -0.7, 1.1), {0.013, -0.021, 0.034}};
 
-workspace::GridSpec lattice(double voxel_size_m) { return {Vector3d::Zero(), voxel_size_m, {0, 0, 0}}; }
+workspace::GridSpec lattice(const workspace::VoxelSize& voxel_size_m) {
+  return {Vector3d::Zero(), voxel_size_m, {0, 0, 0}};
+}
 
 SolidVoxels voxels_of(const ImplicitPtr& solid, const workspace::GridSpec& grid) {
   auto voxels = voxelise(*solid, grid, voxel_bounds(*solid, grid));
@@ -51,13 +53,14 @@ std::vector<ImplicitPtr> small_solids() {
 }
 
 /// The statement of voxelise() word for word: every voxel on its own, all of its 16³ parts.
-bool literally_boundary(const geometry::ImplicitSolid& solid, const Vector3d& low_m, double voxel_m) {
-  const double part_m = voxel_m / 16;
+bool literally_boundary(const geometry::ImplicitSolid& solid, const Vector3d& low_m,
+                        const Vector3d& voxel_m) {
+  const Vector3d part_m = voxel_m / 16;
   for (int x = 0; x < 16; ++x) {
     for (int y = 0; y < 16; ++y) {
       for (int z = 0; z < 16; ++z) {
-        const Vector3d centre = low_m + part_m * Vector3d(x + 0.5, y + 0.5, z + 0.5);
-        const auto bounds = solid.bounds(Region::box(centre, Vector3d::Constant(0.5 * part_m)));
+        const Vector3d centre = low_m + part_m.cwiseProduct(Vector3d(x + 0.5, y + 0.5, z + 0.5));
+        const auto bounds = solid.bounds(Region::box(centre, 0.5 * part_m));
         if (bounds.lo <= 0.0 && bounds.hi >= 0.0) return true;
       }
     }
@@ -80,19 +83,21 @@ void for_each_voxel(const SolidVoxels& voxels, const workspace::GridSpec& grid, 
 }
 
 TEST(VoxeliseImplicit, EqualsItsLiteralTwin) {
-  const workspace::GridSpec grid = lattice(0.011);
-  for (const ImplicitPtr& solid : small_solids()) {
-    int wrong = 0, marked = 0;
-    for_each_voxel(voxels_of(solid, grid), grid,
-                   [&](const Vector3d& c, bool inside, bool boundary, bool interior) {
-                     const Vector3d low = c - Vector3d::Constant(0.5 * 0.011 + 0.011 / 32768);
-                     marked += boundary;
-                     wrong += inside != (solid->value(c) < 0.0);
-                     wrong += boundary != literally_boundary(*solid, low, 0.011);
-                     wrong += interior != (inside && !boundary);
-                   });
-    EXPECT_EQ(wrong, 0);
-    EXPECT_GT(marked, 20);
+  for (const Vector3d& sides_m : {Vector3d(0.011, 0.011, 0.011), Vector3d(0.009, 0.013, 0.005)}) {
+    const workspace::GridSpec grid = lattice(workspace::VoxelSize(sides_m));
+    for (const ImplicitPtr& solid : small_solids()) {
+      int wrong = 0, marked = 0;
+      for_each_voxel(voxels_of(solid, grid), grid,
+                     [&](const Vector3d& c, bool inside, bool boundary, bool interior) {
+                       const Vector3d low = c - (0.5 + 1.0 / 32768) * sides_m;
+                       marked += boundary;
+                       wrong += inside != (solid->value(c) < 0.0);
+                       wrong += boundary != literally_boundary(*solid, low, sides_m);
+                       wrong += interior != (inside && !boundary);
+                     });
+      EXPECT_EQ(wrong, 0);
+      EXPECT_GT(marked, 20);
+    }
   }
 }
 

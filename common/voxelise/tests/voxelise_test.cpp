@@ -17,6 +17,10 @@ using geometry::TriangleMesh;
 
 Pose crooked() { return {geometry::rotation_from_rpy(0.31, -0.72, 1.13), {0.0123, -0.0231, 0.0077}}; }
 
+/// As kGrid, of voxels that are no cubes.
+const workspace::GridSpec kFlatGrid{
+    {-0.4, -0.41, -0.42}, workspace::VoxelSize(Vector3d(0.011, 0.007, 0.016)), {73, 120, 52}};
+
 TEST(Voxelise, InsideOfABoxAtAnOddAngleIsExact) {
   const Vector3d half(0.15, 0.09, 0.21);
   const auto solid = solid_of(geometry::make_box(2 * half).transformed(crooked()));
@@ -40,12 +44,12 @@ TEST(Voxelise, VolumesAreRightWithinOneShell) {
                 {geometry::make_box({0.3, 0.2, 0.4}), 0.024, 2 * (0.06 + 0.12 + 0.08)},
                 {geometry::make_torus(0.22, 0.08, 128, 64), 2 * pi * pi * 0.22 * 0.08 * 0.08,
                  4 * pi * pi * 0.22 * 0.08}};
-  const double voxel_m3 = std::pow(kGrid.voxel_size_m, 3);
+  const double voxel_m3 = kGrid.voxel_size_m.sides_m().prod();
   for (const auto& body : bodies) {
     const auto solid = solid_of(body.mesh.transformed(crooked()));
     const double inside_m3 = static_cast<double>(solid.inside.count()) * voxel_m3;
     EXPECT_NEAR(inside_m3 / body.volume_m3, 1.0, 0.01);
-    const double shell_m3 = body.area_m2 * kGrid.voxel_size_m;
+    const double shell_m3 = body.area_m2 * kGrid.voxel_size_m.reference_m();
     const double interior_m3 = static_cast<double>(solid.interior().count()) * voxel_m3;
     const double all_m3 = interior_m3 + static_cast<double>(solid.boundary.count()) * voxel_m3;
     EXPECT_LT(body.volume_m3, all_m3);
@@ -58,7 +62,8 @@ TEST(Voxelise, VolumesAreRightWithinOneShell) {
 TEST(Voxelise, BoundaryIsEveryVoxelThatATrianglePasses) {
   std::mt19937 random(3);
   std::uniform_real_distribution<double> place(-0.25, 0.25), reach(-1, 1);
-  for (int round = 0; round < 150; ++round) {
+  for (int round = 0; round < 300; ++round) {
+    const workspace::GridSpec& grid = round < 150 ? kGrid : kFlatGrid;
     const double extent = round % 3 == 0 ? 0.006 : round % 3 == 1 ? 0.04 : 0.2;
     const Vector3d centre(place(random), place(random), place(random));
     std::array<Vector3d, 3> corners;
@@ -69,17 +74,42 @@ TEST(Voxelise, BoundaryIsEveryVoxelThatATrianglePasses) {
       corner = mesh.vertices_m.back().cast<double>();
     }
     mesh.triangles = {{0, 1, 2}};
-    const auto solid = solid_of(mesh);
+    const workspace::VoxelBox all = workspace::VoxelBox::of(grid);
+    const auto solid = solid_of(mesh, 1, all, grid);
     const double unsure = 2e-6;  // twice what a vertex is moved by rounding, and more
-    twin::for_each(solid.box.grown(1).intersection(kAll), [&](workspace::Index3 v) {
-      const Vector3d low = kGrid.origin_m + kGrid.voxel_size_m * Vector3d(v.x, v.y, v.z);
-      if (twin::meets_cube(corners, low, kGrid.voxel_size_m, -unsure)) {
+    twin::for_each(solid.box.grown(1).intersection(all), [&](workspace::Index3 v) {
+      const Vector3d low = grid.origin_m + grid.voxel_size_m.sides_m().cwiseProduct(Vector3d(v.x, v.y, v.z));
+      if (twin::meets_voxel(corners, low, grid.voxel_size_m, -unsure)) {
         EXPECT_TRUE(twin::is_boundary(solid, v));
       }
-      if (!twin::meets_cube(corners, low, kGrid.voxel_size_m, unsure)) {
+      if (!twin::meets_voxel(corners, low, grid.voxel_size_m, unsure)) {
         EXPECT_FALSE(twin::is_boundary(solid, v));
       }
     });
+  }
+}
+
+// Powers of two stretch numbers without rounding: the same body, stretched as the voxels are, must take the
+// very same voxels of cubes.
+TEST(Voxelise, AStretchedBodyTakesTheSameStretchedVoxels) {
+  const TriangleMesh bodies[] = {geometry::make_torus(0.2, 0.06, 24, 12).transformed(crooked()),
+                                 geometry::make_box({0.3, 0.002, 0.2}).transformed(crooked()),
+                                 geometry::make_cylinder(0.1, 0.2, 32).transformed(crooked())};
+  for (const TriangleMesh& body : bodies) {
+    const SolidVoxels expected = solid_of(body);
+    EXPECT_GT(expected.boundary.count(), 1000U);
+    for (const Vector3d& stretch : {Vector3d(1, 1, 2), Vector3d(4, 1, 2), Vector3d(0.5, 4, 1)}) {
+      TriangleMesh stretched = body;
+      for (auto& vertex : stretched.vertices_m) vertex = vertex.cwiseProduct(stretch.cast<float>());
+      const workspace::GridSpec grid{
+          kGrid.origin_m.cwiseProduct(stretch),
+          workspace::VoxelSize(Vector3d(kGrid.voxel_size_m.sides_m().cwiseProduct(stretch))), kGrid.size_vox};
+      const SolidVoxels solid = solid_of(stretched, 2, kAll, grid);
+      twin::for_each(kAll, [&](workspace::Index3 v) {
+        ASSERT_EQ(twin::is_boundary(solid, v), twin::is_boundary(expected, v));
+        ASSERT_EQ(twin::is_inside(solid, v), twin::is_inside(expected, v));
+      });
+    }
   }
 }
 

@@ -350,6 +350,32 @@ TEST(WorkspaceAssembler, AcceptsAnEmptyWorkspace) {
   EXPECT_EQ(assembler.current()->brick_count(), 0U);
 }
 
+TEST(WorkspaceAssembler, DoesNotMixBricksOfVoxelsOfAnotherShape) {
+  const Workspace cubes = random_workspace(5);
+  GridSpec grid = cubes.grid();
+  grid.voxel_size_m = VoxelSize(Eigen::Vector3d(0.005, 0.005, 0.01));
+  Workspace flat(grid, cubes.palette());
+  flat.version = 6;
+  const BrickKey key = cubes.bricks().front();
+  flat.edit_brick(key).mu_code[7] = 2;
+  WorkspaceAssembler assembler;
+  for (const BrickKey one : cubes.bricks()) put(assembler, cubes, one);
+  ASSERT_TRUE(assembler.commit(describe(cubes)));
+  const auto whole = assembler.current();
+  // The content of the cubes is whole under its own description alone.
+  VersionDescription posing = describe(cubes);
+  posing.version = 6;
+  posing.grid = grid;
+  ASSERT_TRUE(assembler.commit(posing));
+  EXPECT_TRUE(assembler.pending());
+  EXPECT_EQ(assembler.current(), whole);
+  for (const BrickKey one : cubes.bricks()) assembler.remove_brick(one);
+  put(assembler, flat, key);
+  ASSERT_TRUE(assembler.commit(describe(flat)));
+  expect_same(assembler.current().get(), flat);
+  EXPECT_EQ(assembler.current()->grid().voxel_size_m, grid.voxel_size_m);
+}
+
 TEST(WorkspaceAssembler, RefusesImpossibleInput) {
   const Workspace workspace = random_workspace(5);
   const auto bytes = encode_brick(workspace.brick(workspace.bricks().front()));
@@ -366,6 +392,10 @@ TEST(WorkspaceAssembler, RefusesImpossibleInput) {
   };
   EXPECT_TRUE(refused([](auto& d) { d.grid.voxel_size_m = 0; }));
   EXPECT_TRUE(refused([](auto& d) { d.grid.voxel_size_m = std::numeric_limits<double>::quiet_NaN(); }));
+  for (const double side_m : {0.0, -0.005, 0.0006, 0.05})
+    EXPECT_TRUE(refused([&](auto& d) {
+      d.grid.voxel_size_m = VoxelSize(Eigen::Vector3d(0.005, side_m, 0.005));
+    })) << side_m;
   EXPECT_TRUE(refused([](auto& d) { d.grid.origin_m.x() = std::numeric_limits<double>::infinity(); }));
   EXPECT_TRUE(refused([](auto& d) { d.grid.size_vox[1] = 0; }));
   EXPECT_TRUE(refused([](auto& d) { d.grid.size_vox[1] = 8193; }));

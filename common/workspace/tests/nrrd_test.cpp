@@ -87,6 +87,15 @@ TEST_F(Nrrd, SaysWhereTheVoxelsAre) {
   EXPECT_THAT(file, HasSubstr("\ntype: int8\n"));
 }
 
+TEST_F(Nrrd, SaysTheSidesOfVoxelsThatAreNoCubes) {
+  const Workspace workspace({{-0.5, 0.25, 1.0}, VoxelSize(Eigen::Vector3d(0.25, 0.5, 0.125)), {4, 2, 1}},
+                            {0.0F});
+  ASSERT_TRUE(write_nrrd(path_, workspace, NrrdField::kOrder, NrrdEncoding::kRaw));
+  const std::string file = read(path_);
+  EXPECT_THAT(file, HasSubstr("\nspace directions: (0.25,0,0) (0,0.5,0) (0,0,0.125)\n"));
+  EXPECT_THAT(file, HasSubstr("\nspace origin: (-0.375,0.5,1.0625)\n"));
+}
+
 TEST_F(Nrrd, APipeIsWrittenToAndStaysAPipe) {
   const Workspace workspace = random_workspace(3);
   ASSERT_TRUE(write_nrrd(path_, workspace, NrrdField::kOrder));

@@ -10,6 +10,7 @@
 
 #include "common/workspace/profile.hpp"
 #include "common/workspace/tests/random_workspace.hpp"
+#include "common/workspace/workspace_hash.hpp"
 
 namespace phantom::workspace {
 namespace {
@@ -132,6 +133,53 @@ TEST(Workspace, SharedOrdersStayAsTheyAreWhateverIsWritten) {
   twin.edit_brick({1, 0, 0}).order[0] = 5;
   EXPECT_EQ(one.order({32, 0, 0}), 4);
   EXPECT_EQ(other.order({32, 0, 0}), 3);
+}
+
+TEST(Grid, HasASizeForEachAxis) {
+  const GridSpec grid{{-0.5, 0.25, 1.0}, VoxelSize(Eigen::Vector3d(0.004, 0.01, 0.008)), {100, 50, 25}};
+  EXPECT_EQ(grid.index_of({-0.4999, 0.25, 1.0079}), (Index3{0, 0, 0}));
+  EXPECT_EQ(grid.index_of({-0.4959, 0.2599, 1.0081}), (Index3{1, 0, 1}));
+  EXPECT_EQ(grid.index_of({-0.5041, 0.2499, 0.9999}), (Index3{-2, -1, -1}));
+  EXPECT_TRUE(grid.centre_of({3, 2, 1}).isApprox(Eigen::Vector3d(-0.486, 0.275, 1.012), 1e-12));
+  EXPECT_TRUE(grid.extent_m().isApprox(Eigen::Vector3d(0.4, 0.5, 0.2), 1e-12));
+  EXPECT_EQ(grid.voxel_size_m.reference_m(), 0.004);
+  EXPECT_EQ(grid.voxel_size_m.stretch(), Eigen::Vector3d(1.0, 2.5, 2.0));
+  EXPECT_FALSE(grid.voxel_size_m.is_cube());
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> place(-1.0, 2.0);
+  for (int i = 0; i < 1000; ++i) {
+    const Eigen::Vector3d p_m(place(random), place(random), place(random));
+    const Index3 v = grid.index_of(p_m);
+    EXPECT_TRUE(
+        ((p_m - grid.centre_of(v)).cwiseAbs().array() <= (0.5 + 1e-9) * grid.voxel_size_m.sides_m().array())
+            .all());
+  }
+  const VoxelSize cube = 0.003;
+  EXPECT_EQ(cube.stretch(), Eigen::Vector3d::Ones());
+  EXPECT_TRUE(cube.is_cube());
+}
+
+TEST(Grid, SaysWhatAVoxelsSizeMayBe) {
+  const auto problem = [](double x, double y, double z) {
+    return check_voxel_size(VoxelSize(Eigen::Vector3d(x, y, z))).message();
+  };
+  EXPECT_EQ(problem(0.8, 0.1, 0.1), "");
+  EXPECT_EQ(problem(0.1, -0.1, 0.1), "is not above 0");
+  EXPECT_EQ(problem(0.1, 0.1, 0.0), "is not above 0");
+  EXPECT_EQ(problem(0.1, 0.9, 0.1), "is 9 times as long along y as along x; allowed: at most 8 times");
+}
+
+TEST(Workspace, HashOfCubesIsWhatItWasBeforeThereWereOthers) {
+  const GridSpec cubes{{-0.5, 0.25, 1.0}, 0.005, {120, 96, 50}};
+  EXPECT_EQ(header_hash(cubes, {0, 9, 20, 100}), 0xfe180e4741cb9811U);
+  std::set<std::uint64_t> hashes{header_hash(cubes, {0, 9, 20, 100})};
+  for (const Eigen::Vector3d& sides_m :
+       {Eigen::Vector3d(0.005, 0.005, 0.01), Eigen::Vector3d(0.005, 0.01, 0.005),
+        Eigen::Vector3d(0.01, 0.005, 0.005), Eigen::Vector3d(0.005, 0.01, 0.01)}) {
+    GridSpec other = cubes;
+    other.voxel_size_m = VoxelSize(sides_m);
+    EXPECT_TRUE(hashes.insert(header_hash(other, {0, 9, 20, 100})).second);
+  }
 }
 
 TEST(Workspace, HashTellsContentNotHistory) {

@@ -75,7 +75,7 @@ std::vector<Sensor> read_skin(const std::filesystem::path& path) {
 }
 
 workspace::Index3 voxel_at(const workspace::Workspace& workspace, const Eigen::Vector3d& p_W_m) {
-  const Eigen::Vector3d v = (p_W_m - workspace.grid().origin_m) / workspace.grid().voxel_size_m;
+  const Eigen::Vector3d v = workspace.grid().to_voxels(p_W_m);
   return {static_cast<std::int32_t>(std::floor(v.x())), static_cast<std::int32_t>(std::floor(v.y())),
           static_cast<std::int32_t>(std::floor(v.z()))};
 }

@@ -23,7 +23,7 @@ class Server {
     objects_.write(messages::to_idl(messages::WorkspaceObject{1, object, 5, {}, {}}));
     commit(version, world.grid().voxel_size_m);
   }
-  void commit(std::uint64_t number, double voxel_size_m) {
+  void commit(std::uint64_t number, const workspace::VoxelSize& voxel_size_m) {
     messages::WorkspaceVersion version{"cell", workspace::description_of(world_, world_.content_hash())};
     version.description.version = number;
     version.description.grid.voxel_size_m = voxel_size_m;

@@ -85,8 +85,7 @@ TEST(ShareWorkspace, NothingIsSensedWhileALinkReachesOutOfIt) {
   const PhantomModel model = with_own_workspace(kHand);
   const workspace::Workspace aside = robot::test_worlds::balls({0.6, 0.2, 0.0});
   const workspace::GridSpec& grid = aside.grid();
-  const Eigen::Vector3d size_m =
-      grid.voxel_size_m * Eigen::Vector3d(grid.size_vox[0], grid.size_vox[1], grid.size_vox[2]);
+  const Eigen::Vector3d size_m = grid.extent_m();
   PhantomSensing hand(model, {});
   std::mt19937 random(13);
   int outside = 0, inside = 0;

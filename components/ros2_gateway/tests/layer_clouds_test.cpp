@@ -33,7 +33,7 @@ std::vector<Point> read(const std::vector<std::uint8_t>& octets) {
 workspace::Workspace empty_workspace() {
   workspace::GridSpec grid;
   grid.origin_m = {-1.0, 0.5, 0.25};
-  grid.voxel_size_m = 0.01;
+  grid.voxel_size_m = workspace::VoxelSize(Eigen::Vector3d(0.01, 0.012, 0.02));
   grid.size_vox = {80, 70, 40};
   return workspace::Workspace(grid, {0.0F, 1.0F, 2.0F});
 }

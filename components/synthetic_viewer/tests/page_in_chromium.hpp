@@ -60,7 +60,7 @@ class PageInChromium : public Loop {
     component.component = "slave_io";
     component.state = core::ComponentState::kRunning;
     component.loops.push_back({"servo", 0.001, 999.7, 55, 90, 400, 12, 40, 1000, 2});
-    inbox_.put(WorkspaceSample{3, 0.005});
+    inbox_.put(WorkspaceSample{3, workspace::VoxelSize(0.005).half_diagonal_m()});
     inbox_.put(alert(1, {0.71, 0.13, 1.03}));
     while (!stop_) {
       send_pose();

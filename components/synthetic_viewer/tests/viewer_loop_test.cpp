@@ -333,7 +333,7 @@ TEST_F(Words, AViewIntoAWallIsSaidAndTakenFromTheNearestFreePlace) {
 }
 
 TEST_F(Words, TheHudTellsLinkQualityModelAgeAndVoxelError) {
-  state_.workspace = {3, 0.005};
+  state_.workspace = {3, workspace::VoxelSize(0.005).half_diagonal_m()};
   core::Nanoseconds now_ns = core::kNsPerSecond;
   for (const std::uint64_t second : {0U, 1U, 2U}) {
     state_.arm.received_ns = now_ns - 42'000'000;

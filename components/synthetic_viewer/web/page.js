@@ -64,7 +64,7 @@ function show() {
   put('pose-age', duration(link.slave_age_s));
   put('round-trip', duration(link.round_trip_s));
   put('quality', link.quality === null ? '–' : number(Math.floor(link.quality * 1000) / 10, 1) + ' %');
-  put('voxel-error', state.model.voxel_size_m === null ? '–' : number(state.model.voxel_size_m * Math.sqrt(3) / 2 * 1e3, 1) + ' mm');
+  put('voxel-error', state.model.voxel_error_m === null ? '–' : number(state.model.voxel_error_m * 1e3, 1) + ' mm');
   put('reach', link.reach < 0 ? '–' : String(link.reach));
   put('viewer-rate', fixed(viewer.frames_per_s, 1, '/s'));
   byId('viewer-rate').title = viewer.graphics;

@@ -63,6 +63,36 @@ TEST_F(ActivateCommand, ActivatesAMesh) {
   EXPECT_GT(std::filesystem::file_size(out()), 100U);
 }
 
+TEST_F(ActivateCommand, TakesASideForEachAxis) {
+  const std::string report = (folder_ / "fidelity.json").string();
+  const std::string post = "--mesh " + (folder_ / "post.stl").string() +
+                           " --scale 0.001 --pose \"0.0031 0.0031 0.0031 0 0 0\" --layers 2,3 --mu 32,20 ";
+  const auto line = run(post + "--voxel-size-m 0.01,0.01,0.02 --method surface --fidelity " + report +
+                        " --picture " + (folder_ / "flat.png").string());
+  EXPECT_EQ(line["size_vox"], (std::vector<int>{15, 15, 26}));
+  EXPECT_EQ(line["voxel_size_m"], (std::vector<double>{0.01, 0.01, 0.02}));
+  EXPECT_NEAR(line["origin_m"][2].get<double>(), -0.26, 1e-9);
+  EXPECT_EQ(line["voxels"]["101"], 3 * 3 * 14);
+  EXPECT_EQ(line["voxels"]["100"], 5 * 5 * 16 - 3 * 3 * 14);
+  std::ifstream file(report);
+  const auto fidelity = nlohmann::json::parse(file);
+  EXPECT_EQ(fidelity["voxel_size_m"], (std::vector<double>{0.01, 0.01, 0.02}));
+  const auto& outer = fidelity["layers"][1];
+  EXPECT_EQ(outer["offset_vox"], 5.0);
+  // A face lies at most half a voxel's side off: of sides of 1 along x, of 2 along z.
+  for (const char* side : {"-x", "+x", "-z", "+z"}) {
+    const double most = side[1] == 'z' ? 1.0 : 0.5;
+    EXPECT_GE(outer["sides"][side]["min_vox"].get<double>(), -most - 1e-3) << side;
+    EXPECT_LE(outer["sides"][side]["max_vox"].get<double>(), most + 1e-3) << side;
+    EXPECT_GT(outer["sides"][side]["faces"], 10) << side;
+  }
+  EXPECT_THAT(refusal(post + "--voxel-size-m 0.01,0.02"), HasSubstr("has 2 numbers; allowed: one, or three"));
+  EXPECT_THAT(refusal(post + "--voxel-size-m 0.01,0.01,0.01,0.01"), HasSubstr("has 4 numbers"));
+  EXPECT_THAT(refusal(post + "--voxel-size-m 0.01,0.1,0.01"),
+              HasSubstr("is 10 times as long along y as along x; allowed: at most 8 times"));
+  EXPECT_THAT(refusal(post + "--voxel-size-m 0.01,0,0.01"), HasSubstr("--voxel-size-m"));
+}
+
 TEST_F(ActivateCommand, TakesPosesInDegrees) {
   const auto line = run(mesh("--scale 0.001 --pose \"0.0031 0.0031 0.0031 90 0 0\""));
   EXPECT_EQ(line["size_vox"], (std::vector<int>{15, 41, 15}));
@@ -233,7 +263,7 @@ TEST_F(ActivateCommand, SaysThatMemoryDoesNotSuffice) {
 TEST_F(ActivateCommand, NamesAMissingMesh) {
   ActivateRequest request;
   request.mesh = folder_ / "nowhere.stl";
-  request.voxel_size_m = 0.01;
+  request.voxel_size_m = {0.01};
   request.layers = {1};
   request.mu = {5.0};
   request.out = out();
