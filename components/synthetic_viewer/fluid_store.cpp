@@ -1,6 +1,7 @@
 #include "components/synthetic_viewer/fluid_store.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <bit>
@@ -29,11 +30,11 @@ void append_numbers(std::string& to, Number... numbers) {
   (to.append(reinterpret_cast<const char*>(&numbers), sizeof numbers), ...);
 }
 
-/// Begins an answer with where its voxels are: origin and edge length, m.
+/// Begins an answer with where its voxels are: origin and sides, m.
 std::string placed(const workspace::GridSpec& grid) {
   std::string octets;
-  for (int axis = 0; axis < 3; ++axis) append_numbers(octets, static_cast<float>(grid.origin_m[axis]));
-  append_numbers(octets, static_cast<float>(grid.voxel_size_m));
+  for (const Eigen::Vector3d& vector : {grid.origin_m, grid.voxel_size_m.sides_m()})
+    for (const double along_axis_m : vector) append_numbers(octets, static_cast<float>(along_axis_m));
   return octets;
 }
 
@@ -52,11 +53,10 @@ std::vector<ObjectFluid> with_every(std::vector<ObjectFluid> fluids) {
 }
 
 std::string described(const Workspace& of, const std::vector<ObjectFluid>& fluids, std::size_t most) {
-  const auto& grid = of.grid();
-  std::string text =
-      fmt::format(R"({{"version":{},"origin_m":[{},{},{}],"voxel_size_m":{},"left_out":{},"objects":[)",
-                  of.version, grid.origin_m.x(), grid.origin_m.y(), grid.origin_m.z(), grid.voxel_size_m,
-                  fluids.size() - std::min(most, fluids.size()));
+  const Eigen::Vector3d &origin_m = of.grid().origin_m, &sides_m = of.grid().voxel_size_m.sides_m();
+  std::string text = fmt::format(
+      R"({{"version":{},"origin_m":[{}],"voxel_size_m":[{}],"left_out":{},"objects":[)", of.version,
+      fmt::join(origin_m, ","), fmt::join(sides_m, ","), fluids.size() - std::min(most, fluids.size()));
   for (std::size_t i = 0; i < std::min(most, fluids.size()); ++i) {
     const auto& [object, box, mu_code] = fluids[i];
     text += fmt::format(R"({}{{"object":{},"min_vox":[{},{},{}],"size_vox":[{},{},{}],"layers":[)",

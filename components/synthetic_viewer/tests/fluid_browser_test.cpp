@@ -117,7 +117,7 @@ TEST_F(DrawnFluid, EachShellEnclosesTheOneWithinAndTheOutermostAllVoxels) {
   const Camera camera = drawing_->picture(View::kMain).frame.camera;
   Eigen::AlignedBox2d corners, covered;
   int voxels = 0, outside = 0;
-  const double half_m = workspace_->grid().voxel_size_m / 2;
+  const Eigen::Vector3d half_m = workspace_->grid().voxel_size_m.sides_m() / 2;
   pump_.box.for_each([&](workspace::Index3 v) {
     if (workspace_->object(v) != pump_.object || workspace_->order(v) == workspace::kOrderFree) return;
     const Eigen::Vector3d centre_m = workspace_->grid().centre_of(v);
@@ -125,8 +125,8 @@ TEST_F(DrawnFluid, EachShellEnclosesTheOneWithinAndTheOutermostAllVoxels) {
     ++voxels;
     if (outermost.at<std::uint8_t>(static_cast<int>(at.y()), static_cast<int>(at.x())) == 0) ++outside;
     for (int corner = 0; corner < 8; ++corner)
-      corners.extend(pixel_of(camera, corner_of(Eigen::Vector3d(centre_m.array() - half_m),
-                                                Eigen::Vector3d(centre_m.array() + half_m), corner)));
+      corners.extend(pixel_of(
+          camera, corner_of(Eigen::Vector3d(centre_m - half_m), Eigen::Vector3d(centre_m + half_m), corner)));
   });
   for (int y = 0; y < outermost.rows; ++y)
     for (int x = 0; x < outermost.cols; ++x)

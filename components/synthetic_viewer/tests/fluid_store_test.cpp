@@ -17,9 +17,9 @@ using workspace::VoxelBox;
 
 /// Object 3, a box of 10 × 8 × 6 voxels with two layers of 2, and object 9, a single voxel of its only layer.
 std::shared_ptr<workspace::Workspace> small_cell(std::uint64_t version = 1) {
-  auto made =
-      std::make_shared<workspace::Workspace>(workspace::GridSpec{{-0.5, 0.25, 1.0}, 0.01, {64, 64, 64}},
-                                             std::vector<float>{0.0F, 9.5F, 20.0F, 100.0F});
+  auto made = std::make_shared<workspace::Workspace>(
+      workspace::GridSpec{{-0.5, 0.25, 1.0}, workspace::VoxelSize({0.01, 0.01, 0.02}), {64, 64, 64}},
+      std::vector<float>{0.0F, 9.5F, 20.0F, 100.0F});
   made->version = version;
   const VoxelBox solid{{28, 29, 30}, {10, 8, 6}};
   const auto paint = [&](Index3 v, std::int8_t order, std::uint8_t code, std::uint16_t object) {
@@ -73,7 +73,7 @@ TEST_F(Fluid, ListsWhatThereIs) {
   const auto told = nlohmann::json::parse(get("/fluid")->body);
   EXPECT_EQ(told.at("version"), 1);
   EXPECT_EQ(told.at("origin_m"), nlohmann::json::parse("[-0.5,0.25,1]"));
-  EXPECT_EQ(told.at("voxel_size_m"), 0.01);
+  EXPECT_EQ(told.at("voxel_size_m"), nlohmann::json::parse("[0.01,0.01,0.02]"));
   EXPECT_EQ(told.at("left_out"), 0);
   ASSERT_EQ(told.at("objects").size(), 3U);
   EXPECT_EQ(
@@ -91,12 +91,13 @@ TEST_F(Fluid, ListsWhatThereIs) {
 TEST_F(Fluid, AShellIsRectanglesOfFaces) {
   serve();
   const std::string shell = get("/fluid/shell/3/2")->body;
-  ASSERT_EQ(shell.size(), 24U + 6 * 12);
+  ASSERT_EQ(shell.size(), 32U + 6 * 12);
   EXPECT_EQ(number<float>(shell, 0), -0.5F);
   EXPECT_EQ(number<float>(shell, 12), 0.01F);
-  EXPECT_EQ(number<std::uint32_t>(shell, 16), 6U);
+  EXPECT_EQ(number<float>(shell, 20), 0.02F);
+  EXPECT_EQ(number<std::uint32_t>(shell, 24), 6U);
   std::set<int> sides;
-  for (std::size_t face = 24; face < shell.size(); face += 12) {
+  for (std::size_t face = 32; face < shell.size(); face += 12) {
     sides.insert(number<std::uint8_t>(shell, face + 10));
     EXPECT_EQ(number<std::int8_t>(shell, face + 11), 2);
     const int axis = number<std::uint8_t>(shell, face + 10) / 2;
@@ -110,16 +111,16 @@ TEST_F(Fluid, AShellIsRectanglesOfFaces) {
 TEST_F(Fluid, ASectionHasTheOrderOfEachVoxel) {
   serve();
   const std::string section = get("/fluid/section/3/y/26")->body;
-  EXPECT_EQ(number<std::uint32_t>(section, 16), 1U);
-  EXPECT_EQ(number<std::int32_t>(section, 20), 26);
-  EXPECT_EQ(number<std::int32_t>(section, 24), 26) << "least z";
-  EXPECT_EQ(number<std::int32_t>(section, 28), 24) << "least x";
-  EXPECT_EQ(number<std::int32_t>(section, 32), 14);
-  EXPECT_EQ(number<std::int32_t>(section, 36), 18);
-  ASSERT_EQ(section.size(), 40U + 14 * 18);
+  EXPECT_EQ(number<std::uint32_t>(section, 24), 1U);
+  EXPECT_EQ(number<std::int32_t>(section, 28), 26);
+  EXPECT_EQ(number<std::int32_t>(section, 32), 26) << "least z";
+  EXPECT_EQ(number<std::int32_t>(section, 36), 24) << "least x";
+  EXPECT_EQ(number<std::int32_t>(section, 40), 14);
+  EXPECT_EQ(number<std::int32_t>(section, 44), 18);
+  ASSERT_EQ(section.size(), 48U + 14 * 18);
   for (int x = 24; x < 42; ++x)
     for (int z = 26; z < 40; ++z)
-      EXPECT_EQ(section[static_cast<std::size_t>(40 + (x - 24) * 14 + z - 26)],
+      EXPECT_EQ(section[static_cast<std::size_t>(48 + (x - 24) * 14 + z - 26)],
                 workspace_->order({x, 26, z}));
 }
 

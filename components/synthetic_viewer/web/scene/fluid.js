@@ -3,10 +3,10 @@
 
 import {
   BufferAttribute, BufferGeometry, DataTexture, FrontSide, DoubleSide, GLSL3, InstancedBufferGeometry, InstancedInterleavedBuffer,
-  InterleavedBufferAttribute, Mesh, NoBlending, NormalBlending, RedFormat, ShaderMaterial, Vector2, Vector4,
+  InterleavedBufferAttribute, Mesh, NoBlending, NormalBlending, RedFormat, ShaderMaterial, Vector2, Vector3,
 } from 'three';
 
-const kBoundary = 100, kGuard = 99, kInterior = 101, kShellHeader = 24, kSectionHeader = 40;
+const kBoundary = 100, kGuard = 99, kInterior = 101, kShellHeader = 32, kSectionHeader = 48;
 
 export const kFaceNumbers = 6;  // of a rectangle, 16 bits each
 
@@ -33,21 +33,23 @@ export function coloursOf(orders, ramp) {
   return new Map(orders.map(order => [order, linear(order).map(part => Math.round(255 * Math.sqrt(Math.min(1, Math.max(0, part)))))]));
 }
 
+// Where the voxels of an answer are: their grid's corner and their sides, m.
+const placeOf = buffer => ({ origin_m: [...new Float32Array(buffer, 0, 3)], sides_m: [...new Float32Array(buffer, 12, 3)] });
 // Reads the answer to GET /fluid/shell/…; throws RangeError if it is not whole.
 export function decodeShell(buffer) {
-  const count = new DataView(buffer).getUint32(16, true);
-  return { grid: [...new Float32Array(buffer, 0, 4)], faces: new Uint16Array(buffer, kShellHeader, kFaceNumbers * count) };
+  const count = new DataView(buffer).getUint32(24, true);
+  return { ...placeOf(buffer), faces: new Uint16Array(buffer, kShellHeader, kFaceNumbers * count) };
 }
 // Reads the answer to GET /fluid/section/…, likewise.
 export function decodeSection(buffer) {
-  const [axis, at, u, v, width, height] = new Int32Array(buffer, 16, 6);
-  return { grid: [...new Float32Array(buffer, 0, 4)], axis, at, least: [u, v], size: [width, height], orders: new Uint8Array(buffer, kSectionHeader, width * height) };
+  const [axis, at, u, v, width, height] = new Int32Array(buffer, 24, 6);
+  return { ...placeOf(buffer), axis, at, least: [u, v], size: [width, height], orders: new Uint8Array(buffer, kSectionHeader, width * height) };
 }
 
 const kCut = 'uniform vec4 cut;\nuniform bool cutting;\n#define is_cut_off (cutting && dot(cut, vec4(world_position, 1.0)) > 0.0)\n';
 const kPlace = /* glsl */`
-uniform vec4 grid;  // origin of the voxels and their edge, m
-vec3 in_world(vec3 voxels) { return grid.xyz + grid.w * voxels; }
+uniform vec3 origin_m, sides_m;  // of the voxels
+vec3 in_world(vec3 voxels) { return origin_m + sides_m * voxels; }
 `;
 
 const kShellVertex = /* glsl */`
@@ -120,7 +122,7 @@ export class Fluid {
     this.scale = new DataTexture(new Uint8Array(4 * 256), 256, 1);
     this.orders = new DataTexture(new Uint8Array(1), 1, 1, RedFormat);
     const shared = { scale: { value: this.scale } }, program = (vertexShader, fragmentShader, uniforms, more) =>
-      new ShaderMaterial({ glslVersion: GLSL3, vertexShader, fragmentShader, uniforms: { ...shared, grid: { value: new Vector4() }, ...uniforms }, ...more });
+      new ShaderMaterial({ glslVersion: GLSL3, vertexShader, fragmentShader, uniforms: { ...shared, origin_m: { value: new Vector3() }, sides_m: { value: new Vector3() }, ...uniforms }, ...more });
     this.cutting = { value: false };
     this.shells = new Mesh(new BufferGeometry(), program(kShellVertex, kShellFragment, { opacity: { value: 0.3 }, cut, cutting: this.cutting },
       { side: FrontSide, transparent: true, blending: NormalBlending, depthWrite: false }));
@@ -151,7 +153,11 @@ export class Fluid {
     geometry.instanceCount = faces.length / kFaceNumbers;
     this.shells.geometry.dispose();
     this.shells.geometry = geometry;
-    if (shells.length) this.shells.material.uniforms.grid.value.fromArray(shells[0].grid);
+    if (shells.length) this.place(this.shells, shells[0]);
+  }
+  place({ material }, { origin_m, sides_m }) {
+    material.uniforms.origin_m.value.fromArray(origin_m);
+    material.uniforms.sides_m.value.fromArray(sides_m);
   }
   setOpacity(opacity) { this.shells.material.uniforms.opacity.value = opacity; }
 
@@ -163,7 +169,7 @@ export class Fluid {
     if (image.width !== section.size[0] || image.height !== section.size[1]) this.orders.dispose();
     this.orders.image = { data: section.orders, width: section.size[0], height: section.size[1] };
     this.orders.needsUpdate = true;
-    uniforms.grid.value.fromArray(section.grid);
+    this.place(this.section, section);
     Object.assign(uniforms.axis, { value: section.axis });
     Object.assign(uniforms.at, { value: section.at });
     uniforms.least.value.fromArray(section.least);
@@ -176,7 +182,8 @@ export class Fluid {
     this.section.visible = eye !== null && this.sectioned;
     this.cut.value.set(0, 0, 0, 0);
     if (eye === null || !this.cutting.value) return;
-    const { grid, axis, at } = this.section.material.uniforms, place = grid.value.getComponent(axis.value) + grid.value.w * (at.value + 0.5);
+    const { origin_m, sides_m, axis, at } = this.section.material.uniforms;
+    const place = origin_m.value.getComponent(axis.value) + sides_m.value.getComponent(axis.value) * (at.value + 0.5);
     const towards = Math.sign(eye[axis.value] - place) || 1;
     this.cut.value.set(0, 0, 0, -towards * place).setComponent(axis.value, towards);
   }

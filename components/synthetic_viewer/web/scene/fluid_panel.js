@@ -141,13 +141,13 @@ export class FluidPanel {
     const axis = kAxes.indexOf(this.chosen.plane), fluid = this.fluid();
     if (axis < 0 || !fluid) return null;
     const least = fluid.min_vox[axis], most = least + fluid.size_vox[axis] - 1, { origin_m, voxel_size_m } = this.told;
-    const place_m = this.chosen.place_m[axis], at = place_m === null ? least + (most - least >> 1) : Math.floor((place_m - origin_m[axis]) / voxel_size_m);
+    const place_m = this.chosen.place_m[axis], at = place_m === null ? least + (most - least >> 1) : Math.floor((place_m - origin_m[axis]) / voxel_size_m[axis]);
     return { axis, least, most, at: Math.min(most, Math.max(least, at)) };
   }
   move(at) {
     const { axis } = this.planeAt() ?? {}, place_m = [...this.chosen.place_m];
     if (axis === undefined) return;
-    place_m[axis] = this.told.origin_m[axis] + (at + 0.5) * this.told.voxel_size_m;
+    place_m[axis] = this.told.origin_m[axis] + (at + 0.5) * this.told.voxel_size_m[axis];
     this.choose({ place_m });
   }
 
@@ -167,7 +167,7 @@ export class FluidPanel {
     this.cut.setAttribute('aria-pressed', chosen.cut);
     if (!plane) return;
     Object.assign(this.place, { min: plane.least, max: plane.most, value: plane.at });
-    const place_mm = Math.round(1000 * (this.told.origin_m[plane.axis] + (plane.at + 0.5) * this.told.voxel_size_m));
+    const place_mm = Math.round(1000 * (this.told.origin_m[plane.axis] + (plane.at + 0.5) * this.told.voxel_size_m[plane.axis]));
     this.placed.textContent = say('fluid.place_mm', { axis: kAxes[plane.axis], place_mm });
     this.place.setAttribute('aria-valuetext', this.placed.textContent);
   }
