@@ -14,6 +14,7 @@ extern const char* const kChoiceJs;
 extern const char* const kViewsJs;
 extern const char* const kPageJs;
 extern const char* const kSessionJs;
+extern const char* const kReviewPlotsJs;
 extern const char* const kReviewJs;
 extern const char* const kCalibrateJs;
 }  // namespace web
@@ -30,6 +31,7 @@ std::span<const PageFile> page_files() {
       {"/views.js", web::kViewsJs, kJs},
       {"/page.js", web::kPageJs, kJs},
       {"/session.js", web::kSessionJs, kJs},
+      {"/review_plots.js", web::kReviewPlotsJs, kJs},
       {"/review.js", web::kReviewJs, kJs},
       {"/calibrate.js", web::kCalibrateJs, kJs},
   });

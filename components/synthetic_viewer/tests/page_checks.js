@@ -7,7 +7,7 @@ const controls = () => [...document.querySelectorAll('button, input, [data-view]
 // Marks every text, and finds letters outside of marks that the system has not said either.
 function foreignWords() {
   for (const key of Object.keys(kTexts.en)) kTexts.en[key] = '⟦' + kTexts.en[key] + '⟧';
-  byId('hits').dataset.key = '';  // so that the list is written anew
+  for (const id of ['hits', 'components']) byId(id).dataset.key = '';  // so that they are written anew
   speak('en');
   const data = new Set(['Phantom', 'EN', 'DE', 'N S E W T B', 'English', 'Deutsch']);
   const gather = value => {

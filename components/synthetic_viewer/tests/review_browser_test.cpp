@@ -54,13 +54,13 @@ class ReviewInChromium : public test::TwoPlates {
   double mark_t(std::size_t number) const {
     return core::seconds(review_->marks().at(number).raised_ns - review_->begin_ns());
   }
-  /// How many pixels of a canvas are nearly white in a column: the cursor.
-  bool cursor_at(const std::string& id, const std::string& time_to_x) {
-    return truth(R"((() => { const c = document.getElementById(')" + id +
-                 R"('), s = devicePixelRatio || 1, x = )" + time_to_x +
-                 R"(; const d = c.getContext('2d').getImageData(Math.round(x * s) - 2, 20 * s, 4, 4).data;
-                 for (let i = 0; i < d.length; i += 4) if (d[i] > 240 && d[i + 1] > 240 && d[i + 2] > 240) return true;
-                 return false; })())");
+  /// Where the line that tells the moment stands: its share of the time that a canvas shows.
+  double cursor_share(const std::string& id) {
+    return browser_
+        ->run("const c = document.getElementById('" + id + "'), line = document.getElementById('" + id +
+              "-cursor'); return line.offsetParent === null ? -1 : (line.getBoundingClientRect().left + 1 - "
+              "c.getBoundingClientRect().left - 46) / (c.clientWidth - 54)")
+        .get<double>();
   }
   void keep_screenshot(const char* name) {
     if (const char* folder = std::getenv("PHANTOM_SCREENSHOTS"))
@@ -92,11 +92,9 @@ TEST_F(ReviewInChromium, ReachesAlertsByKeyboardAndShowsThem) {
   }));
   // Time line and plots stand there, too, and the first pictures of the alerts come when nothing else is
   // drawn.
-  const std::string share = std::to_string((mark_t(1) + kEntered_s) / review_->duration_s());
-  EXPECT_TRUE(
-      eventually([&] { return cursor_at("review-line", "46 + " + share + " * (c.clientWidth - 54)"); }));
-  EXPECT_TRUE(
-      eventually([&] { return cursor_at("review-plots", "46 + " + share + " * (c.clientWidth - 54)"); }));
+  const double share = (mark_t(1) + kEntered_s) / review_->duration_s();
+  for (const char* id : {"review-line", "review-plots"})
+    EXPECT_TRUE(eventually([&] { return std::abs(cursor_share(id) - share) < 0.005; })) << id;
   EXPECT_TRUE(eventually([&] {
     return truth(
         "document.querySelectorAll('#hits img').length == 2 && "
@@ -136,6 +134,46 @@ TEST_F(ReviewInChromium, TheTimeLineIsDraggedAndTellsOfAlerts) {
     c.dispatchEvent(new PointerEvent('pointermove', { clientX: b.left + x, clientY: b.top + 20, bubbles: true }));)");
   EXPECT_THAT(text("review-tip"), testing::HasSubstr("near upright, very close"));
   EXPECT_FALSE(truth("document.getElementById('review-tip').hidden"));
+}
+
+// However often the pointer moves: the plots stay as they are, and of the moments only the newest is asked
+// for.
+TEST_F(ReviewInChromium, AScrubDrawsNoPlotAndAsksForTheNewestMomentAlone) {
+  ASSERT_TRUE(eventually([&] {  // the plots are there
+    return truth(
+        "(() => { const c = document.getElementById('review-plots'); "
+        "return c.getContext('2d').getImageData(46, 0, c.width - 54, c.height).data.some(v => v > 0); })()");
+  }));
+  browser_->run(
+      "window.seen = { drawn: 0, asked: [], open: 0, most: 0, states: 0 };"
+      "const clear = CanvasRenderingContext2D.prototype.clearRect, ask = window.fetch;"
+      "CanvasRenderingContext2D.prototype.clearRect = function (...box) { ++seen.drawn; clear.apply(this, box); };"
+      "window.fetch = (path, options) => { if (!path.startsWith('review')) return ask(path, options);"
+      "  seen.asked.push(options.body ?? path); seen.most = Math.max(seen.most, ++seen.open);"
+      "  return ask(path, options).finally(() => { --seen.open; }); };"
+      "document.addEventListener('state', () => { ++seen.states; });"
+      "const c = document.getElementById('review-line'), box = c.getBoundingClientRect();"
+      "c.setPointerCapture = () => {}; c.hasPointerCapture = () => true;"
+      "const at = (type, i) => c.dispatchEvent(new PointerEvent(type, { bubbles: true, button: 0, clientY: box.top + 40,"
+      "  clientX: box.left + 46 + (0.2 + 0.01 * i) * (c.clientWidth - 54) }));"
+      "at('pointerdown', 0); for (let i = 1; i <= 60; ++i) at('pointermove', i); c.hasPointerCapture = () => false;");
+  ASSERT_TRUE(eventually([&] { return std::abs(t() - 0.8 * review_->duration_s()) < 0.05; })) << t();
+  ASSERT_TRUE(eventually([&] { return truth("seen.open === 0 && seen.states > 5"); }));
+  EXPECT_NEAR(cursor_share("review-line"), 0.8, 0.005);
+  EXPECT_EQ(browser_->run("return seen.asked.length"), 2) << browser_->run("return seen.asked");
+  EXPECT_EQ(browser_->run("return seen.most"), 1);
+  EXPECT_EQ(browser_->run("return seen.drawn"), 0);
+
+  browser_->run(
+      "seen.asked = []; seen.states = 0; const c = document.getElementById('review-plots');"
+      "for (let i = 0; i < 20; ++i) c.dispatchEvent(new WheelEvent('wheel', { deltaY: -100, cancelable: true }));");
+  ASSERT_TRUE(
+      eventually([&] { return truth("seen.asked.length > 0 && seen.open === 0 && seen.states > 5"); }));
+  EXPECT_EQ(browser_->run("return seen.asked.length"), 2) << browser_->run("return seen.asked");
+  EXPECT_EQ(browser_->run("return seen.most"), 1);
+  const int drawn = browser_->run("return seen.drawn").get<int>();
+  EXPECT_GE(drawn, 2) << "both canvases";
+  EXPECT_LE(drawn, 6) << "at once, and for each answer";
 }
 
 /// In a browser that draws the scene by itself.

@@ -212,7 +212,9 @@ function rate(loop) {
 }
 
 function showComponents(components) {
-  const rows = [];
+  const table = byId('components'), key = language + JSON.stringify(components), rows = [];
+  if (table.dataset.key === key) return;
+  table.dataset.key = key;
   for (const c of components) {
     const row = document.createElement('tr');
     const loop = c.loops[0];
@@ -234,7 +236,7 @@ function showComponents(components) {
       rows.push(note);
     }
   }
-  byId('components').replaceChildren(...rows);
+  table.replaceChildren(...rows);
 }
 
 function say(text, bad) {
