@@ -99,6 +99,8 @@ ViewerState CameraView::state_at(const ViewerState& now, core::Nanoseconds time_
                                  const Staleness& staleness) const {
   ViewerState then = now;
   then.arm = past_.arm_at(time_ns, core::from_seconds(staleness.slave_s));
+  for (std::size_t i = 0; i < then.others.size(); ++i)
+    then.others[i].arm = past_.other_at(i, time_ns, core::from_seconds(staleness.slave_s));
   then.percept = past_.percept_at(time_ns, core::from_seconds(staleness.percept_s));
   if (now.gripper.received_ns != 0)
     then.gripper = past_.gripper_at(time_ns, core::from_seconds(staleness.gripper_s));

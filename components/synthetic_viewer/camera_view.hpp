@@ -47,8 +47,8 @@ class CameraView {
   void take(const SkinSample& skin);
   /// Returns the video as it stands now.
   VideoMoment at(core::Nanoseconds now_ns);
-  /// Returns the state as it was at a time: arm, gripper, percept and skin of then, or not known; all else as
-  /// now.
+  /// Returns the state as it was at a time: arms, gripper, percept and skin of then, or not known; all else
+  /// as now.
   ViewerState state_at(const ViewerState& now, core::Nanoseconds time_ns, const Staleness& staleness) const;
   /// Returns the number of pictures that the feed refused.
   std::uint64_t refused() const { return feed_.status().refused; }

@@ -221,7 +221,8 @@ Frame CellScene::frame_over_video(const ViewerState& state, const Staleness& sta
                                   core::Nanoseconds now_ns, const Eigen::Vector3d& eye_m) const {
   ViewerState shown = state;
   if (age_s(state.arm.received_ns, now_ns) > staleness.slave_s) shown.arm = {};
-  shown.others.clear();
+  for (OtherArmSample& other : shown.others)
+    if (age_s(other.arm.received_ns, now_ns) > staleness.slave_s) other.arm = {};
   Frame frame = this->frame(shown, staleness, now_ns);
   frame.floor_max_m = frame.floor_min_m;
   frame.lines.clear();
@@ -243,6 +244,11 @@ Frame CellScene::frame_over_video(const ViewerState& state, const Staleness& sta
   robot::LinkPoses X_WL;
   arm_.link_poses(shown.arm.position, X_WL);
   for (const LinkBody& part : links) add(part.body, X_WL[part.link] * pose_in_link(part, shown.gripper));
+  for (std::size_t o = 0; o < others.size(); ++o) {
+    if (sample_of(shown, o).received_ns == 0) continue;
+    others[o].arm.link_poses(sample_of(shown, o).position, X_WL);
+    for (const LinkBody& part : others[o].links) add(part.body, X_WL[part.link] * part.X_link_mesh);
+  }
   return frame;
 }
 

@@ -103,7 +103,7 @@ class CellScene {
 
   /// Returns the frame to be drawn over a picture of the same bodies: their edges as seen from `eye_m`, their
   /// paint, and nothing of the floor. An arm whose pose is out of date or not known is not drawn; nor is what
-  /// it carries; nor are other arms, whose poses at the picture's time are not kept.
+  /// it carries; nor are other arms while this one's pose is not known.
   Frame frame_over_video(const ViewerState& state, const Staleness& staleness, core::Nanoseconds now_ns,
                          const Eigen::Vector3d& eye_m) const;
   /// Returns the meshes of that frame and what each rides on, in the same order.

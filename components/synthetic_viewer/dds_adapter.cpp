@@ -74,6 +74,7 @@ struct DdsAdapter::Impl {
           arm(participant, dds::kSlaveState, bounds,
               [&inbox, i](const messages::SlaveState& state, core::Nanoseconds received_ns) {
                 const ArmSample sample(state, received_ns);
+                inbox.past.others[i].take(sample);
                 inbox.others[i].write(sample);
                 inbox.scene.others[i].write(sample);
               }) {}

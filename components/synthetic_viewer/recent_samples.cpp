@@ -10,15 +10,24 @@ void blend(Array& values, const Array& towards, double share) {
   for (std::size_t i = 0; i < values.size(); ++i) values[i] += share * (towards[i] - values[i]);
 }
 
-}  // namespace
-
-ArmSample RecentSamples::arm_at(core::Nanoseconds time_ns, core::Nanoseconds silence_ns) const {
-  const auto around = arms.at(time_ns, kStillTrue_ns, silence_ns);
+ArmSample between(const Past<ArmSample>& samples, core::Nanoseconds time_ns, core::Nanoseconds silence_ns) {
+  const auto around = samples.at(time_ns, kStillTrue_ns, silence_ns);
   if (!around) return {};
   ArmSample arm = around->before;
   blend(arm.position, around->after.position, around->share);
   arm.received_ns = time_ns;
   return arm;
+}
+
+}  // namespace
+
+ArmSample RecentSamples::arm_at(core::Nanoseconds time_ns, core::Nanoseconds silence_ns) const {
+  return between(arms, time_ns, silence_ns);
+}
+
+ArmSample RecentSamples::other_at(std::size_t other, core::Nanoseconds time_ns,
+                                  core::Nanoseconds silence_ns) const {
+  return between(others[other], time_ns, silence_ns);
 }
 
 PerceptSample RecentSamples::percept_at(core::Nanoseconds time_ns, core::Nanoseconds silence_ns) const {

@@ -62,6 +62,11 @@ class SimulatedCamera : public VideoSource {
         renderer_(graphics),
         scene_(world.arm, world.cell.min_m, world.cell.max_m) {
     for (const LinkMeshData& part : world.arm_meshes) scene_.links.push_back(uploaded(part, renderer_));
+    for (const OtherArmData& other : world.others) {
+      auto& made = scene_.others.emplace_back(CellScene::OtherArm{other.name, other.arm, {}});
+      for (const LinkMeshData& part : other.meshes) made.links.push_back(uploaded(part, renderer_));
+      state_.others.push_back({other.name, {}});
+    }
     for (const geometry::PlacedMesh& body : runtime::load_real_bodies(world.cell))
       add(world.cell, body.id, body.mesh_W, {});
     for (const runtime::LooseMesh& loose : runtime::load_loose_bodies(world.cell))
@@ -105,6 +110,8 @@ class SimulatedCamera : public VideoSource {
   /// The world at a time, as the ideal lens images it.
   Image at(core::Nanoseconds time_ns) {
     state_.arm = past_.arm_at(time_ns, kSlaveSilence_ns);
+    for (std::size_t i = 0; i < state_.others.size(); ++i)
+      state_.others[i].arm = past_.other_at(i, time_ns, kSlaveSilence_ns);
     state_.gripper = past_.gripper_at(time_ns, core::kNsPerSecond);
     Frame frame = scene_.frame(state_, {}, time_ns);
     frame.lines.clear();
@@ -113,11 +120,17 @@ class SimulatedCamera : public VideoSource {
   }
 
   bool moves_between(core::Nanoseconds a_ns, core::Nanoseconds b_ns) const {
-    const ArmSample a = past_.arm_at(a_ns, kSlaveSilence_ns), b = past_.arm_at(b_ns, kSlaveSilence_ns);
-    double farthest = 0.0;
-    for (std::size_t i = 0; i < a.position.size(); ++i)
-      farthest = std::max(farthest, std::abs(a.position[i] - b.position[i]));
-    return farthest > kStillAngle_rad;
+    const auto moves = [](const ArmSample& a, const ArmSample& b) {
+      double farthest = 0.0;
+      for (std::size_t i = 0; i < a.position.size(); ++i)
+        farthest = std::max(farthest, std::abs(a.position[i] - b.position[i]));
+      return farthest > kStillAngle_rad;
+    };
+    bool any = moves(past_.arm_at(a_ns, kSlaveSilence_ns), past_.arm_at(b_ns, kSlaveSilence_ns));
+    for (std::size_t i = 0; i < state_.others.size(); ++i)
+      any =
+          any || moves(past_.other_at(i, a_ns, kSlaveSilence_ns), past_.other_at(i, b_ns, kSlaveSilence_ns));
+    return any;
   }
 
   /// The exposure ends now.

@@ -113,7 +113,8 @@ void ViewerLoop::open_camera() {
   };
   if (camera.kind == VideoKind::kSimulated)
     open = [this, &camera,
-            world = std::make_shared<const SimulatedWorld>(SimulatedWorld{cell_, arm_, arm_meshes_})] {
+            world = std::make_shared<const SimulatedWorld>(SimulatedWorld{
+                cell_, arm_, arm_meshes_, load_other_arms(cell_, config_.arm, config_.other_arms)})] {
       return open_simulated_camera(camera, config_.graphics, *world, inbox_.past);
     };
   if (camera.kind == VideoKind::kTopic)

@@ -81,16 +81,19 @@ inline double share_within(const std::vector<double>& sorted, double limit) {
 
 class CameraRig : public TwoPlates {
  protected:
-  CameraRig() {
+  explicit CameraRig(const std::string& cell = "two_plates") : TwoPlates(cell) {
     config_.camera_view.camera = bent_camera();
     config_.camera_view.format = {960, 720, 1, false};
   }
   VideoCamera& camera() { return *config_.camera_view.camera; }
   /// Opens camera and drawing as configured.
   void open() {
-    arm_ = std::make_unique<robot::SerialArm>(runtime::load_arm(cell_.arm()));
-    const auto meshes = load_arm_meshes(*arm_, runtime::load_skin(cell_.arm(), *arm_));
-    world_ = std::make_unique<SimulatedWorld>(SimulatedWorld{cell_, *arm_, meshes});
+    const runtime::ArmConfig& arm = cell_.arm(config_.arm);
+    arm_ = std::make_unique<robot::SerialArm>(runtime::load_arm(arm));
+    const auto meshes = load_arm_meshes(*arm_, runtime::load_skin(arm, *arm_));
+    world_ = std::make_unique<SimulatedWorld>(
+        SimulatedWorld{cell_, *arm_, meshes, load_other_arms(cell_, config_.arm, config_.other_arms)});
+    for (const auto& other : config_.other_arms) state_.others.push_back({other.arm, {}});
     drawing_ = std::make_unique<Drawing>(config_, cell_, *arm_, meshes, state_);
     for (const runtime::CellBody& body : runtime::load_bodies(cell_)) {
       const runtime::ObjectConfig& object = cell_.objects[body.body.id - 1U];
@@ -110,7 +113,13 @@ class CameraRig : public TwoPlates {
     const double t = std::fmod(core::seconds(time_ns), 2.0);
     return speed_rad_s_ * (t < 1.0 ? t - 0.5 : 1.5 - t);
   }
+  /// In a cell with another arm that one moves, and this one rests.
   ArmSample arm_at(core::Nanoseconds time_ns) const {
+    ArmSample arm = pose(config_.other_arms.empty() ? turned_rad(time_ns) : 0.0);
+    arm.received_ns = time_ns;
+    return arm;
+  }
+  ArmSample other_at(core::Nanoseconds time_ns) const {
     ArmSample arm = pose(turned_rad(time_ns));
     arm.received_ns = time_ns;
     return arm;
@@ -120,7 +129,7 @@ class CameraRig : public TwoPlates {
     const core::Nanoseconds now_ns = core::monotonic_ns(), until_ns = now_ns + 3 * core::kNsPerSecond;
     if (filled_ns_ == 0) filled_ns_ = now_ns - core::kNsPerSecond;
     for (; filled_ns_ < until_ns; filled_ns_ += 5 * core::kNsPerMillisecond)
-      past_.arms.take(arm_at(filled_ns_));
+      past_.arms.take(arm_at(filled_ns_)), past_.others[0].take(other_at(filled_ns_));
   }
   /// Waits for a picture that was exposed while the arm moves one way, and takes it as it stands at that
   /// moment.

@@ -16,7 +16,25 @@ namespace {
 
 using ::testing::HasSubstr;
 
-class OverlayOfACamera : public test::CameraRig {};
+class OverlayOfACamera : public test::CameraRig {
+ protected:
+  using CameraRig::CameraRig;
+  /// Holds the lines of what moves, drawn for the picture's time and for now, against the picture.
+  void expect_lines_of_then();
+};
+
+// The arm of the shipped pair that rests, with the other one, which moves.
+class OverlayOfAPair : public OverlayOfACamera {
+ protected:
+  OverlayOfAPair() : OverlayOfACamera("scara_pair") {
+    config_.arm = "scara_a";
+    config_.other_arms = {{"scara_b", "scara_pair/b"}};
+    const Eigen::Vector3d eye(1.1, -1.5, 1.5), z = (Eigen::Vector3d(0.25, 0.0, 0.65) - eye).normalized();
+    const Eigen::Vector3d x = z.cross(Eigen::Vector3d(0.05, 0.1, 1.0)).normalized();
+    camera().calibration.X_WC->rotation << x, z.cross(x), z;
+    camera().calibration.X_WC->translation_m = eye;
+  }
+};
 
 // The picture comes from the simulated camera, distorted, noisy and late; the lines from the model, and what
 // is compared is where the picture's brightness changes.
@@ -44,7 +62,7 @@ TEST_F(OverlayOfACamera, ACameraThatStandsElsewhereIsSeenToDoSo) {
   EXPECT_LT(test::share_within(distances(drawing_->picture(View::kCamera).frame), 1.0), 0.3);
 }
 
-TEST_F(OverlayOfACamera, InMotionItIsDrawnForThePicturesTimeAndNotForNow) {
+void OverlayOfACamera::expect_lines_of_then() {
   speed_rad_s_ = 1.2;
   open();
   std::vector<double> then, now;
@@ -52,18 +70,18 @@ TEST_F(OverlayOfACamera, InMotionItIsDrawnForThePicturesTimeAndNotForNow) {
     take_picture();
     Compositor::Picture picture = drawing_->picture(View::kCamera);
     EXPECT_THAT(picture.hud.subtitle, HasSubstr("ms old, drawn over as of then"));
-    // The arm alone: what stands still looks the same at all times.
+    // The arms alone: what stands still looks the same at all times.
     ViewerState moving = state_;
     moving.objects.clear();
     Frame alone = picture.frame;
     const core::Nanoseconds exposed_ns = *feed_->status().newest->exposed_ns;
     if (feed_->status().number != seen_) continue;  // a newer one has come meanwhile
-    const auto drawn_at = [&](const ArmSample& arm) {
-      moving.arm = arm;
-      return drawing_->scene().frame_over_video(moving, config_.staleness, arm.received_ns,
-                                                alone.camera.eye_m);
+    const auto drawn_at = [&](core::Nanoseconds time_ns) {
+      moving.arm = arm_at(time_ns);
+      for (OtherArmSample& other : moving.others) other.arm = other_at(time_ns);
+      return drawing_->scene().frame_over_video(moving, config_.staleness, time_ns, alone.camera.eye_m);
     };
-    const Frame of_then = drawn_at(arm_at(exposed_ns)), of_now = drawn_at(arm_at(now_ns_));
+    const Frame of_then = drawn_at(exposed_ns), of_now = drawn_at(now_ns_);
     for (const Frame* frame : {&of_then, &of_now}) {
       alone.items = frame->items;
       alone.lines = frame->lines;
@@ -85,12 +103,33 @@ TEST_F(OverlayOfACamera, InMotionItIsDrawnForThePicturesTimeAndNotForNow) {
   }
   std::ranges::sort(then);
   std::ranges::sort(now);
+  if (const char* folder = std::getenv("PHANTOM_PICTURES_DIR")) {
+    const Compositor::Picture picture = drawing_->picture(View::kCamera);
+    Image drawn = drawing_->renderer().render(picture.frame, config_.camera_view.format);
+    draw_hud(drawn, picture.hud);
+    cv::imwrite(std::string(folder) + "/camera_moving_" + cell_.name + ".png", drawn);
+  }
   ASSERT_GT(then.size(), 60U);
   RecordProperty("share_then", std::to_string(test::share_within(then, 1.0)));
   RecordProperty("share_now", std::to_string(test::share_within(now, 1.0)));
   EXPECT_LT(then[then.size() / 2], 0.7);
   EXPECT_GT(test::share_within(then, 1.0), 0.75);
   EXPECT_LT(test::share_within(now, 1.0), 0.4) << "drawn for now, it would lie beside";
+}
+
+TEST_F(OverlayOfACamera, InMotionItIsDrawnForThePicturesTimeAndNotForNow) { expect_lines_of_then(); }
+
+TEST_F(OverlayOfAPair, TheOtherArmIsDrawnForThePicturesTimeAndNotForNow) {
+  expect_lines_of_then();
+  // One that was silent then is not drawn.
+  const auto lines = [&](core::Nanoseconds time_ns) {
+    ViewerState then = view_->state_at(state_, time_ns, config_.staleness);
+    then.arm = arm_at(time_ns);
+    return drawing_->scene()
+        .frame_over_video(then, config_.staleness, time_ns, camera().calibration.X_WC->translation_m)
+        .lines.size();
+  };
+  EXPECT_LT(lines(filled_ns_ + core::kNsPerSecond), lines(now_ns_));
 }
 
 // A camera whose pictures a test makes.

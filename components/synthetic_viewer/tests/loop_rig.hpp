@@ -20,7 +20,9 @@ using phantom::test::eventually;
 
 class TwoPlates : public ::testing::Test {
  protected:
-  TwoPlates() {
+  /// `cell`: another of the shipped ones.
+  explicit TwoPlates(const std::string& cell = "two_plates")
+      : cell_(runtime::load_cell(PHANTOM_SOURCE_DIR "/deploy/cells/" + cell + "/cell.yaml")) {
     config_.graphics = GraphicsPlatform::kSurfaceless;
     config_.frame_rate_hz = 30;
     config_.main_view.format = {320, 180, 1, false};
@@ -43,7 +45,7 @@ class TwoPlates : public ::testing::Test {
     ArmSample arm;
     arm.received_ns = core::monotonic_ns();
     arm.state = LinkState::kCoupled;
-    const auto& home = cell_.arm().home;
+    const auto& home = cell_.arm(config_.arm).home;
     std::copy(home.begin(), home.end(), arm.position.begin());
     arm.position[0] += turned_rad;
     return arm;
@@ -59,8 +61,7 @@ class TwoPlates : public ::testing::Test {
     hit.arm = pose();
     return hit;
   }
-  const runtime::CellConfig cell_ =
-      runtime::load_cell(PHANTOM_SOURCE_DIR "/deploy/cells/two_plates/cell.yaml");
+  const runtime::CellConfig cell_;
   ViewerConfig config_;
   PageContent content_;
   std::filesystem::path folder_;
