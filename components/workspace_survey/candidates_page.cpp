@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/core/errors.hpp"
+#include "components/workspace_survey/part_picture.hpp"
 
 namespace phantom::workspace_survey {
 namespace {
@@ -31,6 +32,12 @@ std::string base64(const std::string& bytes) {
   return text;
 }
 
+/// Returns a picture, PNG or JPEG, as a "data:" address.
+std::string data_address(const std::string& bytes) {
+  return std::string("data:image/") + (bytes.starts_with("\x89PNG") ? "png" : "jpeg") + ";base64," +
+         base64(bytes);
+}
+
 /// Returns a picture as a "data:" address; "" for no file.
 std::string image_address(const std::filesystem::path& file) {
   if (file.empty()) return "";
@@ -40,7 +47,14 @@ std::string image_address(const std::filesystem::path& file) {
   const bool png = bytes.starts_with("\x89PNG"), jpeg = bytes.starts_with("\xFF\xD8\xFF");
   if (!(png || jpeg) || bytes.size() > kMostImageBytes)
     throw core::ConfigError(file.string() + ": is not a picture; allowed: PNG or JPEG of at most 8 MiB");
-  return std::string("data:image/") + (png ? "png" : "jpeg") + ";base64," + base64(bytes);
+  return data_address(bytes);
+}
+
+/// Returns the library's picture of a part; one made from its mesh if the library names none.
+std::string image_of(const LibraryPart& part, const survey::PartModel& model) {
+  if (!part.image.empty()) return image_address(part.image);
+  const std::vector<std::uint8_t> png = part_picture(model);
+  return data_address({png.begin(), png.end()});
 }
 
 template <class Vector>
@@ -52,7 +66,7 @@ json part_json(const LibraryPart& part, const survey::PartModel& model) {
   json vertices = json::array(), nodes = json::array();
   for (const auto& v : model.mesh_O.vertices_m) vertices.push_back(numbers(v));
   for (const auto& n : model.nodes_O_m) nodes.push_back(numbers(n));
-  return {{"name", part.name},    {"image", image_address(part.image)},
+  return {{"name", part.name},    {"image", image_of(part, model)},
           {"vertices", vertices}, {"triangles", model.mesh_O.triangles},
           {"nodes", nodes},       {"edges", survey::sharp_edges(model)}};
 }

@@ -16,6 +16,7 @@
 #include "components/workspace_survey/candidates_page.hpp"
 #include "components/workspace_survey/measurement_file.hpp"
 #include "components/workspace_survey/object_text.hpp"
+#include "components/workspace_survey/part_picture.hpp"
 #include "components/workspace_survey/picture.hpp"
 #include "components/workspace_survey/touch_command.hpp"
 
@@ -89,6 +90,23 @@ std::string origin_text(const Request& request, const Config& config) {
       "beam offset {:.1f} mm",
       request.part, request.pose, request.seed, runtime::pose_text(config.head.X_WH),
       1e3 * config.head.beam_offset_m);
+}
+
+/// Lists the library's parts, and writes a picture of each.
+int list_parts(const Request& request, const Config& config, std::ostream& print) {
+  const Library library = read_library(request.library);
+  print << parts_text(library, 2.0 * config.errors.range_m);
+  if (request.out.empty()) return runtime::kExitDone;
+  std::error_code failed;  // told by the first picture that cannot be written
+  std::filesystem::create_directories(request.out, failed);
+  for (const survey::PartModel& model : library.models) {
+    if (model.name.find('/') != std::string::npos)
+      throw ConfigError("part '" + model.name + "': no file can be called so; allowed: a name without '/'");
+    const auto png = part_picture(model);
+    write_file(request.out / (model.name + ".png"), {png.begin(), png.end()});
+  }
+  print << fmt::format("{}: {} pictures\n", request.out.string(), library.models.size());
+  return runtime::kExitDone;
 }
 
 int simulate(const Request& request, const Config& config, std::ostream& print) {
@@ -275,6 +293,8 @@ void add_options(runtime::Command app, Request& request) {
     added.option("--library", request.library, "folder of CAD models; default: the shipped parts");
     return added;
   };
+  sub("parts", "list the library's parts, with what tells them apart")
+      .option("--pictures", request.out, "write a picture of each, made from its mesh, into this folder");
   runtime::Command simulate = sub("simulate", "measure a part with the simulated range head, as CSV");
   simulate.option("--part", request.part, "which part of the library").required();
   add_target_options(simulate, request);
@@ -312,6 +332,7 @@ int run(const Request& request, const Config& config, const Workspace& workspace
         std::ostream& print) {
   Request whole = request;
   if (whole.library.empty()) whole.library = runtime::share_path("deploy/parts");
+  if (whole.what == "parts") return list_parts(whole, config, print);
   if (whole.what == "simulate") return simulate(whole, config, print);
   if (whole.what == "touch") return run_touch(whole, config, workspace, in, print);
   if (whole.what == "assist") return run_assistant(whole, config, workspace, in, print);

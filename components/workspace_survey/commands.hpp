@@ -15,7 +15,7 @@ namespace phantom::workspace_survey {
 
 /// The command line's arguments, unchecked.
 struct Request {
-  std::string what;  ///< simulate, identify, fit, assist or touch
+  std::string what;  ///< parts, simulate, identify, fit, assist or touch
   std::filesystem::path library, measurements, out, picture, json;
   std::filesystem::path page, view;  ///< page of candidates to write; picture of the cell for it
   std::size_t pick = 0;              ///< fit: a person's choice on that page; 0: none

@@ -1,10 +1,17 @@
 #include "components/workspace_survey/library.hpp"
 
+#include <spdlog/fmt/fmt.h>
+#include <spdlog/fmt/ranges.h>
+
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <set>
 
 #include "common/runtime/fields.hpp"
 #include "common/runtime/named.hpp"
+#include "common/survey/visible.hpp"
+#include "components/workspace_survey/part_picture.hpp"
 
 namespace phantom::workspace_survey {
 namespace {
@@ -49,6 +56,17 @@ std::vector<LibraryPart> found_parts(const std::filesystem::path& folder) {
   return parts;
 }
 
+/// Returns the lengths of a part's edges that can be measured, each once, to 0.1 mm.
+std::set<double> edge_lengths_m(const survey::PartModel& part) {
+  const double least_m = survey::VisibleOptions().least_edge_m;
+  std::set<double> lengths_m;
+  for (const auto& [from, to] : survey::sharp_edges(part)) {
+    const double length_m = (part.nodes_O_m[to] - part.nodes_O_m[from]).norm();
+    if (length_m >= least_m) lengths_m.insert(1e-4 * std::round(1e4 * length_m));
+  }
+  return lengths_m;
+}
+
 }  // namespace
 
 Library load_library(const std::filesystem::path& folder) {
@@ -81,6 +99,32 @@ Library load_library(const std::filesystem::path& folder) {
                       ": holds no part that can be used; allowed: a library.yaml, or mesh files" +
                       (library.unusable.empty() ? "" : "; " + library.unusable.front().problem));
   return library;
+}
+
+std::string parts_text(const Library& library, double apart_m) {
+  std::vector<std::set<double>> lengths_m;
+  for (const survey::PartModel& model : library.models) lengths_m.push_back(edge_lengths_m(model));
+  std::string text;
+  for (std::size_t i = 0; i < library.models.size(); ++i) {
+    const survey::PartModel& model = library.models[i];
+    std::vector<std::string> own_mm;
+    for (const double length_m : lengths_m[i]) {
+      bool own = true;
+      for (std::size_t other = 0; other < lengths_m.size(); ++other) {
+        const auto near = lengths_m[other].lower_bound(length_m - apart_m);
+        own = own && (other == i || near == lengths_m[other].end() || *near > length_m + apart_m);
+      }
+      if (own) own_mm.push_back(fmt::format("{:.4g}", 1e3 * length_m));
+    }
+    const auto box = model.mesh_O.bounding_box();
+    const Eigen::Vector3f size_m = box.max_m - box.min_m;
+    text += fmt::format("{:<20} {}, {:.2g} : 1, {} plane faces, {}\n", model.name, size_text(model),
+                        size_m.maxCoeff() / size_m.minCoeff(), model.faces.size(),
+                        own_mm.empty() ? std::string("no length of its own")
+                                       : fmt::format("{} mm {} its alone", fmt::join(own_mm, ", "),
+                                                     own_mm.size() == 1 ? "is" : "are"));
+  }
+  return text;
 }
 
 std::size_t find_part(const Library& library, const std::string& name) {

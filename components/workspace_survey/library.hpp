@@ -14,7 +14,7 @@ struct LibraryPart {
   std::string name;
   std::filesystem::path mesh;
   geometry::MeshImportOptions import;  ///< the mesh's unit and up axis
-  std::filesystem::path image;         ///< picture of the part; empty: none
+  std::filesystem::path image;         ///< picture of the part; empty: one is made from its mesh
   std::string cell_mesh;           ///< the mesh's file in the cell's folder; empty: the command contains it
   std::vector<std::string> notes;  ///< assumptions made about the mesh
 };
@@ -38,6 +38,11 @@ extern const char* const kPartKeys;  ///< table of the keys of a library.yaml (l
 /// measured, is left out and named as unusable. Throws core::ConfigError that names the file and the fault
 /// for a faulty list and where no part is usable, MissingError for a folder or mesh that does not exist.
 Library load_library(const std::filesystem::path& folder);
+
+/// Returns a line for each part by which a person tells them apart (thesis A.2.4): size, the longest length
+/// of the box round it to the shortest, the number of plane faces, and the lengths of edges (from 20 mm on)
+/// that no edge of another part has, to `apart_m`.
+std::string parts_text(const Library& library, double apart_m);
 
 /// Returns the index of the part called `name`. Throws core::ConfigError that names the existing
 /// parts, or why this one is unusable.

@@ -46,7 +46,7 @@ int main(int argc, char** argv) {
     }
     if (request.what.empty())
       throw core::ConfigError(
-          "what shall be done? allowed: simulate, identify, fit, assist, touch (see --help)");
+          "what shall be done? allowed: parts, simulate, identify, fit, assist, touch (see --help)");
     const runtime::EndsAtOnce batch(runtime::kExitFailed);  // a stop ends it at once, also at a prompt
     return workspace_survey::run(request, config, workspace, std::cin, std::cout);
   };

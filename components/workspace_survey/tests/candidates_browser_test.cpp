@@ -47,6 +47,10 @@ TEST_F(CandidatesInChromium, EveryOneIsDrawnAsTheHeadSeesItAndTurnsWithTheOthers
       js("return Math.max(...data.cards.map(c => Math.max(...c.seen.measured.map(m => "
          "Math.min(...c.seen.nodes.map(n => Math.hypot(n[0] - m.at[0], n[1] - m.at[1])))))))");
   EXPECT_LT(off_m, 0.01);
+  const std::string images =
+      "return [...document.querySelectorAll('.card img')].filter(i => i.complete && i.naturalWidth > 0).length";
+  EXPECT_EQ(js(images), js("return document.querySelectorAll('.card').length"))
+      << "each has the picture that the library has of its part";
   const std::string at_home = picture();
   browser_->drag("canvas", 60, 25);
   const std::string turned = picture();

@@ -182,6 +182,14 @@ TEST_F(Candidates, ThePageHoldsTheLibrarysPictureAndTheViewOfTheCell) {
   EXPECT_THROW(load_library(of_library("block", ", image: none.png").library), core::MissingError);
 }
 
+TEST_F(Candidates, WhereTheLibraryHasNoPictureOneIsMadeOfTheMesh) {
+  Request request = of_library("block", "");
+  call(request);
+  const std::string image = data_of(read(request.page)).at("parts")[0].at("image");
+  EXPECT_THAT(image, testing::StartsWith("data:image/png;base64,iVBORw0KGgo"));
+  EXPECT_GT(image.size(), 5000U) << "not an empty one";
+}
+
 TEST_F(Candidates, NoNameEndsThePagesScript) {
   Request request = of_library("</script><b>", "");
   call(request);

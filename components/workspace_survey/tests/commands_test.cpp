@@ -43,6 +43,25 @@ class Commands : public InFolder {
   }
 };
 
+TEST_F(Commands, PartsAreListedAndTheirPicturesWritten) {
+  Request request;
+  request.what = "parts";
+  request.out = folder_ / "pictures";
+  const Said said = call(request);
+  EXPECT_EQ(said.exit_code, 0);
+  EXPECT_THAT(said.text, AllOf(HasSubstr("\nbar "), HasSubstr("pictures: 9 pictures\n")));
+  for (const LibraryPart& part : shipped_library().parts)
+    EXPECT_FALSE(cv::imread((request.out / (part.name + ".png")).string()).empty()) << part.name;
+  request.out = write("a_file", "");
+  EXPECT_THAT(refusal([&] { call(request); }), HasSubstr("a_file/v_groove_block.png: cannot be written"));
+  std::filesystem::copy_file(source("deploy/parts/cube.obj"), folder_ / "cube.obj");
+  write("library.yaml", "parts: [{name: ../cube, mesh: cube.obj, mesh_scale: 0.001}]\n");
+  request.library = folder_;
+  request.out = folder_ / "inner";
+  EXPECT_THAT(refusal([&] { call(request); }), HasSubstr("allowed: a name without '/'"));
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "cube.png"));
+}
+
 /// The pose that a shipped example's comment states.
 geometry::Pose stated(const std::string& text) {
   const auto from = text.find('"') + 1;

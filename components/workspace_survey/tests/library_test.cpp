@@ -1,9 +1,11 @@
 #include <algorithm>
+#include <opencv2/imgcodecs.hpp>
 
 #include "common/geometry/mesh_io.hpp"
 #include "common/runtime/cell.hpp"
 #include "common/runtime/cell_bodies.hpp"
 #include "components/workspace_survey/object_text.hpp"
+#include "components/workspace_survey/part_picture.hpp"
 #include "components/workspace_survey/tests/rig.hpp"
 
 namespace phantom::workspace_survey {
@@ -67,6 +69,53 @@ TEST_F(LibraryTest, ABrokenMeshIsLeftOutAndTheOthersAreThere) {
     EXPECT_THAT(refusal([&] { find_part(library, "wedge"); }),
                 AllOf(HasSubstr("part 'wedge'"), HasSubstr("wedge.obj")));
   }
+}
+
+// The picture's left half shows a part from its front, right and above; there a convex part covers as much as
+// its faces do that look that way, and the near ones hide the far ones.
+TEST_F(LibraryTest, APartsPictureShowsItsShapeAndItsNearSide) {
+  constexpr int kSide = 320;
+  const Eigen::Vector3d towards = Eigen::Vector3d(1.0, -1.6, 1.1).normalized();
+  const auto covered = [](const cv::Mat& picture, cv::Point at) {
+    const auto pixel = picture.at<cv::Vec3b>(at);
+    return pixel[0] < 240 || pixel[2] < 240;
+  };
+  for (const char* name : {"cube", "bar", "brick", "wedge", "hexagon"}) {
+    const survey::PartModel& part = shipped_library().models[find_part(shipped_library(), name)];
+    const cv::Mat picture = cv::imdecode(part_picture(part), cv::IMREAD_COLOR);
+    ASSERT_EQ(picture.cols, 2 * kSide);
+    int pixels = 0, behind = 0;
+    for (int y = 0; y < kSide; ++y) {
+      for (int x = 0; x < kSide; ++x) {
+        pixels += covered(picture, {x, y}) ? 1 : 0;
+        behind += covered(picture, {x + kSide, y}) ? 1 : 0;
+      }
+    }
+    double seen_m2 = 0.0;
+    for (const survey::PartFace& face : part.faces)
+      seen_m2 += std::max(0.0, face.normal_O.dot(towards)) * face.area_m2;
+    const double wanted = seen_m2 * std::pow(0.92 * kSide / part.extent_m, 2);
+    EXPECT_GT(pixels, 0.98 * wanted) << name;
+    EXPECT_LT(pixels, 1.01 * wanted + 700) << name << ": its outline lies half outside of it";
+    EXPECT_GT(behind, 1000) << name;
+  }
+  const survey::PartModel& cube = shipped_library().models[find_part(shipped_library(), "cube")];
+  const cv::Mat picture = cv::imdecode(part_picture(cube), cv::IMREAD_COLOR);
+  EXPECT_GT(picture.at<cv::Vec3b>(kSide / 4, kSide / 2)[1],
+            picture.at<cv::Vec3b>(2 * kSide / 3, 3 * kSide / 4)[1] + 20)
+      << "its top is lit, not its bottom";
+}
+
+TEST_F(LibraryTest, ItsListSaysWhatTellsPartsApart) {
+  const std::string list = parts_text(shipped_library(), 0.005);
+  EXPECT_EQ(std::ranges::count(list, '\n'), 9);
+  EXPECT_THAT(
+      list,
+      AllOf(
+          HasSubstr("bar                  50 x 50 x 800 mm, 16 : 1, 6 plane faces, 800 mm is its alone\n"),
+          HasSubstr("cube                 120 x 120 x 120 mm, 1 : 1, 6 plane faces, no length of its own\n"),
+          HasSubstr("228.3 mm is its alone")));
+  EXPECT_THAT(parts_text(shipped_library(), 0.05), testing::Not(HasSubstr("228.3 mm")));
 }
 
 // What is sent is what wva_server reads: the same shape, at the pose, with the guard.
