@@ -4,6 +4,8 @@
 #include <cmath>
 #include <cstdio>
 
+#include "common/runtime/other_arms.hpp"
+
 namespace phantom::phantom_session {
 namespace {
 
@@ -65,7 +67,8 @@ void Collector::narrate_until(double now_s) {
 std::string Collector::object_name(int object) const {
   if (object == 0) return "something unknown";
   const auto found = object_names_.find(object);
-  return found != object_names_.end() ? found->second : "object " + std::to_string(object);
+  if (found != object_names_.end()) return found->second;
+  return object >= runtime::kFirstOtherArmId ? "another arm" : "object " + std::to_string(object);
 }
 
 void Collector::begin_reach(const MasterSample& sample) {

@@ -67,6 +67,8 @@ TEST(Collector, OnlyRaisedHitsCount) {
   collector.on_hit({.t_s = 2, .alert = 1, .cleared = true});
   ASSERT_EQ(collector.hits().size(), 1u);
   EXPECT_EQ(collector.object_name(9), "object 9") << "a name that never came is told as a number";
+  EXPECT_EQ(collector.object_name(65'000), "another arm")
+      << "which the phantom feels beside the cell's objects";
 }
 
 TEST(Collector, AHitThatSkinAndInterestPointTellIsOneLineAndLinesKeepTheirOrder) {
