@@ -14,6 +14,8 @@ namespace phantom::recording {
 
 /// Key in a channel's metadata; "yes": its samples were there before the file began.
 inline constexpr const char* kCarriedOver = "carried_over";
+/// Key in a channel's metadata: the DDS partition that its samples came from; empty: the default one.
+inline constexpr const char* kPartition = "partition";
 
 /// Returns the files that the arguments name: a file as given, of a folder all .mcap files by name. Throws
 /// MissingError if one does not exist or a folder has none.

@@ -72,6 +72,7 @@ struct DdsAdapter::Impl : observation::DiscoveryListener {
   void on_endpoint(const diagnostics::EndpointInfo& info, diagnostics::Presence presence) override {
     if (!info.writer || presence != diagnostics::Presence::kAppeared) return;
     const std::lock_guard lock(mutex);
+    processes.put(info);
     if (keeps(info.topic) && known.is_fresh(info.topic)) fresh.push_back(topic_info(info));
   }
 

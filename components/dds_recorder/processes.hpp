@@ -16,7 +16,16 @@ class Processes {
   static constexpr std::size_t kMostGone = 1024;
 
   void put(const diagnostics::ParticipantInfo& info) {
-    present_[info.guid] = {info.name, info.host, info.process};
+    WriterInfo& known = present_[info.guid];
+    known.component = info.name;
+    known.host = info.host;
+    known.process = info.process;
+  }
+  /// Takes note of a writer's partition; a process that writes in several is known by the last of them.
+  void put(const diagnostics::EndpointInfo& writer) {
+    const auto known = present_.find(diagnostics::participant_of(writer.guid));
+    if (known != present_.end())
+      known->second.partition = writer.qos.partitions.empty() ? "" : writer.qos.partitions.front();
   }
   void leave(const Guid& participant) {
     const auto known = present_.find(participant);

@@ -47,7 +47,8 @@ core::Expected<std::uint16_t> RecordingFile::channel(const SampleHead& sample, b
                              {"writer", diagnostics::to_string(sample.writer)},
                              {"component", writer.component},
                              {"host", writer.host},
-                             {"process", writer.process}};
+                             {"process", writer.process},
+                             {recording::kPartition, writer.partition}};
   for (const auto& [policy, value] : topic.qos) about["qos." + policy] = value;
   if (carried_over) about[kCarriedOver] = "yes";
   const auto added = writer_.add_channel({0, *schema_id, topic.name, "cdr", std::move(about)});

@@ -24,6 +24,7 @@ using recording::kCarriedOver;
 /// The writer of a topic, as far as discovery has reported it.
 struct WriterInfo {
   std::string component, host, process;
+  std::string partition;  ///< that it writes in; empty: the default one, or not known
 };
 using DescribeWriter = std::function<WriterInfo(const Guid&)>;
 

@@ -106,6 +106,16 @@ std::vector<OtherArmData> load_other_arms(const runtime::CellConfig& cell, const
   return loaded;
 }
 
+std::vector<OtherArmSource> sources_of(const std::vector<OtherArmData>& arms,
+                                       const std::vector<runtime::OtherArmConfig>& configured) {
+  std::vector<OtherArmSource> sources;
+  for (std::size_t i = 0; i < arms.size(); ++i)
+    sources.push_back({arms[i].name,
+                       configured[i].partition,
+                       {.joint_count = arms[i].arm.joint_count(), .link_count = arms[i].arm.links().size()}});
+  return sources;
+}
+
 void set_closing(const robot::SerialArm& closed, std::vector<LinkMeshData>& meshes) {
   // load_arm_meshes() has the visuals of all links first, in the arm's order.
   auto mesh = meshes.begin();

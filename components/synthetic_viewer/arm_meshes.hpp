@@ -8,6 +8,7 @@
 #include "common/robot/skin.hpp"
 #include "common/runtime/cell.hpp"
 #include "common/runtime/other_arms.hpp"
+#include "components/synthetic_viewer/samples.hpp"
 
 namespace phantom::synthetic_viewer {
 
@@ -37,6 +38,10 @@ struct OtherArmData {
 /// does not have, that is `own`, or that stands twice.
 std::vector<OtherArmData> load_other_arms(const runtime::CellConfig& cell, const std::string& own,
                                           const std::vector<runtime::OtherArmConfig>& others);
+
+/// Returns where the states of those arms come from; `configured`: of the same arms.
+std::vector<OtherArmSource> sources_of(const std::vector<OtherArmData>& arms,
+                                       const std::vector<runtime::OtherArmConfig>& configured);
 
 /// Sets the ways of a gripper's fingers: from where `meshes` are, of the arm with the gripper at its widest,
 /// to where they are in `closed`.

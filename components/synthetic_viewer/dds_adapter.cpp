@@ -222,7 +222,7 @@ void DdsAdapter::Impl::open_video(const std::string& camera) {
 }
 
 DdsAdapter::DdsAdapter(const core::NetworkOptions& network, const messages::ArmBounds& arm, Inbox& inbox,
-                       const std::string& camera, const std::vector<OtherArm>& others)
+                       const std::string& camera, const std::vector<OtherArmSource>& others)
     : impl_(std::make_unique<Impl>(network, arm, inbox, camera)) {
   for (std::size_t i = 0; i < others.size(); ++i) {
     core::NetworkOptions there = network;

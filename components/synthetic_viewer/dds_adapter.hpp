@@ -20,15 +20,10 @@ namespace phantom::synthetic_viewer {
 /// never wait for a picture.
 class DdsAdapter {
  public:
-  /// Another arm that is drawn: where its slave_state comes from, and the arm that this must fit.
-  struct OtherArm {
-    std::string partition;
-    messages::ArmBounds bounds;
-  };
   /// Joins the DDS domain. `arm`: the arm that the samples must fit. `camera`: whose pictures are taken from
-  /// camera_picture; empty: none are. Throws dds::DdsError.
+  /// camera_picture; empty: none are. `others`: arms that are drawn, too. Throws dds::DdsError.
   DdsAdapter(const core::NetworkOptions& network, const messages::ArmBounds& arm, Inbox& inbox,
-             const std::string& camera = {}, const std::vector<OtherArm>& others = {});
+             const std::string& camera = {}, const std::vector<OtherArmSource>& others = {});
   ~DdsAdapter();
 
   /// Sends an operator_command repeatedly until all components that must answer have done so, and waits for

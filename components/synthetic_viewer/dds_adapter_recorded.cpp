@@ -70,12 +70,20 @@ std::size_t bytes_of(const ComponentSample& component) {
 
 }  // namespace
 
+RecordedMoment::RecordedMoment(messages::ArmBounds arm, const std::vector<OtherArmSource>& other_arms)
+    : intake(std::move(arm)) {
+  for (const OtherArmSource& other : other_arms) {
+    others.push_back({TopicIntake(other.bounds), {}});
+    state.others.push_back({other.name, {}});
+  }
+}
+
 std::size_t RecordedMoment::bytes() const {
   constexpr std::size_t kObject = 2 * (sizeof(ObjectSample) + 128);  // in the state and in the intake
   std::size_t bytes = sizeof *this + state.hits.size() * (sizeof(HitRecord) + 128) +
                       state.objects.size() * kObject + state.skin.felt.size() * sizeof(SkinPatchSample) +
                       state.workspace.carried.size() * (sizeof(messages::CarriedObject) + 64) +
-                      servers.size() * 64;
+                      servers.size() * 64 + others.size() * (sizeof(Other) + sizeof(OtherArmSample));
   for (const auto& [name, component] : state.components) bytes += 2 * name.size() + 256 + bytes_of(component);
   return bytes;
 }
@@ -174,6 +182,16 @@ struct RecordedTopics::Impl {
     return chunk.has_value();
   }
 
+  bool take_other(std::size_t other, recording::ByteView bytes, core::Nanoseconds at_ns,
+                  RecordedMoment& moment) {
+    const msg::SlaveState* message = arm.decode(bytes);
+    if (message == nullptr) return false;
+    RecordedMoment::Other& from = moment.others[other];
+    auto sample = from.intake.take(*message, at_ns, from.stops);
+    if (sample) moment.state.others[other].arm = std::move(*sample);
+    return sample.has_value();
+  }
+
   bool take_command(recording::ByteView bytes, RecordedMoment& moment) {
     const msg::OperatorCommand* message = command.decode(bytes);
     if (message == nullptr) return false;
@@ -183,12 +201,19 @@ struct RecordedTopics::Impl {
   }
 };
 
-RecordedTopics::RecordedTopics() : impl_(std::make_unique<Impl>()) {}
+RecordedTopics::RecordedTopics(std::vector<OtherArmSource> others)
+    : others_(std::move(others)), impl_(std::make_unique<Impl>()) {}
 RecordedTopics::~RecordedTopics() = default;
 RecordedTopics::RecordedTopics(RecordedTopics&&) noexcept = default;
 
-RecordedTopics::Source RecordedTopics::source_of(const recording::Channel& channel) {
+RecordedTopics::Source RecordedTopics::source_of(const recording::Channel& channel) const {
   if (channel.message_encoding != "cdr") return {};
+  const auto partition = channel.metadata.find(recording::kPartition);
+  for (std::size_t i = 0; i < others_.size() && partition != channel.metadata.end(); ++i) {
+    if (partition->second != others_[i].partition) continue;
+    if (channel.topic != dds::kSlaveState.name) return {};
+    return {Topic::kOtherSlaveState, prefix_in(recording::metadata_of(channel, "writer")), i};
+  }
   for (const NamedTopic& named : named_topics()) {
     if (channel.topic == named.spec.name)
       return {named.topic, prefix_in(recording::metadata_of(channel, "writer"))};
@@ -228,6 +253,8 @@ bool RecordedTopics::take(const Source& source, const recording::Message& messag
       return impl_->take_mesh(bytes, listener);
     case Topic::kOperatorCommand:
       return impl_->take_command(bytes, moment);
+    case Topic::kOtherSlaveState:
+      return impl_->take_other(source.other, bytes, at_ns, moment);
     case Topic::kNone:
       break;
   }

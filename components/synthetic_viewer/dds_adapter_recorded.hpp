@@ -5,6 +5,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <vector>
 
 #include "common/recording/mcap_records.hpp"
 #include "components/synthetic_viewer/dds_adapter_intake.hpp"
@@ -15,10 +16,15 @@ namespace phantom::synthetic_viewer {
 /// What a viewer knows at one moment of a recording, and what decides which of the samples after it are
 /// heeded. A plain value: a copy goes on by itself.
 struct RecordedMoment {
-  explicit RecordedMoment(messages::ArmBounds arm) : intake(std::move(arm)) {}
+  explicit RecordedMoment(messages::ArmBounds arm, const std::vector<OtherArmSource>& other_arms = {});
 
   TopicIntake intake;
   StopBoard stops;
+  struct Other {
+    TopicIntake intake;
+    StopBoard stops;  ///< of that arm's session: not shown
+  };
+  std::vector<Other> others;  ///< as state.others
   /// With what comes over topics; cameras, video recording and graphics stay as they are at first.
   ViewerState state;
   /// When the participants that announced objects were heard last by their component_status; 0: never.
@@ -45,7 +51,8 @@ class RecordedTopics {
   /// A participant whose component_status has not come for so long has ended.
   static constexpr core::Nanoseconds kGone_ns = 3 * core::kNsPerSecond;
 
-  RecordedTopics();
+  /// `others`: arms in partitions of their own, of which slave_state is read.
+  explicit RecordedTopics(std::vector<OtherArmSource> others = {});
   ~RecordedTopics();
   RecordedTopics(RecordedTopics&&) noexcept;
 
@@ -61,14 +68,17 @@ class RecordedTopics {
     kWorkspaceObject,
     kWorkspaceVersion,
     kMeshChunk,
-    kOperatorCommand
+    kOperatorCommand,
+    kOtherSlaveState
   };
   /// A channel as far as it matters here.
   struct Source {
     Topic topic = Topic::kNone;  ///< kNone: not one of the viewer's topics
     dds::GuidPrefix writer{};    ///< participant that wrote it
+    std::size_t other = 0;       ///< of kOtherSlaveState: which arm
   };
-  static Source source_of(const recording::Channel& channel);
+  /// Returns what a channel is: of another arm's partition slave_state counts alone.
+  Source source_of(const recording::Channel& channel) const;
 
   /// Takes a message into the moment. Returns false if it is refused: it is damaged, of another arm, of a
   /// process that is not followed, out of order.
@@ -77,6 +87,7 @@ class RecordedTopics {
 
  private:
   struct Impl;
+  std::vector<OtherArmSource> others_;
   std::unique_ptr<Impl> impl_;
 };
 

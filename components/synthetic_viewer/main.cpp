@@ -40,10 +40,7 @@ void run_session(ViewerConfig config, const runtime::CellConfig& cell, const cor
   std::vector<LinkMeshData> arm_meshes = load_arm_meshes(arm, runtime::load_skin(arm_config, arm));
   if (!arm_config.gripper_closed.empty())
     set_closing(runtime::load_arm_with_closed_gripper(arm_config), arm_meshes);
-  std::vector<DdsAdapter::OtherArm> others;
-  for (const OtherArmData& other : load_other_arms(cell, config.arm, config.other_arms))
-    others.push_back({config.other_arms[others.size()].partition,
-                      {.joint_count = other.arm.joint_count(), .link_count = other.arm.links().size()}});
+  const auto others = sources_of(load_other_arms(cell, config.arm, config.other_arms), config.other_arms);
   if (config.recording.folder.empty()) config.recording.folder = report_dir;
   Inbox inbox;
   PageContent content;

@@ -24,12 +24,14 @@ core::Nanoseconds played_to(const Review::Position& position, core::Nanoseconds 
 }  // namespace
 
 Review::Review(std::vector<recording::OpenedRecording> recordings, const robot::SerialArm& arm,
-               const OnProgress& on_progress)
+               const OnProgress& on_progress, const std::vector<OtherArmSource>& others)
     : recordings_(std::move(recordings)),
-      arm_{.joint_count = arm.joint_count(), .link_count = arm.links().size()} {
+      arm_{.joint_count = arm.joint_count(), .link_count = arm.links().size()},
+      others_(others),
+      topics_(others) {
   for (const recording::OpenedRecording& opened : recordings_) {
     auto& known = sources_.emplace_back();
-    for (const auto& [id, channel] : opened.reader.channels()) known[id] = RecordedTopics::source_of(channel);
+    for (const auto& [id, channel] : opened.reader.channels()) known[id] = topics_.source_of(channel);
     for (const std::string& problem : opened.reader.problems())
       problems_.push_back(opened.path.string() + ": " + problem);
   }
@@ -122,8 +124,8 @@ recording::SeriesCursor Review::cursor_from(core::Nanoseconds from_ns) const {
   recording::MessageFilter filter;
   filter.from_ns = static_cast<std::uint64_t>(from_ns);
   // Meshes belong to no moment.
-  filter.channel = [](const recording::Channel& channel) {
-    const Topic topic = RecordedTopics::source_of(channel).topic;
+  filter.channel = [this](const recording::Channel& channel) {
+    const Topic topic = topics_.source_of(channel).topic;
     return topic != Topic::kNone && topic != Topic::kMeshChunk;
   };
   return recording::SeriesCursor(recordings_, filter);
@@ -161,13 +163,13 @@ void Review::keep_mesh(MeshChunkSample chunk) {
 void Review::read_all(const robot::SerialArm& arm, const OnProgress& on_progress) {
   const auto times = recording::times_of(recordings_);
   const double whole = static_cast<double>(std::max<std::uint64_t>(1, times.second - times.first));
-  RecordedMoment moment(arm_);
+  RecordedMoment moment(arm_, others_);
   RecordedListener listener = for_plots();
   listener.hit = [&](const HitSample& hit) { mark(hit, moment.state); };
   listener.mesh = [this](MeshChunkSample chunk) { keep_mesh(std::move(chunk)); };
   recording::MessageFilter filter;
-  filter.channel = [](const recording::Channel& channel) {
-    return RecordedTopics::source_of(channel).topic != Topic::kNone;
+  filter.channel = [this](const recording::Channel& channel) {
+    return topics_.source_of(channel).topic != Topic::kNone;
   };
   recording::SeriesCursor cursor(recordings_, filter);
   core::Nanoseconds due_ns = 0;
@@ -176,7 +178,9 @@ void Review::read_all(const robot::SerialArm& arm, const OnProgress& on_progress
   for (auto next = cursor.peek(); next.message != nullptr; cursor.pop(), next = cursor.peek()) {
     const auto& source = source_of(next);
     const auto at_ns = static_cast<core::Nanoseconds>(next.message->log_time_ns);
-    if (source.topic != Topic::kMeshChunk && at_ns > 0) {
+    // The time line is that of this arm's session.
+    const bool timed = source.topic != Topic::kMeshChunk && source.topic != Topic::kOtherSlaveState;
+    if (timed && at_ns > 0) {
       if (series_.empty()) {
         begin_ns_ = at_ns;
         lay_out_series(arm);
@@ -190,7 +194,7 @@ void Review::read_all(const robot::SerialArm& arm, const OnProgress& on_progress
     }
     const bool taken = topics_.take(source, *next.message, moment, listener);
     refused += taken ? 0 : 1;
-    if (taken && source.topic != Topic::kMeshChunk) end_ns_ = std::max(end_ns_, at_ns);
+    if (taken && timed) end_ns_ = std::max(end_ns_, at_ns);
   }
   for (const std::string& problem : cursor.problems()) problems_.push_back(problem);
   if (refused > 0)

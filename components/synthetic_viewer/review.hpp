@@ -61,10 +61,11 @@ class Review {
   /// Hears how far the reading is, 0…1.
   using OnProgress = std::function<void(double share)>;
 
-  /// Reads the recordings, which were opened with kLimits. `arm`: the arm that is recorded. Throws
-  /// core::ConfigError if nothing in them is of that arm's viewer topics.
+  /// Reads the recordings, which were opened with kLimits. `arm`: the arm that is recorded. `others`: arms of
+  /// the cell whose slave_state is in the same or in further recordings. Throws core::ConfigError if nothing
+  /// in them is of that arm's viewer topics.
   Review(std::vector<recording::OpenedRecording> recordings, const robot::SerialArm& arm,
-         const OnProgress& on_progress = {});
+         const OnProgress& on_progress = {}, const std::vector<OtherArmSource>& others = {});
 
   // What was found, unchanged from then on. Any thread.
   core::Nanoseconds begin_ns() const { return begin_ns_; }  ///< log time of the first sample
@@ -123,6 +124,7 @@ class Review {
 
   std::vector<recording::OpenedRecording> recordings_;
   const messages::ArmBounds arm_;
+  const std::vector<OtherArmSource> others_;
   Sources sources_;
   RecordedTopics topics_;
   core::Nanoseconds begin_ns_ = 0, end_ns_ = 0;

@@ -102,11 +102,12 @@ int run_review(const ReviewArguments& arguments, ViewerConfig config,
   if (!arm_config.gripper_closed.empty())
     set_closing(runtime::load_arm_with_closed_gripper(arm_config), arm_meshes);
   if (arguments.port >= 0) config.page.port = arguments.port;
-  config.other_arms.clear();  // a recording is of one arm's partition
+  const auto others = sources_of(load_other_arms(cell, config.arm, config.other_arms), config.other_arms);
   auto recordings = recording::open_recordings(recording::recordings_in(arguments.files), Review::kLimits);
   compare_cells(recordings, cell_file);
   ProgressLog progress;
-  Review review(std::move(recordings), arm, [&progress](double share) { progress.at(share); });
+  Review review(
+      std::move(recordings), arm, [&progress](double share) { progress.at(share); }, others);
   for (const std::string& problem : review.problems()) spdlog::warn("{}", problem);
   reading.reset();
   ReviewedSession session(review, config, cell, std::move(arm), std::move(arm_meshes));

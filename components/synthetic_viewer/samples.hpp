@@ -8,6 +8,7 @@
 #include "common/core/clock.hpp"
 #include "common/core/health.hpp"
 #include "common/geometry/pose.hpp"
+#include "common/messages/arm_bounds.hpp"
 #include "common/messages/percept.hpp"
 #include "common/messages/status.hpp"
 #include "common/messages/teleoperation.hpp"
@@ -30,6 +31,11 @@ struct ArmSample : messages::Received<messages::SlaveState> {
   /// Numbers of samples that arrived since the viewer joined, and of those that were lost, by their sequence
   /// numbers.
   std::uint64_t arrived = 0, lost = 0;
+};
+/// Another arm of the cell: what it is called, where its slave_state comes from, and what that must fit.
+struct OtherArmSource {
+  std::string name, partition;
+  messages::ArmBounds bounds;
 };
 using PerceptSample = messages::Received<messages::Percept>;
 using MasterSample = messages::Received<messages::MasterState>;

@@ -50,7 +50,9 @@ struct Heard {
 
 TEST(DdsInput, GivesTheBytesOfEverySampleWithWriterNumberAndTimes) {
   Heard heard("hit_alert");
-  dds::Participant there("phantom_sensing", test_network());
+  core::NetworkOptions of_a_cell = test_network();
+  of_a_cell.partition = "pair/b";
+  dds::Participant there("phantom_sensing", of_a_cell);
   dds::Writer<msg::HitAlert> writer(there, dds::kHitAlert);
   ASSERT_TRUE(eventually([&] { return writer.matched() == 1; }));
   dds::Stamper stamper(there);
@@ -77,6 +79,7 @@ TEST(DdsInput, GivesTheBytesOfEverySampleWithWriterNumberAndTimes) {
   }
   EXPECT_TRUE(
       eventually([&] { return heard.adapter.describe(got[0].head.writer).component == "phantom_sensing"; }));
+  EXPECT_EQ(heard.adapter.describe(got[0].head.writer).partition, "pair/b");
   EventWatch watch({});
   EXPECT_THAT(watch.event_in(heard.topics[0], got[2].bytes).value_or(""), HasSubstr("hit alert 3 (gripper)"));
 }

@@ -46,7 +46,7 @@ class FakeWorld {
     };
     ports.free_bytes = [this] { return free_bytes; };
     ports.describe = [](const Guid& writer) {
-      return WriterInfo{"writer_" + std::to_string(writer[0]), "host", "1"};
+      return WriterInfo{"writer_" + std::to_string(writer[0]), "host", "1", "cell"};
     };
     // The first byte of a sample names its instance.
     ports.instance_of = [](TopicNumber, std::span<const std::uint8_t> bytes, InstanceKey& instance) {

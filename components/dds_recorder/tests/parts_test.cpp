@@ -139,6 +139,13 @@ TEST(ProcessesOf, ThoseThatAreThereAreKnownHoweverManyCameAndWent) {
   Guid writer = process(7).guid;
   writer[15] = 0x02;
   EXPECT_EQ(processes.describe(writer).component, "p7");
+  EXPECT_EQ(processes.describe(writer).partition, "");
+  diagnostics::EndpointInfo endpoint;
+  endpoint.guid = writer;
+  endpoint.qos.partitions = {"cell/a"};
+  processes.put(endpoint);
+  processes.put(process(7));  // announced again
+  EXPECT_EQ(processes.describe(writer).partition, "cell/a");
   const std::uint64_t last = 99 + 10 * Processes::kMostGone;
   EXPECT_EQ(processes.describe(process(last).guid).component, "p" + std::to_string(last))
       << "its samples may not be written yet";

@@ -58,6 +58,7 @@ TEST(Continuous, KeepsEverySampleWithItsTimesChannelAndSchema) {
   EXPECT_EQ(channel.topic, "state");
   EXPECT_EQ(channel.message_encoding, "cdr");
   EXPECT_EQ(channel.metadata.at("component"), "writer_1");
+  EXPECT_EQ(channel.metadata.at("partition"), "cell");
   EXPECT_EQ(reader.schemas().at(channel.schema_id).name, "T");
   EXPECT_EQ(reader.schemas().at(channel.schema_id).encoding, "omgidl");
   EXPECT_EQ(reader.metadata(kEndRecord).at(0).at("reason"), "stopped");

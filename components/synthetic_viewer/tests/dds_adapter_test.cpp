@@ -80,7 +80,7 @@ TEST_F(Adapter, StatesOfAnotherArmComeFromItsPartitionForPicturesAndBrowsers) {
   core::NetworkOptions there = test_network();
   there.partition = "pair/b";
   Inbox inbox;
-  DdsAdapter adapter(test_network(), kShape, inbox, {}, {{"pair/b", kShape}});
+  DdsAdapter adapter(test_network(), kShape, inbox, {}, {{"b", "pair/b", kShape}});
   dds::Participant neighbour("neighbour", there);
   dds::Writer<msg::SlaveState> writer(neighbour, dds::kSlaveState), own(other_, dds::kSlaveState);
   ArmSample sample, for_browsers, of_own;
@@ -99,6 +99,9 @@ TEST_F(Adapter, StatesOfAnotherArmComeFromItsPartitionForPicturesAndBrowsers) {
   EXPECT_EQ(sample.position[0], 0.4);
   EXPECT_EQ(for_browsers.position[0], 0.4);
   EXPECT_EQ(of_own.position[0], -0.4);
+  EXPECT_EQ(inbox.past.other_at(0, sample.received_ns, core::kNsPerSecond).position[0], 0.4)
+      << "for a camera's picture";
+  EXPECT_EQ(inbox.past.arm_at(of_own.received_ns, core::kNsPerSecond).position[0], -0.4);
 }
 
 TEST_F(Adapter, ObjectsComeToLateJoinersAndGoWhenRemoved) {

@@ -1,15 +1,20 @@
-// The shipped pair of arms: what a viewer of one shows of the other, in its pictures and in the scene stream.
+// The shipped pair of arms: what a viewer of one shows of the other, in its pictures, in the scene stream and
+// of recordings.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
+#include <opencv2/imgcodecs.hpp>
 
 #include "common/core/errors.hpp"
 #include "common/runtime/arm_model.hpp"
 #include "components/synthetic_viewer/drawing.hpp"
+#include "components/synthetic_viewer/review.hpp"
 #include "components/synthetic_viewer/scene_encoder.hpp"
+#include "components/synthetic_viewer/tests/recorded_session.hpp"
 #include "components/synthetic_viewer/tests/scene_decoder.hpp"
+#include "tests/support/files.hpp"
 
 namespace phantom::synthetic_viewer {
 namespace {
@@ -158,6 +163,104 @@ TEST_F(PairOfArms, ItStandsInTheWayAndAnAlertSaysItsName) {
     named += drawing_.scene().body_name(state_, body.name) == "scara_b" ? 1 : 0;
   EXPECT_EQ(named, among.bodies.size() - before);
   EXPECT_EQ(drawing_.scene().obstacles(state_, false).bodies.size(), 0U);
+}
+
+// Both sessions of ten seconds, in one file or each in its own; the other arm goes from home over the
+// channel.
+class RecordedPair : public PairOfArms {
+ protected:
+  static JointArray other_then(double t_s) {
+    JointArray q;
+    for (std::size_t j = 0; j < q.size(); ++j)
+      q[j] = kOtherHome[j] + 0.1 * t_s * (kOtherOverChannel[j] - kOtherHome[j]);
+    return q;
+  }
+  void write(test::RecordingWriter& a, test::RecordingWriter& b) {
+    a.partitions[1] = "scara_pair/a";
+    b.partitions[2] = "scara_pair/b";
+    messages::SlaveState state;
+    state.joint_count = 4;
+    for (int i = 0; i <= 100; ++i) {
+      const double t_s = 0.1 * i;
+      state.position = kOtherHome;
+      state.state = teleop::LinkState::kCoupled;
+      a.put(dds::kSlaveState, messages::to_idl(state), t_s, 1);
+      state.position = other_then(t_s);
+      state.state = teleop::LinkState::kStopped;
+      state.stop = {.id = 5, .cause = teleop::StopCause::kEmergency};
+      b.put(dds::kSlaveState, messages::to_idl(state), t_s + 0.001, 2);
+      state.stop = {};
+    }
+    messages::HitAlert hit;
+    hit.alert = 1;
+    hit.rule = percept::HitRule::kVeryClose;
+    hit.object = runtime::kFirstOtherArmId;
+    a.put(dds::kHitAlert, messages::to_idl(hit), 5.0, 1);
+    hit.alert = 7;
+    b.put(dds::kHitAlert, messages::to_idl(hit), 6.0, 2);
+    b.put(dds::kHitAlert, messages::to_idl(hit), 20.0, 2);
+  }
+  std::unique_ptr<Review> open(const std::vector<std::filesystem::path>& files,
+                               bool with_other = true) const {
+    const auto others = load_other_arms(cell_, config_.arm, config_.other_arms);
+    return std::make_unique<Review>(
+        recording::open_recordings(files, Review::kLimits), arm_, Review::OnProgress(),
+        with_other ? sources_of(others, config_.other_arms) : std::vector<OtherArmSource>());
+  }
+  /// Shows a moment, and returns the picture of it.
+  Image shown(Review& review, double t_s) {
+    EXPECT_TRUE(review.control({.t_s = t_s}, core::kNsPerSecond));
+    now_ns_ = review.advance(core::kNsPerSecond, state_).at_ns;
+    return picture();
+  }
+  const std::filesystem::path folder_ = phantom::test::new_folder();
+};
+
+TEST_F(RecordedPair, TheOtherIsShownAsItWasOfOneFileAndOfTwo) {
+  {
+    test::RecordingWriter both(folder_ / "both.mcap"), a(folder_ / "a.mcap"), b(folder_ / "b.mcap");
+    write(both, both);
+    write(a, b);
+    for (test::RecordingWriter* writer : {&both, &a, &b}) writer->finish();
+  }
+  for (const auto& files : {std::vector{folder_ / "both.mcap"}, {folder_ / "b.mcap", folder_ / "a.mcap"}}) {
+    const auto review = open(files);
+    EXPECT_TRUE(review->problems().empty()) << review->problems().front();
+    EXPECT_NEAR(review->duration_s(), 10.0, 1e-6) << "this arm's session";
+    ASSERT_EQ(review->marks().size(), 1U) << "the other operator's alerts are not this one's";
+    EXPECT_EQ(review->marks()[0].object, "scara_b");
+    Image before;
+    for (const double t_s : {9.05, 1.05, 5.05}) {  // there and back
+      const Image now = shown(*review, t_s);
+      ASSERT_EQ(state_.others.size(), 1U);
+      for (std::size_t j = 0; j < 4; ++j) {
+        EXPECT_NEAR(state_.others[0].arm.position[j], other_then(t_s - 0.05)[j], 1e-9);
+        EXPECT_EQ(state_.arm.position[j], kOtherHome[j]);
+      }
+      EXPECT_FALSE(state_.stops.in_force) << "that the other arm is stopped is not this one's stop";
+      EXPECT_EQ(drawn_of_other().size(), load_arm_meshes(other_, {}).size());
+      if (!before.empty()) {
+        EXPECT_GT(pixels_apart(before, now), 300U) << t_s;
+      }
+      before = now;
+      if (const char* pictures = std::getenv("PHANTOM_PICTURES_DIR"))
+        cv::imwrite(std::string(pictures) + "/review_pair_" + std::to_string(t_s) + ".png", now);
+    }
+  }
+}
+
+TEST_F(RecordedPair, WithoutTheOthersSessionItIsNotDrawnAndAloneThatIsNoRecordingOfThisArm) {
+  {
+    test::RecordingWriter a(folder_ / "a.mcap"), b(folder_ / "b.mcap");
+    write(a, b);
+    a.finish(), b.finish();
+  }
+  const auto review = open({folder_ / "a.mcap"});
+  shown(*review, 5.0);
+  EXPECT_TRUE(drawn_of_other().empty());
+  EXPECT_THROW(open({folder_ / "b.mcap"}), core::ConfigError);
+  const auto mixed = open({folder_ / "a.mcap", folder_ / "b.mcap"}, false);
+  EXPECT_FALSE(mixed->problems().empty()) << "which process is the arm's is not known then";
 }
 
 TEST_F(PairOfArms, OtherArmsAreThoseOfTheCellEachOnce) {

@@ -14,6 +14,7 @@
 #include "common/messages/teleoperation_codec.hpp"
 #include "common/messages/workspace_codec.hpp"
 #include "common/recording/mcap_writer.hpp"
+#include "common/recording/recordings.hpp"
 #include "components/synthetic_viewer/samples.hpp"
 
 namespace phantom::synthetic_viewer::test {
@@ -56,6 +57,8 @@ class RecordingWriter {
       const std::string byte = (process < 16 ? "0" : "") + std::to_string(process);
       recording::StringMap about{{"writer", byte + ".00.00.00.00.00.00.00.00.00.00.01|00.00.07.03"}};
       if (carried_over) about["carried_over"] = "yes";
+      if (const auto named = partitions.find(process); named != partitions.end())
+        about[recording::kPartition] = named->second;
       channels_[key] =
           writer_.add_channel({.topic = topic, .message_encoding = "cdr", .metadata = about}).value();
     }
@@ -63,6 +66,9 @@ class RecordingWriter {
             .channel_id = channels_[key], .log_time_ns = at_ns, .publish_time_ns = at_ns, .data = bytes}))
       throw std::runtime_error("cannot be written");
   }
+  /// In which DDS partition a process writes; without an entry the recording does not say.
+  std::map<unsigned, std::string> partitions;
+
   void finish() {
     if (!writer_.finish() || !sink_->sync()) throw std::runtime_error("cannot be finished");
   }

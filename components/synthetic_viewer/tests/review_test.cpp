@@ -42,8 +42,7 @@ class Reviewed : public testing::Test {
     recording::MessageCursor cursor(opened[0].reader);
     for (recording::Message message; cursor.next(message);) {
       if (message.log_time_ns > static_cast<std::uint64_t>(at_ns)) break;
-      topics.take(RecordedTopics::source_of(opened[0].reader.channels().at(message.channel_id)), message,
-                  moment);
+      topics.take(topics.source_of(opened[0].reader.channels().at(message.channel_id)), message, moment);
     }
     moment.state.stops = moment.stops.at(at_ns);
     return moment;
