@@ -224,8 +224,7 @@ TEST_F(DrawnFluid, ASectionHasTheColourOfEachVoxelsLayerAndCutsTheObjectOpen) {
     const std::lock_guard lock(mutex_);
     workspace_ = other;
   }
-  EXPECT_TRUE(test::eventually(
-      [&] { return truth("phantomScene.stage.fluid.shells.geometry.instanceCount === 6"); }));
+  EXPECT_TRUE(test::eventually([&] { return truth("phantomScene.stage.fluid.count === 6"); }));
 }
 
 }  // namespace

@@ -2,7 +2,7 @@
 // Both are given as the viewer sends them (README.md, "The fluid"); a colour stands for an order, by the scale.
 
 import {
-  BufferAttribute, BufferGeometry, DataTexture, FrontSide, DoubleSide, GLSL3, InstancedBufferGeometry, InstancedInterleavedBuffer,
+  BufferAttribute, BufferGeometry, DataTexture, FrontSide, DoubleSide, GLSL3, InterleavedBuffer,
   InterleavedBufferAttribute, Mesh, NoBlending, NormalBlending, RedFormat, ShaderMaterial, Vector2, Vector3,
 } from 'three';
 
@@ -10,8 +10,7 @@ const kBoundary = 100, kGuard = 99, kInterior = 101, kShellHeader = 32, kSection
 
 export const kFaceNumbers = 6;  // of a rectangle, 16 bits each
 
-// Makes a geometry a square. Its corners are its own: they go with it.
-const square = geometry => geometry.setAttribute('position', new BufferAttribute(new Float32Array([0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0]), 3)).setIndex([0, 1, 2, 0, 2, 3]);
+const makeSquare = () => new BufferGeometry().setAttribute('position', new BufferAttribute(new Float32Array([0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0]), 3)).setIndex([0, 1, 2, 0, 2, 3]);
 
 // How deep a voxel of an order lies: depth_of() in fluid_shape.hpp.
 export function depthOf(order) {
@@ -62,7 +61,8 @@ flat out vec3 shade;
 void main() {
   int kind = int(extent.z), axis = (kind & 255) >> 1;
   bool down = (kind & 1) != 0;
-  vec2 place = extent.xy * (down ? position.yx : position.xy);  // counter-clockwise seen from outside
+  int number = gl_VertexID & 3;
+  vec2 turn = vec2(number == 1 || number == 2, number > 1), place = extent.xy * (down ? turn.yx : turn);  // counter-clockwise seen from outside
   vec3 voxels = corner, normal = vec3(0.0);
   voxels[(axis + 1) % 3] += place.x;
   voxels[(axis + 2) % 3] += place.y;
@@ -126,7 +126,7 @@ export class Fluid {
     this.cutting = { value: false };
     this.shells = new Mesh(new BufferGeometry(), program(kShellVertex, kShellFragment, { opacity: { value: 0.3 }, cut, cutting: this.cutting },
       { side: FrontSide, transparent: true, blending: NormalBlending, depthWrite: false }));
-    this.section = new Mesh(square(new BufferGeometry()), program(kSectionVertex, kSectionFragment,
+    this.section = new Mesh(makeSquare(), program(kSectionVertex, kSectionFragment,
       { orders: { value: this.orders }, axis: { value: 0 }, at: { value: 0 }, least: { value: new Vector2() }, size: { value: new Vector2(1, 1) } },
       { side: DoubleSide, blending: NoBlending }));
     Object.assign(this, { cut, sectioned: false });
@@ -145,14 +145,22 @@ export class Fluid {
 
   // Shows shells (of decodeShell(), all of one workspace), the innermost first.
   showShells(shells) {
-    const faces = new Uint16Array(shells.reduce((sum, shell) => sum + shell.faces.length, 0));
+    const count = shells.reduce((sum, { faces }) => sum + faces.length / kFaceNumbers, 0);
+    // Each corner has its rectangle's numbers.
+    const corners = new Uint16Array(4 * kFaceNumbers * count), indices = new Uint32Array(6 * count), geometry = new BufferGeometry();
     let at = 0;
-    for (const shell of shells) { faces.set(shell.faces, at); at += shell.faces.length; }
-    const buffer = new InstancedInterleavedBuffer(faces, kFaceNumbers, 1), geometry = square(new InstancedBufferGeometry());
+    for (const { faces } of shells) {
+      for (let face = 0; face < faces.length; face += kFaceNumbers) {
+        for (let corner = 0; corner < 4; ++corner, at += kFaceNumbers) for (let i = 0; i < kFaceNumbers; ++i) corners[at + i] = faces[face + i];
+      }
+    }
+    for (let face = 0; face < count; ++face) [0, 1, 2, 0, 2, 3].forEach((corner, i) => { indices[6 * face + i] = 4 * face + corner; });
+    const buffer = new InterleavedBuffer(corners, kFaceNumbers);
     geometry.setAttribute('corner', new InterleavedBufferAttribute(buffer, 3, 0)).setAttribute('extent', new InterleavedBufferAttribute(buffer, 3, 3));
-    geometry.instanceCount = faces.length / kFaceNumbers;
+    geometry.setIndex(new BufferAttribute(indices, 1));
     this.shells.geometry.dispose();
     this.shells.geometry = geometry;
+    this.count = count;
     if (shells.length) this.place(this.shells, shells[0]);
   }
   place({ material }, { origin_m, sides_m }) {
@@ -178,7 +186,7 @@ export class Fluid {
 
   // Shows what is to be seen by an eye, three numbers in W, of which the section cuts off its side; null: nothing.
   face(eye) {
-    this.shells.visible = eye !== null && this.shells.geometry.instanceCount > 0;
+    this.shells.visible = eye !== null && this.count > 0;
     this.section.visible = eye !== null && this.sectioned;
     this.cut.value.set(0, 0, 0, 0);
     if (eye === null || !this.cutting.value) return;
