@@ -203,6 +203,9 @@ class ReviewDrawnInChromium : public ReviewInChromium {
 TEST_F(ReviewDrawnInChromium, GoesToAnyMomentAndBackAndPlays) {
   if (browser_->run("return fetch('scene.js').then(answer => answer.status)") == 404)
     GTEST_SKIP() << "built without the browser's scene";
+  ASSERT_TRUE(eventually([&] { return truth("document.getElementById('server-pictures')"); }));
+  browser_->run(
+      "for (let i = 0; i < 2; ++i) document.getElementById('server-pictures').click()");  // by choice
   ASSERT_TRUE(eventually([&] {
     return truth(
         "window.phantomScene && phantomScene.shown && phantomScene.stage.items.size > 3 && "

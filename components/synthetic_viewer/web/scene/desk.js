@@ -4,6 +4,7 @@ import { Headset, headsetOffered } from './headset.js';
 import { hitCamera, mainCamera, toolCamera } from './cameras.js';
 import { Connection } from './connection.js';
 import { FluidPanel } from './fluid_panel.js';
+import { Pace } from './pace.js';
 import { decodeMesh } from './protocol.js';
 import { coarsen, shade } from './shade.js';
 import { Stage } from './stage.js';
@@ -11,6 +12,7 @@ import { DrawnView } from './view.js';
 import { say } from './words.js';
 
 const kPatience_ms = 2500;  // so long without a scene, while the page itself hears the viewer, and the server's pictures are shown
+const kTrial_ms = 6000;     // so long after a change to the server's pictures it is seen whether they are more
 const kShadowPitch_m = 0.03;
 const kHeard_ms = 1500, kRetry_ms = 100;
 const kChoice = 'phantom.pictures', kAgeShown_ms = 250, kFiguresKept = 600;
@@ -36,8 +38,9 @@ export class Desk {
   constructor(page) {
     Object.assign(this, { page, stage: null, cell: null, view: null, shown: false, problem: null, frame: 0, script_ms: [], ages_ms: [],
       calls: 0, fetching: new Map(), node: 0, lastBuffer: null, since: performance.now(), headset: null });
-    this.byChoice = false;
-    try { this.byChoice = localStorage.getItem(kChoice) === 'server'; } catch (problem) { /* nothing may be kept */ }
+    this.choice = null;  // whose pictures the operator has chosen: 'server', 'browser', or nobody's yet
+    try { this.choice = localStorage.getItem(kChoice); } catch (problem) { /* nothing may be kept */ }
+    Object.assign(this, { pace: new Pace(), slow: null, tried: false });  // slow: { per_s, since }, while that is why the server's are shown
     this.connection = new Connection(page.streams.replace(/^http/, 'ws') + 'scene', {
       text: message => this.takeText(message), poses: (poses, buffer) => this.takePoses(poses, buffer), paint: paint => this.takePaint(paint),
       closed: () => {}, still: still => this.setStill(still),
@@ -63,7 +66,7 @@ export class Desk {
     this.page.home = view => (drawn(view) ? (drawn(view).home(), true) : false);
     this.page.moved = view => drawn(view)?.offset.moved;
     this.fluid = new FluidPanel(this.stage, () => this.shown && !this.page.state()?.review, () => this.draw());
-    setInterval(() => this.choose(), kAgeShown_ms);
+    setInterval(() => { this.judgePace(); this.choose(); }, kAgeShown_ms);
     navigator.xr?.addEventListener?.('devicechange', () => this.offerHeadset());
     this.offerHeadset();
     this.follow();
@@ -77,18 +80,35 @@ export class Desk {
     }
   }
 
-  // A hidden page, and one that shows the server's pictures by choice, follows nothing.
+  get serversWanted() { return this.choice === 'server' || this.slow !== null; }
+
+  // A hidden page, and one that shows the server's pictures by choice or because it draws too few, follows nothing.
   follow() {
-    if (!document.hidden && !this.byChoice && this.stage) this.connection.start();
+    if (!document.hidden && !this.serversWanted && this.stage) this.connection.start();
     else this.connection.stop();
     this.since = performance.now();
+    this.pace.begin();
+    if (this.slow) this.slow.since = this.since;
     this.choose();
+  }
+
+  // Changes to the server's pictures where this browser draws too few; once back, if those are even fewer. A choice prevails.
+  judgePace() {
+    const now = performance.now(), { pace, page } = this;
+    if (this.slow && now - this.slow.since > kTrial_ms && now - page.heard() < kHeard_ms && !document.hidden && !this.tried) {
+      this.tried = true;
+      if (page.state().viewer.frames_per_s < this.slow.per_s) this.slow = null;
+      if (!this.slow) this.follow();
+    } else if (pace.few && this.choice === null && !this.tried && !this.slow) {
+      this.slow = { per_s: pace.per_s };
+      this.follow();
+    }
   }
 
   // Decides who draws, and says it.
   choose() {
     const now = performance.now();
-    const possible = this.stage && !this.lost && !this.byChoice && this.cell && this.view && this.stage.poses && !this.headset;
+    const possible = this.stage && !this.lost && !this.serversWanted && this.cell && this.view && this.stage.poses && !this.headset;
     if (possible && this.connection.open && !this.connection.still) this.since = now;
     const silent = now - this.since > kPatience_ms, pageHears = now - this.page.heard() < kHeard_ms;
     const shown = Boolean(possible && (!silent || !pageHears));
@@ -110,14 +130,14 @@ export class Desk {
   }
 
   tell() {
-    this.button.setAttribute('aria-pressed', this.byChoice);
+    this.button.setAttribute('aria-pressed', this.serversWanted);
     this.button.textContent = say('scene.choose_server');
     this.button.title = say('scene.choose_title');
     if (this.headsetButton) {
       this.headsetButton.textContent = say(this.headset ? 'scene.headset_end' : 'scene.headset');
       this.headsetButton.title = say('scene.headset_title');
     }
-    this.source.textContent = this.shown ? say('scene.here') : this.byChoice ? say('scene.server') : say('scene.why', { reason: this.reason() });
+    this.source.textContent = this.shown ? say('scene.here') : this.choice === 'server' ? say('scene.server') : say('scene.why', { reason: this.reason() });
     this.source.dataset.pictures = this.shown ? 'browser' : 'server';
     if (!this.shown) return;
     const age_ms = this.ages_ms.at(-1);
@@ -130,6 +150,7 @@ export class Desk {
   // Why the scene is not drawn here.
   reason() {
     if (this.problem) return this.problem.name === 'NoWebGl' ? say('scene.no_webgl') : this.problem.message;
+    if (this.slow) return say('scene.slow', { per_s: this.slow.per_s });
     return say(this.lost ? 'scene.lost' : this.headset ? 'scene.in_headset' : 'scene.no_stream');
   }
   addChoice() {
@@ -137,8 +158,9 @@ export class Desk {
     this.source.setAttribute('role', 'status');
     this.button = Object.assign(document.createElement('button'), { type: 'button', id: 'server-pictures' });
     this.button.addEventListener('click', () => {
-      this.byChoice = !this.byChoice;
-      try { localStorage.setItem(kChoice, this.byChoice ? 'server' : 'browser'); } catch (problem) { /* chosen for this visit */ }
+      this.choice = this.serversWanted ? 'browser' : 'server';
+      this.slow = null;
+      try { localStorage.setItem(kChoice, this.choice); } catch (problem) { /* chosen for this visit */ }
       this.follow();
     });
     const tools = document.querySelector('[data-tools="main"]');
@@ -196,7 +218,11 @@ export class Desk {
     const first = this.stage.poses === null, same = !first && !differ(this.lastBuffer, buffer);
     this.lastBuffer = buffer;
     if (same) { this.stage.poses.time_s = poses.time_s; this.stage.poses.armAge_s = poses.armAge_s; this.noteAge(); }
-    else { this.stage.setPoses(poses); this.draw(); }
+    else {
+      if (this.shown && !this.fetching.size) this.pace.moved(poses.time_s);
+      this.stage.setPoses(poses);
+      this.draw();
+    }
     if (first || !this.shown) this.choose();
   }
   takePaint(paint) { this.stage.setPaint(paint); this.draw(); }
@@ -239,6 +265,7 @@ export class Desk {
       ++drawn;
     }
     if (drawn === 0) return;
+    this.pace.drew();
     this.calls = info.render.calls;
     this.noteAge();
     this.script_ms.push(performance.now() - begun);
@@ -279,7 +306,7 @@ export class Desk {
   figures() {
     const sorted = list => [...list].sort((a, b) => a - b), p95 = list => sorted(list)[Math.floor(0.95 * (list.length - 1))] ?? null;
     const { memory, programs } = this.stage.renderer.info;
-    return { shown: this.shown, calls: this.calls, frames: this.script_ms.length, script_p95_ms: p95(this.script_ms), age_p95_ms: p95(this.ages_ms),
+    return { shown: this.shown, calls: this.calls, frames: this.script_ms.length, frames_per_s: this.pace.per_s, script_p95_ms: p95(this.script_ms), age_p95_ms: p95(this.ages_ms),
       first_picture_ms: this.firstPicture_ms ?? null, geometries: memory.geometries, textures: memory.textures, programs: programs.length,
       bytes: this.connection.bytes, round_trip_ms: 1000 * (this.connection.clock.leastRoundTrip_s ?? NaN), software: this.stage.software };
   }

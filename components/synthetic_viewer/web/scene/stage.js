@@ -89,6 +89,7 @@ export class Stage {
     this.lines.geometry = geometryOf(cell.lines.flat());
     this.paint.setBoxes(cell.bodies.filter(body => body.link !== undefined).map(body => body.box));
     this.bodies = cell.bodies.map(() => new Matrix4());
+    if (this.poses) this.setPoses(this.poses);  // it comes anew with each connection, the poses only when they are others
   }
 
   // Lets the section of the fluid cut objects open, or not: the arm is never cut.
