@@ -12,6 +12,7 @@ namespace {
 
 constexpr int kBrick = 8;  // cells along a brick; a brick's corners are sampled at once
 constexpr int kCorners = kBrick + 1;
+constexpr std::size_t kBrickCorners = kCorners * kCorners * kCorners;
 constexpr int kBisections = 14;
 constexpr int kThinDepth = 7;   // walls as thin as 1/128 of a cell are found along an edge
 constexpr double kReach = 0.6;  // how far, in cells, a vertex may lie outside its own cell
@@ -52,6 +53,16 @@ class Polygoniser {
     Cell corner;
     int axis;
     bool outwards;  // inside at the corner, outside at the other end
+  };
+
+  // What is known of the brick of this number, of one of its corners and of an edge from there.
+  struct BrickCorner {
+    std::uint32_t brick = 0;
+    bool inside = false;
+  };
+  struct BrickEdge {
+    std::uint32_t brick = 0;
+    Crossing crossing;
   };
 
   /// Returns whether so few places are acceptable: the rims of wedges are thin, too, and finer cells do not
@@ -96,33 +107,56 @@ class Polygoniser {
           size / 2);
   }
 
-  void sample(const Cell& first) {
-    std::array<bool, kCorners * kCorners * kCorners> in;
-    const auto at = [](int x, int y, int z) {
-      return static_cast<std::size_t>((z * kCorners + y) * kCorners + x);
-    };
-    for (int z = 0; z < kCorners; ++z) {
-      for (int y = 0; y < kCorners; ++y) {
-        for (int x = 0; x < kCorners; ++x)
-          in[at(x, y, z)] = inside(corner_m({first[0] + x, first[1] + y, first[2] + z}));
-      }
+  static std::size_t index_in_brick(int x, int y, int z) {
+    return static_cast<std::size_t>((z * kCorners + y) * kCorners + x);
+  }
+
+  /// Marks the cells of a brick through which the surface may pass: of `size` cells along each axis from
+  /// `from`, cells of the brick at `first`.
+  void mark(const Cell& first, const Cell& from, int size) {
+    if (!spend(1)) return;
+    const Eigen::Vector3d half = Eigen::Vector3d::Constant(0.5 * size * edge_m_);
+    const Interval bounds = solid_->bounds(
+        Region::box(corner_m({first[0] + from[0], first[1] + from[1], first[2] + from[2]}) + half, half));
+    if (bounds.lo >= 0.0 || bounds.hi < 0.0) return;
+    if (size == 1) {
+      marked_[index_in_brick(from[0], from[1], from[2])] = true;
+      return;
     }
+    const int step = size / 2;
+    for (int i = 0; i < 8; ++i)
+      mark(first, {from[0] + (i & 1) * step, from[1] + (i >> 1 & 1) * step, from[2] + (i >> 2) * step}, step);
+  }
+
+  void sample(const Cell& first) {
+    ++brick_;
+    marked_.fill(false);
+    mark(first, {0, 0, 0}, kBrick);
     for (int z = 0; z < kBrick; ++z) {
       for (int y = 0; y < kBrick; ++y) {
         for (int x = 0; x < kBrick; ++x) {
           if (ended_) return;
-          const Cell cell{first[0] + x, first[1] + y, first[2] + z};
-          std::array<bool, 8> corners;
-          for (int i = 0; i < 8; ++i)
-            corners[static_cast<std::size_t>(i)] = in[at(x + (i & 1), y + (i >> 1 & 1), z + (i >> 2))];
-          for (int axis = 0; axis < 3; ++axis)
-            look_along_edge(cell, axis, corners[0], corners[std::size_t{1} << axis]);
-          meetings_ += sheets_meet(corners);
-          if (std::any_of(corners.begin(), corners.end(), [&](bool c) { return c != corners[0]; }))
-            add_vertex(cell, corners);
+          if (marked_[index_in_brick(x, y, z)])
+            sample_cell(first, {first[0] + x, first[1] + y, first[2] + z});
         }
       }
     }
+  }
+
+  void sample_cell(const Cell& first, const Cell& cell) {
+    std::array<bool, 8> corners;
+    for (int i = 0; i < 8; ++i) {
+      const Cell corner{cell[0] + (i & 1), cell[1] + (i >> 1 & 1), cell[2] + (i >> 2)};
+      BrickCorner& sampled =
+          corners_[index_in_brick(corner[0] - first[0], corner[1] - first[1], corner[2] - first[2])];
+      if (sampled.brick != brick_) sampled = {brick_, inside(corner_m(corner))};
+      corners[static_cast<std::size_t>(i)] = sampled.inside;
+    }
+    for (int axis = 0; axis < 3; ++axis)
+      look_along_edge(cell, axis, corners[0], corners[std::size_t{1} << axis]);
+    meetings_ += sheets_meet(corners);
+    if (std::any_of(corners.begin(), corners.end(), [&](bool c) { return c != corners[0]; }))
+      add_vertex(first, cell, corners);
   }
 
   /// Returns whether two sheets pass through the cell: one of the faces at its lower corner has its two
@@ -181,20 +215,29 @@ class Polygoniser {
     return crossing;
   }
 
+  /// Returns the crossing of a crossed edge of the brick at `first`, which up to four of its cells share.
+  const Crossing& crossing_of(const Cell& first, const Cell& corner, int axis) {
+    const std::size_t at = index_in_brick(corner[0] - first[0], corner[1] - first[1], corner[2] - first[2]);
+    BrickEdge& edge = edges_[3 * at + static_cast<std::size_t>(axis)];
+    if (edge.brick == brick_) return edge.crossing;
+    Cell end = corner;
+    ++end[static_cast<std::size_t>(axis)];
+    edge = {brick_, cross(corner_m(corner), corner_m(end))};
+    return edge.crossing;
+  }
+
   /// Adds the cell's vertex: the point nearest to all tangent planes at the cell's crossings. It lies on an
   /// edge or a corner if the planes meet in one.
-  void add_vertex(const Cell& cell, const std::array<bool, 8>& corners) {
+  void add_vertex(const Cell& first, const Cell& cell, const std::array<bool, 8>& corners) {
     std::array<Crossing, 12> crossings;
     std::size_t count = 0;
     for (std::size_t i = 0; i < 8; ++i) {
       for (std::size_t axis = 0; axis < 3; ++axis) {
         const std::size_t j = i | std::size_t{1} << axis;
         if (j == i || corners[i] == corners[j]) continue;
-        const auto corner = [&](std::size_t c) {
-          return corner_m({cell[0] + static_cast<int>(c & 1), cell[1] + static_cast<int>(c >> 1 & 1),
-                           cell[2] + static_cast<int>(c >> 2)});
-        };
-        crossings[count++] = cross(corner(i), corner(j));
+        const Cell corner{cell[0] + static_cast<int>(i & 1), cell[1] + static_cast<int>(i >> 1 & 1),
+                          cell[2] + static_cast<int>(i >> 2)};
+        crossings[count++] = crossing_of(first, corner, static_cast<int>(axis));
       }
     }
     Eigen::Vector3d middle = Eigen::Vector3d::Zero();
@@ -258,6 +301,10 @@ class Polygoniser {
   int root_ = 0;
   TriangleMesh mesh_;
   std::unordered_map<std::uint64_t, std::uint32_t> vertex_of_;
+  std::vector<BrickEdge> edges_ = std::vector<BrickEdge>(3 * kBrickCorners);
+  std::array<BrickCorner, kBrickCorners> corners_{};
+  std::array<bool, kBrickCorners> marked_{};  // the cells from these corners
+  std::uint32_t brick_ = 0;                   // the number of the brick that is sampled
   std::vector<CrossedEdge> crossed_edges_;
   std::size_t thin_places_ = 0, meetings_ = 0;
   core::WorkMeter meter_;

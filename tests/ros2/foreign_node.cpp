@@ -167,9 +167,9 @@ void ForeignNode::publish_wrench(const std::string& frame, const std::array<doub
   dds_write(wrenches_, &message);
 }
 
-void ForeignNode::publish_sphere(const std::string& id, int operation,
-                                 const std::array<double, 3>& position_m, double radius_m,
-                                 const std::string& frame) {
+void ForeignNode::publish_object(const std::string& id, int operation,
+                                 const std::array<double, 3>& position_m,
+                                 const std::vector<Primitive>& primitives, const std::string& frame) {
   moveit_msgs_msg_dds__CollisionObject_ message{};
   char empty[] = "";
   message.header.frame_id = const_cast<char*>(frame.c_str());
@@ -177,20 +177,33 @@ void ForeignNode::publish_sphere(const std::string& id, int operation,
   message.type = {empty, empty};
   message.pose.position = {position_m[0], position_m[1], position_m[2]};
   message.pose.orientation.w = 1.0;
-  shape_msgs_msg_dds__SolidPrimitive_ sphere{};
-  geometry_msgs_msg_dds__Pose_ at_origin{};
-  at_origin.orientation.w = 1.0;
-  sphere.type = 2;
-  sphere.dimensions._length = sphere.dimensions._maximum = 1;
-  sphere.dimensions._buffer = &radius_m;
+  std::vector<shape_msgs_msg_dds__SolidPrimitive_> shapes;
+  std::vector<geometry_msgs_msg_dds__Pose_> poses;
+  for (const Primitive& primitive : primitives) {
+    auto& shape = shapes.emplace_back();
+    shape.type = static_cast<std::uint8_t>(primitive.type);
+    shape.dimensions._length = shape.dimensions._maximum =
+        static_cast<std::uint32_t>(primitive.dimensions_m.size());
+    shape.dimensions._buffer = const_cast<double*>(primitive.dimensions_m.data());
+    auto& pose = poses.emplace_back();
+    pose.position = {primitive.position_m[0], primitive.position_m[1], primitive.position_m[2]};
+    pose.orientation.w = 1.0;
+  }
   if (operation == 0) {
-    message.primitives._length = message.primitives._maximum = 1;
-    message.primitives._buffer = &sphere;
-    message.primitive_poses._length = message.primitive_poses._maximum = 1;
-    message.primitive_poses._buffer = &at_origin;
+    message.primitives._length = message.primitives._maximum = static_cast<std::uint32_t>(shapes.size());
+    message.primitives._buffer = shapes.data();
+    message.primitive_poses._length = message.primitive_poses._maximum =
+        static_cast<std::uint32_t>(poses.size());
+    message.primitive_poses._buffer = poses.data();
   }
   message.operation = static_cast<std::uint8_t>(operation);
   dds_write(objects_, &message);
+}
+
+void ForeignNode::publish_sphere(const std::string& id, int operation,
+                                 const std::array<double, 3>& position_m, double radius_m,
+                                 const std::string& frame) {
+  publish_object(id, operation, position_m, {{2, {radius_m}, {}}}, frame);
 }
 
 std::int32_t ForeignNode::reader_of(const std::string& topic, const void* type, bool latched) {

@@ -74,6 +74,13 @@ struct Cloud {
 
 enum class Distribution { kHumble, kSinceIron };
 
+/// A shape_msgs/msg/SolidPrimitive, not turned.
+struct Primitive {
+  int type = 0;  ///< 1 box, 2 sphere, 3 cylinder
+  std::vector<double> dimensions_m;
+  std::array<double, 3> position_m{};  ///< in the object's frame
+};
+
 /// A node of ROS 2 in another vendor's DDS (Cyclone DDS, on loopback), with types written by hand after the
 /// published definitions: a robot that publishes its joints, and hears the graph of one distribution.
 class ForeignNode {
@@ -87,8 +94,9 @@ class ForeignNode {
   /// Publishes a geometry_msgs/msg/WrenchStamped on "wrench".
   void publish_wrench(const std::string& frame, const std::array<double, 3>& force_N,
                       const std::array<double, 3>& torque_Nm);
-  /// Publishes a sphere as a moveit_msgs/msg/CollisionObject; `operation`: 0 ADD, 1 REMOVE, 3 MOVE (its pose
-  /// alone).
+  /// Publishes a moveit_msgs/msg/CollisionObject; `operation`: 0 ADD, 1 REMOVE, 3 MOVE (its pose alone).
+  void publish_object(const std::string& id, int operation, const std::array<double, 3>& position_m,
+                      const std::vector<Primitive>& primitives, const std::string& frame = "world");
   void publish_sphere(const std::string& id, int operation, const std::array<double, 3>& position_m,
                       double radius_m, const std::string& frame = "world");
   /// Publish a geometry_msgs/msg/TwistStamped on "twist", a sensor_msgs/msg/Joy on "joy", a cloud on "cloud",

@@ -1,7 +1,5 @@
 // Garbage on every topic that ros2_gateway hears in its ROS 2 domain, while a robot goes on: nothing dies,
 // memory stays bounded, and what is sound is taken at once afterwards. PHANTOM_GARBAGE_S: how long (20 s).
-#include "tests/ros2/garbage.hpp"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -20,6 +18,7 @@
 #include "common/runtime/arm_model.hpp"
 #include "tests/end_to_end/running_system.hpp"
 #include "tests/ros2/foreign_node.hpp"
+#include "tests/ros2/garbage.hpp"
 #include "tests/support/hot_cell.hpp"
 #include "tests/support/own_domain.hpp"
 
