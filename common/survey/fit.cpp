@@ -205,8 +205,12 @@ double displacement_between_m(const PartModel& part, const geometry::Pose& model
   return worst_m;
 }
 
-int guard_voxels(double displacement_m, double voxel_size_m) {
-  return static_cast<int>(std::ceil(displacement_m / voxel_size_m - 1e-9));
+int guard_voxels(double displacement_m, const workspace::VoxelSize& voxel_size_m) {
+  constexpr double kRounding = 1e-9;
+  double reach_m = 0.0;
+  for (const double side_m : voxel_size_m.sides_m())
+    reach_m = std::max(reach_m, side_m * std::ceil(displacement_m / side_m - kRounding));
+  return static_cast<int>(std::ceil(reach_m / voxel_size_m.reference_m() - kRounding));
 }
 
 std::vector<Misfit> find_misfits(const PartModel& part, const Measurement& measurement, const NodeMap& map,

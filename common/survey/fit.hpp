@@ -7,6 +7,7 @@
 #include "common/core/status.hpp"
 #include "common/survey/measurement.hpp"
 #include "common/survey/part.hpp"
+#include "common/workspace/grid.hpp"
 
 namespace phantom::survey {
 
@@ -66,8 +67,10 @@ double worst_displacement_m(const PartModel& part, const PoseFit& fit, double co
 double displacement_between_m(const PartModel& part, const geometry::Pose& model_WO,
                               const geometry::Pose& true_WO);
 
-/// Returns the number of guard voxels that cover a displacement (A.5.2), rounded up.
-int guard_voxels(double displacement_m, double voxel_size_m);
+/// Returns the number of guard voxels that cover a displacement along an axis (A.5.2), rounded up. They count
+/// in reference lengths (workspace::VoxelSize); along a longer side they reach the centre of the last voxel
+/// into which the displacement carries.
+int guard_voxels(double displacement_m, const workspace::VoxelSize& voxel_size_m);
 
 /// A node without which the other nodes would fit: its range is probably wrong.
 struct Misfit {

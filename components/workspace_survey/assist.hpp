@@ -16,7 +16,7 @@ struct Sent {
 };
 
 struct AssistSetup {
-  double voxel_size_m = 0.01;
+  workspace::VoxelSize voxel_size_m = 0.01;
   /// What a simulated head targets, for practice: an empty line takes the next one. Empty: no simulated head.
   std::vector<survey::Targeting> practice;
   /// Shows what agrees, for a person to pick, and returns a message. Null: nothing is shown but the text.

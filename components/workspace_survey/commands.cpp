@@ -129,8 +129,8 @@ std::optional<messages::WorkspaceReply> send_object(const Request& request, cons
   const LibraryPart& part = report.library.parts[object.part];
   const int guard = guard_of(report);
   if (guard > 100)
-    throw ConfigError(fmt::format("the guard is {} voxels of {:.3g} mm; allowed: at most 100", guard,
-                                  1e3 * report.voxel_size_m));
+    throw ConfigError(fmt::format("the guard is {} voxels of {}; allowed: at most 100", guard,
+                                  guard_voxel_text(report.voxel_size_m)));
   messages::WorkspaceCommand command;
   if (request.move.empty()) {
     command.operation = messages::WorkspaceOperation::kAdd;
@@ -175,6 +175,11 @@ std::string pick_command(const Request& request) {
          (request.part.empty() ? "" : " --part " + request.part) + " --pick ";
 }
 
+workspace::VoxelSize voxel_size_of(const Request& request, const Workspace& workspace) {
+  return request.voxel_size_mm > 0 ? workspace::VoxelSize(1e-3 * request.voxel_size_mm)
+                                   : workspace.voxel_size_m;
+}
+
 int fit(const Request& request, const Config& config, const Workspace& workspace, std::ostream& print) {
   Library library = read_library(request.library);
   if (!request.part.empty()) {
@@ -188,9 +193,7 @@ int fit(const Request& request, const Config& config, const Workspace& workspace
   survey::SurveyOptions options = config.options;
   options.picked = request.pick;
   const auto result = survey::survey_object(library.models, *measurement, options);
-  const SurveyReport report{
-      config, library, *measurement, result,
-      request.voxel_size_mm > 0 ? 1e-3 * request.voxel_size_mm : workspace.voxel_size_m};
+  const SurveyReport report{config, library, *measurement, result, voxel_size_of(request, workspace)};
   if (request.json == "-") {
     print << json_text(report);
   } else {
@@ -214,7 +217,7 @@ int run_assistant(const Request& request, const Config& config, const Workspace&
                   std::ostream& print) {
   const Library library = read_library(request.library);
   AssistSetup setup;
-  setup.voxel_size_m = request.voxel_size_mm > 0 ? 1e-3 * request.voxel_size_mm : workspace.voxel_size_m;
+  setup.voxel_size_m = voxel_size_of(request, workspace);
   if (!request.part.empty()) setup.practice = simulated(request, config, library);
   setup.save = [](const std::string& file, const std::vector<survey::Targeting>& targetings) {
     std::ofstream stream(file);

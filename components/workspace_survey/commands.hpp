@@ -41,7 +41,7 @@ void add_options(runtime::Command app, Request& request);
 /// The workspace to which an object is sent.
 struct Workspace {
   core::NetworkOptions network;
-  double voxel_size_m = 0.01;
+  workspace::VoxelSize voxel_size_m = 0.01;
   runtime::CellConfig cell = {};
 };
 

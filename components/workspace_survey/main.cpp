@@ -34,7 +34,7 @@ int main(int argc, char** argv) {
     const auto config = workspace_survey::load_config(options.config);
     const auto deployment = runtime::load_deployment(options);
     const auto cell = runtime::load_cell(deployment.cell);
-    const workspace_survey::Workspace workspace{deployment.network, cell.voxel_size_m.reference_m(), cell};
+    const workspace_survey::Workspace workspace{deployment.network, cell.voxel_size_m, cell};
     if (options.check || request.send || request.what == "touch")
       dds::check_qos_profiles(deployment.network.qos_profiles);
     if (options.check) {

@@ -62,7 +62,8 @@ class Drawing {
           {kMargin, 28}, 0.62);
     write(fmt::format("probability {:.2g}, worst point within {:.1f} mm ({:.0f} %), guard {} x {:.3g} mm",
                       object_.fit.probability(), 1e3 * object_.worst_displacement_m,
-                      100 * report_.config.options.confidence, guard_of(report_), 1e3 * report_.voxel_size_m),
+                      100 * report_.config.options.confidence, guard_of(report_),
+                      1e3 * report_.voxel_size_m.reference_m()),
           {kMargin, 52}, 0.46);
     cv::rectangle(image_, {kMargin, kTop, kView, kView}, kLine);
     model();

@@ -49,7 +49,19 @@ nlohmann::json pose_json(const geometry::Pose& X) {
           {"text", runtime::pose_text(X)}};
 }
 
+nlohmann::json json_of(const workspace::VoxelSize& size) {
+  if (size.is_cube()) return size.reference_m();
+  return {size[0], size[1], size[2]};
+}
+
 }  // namespace
+
+std::string guard_voxel_text(const workspace::VoxelSize& size) {
+  const std::string least = fmt::format("{:.3g} mm", 1e3 * size.reference_m());
+  if (size.is_cube()) return least;
+  return least + fmt::format(", the shortest side of {:.3g} x {:.3g} x {:.3g} mm", 1e3 * size[0],
+                             1e3 * size[1], 1e3 * size[2]);
+}
 
 int guard_of(const SurveyReport& report) {
   return survey::guard_voxels(report.result.object->worst_displacement_m, report.voxel_size_m);
@@ -135,8 +147,8 @@ std::string fit_text(const SurveyReport& report) {
         "no point off by more than {:.1f} mm ({:.1f} %)\n",
         1e3 * object.fit.position_sigma_m(), object.fit.orientation_sigma_rad() / core::kRadPerDegree,
         1e3 * object.worst_displacement_m, 100 * report.config.options.confidence);
-    text += fmt::format("guard:       j = {} (skin voxels of {:.3g} mm)\nresiduals:   ", guard_of(report),
-                        1e3 * report.voxel_size_m);
+    text += fmt::format("guard:       j = {} (skin voxels of {})\nresiduals:   ", guard_of(report),
+                        guard_voxel_text(report.voxel_size_m));
     for (std::size_t i = 0; i < object.fit.nodes.size(); ++i) {
       const survey::MeasuredNode& node = report.measurement.nodes[object.fit.nodes[i]];
       const auto [along, across] = along_and_across_m(node, object.fit.residual_W_m[i]);
@@ -195,7 +207,7 @@ std::string json_text(const SurveyReport& report) {
       {"symmetric_poses", object.symmetric},
       {"picked_among", object.picked_among},
       {"guard_vox", guard_of(report)},
-      {"voxel_size_m", report.voxel_size_m},
+      {"voxel_size_m", json_of(report.voxel_size_m)},
       {"residuals_W_m", residuals}};
   if (object.four_steps_WO) all["object"]["four_steps_X_WO"] = pose_json(*object.four_steps_WO);
   return all.dump(2) + "\n";

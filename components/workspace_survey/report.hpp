@@ -2,6 +2,7 @@
 
 #include <string>
 
+#include "common/workspace/grid.hpp"
 #include "components/workspace_survey/config.hpp"
 #include "components/workspace_survey/library.hpp"
 
@@ -13,7 +14,7 @@ struct SurveyReport {
   const Library& library;
   const survey::Measurement& measurement;
   const survey::SurveyResult& result;
-  double voxel_size_m = 0.01;
+  workspace::VoxelSize voxel_size_m = 0.01;
 };
 
 /// Returns the measurement, face by face: edges, angles, area, and what the error aid reports.
@@ -31,5 +32,7 @@ std::string alternatives_text(const SurveyReport& report);
 
 /// Returns the guard of a fitted object, in voxels.
 int guard_of(const SurveyReport& report);
+/// Returns what such a voxel measures, as words: "5 mm"; if it is no cube, the shortest side and all three.
+std::string guard_voxel_text(const workspace::VoxelSize& size);
 
 }  // namespace phantom::workspace_survey

@@ -8,6 +8,7 @@
 
 #include "common/core/units.hpp"
 #include "common/runtime/pose_text.hpp"
+#include "components/workspace_survey/report.hpp"
 
 namespace phantom::workspace_survey {
 namespace {
@@ -101,8 +102,9 @@ std::string change_text(const TouchFindings& findings) {
       "uncertainty: no point off by more than {:.1f} mm ({:.1f} %); of the model as it was {:.1f} mm\n",
       1e3 * c.worst_after_m, 100 * findings.confidence, 1e3 * c.worst_before_m);
   if (c.contradicts)
-    text += fmt::format("guard:       j = {} (skin voxels of {:.3g} mm); until it is applied j = {}\n",
-                        guard_after(findings), 1e3 * findings.voxel_size_m, guard_before(findings));
+    text +=
+        fmt::format("guard:       j = {} (skin voxels of {}); until it is applied j = {}\n",
+                    guard_after(findings), guard_voxel_text(findings.voxel_size_m), guard_before(findings));
   if (!c.refusal.empty()) text += "refused:     " + c.refusal + "\n";
   if (!c.contradicts)
     text += "the model agrees with what was touched, within its errors: nothing to change\n";

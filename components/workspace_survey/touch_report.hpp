@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "common/survey/touch.hpp"
+#include "common/workspace/grid.hpp"
 
 namespace phantom::workspace_survey {
 
@@ -14,7 +15,7 @@ struct TouchFindings {
   std::vector<survey::FreePlace> free;
   survey::TouchCorrection correction;
   double confidence = 0.99;  ///< of its bounds
-  double voxel_size_m = 0.005;
+  workspace::VoxelSize voxel_size_m;
   int least_guard_vox = 0;  ///< that the cell file gives the object
 };
 

@@ -1,5 +1,6 @@
 // A cell in voxels that are higher than wide, from its file to what an arm feels in it, against a twin that
 // knows nothing of the product's grids, voxels and layers: boxes, and distances in metres.
+// And the guard of a survey, in the same voxels.
 
 #include <gtest/gtest.h>
 
@@ -12,6 +13,7 @@
 #include "common/robot/skin_sensing.hpp"
 #include "common/runtime/arm_model.hpp"
 #include "common/runtime/cell_bodies.hpp"
+#include "common/survey/fit.hpp"
 #include "tests/support/files.hpp"
 
 namespace phantom {
@@ -32,6 +34,18 @@ objects:
       triangles: [0, 2, 1, 0, 3, 2, 4, 5, 6, 4, 6, 7, 0, 1, 5, 0, 5, 4, 1, 2, 6, 1, 6, 5, 2, 3, 7, 2, 7, 6, 3, 0, 4, 3, 4, 7]
     pose: {xyz_m: [0.1035, 0.3035, 0.333]}
     profile: {thickness_vox: [4, 4], mu_Pa_s_per_m: [30, 8], mu_skin_Pa_s_per_m: 90, method: surface}
+  - name: piston
+    primitive: {box: {size_m: [0.093, 0.147, 0.173]}}
+    pose: {xyz_m: [0.403, -0.4027, 0.601]}
+    profile:
+      mu_skin_Pa_s_per_m: 600
+      mpc:
+        cylinder_diameter_m: 0.02
+        fluid_viscosity_Pa_s: 0.4
+        pipes:
+          - {diameter_m: 0.004, length_m: 0.05, gap_m: 0.02}
+          - {diameter_m: 0.006, length_m: 0.05, gap_m: 0.03}
+          - {diameter_m: 0.006, length_m: 0.10, gap_m: 0.04}
 arms:
   - {name: scara, file: PHANTOM/deploy/arms/scara.yaml, mount: {xyz_m: [0, 0, 0.35]}}
 )";
@@ -46,6 +60,15 @@ struct TwinBox {
 
 const Vector3d kSides_m(0.01, 0.01, 0.02), kCorner_m(-0.7, -0.7, 0.0);
 
+/// γ of a cylinder of 20 mm whose open pipes carry so much per pressure (Hagen–Poiseuille; μ_f = 0.4 Pa·s).
+double piston_gamma(const std::vector<std::pair<double, double>>& open_pipes_m) {
+  double m3_per_Pa_s = 0.0;
+  for (const auto& [diameter_m, length_m] : open_pipes_m)
+    m3_per_Pa_s += M_PI * std::pow(diameter_m, 4) / (128 * 0.4 * length_m);
+  const double area_m2 = M_PI * 0.01 * 0.01;
+  return static_cast<double>(static_cast<float>(area_m2 * area_m2 / m3_per_Pa_s));
+}
+
 std::vector<TwinBox> twin_boxes() {
   return {{{0.2015, 0.0235, 0.1945},
            {0.3985, 0.1765, 0.3055},
@@ -59,7 +82,14 @@ std::vector<TwinBox> twin_boxes() {
            {32, 32, 20, 13, 5},
            100,
            false},
-          {{0.1035, 0.3035, 0.333}, {0.3035, 0.4535, 0.433}, {0.04, 0.08}, {30, 8}, 90, true}};
+          {{0.1035, 0.3035, 0.333}, {0.3035, 0.4535, 0.433}, {0.04, 0.08}, {30, 8}, 90, true},
+          {{0.3565, -0.4762, 0.5145},
+           {0.4495, -0.3292, 0.6875},
+           {0.02, 0.05, 0.09},
+           {piston_gamma({{0.004, 0.05}}), piston_gamma({{0.004, 0.05}, {0.006, 0.05}}),
+            piston_gamma({{0.004, 0.05}, {0.006, 0.05}, {0.006, 0.10}})},
+           600,
+           false}};
 }
 
 /// What a voxel holds of one box: of the distance from its centre to the nearest voxel that the box touches,
@@ -128,6 +158,33 @@ TEST(FlatVoxels, EveryVoxelOfTheCellHoldsWhatTheTwinSays) {
   });
   for (const float mu : {5.0F, 8.0F, 13.0F, 20.0F, 30.0F, 32.0F, 90.0F, 100.0F})
     EXPECT_GT(counts[mu], 100U) << mu;
+  const TwinBox piston = twin_boxes().back();
+  for (const double gamma : piston.mu) EXPECT_GT(counts[static_cast<float>(gamma)], 100U) << gamma;
+}
+
+// Where the survey's bound lets the object stand, along any axis, no voxel that it touches is without guard.
+TEST(FlatVoxels, TheGuardOfASurveyCoversWhatItsBoundAllowsAlongEveryAxis) {
+  for (const double off_m : {0.004, 0.0101, 0.0195, 0.0205}) {
+    runtime::CellConfig cell = flat_cell();
+    runtime::ObjectConfig& block = cell.objects.at(0);
+    block.profile.guard_vox = survey::guard_voxels(off_m, cell.voxel_size_m);
+    cell.objects.resize(1);
+    const workspace::Workspace voxels = activated(cell);
+    const TwinBox model = twin_boxes()[0];
+    for (int axis = 0; axis < 3; ++axis)
+      for (const double way : {-off_m, off_m}) {
+        TwinBox real = model;
+        real.low_m[axis] += way, real.high_m[axis] += way;
+        int touched = 0;
+        workspace::VoxelBox::of(voxels.grid()).for_each([&](workspace::Index3 v) {
+          if (mu_of(real, {v.x, v.y, v.z}) != real.mu_skin) return;
+          ++touched;
+          ASSERT_GE(voxels.mu(v), 32.0F)
+              << off_m << " along " << axis << " at " << v.x << ' ' << v.y << ' ' << v.z;
+        });
+        EXPECT_GT(touched, 1000);
+      }
+  }
 }
 
 TEST(FlatVoxels, TheArmFeelsWhatTheTwinSays) {

@@ -2,6 +2,9 @@
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
+#include <algorithm>
+#include <array>
+#include <random>
 
 #include "common/survey/survey.hpp"
 #include "common/survey/tests/survey_rig.hpp"
@@ -134,6 +137,31 @@ TEST(Fit, GuardVoxelsCoverTheDisplacement) {
   EXPECT_EQ(guard_voxels(0.01, 0.01), 1);
   EXPECT_EQ(guard_voxels(0.0101, 0.01), 2);
   EXPECT_EQ(guard_voxels(0.0101, 0.005), 3);
+}
+
+// The centre of the farthest voxel into which a point moves, tried for points all over a voxel.
+TEST(Fit, GuardVoxelsReachTheCentresOfFlatVoxelsIntoWhichADisplacementCarries) {
+  const auto sized = [](double x_m, double y_m, double z_m) {
+    return workspace::VoxelSize(Eigen::Vector3d(x_m, y_m, z_m));
+  };
+  EXPECT_EQ(guard_voxels(0.0, sized(0.005, 0.005, 0.01)), 0);
+  EXPECT_EQ(guard_voxels(0.003, sized(0.005, 0.005, 0.01)), 2) << "the next voxel along z is 10 mm away";
+  EXPECT_EQ(guard_voxels(0.010, sized(0.005, 0.005, 0.01)), 2);
+  EXPECT_EQ(guard_voxels(0.011, sized(0.005, 0.005, 0.01)), 4);
+  EXPECT_EQ(guard_voxels(0.004, sized(0.005, 0.0125, 0.005)), 3) << "12.5 mm in lengths of 5 mm";
+  std::mt19937_64 random(14);
+  std::uniform_real_distribution<double> side(0.001, 0.008), moved(1e-4, 0.03);
+  for (int trial = 0; trial < 300; ++trial) {
+    const std::array<double, 3> sides_m{side(random), side(random), side(random)};
+    const double least_m = *std::min_element(sides_m.begin(), sides_m.end()), d_m = moved(random);
+    double farthest_m = 0.0;
+    for (const double s : sides_m)
+      for (int point = 0; point < 1000; ++point)
+        farthest_m = std::max(farthest_m, s * std::floor((point + 0.5) / 1000.0 + d_m / s));
+    const int guard = guard_voxels(d_m, sized(sides_m[0], sides_m[1], sides_m[2]));
+    ASSERT_GE(guard * least_m, farthest_m - 1e-12) << d_m;
+    ASSERT_LT((guard - 1) * least_m, *std::max_element(sides_m.begin(), sides_m.end()) + d_m) << d_m;
+  }
 }
 
 // A.5.1: the larger triangle gives the better orientation, the refinement over all nodes a better one than

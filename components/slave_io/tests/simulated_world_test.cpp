@@ -4,11 +4,14 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <fstream>
 #include <numbers>
 #include <optional>
+#include <random>
 
 #include "components/slave_io/simulated_arm.hpp"
 #include "components/slave_io/tests/fixture.hpp"
+#include "tests/support/files.hpp"
 
 namespace phantom::slave_io {
 namespace {
@@ -17,7 +20,10 @@ namespace {
 class Shipped {
  public:
   Shipped(const std::string& name, double damper_Ns_per_m)
-      : cell(runtime::load_cell(PHANTOM_SOURCE_DIR "/deploy/cells/" + name + "/cell.yaml")),
+      : Shipped(runtime::load_cell(PHANTOM_SOURCE_DIR "/deploy/cells/" + name + "/cell.yaml"),
+                damper_Ns_per_m) {}
+  Shipped(runtime::CellConfig loaded, double damper_Ns_per_m)
+      : cell(std::move(loaded)),
         model(load_arm(cell, "")),
         config(load_config(kShipped, model.arm, model.home)),
         world(load_world(cell, model, config.contact)) {
@@ -96,6 +102,55 @@ TEST(SimulatedWorld, TheShippedTissueHoldsTheProbeAtTheDepthOfItsLayers) {
   EXPECT_GT(depth_m, 0.009);
   const auto& beside = bench.push({0.13, 0.15, 0.25}, {0, 0, -4.0 * push_N}, 10.0);
   EXPECT_GT(top_q3 - beside.true_position()[2], depth_m + 0.005);
+}
+
+/// The shipped tissue in voxels of other sides, with a rigid post beside it.
+runtime::CellConfig tissue_in_voxels(const std::string& sides_m) {
+  const std::string shipped = PHANTOM_SOURCE_DIR "/deploy/cells/palpation_bench/cell.yaml";
+  std::string text = test::read_text(shipped);
+  text = test::replaced(text, "voxel_size_m: 0.001", "voxel_size_m: " + sides_m);
+  text = test::replaced(text, "../../arms", PHANTOM_SOURCE_DIR "/deploy/arms");
+  text = test::replaced(text, "objects:\n",
+                        "objects:\n  - {name: post, primitive: {box: {size_m: [0.031, 0.023, 0.117]}}, "
+                        "pose: {xyz_m: [0.13, 0.11, 0.1]}}\n");
+  const std::filesystem::path file = test::new_folder() / "cell.yaml";
+  std::ofstream(file) << text;
+  return runtime::load_cell(file);
+}
+
+double off_box_m(const Eigen::Vector3d& p_m, const Eigen::Vector3d& middle_m, const Eigen::Vector3d& half_m) {
+  const Eigen::Vector3d beyond = (p_m - middle_m).cwiseAbs() - half_m;
+  return beyond.cwiseMax(0.0).norm() + std::min(0.0, beyond.maxCoeff());
+}
+
+// Layers are given in voxels of the shortest side. So a longer side, along the way in or across it, changes
+// neither how deep the probe sinks nor where a rigid body's surface is.
+TEST(SimulatedWorld, FlatVoxelsChangeNeitherTheTissuesDepthNorWhereRigidBodiesAre) {
+  const double pad_m2 = std::numbers::pi * (0.008 * 0.008 - 0.0005 * 0.0005);
+  for (const char* sides_m : {"[0.001, 0.001, 0.002]", "[0.002, 0.001, 0.001]", "[0.001, 0.004, 0.002]"}) {
+    Shipped bench(tissue_in_voxels(sides_m), 150.0);
+    ASSERT_FALSE(bench.cell.voxel_size_m.is_cube());
+    // Pressures by hand: 3 kPa at 6 mm, 6 kPa at 10 mm, 10 kPa at 14 mm, 16 kPa at 18 mm.
+    for (const auto& [pressure_Pa, depth_m] : {std::pair{3e3, 0.006}, {6e3, 0.010}, {10e3, 0.014}}) {
+      const auto& tissue = bench.push({0.13, 0.15, 0.25}, {0, 0, -pressure_Pa * pad_m2}, 10.0);
+      EXPECT_NEAR(0.24 - tissue.true_position()[2], depth_m, 2e-4) << sides_m << ' ' << pressure_Pa;
+      EXPECT_NEAR(tissue.contact().force_N, pressure_Pa * pad_m2, 0.01) << sides_m;
+    }
+    std::mt19937 random(6);
+    std::uniform_real_distribution<double> off(-0.06, 0.06);
+    int inside = 0, outside = 0;
+    for (int i = 0; i < 2000; ++i) {
+      const Eigen::Vector3d p_m =
+          Eigen::Vector3d(0.13, 0.11, 0.1) + Eigen::Vector3d(off(random), off(random), off(random));
+      const double post_m = off_box_m(p_m, {0.13, 0.11, 0.1}, {0.0155, 0.0115, 0.0585});
+      const double away_m = std::min(post_m, off_box_m(p_m, {0.0, 0.0, 0.07}, {0.08, 0.08, 0.03}));
+      if (away_m > 0.9 * bench.world.fixed->range_m()) continue;
+      ASSERT_NEAR(bench.world.fixed->distance_m(p_m), away_m, 1e-6) << sides_m;
+      ++(post_m < 0.0 ? inside : outside);
+    }
+    EXPECT_GT(inside, 10);
+    EXPECT_GT(outside, 500);
+  }
 }
 
 TEST(SimulatedWorld, ACellInWhichNothingGivesWayHasNoneOfIt) {

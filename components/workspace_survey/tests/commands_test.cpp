@@ -101,8 +101,9 @@ TEST_F(Commands, EveryShippedExampleIsFittedWithinWhatItStatesOrRefusedAsItsName
                 object.at("worst_displacement_m").get<double>())
           << name;
     }
-    EXPECT_EQ(object.at("guard_vox").get<int>(),
-              survey::guard_voxels(object.at("worst_displacement_m"), object.at("voxel_size_m")));
+    EXPECT_EQ(
+        object.at("guard_vox").get<int>(),
+        survey::guard_voxels(object.at("worst_displacement_m"), object.at("voxel_size_m").get<double>()));
     ++fitted;
   }
   EXPECT_GE(fitted, 4);
