@@ -26,10 +26,15 @@ struct MeshReport {
   bool intersections_complete = true;   ///< false: the search stopped at its limit, and there may be more
   double area_m2 = 0.0;
   /// What is solid: repeated triangles count once, each shell faces one way, and where the winding number is
-  /// not 0 then is inside, as voxelisation has it. Valid only if the mesh is closed.
+  /// not 0 then is inside, as voxelisation has it. Valid only if has_volume().
   double volume_m3 = 0.0;
 
   bool closed() const { return triangles > 0 && open_edges == 0 && non_manifold_edges == 0; }
+  /// Whether inside and outside are certain: of an open mesh, or where surfaces pass through one another, the
+  /// sum over the shells is no volume.
+  bool has_volume() const {
+    return closed() && unorientable_shells == 0 && intersecting_pairs == 0 && intersections_complete;
+  }
   bool flawless() const {
     return closed() && degenerate_triangles == 0 && duplicate_triangles == 0 && flipped_triangles == 0 &&
            unorientable_shells == 0 && intersecting_pairs == 0 && intersections_complete;

@@ -48,7 +48,7 @@ json report_of(const geometry::MeshReport& mesh) {
           {"intersecting_pairs", mesh.intersecting_pairs},
           {"intersections_complete", mesh.intersections_complete},
           {"area_m2", mesh.area_m2},
-          {"volume_m3", mesh.volume_m3}};
+          {"volume_m3", mesh.has_volume() ? json(mesh.volume_m3) : json()}};
 }
 
 /// The outcome of activating a mesh or a cell.

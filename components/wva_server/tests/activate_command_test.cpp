@@ -192,6 +192,45 @@ TEST_F(ActivateCommand, WarnsOfWhatItHadToGuess) {
   EXPECT_THAT(told["objects"][0]["warnings"].dump(), Not(HasSubstr("up-axis")));
 }
 
+// A box of 0.2 × 0.3 × 0.4 m, some of whose triangles come again or face the wrong way; one without a lid;
+// and one that another passes through.
+TEST_F(ActivateCommand, ReportsTheVolumeOfWhatIsSolidOrNone) {
+  const auto box = [](double x_m) {
+    std::ostringstream text;
+    for (int corner = 0; corner < 8; ++corner)
+      text << "v " << x_m + 0.2 * (corner & 1) << ' ' << 0.3 * (corner >> 1 & 1) << ' ' << 0.4 * (corner >> 2)
+           << '\n';
+    return text.str();
+  };
+  const std::string sides =
+      "f 1 2 6\nf 1 6 5\nf 2 4 8\nf 2 8 6\nf 4 3 7\nf 4 7 8\nf 3 1 5\nf 3 5 7\nf 1 4 2\nf 1 3 4\n";
+  const auto report = [&](const std::string& faces) {
+    std::ofstream(folder_ / "box.obj") << faces;
+    return run("--mesh " + (folder_ / "box.obj").string() +
+               " --scale 1 --up-axis z --voxel-size-m 0.01 --layers 2,3 --mu 32,20")["objects"][0];
+  };
+  constexpr double kBox_m3 = 0.2 * 0.3 * 0.4;
+  EXPECT_NEAR(report(box(0.0) + sides + "f 5 6 8\nf 5 8 7\n")["mesh"]["volume_m3"].get<double>(), kBox_m3,
+              1e-7);
+  const auto defect = report(box(0.0) + sides + "f 5 8 6\nf 5 8 7\n" + "f 1 2 6\nf 6 2 1\nf 8 2 4\n");
+  EXPECT_NEAR(defect["mesh"]["volume_m3"].get<double>(), kBox_m3, 1e-7);
+  EXPECT_EQ(defect["mesh"]["duplicate_triangles"], 3);
+  EXPECT_EQ(defect["mesh"]["flipped_triangles"], 1);
+  EXPECT_THAT(defect["warnings"].dump(),
+              AllOf(HasSubstr("the mesh has 3 triangles twice"),
+                    HasSubstr("the mesh has 1 triangle that faces the wrong way")));
+  const auto open = report(box(0.0) + sides);
+  EXPECT_TRUE(open["mesh"]["volume_m3"].is_null()) << "what has no lid encloses nothing";
+  EXPECT_THAT(open["warnings"].dump(), HasSubstr("the mesh has 4 open edges"));
+  std::ostringstream second;
+  std::istringstream words(std::string(sides) + "f 5 6 8\nf 5 8 7\n");
+  for (std::string word; words >> word;)
+    second << (word == "f" ? "\nf" : " " + std::to_string(std::stoi(word) + 8));
+  const auto crossed = report(box(0.0) + box(0.1) + sides + "f 5 6 8\nf 5 8 7\n" + second.str() + "\n");
+  EXPECT_GT(crossed["mesh"]["intersecting_pairs"], 0);
+  EXPECT_TRUE(crossed["mesh"]["volume_m3"].is_null()) << "what both enclose would count twice";
+}
+
 TEST_F(ActivateCommand, TakesAnotherMethodForAWholeCell) {
   const std::string file = "--cell " + cell().string();
   const auto own = run(file), dilated = run(file + " --method dilation --element cube --threads 2");
