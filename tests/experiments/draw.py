@@ -208,8 +208,9 @@ def difference_text(printed):
     thesis, ours = printed["thesis"], printed["ours"]
     if ours is None:  # not a number
         return "not a number"
-    share = f" ({figure_text(100 * (ours - thesis) / abs(thesis))} %)" if thesis else ""
-    return f"{figure_text(ours - thesis)} {html.escape(printed['unit'])}".rstrip() + share
+    less = 0.0 if abs(ours - thesis) < 1e-9 * abs(thesis) else ours - thesis  # not how numbers are rounded
+    share = f" ({figure_text(100 * less / abs(thesis))} %)" if thesis else ""
+    return f"{figure_text(less)} {html.escape(printed['unit'])}".rstrip() + share
 
 
 def caption(number, index, text):
@@ -239,6 +240,8 @@ def section(entry, folder, drawn, number):
             words = [html.escape(p["what"]), html.escape(p["place"]), *(f"{figure_text(p[k])} {html.escape(p['unit'])}" for k in ("thesis", "ours"))]
             yield "<tr>" + "".join(f"<td>{word}</td>" for word in words) + f"<td>{difference_text(p)}</td></tr>"
         yield "</table>"
+    for text in drawn["prints_no_more"]:
+        yield f"<p class=difference><b>Nothing more to lay beside:</b> {html.escape(text)}</p>"
     for text in drawn["differences"]:
         yield f"<p class=difference><b>Ours differs:</b> {html.escape(text)}</p>"
 

@@ -121,6 +121,11 @@ void run(Report& report, const Settings& settings) {
     before = width;
   }
 
+  report.beside("saddles along AA1", "section 5.2.2 c, page 136", 1, saddles[0], "");
+  report.beside("saddles along BB1", "section 5.2.2 c, page 136", 2, saddles[1], "");
+  report.prints_no_more(
+      "figures 5.7–5.11 (pages 135–137) show slices and curves without values on which a reading to a few percent could rest; "
+      "sizes of the objects, of the voxels and the layers' μ are not stated.");
   report.check("voxels in which not the higher μ prevails, cylinders",
                wrong_voxels(pair, workspace, settings), 0, 0, "");
   report.check("voxels in which not the higher μ prevails, cylinder and wedge",

@@ -14,6 +14,7 @@ namespace in_mpc_steps {
 namespace {
 
 constexpr double kVoxel_m = 0.005;
+const workspace::VoxelSize kCubes(kVoxel_m), kLong(Eigen::Vector3d(2.0 * kVoxel_m, kVoxel_m, kVoxel_m));
 constexpr double kApproach_m = 0.10;  // "in experiments, x = 10 cm"
 constexpr double kRate_Hz = 100.0;    // at which the thesis's controller updates
 constexpr double kStart_m = 1.3e-4;   // of the first tick: no tick falls on the border of two voxels
@@ -28,8 +29,9 @@ percept::MpcDesign design(const std::vector<int>& gaps_vox) {
 }
 
 /// The plate's face is at x = 0; its fluid reaches to negative x.
-workspace::Workspace plate(const percept::MpcDesign& design, const Settings& settings) {
-  const auto layers = must(percept::mpc_layers(design, kVoxel_m, percept::MpcTransition::kStepped));
+workspace::Workspace plate(const percept::MpcDesign& design, const workspace::VoxelSize& size,
+                           const Settings& settings) {
+  const auto layers = must(percept::mpc_layers(design, size.reference_m(), percept::MpcTransition::kStepped));
   workspace::LayerProfile profile;
   profile.thickness_vox = layers.thickness_vox;
   profile.mu_Pa_s_per_m.assign(layers.gamma_N_s_per_m.begin(), layers.gamma_N_s_per_m.end());
@@ -38,7 +40,7 @@ workspace::Workspace plate(const percept::MpcDesign& design, const Settings& set
   layers::Body body{.name = "plate",
                     .mesh_W = geometry::make_box({kVoxel_m, 0.2, 0.2}).transformed(X_WB),
                     .profile = profile};
-  return activate({body}, layers::grid_over({-0.15, -0.05, -0.05}, {0.02, 0.05, 0.05}, kVoxel_m), settings);
+  return activate({body}, layers::grid_over({-0.15, -0.05, -0.05}, {0.02, 0.05, 0.05}, size), settings);
 }
 
 struct Motion {
@@ -70,12 +72,14 @@ Approach approach(const workspace::Workspace& workspace, const Motion& motion, c
 }
 
 /// Greatest deviation of F from v·γ(distance) by the cylinder's own formula, as a share of the greatest F.
-double deviation_from_law(const Approach& approach, const percept::MpcDesign& design) {
+/// `side_m`: of a voxel along the approach. The plate's first voxel ends half the shortest side before its
+/// centre, from which layers count.
+double deviation_from_law(const Approach& approach, const percept::MpcDesign& design, double side_m) {
   double worst = 0.0, greatest = 0.0;
   for (std::size_t i = 0; i < approach.force_N.size(); ++i) {
     const double distance_m = kApproach_m - approach.travel_m[i];
     const double voxel_distance_m =
-        (std::ceil(distance_m / kVoxel_m - 1e-9) - 0.5) * kVoxel_m;  // whole voxels (4.6)
+        std::ceil(distance_m / side_m - 1e-9) * side_m - 0.5 * kVoxel_m;  // whole voxels (4.6)
     const double gamma = percept::mpc_gamma_at(design, voxel_distance_m, percept::MpcTransition::kStepped);
     greatest = std::max(greatest, approach.force_N[i]);
     worst = std::max(worst, std::abs(approach.force_N[i] - gamma * approach.speed_m_per_s[i]));
@@ -83,17 +87,30 @@ double deviation_from_law(const Approach& approach, const percept::MpcDesign& de
   return worst / greatest;
 }
 
-/// How often γ = F/v steps while the travel is within [from, to): intervals between steps, per second.
-double steps_per_s(const Approach& approach, double from_m, double to_m) {
-  std::vector<double> steps_s;
+/// Where γ = F/v steps while the travel is within [from, to): ticks.
+std::vector<std::size_t> steps_in(const Approach& approach, double from_m, double to_m) {
+  std::vector<std::size_t> steps;
   for (std::size_t i = 1; i < approach.force_N.size(); ++i) {
     if (approach.travel_m[i] < from_m || approach.travel_m[i] >= to_m) continue;
     const double before = approach.force_N[i - 1] / approach.speed_m_per_s[i - 1];
     const double now = approach.force_N[i] / approach.speed_m_per_s[i];
-    if (std::abs(now - before) > 0.01 * now) steps_s.push_back(approach.time_s[i]);
+    if (std::abs(now - before) > 0.01 * now) steps.push_back(i);
   }
-  if (steps_s.size() < 2) return std::nan("");
-  return static_cast<double>(steps_s.size() - 1) / (steps_s.back() - steps_s.front());
+  return steps;
+}
+
+/// How often it steps there, per second, and how many voxels lie between two steps.
+double steps_per_s(const Approach& approach, double from_m, double to_m) {
+  const auto steps = steps_in(approach, from_m, to_m);
+  if (steps.size() < 2) return std::nan("");
+  return static_cast<double>(steps.size() - 1) /
+         (approach.time_s[steps.back()] - approach.time_s[steps.front()]);
+}
+double voxels_per_step(const Approach& approach) {
+  const auto steps = steps_in(approach, 0.0, kApproach_m);
+  if (steps.size() < 2) return std::nan("");
+  return (approach.travel_m[steps.back()] - approach.travel_m[steps.front()]) /
+         static_cast<double>(steps.size() - 1) / kVoxel_m;
 }
 
 double greatest(const std::vector<double>& values) { return *std::max_element(values.begin(), values.end()); }
@@ -119,10 +136,11 @@ void run(Report& report, const Settings& settings) {
                   "Response parameter of a multiple pass cylinder along an approach of 10 cm\n"
                   "D = 20 mm, pipes of 4 mm × 50 mm, fluid of 0.4 Pa·s, voxel 5 mm, sensed at 100 Hz",
                   3);
-  double worst = 0.0, linearity = 0.0, rise = 0.0;
+  double worst = 0.0, linearity = 0.0, rise = 0.0, worst_long = 0.0;
   for (const Coding& coding : codings) {
     const percept::MpcDesign cylinder = design(coding.gaps_vox);
-    const workspace::Workspace workspace = plate(cylinder, settings);
+    const workspace::Workspace workspace = plate(cylinder, kCubes, settings),
+                               in_long = plate(cylinder, kLong, settings);
     Table& table =
         report.table(coding.table, {"motion", "time [s]", "fraction of x", "speed [m/s]", "RP [N]"});
     Panel& panel = plot.panel(coding.name, "fraction of x = 10 cm travelled", "response parameter RP [N]");
@@ -137,7 +155,9 @@ void run(Report& report, const Settings& settings) {
         drawn.row({fraction, a.force_N[i]});
       }
       panel.series(drawn, "fraction of x", "RP [N]", motions[m].name, Style::kStep);
-      worst = std::max(worst, deviation_from_law(a, cylinder));
+      worst = std::max(worst, deviation_from_law(a, cylinder, kVoxel_m));
+      worst_long = std::max(worst_long,
+                            deviation_from_law(approach(in_long, motions[m], settings), cylinder, kLong[0]));
       approaches.push_back(a);
     }
     // Twice the speed and four times the speed, at the same γ_1.
@@ -147,11 +167,21 @@ void run(Report& report, const Settings& settings) {
     if (coding.gaps_vox.front() != coding.gaps_vox.back()) {
       rise = steps_per_s(approaches[0], 0.5 * kApproach_m, kApproach_m) /
              steps_per_s(approaches[0], 0.0, 0.5 * kApproach_m);
+      report.beside("steps a second near the plate over those far out, k = 2, then 1",
+                    "figure 3.16 c, page 56", 2.0, rise, "");
+    } else {
+      report.beside("voxels from one step to the next, k = " + std::to_string(coding.gaps_vox.front()),
+                    coding.gaps_vox.front() == 2 ? "section 3.1.5 b, page 54" : "section 3.1.5 b, page 55",
+                    coding.gaps_vox.front(), voxels_per_step(approaches[0]), "");
     }
   }
+  report.prints_no_more(
+      "figures 3.5 and 3.13–3.16 (pages 48–56) show curves over the fraction of x = 10 cm, without speeds or values of RP. Taken from the text are "
+      "k, x and the rate of 100 Hz (page 53).");
   // The layers are the cylinder itself, in whole voxels: F = v·γ_n but for the palette's single precision.
   report.check("step heights: greatest deviation of F from v·γ_n, share of the greatest F", worst, 0.0, 1e-6,
                "");
+  report.check("the same in voxels twice as long along the approach", worst_long, 0.0, 1e-6, "");
   report.check("F linear in v: deviation of F(2v)/F(v) from 2 and of F(4v)/F(v) from 4", linearity, 0.0, 1e-6,
                "");
   // k falls from 2 to 1, so at a constant speed the steps come twice as often; ±5 % for the ticks at which

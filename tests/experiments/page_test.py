@@ -72,6 +72,14 @@ class Page(unittest.TestCase):
         self.assertEqual(draw.difference_text({"thesis": 40.0, "ours": 39.0, "unit": "°"}), "−1 ° (−2.5 %)")
         self.assertEqual(draw.difference_text({"thesis": 0.0, "ours": 0.5, "unit": ""}), "0.5")
 
+    def test_every_experiment_says_how_it_stands_to_what_the_thesis_prints(self):
+        for entry in self.entries:
+            drawn = json.loads(Path(RESULTS, entry["id"], "plots.json").read_text())
+            self.assertTrue(drawn["printed"] or drawn["prints_no_more"] or drawn["differences"], entry["id"])
+            for text in drawn["prints_no_more"]:
+                self.assertRegex(text, r"\(pages? \d+", entry["id"])
+                self.assertIn(html.escape(text), self.section(entry["id"]))
+
     def test_a_folder_that_cannot_be_written_is_refused_before_any_work(self):
         with tempfile.NamedTemporaryFile() as file:  # no folder can be made below a file, not even by root
             ended = subprocess.run([EXECUTABLE, "--out", f"{file.name}/x", "layers"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)

@@ -229,6 +229,22 @@ void run(Report& report, const Settings& settings) {
       .vertical(120.0, "thresholds")
       .range_y(0.5, 4);
 
+  report.beside("tilt of the PGV at the cube's middle height (\"no tilt\")", "section 6.6.2, page 210", 0.0,
+                tilt_deg[1], "°");
+  report.beside("numbered places by the complex cylinder at which there is a PGV",
+                "section 6.6.3 a, page 211", 11.0,
+                static_cast<double>(
+                    std::count_if(eleven.begin(), eleven.end(), [](const Reading& r) { return r.found; })),
+                "");
+  report.beside("kinds of motion that the unsafe motion detector tells apart", "figure 6.18, page 212", 3.0,
+                static_cast<double>(std::count_if(classes.counts.begin() + 1, classes.counts.end(),
+                                                  [](int count) { return count > 0; })),
+                "");
+  report.prints_no_more(
+      "figures 6.16–6.18 (pages 210–212) draw the vectors in space without scales for their length or angle.");
+  report.difference(
+      "The thesis has its lower track at Z = 20 in one sentence and at 40, the cube's lower edge, in another (section 6.6.2, page "
+      "210): ours is at that edge.");
   std::vector<double> all = off_cube;
   all.insert(all.end(), off_cylinder.begin(), off_cylinder.end());
   // 90 of 100 places: in a bay or off an edge the nearest point jumps, and there is no one true direction.

@@ -201,6 +201,8 @@ void Report::beside(const std::string& what, const std::string& place, double th
   printed_.push_back({what, place, thesis, ours, unit});
 }
 
+void Report::prints_no_more(const std::string& text) { prints_no_more_.push_back(text); }
+
 void Report::difference(const std::string& text) { differences_.push_back(text); }
 
 void Report::picture(const std::string& file, const std::string& caption) {
@@ -230,12 +232,13 @@ void Report::write() const {
   nlohmann::json printed = nlohmann::json::array();
   for (const auto& [what, place, thesis, ours, unit] : printed_)
     printed.push_back({{"what", what}, {"place", place}, {"thesis", thesis}, {"ours", ours}, {"unit", unit}});
-  write_file(
-      folder_ / "plots.json",
-      nlohmann::json{
-          {"plots", plots}, {"pictures", pictures}, {"printed", printed}, {"differences", differences_}}
-              .dump(1) +
-          "\n");
+  write_file(folder_ / "plots.json", nlohmann::json{{"plots", plots},
+                                                    {"pictures", pictures},
+                                                    {"printed", printed},
+                                                    {"prints_no_more", prints_no_more_},
+                                                    {"differences", differences_}}
+                                             .dump(1) +
+                                         "\n");
   write_file(folder_ / "checks.json", checks.dump(1) + "\n");
 }
 

@@ -129,6 +129,8 @@ class Report {
   /// Lays a figure that the thesis prints beside ours. `place`: where it stands, "table 3.3, page 68".
   void beside(const std::string& what, const std::string& place, double thesis, double ours,
               const std::string& unit);
+  /// Says that the thesis prints nothing more to lay beside ours, and what its pages hold instead.
+  void prints_no_more(const std::string& text);
   /// Where ours differs from the thesis, and why; for the page.
   void difference(const std::string& text);
   /// A picture (PNG) that the experiment wrote into folder(), for the page.
@@ -145,7 +147,7 @@ class Report {
   std::list<Plot> plots_;
   std::vector<Check> checks_;
   std::vector<Printed> printed_;
-  std::vector<std::string> differences_;
+  std::vector<std::string> differences_, prints_no_more_;
   std::vector<std::pair<std::string, std::string>> pictures_;
 };
 

@@ -72,6 +72,9 @@ void run(Report& report, const Settings& settings) {
   const double deepest_vox = distance_vox(kCentre_vox.x());
   const auto met = static_cast<double>(6 - static_cast<int>(std::ceil(deepest_vox / kThickness_vox)) + 1);
 
+  report.prints_no_more(
+      "figure 4.34 (page 114) shows the relative drag over the position, without the speeds or a scale of F, and the text states no figure. "
+      "Taken from it are the cone's six layers of μ = 32, 25, 20, 17, 15, 13 (section 4.8, page 111).");
   report.check("F ∝ v at every place: greatest deviation of F(v)/v from that at 0.05 m/s", deviation, 0, 1e-9,
                "");
   report.check("onset position over all speeds: spread", *last - *first, 0, 0, "voxels");

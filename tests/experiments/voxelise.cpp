@@ -210,6 +210,9 @@ void run(Report& report, const Settings& settings) {
       .series(table, "height [mm]", "wedge width, exact [mm]", "wedge width without groove, exact")
       .series(table, "height [mm]", "wedge width, voxels [mm]", "wedge width, voxels", Style::kPoints);
 
+  report.prints_no_more(
+      "figures 4.13 and 4.14 (pages 91 and 92) are pictures of voxels; the text states neither sizes nor counts of them, nor volumes or times. "
+      "The exact volumes and sections are the shapes' own formulas.");
   // The statement itself: interior ≤ exact ≤ interior and boundary, for every size.
   report.check("exact volume between interior (0) and interior and boundary (1), lowest", lowest, 0, 1, "");
   report.check("exact volume between interior (0) and interior and boundary (1), highest", highest, 0, 1, "");
