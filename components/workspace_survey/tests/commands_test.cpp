@@ -1,3 +1,5 @@
+#include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <sstream>
@@ -25,7 +27,7 @@ class Commands : public InFolder {
     std::ostringstream print;
     Request whole = request;
     if (whole.library.empty()) whole.library = source("deploy/parts");
-    const int exit_code = run(whole, shipped_config(), {}, in, print);
+    const int exit_code = run(whole, shipped_config(), workspace_, in, print);
     return {exit_code, print.str()};
   }
   Request fit(const std::filesystem::path& file) const {
@@ -41,6 +43,8 @@ class Commands : public InFolder {
     request.pose = pose;
     return request;
   }
+
+  Workspace workspace_ = {};
 };
 
 TEST_F(Commands, PartsAreListedAndTheirPicturesWritten) {
@@ -125,6 +129,22 @@ TEST_F(Commands, SimulateFitAndPictureWorkTogether) {
   ASSERT_FALSE(picture.empty());
   EXPECT_GT(picture.cols, 1000);
   EXPECT_TRUE(nlohmann::json::parse(read(folder_ / "wedge.json")).at("accepted").get<bool>());
+}
+
+// Guards count in the shortest side, and cover the displacement along the longest.
+TEST_F(Commands, TheGuardIsThatOfTheCellsFlatVoxels) {
+  workspace_.voxel_size_m = workspace::VoxelSize(Eigen::Vector3d(0.005, 0.005, 0.01));
+  Request request = fit(source("deploy/parts/measurements/wedge.csv"));
+  request.json = folder_ / "wedge.json";
+  const Said said = call(request);
+  ASSERT_EQ(said.exit_code, 0) << said.text;
+  const auto object = nlohmann::json::parse(read(folder_ / "wedge.json")).at("object");
+  const double off_mm = 1e3 * object.at("worst_displacement_m").get<double>();
+  const int guard = static_cast<int>(std::max(std::ceil(off_mm / 5.0), 2.0 * std::ceil(off_mm / 10.0)));
+  EXPECT_EQ(object.at("guard_vox"), guard);
+  EXPECT_EQ(object.at("voxel_size_m"), (nlohmann::json{0.005, 0.005, 0.01}));
+  EXPECT_THAT(said.text, HasSubstr("j = " + std::to_string(guard) +
+                                   " (skin voxels of 5 mm, the shortest side of 5 x 5 x 10 mm)"));
 }
 
 TEST_F(Commands, TheSameSeedMeasuresTheSame) {
