@@ -8,9 +8,12 @@
 #include <atomic>
 #include <csignal>
 #include <cstdlib>
+#include <filesystem>
 #include <iostream>
+#include <system_error>
 
 #include "common/core/clock.hpp"
+#include "common/core/errors.hpp"
 #include "common/core/version.hpp"
 #include "common/runtime/cell.hpp"
 #include "common/runtime/deployment.hpp"
@@ -183,8 +186,12 @@ int process_main(int argc, char** argv, const ProcessDescription& description) {
       "device, file "
       "or peer is missing.");
   if (const auto wrong = line.parse(argc, argv)) return *wrong ? kExitUsage : kExitDone;
-  if (options.deployment.empty()) options.deployment = share_path("deploy/topologies/single_host.yaml");
+  const bool names_topology = !options.deployment.empty();
+  if (!names_topology) options.deployment = share_path("deploy/topologies/single_host.yaml");
   const int code = ended_with(options, [&] {
+    std::error_code unreadable;  // as where a folder on the way may not be entered
+    if (names_topology && !std::filesystem::exists(options.deployment, unreadable))
+      throw core::MissingError("--deployment " + options.deployment.string() + ": there is no such file");
     apply_entry(line, options, argc, argv);
     if (options.config.empty()) options.config = share_path("config/" + description.name + ".yaml");
     begin_log(options.component, options.log_level);

@@ -103,6 +103,15 @@ INSTANTIATE_TEST_SUITE_P(Every, Executable,
 
 class Parameters : public Executable {};
 
+// Also of an executable that takes nothing from a topology.
+TEST_P(Parameters, AMissingTopologyIsNamed) {
+  for (const char* check : {"--check ", ""}) {
+    const test::Said result = run(GetParam(), std::string(check) + "--deployment /nowhere/x.yaml");
+    EXPECT_EQ(result.exit_code, 3) << result.output;
+    EXPECT_THAT(result.output, HasSubstr("/nowhere/x.yaml"));
+  }
+}
+
 // The shipped file is the table that the executable reads by; of arms behind it the table of drives.
 TEST_P(Parameters, HelpConfigIsTheShippedFile) {
   const test::Said help = run(GetParam(), "--help-config");
