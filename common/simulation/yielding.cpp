@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 
+#include "common/geometry/cross_matrix.hpp"
 #include "common/robot/jacobian.hpp"
 #include "common/simulation/mesh_world.hpp"
 
@@ -12,12 +13,6 @@ namespace {
 using robot::Spatial;
 
 constexpr double kAnywhere_m = 1e3;
-
-Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& d) noexcept {
-  Eigen::Matrix3d m;
-  m << 0.0, -d.z(), d.y(), d.z(), 0.0, -d.x(), -d.y(), d.x(), 0.0;
-  return m;
-}
 
 robot::SkinLayout weighted_by_area(robot::SkinLayout skin) {
   skin.normalisation = robot::Normalisation::kArea;
@@ -98,7 +93,7 @@ Yielding::LinkYield Yielding::in_fluid(std::size_t link) const noexcept {
   LinkYield yield;
   yield.some = sums.fluid.mu > 0.0;
   if (!yield.some) return yield;
-  const Eigen::Matrix3d cross = cross_matrix(sums.fluid.mu_d);
+  const Eigen::Matrix3d cross = geometry::cross_matrix(sums.fluid.mu_d);
   yield.damping << sums.fluid.mu * Eigen::Matrix3d::Identity(), -cross, cross,
       sums.fluid.mu_dd.trace() * Eigen::Matrix3d::Identity() - sums.fluid.mu_dd;
   yield.at_rest << sums.push, sums.push_moment;
@@ -119,7 +114,7 @@ void Yielding::press(std::size_t link, const geometry::Pose& X_WL, const Spatial
     if (pressed.layer == nullptr) continue;
     const Eigen::Vector3d d_m = p_W_m - X_WL.translation_m, &out = pressed.out_W;
     Eigen::Matrix<double, 3, 6> point;  // the sensor's velocity per twist
-    point << Eigen::Matrix3d::Identity(), -cross_matrix(d_m);
+    point << Eigen::Matrix3d::Identity(), -geometry::cross_matrix(d_m);
     const double mu = pressed.layer->viscosity_Pa_s_per_m;
     const bool lets_go = pressed.pressure_Pa < mu * out.dot(point * twist);
     const double push_N = lets_go ? 0.0 : area_m2 * pressed.pressure_Pa;

@@ -9,6 +9,7 @@
 #include <random>
 
 #include "common/survey/formatted.hpp"
+#include "common/geometry/cross_matrix.hpp"
 
 namespace phantom::survey {
 namespace {
@@ -19,26 +20,14 @@ using Vector6 = Eigen::Matrix<double, 6, 1>;
 constexpr int kMostRounds = 50;
 constexpr int kRandomPoses = 4000;
 
-Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& v) {
-  Eigen::Matrix3d m;
-  m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
-  return m;
-}
-
 Eigen::Matrix<double, 3, 6> lever(const Eigen::Vector3d& from_centre) {
   Eigen::Matrix<double, 3, 6> J;
-  J << -cross_matrix(from_centre), Eigen::Matrix3d::Identity();
+  J << -geometry::cross_matrix(from_centre), Eigen::Matrix3d::Identity();
   return J;
 }
 
-/// Returns the rotation about `theta` by its length.
-Eigen::Matrix3d turn(const Eigen::Vector3d& theta) {
-  const double angle = theta.norm();
-  return angle > 0 ? geometry::rotation_about(theta / angle, angle) : Eigen::Matrix3d::Identity();
-}
-
 void move(geometry::Pose& X, const Eigen::Vector3d& centre, const Vector6& by) {
-  const Eigen::Matrix3d R = turn(by.head<3>());
+  const Eigen::Matrix3d R = geometry::rotation_from_vector(by.head<3>());
   X.translation_m = centre + R * (X.translation_m - centre) + by.tail<3>();
   X.rotation = geometry::rotation_from_quaternion(geometry::quaternion_xyzw(R * X.rotation));
 }
