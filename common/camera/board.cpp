@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/core.hpp>
 #include <string>
 
+#include "common/core/text.hpp"
 #include "common/geometry/pose.hpp"
 
 namespace phantom::camera {
@@ -15,12 +15,6 @@ namespace {
 constexpr double kUnsureFocalLength = 0.02;
 constexpr double kReachForAllTerms = 0.85;
 constexpr double kLeastTilt_rad = 0.17;  // between two of the boards
-
-core::Status unfit(const char* format, double a, double b) {
-  char buffer[240];
-  std::snprintf(buffer, sizeof buffer, format, a, b);
-  return core::Status::invalid_argument(buffer);
-}
 
 /// Returns the mean grey around the middle of the square beyond an end corner: opposite to `next` and
 /// `below`.
@@ -89,14 +83,14 @@ core::Expected<LensFit> fit_lens(int width_px, int height_px, const Board& board
                                  std::span<const std::vector<Eigen::Vector2d>> pictures,
                                  double largest_rms_px) {
   if (pictures.size() < 3)
-    return unfit("a lens needs three pictures of the board or more, there are %.0f",
-                 static_cast<double>(pictures.size()), 0.0);
+    return core::Status::invalid_argument(
+        core::formatted("a lens needs three pictures of the board or more, there are %zu", pictures.size()));
   std::vector<std::vector<cv::Point3f>> places;
   std::vector<std::vector<cv::Point2f>> seen;
   for (const auto& corners : pictures) {
     if (static_cast<int>(corners.size()) != board.corners())
-      return unfit("a picture has %.0f corners; allowed: %.0f, the board's",
-                   static_cast<double>(corners.size()), board.corners());
+      return core::Status::invalid_argument(core::formatted(
+          "a picture has %zu corners; allowed: %d, the board's", corners.size(), board.corners()));
     auto& place = places.emplace_back();
     auto& pixels = seen.emplace_back();
     for (int i = 0; i < board.corners(); ++i) {
@@ -137,19 +131,19 @@ core::Expected<LensFit> fit_lens(int width_px, int height_px, const Board& board
     fit.X_CB.push_back(pose_of(turns[i], shifts[i]));
   }
   if (!(fit.rms_px <= largest_rms_px))
-    return unfit(
+    return core::Status::invalid_argument(core::formatted(
         "the board does not fit: residual %.2f px; allowed: %.2f px. Is it flat, and its number of corners right?",
-        fit.rms_px, largest_rms_px);
+        fit.rms_px, largest_rms_px));
   if (!(tilt_rad(fit.X_CB) > kLeastTilt_rad))
-    return unfit(
+    return core::Status::invalid_argument(core::formatted(
         "no two pictures show the board tilted by more than %.0f degrees to each other: tilt the board by 20 to 45 "
         "degrees, in other ways in each picture",
-        kLeastTilt_rad * 180 / 3.14159, 0.0);
+        kLeastTilt_rad * 180 / 3.14159));
   if (!(fit.focal_sigma_px < kUnsureFocalLength * std::min(fit.lens.fx_px, fit.lens.fy_px)))
-    return unfit(
+    return core::Status::invalid_argument(core::formatted(
         "the focal length is unsure by %.1f px of %.0f px: tilt the board by 20 to 45 degrees, in other ways in "
         "each picture, and let it fill the picture",
-        fit.focal_sigma_px, fit.lens.fx_px);
+        fit.focal_sigma_px, fit.lens.fx_px));
   if (const std::string fault = fault_of(fit.lens); !fault.empty())
     return core::Status::invalid_argument("the lens found makes no sense: " + fault);
   return fit;

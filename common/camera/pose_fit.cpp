@@ -6,11 +6,12 @@
 #include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/core.hpp>
 #include <string>
+
+#include "common/core/text.hpp"
 
 namespace phantom::camera {
 namespace {
@@ -24,12 +25,6 @@ constexpr double kSamePosition = 1e-3, kSameTurn_rad = 1e-3;  // of two solution
 constexpr std::size_t kMostStarts = 8;                        // points of which all triples are tried
 constexpr double kExact_px2 = 1e-6;
 constexpr double kWorstCondition = 1e13;
-
-std::string text(const char* format, double a, double b = 0.0) {
-  char buffer[200];
-  std::snprintf(buffer, sizeof buffer, format, a, b);
-  return buffer;
-}
 
 Pose moved(const Pose& X_WC, const Vector6& by) {
   return X_WC * Pose{geometry::rotation_from_vector(by.head<3>()), by.tail<3>()};
@@ -255,10 +250,10 @@ core::Expected<PoseFit> fit_pose(const LensModel& lens, std::span<const SeenPoin
   if (found.empty()) return refused("from no pose are these points seen where they were picked");
   const double rms_px = std::sqrt(found.front().cost_px2 / static_cast<double>(points.size()));
   if (rms_px > options.largest_rms_px)
-    return refused(
-        text("the points do not fit: residual %.1f px; allowed: %.1f px. A point was picked wrongly, or the "
-             "lens is another one",
-             rms_px, options.largest_rms_px));
+    return refused(core::formatted(
+        "the points do not fit: residual %.1f px; allowed: %.1f px. A point was picked wrongly, or the "
+        "lens is another one",
+        rms_px, options.largest_rms_px));
   // Another pose counts as likely as the best one unless it is clearly worse than picking explains.
   const double count = static_cast<double>(points.size());
   const double variance = std::max(options.pixel_sigma_px * options.pixel_sigma_px,
@@ -268,14 +263,14 @@ core::Expected<PoseFit> fit_pose(const LensModel& lens, std::span<const SeenPoin
   found.erase(end, found.end());
   const int solutions = static_cast<int>(found.size());
   if (!options.prior && points.size() == 3)
-    return refused(
-        text("three points allow up to four poses, these %.0f: pick a fourth one, or give a rough pose",
-             std::max(1, solutions)));
+    return refused(core::formatted(
+        "three points allow up to four poses, these %d: pick a fourth one, or give a rough pose",
+        std::max(1, solutions)));
   if (!options.prior && solutions > 1)
     return refused(
-        text("the points are explained by %.0f poses about as well: pick one that lies out of their "
-             "plane, or give a rough pose",
-             solutions));
+        core::formatted("the points are explained by %d poses about as well: pick one that lies out of their "
+                        "plane, or give a rough pose",
+                        solutions));
   if (options.prior) {
     const Eigen::Vector3d middle = middle_of(points);
     const double distance_m = (options.prior->translation_m - middle).norm() + 1e-6;

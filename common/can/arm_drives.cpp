@@ -1,7 +1,8 @@
 #include "common/can/arm_drives.hpp"
 
 #include <algorithm>
-#include <cstdio>
+
+#include "common/core/text.hpp"
 
 namespace phantom::can {
 
@@ -70,10 +71,8 @@ std::string ArmDrives::why_not_following() const {
   }
   const auto j = static_cast<std::size_t>(read_.outside);
   const AxisConfig& axis = config_.axes[j];
-  char text[120];
-  std::snprintf(text, sizeof text, " stands at %.4g, outside its range of %.4g to %.4g: power stays off",
-                read_.report.position[j], axis.lower, axis.upper);
-  return axis.name + text;
+  return axis.name + core::formatted(" stands at %.4g, outside its range of %.4g to %.4g: power stays off",
+                                     read_.report.position[j], axis.lower, axis.upper);
 }
 
 core::ActuatorHealth ArmDrives::health(const char* reset) {

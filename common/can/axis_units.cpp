@@ -1,8 +1,9 @@
 #include "common/can/axis_units.hpp"
 
 #include <cmath>
-#include <cstdio>
 #include <limits>
+
+#include "common/core/text.hpp"
 
 namespace phantom::can {
 namespace {
@@ -14,11 +15,7 @@ Integer to_integer(double value) noexcept {
   return static_cast<Integer>(value <= kLow ? kLow : value >= kHigh ? kHigh : std::round(value));
 }
 
-std::string text(double value) {
-  char digits[40];
-  std::snprintf(digits, sizeof digits, "%.6g", value);
-  return digits;
-}
+std::string text(double value) { return core::formatted("%g", value); }
 
 }  // namespace
 

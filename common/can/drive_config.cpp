@@ -1,23 +1,19 @@
 #include "common/can/drive_config.hpp"
 
 #include <cmath>
-#include <cstdio>
 #include <set>
 #include <utility>
 
 #include "common/can/bus_load.hpp"
 #include "common/core/joints.hpp"
+#include "common/core/text.hpp"
 
 namespace phantom::can {
 namespace {
 
 using core::Status;
 
-std::string number(double value) {
-  char text[40];
-  std::snprintf(text, sizeof text, "%.4g", value);
-  return text;
-}
+std::string number(double value) { return core::formatted("%.4g", value); }
 
 Status out_of_range(const std::string& what, double value, const std::string& allowed) {
   return Status::invalid_argument(what + ": " + number(value) + "; allowed: " + allowed);

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/core/text.hpp"
+
 namespace phantom::can {
 namespace {
 
@@ -237,7 +239,7 @@ std::string describe(const DriveGroupReport& report, const std::vector<AxisConfi
   }
   std::string unhomed;
   for (std::size_t a = 0; a < axes.size(); ++a)
-    if (report.drives[a].needs_homing) unhomed += (unhomed.empty() ? "" : ", ") + axes[a].name;
+    if (report.drives[a].needs_homing) core::add_to_list(unhomed, axes[a].name);
   if (!unhomed.empty()) return "to be homed, as their encoders are not absolute: " + unhomed;
   return report.state == DriveGroupState::kFault ? "drives wait for a reset" : "";
 }

@@ -1,6 +1,5 @@
-#include <cstdio>
-
 #include "common/can/drive.hpp"
+#include "common/core/text.hpp"
 
 namespace phantom::can {
 
@@ -42,20 +41,16 @@ constexpr FaultText kFaults[] = {  // in the order of DriveFault
     {"homing timeout", "found no home in time"}};
 
 std::string setup_sentence(const DriveReport& r) {
-  char text[160];
-  if (r.fault == DriveFault::kSetupTimeout) {
-    std::snprintf(text, sizeof text, "does not answer for object 0x%04X:%u", r.sdo_index, r.sdo_sub);
-  } else if (r.sdo_abort != 0) {
-    std::snprintf(text, sizeof text, "refuses object 0x%04X:%u: %s (0x%08X)", r.sdo_index, r.sdo_sub,
-                  sdo_abort_text(r.sdo_abort), r.sdo_abort);
-  } else {
-    const char* meaning = r.sdo_index == 0x1000   ? "it is no CiA 402 drive"
-                          : r.sdo_index == 0x6502 ? "it does not support the configured mode"
-                                                  : "not the configured rated torque (mN·m)";
-    std::snprintf(text, sizeof text, "says %u (0x%X) for object 0x%04X: %s", r.sdo_value, r.sdo_value,
-                  r.sdo_index, meaning);
-  }
-  return text;
+  if (r.fault == DriveFault::kSetupTimeout)
+    return core::formatted("does not answer for object 0x%04X:%u", r.sdo_index, r.sdo_sub);
+  if (r.sdo_abort != 0)
+    return core::formatted("refuses object 0x%04X:%u: %s (0x%08X)", r.sdo_index, r.sdo_sub,
+                           sdo_abort_text(r.sdo_abort), r.sdo_abort);
+  const char* meaning = r.sdo_index == 0x1000   ? "it is no CiA 402 drive"
+                        : r.sdo_index == 0x6502 ? "it does not support the configured mode"
+                                                : "not the configured rated torque (mN·m)";
+  return core::formatted("says %u (0x%X) for object 0x%04X: %s", r.sdo_value, r.sdo_value, r.sdo_index,
+                         meaning);
 }
 
 std::string fault_sentence(const DriveReport& r) {
@@ -66,12 +61,10 @@ std::string fault_sentence(const DriveReport& r) {
     case DriveFault::kModeMismatch:
       return "reports mode of operation " + std::to_string(r.mode) + ", which was not commanded";
     case DriveFault::kEmergency:
-    case DriveFault::kDriveFault: {
-      char code[16];
-      std::snprintf(code, sizeof code, "0x%04X", r.emergency_code);
-      const char* brake = r.unmoved ? "; it has not moved since it got power: its brake may be closed" : "";
-      return std::string("is in fault: ") + emergency_text(r.emergency_code) + " (" + code + ")" + brake;
-    }
+    case DriveFault::kDriveFault:
+      return core::formatted(
+          "is in fault: %s (0x%04X)%s", emergency_text(r.emergency_code), r.emergency_code,
+          r.unmoved ? "; it has not moved since it got power: its brake may be closed" : "");
     default:
       return kFaults[static_cast<std::size_t>(r.fault)].sentence;
   }

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "common/core/text.hpp"
+
 namespace phantom::core {
 
 using State = SideAnswer::State;
@@ -64,9 +66,8 @@ namespace {
 /// Returns the names of the sides in that state: "master_io, slave_io".
 std::string names(const CommandAnswers& answers, State state) {
   std::string text;
-  for (const Side side : kSides) {
-    if (answers.of(side).state == state) text += (text.empty() ? "" : ", ") + std::string(component_of(side));
-  }
+  for (const Side side : kSides)
+    if (answers.of(side).state == state) add_to_list(text, component_of(side));
   return text;
 }
 

@@ -2,15 +2,14 @@
 
 #include <algorithm>
 #include <array>
-#include <cstdio>
+
+#include "common/core/text.hpp"
 
 namespace phantom::core {
 namespace {
 
 std::string sentence(const LoopStatistics& loop) {
-  char seconds[32];
-  std::snprintf(seconds, sizeof seconds, "%.1f", loop.idle_s);
-  return "the " + loop.name + " loop has not run for " + seconds + " s";
+  return formatted("the %s loop has not run for %.1f s", loop.name.c_str(), loop.idle_s);
 }
 
 }  // namespace

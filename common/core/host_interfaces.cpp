@@ -8,6 +8,7 @@
 #include <algorithm>
 
 #include "common/core/errors.hpp"
+#include "common/core/text.hpp"
 
 namespace phantom::core {
 
@@ -32,12 +33,10 @@ std::vector<HostInterface> host_interfaces() {
 }
 
 std::string describe(const std::vector<HostInterface>& found) {
-  std::string text;
-  for (const HostInterface& interface : found) {
-    text += (text.empty() ? "" : ", ") + interface.address + " (" + interface.name +
-            (interface.running ? ")" : ", not running)");
-  }
-  return text.empty() ? "no address" : text;
+  if (found.empty()) return "no address";
+  return listed(found, [](const HostInterface& one) {
+    return one.address + " (" + one.name + (one.running ? ")" : ", not running)");
+  });
 }
 
 void require_interfaces(const NetworkOptions& network, const std::vector<HostInterface>& found) {

@@ -2,7 +2,8 @@
 
 #include <array>
 #include <cmath>
-#include <sstream>
+
+#include "common/core/text.hpp"
 
 namespace phantom::core {
 namespace {
@@ -38,10 +39,8 @@ std::string value_refusal(CommandKind kind, double value) {
   if (!std::isfinite(value)) return "value is not a finite number";
   if (!rule.needs_value) return "";
   if (value >= rule.least && value <= rule.greatest && (!rule.whole || value == std::floor(value))) return "";
-  std::ostringstream text;
-  text << rule.name << ": value is " << value << "; allowed: " << (rule.whole ? "a whole number from " : "")
-       << rule.least << " to " << rule.greatest;
-  return text.str();
+  return formatted("%s: value is %g; allowed: %s%g to %g", rule.name, value,
+                   rule.whole ? "a whole number from " : "", rule.least, rule.greatest);
 }
 
 }  // namespace phantom::core

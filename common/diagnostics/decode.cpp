@@ -9,6 +9,8 @@
 #include <cstring>
 #include <nlohmann/json.hpp>
 
+#include "common/core/text.hpp"
+
 namespace phantom::diagnostics {
 namespace {
 
@@ -237,8 +239,8 @@ std::string instance_name(const Type& type, const Json& sample) {
   for (const Member& member : type.members) {
     if (!member.key || !sample.contains(member.name)) continue;
     const Json& value = sample[member.name];
-    name += (name.empty() ? "" : ", ") + member.name + "=" +
-            (value.is_string() ? value.get<std::string>() : value.dump());
+    core::add_to_list(name,
+                      member.name + "=" + (value.is_string() ? value.get<std::string>() : value.dump()));
   }
   return name;
 }

@@ -5,6 +5,8 @@
 
 #include <algorithm>
 
+#include "common/core/text.hpp"
+
 namespace phantom::diagnostics {
 namespace {
 
@@ -89,10 +91,8 @@ std::string to_string(Representation value) {
 
 std::string partitions_text(const std::vector<std::string>& partitions) {
   if (partitions.empty()) return "default";
-  std::string text;
-  for (const auto& name : partitions)
-    text += (text.empty() ? "" : ", ") + (name.empty() ? "default" : "'" + name + "'");
-  return text;
+  return core::listed(partitions,
+                      [](const std::string& name) { return name.empty() ? "default" : "'" + name + "'"; });
 }
 
 std::string qos_text(const EndpointQos& qos) {

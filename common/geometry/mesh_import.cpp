@@ -1,9 +1,8 @@
 #include "common/geometry/mesh_import.hpp"
 
-#include <algorithm>
-#include <cctype>
 #include <fstream>
 
+#include "common/core/text.hpp"
 #include "common/geometry/stl.hpp"
 
 namespace phantom::geometry::detail {
@@ -22,11 +21,8 @@ std::array<double, 3> extents_of(const BoundingBox& box) {
 }  // namespace
 
 std::string extension_of(const std::filesystem::path& path) {
-  std::string extension = path.extension().string();
-  if (!extension.empty()) extension.erase(0, 1);
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return extension;
+  const std::string extension = core::lower_case(path.extension().string());
+  return extension.empty() ? extension : extension.substr(1);
 }
 
 Eigen::Matrix3d to_z_up(UpAxis up) {

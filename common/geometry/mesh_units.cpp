@@ -4,7 +4,8 @@
 #include <cctype>
 #include <charconv>
 #include <cmath>
-#include <cstdio>
+
+#include "common/core/text.hpp"
 
 namespace phantom::geometry {
 namespace {
@@ -23,17 +24,9 @@ constexpr NamedUnit kUnits[] = {{"micron", 1e-6},     {"micrometer", 1e-6}, {"mi
 constexpr double kDxfUnits[] = {0,         0.0254,    0.3048, 1609.344, 1e-3, 1e-2, 1.0, 1e3,
                                 0.0254e-6, 0.0254e-3, 0.9144, 1e-10,    1e-9, 1e-6, 0.1};
 
-std::string text_of(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.4g", value);
-  return text;
-}
+using core::trimmed;
 
-std::string_view trimmed(std::string_view text) {
-  while (!text.empty() && std::isspace(static_cast<unsigned char>(text.front()))) text.remove_prefix(1);
-  while (!text.empty() && std::isspace(static_cast<unsigned char>(text.back()))) text.remove_suffix(1);
-  return text;
-}
+std::string text_of(double value) { return core::formatted("%.4g", value); }
 
 /// Parses a plausible scale: finite and positive.
 std::optional<double> number(std::string_view text) {
@@ -76,9 +69,7 @@ std::optional<std::string_view> attribute(std::string_view text, std::string_vie
 }
 
 std::optional<double> named_unit(std::string_view name) {
-  std::string lower(trimmed(name));
-  std::transform(lower.begin(), lower.end(), lower.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  const std::string lower = core::lower_case(trimmed(name));
   for (const NamedUnit& unit : kUnits) {
     if (unit.name == lower) return unit.scale;
   }

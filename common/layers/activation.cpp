@@ -2,9 +2,9 @@
 
 #include <atomic>
 #include <cmath>
-#include <cstdio>
 
 #include "common/core/parallel.hpp"
+#include "common/core/text.hpp"
 #include "common/layers/layers.hpp"
 #include "common/layers/merge.hpp"
 #include "common/voxelise/voxelise_implicit.hpp"
@@ -51,10 +51,8 @@ core::Expected<workspace::VoxelBox> place_of(const Body& body, const workspace::
   if (farthest_m < std::min(1e6, 1e9 * grid.voxel_size_m.reference_m()))
     return body.implicit_W ? voxelise::voxel_bounds(*body.implicit_W, grid)
                            : voxelise::voxel_bounds(bounds, grid);
-  char farthest[32];
-  std::snprintf(farthest, sizeof farthest, "%.3g", farthest_m);
   return core::Status(core::ErrorCode::kResourceExhausted,
-                      std::string("reaches ") + farthest + " m from the origin; is its scale right?");
+                      core::formatted("reaches %.3g m from the origin; is its scale right?", farthest_m));
 }
 
 /// Returns the smallest box, in the solid's voxel addresses, that holds all its boundary and interior voxels.

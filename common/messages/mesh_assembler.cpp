@@ -1,7 +1,8 @@
 #include "common/messages/mesh_assembler.hpp"
 
-#include <sstream>
+#include <cinttypes>
 
+#include "common/core/text.hpp"
 #include "common/workspace/compression.hpp"
 
 namespace phantom::messages {
@@ -10,9 +11,7 @@ namespace {
 constexpr std::size_t kChunkOverhead = 128;  // bytes: a node of a map and a block of memory
 
 core::Status refuse(std::uint64_t hash, const std::string& problem) {
-  std::ostringstream text;
-  text << "mesh " << std::hex << hash << ": " << problem;
-  return core::Status::invalid_argument(text.str());
+  return core::Status::invalid_argument(core::formatted("mesh %" PRIx64 ": ", hash) + problem);
 }
 
 }  // namespace

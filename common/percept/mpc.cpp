@@ -2,7 +2,8 @@
 
 #include <cmath>
 #include <numbers>
-#include <sstream>
+
+#include "common/core/text.hpp"
 
 namespace phantom::percept {
 namespace {
@@ -11,11 +12,7 @@ core::Status refuse(const std::string& what) {
   return core::Status::invalid_argument("multiple pass cylinder: " + what);
 }
 
-std::string number(double value) {
-  std::ostringstream text;
-  text << value;
-  return text.str();
-}
+std::string number(double value) { return core::formatted("%g", value); }
 
 bool positive(double value) { return std::isfinite(value) && value > 0.0; }
 

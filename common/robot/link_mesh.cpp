@@ -1,20 +1,18 @@
 #include "common/robot/link_mesh.hpp"
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <string>
 #include <string_view>
 
+#include "common/core/text.hpp"
 #include "common/geometry/mesh_io.hpp"
 
 namespace phantom::robot {
 namespace {
 
 bool is_collada(const std::filesystem::path& file) {
-  std::string extension = file.extension().string();
-  std::ranges::transform(extension, extension.begin(), [](unsigned char c) { return std::tolower(c); });
-  return extension == ".dae";
+  return core::lower_case(file.extension().string()) == ".dae";
 }
 
 constexpr std::string_view kPackage = "package://";

@@ -7,9 +7,11 @@
 #include <fstream>
 #include <limits>
 #include <mutex>
+#include <ranges>
 #include <set>
 #include <sstream>
 
+#include "common/core/text.hpp"
 #include "common/geometry/primitives.hpp"
 #include "common/robot/serial_arm.hpp"
 
@@ -74,11 +76,9 @@ bool is_moving(const urdf::Joint& joint) { return joint.type != urdf::Joint::FIX
 /// Returns the chain of URDF joints from the root link to `tip`.
 std::vector<urdf::JointSharedPtr> chain_to(const urdf::ModelInterface& model, const std::string& tip) {
   urdf::LinkConstSharedPtr link = model.getLink(tip);
-  if (!link) {
-    std::string names;
-    for (const auto& [name, unused] : model.links_) names += (names.empty() ? "" : ", ") + name;
-    throw Fault{"tip link '" + tip + "' is not in the file; its links are: " + names};
-  }
+  if (!link)
+    throw Fault{"tip link '" + tip +
+                "' is not in the file; its links are: " + core::listed(std::views::keys(model.links_))};
   std::vector<urdf::JointSharedPtr> chain;
   for (; link->parent_joint; link = link->getParent()) chain.push_back(link->parent_joint);
   std::reverse(chain.begin(), chain.end());
@@ -135,11 +135,7 @@ Joint joint_of(const urdf::Joint& source) {
   return joint;
 }
 
-std::string text_of(double number) {
-  std::ostringstream text;
-  text << number;
-  return text.str();
-}
+std::string text_of(double number) { return core::formatted("%g", number); }
 
 /// Where the joints off the chain stand.
 class HeldJoints {
@@ -181,9 +177,8 @@ class HeldJoints {
     const urdf::JointConstSharedPtr joint = model_.getJoint(name);
     if (!joint || !can_be_stated(*joint)) {
       std::string allowed;
-      for (const auto& [other, candidate] : model_.joints_) {
-        if (can_be_stated(*candidate)) allowed += (allowed.empty() ? "" : ", ") + other;
-      }
+      for (const auto& [other, candidate] : model_.joints_)
+        if (can_be_stated(*candidate)) core::add_to_list(allowed, other);
       throw Fault{"held_joints: '" + name + "' " +
                   (!joint                     ? "is no joint of the file"
                    : in_chain_.contains(name) ? "is a joint of the chain, which moves"

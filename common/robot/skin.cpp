@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/core/text.hpp"
 #include "common/robot/skin_parts.hpp"
 
 namespace phantom::robot {
@@ -13,9 +14,8 @@ using detail::PlacedSensor;
 
 std::string unknown_link(const SerialArm& arm, const std::string& name) {
   std::string known;
-  for (const Link& candidate : arm.links()) {
-    for (const auto& [frame, unused] : candidate.frames) known += (known.empty() ? "" : ", ") + frame;
-  }
+  for (const Link& candidate : arm.links())
+    for (const auto& [frame, unused] : candidate.frames) core::add_to_list(known, frame);
   return "skin: link '" + name + "' is not in the arm; allowed: " + known;
 }
 

@@ -2,6 +2,7 @@
 
 #include <set>
 
+#include "common/core/text.hpp"
 #include "common/runtime/cell_parts.hpp"
 #include "common/runtime/named.hpp"
 
@@ -59,7 +60,8 @@ const ArmConfig& CellConfig::arm(const std::string& arm_name) const {
   if (arm_name.empty() && arms.size() == 1) return arms.front();
   if (arm_name.empty())
     throw core::ConfigError(file.string() + ": arms: there are " + std::to_string(arms.size()) +
-                            ", so one must be named, by --arm or the key `arm`; allowed: " + names_of(arms));
+                            ", so one must be named, by --arm or the key `arm`; allowed: " +
+                            core::listed(arms, &ArmConfig::name));
   return find_named(arms, arm_name, file.string() + ": arms: no arm called '" + arm_name + "'");
 }
 

@@ -7,6 +7,7 @@
 #include <regex>
 
 #include "common/core/host_interfaces.hpp"
+#include "common/core/text.hpp"
 #include "common/runtime/fields.hpp"
 #include "common/runtime/named.hpp"
 
@@ -103,7 +104,7 @@ const DeployedHost* this_host(const Deployment& deployment, const ProcessOptions
   throw core::MissingError(
       place + "this machine has no host's interfaces: it has " + core::describe(own) +
       "; give it its address, say by --host which one it is, or correct the addresses; allowed: " +
-      names_of(deployment.hosts));
+      core::listed(deployment.hosts, &DeployedHost::name));
 }
 
 bool say_the_same(const DeployedProcess& a, const DeployedProcess& b) {
@@ -120,7 +121,8 @@ std::optional<DeployedProcess> own_entry(const Deployment& deployment, const std
     if (found == host.processes.end()) continue;
     if (own != nullptr && !say_the_same(*own, *found))
       throw ConfigError(found->place + ": " + name + " is another one here than at " + own->place +
-                        "; say by --host which host this is; allowed: " + names_of(deployment.hosts));
+                        "; say by --host which host this is; allowed: " +
+                        core::listed(deployment.hosts, &DeployedHost::name));
     own = &*found;
   }
   return own != nullptr ? std::optional(*own) : std::nullopt;

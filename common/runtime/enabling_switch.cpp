@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cstdlib>
 
+#include "common/core/text.hpp"
+
 namespace phantom::runtime {
 namespace {
 
@@ -80,9 +82,8 @@ void read_wires(const Fields& section, std::optional<DrivesConfig>& can, Enablin
                 "needs drives on CAN; allowed: input, simulated, or drive with driver can");
   auto& axes = can->group.axes;
   const auto axis = std::ranges::find(axes, drive, &can::AxisConfig::name);
-  std::string names;
-  for (const auto& one : axes) names += (names.empty() ? "" : ", ") + one.name;
-  section.check(axis != axes.end(), "drive", "is no joint; allowed: " + names);
+  section.check(axis != axes.end(), "drive",
+                "is no joint; allowed: " + core::listed(axes, &can::AxisConfig::name));
   section.check(config.second.bit != config.first.bit, "second_bit",
                 "is that of the first contact; allowed: another");
   section.check(config.through.bit < 0 ||

@@ -10,6 +10,7 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "common/core/text.hpp"
 #include "common/core/units.hpp"
 #include "common/core/utf8.hpp"
 
@@ -32,12 +33,6 @@ FieldSpec spec_of(std::string allowed) {
   for (std::sregex_iterator at(allowed.begin(), allowed.end(), name), end; at != end; ++at)
     spec.names.push_back(at->str());
   return spec;
-}
-
-std::string joined(const std::vector<std::string>& names) {
-  std::string list;
-  for (const std::string& name : names) list += (list.empty() ? "" : ", ") + name;
-  return list;
 }
 
 std::size_t edit_distance(const std::string& a, const std::string& b) {
@@ -244,7 +239,7 @@ std::optional<std::size_t> Fields::chosen_of(const std::string& key,
   const auto name = text_of(key);
   if (!name) return std::nullopt;
   const auto found = std::ranges::find(names, *name);
-  check(found != names.end(), key, "is not known; allowed: " + joined(names));
+  check(found != names.end(), key, "is not known; allowed: " + core::listed(names));
   return found - names.begin();
 }
 
@@ -254,11 +249,11 @@ std::string Fields::one_of(const std::string& key, const std::string& noun) cons
   std::string found;
   for (const std::string& one : all) {
     if (!has(one)) continue;
-    check(found.empty(), one, "stands beside " + found + "; allowed: one of " + joined(all));
+    check(found.empty(), one, "stands beside " + found + "; allowed: one of " + core::listed(all));
     found = one;
   }
   if (found.empty() && !noun.empty())
-    throw ConfigError(place() + ": names no " + noun + "; allowed: one of " + joined(all));
+    throw ConfigError(place() + ": names no " + noun + "; allowed: one of " + core::listed(all));
   return found;
 }
 
@@ -381,7 +376,8 @@ void Fields::finish() const {
     const bool near = nearest != known.end() && distance(*nearest) <= 3;
     throw ConfigError(node_->file.string() + ":" + std::to_string(item.first.Mark().line + 1) + ": " +
                       node_->place + key + ": unknown key" +
-                      (near ? " (did you mean " + *nearest + "?)" : "") + "; allowed: " + joined(known));
+                      (near ? " (did you mean " + *nearest + "?)" : "") +
+                      "; allowed: " + core::listed(known));
   }
   for (const auto& child : node_->children) Fields(child, table_, "").finish();
 }

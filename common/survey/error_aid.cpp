@@ -5,13 +5,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/core/text.hpp"
 #include "common/core/units.hpp"
-#include "common/survey/formatted.hpp"
 
 namespace phantom::survey {
 namespace {
 
-using detail::formatted;
+using core::formatted;
 
 constexpr std::size_t kMostSuspects = 3;
 
@@ -181,7 +181,7 @@ std::vector<std::string> advice(const Measurement& measurement, const MeasuredFa
   for (const auto& set : check.alternatives) {
     std::string together;
     for (const std::size_t place : set) together += (together.empty() ? "" : " with ") + name(place);
-    others += (others.empty() ? "" : ", ") + together;
+    core::add_to_list(others, together);
   }
   said.push_back("or, explaining it as well: " + others + "; a further corner of this face would tell which");
   return said;

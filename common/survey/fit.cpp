@@ -8,7 +8,7 @@
 #include <cmath>
 #include <random>
 
-#include "common/survey/formatted.hpp"
+#include "common/core/text.hpp"
 #include "common/geometry/cross_matrix.hpp"
 
 namespace phantom::survey {
@@ -130,7 +130,7 @@ core::Expected<PoseFit> refine(const PartModel& part, const Measurement& measure
     places.push_back(part.nodes_O_m[map[i]]);
   }
   if (fit.nodes.size() < 3)
-    return core::Status::invalid_argument(detail::formatted(
+    return core::Status::invalid_argument(core::formatted(
         "%zu nodes do not determine a pose; allowed: three or more, not in line", fit.nodes.size()));
   const auto [across_m, along_m] = spread(places);
   if (across_m < 1e-6 * along_m)

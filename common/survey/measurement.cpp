@@ -7,13 +7,13 @@
 #include <map>
 #include <unsupported/Eigen/SpecialFunctions>
 
-#include "common/survey/formatted.hpp"
+#include "common/core/text.hpp"
 
 namespace phantom::survey {
 namespace {
 
+using core::formatted;
 using core::Status;
-using detail::formatted;
 
 // Readings of one corner contradict each other if their probability is below this.
 constexpr double kContradiction = 1e-5;
@@ -152,10 +152,9 @@ Status check_measurement(const Measurement& measurement) {
     const auto triangle = largest_triangle(corners_of(measurement, face));
     const Height height = least_height(measurement, face, triangle);
     if (height.m > kInLine_sigmas * height.sigma_m) continue;
-    std::string names;
-    for (const std::size_t node : face.nodes) names += (names.empty() ? "" : ", ") + nodes[node].name;
+    const auto name = [&](std::size_t node) { return nodes[node].name; };
     return Status::invalid_argument(
-        about + "has all its corners in one line (" + names +
+        about + "has all its corners in one line (" + core::listed(face.nodes, name) +
         formatted("): they span %.1f mm across; allowed: more than their error, %.1f mm", 1e3 * height.m,
                   1e3 * kInLine_sigmas * height.sigma_m));
   }

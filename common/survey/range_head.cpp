@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "common/core/text.hpp"
 #include "common/core/units.hpp"
 
 namespace phantom::survey {
@@ -12,11 +13,7 @@ namespace {
 
 using std::numbers::pi;
 
-std::string number(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.6g", value);
-  return text;
-}
+std::string number(double value) { return core::formatted("%g", value); }
 
 double draw(ErrorLaw law, double bound, std::mt19937_64& random) {
   switch (law) {

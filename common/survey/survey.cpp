@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/core/text.hpp"
 #include "common/core/units.hpp"
-#include "common/survey/formatted.hpp"
 
 namespace phantom::survey {
 namespace {
 
-using detail::formatted;
+using core::formatted;
 
 constexpr double kGoodRest = 0.05;  // least probability of the nodes without the suspect
 
@@ -87,10 +87,9 @@ class Survey {
   }
 
   std::string names_of_parts() const {
-    std::string names;
-    for (const std::size_t c : result_.choice.parts)
-      names += (names.empty() ? "" : ", ") + library_[result_.identification.candidates[c].part].name;
-    return names;
+    return core::listed(result_.choice.parts, [&](std::size_t c) {
+      return library_[result_.identification.candidates[c].part].name;
+    });
   }
 
   std::string undetermined(const Placement& best) const {
@@ -102,12 +101,10 @@ class Survey {
   void advise_next_edge() {
     const auto edge = next_edge(library_, measurement_, result_.identification, options_.identify);
     if (!edge) return;
-    std::string lengths;
-    for (const double m : edge->lengths_m)
-      lengths += (lengths.empty() ? "" : ", ") + formatted("%.0f", 1e3 * m);
+    const auto in_mm = [](double m) { return formatted("%.0f", 1e3 * m); };
     result_.advice.push_back("measure the edge that leaves node '" + measurement_.nodes[edge->node].name +
-                             "' off what was measured: its length tells the candidates apart (" + lengths +
-                             " mm)");
+                             "' off what was measured: its length tells the candidates apart (" +
+                             core::listed(edge->lengths_m, in_mm) + " mm)");
   }
 
   std::string misfit(const Candidate& candidate, const Placement& best) {

@@ -6,15 +6,15 @@
 #include <cmath>
 #include <random>
 
+#include "common/core/text.hpp"
 #include "common/core/units.hpp"
-#include "common/survey/formatted.hpp"
 
 namespace phantom::survey {
 namespace {
 
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 using Vector6 = Eigen::Matrix<double, 6, 1>;
-using detail::formatted;
+using core::formatted;
 
 constexpr int kStarts = 40;
 constexpr int kTouchRounds = 80;
@@ -196,9 +196,7 @@ double apart_m(const TouchSurface& surface, const geometry::Pose& a, const geome
 }
 
 std::string numbers_of(const std::vector<std::size_t>& touches) {
-  std::string text;
-  for (const std::size_t i : touches) text += (text.empty() ? "" : ", ") + std::to_string(i + 1);
-  return text;
+  return core::listed(touches, [](std::size_t i) { return std::to_string(i + 1); });
 }
 
 std::string refusal_of(const TouchCorrection& c, std::size_t touches, const TouchOptions& options) {

@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/core/text.hpp"
 #include "common/core/units.hpp"
-#include "common/survey/formatted.hpp"
 #include "common/survey/touch.hpp"
 
 namespace phantom::survey {
@@ -15,7 +15,7 @@ namespace {
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 using Basis = Eigen::Matrix<double, 6, Eigen::Dynamic>;
-using detail::formatted;
+using core::formatted;
 
 constexpr double kQuantile = 2.5;     // sigmas that count as a bound
 constexpr double kByTouch = 0.5;      // of the prior's variance: what is left where touches say more than it

@@ -3,9 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
-#include <cstdio>
 #include <limits>
 #include <numbers>
+
+#include "common/core/text.hpp"
 
 namespace phantom::teleop {
 namespace {
@@ -172,14 +173,11 @@ std::string why_feedback_is_unstable(const FeedbackLimits& limits, BilateralLaw 
     joint = j;
   }
   if (joint == names.size()) return "";
-  char text[160];
   // Rounded down, so that the reported limit is itself accepted.
   const double digit = least > 0.0 ? std::pow(10.0, std::floor(std::log10(least)) - 1.0) : 1.0;
-  std::snprintf(text, sizeof text,
-                "1/A %.3g is not stable on %.32s with law %s and %.3g ms delay; allowed: up to %.2g", asked,
-                names[joint].c_str(), name_of(law), 1e3 * round_trip_s,
-                std::floor(least / digit * (1.0 + 1e-12)) * digit);
-  return text;
+  return core::formatted("1/A %.3g is not stable on %.32s with law %s and %.3g ms delay; allowed: up to %.2g",
+                         asked, names[joint].c_str(), name_of(law), 1e3 * round_trip_s,
+                         std::floor(least / digit * (1.0 + 1e-12)) * digit);
 }
 
 }  // namespace phantom::teleop

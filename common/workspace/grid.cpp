@@ -1,6 +1,6 @@
 #include "common/workspace/grid.hpp"
 
-#include <cstdio>
+#include "common/core/text.hpp"
 
 namespace phantom::workspace {
 
@@ -12,10 +12,9 @@ core::Status check_voxel_size(const VoxelSize& size) {
   const double ratio = sides_m.maxCoeff(&longest) / sides_m.minCoeff(&shortest);
   // A millionth of reserve keeps 0.8 ÷ 0.1 at 8, however the quotient is rounded.
   if (ratio <= kMostStretch * (1.0 + 1e-6)) return core::Status::ok();
-  char text[128];
-  std::snprintf(text, sizeof text, "is %.4g times as long along %c as along %c; allowed: at most %g times",
-                ratio, "xyz"[longest], "xyz"[shortest], kMostStretch);
-  return core::Status::invalid_argument(text);
+  return core::Status::invalid_argument(
+      core::formatted("is %.4g times as long along %c as along %c; allowed: at most %g times", ratio,
+                      "xyz"[longest], "xyz"[shortest], kMostStretch));
 }
 
 }  // namespace phantom::workspace

@@ -6,6 +6,7 @@
 #include <fstream>
 
 #include "common/core/errors.hpp"
+#include "common/core/text.hpp"
 
 namespace phantom::audio_percept {
 namespace {
@@ -34,24 +35,12 @@ constexpr std::array<Column, 10> kColumns{{{"t", true, 0, kLongest_s, 0},
                                            {"alert", false, 0, 1, 0},
                                            {"link", false, 0, 3, 0}}};
 
-std::vector<std::string> split(const std::string& line) {
-  std::vector<std::string> cells(1);
-  for (const char c : line) {
-    if (c == ',') {
-      cells.emplace_back();
-    } else if (c != ' ' && c != '\t' && c != '\r') {
-      cells.back() += c;
-    }
-  }
-  return cells;
-}
-
 /// Returns which column of the file holds which quantity.
 std::vector<std::size_t> read_header(const std::string& line, const std::string& where) {
   const std::string allowed =
       "; allowed: t, closeness, speed_m_s and, optional, x_m, y_m, z_m, valid, muted, alert, link";
   std::vector<std::size_t> places;
-  for (const std::string& cell : split(line)) {
+  for (const std::string& cell : core::cells_of(line)) {
     const auto column =
         std::find_if(kColumns.begin(), kColumns.end(), [&](const Column& c) { return c.name == cell; });
     if (column == kColumns.end()) throw ConfigError(where + "column '" + cell + "' is unknown" + allowed);
@@ -72,9 +61,9 @@ double read_number(const std::string& cell, const Column& column, const std::str
   const auto [end, error] = std::from_chars(cell.data(), cell.data() + cell.size(), value);
   if (error != std::errc() || end != cell.data() + cell.size() ||
       !(value >= column.low && value <= column.high)) {
-    std::array<char, 80> allowed{};
-    std::snprintf(allowed.data(), allowed.size(), "; allowed: %g to %g", column.low, column.high);
-    throw ConfigError(where + column.name + ": '" + cell + "' is not a number in the range" + allowed.data());
+    throw ConfigError(
+        where + column.name + ": '" + cell +
+        core::formatted("' is not a number in the range; allowed: %g to %g", column.low, column.high));
   }
   return value;
 }
@@ -114,7 +103,7 @@ Track read_track_csv(std::istream& csv, const std::string& name) {
   for (int number = 2; std::getline(csv, line); ++number) {
     if (line.find_first_not_of(" \t\r") == std::string::npos) continue;
     const std::string where = name + ":" + std::to_string(number) + ": ";
-    const auto cells = split(line);
+    const auto cells = core::cells_of(line);
     if (cells.size() != places.size()) {
       throw ConfigError(where + "has " + std::to_string(cells.size()) +
                         " values; allowed: " + std::to_string(places.size()) + ", as the header has");

@@ -5,6 +5,7 @@
 
 #include <mutex>
 
+#include "common/core/text.hpp"
 #include "common/dds/cdr.hpp"
 #include "common/observation/observer.hpp"
 #include "common/observation/payload_writer.hpp"
@@ -97,8 +98,7 @@ class DdsOutput : public ReplaySink {
     do {
       unread.clear();
       for (const auto& [name, output] : outputs_) {
-        if (output.writer && output.writer->matched() == 0)
-          unread += (unread.empty() ? "" : ", ") + output.info.name;
+        if (output.writer && output.writer->matched() == 0) core::add_to_list(unread, output.info.name);
       }
     } while (!unread.empty() && core::monotonic_ns() < until_ns && runtime::sleep_unless_stopped(0.02));
     return unread;

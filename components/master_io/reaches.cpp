@@ -1,6 +1,9 @@
 #include "components/master_io/reaches.hpp"
 
 #include <algorithm>
+#include <iterator>
+
+#include "common/core/text.hpp"
 
 namespace phantom::master_io {
 namespace {
@@ -59,14 +62,12 @@ std::vector<NamedReach> choose_reaches(const Fields& sequence, const std::vector
   if (names.empty()) return checked(all);
   std::vector<NamedReach> chosen;
   for (const auto& name : names) {
-    std::string known;
     const std::size_t before = chosen.size();
-    for (const auto& candidate : all) {
-      if (candidate.label.name == name) chosen.push_back(candidate);
-      known += (known.empty() ? "" : ", ") + candidate.label.name;
-    }
+    std::ranges::copy_if(all, std::back_inserter(chosen),
+                         [&](const auto& r) { return r.label.name == name; });
     sequence.check(chosen.size() > before, "only",
-                   "names '" + name + "', which is no reach; allowed: " + known);
+                   "names '" + name + "', which is no reach; allowed: " +
+                       core::listed(all, [](const auto& r) { return r.label.name; }));
   }
   return checked(chosen);
 }

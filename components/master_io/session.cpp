@@ -11,6 +11,7 @@
 
 #include "common/core/errors.hpp"
 #include "common/core/random.hpp"
+#include "common/core/text.hpp"
 #include "common/runtime/arm_model.hpp"
 #include "common/runtime/process.hpp"
 #include "common/runtime/servo_session.hpp"
@@ -196,12 +197,12 @@ ArmModel load_arm(const runtime::CellConfig& cell, const std::string& arm_name) 
 
 int joint_index(const ArmModel& model, const std::string& name) {
   if (name.empty()) return -1;
-  std::string names;
-  for (std::size_t j = 0; j < model.arm.joint_count(); ++j) {
-    if (model.arm.joints()[j].name == name) return static_cast<int>(j);
-    names += (j == 0 ? "" : ", ") + model.arm.joints()[j].name;
-  }
-  throw core::ConfigError("--joint " + name + ": the arm has no such joint; allowed: " + names);
+  const auto& joints = model.arm.joints();
+  const auto found = std::ranges::find(joints, name, &robot::Joint::name);
+  if (found == joints.end())
+    throw core::ConfigError("--joint " + name + ": the arm has no such joint; allowed: " +
+                            core::listed(joints, &robot::Joint::name));
+  return static_cast<int>(found - joints.begin());
 }
 
 int run_session(const runtime::CellConfig& cell, const ArmModel& model, const Config& config,

@@ -2,7 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <sstream>
+
+#include "common/core/text.hpp"
 
 namespace phantom::phantom_sensing {
 namespace {
@@ -29,10 +30,8 @@ Answer ContactRegister::allow(const messages::SensingCommand& request, std::uint
     return refused("there are " + std::to_string(ContactPermits::kMost) +
                    " allowed contacts already; allowed: no more, forbid one first");
   }
-  std::ostringstream message;
-  message << "contact allowed: " << describe(permit);
-  if (request.duration_s > 0.0) message << " for " << request.duration_s << " s";
-  return {true, message.str()};
+  return {true, "contact allowed: " + describe(permit) +
+                    (request.duration_s > 0.0 ? core::formatted(" for %g s", request.duration_s) : "")};
 }
 
 Answer ContactRegister::handle(const messages::SensingCommand& request, core::Nanoseconds now_ns) {
@@ -47,7 +46,7 @@ Answer ContactRegister::handle(const messages::SensingCommand& request, core::Na
     std::string known;
     for (const auto& [candidate, name] : names_) {
       if (name == request.object) id = candidate;
-      known += (known.empty() ? "" : ", ") + name;
+      core::add_to_list(known, name);
     }
     if (id == 0) return refused("no object is called '" + request.object + "'; allowed: " + known);
   }
@@ -64,17 +63,14 @@ Answer ContactRegister::handle(const messages::SensingCommand& request, core::Na
 }
 
 Answer ContactRegister::list(core::Nanoseconds now_ns) const {
-  std::ostringstream message;
-  message << (permits_.size() == 0 ? "no contact is allowed" : "allowed:");
-  const char* before = " ";
+  std::string allowed;
   permits_.for_each([&](const ContactPermit& permit) {
-    message << before << describe(permit);
-    if (permit.until_ns != ContactPermit::kForever)
-      message << " for " << std::round(10.0 * std::max(0.0, core::seconds(permit.until_ns - now_ns))) / 10.0
-              << " s more";
-    before = ", ";
+    const double left_s = std::round(10.0 * std::max(0.0, core::seconds(permit.until_ns - now_ns))) / 10.0;
+    core::add_to_list(allowed, describe(permit) + (permit.until_ns == ContactPermit::kForever
+                                                       ? ""
+                                                       : core::formatted(" for %g s more", left_s)));
   });
-  return {true, message.str()};
+  return {true, allowed.empty() ? "no contact is allowed" : "allowed: " + allowed};
 }
 
 std::vector<std::string> ContactRegister::end_old(core::Nanoseconds now_ns) {

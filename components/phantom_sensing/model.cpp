@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "common/core/errors.hpp"
+#include "common/core/text.hpp"
 #include "common/layers/live_workspace.hpp"
 #include "common/runtime/arm_model.hpp"
 #include "common/runtime/cell_bodies.hpp"
@@ -45,10 +46,9 @@ std::optional<std::size_t> own_share_of(const Config& config) {
   const auto named = std::find_if(config.shares.begin(), config.shares.end(),
                                   [&](const ShareConfig& share) { return share.name == config.own_share; });
   if (named != config.shares.end()) return static_cast<std::size_t>(named - config.shares.begin());
-  std::string allowed;
-  for (const ShareConfig& share : config.shares) allowed += (allowed.empty() ? "" : ", ") + share.name;
-  throw ConfigError("--share: '" + config.own_share + "' is none of sharing.shares in " +
-                    config.file.string() + "; allowed: " + (allowed.empty() ? "none" : allowed));
+  throw ConfigError(
+      "--share: '" + config.own_share + "' is none of sharing.shares in " + config.file.string() +
+      "; allowed: " + (config.shares.empty() ? "none" : core::listed(config.shares, &ShareConfig::name)));
 }
 
 /// Returns whether two arms have the same joints, and their links stand alike at the home of one.

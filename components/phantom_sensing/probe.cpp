@@ -12,6 +12,7 @@
 
 #include "common/core/clock.hpp"
 #include "common/core/errors.hpp"
+#include "common/core/text.hpp"
 #include "common/percept/closeness.hpp"
 #include "common/robot/joint_values.hpp"
 #include "components/phantom_sensing/model.hpp"
@@ -25,21 +26,6 @@ using core::ConfigError;
 const char* name_of(percept::MotionClass motion) {
   constexpr std::array kNames{"none", "safe", "neutral", "dangerous"};
   return kNames[static_cast<std::size_t>(motion)];
-}
-
-std::vector<std::string> split(const std::string& line) {
-  std::vector<std::string> cells;
-  std::string cell;
-  for (const char c : line) {
-    if (c == ',') {
-      cells.push_back(std::move(cell));
-      cell.clear();
-    } else if (c != ' ' && c != '\t' && c != '\r') {
-      cell += c;
-    }
-  }
-  cells.push_back(std::move(cell));
-  return cells;
 }
 
 /// Returns the row's member for a column, or nullptr for a name that is not allowed.
@@ -136,11 +122,11 @@ std::vector<ProbeRow> read_probe_rows(std::istream& csv, const std::string& name
   std::vector<ProbeRow> rows;
   std::string line;
   if (!std::getline(csv, line)) throw ConfigError(name + ":1: is empty; a header line is needed");
-  const std::vector<std::string> columns = split(line);
+  const std::vector<std::string> columns = core::cells_of(line);
   check_header(columns, name + ":1: ", joint_count);
   for (int number = 2; std::getline(csv, line); ++number) {
     const std::string where = name + ":" + std::to_string(number) + ": ";
-    const std::vector<std::string> cells = split(line);
+    const std::vector<std::string> cells = core::cells_of(line);
     if (cells.size() == 1 && cells[0].empty()) continue;
     if (cells.size() != columns.size()) {
       throw ConfigError(where + "has " + std::to_string(cells.size()) +

@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "common/core/errors.hpp"
+#include "common/core/text.hpp"
 #include "common/robot/skin_patches.hpp"
 #include "common/runtime/process.hpp"
 #include "components/phantom_sensing/alert_relay.hpp"
@@ -57,7 +58,7 @@ static_assert(static_cast<std::size_t>(PerceptCondition::kSelfTestFailed) + 1 ==
 std::string names_of(const std::bitset<kMostShares>& shares, const PhantomModel& model) {
   std::string names;
   for (std::size_t i = 0; i < model.shares.size(); ++i)
-    if (shares[i]) names += (names.empty() ? "" : ", ") + model.shares[i].name;
+    if (shares[i]) core::add_to_list(names, model.shares[i].name);
   return names;
 }
 
@@ -65,16 +66,15 @@ std::string names_of(const std::bitset<kMostShares>& shares, const PhantomModel&
 std::string silence_of(const LoopFigures& figures, const std::vector<OtherArm>& others) {
   std::string names;
   for (std::size_t i = 0; i < others.size(); ++i)
-    if (figures.others_silent[i]) names += (names.empty() ? "" : ", ") + others[i].name();
+    if (figures.others_silent[i]) core::add_to_list(names, others[i].name());
   if (names.empty()) return names;
   return "no slave_state comes of " + names +
          (is_valid(figures.condition) ? ": felt where it was last" : ": no percept");
 }
 
 std::string apart_sentence(const std::vector<std::string>& names) {
-  std::string list;
-  for (const std::string& name : names) list += (list.empty() ? "" : ", ") + name;
-  return "; OBJECTS STAND ELSEWHERE in the arm's workspace than in this share's, move them in both: " + list;
+  return "; OBJECTS STAND ELSEWHERE in the arm's workspace than in this share's, move them in both: " +
+         core::listed(names);
 }
 
 core::Health health_of(const Situation& now, const PhantomModel& model, const std::vector<OtherArm>& others) {

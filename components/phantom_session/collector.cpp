@@ -2,21 +2,16 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
+#include "common/core/text.hpp"
 #include "common/runtime/other_arms.hpp"
 
 namespace phantom::phantom_session {
 namespace {
 
-constexpr double kProgressInterval_s = 2.0;
+using core::formatted;
 
-template <class... Values>
-std::string format(const char* pattern, Values... values) {
-  char text[256];
-  std::snprintf(text, sizeof text, pattern, values...);
-  return text;
-}
+constexpr double kProgressInterval_s = 2.0;
 
 }  // namespace
 
@@ -46,11 +41,7 @@ void Collector::narrate_hit(const HitSample& sample) {
 std::string Collector::text_of(const Line& line) const {
   if (!line.hit) return line.what;
   std::string places = line.hit->place();
-  if (line.places.size() > 1) {
-    places = line.hit->link + " (";
-    for (std::size_t i = 0; i < line.places.size(); ++i) places += (i == 0 ? "" : ", ") + line.places[i];
-    places += ")";
-  }
+  if (line.places.size() > 1) places = line.hit->link + " (" + core::listed(line.places) + ")";
   return "  hit threatens: " + places + " near " + object_name(line.hit->object) + " (" + line.hit->rule +
          ")";
 }
@@ -59,7 +50,7 @@ std::string Collector::text_of(const Line& line) const {
 void Collector::narrate_until(double now_s) {
   while (!waiting_.empty() && !(waiting_.front().hit && now_s < waiting_.front().t_s + kSameHit_s)) {
     const Line& line = waiting_.front();
-    if (narrate_) narrate_(format("%7.2f s  ", line.t_s) + text_of(line));
+    if (narrate_) narrate_(formatted("%7.2f s  ", line.t_s) + text_of(line));
     waiting_.pop_front();
   }
 }
@@ -79,7 +70,7 @@ void Collector::begin_reach(const MasterSample& sample) {
   }
   reaches_.push_back({.number = sample.reach, .percept = sample.percept_enabled, .start_s = sample.t_s});
   narrate(sample.t_s,
-          format("reach %d begins, percept %s", sample.reach, sample.percept_enabled ? "on" : "off"));
+          formatted("reach %d begins, percept %s", sample.reach, sample.percept_enabled ? "on" : "off"));
 }
 
 void Collector::on_master(const MasterSample& sample) {
@@ -92,7 +83,8 @@ void Collector::on_master(const MasterSample& sample) {
   reach.peak_torque_Nm = std::max(reach.peak_torque_Nm, torque_Nm);
   if (!reach.onset_distance_m && torque_Nm > onset_threshold_Nm_ && slave_.clearance_m >= 0.0) {
     reach.onset_distance_m = slave_.clearance_m;
-    narrate(sample.t_s, format("  drag felt at %.0f mm from the nearest object", 1e3 * slave_.clearance_m));
+    narrate(sample.t_s,
+            formatted("  drag felt at %.0f mm from the nearest object", 1e3 * slave_.clearance_m));
   }
 }
 
@@ -111,8 +103,8 @@ void Collector::on_slave(const SlaveSample& sample) {
     reach.contact_speed_m_s = slave_.tool_speed_m_s;
     reach.contact_object = sample.contact_object;
     narrate(sample.t_s, "  contact with " + object_name(sample.contact_object) +
-                            format(" at %.0f mm/s, percept torque had risen to %.2f N·m",
-                                   1e3 * reach.contact_speed_m_s, reach.peak_torque_Nm));
+                            formatted(" at %.0f mm/s, percept torque had risen to %.2f N·m",
+                                      1e3 * reach.contact_speed_m_s, reach.peak_torque_Nm));
   }
   slave_ = sample;
   narrate_until(sample.t_s);
@@ -131,12 +123,12 @@ void Collector::on_percept(const PerceptSample& sample) { percept_ = sample; }
 std::string Collector::live_line() const {
   if (!percept_.valid) return percept_.t_s > 0.0 ? "no percept" : "no percept yet";
   std::string line = "drag";
-  for (const double torque : percept_.torque) line += format(" %+.2f", torque);
+  for (const double torque : percept_.torque) line += formatted(" %+.2f", torque);
   line += '\n';
   if (percept_.mu_Pa_s_per_m > 0.0) {
     const bool named = percept_.link < link_names_.size();
     line += named ? link_names_[percept_.link] : "link " + std::to_string(percept_.link);
-    line += format(", μ %.0f of ", percept_.mu_Pa_s_per_m) + object_name(percept_.object);
+    line += formatted(", μ %.0f of ", percept_.mu_Pa_s_per_m) + object_name(percept_.object);
     if (!percept_.motion.empty()) line += ", " + percept_.motion;
   } else {
     line += "free";
@@ -145,7 +137,7 @@ std::string Collector::live_line() const {
   const auto sensing = statuses_.find("phantom_sensing");
   if (sensing == statuses_.end()) return line;
   const auto age = sensing->second.figures.find("model_age");
-  return age == sensing->second.figures.end() ? line : line + format(" | model age %.1f ms", age->second);
+  return age == sensing->second.figures.end() ? line : line + formatted(" | model age %.1f ms", age->second);
 }
 
 void Collector::on_hit(const HitSample& sample) {
@@ -187,7 +179,7 @@ bool Collector::all_ready(const std::vector<std::string>& components, std::strin
     const auto found = statuses_.find(name);
     const bool ready = found != statuses_.end() && (found->second.state == core::ComponentState::kReady ||
                                                     found->second.state == core::ComponentState::kRunning);
-    if (!ready) names += (names.empty() ? "" : ", ") + name;
+    if (!ready) core::add_to_list(names, name);
   }
   if (missing != nullptr) *missing = names;
   return names.empty();

@@ -1,12 +1,12 @@
 #include "components/phantom_session/report_page.hpp"
 
-#include <array>
-#include <cstdio>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <string_view>
 #include <utility>
 #include <vector>
+
+#include "common/core/text.hpp"
 
 namespace phantom::phantom_session {
 
@@ -63,9 +63,7 @@ class Speech {
     if (value.is_string()) return escaped(value.get<std::string>());
     if (value.is_boolean()) return (*this)(value.get<bool>() ? "value.yes" : "value.no");
     if (!value.is_number_float()) return escaped(value.dump());
-    std::array<char, 32> text{};
-    std::snprintf(text.data(), text.size(), "%.4g", value.get<double>());
-    std::string figure(text.data());
+    std::string figure = core::formatted("%.4g", value.get<double>());
     if (const std::size_t point = figure.find('.'); german_ && point != std::string::npos)
       figure[point] = ',';
     return figure;

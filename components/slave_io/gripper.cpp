@@ -1,6 +1,6 @@
 #include "components/slave_io/gripper.hpp"
 
-#include <sstream>
+#include "common/core/text.hpp"
 
 namespace phantom::slave_io {
 
@@ -33,10 +33,9 @@ core::Status GripperRequests::ask_width(double width_m) {
 core::Status GripperRequests::ask_force(double force_N) {
   if (core::Status status = refusal(); !status) return status;
   if (!(force_N >= limits_->least_force_N && force_N <= limits_->greatest_force_N)) {
-    std::ostringstream text;
-    text << "gripper: force is " << force_N << "; allowed: " << limits_->least_force_N << " to "
-         << limits_->greatest_force_N << " N";
-    return core::Status::invalid_argument(text.str());
+    return core::Status::invalid_argument(core::formatted("gripper: force is %g; allowed: %g to %g N",
+                                                          force_N, limits_->least_force_N,
+                                                          limits_->greatest_force_N));
   }
   last_.force_N = force_N;
   ++last_.force_number;

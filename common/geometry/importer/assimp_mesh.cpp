@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <assimp/Importer.hpp>
-#include <cctype>
 #include <cmath>
 #include <fstream>
 
+#include "common/core/text.hpp"
 #include "common/geometry/importer/importer.hpp"
 #include "common/geometry/mesh_import.hpp"
 #include "common/geometry/stl.hpp"
@@ -99,9 +99,7 @@ bool has_end(const std::filesystem::path& path) {
   std::ifstream file(path, std::ios::binary);
   file.seekg(-static_cast<std::streamoff>(last), std::ios::end);
   file.read(text.data(), static_cast<std::streamsize>(last));
-  std::transform(text.begin(), text.end(), text.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return text.find("endsolid") != std::string::npos;
+  return core::lower_case(text).find("endsolid") != std::string::npos;
 }
 
 /// Explains why a file with the extension of an STL is neither kind of STL, as assimp does not.
