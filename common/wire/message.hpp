@@ -95,9 +95,4 @@ inline constexpr std::int64_t kLongestGap = 1 << 22;
 /// octets.
 Fault check_message(std::span<std::uint8_t> datagram, const Receiver& receiver, MessageFacts& facts);
 
-/// Checks the payload of a built-in writer's sample, with its encapsulation: parameter lists of discovery,
-/// liveliness, handshakes. `key_only`: it holds the key alone. Adds to `facts`. Real-time safe: yes.
-Fault check_builtin_payload(const Guid& writer, EntityId reader, std::span<std::uint8_t> payload,
-                            std::uint32_t status, bool key_only, MessageFacts& facts);
-
 }  // namespace phantom::wire
