@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
+#include "common/core/text.hpp"
 #include "common/core/units.hpp"
 
 namespace phantom::ros2_gateway {
@@ -14,17 +14,11 @@ constexpr double kLeast_m = 1e-6, kGreatest_m = 1e4;
 
 core::Status no_object(const std::string& what) { return core::Status::invalid_argument(what); }
 
-std::string number(double value) {
-  char text[40];
-  std::snprintf(text, sizeof text, "%.9g", value);
-  return text;
-}
+std::string number(double value) { return core::formatted("%.9g", value); }
 
 template <class List>
 std::string list(const List& values) {
-  std::string text = "[";
-  for (const auto& value : values) text += (text.size() > 1 ? ", " : "") + number(static_cast<double>(value));
-  return text + "]";
+  return "[" + core::listed(values, number) + "]";
 }
 
 std::string pose(const geometry::Pose& X) {
@@ -103,7 +97,7 @@ core::Expected<std::string> solid_of(const CollisionObject& object) {
   for (const CollisionObject::Solid& solid : object.solids) {
     auto one = shape(solid);
     if (!one) return one;
-    shapes += (shapes.empty() ? "" : ", ") + *one;
+    core::add_to_list(shapes, *one);
   }
   return "csg: {union: [" + shapes + "]}";
 }

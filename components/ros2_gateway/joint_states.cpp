@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "common/core/text.hpp"
 #include "common/robot/joint_values.hpp"
 
 namespace phantom::ros2_gateway {
@@ -14,9 +15,7 @@ core::Status refused(const std::string& what) {
 std::string count_of(std::size_t count, const char* what) { return std::to_string(count) + " " + what; }
 
 std::string in_seconds(core::Nanoseconds duration_ns) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.3g s", core::seconds(duration_ns));
-  return text;
+  return core::formatted("%.3g s", core::seconds(duration_ns));
 }
 
 }  // namespace
@@ -128,7 +127,7 @@ core::Expected<bool> JointStates::accept(const JointStateMessage& message, core:
 std::string JointStates::missing(core::Nanoseconds now_ns) const {
   std::string list;
   for (std::size_t j = 0; j < heard_.size(); ++j)
-    if (!fresh(heard_[j], now_ns)) list += (list.empty() ? "" : ", ") + names_[j];
+    if (!fresh(heard_[j], now_ns)) core::add_to_list(list, names_[j]);
   return list;
 }
 

@@ -6,6 +6,8 @@
 #include <optional>
 #include <utility>
 
+#include "common/core/text.hpp"
+
 namespace phantom::synthetic_viewer {
 namespace {
 
@@ -25,12 +27,6 @@ bool is_token(std::string_view text) {
 }
 
 bool is_visible(char c) { return c > ' ' && c != 0x7F; }
-
-std::string lower(std::string_view text) {
-  std::string small(text);
-  for (char& c : small) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return small;
-}
 
 std::string_view trimmed(std::string_view text) {
   const auto begin = text.find_first_not_of(" \t");
@@ -96,7 +92,7 @@ class HeadReader {
     const auto colon = line.find(':');
     if (colon == std::string_view::npos || !is_token(line.substr(0, colon)))
       return refuse(kBadRequest, "a header is not 'Name: value'");
-    const std::string name = lower(line.substr(0, colon));
+    const std::string name = core::lower_case(line.substr(0, colon));
     const std::string_view value = trimmed(line.substr(colon + 1));
     if (name == "transfer-encoding") return refuse(411, "a body must announce its Content-Length");
     if (name == "content-encoding") return refuse(415, "compressed bodies are not taken");

@@ -3,7 +3,8 @@
 #include <arpa/inet.h>
 
 #include <algorithm>
-#include <cctype>
+
+#include "common/core/text.hpp"
 
 namespace phantom::synthetic_viewer {
 namespace {
@@ -75,9 +76,7 @@ std::optional<Authority> parse_authority(std::string_view text) {
     host = text.substr(0, text.find(':'));
     text.remove_prefix(host.size());
   }
-  authority.host.resize(host.size());
-  std::transform(host.begin(), host.end(), authority.host.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  authority.host = core::lower_case(host);
   if (!authority.address) authority.address = address_of_family(AF_INET, 4, authority.host);
   if (!authority.address && !is_name(authority.host)) return std::nullopt;
   if (text.empty()) return authority;

@@ -7,9 +7,10 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <new>
 #include <utility>
+
+#include "common/core/text.hpp"
 
 namespace phantom::synthetic_viewer {
 namespace {
@@ -38,10 +39,7 @@ std::optional<std::string> web_socket_accept(const std::string& key) {
 bool asks_for_web_socket(const std::string& upgrade, const std::string& connection,
                          const std::string& version) {
   const auto has = [](const std::string& list, const std::string& word) {
-    std::string value = "," + list + ",";
-    std::erase(value, ' ');
-    for (char& c : value) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-    return value.find("," + word + ",") != std::string::npos;
+    return std::ranges::count(core::cells_of(core::lower_case(list)), word) != 0;
   };
   return has(upgrade, "websocket") && has(connection, "upgrade") && version == "13";
 }

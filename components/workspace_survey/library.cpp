@@ -8,6 +8,7 @@
 #include <cmath>
 #include <set>
 
+#include "common/core/text.hpp"
 #include "common/runtime/fields.hpp"
 #include "common/runtime/named.hpp"
 #include "common/survey/visible.hpp"
@@ -41,9 +42,7 @@ std::vector<LibraryPart> listed_parts(const std::filesystem::path& list) {
 std::vector<LibraryPart> found_parts(const std::filesystem::path& folder) {
   std::vector<LibraryPart> parts;
   for (const auto& entry : std::filesystem::directory_iterator(folder)) {
-    std::string ending = entry.path().extension().string();
-    std::transform(ending.begin(), ending.end(), ending.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    const std::string ending = core::lower_case(entry.path().extension().string());
     if (!entry.is_regular_file() ||
         std::find(kMeshEndings.begin(), kMeshEndings.end(), ending) == kMeshEndings.end())
       continue;

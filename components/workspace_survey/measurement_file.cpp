@@ -11,6 +11,7 @@
 #include <sstream>
 
 #include "common/core/errors.hpp"
+#include "common/core/text.hpp"
 #include "common/core/units.hpp"
 
 namespace phantom::workspace_survey {
@@ -35,24 +36,6 @@ constexpr std::array kColumns{
 constexpr const char* kAllowed =
     "face, part, node, range_m or range_mm, pan_deg or pan_rad, tilt_deg or tilt_rad";
 
-std::string trimmed(const std::string& text) {
-  const auto from = text.find_first_not_of(" \t\r"), to = text.find_last_not_of(" \t\r");
-  return from == std::string::npos ? "" : text.substr(from, to - from + 1);
-}
-
-std::vector<std::string> cells_of(const std::string& line) {
-  std::vector<std::string> cells(1);
-  for (const char c : line) {
-    if (c == ',') {
-      cells.emplace_back();
-    } else {
-      cells.back() += c;
-    }
-  }
-  for (std::string& cell : cells) cell = trimmed(cell);
-  return cells;
-}
-
 /// Returns a cell for an error message: short, without characters that a terminal cannot show.
 std::string shown(const std::string& cell) {
   std::string text = cell.substr(0, 40);
@@ -69,13 +52,14 @@ class Table {
     std::vector<survey::Targeting> targetings;
     for (std::string line; std::getline(lines, line);) {
       if (++line_ > kMostLines) throw error(fmt::format("is one too many; allowed: {} lines", kMostLines));
-      line = trimmed(line);
-      if (line_ == 1 && line.starts_with("\xEF\xBB\xBF")) line = trimmed(line.substr(3));  // byte order mark
+      line = core::trimmed(line);
+      if (line_ == 1 && line.starts_with("\xEF\xBB\xBF"))
+        line = core::trimmed(line.substr(3));  // byte order mark
       if (line.empty() || line.front() == '#') continue;
       if (columns_.empty()) {
-        take_head(cells_of(line));
+        take_head(core::cells_of(line));
       } else {
-        targetings.push_back(targeting(cells_of(line)));
+        targetings.push_back(targeting(core::cells_of(line)));
       }
     }
     if (targetings.empty())

@@ -12,6 +12,7 @@
 #include <optional>
 #include <ostream>
 
+#include "common/core/text.hpp"
 #include "common/messages/ask.hpp"
 #include "common/runtime/arm_model.hpp"
 #include "common/runtime/process.hpp"
@@ -159,12 +160,9 @@ class TouchRun {
           workspace_.network.domain, request_.timeout_s);
       return runtime::kExitMissing;
     }
-    if (id_ == 0) {
-      std::string names;
-      for (const auto& [id, object] : objects) names += (names.empty() ? "" : ", ") + object.name;
-      throw ConfigError("--object: there is no '" + request_.object +
-                        "' in the workspace; allowed: " + names);
-    }
+    if (id_ == 0)
+      throw ConfigError("--object: there is no '" + request_.object + "' in the workspace; allowed: " +
+                        core::listed(objects, [](const auto& entry) { return entry.second.name; }));
     print_ << (surface_ ? "the arm's slave_state is not heard" : "the object's mesh has not come")
            << fmt::format(" for {} s\n", request_.timeout_s);
     return runtime::kExitMissing;

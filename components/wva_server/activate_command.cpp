@@ -4,7 +4,6 @@
 #include <sys/resource.h>
 
 #include <algorithm>
-#include <cstdio>
 #include <fstream>
 #include <new>
 #include <nlohmann/json.hpp>
@@ -13,6 +12,7 @@
 
 #include "common/core/clock.hpp"
 #include "common/core/errors.hpp"
+#include "common/core/text.hpp"
 #include "common/geometry/mesh_report.hpp"
 #include "common/runtime/pose_text.hpp"
 #include "common/runtime/process.hpp"
@@ -100,11 +100,7 @@ struct Activated {
 /// Returns "32 Pa s/m" per layer, for a picture's legend.
 std::vector<std::string> notes_of(const workspace::LayerProfile& profile) {
   std::vector<std::string> notes;
-  for (const float mu : profile.mu_Pa_s_per_m) {
-    char text[48];
-    std::snprintf(text, sizeof text, "%g Pa s/m", static_cast<double>(mu));
-    notes.emplace_back(text);
-  }
+  for (const float mu : profile.mu_Pa_s_per_m) notes.push_back(core::formatted("%g Pa s/m", mu));
   return notes;
 }
 

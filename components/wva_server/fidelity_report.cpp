@@ -1,7 +1,8 @@
 #include "components/wva_server/fidelity_report.hpp"
 
-#include <cstdio>
 #include <nlohmann/json.hpp>
+
+#include "common/core/text.hpp"
 
 namespace phantom::wva_server {
 namespace {
@@ -15,11 +16,9 @@ std::string order_text(int order) {
 
 std::string row(const FidelityHead& head, const layers::LayerFidelity& layer, const char* side,
                 const Deviation& d) {
-  char text[256];
-  std::snprintf(text, sizeof text, "%s,%s,%.9g,%s,%zu,%.4f,%.4f,%.4f,%.4f\n", order_text(layer.order).c_str(),
-                side, layer.offset_vox, head.method.c_str(), d.faces, d.mean_vox, d.rms_vox, d.min_vox,
-                d.max_vox);
-  return text;
+  return core::formatted("%s,%s,%.9g,%s,%zu,%.4f,%.4f,%.4f,%.4f\n", order_text(layer.order).c_str(), side,
+                         layer.offset_vox, head.method.c_str(), d.faces, d.mean_vox, d.rms_vox, d.min_vox,
+                         d.max_vox);
 }
 
 json object(const Deviation& d) {

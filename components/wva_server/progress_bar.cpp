@@ -6,6 +6,7 @@
 #include <cstdio>
 
 #include "common/core/clock.hpp"
+#include "common/core/text.hpp"
 
 namespace phantom::wva_server {
 namespace {
@@ -18,9 +19,8 @@ std::string bar_text(const std::string& what, double share) {
   constexpr int kWidth = 40;
   const double held = std::clamp(share, 0.0, 1.0);
   const auto filled = static_cast<std::size_t>(held * kWidth);
-  char percent[8];
-  std::snprintf(percent, sizeof percent, "%3d %%", static_cast<int>(held * 100.0));
-  return what + " [" + std::string(filled, '#') + std::string(kWidth - filled, ' ') + "] " + percent;
+  return what + " [" + std::string(filled, '#') + std::string(kWidth - filled, ' ') +
+         core::formatted("] %3d %%", static_cast<int>(held * 100.0));
 }
 
 ProgressBar::ProgressBar(std::string what)

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <opencv2/imgproc.hpp>
 
+#include "common/core/text.hpp"
 #include "common/layers/activation.hpp"
 #include "common/pictures/png.hpp"
 
@@ -152,9 +152,7 @@ class Drawing {
     cv::putText(image_, words, at, cv::FONT_HERSHEY_SIMPLEX, size, ink, 1, cv::LINE_AA);
   }
   std::string length_text(double metres) const {
-    char text[32];
-    std::snprintf(text, sizeof text, "%.6g", std::round(metres / unit_ * 1e6) / 1e6);
-    return text;
+    return core::formatted("%g", std::round(metres / unit_ * 1e6) / 1e6);
   }
   const char* unit_name() const { return unit_ < 1.0 ? "mm" : "m"; }
 
@@ -229,15 +227,11 @@ class Drawing {
   void scale_bar(cv::Point at) {
     const int length = static_cast<int>(step_m_ * pixels_per_m_);
     cv::rectangle(image_, {at.x, at.y - 5, length, 5}, kInk, cv::FILLED);
-    char text[128];
     const workspace::VoxelSize& size = workspace_.grid().voxel_size_m;
-    char voxel[64];
-    if (size.is_cube())
-      std::snprintf(voxel, sizeof voxel, "%.4g", size[0] * 1e3);
-    else
-      std::snprintf(voxel, sizeof voxel, "%.4g x %.4g x %.4g", size[0] * 1e3, size[1] * 1e3, size[2] * 1e3);
-    std::snprintf(text, sizeof text, "%s %s, voxel %s mm", length_text(step_m_).c_str(), unit_name(), voxel);
-    write(text, {at.x + length + 8, at.y});
+    const std::string voxel =
+        size.is_cube() ? core::formatted("%.4g", size[0] * 1e3)
+                       : core::formatted("%.4g x %.4g x %.4g", size[0] * 1e3, size[1] * 1e3, size[2] * 1e3);
+    write(length_text(step_m_) + " " + unit_name() + ", voxel " + voxel + " mm", {at.x + length + 8, at.y});
   }
 
   const Workspace& workspace_;

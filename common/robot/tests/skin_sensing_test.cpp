@@ -19,6 +19,27 @@ SkinLayout layout_of(const SerialArm& arm) {
   return *lay_out_skin(arm, test_worlds::tubes(), {.voxel_size_m = 0.01});
 }
 
+/// Tubes, and on the third link an axis of clusters.
+SkinLayout with_clusters(const SerialArm& arm) {
+  std::vector<LinkSkin> skin = test_worlds::tubes();
+  AxisSensors axis;
+  axis.to_m = {0.0, 0.0, -0.2};
+  axis.radius_m = 0.03;
+  axis.cluster = ClusterSpec{2, ClusterShape::kSphere};
+  skin[2].axes.push_back(axis);
+  return *lay_out_skin(arm, skin, {.voxel_size_m = 0.01});
+}
+
+/// Returns where the links stand at random joint angles.
+LinkPoses any_pose(const SerialArm& arm, std::mt19937& random) {
+  JointArray q{};
+  for (std::size_t i = 0; i < 7; ++i)
+    q[i] = std::uniform_real_distribution(arm.joints()[i].lower, arm.joints()[i].upper)(random);
+  LinkPoses X_WL;
+  arm.link_poses(q, X_WL);
+  return X_WL;
+}
+
 TEST(SkinSensing, FindsTheGreatestViscosityAndWhoMeetsIt) {
   const SerialArm arm = test_arms::suspended();
   const SkinLayout layout = layout_of(arm);
@@ -27,11 +48,7 @@ TEST(SkinSensing, FindsTheGreatestViscosityAndWhoMeetsIt) {
   std::mt19937 random(1);
   int found = 0;
   for (int trial = 0; trial < 30; ++trial) {
-    JointArray q{};
-    for (std::size_t i = 0; i < 7; ++i)
-      q[i] = std::uniform_real_distribution(arm.joints()[i].lower, arm.joints()[i].upper)(random);
-    LinkPoses X_WL;
-    arm.link_poses(q, X_WL);
+    const LinkPoses X_WL = any_pose(arm, random);
     sensing.sense(X_WL, 7, world);
     float greatest = 0.0F;
     std::size_t active = 0;
@@ -90,13 +107,7 @@ ViscousSums literal_sums(const SkinLayout& layout, const LinkPoses& X_WL, std::s
 
 TEST(SkinSensing, FeelsInVoxelsThatAreNoCubesWhatTheyHoldAndItsSlopeInMetres) {
   const SerialArm arm = test_arms::suspended();
-  std::vector<LinkSkin> skin = test_worlds::tubes();
-  AxisSensors axis;
-  axis.to_m = {0.0, 0.0, -0.2};
-  axis.radius_m = 0.03;
-  axis.cluster = ClusterSpec{2, ClusterShape::kSphere};
-  skin[2].axes.push_back(axis);
-  const SkinLayout layout = *lay_out_skin(arm, skin, {.voxel_size_m = 0.01});
+  const SkinLayout layout = with_clusters(arm);
   for (const Eigen::Vector3d& sides_m : {Eigen::Vector3d(0.01, 0.01, 0.01), Eigen::Vector3d(0.01, 0.01, 0.02),
                                          Eigen::Vector3d(0.02, 0.015, 0.011)}) {
     const workspace::Workspace world = test_worlds::balls_in(workspace::VoxelSize(sides_m));
@@ -104,11 +115,7 @@ TEST(SkinSensing, FeelsInVoxelsThatAreNoCubesWhatTheyHoldAndItsSlopeInMetres) {
     std::mt19937 random(5);
     int felt = 0;
     for (int trial = 0; trial < 20; ++trial) {
-      JointArray q{};
-      for (std::size_t i = 0; i < 7; ++i)
-        q[i] = std::uniform_real_distribution(arm.joints()[i].lower, arm.joints()[i].upper)(random);
-      LinkPoses X_WL;
-      arm.link_poses(q, X_WL);
+      const LinkPoses X_WL = any_pose(arm, random);
       sensing.sense(X_WL, 7, world);
       for (std::size_t link = 1; link <= 7; ++link) {
         const ViscousSums expected = literal_sums(layout, X_WL, link, world, 3), &got = sensing.sums()[link];
@@ -203,13 +210,7 @@ TEST(SkinSensing, ALinkWhosePoseIsNotFiniteFeelsNothing) {
 
 TEST(SkinSensing, MutedObjectsAreNotFeltByThatLinkUntilTheyAreAgain) {
   const SerialArm arm = test_arms::suspended();
-  std::vector<LinkSkin> skin = test_worlds::tubes();
-  AxisSensors axis;
-  axis.to_m = {0.0, 0.0, -0.2};
-  axis.radius_m = 0.03;
-  axis.cluster = ClusterSpec{2, ClusterShape::kSphere};
-  skin[2].axes.push_back(axis);
-  const SkinLayout layout = *lay_out_skin(arm, skin, {.voxel_size_m = 0.01});
+  const SkinLayout layout = with_clusters(arm);
   const workspace::Workspace world =
       test_worlds::make([](const Eigen::Vector3d&) { return std::uint8_t{5}; });  // all object 1
   SkinSensing sensing(layout, {});
