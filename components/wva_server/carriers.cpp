@@ -3,19 +3,16 @@
 #include <spdlog/fmt/fmt.h>
 #include <spdlog/spdlog.h>
 
+#include <ranges>
+
 #include "common/core/errors.hpp"
+#include "common/core/text.hpp"
 #include "common/runtime/arm_model.hpp"
 
 namespace phantom::wva_server {
 namespace {
 
 using core::Status;
-
-std::string names_of(const std::map<std::string, CarrierArm>& arms) {
-  std::string names;
-  for (const auto& [name, arm] : arms) names += (names.empty() ? "" : ", ") + name;
-  return names.empty() ? "none" : names;
-}
 
 }  // namespace
 
@@ -73,8 +70,8 @@ core::Expected<WorkspaceCommand> Carriers::complete_attach(WorkspaceCommand comm
   if (command.arm.empty()) command.arm = followed_;
   const auto carrier = arms_.find(command.arm);
   if (carrier == arms_.end())
-    return Status::not_found(
-        fmt::format("no arm '{}' that can carry it; there are: {}", command.arm, names_of(arms_)));
+    return Status::not_found(fmt::format("no arm '{}' that can carry it; there are: {}", command.arm,
+                                         arms_.empty() ? "none" : core::listed(std::views::keys(arms_))));
   const auto& hold = object.config.hold;
   if (hold && !command.sets_pose && (command.frame.empty() || command.frame == hold->frame)) {
     command.frame = hold->frame;

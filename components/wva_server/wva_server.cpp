@@ -7,6 +7,7 @@
 #include <new>
 
 #include "common/core/errors.hpp"
+#include "common/core/text.hpp"
 
 namespace phantom::wva_server {
 namespace {
@@ -151,13 +152,11 @@ core::Expected<std::uint16_t> LiveCell::find(const WorkspaceCommand& command) co
     if (objects_.contains(command.id)) return command.id;
     return core::Status::not_found(fmt::format("no object {} in cell {}", command.id, cell_.name));
   }
-  std::string known;
-  for (const auto& [id, object] : objects_) {
-    if (object.config.name == command.object) return id;
-    known += (known.empty() ? "" : ", ") + object.config.name;
-  }
-  return core::Status::not_found(
-      fmt::format("no object '{}' in cell {}; there are: {}", command.object, cell_.name, known));
+  const auto name = [](const auto& entry) { return entry.second.config.name; };
+  const auto found = std::ranges::find(objects_, command.object, name);
+  if (found != objects_.end()) return found->first;
+  return core::Status::not_found(fmt::format("no object '{}' in cell {}; there are: {}", command.object,
+                                             cell_.name, core::listed(objects_, name)));
 }
 
 /// The grid bounds what one more object can take, so a limit on what is there already bounds the total.
