@@ -142,7 +142,9 @@ std::string PoseCalibration::state_json(core::Nanoseconds now_ns) {
     if (!corner.seen || !pixel) continue;
     const double u = (pixel->x() + 0.5) / lens.width_px, v = (pixel->y() + 0.5) / lens.height_px;
     if (u < 0 || v < 0 || u > 1 || v > 1) continue;
-    corners.push_back({{"name", corner.known.name}, {"at", {u, v}}});
+    const Eigen::Vector3d& place_m = corner.known.position_W_m;
+    corners.push_back(
+        {{"name", corner.known.name}, {"at", {u, v}}, {"place_m", {place_m.x(), place_m.y(), place_m.z()}}});
   }
   Json json{{"camera", camera_.name}, {"width_px", lens.width_px},      {"height_px", lens.height_px},
             {"corners", corners},     {"on_trial", trial_.has_value()}, {"pose", figures_json(standing())}};

@@ -2,6 +2,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdlib>
+#include <fstream>
 #include <map>
 
 #include "components/synthetic_viewer/tests/colour_vision.hpp"
@@ -74,6 +76,26 @@ class DrawnFluid : public SceneInChromium {
   }
   workspace::ObjectFluid pump_;
 };
+
+TEST_F(DrawnFluid, ThePanelHasRoomForItsWordsInBothLanguages) {
+  show_fluid();
+  browser_->show_on(1280, 720, false);
+  choose(
+      "{ object: 'pump', shells: 'all', plane: 'y', place_m: [0.4, -0.22, 0.4], opacity: 0.3, cut: true }");
+  for (const char* language : {"de", "en"}) {
+    browser_->run("speak('" + std::string(language) + "')");
+    ASSERT_TRUE(test::eventually([&] { return truth("!phantomScene.frame"); }));
+    const nlohmann::json clipped = browser_->run(
+        "const panel = document.getElementById('fluid-panel').getBoundingClientRect();"
+        "return [...document.querySelectorAll('#fluid-panel *')].filter(e => { const box = e.getBoundingClientRect();"
+        "return e.scrollWidth > e.clientWidth + 1 && e.clientWidth > 0 || box.right > panel.right + 1 || box.bottom > innerHeight; })"
+        ".map(e => e.id || e.className || e.textContent)");
+    EXPECT_EQ(clipped.dump(), "[]") << language;
+    if (const char* folder = std::getenv("PHANTOM_SCREENSHOTS"))
+      std::ofstream(std::string(folder) + "/fluid_page_" + language + ".png", std::ios::binary)
+          << browser_->screenshot();
+  }
+}
 
 TEST_F(DrawnFluid, EachShellEnclosesTheOneWithinAndTheOutermostAllVoxels) {
   show_fluid();

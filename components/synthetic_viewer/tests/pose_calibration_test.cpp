@@ -96,6 +96,8 @@ TEST_F(PoseByPicks, ThreePicksAreEnoughAndTheCornersFollowThePoseThatIsFound) {
     const Eigen::Vector2d at = test::share_at(camera_, kWidth, kHeight, X_WS_, known->position_W_m);
     EXPECT_NEAR(corner["at"][0].get<double>(), at.x(), 2e-3);
     EXPECT_NEAR(corner["at"][1].get<double>(), at.y(), 2e-3);
+    for (int axis = 0; axis < 3; ++axis)
+      EXPECT_EQ(corner["place_m"][static_cast<std::size_t>(axis)].get<double>(), known->position_W_m[axis]);
     ++seen;
   }
   EXPECT_GE(seen, 4U);

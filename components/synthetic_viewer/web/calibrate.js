@@ -93,6 +93,7 @@ function open() {
 }
 function close() {
   panel.hidden = true;
+  drawModel();
   document.documentElement.classList.remove('calibrating');
   image.removeAttribute('src');
   byId('calibrate').focus();
@@ -102,6 +103,16 @@ function nextCorner() { return facts.corners.map(corner => corner.name).find(nam
 function choose(name) {
   chosen = name;
   draw();
+}
+// The model from anywhere (scene.js): where it is drawn in the browser, corners are chosen in it, too.
+function drawModel() {
+  operatorPage.corners?.show(!isOpen() || !facts ? null : {
+    corners: facts.corners, chosen, done: () => picture.focus({ preventScroll: true }),
+    choose: name => {
+      tell(name ? text('calibrate.chosen', { corner: cornerWords(name) }) : text('calibrate.none_there'), !name);
+      if (name) choose(name);
+    },
+  });
 }
 function place(at) {
   if (!chosen || overlay) return tell(text(overlay ? 'calibrate.still_first' : 'calibrate.choose_first'), true);
@@ -166,6 +177,7 @@ function draw() {
   for (const id of ['keep', 'discard']) byId(`calibration-${id}`).disabled = !mayCalibrate() || !facts.on_trial;
   drawMarks();
   drawCorners();
+  drawModel();
 }
 
 async function tryPose() {

@@ -195,7 +195,7 @@ function showHits(hits, total) {
     const over = hit.cleared_after_s === null ? text('alert.threatens') : text('alert.over', { time: duration(hit.cleared_after_s) });
     const item = document.createElement('li');
     item.className = hit.cleared_after_s === null ? 'threatening' : '';
-    item.innerHTML = '<a target="_blank"><img loading="lazy" alt=""></a><div><div class="what"></div><div class="why"></div></div>';
+    item.innerHTML = '<a target="_blank"><img loading="lazy" fetchpriority="low" alt=""></a><div><div class="what"></div><div class="why"></div></div>';
     item.querySelector('a').href = item.querySelector('img').src = `hits/${hit.alert}.jpg`;
     item.querySelector('img').addEventListener('error', () => { item.querySelector('a').hidden = true; });  // none was made without views
     item.querySelector('a').setAttribute('aria-label', text('alert.picture', { alert: hit.alert }));

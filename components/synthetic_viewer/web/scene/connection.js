@@ -48,6 +48,14 @@ export class Connection {
     this.socket = null;
   }
 
+  // Tries at once, if it waits until it tries again.
+  hurry() {
+    if (!this.wanted || this.socket) return;
+    clearTimeout(this.retry);
+    this.wait_ms = kLeastWait_ms;
+    this.connect();
+  }
+
   connect() {
     const socket = new WebSocket(this.url);
     this.socket = socket;

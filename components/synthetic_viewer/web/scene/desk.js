@@ -3,6 +3,7 @@
 import { Headset, headsetOffered } from './headset.js';
 import { hitCamera, mainCamera, toolCamera } from './cameras.js';
 import { Connection } from './connection.js';
+import { CornerView } from './corner_view.js';
 import { FluidPanel } from './fluid_panel.js';
 import { Pace } from './pace.js';
 import { decodeMesh } from './protocol.js';
@@ -50,11 +51,17 @@ export class Desk {
 
   async start() {
     try {
-      const shaders = this.shaders();  // they are on their way while the graphics are made ready
-      this.stage = new Stage().build(await shaders);
+      const shaders = this.shaders();
+      this.follow();  // what is in the scene and the shaders are on their way while the graphics are made ready
+      this.stage = new Stage();
+      performance.mark('graphics');
+      const found = await shaders;
+      this.connection.hurry();  // it may have been refused until a session began
+      this.stage.build(found);
+      performance.mark('shaders');
     } catch (problem) {
       this.problem = problem;
-      return this.choose();
+      return this.follow();
     }
     const changed = () => this.ask(), moved = view => this.mirror(view);
     this.views = Object.fromEntries(['main', 'hit', 'tool'].map(name => [name, new DrawnView(name, this.stage.software, changed, moved)]));
@@ -65,6 +72,7 @@ export class Desk {
     const drawn = view => (this.shown ? this.views[view] : undefined);  // a camera's live picture is not drawn here
     this.page.home = view => (drawn(view) ? (drawn(view).home(), true) : false);
     this.page.moved = view => drawn(view)?.offset.moved;
+    this.page.corners = new CornerView(this, document.getElementById('calibration-model'));
     this.fluid = new FluidPanel(this.stage, () => this.shown && !this.page.state()?.review, () => this.draw());
     setInterval(() => { this.judgePace(); this.choose(); }, kAgeShown_ms);
     navigator.xr?.addEventListener?.('devicechange', () => this.offerHeadset());
@@ -84,7 +92,7 @@ export class Desk {
 
   // A hidden page, and one that shows the server's pictures by choice or because it draws too few, follows nothing.
   follow() {
-    if (!document.hidden && !this.serversWanted && this.stage) this.connection.start();
+    if (!document.hidden && !this.serversWanted && !this.problem) this.connection.start();
     else this.connection.stop();
     this.since = performance.now();
     this.pace.begin();
@@ -108,7 +116,7 @@ export class Desk {
   // Decides who draws, and says it.
   choose() {
     const now = performance.now();
-    const possible = this.stage && !this.lost && !this.serversWanted && this.cell && this.view && this.stage.poses && !this.headset;
+    const possible = this.views && !this.lost && !this.serversWanted && this.cell && this.view && this.stage.poses && !this.headset;
     if (possible && this.connection.open && !this.connection.still) this.since = now;
     const silent = now - this.since > kPatience_ms, pageHears = now - this.page.heard() < kHeard_ms;
     const shown = Boolean(possible && (!silent || !pageHears));
@@ -208,6 +216,7 @@ export class Desk {
   }
 
   takeText(message) {
+    if (this.cell === null) performance.mark('scene');
     if (message.type === 'cell') { this.cell = message; this.stage.setCell(message); }
     else if (message.type === 'item') this.needMesh(this.stage.setItem(message));
     else if (message.type === 'view') { this.view = message; this.showViews(); }
@@ -244,7 +253,7 @@ export class Desk {
 
   draw() {
     this.moved = true;
-    for (const view of Object.values(this.views)) view.dirty = true;
+    for (const view of Object.values(this.views ?? {})) view.dirty = true;
     this.ask();
   }
   ask() {
@@ -270,7 +279,7 @@ export class Desk {
     this.noteAge();
     this.script_ms.push(performance.now() - begun);
     if (this.script_ms.length > kFiguresKept) this.script_ms.shift();
-    if (this.firstPicture_ms === undefined) this.firstPicture_ms = performance.now();
+    this.firstPicture_ms ??= performance.now();
   }
   noteAge() {
     const { poses } = this.stage, on_the_way_s = this.connection.clock.age_s(poses.time_s, performance.now() / 1000);

@@ -11,7 +11,7 @@ import { Paint } from './paint.js';
 import { kViewBits } from './protocol.js';
 import { makeShape } from './shapes.js';
 
-const kAllViews = 7;
+const kAllViews = 7, kSoftware = 'phantom.software';
 const matrixOf = rows => new Matrix4().set(...rows, 0, 0, 0, 1);
 const geometryOf = (values, indices) => {
   const geometry = new BufferGeometry().setAttribute('position', new BufferAttribute(new Float32Array(values), 3));
@@ -26,14 +26,21 @@ function isSoftware(gl) {
   return /swiftshader|llvmpipe|software/i.test(gl.getParameter(names ? names.UNMASKED_RENDERER_WEBGL : gl.RENDERER));
 }
 
+function wasSoftware() {
+  try { return localStorage.getItem(kSoftware) === 'true'; } catch (problem) { return false; }
+}
+
 export class Stage {
   // Nothing can be drawn before build(). Throws NoWebGl.
   constructor() {
-    this.canvas = document.createElement('canvas');
-    const choice = { alpha: false, stencil: true, powerPreference: 'high-performance' };
-    const gl = this.canvas.getContext('webgl2', { ...choice, antialias: !isSoftware(this.probe()), xrCompatible: false });
-    if (!gl) throw new NoWebGl('this browser has no WebGL 2');
+    const choice = { alpha: false, stencil: true, powerPreference: 'high-performance' }, expected = wasSoftware();
+    let gl = this.open({ ...choice, antialias: !expected, xrCompatible: false });
     this.software = isSoftware(gl);
+    if (this.software !== expected) {  // without a graphics card a context takes seconds: only the first visit makes two
+      gl.getExtension('WEBGL_lose_context')?.loseContext();
+      gl = this.open({ ...choice, antialias: !this.software, xrCompatible: false });
+      try { localStorage.setItem(kSoftware, this.software); } catch (problem) { /* it is found anew */ }
+    }
     this.renderer = new WebGLRenderer({ canvas: this.canvas, context: gl, ...choice });
     this.renderer.autoClear = false;
     this.renderer.info.autoReset = false;
@@ -48,10 +55,10 @@ export class Stage {
     this.uniforms = makeUniforms(this.paint.texture);
     this.fluid = new Fluid(this.uniforms.cut);
   }
-  probe() {
-    const gl = document.createElement('canvas').getContext('webgl2');
+  open(choice) {
+    this.canvas = document.createElement('canvas');
+    const gl = this.canvas.getContext('webgl2', choice);
     if (!gl) throw new NoWebGl('this browser has no WebGL 2');
-    gl.getExtension('WEBGL_lose_context')?.loseContext();
     return gl;
   }
 
@@ -67,14 +74,18 @@ export class Stage {
     this.background = new Mesh(geometryOf([-1, -1, 0, 3, -1, 0, -1, 3, 0]), materials.background);
     this.floor = new Mesh(geometryOf([0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0], [0, 1, 2, 2, 1, 3]), materials.floor);
     this.lines = new LineSegments(geometryOf([0, 0, 0, 0, 0, 0]), materials.lines);
+    this.drawLines();
     for (const mesh of [this.background, this.floor, this.lines]) mesh.frustumCulled = false;
     // What stands on the ground is drawn over it, whatever is nearer, as the server does.
     [this.background, this.floor, this.shadows.mesh].forEach((mesh, i) => { mesh.renderOrder = i - 3; });
-    this.scene = new Scene().add(this.background, this.floor, this.shadows.mesh, this.lines, this.solid.mesh, ...this.fluid.meshes, this.clear.mesh);
+    this.scene = new Scene().add(this.background, this.floor, this.shadows.mesh, this.lines, this.solid.mesh, this.clear.mesh);
     this.scene.matrixWorldAutoUpdate = false;
+    this.renderer.compile(this.scene, this.camera);  // the graphics do it while meshes come; what few look at is compiled when it is shown
+    this.scene.add(...this.fluid.meshes);
     return this;
   }
 
+  // It may come before build().
   setCell(cell) {
     this.cell = cell;
     const { uniforms } = this;
@@ -85,11 +96,16 @@ export class Stage {
     uniforms.shadow.value.w = cell.shadow_opacity;
     uniforms.line.value.set(...cell.line_colour, 1);
     cell.paint_ramp.forEach((colour, i) => uniforms.ramp.value[i].fromArray(colour));
-    this.lines.geometry.dispose();
-    this.lines.geometry = geometryOf(cell.lines.flat());
+    this.drawLines();
     this.paint.setBoxes(cell.bodies.filter(body => body.link !== undefined).map(body => body.box));
     this.bodies = cell.bodies.map(() => new Matrix4());
     if (this.poses) this.setPoses(this.poses);  // it comes anew with each connection, the poses only when they are others
+  }
+
+  drawLines() {
+    if (!this.lines || !this.cell) return;
+    this.lines.geometry.dispose();
+    this.lines.geometry = geometryOf(this.cell.lines.flat());
   }
 
   // Lets the section of the fluid cut objects open, or not: the arm is never cut.
@@ -136,7 +152,7 @@ export class Stage {
       }
       (item.opacity < 1 ? clear : solid).push({
         mesh: item.mesh, W_from_mesh: item.W_from_mesh, colour: item.colour, opacity: item.opacity, ownLight: item.own_light, shadow: item.shadow,
-        views: kAllViews, cut: item.id.startsWith('object:'), paint: poses?.painted && item.paint ? item.look : null,
+        views: kAllViews, name: item.name, cut: item.id.startsWith('object:'), paint: poses?.painted && item.paint ? item.look : null,
       });
     }
     for (const mark of poses?.marks ?? []) {

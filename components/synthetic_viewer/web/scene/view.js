@@ -28,7 +28,7 @@ export class DrawnView {
     this.canvas.after(this.note, this.alarm);
     this.context = this.canvas.getContext('2d', { alpha: false });
     this.recall();
-    this.listen();
+    steer(this.canvas, change => this.act(change));
     new ResizeObserver(() => this.resize()).observe(this.canvas);
     new IntersectionObserver(([entry]) => { this.visible = entry.isIntersecting; this.touch(); }).observe(this.canvas);
   }
@@ -79,40 +79,41 @@ export class DrawnView {
     this.moved(this);
   }
   home() { this.act(offset => offset.home()); }
+}
 
-  listen() {
-    const { canvas } = this, touches = new Map();
-    const spread = () => { const [a, b] = [...touches.values()]; return Math.hypot(a.x - b.x, a.y - b.y); };
-    canvas.addEventListener('pointerdown', event => {
-      if (event.button !== 0) return;
-      touches.set(event.pointerId, { x: event.clientX, y: event.clientY });
-      canvas.setPointerCapture(event.pointerId);
-      canvas.focus();
-    });
-    canvas.addEventListener('pointermove', event => {
-      const last = touches.get(event.pointerId);
-      if (!last) return;
-      const before = touches.size === 2 ? spread() : 0, now = { x: event.clientX, y: event.clientY };
-      touches.set(event.pointerId, now);
-      const turn = Math.PI / Math.max(1, canvas.clientHeight);  // the whole height is half a turn
-      if (touches.size === 1) this.act(offset => offset.turn((last.x - now.x) * turn, (now.y - last.y) * turn));
-      else if (touches.size === 2 && before > 0) this.act(offset => offset.scale(before / Math.max(1, spread())));
-    });
-    for (const end of ['pointerup', 'pointercancel', 'lostpointercapture']) canvas.addEventListener(end, event => touches.delete(event.pointerId));
-    canvas.addEventListener('wheel', event => {
-      event.preventDefault();
-      this.act(offset => offset.scale(event.deltaY < 0 ? kWheel : 1 / kWheel));
-    }, { passive: false });
-    canvas.addEventListener('dblclick', () => this.home());
-    canvas.addEventListener('keydown', event => {
-      const turn = kArrows[event.key];
-      if (event.ctrlKey || event.altKey || event.metaKey) return;
-      if (turn) this.act(offset => offset.turn(radians(turn[0] * kKeyTurn_deg), radians(turn[1] * kKeyTurn_deg)));
-      else if (event.key === '+' || event.key === '=') this.act(offset => offset.scale(kWheel));
-      else if (event.key === '-') this.act(offset => offset.scale(1 / kWheel));
-      else if (event.key === 'Home') this.home();
-      else return;
-      event.preventDefault();
-    });
-  }
+// Lets mouse, fingers and keys on a canvas move its camera: `act(change)` is given what changes a CameraOffset.
+export function steer(canvas, act) {
+  const touches = new Map();
+  const spread = () => { const [a, b] = [...touches.values()]; return Math.hypot(a.x - b.x, a.y - b.y); };
+  canvas.addEventListener('pointerdown', event => {
+    if (event.button !== 0) return;
+    touches.set(event.pointerId, { x: event.clientX, y: event.clientY });
+    canvas.setPointerCapture(event.pointerId);
+    canvas.focus();
+  });
+  canvas.addEventListener('pointermove', event => {
+    const last = touches.get(event.pointerId);
+    if (!last) return;
+    const before = touches.size === 2 ? spread() : 0, now = { x: event.clientX, y: event.clientY };
+    touches.set(event.pointerId, now);
+    const turn = Math.PI / Math.max(1, canvas.clientHeight);  // the whole height is half a turn
+    if (touches.size === 1) act(offset => offset.turn((last.x - now.x) * turn, (now.y - last.y) * turn));
+    else if (touches.size === 2 && before > 0) act(offset => offset.scale(before / Math.max(1, spread())));
+  });
+  for (const end of ['pointerup', 'pointercancel', 'lostpointercapture']) canvas.addEventListener(end, event => touches.delete(event.pointerId));
+  canvas.addEventListener('wheel', event => {
+    event.preventDefault();
+    act(offset => offset.scale(event.deltaY < 0 ? kWheel : 1 / kWheel));
+  }, { passive: false });
+  canvas.addEventListener('dblclick', () => act(offset => offset.home()));
+  canvas.addEventListener('keydown', event => {
+    const turn = kArrows[event.key];
+    if (event.ctrlKey || event.altKey || event.metaKey) return;
+    if (turn) act(offset => offset.turn(radians(turn[0] * kKeyTurn_deg), radians(turn[1] * kKeyTurn_deg)));
+    else if (event.key === '+' || event.key === '=') act(offset => offset.scale(kWheel));
+    else if (event.key === '-') act(offset => offset.scale(1 / kWheel));
+    else if (event.key === 'Home') act(offset => offset.home());
+    else return;
+    event.preventDefault();
+  });
 }
