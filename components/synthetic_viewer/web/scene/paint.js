@@ -12,14 +12,22 @@ function emptyVolume(box, patch_m) {
   return { edge_m, corner_m: [0, 1, 2].map(i => box[i] - patch_m), size };
 }
 
+// Whether two lists of patches are the same.
+function same(a, b) {
+  return a.length === b.length && a.every((patch, i) => {
+    const other = b[i];
+    return patch.link === other.link && patch.closeness === other.closeness && patch.middle_m.every((m, axis) => m === other.middle_m[axis]);
+  });
+}
+
 export class Paint {
   constructor() {
     this.texture = this.newTexture(1, 1, 1);
     this.volumes = new Map();  // by link
     this.patch_m = 0;
     this.boxes = [];
-    this.number = 0;  // changes with the layout
-    this.blank = true;
+    this.number = 0;   // changes with the layout
+    this.shown = [];   // the patches that are painted
   }
   newTexture(width, height, depth) {
     const texture = new Data3DTexture(new Uint8Array(width * height * depth), width, height, depth);
@@ -52,9 +60,9 @@ export class Paint {
   show({ patch_m, patches }) {
     const another = patch_m > 0 && patch_m !== this.patch_m;
     if (another) this.layOut(patch_m);
-    if (!(this.patch_m > 0) || (patches.length === 0 && this.blank)) return another;
+    if (!(this.patch_m > 0) || (!another && same(patches, this.shown))) return another;
     this.texture.image.data.fill(0);
-    this.blank = patches.length === 0;
+    this.shown = patches;
     for (const patch of patches) {
       const volume = this.volumes.get(patch.link);
       if (volume) this.splat(volume, patch);
@@ -68,11 +76,13 @@ export class Paint {
     const at = middle_m.map((m, i) => (m - volume.corner_m[i]) / volume.edge_m), reach = 2 * this.patch_m / volume.edge_m;
     const low = at.map(a => Math.max(0, Math.ceil(a - reach - 0.5)));
     const high = at.map((a, i) => Math.min(volume.size[i] - 1, Math.floor(a + reach - 0.5)));
-    const unit = volume.edge_m / this.patch_m;
+    const unit = volume.edge_m / this.patch_m, farthest2 = (2 / unit) ** 2;
     for (let z = low[2]; z <= high[2]; ++z) {
       for (let y = low[1]; y <= high[1]; ++y) {
         const row = width * (y + height * (z + volume.from)), across = (y + 0.5 - at[1]) ** 2 + (z + 0.5 - at[2]) ** 2;
-        for (let x = low[0]; x <= high[0]; ++x) {
+        if (across >= farthest2) continue;
+        const half = Math.sqrt(farthest2 - across), last = Math.min(high[0], Math.floor(at[0] + half - 0.5));
+        for (let x = Math.max(low[0], Math.ceil(at[0] - half - 0.5)); x <= last; ++x) {
           const share = Math.min(1, 2 - Math.sqrt((x + 0.5 - at[0]) ** 2 + across) * unit) * closeness;
           const byte = Math.round(255 * share);
           if (byte > data[row + x]) data[row + x] = byte;
