@@ -20,6 +20,7 @@ import subprocess
 import sys
 import tempfile
 import time
+import urllib.error
 import urllib.request
 from pathlib import Path
 
@@ -83,9 +84,18 @@ class Chromium:
                 break
         wanted = {"browserName": "chrome", "pageLoadStrategy": "eager", "timeouts": {"script": 1000 * LONGEST_S},
                   "goog:chromeOptions": {"binary": shutil.which("chromium"), "args": ARGUMENTS}}
-        self.session = "/session/" + self.post("/session", {"capabilities": {"alwaysMatch": wanted}})["sessionId"]
+        self.session = "/session/" + self.begin(wanted)["sessionId"]
         self.command("Performance.enable", timeDomain="threadTicks")  # without what it waits
         self.command("Page.addScriptToEvaluateOnNewDocument", source=script)
+
+    def begin(self, wanted, tries=3):
+        """On a machine under load a browser's start now and then fails; that says nothing about the page."""
+        try:
+            return self.post("/session", {"capabilities": {"alwaysMatch": wanted}})
+        except urllib.error.HTTPError:
+            if tries == 1:
+                raise
+            return self.begin(wanted, tries - 1)
 
     def post(self, path, body):
         request = urllib.request.Request(self.address + path, json.dumps(body).encode(), {"Content-Type": "application/json"})
