@@ -11,7 +11,7 @@ import { Paint } from './paint.js';
 import { kViewBits } from './protocol.js';
 import { makeShape } from './shapes.js';
 
-const kAllViews = 7, kSoftware = 'phantom.software';
+const kAllViews = 7;
 const matrixOf = rows => new Matrix4().set(...rows, 0, 0, 0, 1);
 const geometryOf = (values, indices) => {
   const geometry = new BufferGeometry().setAttribute('position', new BufferAttribute(new Float32Array(values), 3));
@@ -20,27 +20,20 @@ const geometryOf = (values, indices) => {
 
 export class NoWebGl extends Error { name = 'NoWebGl'; }
 
-// Returns whether the graphics card is the processor: every sample per pixel costs much there.
+// Returns whether the graphics card is the processor: every pixel costs much there.
 function isSoftware(gl) {
   const names = gl.getExtension('WEBGL_debug_renderer_info');
   return /swiftshader|llvmpipe|software/i.test(gl.getParameter(names ? names.UNMASKED_RENDERER_WEBGL : gl.RENDERER));
 }
 
-function wasSoftware() {
-  try { return localStorage.getItem(kSoftware) === 'true'; } catch (problem) { return false; }
-}
-
 export class Stage {
   // Nothing can be drawn before build(). Throws NoWebGl.
   constructor() {
-    const choice = { alpha: false, stencil: true, powerPreference: 'high-performance' }, expected = wasSoftware();
-    let gl = this.open({ ...choice, antialias: !expected, xrCompatible: false });
+    const choice = { alpha: false, stencil: true, powerPreference: 'high-performance' };
+    this.canvas = document.createElement('canvas');
+    const gl = this.canvas.getContext('webgl2', { ...choice, antialias: true, xrCompatible: false });  // one: without a graphics card it takes seconds
+    if (!gl) throw new NoWebGl('this browser has no WebGL 2');
     this.software = isSoftware(gl);
-    if (this.software !== expected) {  // without a graphics card a context takes seconds: only the first visit makes two
-      gl.getExtension('WEBGL_lose_context')?.loseContext();
-      gl = this.open({ ...choice, antialias: !this.software, xrCompatible: false });
-      try { localStorage.setItem(kSoftware, this.software); } catch (problem) { /* it is found anew */ }
-    }
     this.renderer = new WebGLRenderer({ canvas: this.canvas, context: gl, ...choice });
     this.renderer.autoClear = false;
     this.renderer.info.autoReset = false;
@@ -54,12 +47,6 @@ export class Stage {
     this.poses = null;            // the newest
     this.uniforms = makeUniforms(this.paint.texture);
     this.fluid = new Fluid(this.uniforms.cut);
-  }
-  open(choice) {
-    this.canvas = document.createElement('canvas');
-    const gl = this.canvas.getContext('webgl2', choice);
-    if (!gl) throw new NoWebGl('this browser has no WebGL 2');
-    return gl;
   }
 
   // `shaders`: the answer to GET /shaders.json. Throws Error where they are not as they must be. Returns this.
