@@ -64,8 +64,8 @@ TEST_F(WorstCommands, AFormulaOfDearFunctionsIsRefusedWhereOneOfSumsIsNot) {
     return "{name: cube, implicit: {f: \"max(abs(x), abs(y), abs(z - 0.2)) - 0.05 + 0*(" + chain + "+" +
            chain + ")\", min_m: [-0.2, -0.2, 0.1], max_m: [0.2, 0.2, 0.4]}}";
   };
-  EXPECT_EQ(added(cube("abs"), 22), "added");
-  EXPECT_THAT(added(cube("sin"), 22), HasSubstr("takes more than 22 million steps"));
+  EXPECT_EQ(added(cube("abs"), 7), "added");
+  EXPECT_THAT(added(cube("sin"), 7), HasSubstr("takes more than 7 million steps"));
 }
 
 TEST_F(WorstCommands, WhatAWindingNumberLooksAtIsCountedAlsoForASingleVoxel) {
