@@ -26,8 +26,8 @@ struct GuardOptions {
   bool relayed = false;             ///< discovery servers speak for others
   bool forgets_by_silence = false;  ///< Fast DDS heeds no departure, only a lease that has run out
   /// Fast DDS ends the process if a best-effort reader gets part of a sample in fragments, then a later one
-  /// in one DATA, then a fragment of a third (StatelessReader::process_data_frag_msg of 3.1): a writer that
-  /// sends fragments is heard in fragments alone.
+  /// in one DATA, then a fragment of a third (StatelessReader::process_data_frag_msg of 3.1): a writer
+  /// without keys that sends fragments is heard in fragments alone.
   bool whole_as_fragments = false;
   std::vector<Network> networks;  ///< senders are in one of these; empty: anywhere
   std::size_t participants = 1024, participants_per_source = 128;

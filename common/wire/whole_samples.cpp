@@ -89,7 +89,8 @@ void put_padding(const Part& part, Writer& out) {
   out.copy(part.fields);
 }
 
-bool is_keyless(EntityId writer) { return (writer & 0x3f) == 0x03; }
+/// Of a user's writer (DDSI-RTPS 2.5, table 9.1).
+bool is_keyless(EntityId writer) { return (writer & 0xff) == 0x03; }
 
 }  // namespace
 
@@ -115,13 +116,13 @@ std::span<std::uint8_t> as_fragments(std::span<const std::uint8_t> message, cons
       inline_qos_at = 4u + reader.u16();
       reader.skip(4);
       writer.entity = reader.entity();
-      const bool is_user = (writer.entity & 0xc0) == 0;
-      concerned = is_user && inline_qos_at >= kDataFields && writers.sends(writers.of, writer);
+      concerned =
+          is_keyless(writer.entity) && inline_qos_at >= kDataFields && writers.sends(writers.of, writer);
     }
     if (concerned && (part.flags & kHoldsData) != 0) {
       put_fragment(part, inline_qos_at, out);
       changed = true;
-    } else if (concerned && is_keyless(writer.entity)) {
+    } else if (concerned) {
       put_padding(part, out);
       changed = true;
     } else {

@@ -16,11 +16,12 @@ struct FragmentingWriters {
   void* of;
 };
 
-/// Copies an RTPS message in which check_message() has found no fault, with each DATA of a writer that sends
-/// fragments turned into a DATA_FRAG of one fragment (OMG DDSI-RTPS 2.5, 9.4.5.4 and 9.4.5.5). A DATA
-/// without data of such a writer whose topic has no keys says nothing to a reader, and becomes padding.
-/// `into` has room for the message and kMostGrown more. Returns the octets of `into` that were used; none: no
-/// submessage is concerned, and the message stays as it is. Real-time safe: yes.
+/// Copies an RTPS message in which check_message() has found no fault, with each DATA of a writer without
+/// keys that sends fragments turned into a DATA_FRAG of one fragment (OMG DDSI-RTPS 2.5, 9.4.5.4
+/// and 9.4.5.5). A DATA without data of such a writer says nothing to a reader, and becomes padding. Topics
+/// with keys are left as they are: a DATA that disposes of an instance has no form in fragments. `into` has
+/// room for the message and kMostGrown more. Returns the octets of `into` that were used; none: no submessage
+/// is concerned, and the message stays as it is. Real-time safe: yes.
 std::span<std::uint8_t> as_fragments(std::span<const std::uint8_t> message, const FragmentingWriters& writers,
                                      std::span<std::uint8_t> into);
 

@@ -99,7 +99,7 @@ TEST_P(WholeSamples, EachOfAMessageIsOneFragment) {
   }
 }
 
-TEST_P(WholeSamples, WithoutDataArePaddingIfTheTopicHasNoKeys) {
+TEST_P(WholeSamples, WithoutDataArePaddingAndThoseWithKeysStay) {
   const auto disposed = [&](EntityId writer) {
     return message({user_data(writer, 2, 3, GetParam(), a_key_hash(GetParam()), {})}, peer(1));
   };
@@ -109,6 +109,9 @@ TEST_P(WholeSamples, WithoutDataArePaddingIfTheTopicHasNoKeys) {
   const auto facts = std::make_unique<MessageFacts>();
   EXPECT_EQ(check_message(made, {}, *facts), Fault::kNone);
   EXPECT_TRUE(rewritten(disposed(kKeyed)).empty()) << "an instance that is gone";
+  EXPECT_TRUE(
+      rewritten(message({user_data(kKeyed, 4, 3, GetParam(), Octets(), {0, 1, 0, 0, 1, 2, 3, 4})}, peer(1)))
+          .empty());
 }
 
 TEST_P(WholeSamples, OfWritersWithoutFragmentsStay) {
