@@ -75,7 +75,6 @@ std::shared_ptr<GuardedTransportDescriptor> transport_of(const core::NetworkOpti
     guarded->guard.forgets_by_silence = true;
     guarded->announcements = std::make_shared<Announcements>();
   }
-  guarded->guard.whole_as_fragments = fast_dds::kEndsByMixedSamples;
   guarded->guard.receiver.asks_for_types = asks_for_types;
   guarded->guard.relayed = !network.discovery_servers.empty();
   guarded->guard.networks = networks_of(network);

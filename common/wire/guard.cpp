@@ -3,12 +3,9 @@
 #include <algorithm>
 #include <cstring>
 
-#include "common/wire/whole_samples.hpp"
-
 namespace phantom::wire {
 namespace {
 
-constexpr std::size_t kRewrittenBytes = 65536 + kMostGrown;
 constexpr std::size_t kDataHead = kHeaderBytes + kSubmessageHeader + 20;
 constexpr std::size_t kAssembledBytes = kDataHead + SampleAssembly::kMostBytes;
 
@@ -62,10 +59,7 @@ Guard::Guard(const GuardOptions& options)
                      options.discovery_per_s, options.discovery_burst, options.unannounced_per_s,
                      options.unannounced_burst, options.counted_per_s, options.counted_burst}),
       assembled_facts_(std::make_unique<MessageFacts>()),
-      assembled_octets_(std::make_unique_for_overwrite<std::uint8_t[]>(kMostAssembled * kAssembledBytes)) {
-  if (options.whole_as_fragments)
-    rewritten_octets_ = std::make_unique_for_overwrite<std::uint8_t[]>(kRewrittenBytes);
-}
+      assembled_octets_(std::make_unique_for_overwrite<std::uint8_t[]>(kMostAssembled * kAssembledBytes)) {}
 
 bool Guard::admits(const Source& source) const {
   return options_.networks.empty() ||
@@ -77,7 +71,6 @@ Fault Guard::check(std::span<std::uint8_t> datagram, const MessageFacts& facts, 
                    bool discovery, core::Nanoseconds now) {
   to_hold_ = returned_ = false;
   assembled_count_ = 0;
-  rewritten_ = {};
   // Only a relay speaks for others; whose sockets these are is known of the message's sender alone.
   if (facts.for_another && !options_.relayed) return Fault::kIdentity;
   if (is_leaving(facts.sender, now)) return Fault::kLeft;
@@ -88,21 +81,7 @@ Fault Guard::check(std::span<std::uint8_t> datagram, const MessageFacts& facts, 
   if (fault == Fault::kNone) fault = check_sequences(datagram, facts, source, now);
   if (fault != Fault::kNone) return fault;
   if (Participant* const sender = participants_.find(facts.sender)) sender->passed(now);
-  if (options_.whole_as_fragments) rewrite(datagram, facts);
   return Fault::kNone;
-}
-
-/// What stands in secured submessages is not looked into.
-void Guard::rewrite(std::span<const std::uint8_t> datagram, const MessageFacts& facts) {
-  const Participant* const sender = participants_.find(facts.sender);
-  if (!facts.for_another && (sender == nullptr || !sender->has_fragmented())) return;
-  if (options_.receiver.secured || datagram.size() > 65536) return;
-  const auto has_fragmented = [](void* participants, const Guid& writer) {
-    const Participant* const known = static_cast<Participants*>(participants)->find(writer.prefix);
-    return known != nullptr && known->has_fragmented(writer.entity);
-  };
-  rewritten_ =
-      as_fragments(datagram, {has_fragmented, &participants_}, {rewritten_octets_.get(), kRewrittenBytes});
 }
 
 /// A participant's own sockets have a budget of their own, which strangers cannot use up.

@@ -25,11 +25,7 @@ struct GuardOptions {
   Receiver receiver;
   bool relayed = false;             ///< discovery servers speak for others
   bool forgets_by_silence = false;  ///< Fast DDS heeds no departure, only a lease that has run out
-  /// Fast DDS ends the process if a best-effort reader gets part of a sample in fragments, then a later one
-  /// in one DATA, then a fragment of a third (StatelessReader::process_data_frag_msg of 3.1): a writer
-  /// without keys that sends fragments is heard in fragments alone.
-  bool whole_as_fragments = false;
-  std::vector<Network> networks;  ///< senders are in one of these; empty: anywhere
+  std::vector<Network> networks;    ///< senders are in one of these; empty: anywhere
   std::size_t participants = 1024, participants_per_source = 128;
   std::size_t endpoints_per_participant = 512;
   std::uint32_t sample_bytes = 64 << 20;  ///< the largest sample that any endpoint carries
@@ -97,9 +93,6 @@ class Guard {
   std::span<const std::span<const std::uint8_t>> assembled() const {
     return {assembled_.data(), assembled_count_};
   }
-  /// With `whole_as_fragments`: what is to be handed on in place of the datagram just checked
-  /// (as_fragments()); empty: the datagram itself. Valid until the next check().
-  std::span<const std::uint8_t> rewritten() const { return rewritten_; }
   /// With `forgets_by_silence`: Fast DDS has not heard a participant for its lease, and has forgotten it. If
   /// that returns, it is handled as one that leaves with its first datagram: it may not have forgotten us,
   /// and half a handshake would keep both apart.
@@ -125,8 +118,6 @@ class Guard {
   Fault assemble(std::span<std::uint8_t> datagram, const FragmentFact& fragment, std::uint16_t vendor,
                  const Source& source, core::Nanoseconds now);
 
-  void rewrite(std::span<const std::uint8_t> datagram, const MessageFacts& facts);
-
   GuardOptions options_;
   Participants participants_;
   SampleAssembly assembly_;
@@ -135,8 +126,6 @@ class Guard {
   std::unique_ptr<std::uint8_t[]> assembled_octets_;
   std::array<std::span<const std::uint8_t>, kMostAssembled> assembled_;
   std::size_t assembled_count_ = 0;
-  std::unique_ptr<std::uint8_t[]> rewritten_octets_;
-  std::span<const std::uint8_t> rewritten_;
   bool to_hold_ = false, returned_ = false;
 };
 

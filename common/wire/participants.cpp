@@ -72,11 +72,6 @@ bool Participant::keeps_fragment_size(EntityId writer, std::uint16_t bytes) {
   return true;
 }
 
-bool Participant::has_fragmented(EntityId writer) const {
-  return std::any_of(fragment_sizes_.begin(), fragment_sizes_.end(),
-                     [&](const auto& one) { return one.first == writer; });
-}
-
 std::size_t Participants::Hash::operator()(const GuidPrefix& prefix) const noexcept {
   std::uint64_t hash = 0xcbf29ce484222325;  // FNV-1a
   for (const std::uint8_t octet : prefix) hash = (hash ^ octet) * 0x100000001b3;

@@ -60,9 +60,6 @@ class Participant {
 
   /// Returns whether the writer's fragments have that size, which its first ones decide.
   bool keeps_fragment_size(EntityId writer, std::uint16_t bytes);
-  /// Returns whether the writer has sent fragments; without a writer, whether any has.
-  bool has_fragmented(EntityId writer) const;
-  bool has_fragmented() const { return !fragment_sizes_.empty(); }
 
   /// Returns the greatest first sample that the writer has told of, 1 if none yet, to be changed by the
   /// caller; null if `most` endpoints and the built-in ones have told theirs already.
