@@ -47,7 +47,7 @@ TEST(Topics, RefuseASampleOfAnyOtherEncapsulation) {
     EXPECT_NO_THROW(refused += fast_dds::deserialise(*type, payload, &state) ? 0 : 1) << kind;
     payload.data = nullptr;
   }
-  EXPECT_GT(refused, 0);
+  EXPECT_EQ(refused, 0x10000 - 2) << "plain CDR alone is decoded, in either byte order";
 }
 
 TEST(CdrCodec, InstancesAreToldApartByTheirKeysAlone) {

@@ -7,6 +7,7 @@
 #include <string>
 #include <string_view>
 
+#include "common/dds/encapsulation.hpp"
 #include "fast_dds/types.hpp"
 
 namespace phantom::fast_dds {
@@ -43,6 +44,7 @@ template <class PubSubType>
 class Refusing : public PubSubType {
  public:
   bool deserialize(rtps::SerializedPayload_t* payload, void* sample) override {
+    if (!dds::is_plain_cdr(payload->data, payload->length)) return false;
     try {
       return PubSubType::deserialize(payload, sample);
     } catch (const std::exception&) {

@@ -7,6 +7,7 @@
 #include <string>
 #include <string_view>
 
+#include "common/dds/encapsulation.hpp"
 #include "fast_dds/types.hpp"
 
 namespace phantom::fast_dds {
@@ -37,13 +38,13 @@ inline bool find_key(eprosima::fastdds::dds::TopicDataType& type, const void* sa
 }
 
 /// A generated type that takes octets which are no sample of it for that, whatever the generated code throws.
-/// Of the encapsulations only plain CDR of XTypes' version 1 is decoded, as by version 2: of version 2's
-/// sequences Fast CDR believes the length before it looks how many octets are left, and takes as much memory.
+/// Only plain CDR is decoded: of sequences in XTypes' version 2 Fast CDR believes the length before it looks how
+/// many octets are left, and takes as much memory.
 template <class PubSubType>
 class Refusing : public PubSubType {
  public:
   bool deserialize(rtps::SerializedPayload_t& payload, void* sample) override {
-    if (payload.length < 4 || payload.data[0] != 0 || payload.data[1] > 1) return false;
+    if (!dds::is_plain_cdr(payload.data, payload.length)) return false;
     try {
       return PubSubType::deserialize(payload, sample);
     } catch (const std::exception&) {
