@@ -38,8 +38,8 @@ inline bool find_key(eprosima::fastdds::dds::TopicDataType& type, const void* sa
 }
 
 /// A generated type that takes octets which are no sample of it for that, whatever the generated code throws.
-/// Only plain CDR is decoded: of sequences in XTypes' version 2 Fast CDR believes the length before it looks how
-/// many octets are left, and takes as much memory.
+/// Only plain CDR is decoded: of sequences in XTypes' version 2 Fast CDR believes the length before it looks
+/// how many octets are left, and takes as much memory.
 template <class PubSubType>
 class Refusing : public PubSubType {
  public:
