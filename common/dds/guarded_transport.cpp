@@ -34,7 +34,8 @@ struct Receiving {
   std::vector<std::vector<std::uint8_t>> assembled;  // handed on after the lock is released
   std::vector<Held> due;
   std::vector<std::uint8_t> with_slack;
-  bool of_discovery = false;  // what the datagram holds, whatever port it came in by
+  std::size_t rewritten_bytes = 0;  // of what stands in `with_slack` in place of the datagram; 0: nothing
+  bool of_discovery = false;        // what the datagram holds, whatever port it came in by
 };
 
 Receiving& receiving() {
@@ -70,12 +71,13 @@ class GuardedTransport final : public fast_dds::MessageTransport {
     memory.assembled.clear();
     memory.due.clear();
     memory.of_discovery = false;
+    memory.rewritten_bytes = 0;
     const wire::Source source = source_of(remote);
     const bool pass = admit(datagram, source, discovery, {above, local, remote}, memory);
     const auto lock =
         discovery || memory.of_discovery ? std::unique_lock(discovery_) : std::unique_lock<std::mutex>();
     if (discovery) forget_banned(above, local, remote);
-    if (pass) above->OnDataReceived(readable(datagram, memory), size, local, remote);
+    if (pass) hand_on(datagram, above, local, remote, memory);
     for (const auto& whole : memory.assembled)
       above->OnDataReceived(whole.data(), static_cast<std::uint32_t>(whole.size()), local, remote);
     for (const Held& held : memory.due)
@@ -119,6 +121,10 @@ class GuardedTransport final : public fast_dds::MessageTransport {
         descriptor_.announcements->note(memory.facts.participants[i], now);
     }
     for (const auto& whole : guard_.assembled()) memory.assembled.emplace_back(whole.begin(), whole.end());
+    if (const auto rewritten = guard_.rewritten(); !rewritten.empty()) {
+      std::copy(rewritten.begin(), rewritten.end(), slack(memory).begin());
+      memory.rewritten_bytes = rewritten.size();
+    }
     if (!guard_.to_hold()) return true;
     hold(datagram, way, memory);
     return false;
@@ -164,12 +170,25 @@ class GuardedTransport final : public fast_dds::MessageTransport {
     }
   }
 
-  /// Returns the datagram where Guard::kSlack octets behind it may be read, if it holds fragments.
-  static const rtps::octet* readable(std::span<const std::uint8_t> datagram, Receiving& memory) {
-    if (memory.facts.fragment_count == 0) return datagram.data();
-    memory.with_slack.resize(2 * wire::Guard::kSlack);
-    std::memcpy(memory.with_slack.data(), datagram.data(), datagram.size());
-    return memory.with_slack.data();
+  /// Room for a datagram, or what it was rewritten to, with Guard::kSlack octets behind it.
+  static std::vector<std::uint8_t>& slack(Receiving& memory) {
+    memory.with_slack.resize(3 * wire::Guard::kSlack);
+    return memory.with_slack;
+  }
+
+  /// Fragments are handed on where Guard::kSlack octets behind them may be read.
+  static void hand_on(std::span<const std::uint8_t> datagram, rtps::TransportReceiverInterface* above,
+                      const rtps::Locator_t& local, const rtps::Locator_t& remote, Receiving& memory) {
+    const rtps::octet* octets = datagram.data();
+    std::size_t size = datagram.size();
+    if (memory.rewritten_bytes > 0) {
+      octets = memory.with_slack.data();
+      size = memory.rewritten_bytes;
+    } else if (memory.facts.fragment_count > 0) {
+      std::copy(datagram.begin(), datagram.end(), slack(memory).begin());
+      octets = memory.with_slack.data();
+    }
+    above->OnDataReceived(octets, static_cast<std::uint32_t>(size), local, remote);
   }
 
   GuardedTransportDescriptor descriptor_;

@@ -38,10 +38,15 @@ constexpr QosContract kEvent{.reliability = Reliability::kReliable, .history_dep
 // Receivers of component_status watch its age.
 constexpr QosContract kDurable{
     .reliability = Reliability::kReliable, .durability = Durability::kTransientLocal, .history_depth = 1};
-// Large and periodic: the newest counts. A picture that is lost is not missed; of points a fragment would
-// cost all.
-constexpr QosContract kPictures{.reliability = Reliability::kBestEffort, .history_depth = 1};
-constexpr QosContract kPoints{.reliability = Reliability::kReliable, .history_depth = 1};
+// Large and periodic: the newest counts, and a fragment that is lost is sent again, as it would cost the
+// whole sample. What may need fragments is never best effort: such a reader of Fast DDS 3.1 ends its process
+// after a lost fragment (docs/fast_dds.md).
+constexpr QosContract kLarge{.reliability = Reliability::kReliable, .history_depth = 1};
+constexpr QosContract periodic_and_large(int deadline_ms, int liveliness_ms) {
+  QosContract contract = periodic(deadline_ms, liveliness_ms);
+  contract.reliability = Reliability::kReliable;
+  return contract;
+}
 
 }  // namespace
 
@@ -60,7 +65,8 @@ const TopicSpec<msg::InterestPoints> kInterestPoints{{"interest_points", "phanto
                                                       periodic(100, 500),
                                                       &make_type<msg::InterestPointsPubSubType>}};
 const TopicSpec<msg::SkinPercept> kSkinPercept{{"skin_percept", "phantom::msg::SkinPercept",
-                                                periodic(500, 2000), &make_type<msg::SkinPerceptPubSubType>}};
+                                                periodic_and_large(500, 2000),
+                                                &make_type<msg::SkinPerceptPubSubType>}};
 const TopicSpec<msg::HitAlert> kHitAlert{
     {"hit_alert", "phantom::msg::HitAlert", kEvent, &make_type<msg::HitAlertPubSubType>}};
 const TopicSpec<msg::SensingCommand> kSensingCommand{
@@ -78,11 +84,11 @@ const TopicSpec<msg::OperatorReply> kOperatorReply{
 const TopicSpec<msg::ViewPose> kViewPose{
     {"view_pose", "phantom::msg::ViewPose", periodic(500, 2000), &make_type<msg::ViewPosePubSubType>}};
 const TopicSpec<msg::ViewPicture> kViewPicture{
-    {"view_picture", "phantom::msg::ViewPicture", kPictures, &make_type<msg::ViewPicturePubSubType>}};
+    {"view_picture", "phantom::msg::ViewPicture", kLarge, &make_type<msg::ViewPicturePubSubType>}};
 const TopicSpec<msg::CameraPicture> kCameraPicture{
-    {"camera_picture", "phantom::msg::CameraPicture", kPictures, &make_type<msg::CameraPicturePubSubType>}};
+    {"camera_picture", "phantom::msg::CameraPicture", kLarge, &make_type<msg::CameraPicturePubSubType>}};
 const TopicSpec<msg::SensorPoints> kSensorPoints{
-    {"sensor_points", "phantom::msg::SensorPoints", kPoints, &make_type<msg::SensorPointsPubSubType>}};
+    {"sensor_points", "phantom::msg::SensorPoints", kLarge, &make_type<msg::SensorPointsPubSubType>}};
 const TopicSpec<msg::HapticDevice> kHapticDevice{{"haptic_device", "phantom::msg::HapticDevice",
                                                   periodic(20, 200),
                                                   &make_type<msg::HapticDevicePubSubType>}};

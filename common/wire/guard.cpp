@@ -6,6 +6,7 @@
 namespace phantom::wire {
 namespace {
 
+constexpr std::size_t kRewrittenBytes = 65536 + kMostGrown;
 constexpr std::size_t kDataHead = kHeaderBytes + kSubmessageHeader + 20;
 constexpr std::size_t kAssembledBytes = kDataHead + SampleAssembly::kMostBytes;
 
@@ -59,7 +60,11 @@ Guard::Guard(const GuardOptions& options)
                      options.discovery_per_s, options.discovery_burst, options.unannounced_per_s,
                      options.unannounced_burst, options.counted_per_s, options.counted_burst}),
       assembled_facts_(std::make_unique<MessageFacts>()),
-      assembled_octets_(std::make_unique_for_overwrite<std::uint8_t[]>(kMostAssembled * kAssembledBytes)) {}
+      assembled_octets_(std::make_unique_for_overwrite<std::uint8_t[]>(kMostAssembled * kAssembledBytes)) {
+  if (!options.ends_by_mixed_samples) return;
+  whole_samples_ = std::make_unique<WholeSamples>();
+  rewritten_octets_ = std::make_unique_for_overwrite<std::uint8_t[]>(kRewrittenBytes);
+}
 
 bool Guard::admits(const Source& source) const {
   return options_.networks.empty() ||
@@ -71,6 +76,7 @@ Fault Guard::check(std::span<std::uint8_t> datagram, const MessageFacts& facts, 
                    bool discovery, core::Nanoseconds now) {
   to_hold_ = returned_ = false;
   assembled_count_ = 0;
+  rewritten_ = {};
   // Only a relay speaks for others; whose sockets these are is known of the message's sender alone.
   if (facts.for_another && !options_.relayed) return Fault::kIdentity;
   if (is_leaving(facts.sender, now)) return Fault::kLeft;
@@ -81,7 +87,15 @@ Fault Guard::check(std::span<std::uint8_t> datagram, const MessageFacts& facts, 
   if (fault == Fault::kNone) fault = check_sequences(datagram, facts, source, now);
   if (fault != Fault::kNone) return fault;
   if (Participant* const sender = participants_.find(facts.sender)) sender->passed(now);
+  if (whole_samples_) keep_from_mixed(datagram, facts);
   return Fault::kNone;
+}
+
+/// Secured submessages are signed, so they stay as they are.
+void Guard::keep_from_mixed(std::span<const std::uint8_t> datagram, const MessageFacts& facts) {
+  if (options_.receiver.secured || datagram.size() > 65536) return;
+  if (facts.fragment_count == 0 && !facts.for_another && !whole_samples_->awaits(facts.sender)) return;
+  rewritten_ = whole_samples_->rewrite(datagram, {rewritten_octets_.get(), kRewrittenBytes});
 }
 
 /// A participant's own sockets have a budget of their own, which strangers cannot use up.

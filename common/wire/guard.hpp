@@ -11,6 +11,7 @@
 #include "common/wire/message.hpp"
 #include "common/wire/participants.hpp"
 #include "common/wire/sample_assembly.hpp"
+#include "common/wire/whole_samples.hpp"
 
 namespace phantom::wire {
 
@@ -23,9 +24,10 @@ struct Network {
 /// What the guard keeps of others, and from whom it accepts anything.
 struct GuardOptions {
   Receiver receiver;
-  bool relayed = false;             ///< discovery servers speak for others
-  bool forgets_by_silence = false;  ///< Fast DDS heeds no departure, only a lease that has run out
-  std::vector<Network> networks;    ///< senders are in one of these; empty: anywhere
+  bool relayed = false;                ///< discovery servers speak for others
+  bool forgets_by_silence = false;     ///< Fast DDS heeds no departure, only a lease that has run out
+  bool ends_by_mixed_samples = false;  ///< Fast DDS does, after a lost fragment (WholeSamples)
+  std::vector<Network> networks;       ///< senders are in one of these; empty: anywhere
   std::size_t participants = 1024, participants_per_source = 128;
   std::size_t endpoints_per_participant = 512;
   std::uint32_t sample_bytes = 64 << 20;  ///< the largest sample that any endpoint carries
@@ -93,6 +95,9 @@ class Guard {
   std::span<const std::span<const std::uint8_t>> assembled() const {
     return {assembled_.data(), assembled_count_};
   }
+  /// With `ends_by_mixed_samples`: what is to be handed on in place of the datagram just checked
+  /// (WholeSamples); empty: the datagram itself. Valid until the next check().
+  std::span<const std::uint8_t> rewritten() const { return rewritten_; }
   /// With `forgets_by_silence`: Fast DDS has not heard a participant for its lease, and has forgotten it. If
   /// that returns, it is handled as one that leaves with its first datagram: it may not have forgotten us,
   /// and half a handshake would keep both apart.
@@ -118,6 +123,8 @@ class Guard {
   Fault assemble(std::span<std::uint8_t> datagram, const FragmentFact& fragment, std::uint16_t vendor,
                  const Source& source, core::Nanoseconds now);
 
+  void keep_from_mixed(std::span<const std::uint8_t> datagram, const MessageFacts& facts);
+
   GuardOptions options_;
   Participants participants_;
   SampleAssembly assembly_;
@@ -126,6 +133,9 @@ class Guard {
   std::unique_ptr<std::uint8_t[]> assembled_octets_;
   std::array<std::span<const std::uint8_t>, kMostAssembled> assembled_;
   std::size_t assembled_count_ = 0;
+  std::unique_ptr<WholeSamples> whole_samples_;
+  std::unique_ptr<std::uint8_t[]> rewritten_octets_;
+  std::span<const std::uint8_t> rewritten_;
   bool to_hold_ = false, returned_ = false;
 };
 

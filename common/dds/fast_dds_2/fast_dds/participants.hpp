@@ -35,6 +35,9 @@ inline void ask_for_types(eprosima::fastdds::dds::DomainParticipantQos&, bool) {
 /// Whether a secured participant forgets another one that says in the clear that it leaves.
 inline constexpr bool kSecuredHeedDepartures = true;
 
+/// Whether a best-effort reader ends the process when a whole sample follows one that lacks a fragment.
+inline constexpr bool kEndsByMixedSamples = false;
+
 /// Participants of one process exchange samples as those of two do.
 inline void deliver_by_transport() {
   eprosima::fastrtps::LibrarySettingsAttributes settings;

@@ -31,6 +31,10 @@ inline void ask_for_types(eprosima::fastdds::dds::DomainParticipantQos& qos, boo
 /// or a departure by the secured writer of discovery, ends it (PDPListener).
 inline constexpr bool kSecuredHeedDepartures = false;
 
+/// Whether a best-effort reader ends the process when a whole sample follows one that lacks a fragment
+/// (StatelessReader::process_data_frag_msg, an assertion that Debian compiles in).
+inline constexpr bool kEndsByMixedSamples = true;
+
 /// Participants of one process exchange samples as those of two do.
 inline void deliver_by_transport() {
   eprosima::fastdds::LibrarySettings settings;
