@@ -105,12 +105,12 @@ void Compositor::add_contact(Frame& frame, const Moment& moment) const {
 }
 
 /// Returns what was in a camera's way, in words; empty: nothing.
-std::string Compositor::note_of(const ViewerState& state, const UnobstructedCamera& place) const {
+Words Compositor::note_of(const ViewerState& state, const UnobstructedCamera& place) const {
   if (!place.blocked_by) return {};
-  return said({"view_note.in_the_way",
-               {{"body", scene_.body_name(state, *place.blocked_by)},
-                {"wanted_m", place.wanted_m},
-                {"distance_m", place.distance_m}}});
+  return {"view_note.in_the_way",
+          {{"body", scene_.body_name(state, *place.blocked_by)},
+           {"wanted_m", place.wanted_m},
+           {"distance_m", place.distance_m}}};
 }
 
 /// Returns the scene seen from the operator's camera position, or from the nearest free one.
@@ -120,7 +120,7 @@ Frame Compositor::frame_from(const Moment& moment, View view, const Camera& came
   const RayScene& bodies = view == View::kTool ? moment.objects : moment.bodies;
   const UnobstructedCamera place = unobstructed(moment.state.cameras.moved(camera, view), bodies);
   frame.camera = place.camera;
-  const std::string note = note_of(moment.state, place);
+  const std::string note = said(note_of(moment.state, place));
   if (!note.empty()) hud.subtitle += (hud.subtitle.empty() ? "" : " - ") + note;
   const RecordingState& recording = moment.state.recording;
   hud.recording = recording.running && recording.view == view;
@@ -180,10 +180,8 @@ Compositor::Homes Compositor::homes(const Moment& moment, const HitView& hit) co
   homes.free_m.fill(config_.hit_view.rule.choice.distance_m);
   if (hit.alert == 0) return homes;
   homes.hit = unobstructed(hit_home(hit), moment.bodies);
-  const Hud hud = hit_hud(moment, hit);
-  const std::string note = note_of(moment.state, homes.hit);
-  homes.title = hud.title;
-  homes.subtitle = hud.subtitle + (hud.subtitle.empty() || note.empty() ? "" : " - ") + note;
+  homes.title = hit_title(moment.state, hit);
+  if (Words note = note_of(moment.state, homes.hit); !note.empty()) homes.title.push_back(std::move(note));
   for (int number = 1; number <= percept::kNodeCount; ++number) {
     HitView from = hit;
     double& free_m = homes.free_m[static_cast<std::size_t>(number - 1)];
@@ -282,21 +280,28 @@ Hud Compositor::main_hud(const Moment& moment) const {
   return hud;
 }
 
+/// Returns from where the zone is seen, and of an alert that is known what threatens to hit what.
+std::vector<Words> Compositor::hit_title(const ViewerState& state, const HitView& hit) const {
+  std::vector<Words> title{
+      {state.hold ? "hud.hit_held" : "hud.hit", {{"node", std::string(percept::node_name(hit.node))}}}};
+  const auto record = std::find_if(state.hits.rbegin(), state.hits.rend(),
+                                   [&hit](const HitRecord& one) { return one.raised.alert == hit.alert; });
+  if (record == state.hits.rend()) return title;
+  const HitSample& raised = record->raised;
+  title.push_back({hit.threatening ? "hud.alert" : "hud.alert_over",
+                   {{"alert", static_cast<double>(hit.alert)},
+                    {"link", raised.link_name.empty() ? scene_.link_name(raised.link) : raised.link_name},
+                    {"object", object_words(state, raised.object)}}});
+  return title;
+}
+
 Hud Compositor::hit_hud(const Moment& moment, const HitView& hit) const {
   const ViewerState& state = moment.state;
+  const std::vector<Words> title = hit_title(state, hit);
   Hud hud;
-  hud.title =
-      said({state.hold ? "hud.hit_held" : "hud.hit", {{"node", std::string(percept::node_name(hit.node))}}});
+  hud.title = said(title.front());
+  if (title.size() > 1) hud.subtitle = said(title.back());
   hud.alarm = hit.threatening;
-  for (const HitRecord& record : state.hits) {
-    if (record.raised.alert != hit.alert) continue;
-    const std::string link =
-        record.raised.link_name.empty() ? scene_.link_name(record.raised.link) : record.raised.link_name;
-    hud.subtitle = said({hit.threatening ? "hud.alert" : "hud.alert_over",
-                         {{"alert", static_cast<double>(hit.alert)},
-                          {"link", link},
-                          {"object", object_words(state, record.raised.object)}}});
-  }
   hud.banner = banner_text(state, config_.staleness, moment.now_ns, config_.language);
   return hud;
 }

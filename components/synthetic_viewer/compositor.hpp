@@ -2,6 +2,7 @@
 
 #include <array>
 #include <string>
+#include <vector>
 
 #include "components/synthetic_viewer/aids.hpp"
 #include "components/synthetic_viewer/camera_view.hpp"
@@ -43,9 +44,9 @@ class Compositor {
   /// Where the cameras stand by themselves, whatever the operator has turned.
   struct Homes {
     UnobstructedCamera main, hit;                    ///< `hit` of a zone that is shown
-    std::string main_note;                           ///< what was in the main camera's way; empty: nothing
+    Words main_note;                                 ///< what was in the main camera's way; empty: nothing
     std::array<double, percept::kNodeCount> free_m;  ///< from the look-at point to the camera at each node
-    std::string title, subtitle;                     ///< of the hit zone's view
+    std::vector<Words> title;                        ///< of the hit zone's view, a line each
   };
   Homes homes(const Moment& moment, const HitView& hit) const;
   /// Returns the share of the way from the point that the camera on the arm looks at to that camera which is
@@ -74,7 +75,8 @@ class Compositor {
   Camera hit_home(const HitView& hit) const;
   Camera tool_home(const ViewerState& state) const;
   std::string said(const Words& words) const { return in(config_.language, words); }
-  std::string note_of(const ViewerState& state, const UnobstructedCamera& place) const;
+  Words note_of(const ViewerState& state, const UnobstructedCamera& place) const;
+  std::vector<Words> hit_title(const ViewerState& state, const HitView& hit) const;
   Hud main_hud(const Moment& moment) const;
   Hud hit_hud(const Moment& moment, const HitView& hit) const;
   bool percept_known(const Moment& moment) const;

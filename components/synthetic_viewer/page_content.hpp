@@ -4,6 +4,7 @@
 #include <atomic>
 #include <cstdint>
 #include <functional>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 
 #include "common/core/clock.hpp"
@@ -31,9 +32,9 @@ class PoseCalibration;
 /// What page and window show. The viewer fills it; the servers' threads and the window's read it.
 struct PageContent {
   std::array<ViewOutput, kViews.size()> views;
-  Broadcast<SceneBase> scene;         ///< for the scene stream
-  MeshStore meshes;                   ///< of the scene
-  Broadcast<std::string> state_json;  ///< page_state_json()
+  Broadcast<SceneBase> scene;       ///< for the scene stream
+  MeshStore meshes;                 ///< of the scene
+  Broadcast<nlohmann::json> state;  ///< page_state()
   Broadcast<ViewSwitches> switches;
   Broadcast<ViewPoseSample> view_pose;  ///< of the view that the operator looks at
   ViewOutput& view(View which) { return views[static_cast<std::size_t>(which)]; }
@@ -53,7 +54,7 @@ struct PageContent {
   bool state_wanted(core::Nanoseconds now_ns) const {
     constexpr core::Nanoseconds kAsked_ns = 2 * core::kNsPerSecond;
     const core::Nanoseconds asked_ns = state_asked_ns;
-    return state_json.followers > 0 || (asked_ns != 0 && now_ns - asked_ns < kAsked_ns);
+    return state.followers > 0 || (asked_ns != 0 && now_ns - asked_ns < kAsked_ns);
   }
 
  private:

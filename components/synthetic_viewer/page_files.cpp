@@ -12,6 +12,7 @@ extern const char* const kLanguageJs;
 extern const char* const kStopJs;
 extern const char* const kChoiceJs;
 extern const char* const kViewsJs;
+extern const char* const kStreamJs;
 extern const char* const kPageJs;
 extern const char* const kSessionJs;
 extern const char* const kReviewPlotsJs;
@@ -29,6 +30,7 @@ std::span<const PageFile> page_files() {
       {"/stop.js", web::kStopJs, kJs},
       {"/choice.js", web::kChoiceJs, kJs},
       {"/views.js", web::kViewsJs, kJs},
+      {"/stream.js", web::kStreamJs, kJs},
       {"/page.js", web::kPageJs, kJs},
       {"/session.js", web::kSessionJs, kJs},
       {"/review_plots.js", web::kReviewPlotsJs, kJs},

@@ -4,39 +4,16 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <string_view>
-#include <type_traits>
-#include <variant>
 
 namespace phantom::synthetic_viewer {
 namespace {
 
 using Json = nlohmann::json;
 
+/// A number to six decimals, so that it is short.
 Json number_or_null(double value, bool known = true) {
-  return known && std::isfinite(value) ? Json(value) : Json();
-}
-
-/// A sentence as language.js takes it; null: nothing to say.
-Json words_json(const Words& words) {
-  if (words.empty()) return {};
-  Json values = Json::object();
-  for (const Words::Value& value : words.values) {
-    values[value.name] = std::visit(
-        [](const auto& content) {
-          if constexpr (std::is_same_v<std::decay_t<decltype(content)>, Words>)
-            return words_json(content);
-          else
-            return Json(content);
-        },
-        value.content);
-  }
-  return {{"key", words.key}, {"values", values}};
-}
-
-Json words_json(const std::vector<Words>& list) {
-  Json json = Json::array();
-  for (const Words& words : list) json.push_back(words_json(words));
-  return json;
+  constexpr double kParts = 1e6;
+  return known && std::isfinite(value) ? Json(std::round(value * kParts) / kParts) : Json();
 }
 
 constexpr std::array kCounterbalanceNames{"none", "mechanical", "automatic"};  // of teleop::Counterbalance
@@ -59,7 +36,7 @@ Json link_json(const ViewerState& state, core::Nanoseconds now_ns) {
           {"percept_set_automatic", master.percept_set_automatic},
           {"counterbalance", kCounterbalanceNames[static_cast<std::size_t>(state.arm.counterbalance)]},
           {"percepts", master_known ? in_english(percepts_words(state)) : ""},
-          {"percepts_words", master_known ? words_json(percepts_words(state)) : Json()},
+          {"percepts_words", master_known ? json_of(percepts_words(state)) : Json()},
           {"percept_limited", master.percept_limited},
           {"law", master_known ? Json(static_cast<int>(master.law)) : Json()},
           {"feedback_damped", master.feedback_damped},
@@ -67,9 +44,9 @@ Json link_json(const ViewerState& state, core::Nanoseconds now_ns) {
           {"reach", master.reach},
           {"contact", state.arm.contact},
           {"contact_object", in_english(touched_object(state))},
-          {"contact_object_words", words_json(touched_object(state))},
+          {"contact_object_words", json_of(touched_object(state))},
           {"contact_force_N", number_or_null(state.arm.contact_force_N, state.arm.contact_force_N >= 0)},
-          {"tool_speed_m_s", state.arm.tool_speed_m_s}};
+          {"tool_speed_m_s", number_or_null(state.arm.tool_speed_m_s)}};
 }
 
 Json percept_json(const ViewerState& state, const CellScene& scene, const Staleness& staleness,
@@ -85,40 +62,42 @@ Json percept_json(const ViewerState& state, const CellScene& scene, const Stalen
           {"motion", known ? name_of(percept.motion) : "none"},
           {"link", near ? scene.link_name(percept.link) : std::string()},
           {"object", near ? object_name(state, percept.object) : std::string()},
-          {"object_words", near ? words_json(object_words(state, percept.object)) : Json()}};
+          {"object_words", near ? json_of(object_words(state, percept.object)) : Json()}};
 }
 
+/// By what is told of a joint: what stays the same is then told once.
 Json joints_json(const ViewerState& state, const CellScene& scene) {
-  Json joints = Json::array();
+  Json names = Json::array(), prismatic = names, percept_torques = names, feedback_torques = names;
   for (std::size_t i = 0; i < scene.arm().joint_count(); ++i) {
     const robot::Joint& joint = scene.arm().joints()[i];
-    joints.push_back({{"name", joint.name},
-                      {"prismatic", joint.type == robot::JointType::kPrismatic},
-                      {"position", state.arm.position[i]},
-                      {"velocity", state.arm.velocity[i]},
-                      {"lower", number_or_null(joint.lower)},
-                      {"upper", number_or_null(joint.upper)},
-                      {"percept_torque", state.master.percept_torque_Nm[i]},
-                      {"feedback_torque", state.master.feedback_torque_Nm[i]},
-                      {"drag_torque", state.percept.drag_torque_Nm[i]}});
+    names.push_back(joint.name);
+    prismatic.push_back(joint.type == robot::JointType::kPrismatic);
+    percept_torques.push_back(number_or_null(state.master.percept_torque_Nm[i]));
+    feedback_torques.push_back(number_or_null(state.master.feedback_torque_Nm[i]));
   }
-  return joints;
+  return {{"name", names},
+          {"prismatic", prismatic},
+          {"percept_torque", percept_torques},
+          {"feedback_torque", feedback_torques}};
 }
 
+/// By the place that an alert has among those that are kept: a newer one takes the oldest one's.
 Json hits_json(const ViewerState& state, const CellScene& scene, core::Nanoseconds start_ns) {
-  Json hits = Json::array();
-  for (auto record = state.hits.rbegin(); record != state.hits.rend(); ++record) {
-    const HitSample& hit = record->raised;
-    hits.push_back(
-        {{"alert", hit.alert},
-         {"t", core::seconds(hit.received_ns - start_ns)},
-         {"utc_ms", hit.utc_ns / 1'000'000},
-         {"rule", name_of(hit.rule)},
-         {"link", hit.link_name.empty() ? scene.link_name(hit.link) : hit.link_name},
-         {"object", object_name(state, hit.object)},
-         {"object_words", words_json(object_words(state, hit.object))},
-         {"speed_m_s", hit.speed_m_s},
-         {"cleared_after_s", number_or_null(record->cleared_after_s, record->cleared_after_s >= 0)}});
+  Json hits = Json::object();
+  std::uint64_t number = state.total_hits - state.hits.size();
+  for (const HitRecord& record : state.hits) {
+    const HitSample& hit = record.raised;
+    ++number;
+    hits[std::to_string(number % ViewerState::kMaxHits)] = {
+        {"number", number},
+        {"alert", hit.alert},
+        {"t", number_or_null(core::seconds(hit.received_ns - start_ns))},
+        {"rule", name_of(hit.rule)},
+        {"link", hit.link_name.empty() ? scene.link_name(hit.link) : hit.link_name},
+        {"object", object_name(state, hit.object)},
+        {"object_words", json_of(object_words(state, hit.object))},
+        {"speed_m_s", number_or_null(hit.speed_m_s)},
+        {"cleared_after_s", number_or_null(record.cleared_after_s, record.cleared_after_s >= 0)}};
   }
   return hits;
 }
@@ -131,7 +110,7 @@ Json gripper_json(const ViewerState& state, const Staleness& staleness, core::Na
   const bool known = gripper.sense.known && age <= staleness.gripper_s;
   const Words words = gripper_words(state, staleness, now_ns);
   return {{"words", in_english(words)},
-          {"state_words", words_json(words)},
+          {"state_words", json_of(words)},
           {"age_s", number_or_null(age)},
           {"width_m", number_or_null(gripper.sense.width_m, known)},
           {"force_N", number_or_null(gripper.sense.force_N, known)},
@@ -155,11 +134,10 @@ Json loops_json(const ComponentSample& component) {
   Json loops = Json::array();
   for (const core::LoopStatistics& loop : component.loops) {
     loops.push_back({{"name", loop.name},
-                     {"rate_hz", loop.rate_hz},
+                     {"rate_hz", number_or_null(loop.rate_hz)},
                      {"nominal_hz", number_or_null(1 / loop.period_s)},
-                     {"p50_us", loop.wakeup_p50_us},
-                     {"p99_us", loop.wakeup_p99_us},
-                     {"idle_s", loop.idle_s},
+                     {"p99_us", number_or_null(loop.wakeup_p99_us)},
+                     {"idle_s", number_or_null(loop.idle_s)},
                      {"slips", loop.slips}});
   }
   return loops;
@@ -172,7 +150,7 @@ double figure(const ComponentSample& component, std::string_view name) {
 }
 
 Json components_json(const ViewerState& state, const Staleness& staleness, core::Nanoseconds now_ns) {
-  Json components = Json::array();
+  Json components = Json::object();
   for (const auto& [key, component] : state.components) {
     const double age = age_s(component.received_ns, now_ns);
     const auto summed = [&component](std::uint64_t core::EndpointStatistics::*count) {
@@ -180,16 +158,14 @@ Json components_json(const ViewerState& state, const Staleness& staleness, core:
       for (const core::EndpointStatistics& endpoint : component.topics) sum += endpoint.*count;
       return sum;
     };
-    components.push_back({{"name", component.component},
-                          {"host", component.host},
-                          {"state", age > staleness.component_s ? "SILENT" : label_of(component.state)},
-                          {"message", component.message},
-                          {"simulated", figure(component, "simulated") == 1.0},
-                          {"age_s", number_or_null(age)},
-                          {"loops", loops_json(component)},
-                          {"refused", summed(&core::EndpointStatistics::refused)},
-                          {"deadline_missed", summed(&core::EndpointStatistics::deadline_missed)},
-                          {"incompatible_qos", summed(&core::EndpointStatistics::incompatible_qos)}});
+    components[key] = {{"name", component.component},
+                       {"host", component.host},
+                       {"state", age > staleness.component_s ? "SILENT" : label_of(component.state)},
+                       {"message", component.message},
+                       {"simulated", figure(component, "simulated") == 1.0},
+                       {"loops", loops_json(component)},
+                       {"refused", summed(&core::EndpointStatistics::refused)},
+                       {"deadline_missed", summed(&core::EndpointStatistics::deadline_missed)}};
   }
   return components;
 }
@@ -205,15 +181,15 @@ std::string stop_json(const StopView& view) {
     sides[side == core::Side::kMaster ? "master" : "slave"] = {
         {"level", kLevelNames[static_cast<std::size_t>(shown.level)]},
         {"text", shown.text},
-        {"text_words", words_json(shown.words)}};
+        {"text_words", json_of(shown.words)}};
   }
   const Json json{{"in_force", view.in_force},
                   {"alarm", view.alarm},
                   {"headline", view.headline},
-                  {"headline_words", words_json(view.headline_words)},
+                  {"headline_words", json_of(view.headline_words)},
                   {"sides", sides},
                   {"notices", view.notices},
-                  {"notices_words", words_json(view.notice_words)}};
+                  {"notices_words", json_of(view.notice_words)}};
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
@@ -247,50 +223,48 @@ Json review_json(const PageFacts& facts) {
 
 }  // namespace
 
-std::string page_state_json(const ViewerState& state, const CellScene& scene, const HitView& view,
-                            const Staleness& staleness, const PageFacts& facts, core::Nanoseconds now_ns) {
+nlohmann::json page_state(const ViewerState& state, const CellScene& scene, const HitView& view,
+                          const Staleness& staleness, const PageFacts& facts, core::Nanoseconds now_ns) {
   const Words condition = condition_words(state, staleness, now_ns);
   const std::vector<Words> carried = carried_words(state);
-  const Json json{
-      {"t", core::seconds(now_ns - facts.start_ns)},
-      {"cell", facts.cell},
-      {"banner", in_english(condition)},
-      {"banner_words", words_json(condition)},
-      {"link", link_json(state, now_ns)},
-      {"percept", percept_json(state, scene, staleness, now_ns)},
-      {"joints", joints_json(state, scene)},
-      {"gripper", gripper_json(state, staleness, now_ns)},
-      {"carried", joined_english(carried)},
-      {"carried_words", words_json(carried)},
-      {"objects", objects_json(state)},
-      {"hits", hits_json(state, scene, facts.start_ns)},
-      {"total_hits", state.total_hits},
-      {"components", components_json(state, staleness, now_ns)},
-      {"view",
-       {{"alert", view.alert},
-        {"threatening", view.threatening},
-        {"node", view.alert == 0 ? "" : percept::node_name(view.node)},
-        {"chosen", static_cast<int>(state.chosen)},
-        {"moved", moved_json(state.cameras)},
-        {"hold", state.hold}}},
-      {"viewer",
-       {{"frames_per_s", facts.frames_per_s},
-        {"graphics", facts.graphics},
-        {"allow_commands", facts.allow_commands},
-        {"tool_view", facts.tool_view},
-        {"camera", facts.camera},
-        {"message", in_english(facts.message)},
-        {"message_words", words_json(facts.message)}}},
-      {"model",
-       {{"voxel_error_m", number_or_null(state.workspace.voxel_error_m, state.workspace.version != 0)},
-        {"version", state.workspace.version}}},
-      {"review", review_json(facts)},
-      {"recording",
-       {{"running", state.recording.running},
-        {"view", name_of(state.recording.view)},
-        {"file", state.recording.file},
-        {"problem", state.recording.problem}}}};
-  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+  return {{"t", number_or_null(core::seconds(now_ns - facts.start_ns))},
+          {"cell", facts.cell},
+          {"banner", in_english(condition)},
+          {"banner_words", json_of(condition)},
+          {"link", link_json(state, now_ns)},
+          {"percept", percept_json(state, scene, staleness, now_ns)},
+          {"joints", joints_json(state, scene)},
+          {"gripper", gripper_json(state, staleness, now_ns)},
+          {"carried", joined_english(carried)},
+          {"carried_words", json_of(carried)},
+          {"objects", objects_json(state)},
+          {"hits", hits_json(state, scene, facts.start_ns)},
+          {"total_hits", state.total_hits},
+          {"components", components_json(state, staleness, now_ns)},
+          {"view",
+           {{"alert", view.alert},
+            {"threatening", view.threatening},
+            {"node", view.alert == 0 ? "" : percept::node_name(view.node)},
+            {"chosen", static_cast<int>(state.chosen)},
+            {"moved", moved_json(state.cameras)},
+            {"hold", state.hold}}},
+          {"viewer",
+           {{"frames_per_s", number_or_null(facts.frames_per_s)},
+            {"graphics", facts.graphics},
+            {"allow_commands", facts.allow_commands},
+            {"tool_view", facts.tool_view},
+            {"camera", facts.camera},
+            {"message", in_english(facts.message)},
+            {"message_words", json_of(facts.message)}}},
+          {"model",
+           {{"voxel_error_m", number_or_null(state.workspace.voxel_error_m, state.workspace.version != 0)},
+            {"version", state.workspace.version}}},
+          {"review", review_json(facts)},
+          {"recording",
+           {{"running", state.recording.running},
+            {"view", name_of(state.recording.view)},
+            {"file", state.recording.file},
+            {"problem", state.recording.problem}}}};
 }
 
 }  // namespace phantom::synthetic_viewer

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 
@@ -23,10 +24,10 @@ struct PageFacts {
   std::string camera = {};                 ///< name of the real camera; empty: there is none
 };
 
-/// Returns the JSON of one server-sent event: link, percept, joints, hits, components, view, review. Unknown
-/// numbers are null. Only web/page.js reads it. Pure.
-std::string page_state_json(const ViewerState& state, const CellScene& scene, const HitView& view,
-                            const Staleness& staleness, const PageFacts& facts, core::Nanoseconds now_ns);
+/// Returns what the page shows besides pictures: link, percept, joints, hits, components, view, review.
+/// Unknown numbers are null. Texts may not be UTF-8. Only the page's scripts read it. Pure.
+nlohmann::json page_state(const ViewerState& state, const CellScene& scene, const HitView& view,
+                          const Staleness& staleness, const PageFacts& facts, core::Nanoseconds now_ns);
 
 /// Returns the response to GET /stop: which sides are stopped, by each side's own report, and which topics a
 /// second process sends. Pure.

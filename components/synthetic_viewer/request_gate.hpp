@@ -1,6 +1,7 @@
 #pragma once
 
 #include <httplib.h>
+#undef _res  // a macro of resolv.h, which httplib.h includes: a name of Eigen's
 
 #include <atomic>
 #include <chrono>

@@ -19,15 +19,15 @@ namespace {
 
 using SceneJson = nlohmann::json;
 
-constexpr int kProtocol = 1;
+constexpr int kProtocol = 2;
 constexpr core::Nanoseconds kHeartbeat_ns = core::kNsPerSecond / 5;
-// Paint comes no more often than what a viewer is allowed allows beside the poses: octets a second in all,
-// and of paint at least and at most.
-constexpr double kOctets_s = 56000.0, kLeastPaint_s = 3000.0, kMostPaint_s = 12000.0;
+// Paint comes no more often than what a viewer is allowed allows beside the poses and the page's numbers:
+// octets a second of both, and of paint at least and at most.
+constexpr double kOctets_s = 48000.0, kLeastPaint_s = 3000.0, kMostPaint_s = 12000.0;
 constexpr std::size_t kMostPatches = 65535, kMostMarks = 255;
 constexpr double kLargest = 32767.0;  // of an int16
 
-enum : std::uint8_t { kPosesKind = 1, kPaintKind = 2 };
+enum : std::uint8_t { kPosesKind = 1, kPaintKind = 2 };  // and SceneFeed's kAliveKind
 enum : std::uint8_t { kArmHeard = 1, kArmStale = 2, kPerceptKnown = 4, kPaintShown = 8 };
 
 /// Octets of a message, little endian.
@@ -75,6 +75,10 @@ std::string text_of(const geometry::Pose& pose) {
 }
 std::string json_words(const std::string& words) {
   return SceneJson(words).dump(-1, ' ', false, SceneJson::error_handler_t::replace);
+}
+template <class Said>
+std::string words_text(const Said& words) {
+  return json_of(words).dump(-1, ' ', false, SceneJson::error_handler_t::replace);
 }
 std::string camera_text(const Camera& camera) {
   return fmt::format(R"("eye_m":{},"look_at_m":{},"near_m":{},"far_m":{})", text_of(camera.eye_m),
@@ -257,22 +261,22 @@ void SceneEncoder::put_items(core::Nanoseconds at_ns) {
 }
 
 void SceneEncoder::put_view(core::Nanoseconds at_ns) {
-  std::pair banner{banner_text(state_, config_.staleness, at_ns, config_.language), state_.stops.alarm};
+  std::pair banner{banner_words(state_, config_.staleness, at_ns), state_.stops.alarm};
   if (!new_base_ && banner_ == banner) return;
   const HitView& hit = base_->hit;
   const Compositor::Homes& homes = base_->homes;
   std::string zone = "null";
   if (hit.alert != 0)
     zone = fmt::format(
-        R"({{"alert":{},"threatening":{},"node":{},"chosen":{},"held":{},"pgv":{},{},"title":{},"subtitle":{},"free_m":{}}})",
+        R"({{"alert":{},"threatening":{},"node":{},"chosen":{},"held":{},"pgv":{},{},"title":{},"free_m":{}}})",
         hit.alert, hit.threatening, static_cast<int>(hit.node), static_cast<int>(state_.chosen), state_.hold,
-        text_of(hit.situation.pgv), camera_text(homes.hit.camera), json_words(homes.title),
-        json_words(homes.subtitle), list_text(homes.free_m, number_text));
+        text_of(hit.situation.pgv), camera_text(homes.hit.camera), words_text(homes.title),
+        list_text(homes.free_m, number_text));
   board_.put(
       "view",
       {false, fmt::format(R"({{"type":"view","banner":{},"alarm":{},"main":{{{},"note":{}}},"hit":{}}})",
-                          json_words(banner.first), banner.second, camera_text(homes.main.camera),
-                          json_words(homes.main_note), zone)});
+                          words_text(banner.first), banner.second, camera_text(homes.main.camera),
+                          words_text(homes.main_note), zone)});
   banner_ = std::move(banner);
 }
 

@@ -52,8 +52,8 @@ class SceneEncoder {
     std::uint64_t mesh_hash = 0;
     std::string name;
   };
-  std::map<std::uint64_t, KnownItem> items_;            // as they were told
-  std::optional<std::pair<std::string, bool>> banner_;  // as it was told, and whether it is an alarm
+  std::map<std::uint64_t, KnownItem> items_;      // as they were told
+  std::optional<std::pair<Words, bool>> banner_;  // as it was told, and whether it is an alarm
   core::Nanoseconds told_skin_ns_ = 0, paint_due_ns_ = 0;
   std::uint32_t paint_number_ = 0, poses_number_ = 0;
   core::Nanoseconds poses_ns_ = 0;

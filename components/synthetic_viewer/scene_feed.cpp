@@ -27,10 +27,20 @@ constexpr std::uint64_t kMostFrames_s = 30;  // of a client
 constexpr std::size_t kDelivery = 65536;     // octets that are made ready for a client at once
 constexpr int kMostUnsent = 8192;            // that wait in the kernel before more is made ready
 constexpr int kSendBuffer = 65536;
-constexpr double kLeastRate_Hz = 1.0, kMostRate_Hz = 120.0;
+constexpr double kLeastRate_Hz = 1.0, kMostRate_Hz = 120.0;  // or 0: no scene
+constexpr std::uint8_t kAliveKind = 3;                       // beside those of SceneEncoder
 constexpr core::Nanoseconds kStalled_ns = 3 * core::kNsPerSecond, kFarewell_ns = core::kNsPerSecond,
-                            kSession_ns = core::kNsPerSecond / 5, kStops_ns = core::kNsPerSecond / 10;
+                            kSession_ns = core::kNsPerSecond / 5, kStops_ns = core::kNsPerSecond / 10,
+                            kAlive_ns = core::kNsPerSecond / 5, kNumbers_ns = core::kNsPerSecond / 30;
 constexpr std::uint16_t kSessionEnded = 4001;
+
+/// Returns the message `alive`.
+std::string alive_message(core::Nanoseconds now_ns) {
+  const double time_s = core::seconds(now_ns);
+  std::string octets(8, '\0');
+  octets[0] = static_cast<char>(kAliveKind);
+  return octets.append(reinterpret_cast<const char*>(&time_s), sizeof time_s);
+}
 
 }  // namespace
 
@@ -51,9 +61,10 @@ struct SceneFeed::Client {
 
   Follower follower;
   WebSocket socket{kMostText};
-  std::uint64_t seen = 0;     // of the board
-  SceneBoard::Content poses;  // the last ones sent
-  core::Nanoseconds poses_due_ns = 0, period_ns = 0;
+  std::uint64_t seen = 0, numbers_seen = 0;  // of the scene's board, and of the numbers'
+  SceneBoard::Content poses;                 // the last ones sent
+  core::Nanoseconds period_ns = 0;           // of poses at least; 0: it does not follow the scene
+  core::Nanoseconds poses_due_ns = 0, numbers_due_ns = 0, alive_due_ns = 0;
   core::Nanoseconds drained_ns;  // when all was last with the network
   core::Nanoseconds farewell_ns = 0, session_due_ns = 0;
   core::Nanoseconds second_ns;  // begin of the second in which frames are counted
@@ -125,7 +136,8 @@ void SceneFeed::run() {
     if (!clients_.empty() && now_ns >= due_ns) {
       compose(now_ns);
       for (Client& client : clients_) deliver(client, now_ns);
-      due_ns = std::max(due_ns + period_ns, now_ns + period_ns / 2);
+      const core::Nanoseconds turn_ns = composed_ ? period_ns : std::max(period_ns, kNumbers_ns);
+      due_ns = std::max(due_ns + turn_ns, now_ns + turn_ns / 2);
     }
     std::erase_if(clients_, [&](Client& client) { return !keeps(client, now_ns); });
   }
@@ -134,7 +146,7 @@ void SceneFeed::run() {
     flush(client, core::monotonic_ns());
     client.follower.channel.end_writing();
   }
-  page_.scene.followers -= static_cast<int>(clients_.size());
+  for (Client& client : clients_) leave(client);
   clients_.clear();
   progress_.end();
 }
@@ -147,13 +159,35 @@ void SceneFeed::adopt() {
     const std::lock_guard lock(mutex_);
     coming.swap(coming_);
   }
+  if (clients_.empty()) {  // what is known is old
+    numbers_ = {};
+    numbers_seen_ = 0;
+  }
   for (Follower& follower : coming) {
     clients_.emplace_back(std::move(follower), core::monotonic_ns());
-    page_.scene.followers += 1;
+    page_.state.followers += 1;
   }
 }
 
+void SceneFeed::leave(Client& client) {
+  let_follow_scene(client, 0);
+  page_.state.followers -= 1;
+}
+
+void SceneFeed::let_follow_scene(Client& client, core::Nanoseconds period_ns) {
+  page_.scene.followers += (period_ns != 0 ? 1 : 0) - (client.period_ns != 0 ? 1 : 0);
+  if (period_ns == 0) client.seen = 0;
+  if (period_ns == 0) client.poses.reset();
+  client.period_ns = period_ns;
+}
+
 void SceneFeed::compose(core::Nanoseconds now_ns) {
+  if (const auto state = page_.state.next(numbers_seen_, std::chrono::milliseconds(0))) numbers_.put(*state);
+  std::uint64_t told_to_all = std::numeric_limits<std::uint64_t>::max();
+  for (const Client& client : clients_) told_to_all = std::min(told_to_all, client.numbers_seen);
+  numbers_.forget(told_to_all);
+  composed_ = std::ranges::any_of(clients_, [](const Client& client) { return client.period_ns != 0; });
+  if (!composed_) return;
   if (auto base = page_.scene.next(base_seen_, std::chrono::milliseconds(0))) encoder_.take(std::move(base));
   inbox_.scene.arm.read(live_.arm);
   inbox_.scene.percept.read(live_.percept);
@@ -166,12 +200,28 @@ void SceneFeed::compose(core::Nanoseconds now_ns) {
   }
   encoder_.compose(live_, now_ns);
   std::uint64_t seen_by_all = encoder_.board().newest();
-  for (const Client& client : clients_) seen_by_all = std::min(seen_by_all, client.seen);
+  for (const Client& client : clients_)
+    if (client.period_ns != 0) seen_by_all = std::min(seen_by_all, client.seen);
   encoder_.board().forget(seen_by_all);
 }
 
 void SceneFeed::deliver(Client& client, core::Nanoseconds now_ns) {
   if (client.lost || client.socket.closing() || !client.drained()) return;
+  if (now_ns >= client.numbers_due_ns) {
+    if (const std::string numbers = numbers_.since(client.numbers_seen); !numbers.empty()) {
+      client.socket.send(false, numbers);
+      client.numbers_due_ns = now_ns + kNumbers_ns;
+    }
+  }
+  if (client.period_ns != 0 && composed_) deliver_scene(client, now_ns);
+  if (now_ns >= client.alive_due_ns) {
+    client.socket.send(true, alive_message(now_ns));
+    client.alive_due_ns = now_ns + kAlive_ns;
+  }
+  flush(client, now_ns);
+}
+
+void SceneFeed::deliver_scene(Client& client, core::Nanoseconds now_ns) {
   std::string& output = client.socket.output();
   while (output.size() < kDelivery) {
     const auto next = encoder_.board().next(client.seen);
@@ -180,13 +230,12 @@ void SceneFeed::deliver(Client& client, core::Nanoseconds now_ns) {
     client.socket.output();
   }
   const auto& poses = encoder_.poses();
-  if (poses && poses != client.poses && now_ns >= client.poses_due_ns) {
-    client.socket.send(true, poses->octets);
-    client.poses = poses;
-    // Half a tick earlier than asked, as ticks are not exact.
-    client.poses_due_ns = now_ns + client.period_ns - core::from_seconds(0.5 / config_.page.scene_Hz);
-  }
-  flush(client, now_ns);
+  if (!poses || poses == client.poses || now_ns < client.poses_due_ns) return;
+  client.socket.send(true, poses->octets);
+  client.poses = poses;
+  // Half a tick earlier than asked, as ticks are not exact.
+  client.poses_due_ns = now_ns + client.period_ns - core::from_seconds(0.5 / config_.page.scene_Hz);
+  client.alive_due_ns = now_ns + kAlive_ns;
 }
 
 void SceneFeed::read(Client& client, core::Nanoseconds now_ns) {
@@ -214,9 +263,9 @@ void SceneFeed::obey(Client& client, const std::string& text) {
   const double value = json.begin()->get<double>();
   if (json.contains("echo"))
     return client.socket.send(false, R"({"type":"echo","echo":)" + json["echo"].dump() + "}");
-  if (!json.contains("rate_Hz") || !(value >= kLeastRate_Hz && value <= kMostRate_Hz))
-    return client.socket.close(WebSocket::kNoSense, "rate_Hz: 1 to 120; echo: any number");
-  client.period_ns = core::from_seconds(1.0 / value);
+  if (!json.contains("rate_Hz") || !(value == 0 || (value >= kLeastRate_Hz && value <= kMostRate_Hz)))
+    return client.socket.close(WebSocket::kNoSense, "rate_Hz: 0, or 1 to 120; echo: any number");
+  let_follow_scene(client, value == 0 ? 0 : core::from_seconds(1.0 / value));
 }
 
 bool SceneFeed::flush(Client& client, core::Nanoseconds now_ns) {
@@ -250,7 +299,7 @@ bool SceneFeed::keeps(Client& client, core::Nanoseconds now_ns) {
   const bool stalled = now_ns - client.drained_ns > kStalled_ns;
   if (!client.lost && !said && !waited && !stalled) return true;
   client.follower.channel.end_writing();
-  page_.scene.followers -= 1;
+  leave(client);
   return false;
 }
 

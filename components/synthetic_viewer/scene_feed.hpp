@@ -12,16 +12,17 @@
 #include "common/core/progress.hpp"
 #include "components/synthetic_viewer/channel.hpp"
 #include "components/synthetic_viewer/inbox.hpp"
+#include "components/synthetic_viewer/page_board.hpp"
 #include "components/synthetic_viewer/page_content.hpp"
 #include "components/synthetic_viewer/scene_encoder.hpp"
 #include "components/synthetic_viewer/web_socket.hpp"
 
 namespace phantom::synthetic_viewer {
 
-/// Serves the scene stream (README.md): one thread composes what browsers draw by themselves, from the newest
-/// samples and from what the drawing thread knows, encodes it once, and sends it to all followers. It waits
-/// for none of them: who reads slowly skips, who reads nothing for 3 s is cut off. While nobody follows it
-/// does nothing.
+/// Serves the scene stream (README.md): one thread sends the page's numbers and alerts to all followers, and
+/// to those who ask for it what browsers draw by themselves, which it composes from the newest samples and
+/// from what the drawing thread knows, and encodes once. It waits for none of them: who reads slowly skips,
+/// who reads nothing for 3 s is cut off. While nobody follows it does nothing.
 class SceneFeed {
  public:
   /// A follower's connection after the handshake.
@@ -54,8 +55,12 @@ class SceneFeed {
   void adopt();
   void compose(core::Nanoseconds now_ns);
   void deliver(Client& client, core::Nanoseconds now_ns);
+  void deliver_scene(Client& client, core::Nanoseconds now_ns);
   void read(Client& client, core::Nanoseconds now_ns);
-  static void obey(Client& client, const std::string& text);
+  void obey(Client& client, const std::string& text);
+  /// Lets a client have the scene at most every `period_ns`; 0: not.
+  void let_follow_scene(Client& client, core::Nanoseconds period_ns);
+  void leave(Client& client);
   /// Returns whether the client is still there.
   bool flush(Client& client, core::Nanoseconds now_ns);
   bool keeps(Client& client, core::Nanoseconds now_ns);
@@ -66,9 +71,12 @@ class SceneFeed {
   Inbox& inbox_;
   PageContent& page_;
   SceneEncoder encoder_;
+  PageBoard numbers_;
+  std::uint64_t numbers_seen_ = 0;  // of page_.state
   LiveSamples live_;
   std::uint64_t base_seen_ = 0;
   core::Nanoseconds stops_due_ns_ = 0;
+  bool composed_ = false;      // the scene, at the last turn: what the encoder has is new
   std::list<Client> clients_;  // used by the thread only
   std::mutex mutex_;
   std::vector<Follower> coming_;  // guarded by mutex_

@@ -81,12 +81,16 @@ double age_s(core::Nanoseconds received_ns, core::Nanoseconds now_ns) noexcept {
   return received_ns == 0 ? std::numeric_limits<double>::infinity() : core::seconds(now_ns - received_ns);
 }
 
+Words banner_words(const ViewerState& state, const Staleness& staleness, core::Nanoseconds now_ns) {
+  const StopView& stops = state.stops;
+  if (stops.in_force) return stops.headline_words;
+  return stops.notice_words.empty() ? condition_words(state, staleness, now_ns) : stops.notice_words.front();
+}
+
 std::string banner_text(const ViewerState& state, const Staleness& staleness, core::Nanoseconds now_ns,
                         Language language) {
-  const StopView& stops = state.stops;
-  if (stops.in_force) return in(language, stops.headline_words) + "\n" + sides_text(stops, language);
-  if (!stops.notice_words.empty()) return in(language, stops.notice_words.front());
-  return in(language, condition_words(state, staleness, now_ns));
+  const std::string said = in(language, banner_words(state, staleness, now_ns));
+  return state.stops.in_force ? said + "\n" + sides_text(state.stops, language) : said;
 }
 
 Words condition_words(const ViewerState& state, const Staleness& staleness, core::Nanoseconds now_ns) {

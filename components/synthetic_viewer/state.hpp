@@ -100,8 +100,11 @@ struct ViewerState {
 /// Returns the seconds since `received_ns`; infinite if nothing was received.
 double age_s(core::Nanoseconds received_ns, core::Nanoseconds now_ns) noexcept;
 
-/// Returns what a picture must say in large letters, in one or two lines; empty if all is well: a stop and
-/// who has not confirmed it, else two processes that send the same topic, else condition_words().
+/// Returns what must not be missed; empty if all is well: a stop, else two processes that send the same
+/// topic, else condition_words().
+Words banner_words(const ViewerState& state, const Staleness& staleness, core::Nanoseconds now_ns);
+/// Returns what a picture must say in large letters: banner_words(), and of a stop in a second line who has
+/// not confirmed it.
 std::string banner_text(const ViewerState& state, const Staleness& staleness, core::Nanoseconds now_ns,
                         Language language = Language::kEnglish);
 

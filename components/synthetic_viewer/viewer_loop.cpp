@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <nlohmann/json.hpp>
 
 #include "common/core/thread_place.hpp"
 #include "components/synthetic_viewer/page_state.hpp"
@@ -283,7 +284,7 @@ void ViewerLoop::publish_scene() {
 }
 
 void ViewerLoop::publish_state() {
-  if (!page_.state_wanted(now_ns_)) return page_.state_json.clear();
+  if (!page_.state_wanted(now_ns_)) return page_.state.clear();
   const CellScene& scene = drawing_->scene();
   PageFacts facts{cell_.name,
                   config_.page.allow_commands,
@@ -295,8 +296,7 @@ void ViewerLoop::publish_state() {
                   {},
                   config_.camera_view.camera ? config_.camera_view.camera->name : ""};
   if (review_ != nullptr) facts.review = review_->position(now_ns_);
-  page_.state_json.publish(
-      page_state_json(state_, scene, drawing_->hit_view(), config_.staleness, facts, shown_ns_));
+  page_.state.publish(page_state(state_, scene, drawing_->hit_view(), config_.staleness, facts, shown_ns_));
 }
 
 core::Health ViewerLoop::health_now() const {

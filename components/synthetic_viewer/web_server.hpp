@@ -20,7 +20,7 @@ class SceneFeed;
 /// once:
 ///   GET  /                      the page and its files
 ///   GET  /stop                  stop_json(): which sides are stopped
-///   GET  /state                 the newest page_state_json(), for a page that receives no events
+///   GET  /state                 the newest page_state(), for a page to which no stream comes
 ///   GET  /snapshot/main.png, /hits/<alert>.jpg
 ///   GET  /mesh/<hash>, /shaders.json   what the scene stream names, and the programs that draw it here
 ///   POST /command               {"kind": …, "value": …} as JSON, from the page itself only
@@ -33,10 +33,9 @@ class SceneFeed;
 ///   GET  /review                review_json(): what the recording has
 ///   GET  /review/series         ?names=…&from=…&to=…&columns=…: its numbers, for plots
 ///   POST /review                {"t": …, "play": …, "rate": …}: which moment is shown
-/// Live pictures and events have their own port:
+/// What is followed for long has its own port:
+///   GET  /scene                 a WebSocket: numbers and alerts, and the scene (SceneFeed)
 ///   GET  /stream/main|hit|tool  motion JPEG
-///   GET  /scene                 a WebSocket: the scene stream (SceneFeed)
-///   GET  /events                server-sent events with page_state_json()
 /// A browser opens at most six connections to a host and port, and further requests wait, so that streams on
 /// the page's port would delay a stop. Requests pass RequestGate (sizes, times, numbers), OriginRule (hosts
 /// and origins) and PageSessions (roles), in that order. The server has its own threads and shares nothing
@@ -50,8 +49,8 @@ class WebServer {
   /// Takes a checked request for a view, within half a second. Called on a server thread.
   using OnViewRequest = std::function<core::Status(const ViewRequest&)>;
 
-  /// Starts to serve. Without `on_carry_request` nothing can be taken, and without `scene` there is no scene
-  /// stream; else it must outlive the server. Throws core::MissingError if the
+  /// Starts to serve. Without `on_carry_request` nothing can be taken, and without `scene` there are pictures
+  /// and commands alone; else it must outlive the server. Throws core::MissingError if the
   /// address or a port cannot be had.
   WebServer(const PageConfig& config, PageContent& content, OnCommand on_command,
             OnViewRequest on_view_request, OnCarryRequest on_carry_request = {}, SceneFeed* scene = nullptr);

@@ -5,6 +5,7 @@
 
 #include <map>
 #include <nlohmann/json.hpp>
+#include <type_traits>
 
 namespace phantom::synthetic_viewer {
 
@@ -31,6 +32,28 @@ std::string in(Language language, const Words& words) {
     }
   }
   return fmt::vformat(found->second, values);
+}
+
+nlohmann::json json_of(const Words& words) {
+  if (words.empty()) return {};
+  nlohmann::json values = nlohmann::json::object();
+  for (const Words::Value& value : words.values) {
+    values[value.name] = std::visit(
+        [](const auto& content) {
+          if constexpr (std::is_same_v<std::decay_t<decltype(content)>, Words>)
+            return json_of(content);
+          else
+            return nlohmann::json(content);
+        },
+        value.content);
+  }
+  return {{"key", words.key}, {"values", values}};
+}
+
+nlohmann::json json_of(const std::vector<Words>& list) {
+  nlohmann::json json = nlohmann::json::array();
+  for (const Words& words : list) json.push_back(json_of(words));
+  return json;
 }
 
 }  // namespace phantom::synthetic_viewer

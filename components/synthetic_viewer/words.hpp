@@ -1,5 +1,6 @@
 #pragma once
 
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <variant>
 #include <vector>
@@ -35,6 +36,9 @@ inline bool operator==(const Words& a, const Words& b) { return a.key == b.key &
 /// Returns the sentence as the file of that language has it; empty if there is nothing to say, the key where
 /// that file lacks it. Thread-safe; not real-time safe.
 std::string in(Language language, const Words& words);
+/// Returns the sentence as the page takes it, {"key": …, "values": {…}}; null if there is nothing to say.
+nlohmann::json json_of(const Words& words);
+nlohmann::json json_of(const std::vector<Words>& list);
 inline std::string in_english(const Words& words) { return in(Language::kEnglish, words); }
 
 }  // namespace phantom::synthetic_viewer

@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
 """Measures what browsers that draw the scene by themselves cost the running demo.
 
-viewers.py --bin FOLDER [--viewers NUMBER …] [--seconds S] [--json FILE]
+viewers.py --bin FOLDER [--viewers NUMBER …] [--seconds S] [--numbers] [--json FILE]
 
-For each number of viewers (default: 0 1 10) the demo runs S seconds (default 30), and as many plain clients follow the scene stream and read
-all of it. A line each: octets that one gets, processor time of the viewer's thread `scene` as a share of a core, in all and by viewer,
+For each number of viewers (default: 0 1 10) the demo runs S seconds (default 30), and as many plain clients follow the scene stream, numbers and
+scene, and read all of it. A line each: octets that one gets, processor time of the viewer's thread `scene` as a share of a core, in all and by viewer,
 and how late master_io's servo wakes up beside an empty loop of the same rate in the same session. Nothing else should run, nor the page's port be taken.
 Exit code 1 if a viewer's stream broke off.
 """
@@ -25,10 +25,11 @@ from pathlib import Path
 STARTS_S = 120  # at most, until all components are ready
 UPGRADE = ("GET /scene HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\nUpgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\n"
            "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n")
+SCENE = b"\x81\x8f\0\0\0\0" + b'{"rate_Hz": 60}'  # a text of 15 octets, masked with zeros
 
 
-def follow(port):
-    """A follower of the scene; what it gets has not been read."""
+def follow(port, scene):
+    """A follower of the numbers and, with `scene`, of the scene; what it gets has not been read."""
     client = socket.create_connection(("127.0.0.1", port), timeout=10)
     client.sendall(UPGRADE.format(port=port).encode())
     head = b""
@@ -39,6 +40,8 @@ def follow(port):
         head += octet
     if b" 101 " not in head.split(b"\r\n")[0]:
         raise RuntimeError(f"the scene stream answers {head.decode(errors='replace')!r}")
+    if scene:
+        client.sendall(SCENE)
     client.setblocking(False)
     return client
 
@@ -77,7 +80,7 @@ def processor_s(session, thread):
     return ticks / os.sysconf("SC_CLK_TCK")
 
 
-def measure(folder, count, seconds):
+def measure(folder, count, seconds, scene):
     with tempfile.TemporaryDirectory(prefix="phantom_viewers_") as scratch:
         environment = {**os.environ, "XDG_STATE_HOME": scratch + "/state"}
         session = subprocess.Popen([folder / "phantom_session", "--report-dir", scratch + "/report"], stdout=subprocess.PIPE, text=True, env=environment)
@@ -89,7 +92,7 @@ def measure(folder, count, seconds):
                     raise RuntimeError("the demo did not start")
             page = urllib.request.urlopen(found[1], timeout=10).read().decode()
             port = int(re.search(r'name="stream-port" content="(\d+)"', page)[1])
-            clients = [follow(port) for _ in range(count)]
+            clients = [follow(port, scene) for _ in range(count)]
             read_all(clients, 2)  # what a new follower gets first
             before_s, began = processor_s(session.pid, "scene"), time.monotonic()
             octets, broken = read_all(clients, seconds)
@@ -111,12 +114,13 @@ def main():
     parser.add_argument("--bin", type=Path, required=True, help="folder of the executables")
     parser.add_argument("--viewers", type=int, nargs="+", default=[0, 1, 10])
     parser.add_argument("--seconds", type=float, default=30)
+    parser.add_argument("--numbers", action="store_true", help="they follow the numbers alone, as a page that does not draw the scene")
     parser.add_argument("--json", type=Path)
     options = parser.parse_args()
     print("viewers  kB/s each  core, all  core, each   servo p50 / p99 µs, slips   empty loop p50 / p99 µs, slips   load")
     results = []
     for count in options.viewers:
-        result = measure(options.bin, count, options.seconds)
+        result = measure(options.bin, count, options.seconds, not options.numbers)
         result["load"] = os.getloadavg()[0]
         results.append(result)
         servo, bare = (f"{r['p50_us']:8.0f} / {r['p99_us']:5.0f}, {r['slips']:4}" for r in (result["servo"], result["bare_loop"]))

@@ -44,8 +44,12 @@ class SceneFollower {
         "GET /scene HTTP/1.1\r\nHost: 127.0.0.1:" + std::to_string(port) +
         "\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
         "Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n";
+    const std::string draws("\x81\x8F\0\0\0\0{\"rate_Hz\": 60}", 21);  // a frame, masked with zeros
+    char answer[4096];
     if (connect(socket_, reinterpret_cast<sockaddr*>(&viewer), sizeof viewer) != 0 ||
-        send(socket_, request.data(), request.size(), MSG_NOSIGNAL) != static_cast<ssize_t>(request.size()))
+        send(socket_, request.data(), request.size(), MSG_NOSIGNAL) != static_cast<ssize_t>(request.size()) ||
+        recv(socket_, answer, sizeof answer, 0) <= 0 ||
+        send(socket_, draws.data(), draws.size(), MSG_NOSIGNAL) != static_cast<ssize_t>(draws.size()))
       throw std::runtime_error("the scene stream is not there");
     reader_ = std::thread([this] {
       for (char part[4096]; recv(socket_, part, sizeof part, 0) > 0;)

@@ -5,6 +5,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <thread>
 
+#include "components/synthetic_viewer/scene_feed.hpp"
 #include "components/synthetic_viewer/tests/page_rig.hpp"
 #include "components/synthetic_viewer/tests/web_driver.hpp"
 #include "tests/support/eventually.hpp"
@@ -34,7 +35,7 @@ for (const path of ['/stop', '/state', '/session', '/snapshot/main.png', '/hits/
   tries['fetch ' + path] = read(page + path);
   tries['fetch without CORS ' + path] = read(page + path, { mode: 'no-cors' });
 }
-tries['fetch events'] = read(streams + '/events');
+tries['fetch scene'] = read(streams + '/scene');
 const post = (into, path, body) => {
   for (const type of ['application/json', 'text/plain', 'application/x-www-form-urlencoded'])
     for (const mode of ['cors', 'no-cors'])
@@ -61,13 +62,13 @@ tries.picture = loaded(new Image(), page + '/snapshot/main.png');
 tries.stream = loaded(new Image(), streams + '/stream/main');
 tries['stream with CORS'] = loaded(Object.assign(new Image(), { crossOrigin: 'use-credentials' }), streams + '/stream/main');
 tries.script = loaded(document.head.appendChild(document.createElement('script')), page + '/stop');
-tries.events = new Promise(done => {
-  const events = new EventSource(streams + '/events', { withCredentials: true });
-  events.onmessage = message => { events.close(); done('READ ' + message.data); };
-  events.onerror = () => { events.close(); done('refused'); };
+tries.numbers = new Promise(done => {
+  const socket = new WebSocket(streams.replace('http', 'ws') + '/scene');
+  socket.onmessage = ({ data }) => { if (typeof data === 'string') { socket.close(); done('READ ' + data); } };
+  socket.onerror = () => { socket.close(); done('refused'); };
 });
 tries.socket = new Promise(done => {
-  const socket = new WebSocket(page.replace('http', 'ws') + '/events');
+  const socket = new WebSocket(page.replace('http', 'ws') + '/scene');
   socket.onopen = () => done('OPEN');
   socket.onerror = () => done('refused');
 });
@@ -109,7 +110,10 @@ class HostilePage : public test::Page {
     content_.hit_picture = [this](std::uint32_t) { return ++given_, jpeg_; };
     content_.stops = [this] { return ++given_, StopView(); };
     content_.view(View::kMain).jpeg.publish(jpeg_);
-    content_.state_json.publish(std::string(R"({"secret state":1})"));
+    content_.state.publish(nlohmann::json{{"secret state", 1}});
+    feed_ = std::make_unique<SceneFeed>(config_, "cell", inbox_, content_);
+    feed_->start();
+    scene_ = feed_.get();
   }
   void TearDown() override {
     browser_.reset();
@@ -127,7 +131,7 @@ class HostilePage : public test::Page {
   /// Waits until no window follows anything.
   bool unfollowed() {
     return eventually(
-        [&] { return content_.view(View::kMain).jpeg.followers == 0 && content_.state_json.followers == 0; });
+        [&] { return content_.view(View::kMain).jpeg.followers == 0 && content_.state.followers == 0; });
   }
   /// Runs the attack in the page that is open. `page`, `streams`: where it finds the operator's page.
   nlohmann::json attacked(const std::string& page, const std::string& streams) {
@@ -153,7 +157,7 @@ class HostilePage : public test::Page {
     EXPECT_EQ(given_, 0) << from;
     EXPECT_EQ(carried_out(), 0U) << from;
     EXPECT_EQ(content_.view(View::kMain).jpeg.followers, 0) << from;
-    EXPECT_EQ(content_.state_json.followers, 0) << from;
+    EXPECT_EQ(content_.state.followers, 0) << from;
   }
   std::string evil_at(const std::string& host) const {
     return "http://" + host + ":" + std::to_string(evil_port_) + "/";
@@ -165,6 +169,9 @@ class HostilePage : public test::Page {
   std::thread evil_thread_;
   std::string jpeg_;
   std::atomic<int> given_{0};
+  ViewerConfig config_;
+  Inbox inbox_;
+  std::unique_ptr<SceneFeed> feed_;
   std::unique_ptr<Browser> browser_;
 };
 
@@ -187,7 +194,7 @@ TEST_F(HostilePage, FromAnotherHostOrPortReadsAndCommandsNothingWhileTheOperator
   const auto own = attacked(page, streams());
   EXPECT_TRUE(got_something(own.at("fetch /stop"))) << own;
   EXPECT_TRUE(got_something(own.at("picture")) && got_something(own.at("stream with CORS")) &&
-              got_something(own.at("events")))
+              got_something(own.at("numbers")))
       << own;
   EXPECT_TRUE(got_something(own.at("post /command application/json cors")) &&
               got_something(own.at("request")))

@@ -187,10 +187,85 @@ TEST_F(PageInChromium, ShowsAndCommandsByHttps) {
       "document.getElementById('secret').value = 'operate-operate-1'; document.querySelector('#login button').click()");
   ASSERT_TRUE(eventually([&] { return text("slave-state") == "COUPLED"; }));
   EXPECT_TRUE(eventually([&] { return truth("document.getElementById('main-view').naturalWidth > 0"); }));
-  EXPECT_TRUE(eventually([&] { return truth("source.readyState === EventSource.OPEN && lastEvent > 0"); }))
-      << "events come by their own port";
+  EXPECT_TRUE(eventually([&] {
+    return truth("stream.open && stream.state && stream.url.startsWith('wss:')");
+  })) << "numbers come by their own port";
   browser_->type({"t"});
   EXPECT_TRUE(eventually([&] { return commanded(CommandKind::kViewNode, 13); }));
+}
+
+// A browser that does not draw the scene itself.
+TEST_F(PageInChromium, NumbersAndAlertsComeByOneSocketAndNothingOfTheScene) {
+  serve(true);
+  ASSERT_TRUE(eventually([&] { return truth("stream.open && stream.state && !stream.still"); }));
+  ASSERT_TRUE(eventually([&] { return text("scene-source").find("no WebGL 2") != std::string::npos; }));
+  browser_->run(
+      "window.kinds = {}; const take = stream.take; stream.take = function (data) {"
+      "  const kind = typeof data === 'string' ? JSON.parse(data).type : new Uint8Array(data)[0];"
+      "  kinds[kind] = (kinds[kind] ?? 0) + 1; take.call(this, data); };");
+  for (std::uint32_t number = 2; number <= 50; ++number) inbox_.put(alert(number, {0.71, 0.13, 1.03}));
+  ASSERT_TRUE(eventually([&] { return text("hit-count") == "50"; }));
+  const nlohmann::json listed = browser_->run(
+      "return [...document.querySelectorAll('#hits li:not(.none) img')].map(e => +e.src.match(/(\\d+).jpg/)[1])");
+  ASSERT_EQ(listed.size(), ViewerState::kMaxHits);
+  for (std::size_t i = 0; i < listed.size(); ++i) EXPECT_EQ(listed[i], 50 - i) << "newest first, each once";
+  EXPECT_EQ(browser_->run("return document.querySelector('#hits li.none').textContent"),
+            "10 earlier alerts are not listed.");
+  ASSERT_TRUE(eventually([&] { return truth("kinds.state >= 10 && kinds[3] >= 10"); }));
+  EXPECT_TRUE(truth("Object.keys(kinds).every(kind => ['state', 'echo', '3'].includes(kind))"))
+      << browser_->run("return kinds");
+  EXPECT_EQ(content_.scene.followers, 0);
+  EXPECT_EQ(content_.state.followers, 1);
+  browser_->run("speak('de')");
+  EXPECT_EQ(browser_->run("return document.querySelector('#hits li.none').textContent"),
+            "10 frühere Alarme stehen nicht in der Liste.");
+}
+
+// Tries synthetic_viewer: a stream that stands still
+TEST_F(PageInChromium, SaysWithinHalfASecondThatTheNumbersStandStillAndAsksForThem) {
+  serve(true);
+  ASSERT_TRUE(eventually([&] { return text("slave-state") == "COUPLED" && truth("!stream.still"); }));
+  browser_->run(
+      "window.answers = fetch; window.fetch = path => path === 'state' ? Promise.reject(new Error('deaf')) : answers(path);"
+      "window.at = {}; new MutationObserver(() => {"
+      "  if (/STAND STILL|stand still/.test(byId('banner').textContent)) at.told ||= performance.now(); })"
+      "  .observe(byId('banner'), { childList: true, characterData: true, subtree: true });"
+      "const expect = stream.expect; stream.expect = function () { at.last = performance.now(); expect.call(this); };"
+      "setTimeout(() => { window.take = stream.take; stream.take = () => {}; }, 1000)");
+  ASSERT_TRUE(eventually([&] { return truth("at.told"); }));
+  // How late a timer fires on a busy machine is the machine's; when it is due is ours.
+  std::cout << "page: told after " << browser_->run("return at.told - at.last") << " ms\n";
+  EXPECT_GE(browser_->run("return at.told - at.last").get<double>(), 400);
+  EXPECT_EQ(browser_->run("return kStill_ms"), 440);
+  browser_->run("window.fetch = answers");
+  EXPECT_TRUE(eventually([&] { return text("banner").empty() && truth("stream.still && lastPolled > 0"); }))
+      << "the numbers come by the page's port meanwhile";
+  browser_->run("stream.take = take");
+  EXPECT_TRUE(eventually([&] { return truth("!stream.still"); }));
+}
+
+TEST_F(PageInChromium, FindsAViewerThatWasStartedAnewAlsoWhereItsStreamsHaveAnotherPort) {
+  serve(true);
+  ASSERT_TRUE(eventually([&] { return text("slave-state") == "COUPLED" && truth("stream.state"); }));
+  config_.page.port = server_->port();
+  const int before = server_->stream_port();
+  browser_->run("window.before = true");
+  server_.reset();
+  feed_.reset();
+  EXPECT_TRUE(eventually([&] { return text("banner").find("NO CONNECTION") != std::string::npos; }));
+  begin_server();
+  if (server_->stream_port() == before) GTEST_SKIP() << "the system gave the same port again";
+  EXPECT_TRUE(eventually([&] {
+    return truth("!window.before && document.readyState === 'complete' && stream.open && stream.state");
+  }));
+  // On the same port it is found without loading the page again.
+  config_.page.stream_port = server_->stream_port();
+  browser_->run("window.before = true");
+  server_.reset();
+  feed_.reset();
+  EXPECT_TRUE(eventually([&] { return truth("!stream.open"); }));
+  begin_server();
+  EXPECT_TRUE(eventually([&] { return truth("window.before && stream.open && stream.state"); }));
 }
 
 TEST_F(PageInChromium, SaysThatTheViewerIsGone) {

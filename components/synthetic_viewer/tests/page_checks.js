@@ -15,7 +15,7 @@ function foreignWords() {
     else if (value && typeof value === 'object') Object.values(value).forEach(gather);
   };
   const { cell, joints, components, hits, percept, viewer } = state;
-  gather([cell, joints.map(j => j.name), components.map(c => [c.name, c.host, c.message, c.loops.map(l => l.name)]), hits.map(h => h.link), percept.link, viewer.graphics]);
+  gather([cell, joints.name, Object.values(components).map(c => [c.name, c.host, c.message, c.loops.map(l => l.name)]), Object.values(hits).map(h => h.link), percept.link, viewer.graphics]);
   const problems = [];
   const check = (words, where) => {
     let rest = /^[A-Z]$/.test(words) ? '' : words;  // a key

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "components/synthetic_viewer/scene_feed.hpp"
 #include "components/synthetic_viewer/tests/loop_rig.hpp"
 #include "components/synthetic_viewer/tests/web_driver.hpp"
 #include "components/synthetic_viewer/web_server.hpp"
@@ -30,6 +31,15 @@ class PageInChromium : public Loop {
     config_.page.allow_commands = allow_commands;
     start();
     content_.stops = [this] { return inbox_.stops.at(core::monotonic_ns()); };
+    begin_server();
+    feeder_ = std::thread([this] { feed(); });
+    browser_arguments_.push_back("--disable-3d-apis");  // the viewer's pictures are shown
+    browser_ = std::make_unique<Browser>(browser_arguments_);
+    browser_->open(server_->url());
+  }
+  void begin_server() {
+    feed_ = std::make_unique<SceneFeed>(config_, cell_.name, inbox_, content_);
+    feed_->start();
     server_ = std::make_unique<WebServer>(
         config_.page, content_,
         [this](const Command& command) {
@@ -43,16 +53,15 @@ class PageInChromium : public Loop {
           requests_.push_back(request);
           inbox_.put(request);
           return core::Status::ok();
-        });
-    feeder_ = std::thread([this] { feed(); });
-    browser_ = std::make_unique<Browser>(browser_arguments_);
-    browser_->open(server_->url());
+        },
+        WebServer::OnCarryRequest(), feed_.get());
   }
   void TearDown() override {
     browser_.reset();
     stop_ = true;
     if (feeder_.joinable()) feeder_.join();
     server_.reset();
+    feed_.reset();
   }
   /// A system that runs.
   void feed() {
@@ -113,6 +122,7 @@ class PageInChromium : public Loop {
   }
 
   bool gripper_ = false;  ///< set before serve(): the arm has one
+  std::unique_ptr<SceneFeed> feed_;
   std::unique_ptr<WebServer> server_;
   std::vector<std::string> browser_arguments_;
   std::unique_ptr<Browser> browser_;

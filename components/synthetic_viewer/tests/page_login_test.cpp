@@ -30,13 +30,13 @@ PageConfig with_secrets() {
 TEST_F(PageLogin, WithoutASessionThereIsThePageAndTheStopAndNothingElse) {
   serve(with_secrets());
   content_.main_png = [] { return std::string("PNG"); };
-  content_.state_json.publish(std::string(R"({"t":1})"));
+  content_.state.publish(nlohmann::json{{"t", 1}});
   content_.view(View::kMain).jpeg.publish(std::string("\xFF\xD8 picture"));
   for (const char* path : {"/", "/page.js", "/page.css", "/stop.js", "/session.js", "/stop", "/session"})
     EXPECT_EQ(client().Get(path)->status, 200) << path;
   for (const char* path : {"/state", "/snapshot/main.png", "/hits/1.jpg", "/nowhere", "//stop", "/stop/"})
     EXPECT_EQ(client().Get(path)->status, 401) << path;
-  for (const char* path : {"/events", "/stream/main", "/stop", "/"})
+  for (const char* path : {"/scene", "/stream/main", "/stop", "/"})
     EXPECT_EQ(stream_client().Get(path)->status, 401) << path;
   EXPECT_EQ(post(R"({"kind":"reset"})").first, 401);
   EXPECT_EQ(post(R"({"view":"main","zoom":2})", {}, "application/json", "/view").first, 401);
@@ -49,7 +49,7 @@ TEST_F(PageLogin, WithoutASessionThereIsThePageAndTheStopAndNothingElse) {
 TEST_F(PageLogin, ASessionMayWhatItsRoleMay) {
   serve(with_secrets());
   content_.main_png = [] { return std::string("PNG"); };
-  content_.state_json.publish(std::string(R"({"t":1})"));
+  content_.state.publish(nlohmann::json{{"t", 1}});
   const auto log_in = [this](const std::string& secret, const httplib::Headers& headers = {}) {
     return client().Post("/login", headers, R"({"secret":")" + secret + "\"}", "application/json");
   };
@@ -129,19 +129,19 @@ TEST_F(PageLogin, WhereACameraStandsIsSetByWhoMayCommand) {
 // The watcher's stream is not longer than the session.
 TEST_F(PageLogin, AStreamEndsWithItsSession) {
   serve(with_secrets());
-  content_.state_json.publish(std::string(R"({"t":1})"));
+  content_.view(View::kMain).jpeg.publish(std::string("\xFF\xD8 picture"));
   const auto opened = client().Post("/login", R"({"secret":"watch-watch-watch"})", "application/json");
   const std::string cookie = opened->get_header_value("Set-Cookie");
   const httplib::Headers session{{"Cookie", cookie.substr(0, cookie.find(';'))}};
   std::atomic<bool> begun{false};
   std::thread follower([&] {
-    stream_client().Get("/events", session, [&](const char*, std::size_t) { return begun = true; });
+    stream_client().Get("/stream/main", session, [&](const char*, std::size_t) { return begun = true; });
   });
   for (int k = 0; k < 1000 && !begun; ++k) std::this_thread::sleep_for(std::chrono::milliseconds(10));
   EXPECT_TRUE(begun);
   client().Post("/logout", session, "{}", "application/json");
   follower.join();  // the server ends it
-  EXPECT_EQ(content_.state_json.followers, 0);
+  EXPECT_EQ(content_.view(View::kMain).jpeg.followers, 0);
 }
 
 TEST_F(PageLogin, WithoutSecretsNobodyLogsInAndThePageSaysSo) {

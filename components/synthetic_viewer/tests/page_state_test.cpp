@@ -5,9 +5,11 @@
 
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "common/geometry/primitives.hpp"
 #include "components/synthetic_viewer/inbox.hpp"
+#include "components/synthetic_viewer/page_board.hpp"
 
 namespace phantom::synthetic_viewer {
 namespace {
@@ -28,7 +30,7 @@ CellScene make_scene() {
 
 nlohmann::json page(const ViewerState& state, const HitView& view = {}) {
   const PageFacts facts{"test cell", true, false, 9.9, "none", kPage_ns - 7 * core::kNsPerSecond, {}};
-  return nlohmann::json::parse(page_state_json(state, make_scene(), view, {}, facts, kPage_ns));
+  return page_state(state, make_scene(), view, {}, facts, kPage_ns);
 }
 
 TEST(PageState, SaysThatNothingIsKnownAtTheStart) {
@@ -38,8 +40,8 @@ TEST(PageState, SaysThatNothingIsKnownAtTheStart) {
   EXPECT_TRUE(json.at("link").at("slave_age_s").is_null());
   EXPECT_TRUE(json.at("percept").at("closeness").is_null());
   EXPECT_FALSE(json.at("percept").at("known"));
-  EXPECT_EQ(json.at("joints").size(), 1U);
-  EXPECT_TRUE(json.at("joints")[0].at("prismatic"));
+  EXPECT_EQ(json.at("joints").at("name").dump(), R"(["lift"])");
+  EXPECT_TRUE(json.at("joints").at("prismatic")[0]);
   EXPECT_NE(json.at("banner").get<std::string>(), "");
 }
 
@@ -143,11 +145,12 @@ TEST(PageState, ASilentComponentIsSaidToBeSilent) {
   state.take(component);
   component.topics = {{.topic = "percept", .refused = 2}, {.topic = "hit_alert", .refused = 3}};
   state.take(component);
-  EXPECT_EQ(page(state).at("components")[0].at("state"), "RUNNING");
-  EXPECT_EQ(page(state).at("components")[0].at("refused"), 5);
+  const auto shown = [&] { return page(state).at("components").at("slave_io@"); };
+  EXPECT_EQ(shown().at("state"), "RUNNING");
+  EXPECT_EQ(shown().at("refused"), 5);
   component.received_ns = kPage_ns - 3 * core::kNsPerSecond;
   state.take(component);
-  EXPECT_EQ(page(state).at("components")[0].at("state"), "SILENT");
+  EXPECT_EQ(shown().at("state"), "SILENT");
 }
 
 TEST(PageState, TheRowOfTheTableIsSaidInWordsAndTheChoiceInSwitches) {
@@ -167,7 +170,7 @@ TEST(PageState, TheRowOfTheTableIsSaidInWordsAndTheChoiceInSwitches) {
   EXPECT_EQ(page(state).at("link").at("counterbalance"), "automatic");
 }
 
-TEST(PageState, HitsAreListedNewestFirstWithTheirEnd) {
+TEST(PageState, HitsAreNumberedAsTheyCameAndToldWithTheirEnd) {
   ViewerState state;
   HitSample hit;
   hit.received_ns = kPage_ns - core::kNsPerSecond;
@@ -182,10 +185,11 @@ TEST(PageState, HitsAreListedNewestFirstWithTheirEnd) {
   state.take(hit);
   const auto hits = page(state).at("hits");
   ASSERT_EQ(hits.size(), 2U);
-  EXPECT_EQ(hits[0].at("alert"), 2);
-  EXPECT_TRUE(hits[0].at("cleared_after_s").is_null());
-  EXPECT_EQ(hits[1].at("cleared_after_s"), 1.0);
-  EXPECT_EQ(hits[1].at("link"), "one");
+  EXPECT_EQ(hits.at("2").at("alert"), 2);
+  EXPECT_EQ(hits.at("2").at("number"), 2);
+  EXPECT_TRUE(hits.at("2").at("cleared_after_s").is_null());
+  EXPECT_EQ(hits.at("1").at("cleared_after_s"), 1.0);
+  EXPECT_EQ(hits.at("1").at("link"), "one");
 }
 
 TEST(PageState, TheListOfHitsIsBounded) {
@@ -197,6 +201,13 @@ TEST(PageState, TheListOfHitsIsBounded) {
   }
   EXPECT_EQ(state.hits.size(), ViewerState::kMaxHits);
   EXPECT_EQ(state.total_hits, 500U);
+  const auto told = page(state);
+  EXPECT_EQ(told.at("total_hits"), 500);
+  std::set<int> numbers;
+  for (const auto& hit : told.at("hits")) numbers.insert(hit.at("number").get<int>());
+  EXPECT_EQ(numbers.size(), ViewerState::kMaxHits);
+  EXPECT_EQ(*numbers.rbegin(), 500);
+  EXPECT_EQ(*numbers.begin(), 461) << "the newest ones";
 }
 
 TEST(PageState, NamesFromOutsideCannotBreakTheJson) {
@@ -205,7 +216,10 @@ TEST(PageState, NamesFromOutsideCannotBreakTheJson) {
   component.component = "a\"b\n<script>\xFF";
   component.received_ns = kPage_ns;
   state.take(component);
-  EXPECT_NO_THROW(page(state));
+  std::uint64_t seen = 0;
+  PageBoard board;
+  EXPECT_NO_THROW(board.put(page(state)));
+  EXPECT_NO_THROW(nlohmann::json::parse(board.since(seen)));
 }
 
 // Tries synthetic_viewer: component_status under more than 256

@@ -103,10 +103,6 @@ TEST_F(PageOverTls, StreamsPicturesOfMoreThanARecord) {
   EXPECT_THAT(
       follow("/stream/main", [](const std::string& text) { return text.find("xend") != std::string::npos; }),
       HasSubstr(picture));
-  content_.state_json.publish(std::string(R"({"t":1})"));
-  EXPECT_THAT(
-      follow("/events", [](const std::string& text) { return text.find("\n\ndata") != std::string::npos; }),
-      HasSubstr("data: {\"t\":1}"));
 }
 
 TEST_F(PageOverTls, SendsTheChainAlong) {

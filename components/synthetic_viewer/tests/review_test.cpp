@@ -50,7 +50,8 @@ class Reviewed : public testing::Test {
   /// Everything that a state says, in words.
   std::string words(const ViewerState& state, core::Nanoseconds at_ns) const {
     const PageFacts facts{"cell", true, true, 0.0, "none", RecordingWriter::kBegin_ns, {}, {}};
-    std::string text = page_state_json(state, scene_, {}, {}, facts, at_ns) + stop_json(state.stops);
+    std::string text = page_state(state, scene_, {}, {}, facts, at_ns).dump() + stop_json(state.stops);
+    for (const double position : state.arm.position) text += " " + std::to_string(position);
     text += "\nbanner " + banner_text(state, {}, at_ns) + "\nskin";
     for (const SkinPatchSample& patch : state.skin.felt)
       text += " " + std::to_string(patch.link) + ":" + std::to_string(patch.closeness);

@@ -190,7 +190,7 @@ TEST_F(SceneDrawing, TurnsByTheHandOfItsOwnViewer) {
   EXPECT_TRUE(truth("Math.abs(phantomScene.views.hit.offset.zoom - 0.5) < 1e-6"));
 }
 
-// Tries synthetic_viewer: a scene stream that stands still
+// Tries synthetic_viewer: a stream that stands still
 // Tries synthetic_viewer: a browser to which no scene comes
 TEST_F(SceneDrawing, SaysWithinHalfASecondThatItStandsStill) {
   open();

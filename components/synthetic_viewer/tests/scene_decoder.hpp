@@ -34,6 +34,7 @@ class DecodedScene {
     if (type == "cell") cell = json;
     if (type == "view") view = json;
     if (type == "echo") echo = json;
+    if (type == "state") take_state(json);
     if (type != "item") return;
     const auto id = json.at("id").get<std::string>();
     if (json.contains("gone")) items.erase(id);
@@ -46,6 +47,7 @@ class DecodedScene {
     const int kind = get<std::uint8_t>();
     if (kind == 1) return take_poses();
     if (kind == 2) return take_paint();
+    if (kind == 3) return take_alive();
     throw std::runtime_error("unknown kind");
   }
 
@@ -62,11 +64,13 @@ class DecodedScene {
   }
 
   nlohmann::json cell, view, echo;
+  nlohmann::json state;                 ///< the page's numbers and alerts
+  std::vector<std::string> told_state;  ///< the messages that made it
   std::map<std::string, nlohmann::json> items;
   std::vector<Eigen::Affine3d> bodies;
   std::vector<Mark> marks;
   std::vector<Patch> patches;
-  int flags = 0, poses_count = 0, paint_count = 0;
+  int flags = 0, poses_count = 0, paint_count = 0, alive_count = 0;
   std::uint32_t number = 0;
   double time_s = 0.0, arm_age_s = 0.0, percept_age_s = 0.0, tool_free = 0.0, closeness = 0.0,
          speed_m_s = 0.0, patch_m = 0.0;
@@ -91,6 +95,24 @@ class DecodedScene {
   }
   void end() const {
     if (at_ != end_) throw std::runtime_error("too long");
+  }
+
+  void take_state(const nlohmann::json& message) {
+    told_state.push_back(message.dump());
+    for (const auto& [key, value] : message.items()) {
+      if (key == "type") continue;
+      if (value.is_object() && !value.empty() && state[key].is_object())
+        state[key].update(value);
+      else
+        state[key] = value;
+    }
+  }
+
+  void take_alive() {
+    for (int i = 0; i < 7; ++i) get<std::uint8_t>();
+    time_s = get<double>();
+    end();
+    ++alive_count;
   }
 
   void take_poses() {

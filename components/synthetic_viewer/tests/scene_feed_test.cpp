@@ -8,10 +8,12 @@
 
 #include <atomic>
 #include <list>
+#include <set>
 #include <thread>
 
 #include "common/runtime/arm_model.hpp"
 #include "common/runtime/cell.hpp"
+#include "components/synthetic_viewer/page_state.hpp"
 #include "components/synthetic_viewer/tests/certificate.hpp"
 #include "components/synthetic_viewer/tests/page_rig.hpp"
 #include "components/synthetic_viewer/tests/scene_decoder.hpp"
@@ -154,8 +156,14 @@ class SceneStream : public test::Page {
       }
     });
   }
-  RawClient& follow_scene(const std::string& headers = "") {
+  /// One who follows the numbers alone.
+  RawClient& follow_numbers(const std::string& headers = "") {
     return clients_.emplace_back(server_->stream_port(), headers, trusted_);
+  }
+  RawClient& follow_scene(const std::string& headers = "") {
+    RawClient& client = follow_numbers(headers);
+    if (client.head.starts_with("HTTP/1.1 101")) client.put(client_frame(1, R"({"rate_Hz":60})"));
+    return client;
   }
   std::string origin() const { return "http://127.0.0.1:" + std::to_string(server_->port()); }
 
@@ -180,11 +188,89 @@ TEST_F(SceneStream, BeginsWithAHandshakeAndTheWholeScene) {
             "Sec-WebSocket-Accept: s3pPLMBiTxaQ9kYGzzhZRbK+xOo=\r\n\r\n");
   ASSERT_TRUE(client.read_until([&] { return client.scene.poses_count >= 3; }));
   EXPECT_EQ(client.scene.cell.at("cell"), "two plates");
-  EXPECT_THAT(client.scene.view.at("banner").get<std::string>(), HasSubstr("NO SLAVE"));
+  EXPECT_EQ(client.scene.view.at("banner").at("key"), "banner.no_slave");
   EXPECT_EQ(content_.scene.followers, 1);
   EXPECT_TRUE(std::ranges::none_of(content_.views, &ViewOutput::followed)) << "no picture is drawn for it";
   clients_.clear();
   EXPECT_TRUE(eventually([&] { return content_.scene.followers == 0; }));
+}
+
+TEST_F(SceneStream, NumbersComeToEverybodyAndTheSceneToWhoAsks) {
+  serve_scene();
+  move();
+  content_.state.publish(nlohmann::json{{"t", 1}, {"link", {{"slave", "COUPLED"}, {"age_s", 0.1}}}});
+  RawClient& client = follow_numbers();
+  ASSERT_TRUE(client.read_until([&] { return client.scene.state.is_object(); }));
+  EXPECT_EQ(client.scene.state.at("link").at("slave"), "COUPLED");
+  content_.state.publish(nlohmann::json{{"t", 2}, {"link", {{"slave", "COUPLED"}, {"age_s", 0.1}}}});
+  ASSERT_TRUE(client.read_until([&] { return client.scene.state.at("t") == 2; }));
+  EXPECT_EQ(client.scene.told_state.back(), R"({"t":2,"type":"state"})") << "what has changed";
+  ASSERT_TRUE(client.read_until([&] { return client.scene.alive_count >= 5; }));
+  EXPECT_EQ(client.scene.poses_count + client.scene.paint_count, 0);
+  EXPECT_TRUE(client.scene.cell.is_null() && client.scene.view.is_null() && client.scene.items.empty());
+  EXPECT_EQ(content_.scene.followers, 0) << "nothing of the scene is made for it";
+  EXPECT_EQ(content_.state.followers, 1);
+  EXPECT_TRUE(client.put(client_frame(1, R"({"rate_Hz":60})")));
+  ASSERT_TRUE(client.read_until([&] { return client.scene.poses_count >= 10; }));
+  EXPECT_EQ(client.scene.cell.at("cell"), "two plates");
+  EXPECT_EQ(content_.scene.followers, 1);
+  EXPECT_TRUE(client.put(client_frame(1, R"({"rate_Hz":0})")));
+  EXPECT_TRUE(client.read_until([&] { return content_.scene.followers == 0; }));
+  const int alive = client.scene.alive_count;
+  ASSERT_TRUE(client.read_until([&] { return client.scene.alive_count >= alive + 2; }));
+  const int poses = client.scene.poses_count;
+  client.scene.cell = nullptr;
+  ASSERT_TRUE(client.read_until([&] { return client.scene.alive_count >= alive + 5; }));
+  EXPECT_EQ(client.scene.poses_count, poses) << "it has let go of the scene";
+  EXPECT_TRUE(client.put(client_frame(1, R"({"rate_Hz":60})")));
+  EXPECT_TRUE(client.read_until([&] { return client.scene.cell.is_object(); })) << "and gets all of it again";
+  clients_.clear();
+  EXPECT_TRUE(eventually([&] { return content_.state.followers == 0 && content_.scene.followers == 0; }));
+}
+
+// Two hundred alerts while one follower reads nothing: it is told those that are kept, in the end.
+// Tries synthetic_viewer: more alerts than 40 at once
+TEST_F(SceneStream, WhoReadsLateMissesNoAlertThatIsKept) {
+  serve_scene();
+  RawClient &quick = follow_numbers(), &late = follow_numbers();
+  ViewerState state;
+  const PageFacts facts{"two plates", true, true, 10.0, "test", 0, {}, {}};
+  const auto publish = [&] {
+    content_.state.publish(page_state(state, *cell_scene_, {}, {}, facts, core::monotonic_ns()));
+  };
+  std::uint64_t told = 0;
+  for (std::uint32_t alert = 1; alert <= 200; ++alert) {
+    HitSample hit;
+    hit.alert = alert;
+    hit.received_ns = core::monotonic_ns();
+    state.take(hit);
+    publish();
+    if (alert % 3 == 0) {
+      hit.cleared = true;
+      hit.received_ns += core::kNsPerSecond;
+      state.take(hit);
+      publish();
+    }
+    if (alert % 10 != 0) continue;
+    ASSERT_TRUE(quick.read_until(
+        [&] { return quick.scene.state.is_object() && quick.scene.state.at("total_hits") == alert; }));
+    const auto& hits = quick.scene.state.at("hits");
+    for (const auto& hit_told : hits) told = std::max(told, hit_told.at("number").get<std::uint64_t>());
+    EXPECT_EQ(told, alert);
+  }
+  ASSERT_TRUE(late.read_until(
+      [&] { return late.scene.state.is_object() && late.scene.state.at("total_hits") == 200; }));
+  const auto& hits = late.scene.state.at("hits");
+  ASSERT_EQ(hits.size(), ViewerState::kMaxHits);
+  std::set<std::uint64_t> numbers;
+  for (const auto& hit : hits) {
+    numbers.insert(hit.at("number").get<std::uint64_t>());
+    EXPECT_EQ(hit.at("alert"), hit.at("number"));
+    EXPECT_EQ(hit.at("cleared_after_s").is_null(), hit.at("alert").get<int>() % 3 != 0);
+  }
+  EXPECT_EQ(numbers.size(), ViewerState::kMaxHits);
+  EXPECT_EQ(*numbers.begin(), 200 - ViewerState::kMaxHits + 1) << "without a gap";
+  EXPECT_EQ(hits, quick.scene.state.at("hits"));
 }
 
 TEST_F(SceneStream, PosesFollowTheArm) {
@@ -261,7 +347,7 @@ TEST_F(SceneStream, TakesAPlaceAmongTheStreamsAndGivesItBack) {
   serve_scene(config);
   for (int i = 0; i < 2; ++i) EXPECT_THAT(follow_scene().head, StartsWith("HTTP/1.1 101"));
   EXPECT_THAT(follow_scene().head, StartsWith("HTTP/1.1 503"));
-  EXPECT_EQ(stream_client().Get("/events")->status, 503);
+  EXPECT_EQ(stream_client().Get("/stream/main")->status, 503);
   clients_.clear();
   EXPECT_TRUE(eventually([&] {
     const bool taken = follow_scene().head.starts_with("HTTP/1.1 101");
@@ -270,7 +356,7 @@ TEST_F(SceneStream, TakesAPlaceAmongTheStreamsAndGivesItBack) {
   }));
 }
 
-// Tries synthetic_viewer: a follower of the scene that breaks the rules
+// Tries synthetic_viewer: a follower of the stream that breaks the rules
 TEST_F(SceneStream, WhoeverBreaksTheRulesIsClosedAndTheOthersAreNot) {
   serve_scene();
   RawClient& good = follow_scene();
@@ -287,7 +373,7 @@ TEST_F(SceneStream, WhoeverBreaksTheRulesIsClosedAndTheOthersAreNot) {
         Case{"binary", client_frame(2, "hi"), 1003}, Case{"no JSON", client_frame(1, "hi"), 1007},
         Case{"nothing that is known", client_frame(1, R"({"rate":1})"), 1007},
         Case{"two things", client_frame(1, R"({"echo":1,"rate_Hz":2})"), 1007},
-        Case{"a rate that is none", client_frame(1, R"({"rate_Hz":0})"), 1007},
+        Case{"a rate that is none", client_frame(1, R"({"rate_Hz":0.5})"), 1007},
         Case{"a number in words", client_frame(1, R"({"rate_Hz":"60"})"), 1007},
         Case{"a flood of pings", flood, 1008}}) {
     RawClient& bad = follow_scene();
@@ -298,7 +384,7 @@ TEST_F(SceneStream, WhoeverBreaksTheRulesIsClosedAndTheOthersAreNot) {
   EXPECT_TRUE(good.read_until([&] { return good.scene.poses_count > before + 3; }));
 }
 
-// Tries synthetic_viewer: a follower of the scene that reads nothing
+// Tries synthetic_viewer: a follower of the stream that reads nothing
 TEST_F(SceneStream, WhoReadsNothingIsCutOffAndTheOthersGoOn) {
   serve_scene();
   move();
@@ -314,6 +400,10 @@ TEST_F(SceneStream, WhoReadsNothingIsCutOffAndTheOthersGoOn) {
   ASSERT_EQ(connect(stalled, reinterpret_cast<sockaddr*>(&remote), sizeof remote), 0);
   const std::string request = "GET /scene HTTP/1.1\r\nHost: 127.0.0.1\r\n" + RawClient::kUpgrade + "\r\n";
   ASSERT_EQ(::send(stalled, request.data(), request.size(), 0), static_cast<ssize_t>(request.size()));
+  char head[512];
+  ASSERT_GT(recv(stalled, head, sizeof head, 0), 0);
+  const std::string draws = client_frame(1, R"({"rate_Hz":60})");
+  ASSERT_EQ(::send(stalled, draws.data(), draws.size(), 0), static_cast<ssize_t>(draws.size()));
   ASSERT_TRUE(eventually([&] { return content_.scene.followers == 2; }));
   EXPECT_TRUE(good.read_until([&] { return content_.scene.followers == 1; }));
   const int before = good.scene.poses_count;
@@ -338,6 +428,9 @@ TEST_F(SceneStream, GoesByTlsToo) {
   move();
   RawClient& client_by_tls = follow_scene();
   EXPECT_THAT(client_by_tls.head, StartsWith("HTTP/1.1 101"));
+  content_.state.publish(nlohmann::json{{"t", 7}});
+  EXPECT_TRUE(client_by_tls.read_until([&] { return client_by_tls.scene.state.is_object(); }));
+  EXPECT_EQ(client_by_tls.scene.state.at("t"), 7);
   EXPECT_TRUE(client_by_tls.read_until([&] { return client_by_tls.scene.poses_count >= 30; }));
   EXPECT_TRUE(client_by_tls.put(client_frame(1, R"({"echo":1})")));
   EXPECT_TRUE(client_by_tls.read_until([&] { return client_by_tls.scene.echo.is_object(); }));

@@ -192,7 +192,7 @@ class SceneInChromium : public ::testing::Test {
     for (int round = 0; round < 5; ++round) drawing_->advance(now_ns_ += core::from_seconds(0.1), 0.1);
     content_.scene.publish(drawing_->scene_base());
   }
-  /// The page's events, and the arm's samples where it turns.
+  /// The page's numbers, and the arm's samples where it turns.
   void keep_up() {
     PageFacts facts{cell_.name, true, true, 0, "test", now_ns_, ""};
     int rounds = 0;
@@ -200,8 +200,8 @@ class SceneInChromium : public ::testing::Test {
       const core::Nanoseconds now_ns = core::monotonic_ns();
       facts.frames_per_s = frames_per_s_;
       if (rounds++ % 10 == 0)
-        content_.state_json.publish(page_state_json(state_, drawing_->scene(), drawing_->hit_view(),
-                                                    config_.staleness, facts, now_ns));
+        content_.state.publish(
+            page_state(state_, drawing_->scene(), drawing_->hit_view(), config_.staleness, facts, now_ns));
       if (const double turned_rad = turned_rad_; turned_rad != 0.0) {
         ArmSample arm = state_.arm;
         arm.received_ns = now_ns;

@@ -68,14 +68,6 @@ TEST_F(Page, AStillPictureIsRepeatedSoThatADeadConnectionShows) {
   EXPECT_GE(count(got, "still"), 2);
 }
 
-TEST_F(Page, SendsEvents) {
-  serve();
-  content_.state_json.publish(std::string(R"({"t":1})"));
-  EXPECT_THAT(
-      follow("/events", [](const std::string& text) { return text.find("\n\ndata") != std::string::npos; }),
-      HasSubstr("data: {\"t\":1}"));
-}
-
 // Tries synthetic_viewer: all streams taken
 TEST_F(Page, MoreFollowersThanAllowedAreTurnedAwayAndCommandsStillPass) {
   PageConfig config;
@@ -90,7 +82,7 @@ TEST_F(Page, MoreFollowersThanAllowedAreTurnedAwayAndCommandsStillPass) {
   }
   for (int k = 0; k < 500 && content_.view(View::kMain).jpeg.followers < 2; ++k)
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
-  const auto result = stream_client().Get("/events");
+  const auto result = stream_client().Get("/stream/hit");
   ASSERT_TRUE(result);
   EXPECT_EQ(result->status, 503);
   EXPECT_THAT(result->body, HasSubstr("page.max_streams"));
@@ -175,7 +167,7 @@ TEST_F(Page, RefusesCommandsThatAreNotThePagesOwn) {
 TEST_F(Page, AReboundNameReachesNothing) {
   serve();
   content_.main_png = [] { return std::string("PNG"); };
-  content_.state_json.publish(std::string(R"({"t":1})"));
+  content_.state.publish(nlohmann::json{{"t", 1}});
   content_.view(View::kMain).jpeg.publish(std::string("\xFF\xD8 picture"));
   const std::string port = ":" + std::to_string(server_->port());
   for (const std::string name : {"127.attacker.example", "127.0.0.1.evil", "localhost.evil", "2130706433"}) {
@@ -184,7 +176,7 @@ TEST_F(Page, AReboundNameReachesNothing) {
     EXPECT_EQ(post(R"({"view":"main","zoom":2})", rebound, "application/json", "/view").first, 403) << name;
     for (const char* path : {"/", "/page.js", "/stop", "/state", "/snapshot/main.png", "/hits/1.jpg"})
       EXPECT_EQ(client().Get(path, {{"Host", name + port}})->status, 403) << name << path;
-    for (const char* path : {"/events", "/stream/main"})
+    for (const char* path : {"/scene", "/stream/main"})
       EXPECT_EQ(stream_client().Get(path, {{"Host", name}})->status, 403) << name << path;
   }
   EXPECT_EQ(client().Get("/stop", {{"Host", "localhost"}, {"Host", "localhost"}})->status, 400);
@@ -345,18 +337,18 @@ TEST_F(Page, TellsWhoIsStoppedWithoutWaitingForAPicture) {
   EXPECT_EQ(json.at("sides").at("slave").at("text"), "HAS NOT CONFIRMED THE STOP");
 }
 
-// For a window whose events do not come.
+// For a window to which no stream comes.
 TEST_F(Page, GivesTheStateToThoseWhoAskForIt) {
   serve();
   EXPECT_FALSE(content_.state_wanted(core::monotonic_ns()));
   EXPECT_EQ(client().Get("/state")->status, 503) << "there is none yet";
   EXPECT_TRUE(content_.state_wanted(core::monotonic_ns())) << "so that one is made";
-  content_.state_json.publish(std::string(R"({"t":1})"));
+  content_.state.publish(nlohmann::json{{"t", 1}});
   EXPECT_EQ(client().Get("/state")->body, R"({"t":1})");
   EXPECT_FALSE(content_.state_wanted(core::monotonic_ns() + 10 * core::kNsPerSecond));
 }
 
-TEST_F(Page, ThePageMayTakeStreamsFromTheirPortAndNobodyElseMayReadTheEvents) {
+TEST_F(Page, ThePageMayTakeStreamsFromTheirPortAndNobodyElseMayReadThem) {
   serve();
   const std::string streams = "http://127.0.0.1:" + std::to_string(server_->stream_port());
   const std::string page = "http://127.0.0.1:" + std::to_string(server_->port());
@@ -368,11 +360,11 @@ TEST_F(Page, ThePageMayTakeStreamsFromTheirPortAndNobodyElseMayReadTheEvents) {
               HasSubstr("name=\"stream-port\" content=\"" + std::to_string(server_->stream_port()) + "\""));
   const auto rebound = client().Get("/", {{"Host", "a; script-src *"}});
   EXPECT_EQ(rebound->get_header_value("Content-Security-Policy").find("script-src"), std::string::npos);
-  content_.state_json.publish(std::string(R"({"t":1})"));
+  content_.view(View::kMain).jpeg.publish(std::string("\xFF\xD8 picture"));
   const auto allowed = [&](const std::string& origin) {
     std::string value;
     stream_client().Get(
-        "/events", {{"Origin", origin}},
+        "/stream/main", {{"Origin", origin}},
         [&](const httplib::Response& response) {
           value = response.get_header_value("Access-Control-Allow-Origin");
           return false;

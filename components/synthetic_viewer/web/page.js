@@ -1,5 +1,5 @@
 'use strict';
-// The operator's page: follows the events, shows what they tell, posts commands. The fields of an event are in page_state.cpp.
+// The operator's page: shows the viewer's state, posts commands. The state's fields are in page_state.cpp, how it comes in stream.js.
 // The texts are in language.js, the stop in stop.js, the views in views.js, the session in session.js.
 
 const fixed = (value, digits, unit = '') => value === null || value === undefined ? '–' : number(value, digits) + unit;
@@ -7,18 +7,14 @@ const duration = s => s === null ? '–' : s < 0.001 ? number(s * 1e6, 0) + ' µ
   : s < 1 ? number(s * 1e3, s < 0.01 ? 2 : 0) + ' ms' : number(s, 1) + ' s';
 
 let state = null;
-let source = null;
-let lastEvent = 0, lastState = 0, connected = 0;
+let lastHeard = 0, lastPolled = 0;  // of the viewer; ms, as performance.now()
 let torqueScale = 1;
 
-function take(json) { lastState = performance.now(); state = json; show(); }
+function take(newest) { state = newest; show(); }
 
-function connect() {
-  if (source) source.close();
-  connected = performance.now();
-  source = new EventSource(kStreams + 'events', { withCredentials: true });
-  source.onmessage = message => { lastEvent = performance.now(); take(JSON.parse(message.data)); };
-}
+const stream = operatorPage.stream = new Stream(kStreams.replace(/^http/, 'ws') + 'scene', {
+  state: take, heard: () => { lastHeard = performance.now(); }, still: () => showBanner(), closed: code => { if (code === kSessionEnded) askSession(); },
+});
 
 // A viewer that was started anew may have its streams on another port, which only its page tells.
 const kFind_ms = 3000;
@@ -30,14 +26,15 @@ async function findStreams() {
   if (port && port !== document.querySelector('meta[name=stream-port]').content) location.reload();
 }
 
-// Polls the state while no events come: other windows occupy the browser's connections, or their port is not reachable.
-const kPoll_ms = 250, kEventsPatience_ms = 1000;
+// Polls the state while nothing comes by the stream: its port may not be reachable, or its viewer gone.
+const kPoll_ms = 250, kStreamPatience_ms = 1000, kSessionEnded = 4001;
 async function pollState() {
   for (;; await pause(kPoll_ms)) {
-    if (document.hidden || performance.now() - Math.max(lastEvent, connected) < kEventsPatience_ms) continue;
+    if (document.hidden || (!stream.still && performance.now() - Math.max(stream.heard, stream.since) < kStreamPatience_ms)) continue;
     try {
       const response = await fetch('state', { signal: within(1000), cache: 'no-store' });
       if (response.ok) {
+        lastHeard = lastPolled = performance.now();
         take(await response.json());
         await findStreams();
       }
@@ -47,8 +44,9 @@ async function pollState() {
 }
 
 function showBanner() {
-  const silent = performance.now() - lastState > 2000;
-  const words = silent ? text(loggedOut() ? 'page.not_logged_in' : 'page.no_connection') : state ? said(state.banner_words, state.banner) : '';
+  const now = performance.now(), silent = now - lastHeard > 2000, still = stream.still && now - lastPolled > 1000;
+  const words = silent || (still && loggedOut()) ? text(loggedOut() ? 'page.not_logged_in' : 'page.no_connection')
+    : still ? text('page.still') : state ? said(state.banner_words, state.banner) : '';
   put('banner', words);
   byId('banner').hidden = !words;
 }
@@ -76,8 +74,8 @@ function show() {
   put('carried', state.carried_words.map(words => said(words)).join(', '));
   showObjects(state.objects);
   showViews(view, viewer);
-  showHits(state.hits, state.total_hits);
-  showComponents(state.components);
+  showHits(listedHits(state), state.total_hits);
+  showComponents(Object.keys(state.components).sort().map(name => state.components[name]).filter(Boolean));
   document.dispatchEvent(new CustomEvent('state', { detail: state }));  // review.js
 }
 
@@ -104,24 +102,24 @@ function showPercept(percept, link) {
 
 function showJoints(joints) {
   const box = byId('joints');
-  if (box.childElementCount !== joints.length) {
-    box.replaceChildren(...joints.map(joint => {
+  if (box.childElementCount !== joints.name.length) {
+    box.replaceChildren(...joints.name.map(name => {
       const row = document.createElement('div');
       row.className = 'joint';
       row.innerHTML = '<span class="name"></span><span class="twoway"><i class="percept"></i><i class="feedback"></i></span><span class="value"></span>';
-      row.querySelector('.name').textContent = joint.name;
+      row.querySelector('.name').textContent = name;
       return row;
     }));
   }
-  const largest = Math.max(0, ...joints.flatMap(j => [Math.abs(j.percept_torque), Math.abs(j.feedback_torque)]));
+  const largest = Math.max(0, ...[...joints.percept_torque, ...joints.feedback_torque].map(Math.abs));
   while (torqueScale < largest) torqueScale *= torqueScale.toString().startsWith('2') ? 2.5 : 2;
   put('torque-scale', text('torque.scale', { most: number(torqueScale, torqueScale < 1 ? 1 : 0) }));
-  joints.forEach((joint, i) => {
-    const row = box.children[i];
-    row.querySelector('.percept').style.transform = `scaleX(${joint.percept_torque / torqueScale})`;
-    row.querySelector('.feedback').style.transform = `scaleX(${joint.feedback_torque / torqueScale})`;
-    put(row.querySelector('.value'), number(joint.percept_torque + joint.feedback_torque, 2));
-    row.title = text('torque.joint', { joint: joint.name, unit: joint.prismatic ? 'N' : 'N·m' });
+  joints.name.forEach((name, i) => {
+    const row = box.children[i], percept = joints.percept_torque[i], feedback = joints.feedback_torque[i];
+    row.querySelector('.percept').style.transform = `scaleX(${percept / torqueScale})`;
+    row.querySelector('.feedback').style.transform = `scaleX(${feedback / torqueScale})`;
+    put(row.querySelector('.value'), number(percept + feedback, 2));
+    row.title = text('torque.joint', { joint: name, unit: joints.prismatic[i] ? 'N' : 'N·m' });
   });
 }
 
@@ -179,19 +177,19 @@ addEventListener('keydown', event => {
   else if (/^[1-8]$/.test(key)) command('view_node', +key);
 });
 
+// Returns the alerts that the viewer keeps, newest first: it tells each as it changes, by the place that it has among them.
+function listedHits(state) { return Object.values(state.hits).filter(Boolean).sort((a, b) => b.number - a.number); }
+
 function showHits(hits, total) {
   put('hit-count', String(total));
   const list = byId('hits');
-  const key = language + hits.map(h => h.alert + (h.cleared_after_s === null ? '!' : '')).join();
+  const key = language + total + ':' + hits.map(h => h.alert + (h.cleared_after_s === null ? '!' : '')).join();
   if (list.dataset.key === key && list.childElementCount) return;
   list.dataset.key = key;
-  if (!hits.length) {
-    const none = document.createElement('li');
-    none.className = 'none';
-    none.textContent = text('alert.none');
-    list.replaceChildren(none);
-  }
-  else list.replaceChildren(...hits.map(hit => {
+  const note = document.createElement('li');
+  note.className = 'none';
+  note.textContent = !hits.length ? text('alert.none') : text('alert.not_listed', { count: total - hits.length });
+  list.replaceChildren(...hits.map(hit => {
     const over = hit.cleared_after_s === null ? text('alert.threatens') : text('alert.over', { time: duration(hit.cleared_after_s) });
     const item = document.createElement('li');
     item.className = hit.cleared_after_s === null ? 'threatening' : '';
@@ -203,7 +201,7 @@ function showHits(hits, total) {
     item.querySelector('.why').textContent = text('alert.what',
       { alert: hit.alert, time: hit.t, rule: text('rule.' + hit.rule), speed: hit.speed_m_s, state: over });
     return item;
-  }));
+  }), ...(total > hits.length || !hits.length ? [note] : []));
 }
 
 // The rate of a hanging loop is out of date, so the time since its last tick is shown instead.
@@ -295,13 +293,12 @@ byId('law').addEventListener('change', () => command('set_law', +byId('law').val
 addEventListener('language', () => (state ? show() : showBanner()));
 document.addEventListener('visibilitychange', () => {
   if (document.hidden) {
-    source.close();
+    stream.stop();
     for (const id of ['main-view', 'hit-view', 'tool-view']) follow(id, '');
   } else {
-    connect();
+    stream.start();
   }
 });
 setInterval(showBanner, 500);
-setInterval(() => { if (!document.hidden && source && source.readyState === EventSource.CLOSED) connect(); }, 1500);
-connect();
+if (!document.hidden) stream.start();
 pollState();

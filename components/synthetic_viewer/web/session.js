@@ -43,7 +43,7 @@ byId('login').addEventListener('submit', async event => {
   put('login-answer', problem && text('session.refused', { message: problem }));
   if (problem) return;
   byId('secret').value = '';
-  connect();
+  stream.hurry();
 });
 byId('logout').addEventListener('click', async () => {
   if (!await changeSession('logout', {})) location.reload();

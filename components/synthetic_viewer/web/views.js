@@ -19,7 +19,7 @@ function follow(id, path) {
 // What this page and scene.js, which draws the views in the browser, need of each other.
 const operatorPage = window.operatorPage = {
   streams: kStreams, drawn: kDrawnHere, home: () => false, moved: () => undefined,  // of the views that are drawn here
-  state: () => state, heard: () => lastState || -Infinity, mayOperate: () => may('operate'), moveView: request => moveView(request),
+  state: () => state, heard: () => lastHeard || -Infinity, mayOperate: () => may('operate'), moveView: request => moveView(request),
   refresh: () => { if (state !== null) showViews(state.view, state.viewer); },
 };
 
@@ -32,7 +32,7 @@ function withoutPicture(id) {
 function showViews(view, viewer) {
   follow('main-view', 'stream/main');
   const image = byId('hit-view');
-  const last = state.hits[0];
+  const [last] = listedHits(state);
   byId('hit-figure').classList.toggle('threat', view.threatening);
   if (view.alert) {
     follow('hit-view', 'stream/hit');

@@ -2,15 +2,14 @@
 
 import { Headset, headsetOffered } from './headset.js';
 import { hitCamera, mainCamera, toolCamera } from './cameras.js';
-import { Connection } from './connection.js';
 import { CornerView } from './corner_view.js';
 import { FluidPanel } from './fluid_panel.js';
 import { Pace } from './pace.js';
-import { decodeMesh } from './protocol.js';
+import { decode, decodeMesh } from './protocol.js';
 import { coarsen, shade } from './shade.js';
 import { Stage } from './stage.js';
 import { DrawnView } from './view.js';
-import { say } from './words.js';
+import { said, say } from './words.js';
 
 const kPatience_ms = 2500;  // so long without a scene, while the page itself hears the viewer, and the server's pictures are shown
 const kTrial_ms = 6000;     // so long after a change to the server's pictures it is seen whether they are more
@@ -42,10 +41,8 @@ export class Desk {
     this.choice = null;  // whose pictures the operator has chosen: 'server', 'browser', or nobody's yet
     try { this.choice = localStorage.getItem(kChoice); } catch (problem) { /* nothing may be kept */ }
     Object.assign(this, { pace: new Pace(), slow: null, tried: false });  // slow: { per_s, since }, while that is why the server's are shown
-    this.connection = new Connection(page.streams.replace(/^http/, 'ws') + 'scene', {
-      text: message => this.takeText(message), poses: (poses, buffer) => this.takePoses(poses, buffer), paint: paint => this.takePaint(paint),
-      closed: () => {}, still: still => this.setStill(still),
-    });
+    this.connection = page.stream;
+    this.handlers = { text: message => this.takeText(message), binary: buffer => this.takeBinary(buffer), still: still => this.setStill(still) };
     this.addChoice();
   }
 
@@ -90,10 +87,9 @@ export class Desk {
 
   get serversWanted() { return this.choice === 'server' || this.slow !== null; }
 
-  // A hidden page, and one that shows the server's pictures by choice or because it draws too few, follows nothing.
+  // A page that shows the server's pictures by choice or because it draws too few does not follow the scene.
   follow() {
-    if (!document.hidden && !this.serversWanted && !this.problem) this.connection.start();
-    else this.connection.stop();
+    this.connection.draw(this.serversWanted || this.problem ? null : this.handlers);
     this.since = performance.now();
     this.pace.begin();
     if (this.slow) this.slow.since = this.since;
@@ -151,8 +147,8 @@ export class Desk {
     const age_ms = this.ages_ms.at(-1);
     const age = this.stage.poses.heard && Number.isFinite(age_ms) ? say('scene.age', { age_ms: Math.round(age_ms) }) : say('scene.no_pose');
     const { main, hit } = this.view;
-    this.views.main.say([main.note, age].filter(Boolean).join('\n'));
-    if (hit) this.views.hit.say([hit.title, hit.subtitle].filter(Boolean).join('\n'));
+    this.views.main.say([said(main.note), age].filter(Boolean).join('\n'));
+    if (hit) this.views.hit.say(hit.title.map(said).join('\n'));
   }
 
   // Why the scene is not drawn here.
@@ -211,7 +207,7 @@ export class Desk {
   facts() {
     const { closeness, speed_m_s, perceptKnown, stale, heard } = this.stage.poses, link = this.page.state()?.link;
     const { still } = this.connection, known = perceptKnown && !still;
-    const alarm = still ? say('scene.still') : (this.view.banner ?? '').split('\n')[0];
+    const alarm = still ? say('scene.still') : said(this.view.banner);
     return { closeness, speed_m_s, known, state: heard && !stale && !still ? link ? say('link_state.' + link.slave) : '–' : say('scene.unknown'), alarm };
   }
 
@@ -222,6 +218,11 @@ export class Desk {
     else if (message.type === 'view') { this.view = message; this.showViews(); }
     else return;
     this.draw();
+  }
+  takeBinary(buffer) {
+    const message = decode(buffer);
+    if (message?.kind === 'poses') this.takePoses(message, buffer);
+    else if (message) this.takePaint(message);
   }
   takePoses(poses, buffer) {
     const first = this.stage.poses === null, same = !first && !differ(this.lastBuffer, buffer);

@@ -1,15 +1,18 @@
-// The scene stream: a WebSocket that is opened again when it breaks, and how old what comes over it is.
-
-import { decode } from './protocol.js';
+'use strict';
+// The WebSocket over which the page is told all that changes (README.md, "Scene stream"): numbers and alerts and, where scene.js draws, what
+// is in the scene. It is opened again when it breaks, and says when nothing comes, and how old what comes is.
 
 const kLeastWait_ms = 250, kMostWait_ms = 4000, kEcho_ms = 1000, kClockWindow_s = 20;
-export const kStill_ms = 440;  // a stream that stands still is told within half a second of its last message, drawing included
+const kSceneRate_Hz = 120;  // at most; the viewer's page.scene_Hz may be less
+const kPosesKind = 1, kAliveKind = 3, kTimeAt = 8;  // of binary messages; web/scene/protocol.js reads the rest
+const kStill_ms = 440;  // a stream that stands still is told within half a second of its last message, drawing included
 // A timer that comes so late tells that the browser was busy: what came meanwhile is read first. That lasts a while at most, as a browser
 // that is always busy must tell, too.
 const kBusy_ms = 50, kReading_ms = 80, kMostReadings = 5;
+const kDead_ms = 10000;  // so long without a word, and a connection is given up: the host may be gone
 
 // When the viewer's clock says what ours says. Messages tell its time, echoes how long they are on their way at least.
-export class ClockOffset {
+class ClockOffset {
   constructor() { this.samples = []; this.leastRoundTrip_s = null; }
   echoed(roundTrip_s) { this.leastRoundTrip_s = Math.min(this.leastRoundTrip_s ?? Infinity, roundTrip_s); }
   heard(there_s, here_s) {
@@ -25,10 +28,22 @@ export class ClockOffset {
   }
 }
 
-export class Connection {
-  // `handlers`: text(message), poses(poses, buffer), paint(paint), closed(code), still(yes or no: whether nothing came for a while).
-  constructor(url, handlers) {
-    Object.assign(this, { url, handlers, socket: null, wanted: false, wait_ms: kLeastWait_ms, still: false, bytes: 0, echoes: new Map(), echo: 0 });
+// Returns a state with what a message `state` changes in it: entries of objects, else the whole value. The state is changed.
+function merged(state, message) {
+  const isObject = value => value !== null && typeof value === 'object' && !Array.isArray(value);
+  for (const [key, value] of Object.entries(message)) {
+    if (key === 'type') continue;
+    if (isObject(value) && isObject(state[key]) && Object.keys(value).length) Object.assign(state[key], value);
+    else state[key] = value;
+  }
+  return state;
+}
+
+class Stream {
+  // `page`: state(state) with the numbers and alerts, heard() when anything came, closed(code), still(yes or no: whether nothing came for a while).
+  constructor(url, page) {
+    Object.assign(this, { url, page, scene: null, socket: null, wanted: false, wait_ms: kLeastWait_ms, still: false, bytes: 0, echoes: new Map(),
+      echo: 0, state: null, heard: -Infinity, since: performance.now() });
     this.clock = new ClockOffset();
   }
   get open() { return this.socket?.readyState === WebSocket.OPEN; }
@@ -36,6 +51,7 @@ export class Connection {
   start() {
     if (this.wanted) return;
     this.wanted = true;
+    this.since = performance.now();
     this.connect();
     this.pulse = setInterval(() => this.ask(), kEcho_ms);
   }
@@ -44,9 +60,21 @@ export class Connection {
     clearInterval(this.pulse);
     clearTimeout(this.retry);
     clearTimeout(this.alarm);
-    this.socket?.close();
-    this.socket = null;
+    this.abandon();
   }
+  abandon() {
+    const socket = this.socket;
+    this.socket = null;
+    socket?.close();
+  }
+
+  // Lets the scene come, too: `scene` has text(message), binary(buffer), still(yes or no). Null: it comes no more.
+  draw(scene) {
+    if (scene === this.scene) return;
+    this.scene = scene;
+    this.subscribe();
+  }
+  subscribe() { if (this.open) this.socket.send(JSON.stringify({ rate_Hz: this.scene ? kSceneRate_Hz : 0 })); }
 
   // Tries at once, if it waits until it tries again.
   hurry() {
@@ -59,14 +87,17 @@ export class Connection {
   connect() {
     const socket = new WebSocket(this.url);
     this.socket = socket;
+    this.state = null;  // what is told first is all
+    this.giveUpAfter(kDead_ms);
     socket.binaryType = 'arraybuffer';
-    socket.onopen = () => { this.ask(); this.expect(); };
+    socket.onopen = () => { if (this.scene) this.subscribe(); this.ask(); this.expect(); };
     socket.onmessage = ({ data }) => { if (socket === this.socket) this.take(data); };
     socket.onclose = ({ code }) => {
       if (socket !== this.socket) return;
       this.socket = null;
+      clearTimeout(this.alarm);
       this.setStill(true);
-      this.handlers.closed(code);
+      this.page.closed(code);
       if (!this.wanted) return;
       this.retry = setTimeout(() => this.connect(), this.wait_ms);
       this.wait_ms = Math.min(kMostWait_ms, 2 * this.wait_ms);
@@ -82,28 +113,31 @@ export class Connection {
 
   take(data) {
     this.bytes += typeof data === 'string' ? data.length : data.byteLength;
+    this.heard = performance.now();
+    this.wait_ms = kLeastWait_ms;
+    this.page.heard();
     if (typeof data === 'string') {
       const message = JSON.parse(data);
       if (message.type === 'echo') {
         const sent = this.echoes.get(message.echo);
         if (sent !== undefined) this.clock.echoed((performance.now() - sent) / 1000);
+      } else if (message.type === 'state') {
+        this.state = merged(this.state ?? {}, message);
+        this.page.state(this.state);
       } else {
-        this.handlers.text(message);
+        this.scene?.text(message);
       }
       return;
     }
-    const message = decode(data);
-    if (message?.kind === 'poses') {
-      this.wait_ms = kLeastWait_ms;
-      this.clock.heard(message.time_s, performance.now() / 1000);
+    const octets = new DataView(data), kind = octets.byteLength > 0 ? octets.getUint8(0) : 0;
+    if ((kind === kPosesKind || kind === kAliveKind) && octets.byteLength >= kTimeAt + 8) {
+      this.clock.heard(octets.getFloat64(kTimeAt, true), performance.now() / 1000);
       this.expect();
-      this.handlers.poses(message, data);
-    } else if (message) {
-      this.handlers.paint(message);
     }
+    this.scene?.binary(data);
   }
 
-  // Poses come at least five times a second.
+  // One of those that tell the time comes at least five times a second.
   expect() {
     this.setStill(false);
     this.readings = 0;
@@ -114,12 +148,17 @@ export class Connection {
     const due_ms = performance.now() + wait_ms;
     this.alarm = setTimeout(() => {
       if (performance.now() - due_ms > kBusy_ms && this.readings++ < kMostReadings) this.judgeAfter(kReading_ms);
-      else this.setStill(true);
+      else { this.setStill(true); this.giveUpAfter(kDead_ms); }
     }, wait_ms);
+  }
+  giveUpAfter(wait_ms) {
+    clearTimeout(this.alarm);
+    this.alarm = setTimeout(() => { this.abandon(); this.setStill(true); this.connect(); }, wait_ms);
   }
   setStill(still) {
     if (still === this.still) return;
     this.still = still;
-    this.handlers.still(still);
+    this.page.still(still);
+    this.scene?.still(still);
   }
 }
