@@ -1,33 +1,36 @@
 #!/usr/bin/env python3
 """Measures the operator's page in a real Chromium: script time, draw calls, the first picture, and how old what is drawn is.
 
-page.py --bin FOLDER [--topology FILE] [--url ADDRESS] [--loads N] [--seconds S] [--pictures drawn|none] [--fluid] [--json FILE] [--shots FOLDER]
+page.py --bin FOLDER [--topology FILE] [--url ADDRESS] [--loads N] [--seconds S] [--pages N] [--open MINUTES] [--graphics software|vulkan|egl]
+        [--flag FLAG …] [--pictures drawn|none] [--fluid] [--profile FILE] [--json FILE] [--shots FOLDER]
 
 Without --url the demo runs beside it. N loads (default 5), each without anything kept: when the first picture was drawn, and by the median load's
 waterfall what came when. Then S seconds (default 20) of the last page: processor time of the page's thread by frame (so waiting for the
 graphics is not in it), wall time of each frame's script and of taking each message, and the age of the arm's sample when it was sent, received
-and drawn. `--pictures none` lets the browser's graphics draw nothing and copy nothing: what is left is not due to software that stands in for a
-graphics card. `--fluid` shows a section and a shell, too.
+and drawn. With --pages, so many browsers show it in these seconds, and the rows are of all their frames. Of the demo it tells, too, what they cost
+the viewer's thread `scene`, and how late master_io's servo was beside an empty loop of the same rate, over the whole session. `--open` leaves the
+pages open for so long afterwards, and tells what the first one keeps before and after.
+`--graphics`: by software (the default), or by the card through Vulkan or EGL, and --flag gives the browser a further flag; what drew is told.
+`--pictures none` lets the browser's graphics draw nothing and copy nothing: what is left is not due to software that stands in for a
+graphics card. `--fluid` shows a section and a shell, too. `--profile` writes where the scripts' time of these seconds went, as the browser's
+developer tools read it, and tells the functions that took most.
 """
 import argparse
-import base64
+import collections
 import json
 import os
 import re
-import shutil
 import signal
 import subprocess
 import sys
 import tempfile
 import time
-import urllib.error
-import urllib.request
 from pathlib import Path
 
+from chromium import GRAPHICS, LONGEST_S, Chromium
+from viewers import processor_s
+
 STARTS_S = 240  # at most, until all components are ready
-LONGEST_S = 300
-ARGUMENTS = ["--headless", "--no-sandbox", "--disable-quic", "--no-first-run", "--disable-background-networking", "--disable-component-update",
-             "--disable-sync", "--disable-dev-shm-usage", "--window-size=1600,1300", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
 # What draws and what copies pictures does nothing; all else is as it is.
 NO_PICTURES = """
 const nothing = (of, ...names) => names.forEach(name => { of[name] = () => {}; });
@@ -44,7 +47,7 @@ WebGL2RenderingContext.prototype.getExtension = function (name) {
 CHOICE = "localStorage.setItem('phantom.pictures', 'browser');"
 FOLLOW = """
 const d = phantomScene, take = d.takePoses, message = d.connection.take, push = d.script_ms.push;
-window.ages = { sent: [], received: [], drawn: d.ages_ms, received_ms: [], frames: 0 };
+window.ages = { sent: [], received: [], drawn: d.ages_ms, received_ms: [], frames: 0, octets: d.connection.bytes };
 d.script_ms.push = function (ms) { ++ages.frames; return push.call(this, ms); };
 d.connection.take = function (data) {
   const begun = performance.now();
@@ -71,58 +74,6 @@ def eventually(probe, what, longest_s=LONGEST_S):
             sys.exit(f"page.py: {what} did not come in {longest_s} s")
         time.sleep(0.2)
     return found
-
-
-class Chromium:
-    """A browser of its own, steered over the W3C WebDriver protocol."""
-
-    def __init__(self, script):
-        self.driver = subprocess.Popen([shutil.which("chromedriver"), "--port=0"], stdout=subprocess.PIPE, text=True, start_new_session=True)
-        for line in self.driver.stdout:
-            if found := re.search(r"started successfully on port (\d+)", line):
-                self.address = f"http://127.0.0.1:{found[1]}"
-                break
-        wanted = {"browserName": "chrome", "pageLoadStrategy": "eager", "timeouts": {"script": 1000 * LONGEST_S},
-                  "goog:chromeOptions": {"binary": shutil.which("chromium"), "args": ARGUMENTS}}
-        self.session = "/session/" + self.begin(wanted)["sessionId"]
-        self.command("Performance.enable", timeDomain="threadTicks")  # without what it waits
-        self.command("Page.addScriptToEvaluateOnNewDocument", source=script)
-
-    def begin(self, wanted, tries=3):
-        """On a machine under load a browser's start now and then fails; that says nothing about the page."""
-        try:
-            return self.post("/session", {"capabilities": {"alwaysMatch": wanted}})
-        except urllib.error.HTTPError:
-            if tries == 1:
-                raise
-            return self.begin(wanted, tries - 1)
-
-    def post(self, path, body):
-        request = urllib.request.Request(self.address + path, json.dumps(body).encode(), {"Content-Type": "application/json"})
-        with urllib.request.urlopen(request, timeout=2 * LONGEST_S) as answer:
-            return json.load(answer)["value"]
-
-    def command(self, name, **parameters):
-        return self.post(self.session + "/goog/cdp/execute", {"cmd": name, "params": parameters})
-
-    def run(self, script):
-        return self.post(self.session + "/execute/sync", {"script": script, "args": []})
-
-    def open(self, url):
-        self.post(self.session + "/url", {"url": url})
-
-    def processor_ms(self):
-        """Processor time of the page's thread so far: in scripts, and in all."""
-        found = {one["name"]: 1000 * one["value"] for one in self.command("Performance.getMetrics")["metrics"]}
-        return found["ScriptDuration"], found["TaskDuration"]
-
-    def screenshot(self, path):
-        with urllib.request.urlopen(self.address + self.session + "/screenshot", timeout=LONGEST_S) as answer:
-            path.write_bytes(base64.b64decode(json.load(answer)["value"]))
-
-    def end(self):
-        os.killpg(self.driver.pid, signal.SIGKILL)
-        self.driver.wait()
 
 
 def share(values, part):
@@ -157,7 +108,7 @@ def load(browser, url):
     return found
 
 
-def measure(browser, url, options):
+def measure(browser, url, options, script, session):
     loads = [load(browser, url) for _ in range(options.loads)]
     loads.sort(key=lambda one: one["first_picture_ms"])
     median = loads[len(loads) // 2]
@@ -170,24 +121,101 @@ def measure(browser, url, options):
     if options.fluid:
         browser.run("phantomScene.fluid.choose({ on: true, object: 'pump', shells: 'outer', plane: 'z', cut: true })")
         eventually(lambda: browser.run("return phantomScene.stage.fluid.sectioned && phantomScene.stage.fluid.count > 0"), "the fluid")
+    others = [Chromium(script, options.graphics, options.flag) for _ in range(options.pages - 1)]
+    try:
+        for other in others:
+            load(other, url)
+        result = watch([browser, *others], options, session)
+        if options.open:
+            result["kept"] = leave_open(browser, options, session)
+    finally:
+        for other in others:
+            other.end()
+    return {"loads": loads, **result}
+
+
+def watch(browsers, options, session):
+    """What the pages' frames cost, and how old what they draw is."""
     time.sleep(3)
-    browser.run(FOLLOW)
-    before = browser.processor_ms()
+    for browser in browsers:
+        browser.run(FOLLOW)
+    if options.profile:
+        for name, values in {"enable": {}, "setSamplingInterval": {"interval": 200}, "start": {}}.items():
+            browsers[0].command("Profiler." + name, **values)
+    scene_s, before, began = viewer_s(session), [browser.processor_ms() for browser in browsers], time.monotonic()
     time.sleep(options.seconds)
-    after = browser.processor_ms()
-    figures, ages, walls, received_ms = browser.run("return [phantomScene.figures(), ages, phantomScene.script_ms, ages.received_ms]")
-    frames = browser.run("return ages.frames")
-    script_ms, all_ms = ((b - a) / max(1, frames) for a, b in zip(before, after))
-    print(f"draw calls {figures['calls']}; {frames} frames, {figures['frames_per_s'] or 0:.1f} a second while all moves")
+    after, took_s = [browser.processor_ms() for browser in browsers], time.monotonic() - began
+    core = (viewer_s(session) - scene_s) / took_s
+    if options.profile:
+        tell_profile(browsers[0].command("Profiler.stop")["profile"], options.profile)
+    found = [browser.run("""
+        const gl = phantomScene.stage.renderer.getContext(), names = gl.getExtension('WEBGL_debug_renderer_info');
+        return { figures: phantomScene.figures(), ages, walls: phantomScene.script_ms, octets: phantomScene.connection.bytes - ages.octets,
+          renderer: gl.getParameter(names ? names.UNMASKED_RENDERER_WEBGL : gl.RENDERER) };""") for browser in browsers]
+    frames = sum(one["ages"]["frames"] for one in found)
+    script_ms, all_ms = (sum(b[i] - a[i] for a, b in zip(before, after)) / max(1, frames) for i in (0, 1))
+    each_kB_s = sum(one["octets"] for one in found) / took_s / len(found) / 1e3
+    print(f"drawn by {found[0]['renderer']}")
+    print(f"{len(found)} pages, draw calls {found[0]['figures']['calls']}; frames a second by page "
+          f"{', '.join(format(one['ages']['frames'] / took_s, '.1f') for one in found)}; {each_kB_s:.1f} kB/s each")
+    if session:
+        print(f"the viewer's thread scene took {100 * core:.2f} % of a core, {100 * core / len(found):.2f} % a page")
     print(f"processor time of the page's thread for each frame: scripts {script_ms:.2f} ms, with layout, painting and the browser's own {all_ms:.2f} ms")
     print("p50 / p95 / p99, ms:")
-    rows = {"wall time of a frame's script": walls, "  of taking one message": received_ms,
+    ages = {name: [age for one in found for age in one["ages"][name]] for name in ("sent", "received", "drawn", "received_ms")}
+    rows = {"wall time of a frame's script": [wall for one in found for wall in one["walls"]], "  of taking one message": ages["received_ms"],
             "age of the arm's sample as sent": ages["sent"], "  as received": ages["received"], "  as drawn": ages["drawn"]}
     for name, values in rows.items():
         print(f"    {name:36} {told(values)}")
     if options.shots:
-        browser.screenshot(options.shots / "page.png")
-    return {"loads": loads, "figures": figures, "script_ms": script_ms, "thread_ms": all_ms, "frames": {name.strip(): summary(values) for name, values in rows.items()}, "load": os.getloadavg()[0]}
+        browsers[0].screenshot(options.shots / "page.png")
+    return {"renderer": found[0]["renderer"], "figures": found[0]["figures"], "pages": len(found), "frames_per_s": frames / took_s / len(found), "kB_s": each_kB_s,
+            "core": core, "script_ms": script_ms, "thread_ms": all_ms, "frames": {name.strip(): summary(values) for name, values in rows.items()},
+            "load": os.getloadavg()[0]}
+
+
+def viewer_s(session):
+    return processor_s(session.pid, "scene") if session else 0.0
+
+
+def tell_profile(profile, path):
+    """Writes the profile, and tells by function how much of the time it ran itself."""
+    path.write_text(json.dumps(profile))
+    nodes, own_us = {node["id"]: node["callFrame"] for node in profile["nodes"]}, collections.Counter()
+    for node, took_us in zip(profile["samples"], profile["timeDeltas"]):
+        frame = nodes[node]
+        own_us[f"{frame['functionName'] or '(anonymous)'} {frame['url'].rpartition('/')[2]}:{frame['lineNumber'] + 1}"] += took_us
+    whole_us = sum(own_us.values())
+    print("share of the seconds that functions of the first page ran themselves:")
+    for name, took_us in own_us.most_common(24):
+        print(f"    {100 * took_us / whole_us:6.2f} %  {name}")
+
+
+def leave_open(browser, options, session):
+    """What the page keeps, and which files the viewer has open, before and after some minutes."""
+    def kept():
+        found = browser.held()
+        for process in Path("/proc").glob("[0-9]*/stat") if session else ():
+            try:
+                if int(process.read_text().rpartition(")")[2].split()[1]) == session.pid and b"synthetic_viewer" in (process.parent / "cmdline").read_bytes():
+                    found["viewer_files"] = len(list((process.parent / "fd").iterdir()))
+            except (FileNotFoundError, ProcessLookupError):
+                continue  # it has ended
+        return found
+    found = [kept()]
+    time.sleep(60 * options.open)
+    found.append(kept())
+    print(f"what the page keeps, before and after {options.open:g} minutes: " + "; ".join(f"{name} {found[0][name]} and {found[1][name]}" for name in found[0]))
+    return found
+
+
+def tell_servo(report):
+    """How late the servo woke up over the session, beside an empty loop of its rate."""
+    loops = json.loads((report / "summary.json").read_text())["loops"]
+    for name, words in {"servo": "the servo", "bare_loop": "an empty loop"}.items():
+        loop = loops["master_io." + name]
+        print(f"{words} woke up late by {loop['p50_us']:.0f} / {loop['p99_us']:.0f} µs (p50 / p99), {loop['slips']} slips of {loop['ticks']} ticks")
+    return {name: loops["master_io." + name] for name in ("servo", "bare_loop")}
 
 
 def main():
@@ -199,6 +227,11 @@ def main():
     parser.add_argument("--url", help="of a page that is there already")
     parser.add_argument("--loads", type=int, default=5)
     parser.add_argument("--seconds", type=float, default=20)
+    parser.add_argument("--pages", type=int, default=1)
+    parser.add_argument("--open", type=float, default=0, metavar="MINUTES")
+    parser.add_argument("--graphics", choices=GRAPHICS, default="software")
+    parser.add_argument("--flag", action="append", default=[], help="of the browser, as --flag=--disable-gpu-vsync")
+    parser.add_argument("--profile", type=Path)
     parser.add_argument("--pictures", choices=["drawn", "none"], default="drawn")
     parser.add_argument("--fluid", action="store_true")
     parser.add_argument("--json", type=Path)
@@ -219,17 +252,20 @@ def main():
                     if not line or time.monotonic() > until:
                         sys.exit("page.py: the demo did not start")
                 url = found[1]
-            browser = Chromium(CHOICE + (NO_PICTURES if options.pictures == "none" else ""))
-            result = measure(browser, url, options)
+            script = CHOICE + (NO_PICTURES if options.pictures == "none" else "")
+            browser = Chromium(script, options.graphics, options.flag)
+            result = measure(browser, url, options, script, session)
             print(f"    load of the machine {result['load']:.1f}")
-            if options.json:
-                options.json.write_text(json.dumps(result, indent=1))
         finally:
             if browser:
                 browser.end()
             if session:
                 session.send_signal(signal.SIGINT)
                 session.communicate(timeout=STARTS_S)
+        if session:
+            result.update(tell_servo(Path(scratch, "report")))
+        if options.json:
+            options.json.write_text(json.dumps(result, indent=1))
 
 
 if __name__ == "__main__":
