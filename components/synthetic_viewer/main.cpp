@@ -20,6 +20,7 @@
 #include "components/synthetic_viewer/scene_feed.hpp"
 #include "components/synthetic_viewer/sheet.hpp"
 #include "components/synthetic_viewer/tls_context.hpp"
+#include "components/synthetic_viewer/video_source.hpp"
 #include "components/synthetic_viewer/viewer_loop.hpp"
 #include "components/synthetic_viewer/web_server.hpp"
 #include "components/synthetic_viewer/window.hpp"
@@ -125,6 +126,7 @@ void run_session(ViewerConfig config, const runtime::CellConfig& cell, const cor
 int main(int argc, char** argv) {
   using namespace phantom;
   using namespace phantom::synthetic_viewer;
+  bound_device_waits();
   SheetRequest sheet;
   ReviewArguments review;
   CalibrateRequest calibrate;

@@ -2,9 +2,11 @@
 
 #include <fmt/format.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
+#include <cstdlib>
 #include <cstring>
 #include <fstream>
 #include <opencv2/imgcodecs.hpp>
@@ -22,6 +24,8 @@ namespace {
 
 constexpr std::size_t kMostPicturesInAFolder = 100000;
 constexpr int kMostFaultsInARow = 50;
+constexpr core::Nanoseconds kDeviceSilent_ns = 5 * core::kNsPerSecond;  // then it is opened anew
+constexpr core::Nanoseconds kOldestStamp_ns = core::kNsPerSecond;
 
 core::Status no(std::string why) { return core::Status::invalid_argument(std::move(why)); }
 
@@ -121,7 +125,7 @@ class CaptureSource : public VideoSource {
     if (!device_ && !metronome_.wait()) return std::optional<VideoPicture>();
     Image image;
     if (!capture_.read(image) || image.empty()) return missed();
-    const core::Nanoseconds arrived_ns = core::monotonic_ns();
+    const core::Nanoseconds arrived_ns = last_ns_ = arrival();
     const std::string refusal = size_refusal(image.cols, image.rows, width_px_, height_px_);
     if (!refusal.empty() || image.type() != CV_8UC3)
       return no(refusal.empty() ? "it has no colours" : refusal);
@@ -131,9 +135,20 @@ class CaptureSource : public VideoSource {
   }
 
  private:
+  /// When the kernel had a device's picture, however late it was read. A time that is not of the last second
+  /// is of another clock, or of a driver that tells the end of a picture in advance: then it is when it was
+  /// read.
+  core::Nanoseconds arrival() {
+    const core::Nanoseconds now_ns = core::monotonic_ns();
+    if (!device_) return now_ns;
+    const core::Nanoseconds stamp_ns = core::from_seconds(1e-3 * capture_.get(cv::CAP_PROP_POS_MSEC));
+    return stamp_ns <= now_ns && now_ns - stamp_ns < kOldestStamp_ns ? stamp_ns : now_ns;
+  }
   /// A device has dropped a picture or is gone; a video begins again.
   core::Expected<std::optional<VideoPicture>> missed() {
-    if (++faults_ > kMostFaultsInARow || (!device_ && !pictures_))
+    if (device_ && access(place_.c_str(), F_OK) != 0) throw core::MissingError(place_ + ": was unplugged");
+    const bool silent = device_ && core::monotonic_ns() - last_ns_ > kDeviceSilent_ns;
+    if (silent || ++faults_ > kMostFaultsInARow || (!device_ && !pictures_))
       throw core::MissingError(
           place_ + (device_ ? ": gives no pictures any more" : ": holds no picture that decodes"));
     if (!device_) {
@@ -146,6 +161,7 @@ class CaptureSource : public VideoSource {
   std::string place_;
   bool device_, pictures_ = false;
   int width_px_, height_px_, faults_ = 0;
+  core::Nanoseconds last_ns_ = core::monotonic_ns();  // when the last picture came, or it was opened
   Metronome metronome_;
   cv::VideoCapture capture_;
 };
@@ -227,6 +243,8 @@ core::Expected<Image> decode_picture(std::span<const std::uint8_t> file, int wid
   if (image.cols != width_px || image.rows != height_px) return no("is damaged");
   return image;
 }
+
+void bound_device_waits() { setenv("OPENCV_VIDEOIO_V4L_SELECT_TIMEOUT", "1", 0); }
 
 std::unique_ptr<VideoSource> open_video(const VideoCamera& camera, int width_px, int height_px) {
   if (camera.kind == VideoKind::kPictures)

@@ -20,7 +20,8 @@ namespace phantom::synthetic_viewer {
 struct VideoPicture {
   Image image;
   std::optional<core::Nanoseconds> exposed_ns;  ///< middle of the exposure, if the source says so
-  core::Nanoseconds arrived_ns = 0;             ///< CLOCK_MONOTONIC, as all times here
+  core::Nanoseconds arrived_ns = 0;             ///< CLOCK_MONOTONIC, as all times here; of a device: when the
+                                                ///< kernel had it
 };
 
 /// Where pictures come from. Created, used and destroyed on one thread.
@@ -76,6 +77,10 @@ class PictureInbox {
 /// Opens the pictures that come to `inbox`, those of the camera called `name`. `inbox` must outlive it.
 std::unique_ptr<VideoSource> open_topic(const std::string& name, PictureInbox& inbox, int width_px,
                                         int height_px);
+
+/// Lets OpenCV wait for a device's picture for a second at most, where nobody has said otherwise; by itself
+/// it waits ten. To be called before any thread is started, as it sets a variable of the environment.
+void bound_device_waits();
 
 /// Opens a camera's device, video or folder of pictures; its pictures must have `width_px` × `height_px`.
 /// Throws core::MissingError in words if it is not there, or is not what it must be.
