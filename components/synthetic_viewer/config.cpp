@@ -81,6 +81,10 @@ void read_page(const Fields& page, const std::filesystem::path& page_secrets, Pa
   page.check(key || !certificate, "key", "is missing; a certificate needs the file with its private key");
   if (certificate) config.tls = std::make_shared<TlsContext>(page.path("certificate"), page.path("key"));
   page.flag("allow_commands", config.allow_commands);
+  page.flag("headset_hand", config.headset_hand);
+  page.check(!config.headset_hand || config.allow_commands, "headset_hand",
+             "leads the arm: page.allow_commands must be true");
+  page.number("hand_silent_s", config.hand_silent_s);
   page.number("scene_Hz", config.scene_Hz);
   page.number("max_streams", config.max_streams);
   page.number("max_connections", config.max_connections);

@@ -63,6 +63,8 @@ struct PageConfig {
   std::optional<runtime::RoleSecrets> secrets;  ///< none: everybody may watch and command
   std::shared_ptr<const TlsContext> tls;        ///< none: HTTP without encryption
   bool allow_commands = true;                   ///< whether the page may send commands
+  bool headset_hand = false;                    ///< whether a headset's controller may lead the arm
+  double hand_silent_s = 0.1;                   ///< so long without its pose, and it does not any more
   double scene_Hz = 60.0;                       ///< greatest rate of the scene stream's poses
   int max_streams = 24;      ///< number of streams (pictures and events) at once, all pages together
   int max_connections = 64;  ///< on each port, whose request has not come yet

@@ -7,6 +7,8 @@
 #include <type_traits>
 #include <utility>
 
+#include "common/dds/refusal_log.hpp"
+#include "common/haptic_device/handle_service.hpp"
 #include "common/messages/checked_reader.hpp"
 #include "common/messages/operator_client.hpp"
 #include "common/messages/percept_codec.hpp"
@@ -82,6 +84,8 @@ struct DdsAdapter::Impl {
     messages::CheckedReader<msg::SlaveState> arm;
   };
   std::vector<std::unique_ptr<Other>> others;
+  dds::RefusalLog hand_refusals{"handles of a headset"};
+  std::optional<haptic_device::HandleService> hand;
 
   Impl(const core::NetworkOptions& network, const messages::ArmBounds& bounds, Inbox& viewer_inbox,
        const std::string& camera)
@@ -317,6 +321,17 @@ void DdsAdapter::publish_pictures(PageContent& page, double rate_Hz) {
                               .view = static_cast<messages::PictureView>(view),
                               .jpeg = {newest->begin(), newest->end()}});
   }
+}
+
+void DdsAdapter::serve(HeadsetHand& hand) {
+  impl_->hand.emplace(
+      impl_->participant, HeadsetHand::kHandle,
+      [&hand](const haptic_device::HapticClient::Felt& felt, const robot::Spatial& wrench, double dt_s,
+              core::Nanoseconds now_ns) {
+        const auto handle = hand.step({wrench, felt.valid, felt.leads}, dt_s, now_ns);
+        return haptic_device::HandleService::Handle{handle.hand, handle.grip_opening};
+      },
+      [this](const std::string& why) { impl_->hand_refusals.refused(why); });
 }
 
 void DdsAdapter::publish(const core::Health& health) { impl_->status.publish(health); }

@@ -8,6 +8,7 @@
 #include "common/core/network.hpp"
 #include "common/messages/arm_bounds.hpp"
 #include "common/workspace/workspace.hpp"
+#include "components/synthetic_viewer/headset_hand.hpp"
 #include "components/synthetic_viewer/inbox.hpp"
 #include "components/synthetic_viewer/page_content.hpp"
 #include "components/synthetic_viewer/samples.hpp"
@@ -49,6 +50,9 @@ class DdsAdapter {
   /// second each, and follows the views while somebody reads the topic. Calls no more often than that
   /// suffice. One thread. `page` must outlive the adapter.
   void publish_pictures(PageContent& page, double rate_Hz);
+  /// Serves a headset's controller to master_io as the haptic device, from now on. `hand` must outlive the
+  /// adapter.
+  void serve(HeadsetHand& hand);
   /// Publishes component_status. One thread.
   void publish(const core::Health& health);
 

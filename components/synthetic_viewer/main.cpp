@@ -15,6 +15,7 @@
 #include "components/synthetic_viewer/dds_adapter.hpp"
 #include "components/synthetic_viewer/fluid_store.hpp"
 #include "components/synthetic_viewer/gl_context.hpp"
+#include "components/synthetic_viewer/headset_hand.hpp"
 #include "components/synthetic_viewer/publishing_schedule.hpp"
 #include "components/synthetic_viewer/review_command.hpp"
 #include "components/synthetic_viewer/scene_feed.hpp"
@@ -42,6 +43,7 @@ void run_session(ViewerConfig config, const runtime::CellConfig& cell, const cor
   if (!arm_config.gripper_closed.empty())
     set_closing(runtime::load_arm_with_closed_gripper(arm_config), arm_meshes);
   const auto others = sources_of(load_other_arms(cell, config.arm, config.other_arms), config.other_arms);
+  HeadsetHand hand(config.page.hand_silent_s, arm.base_pose().rotation);
   if (config.recording.folder.empty()) config.recording.folder = report_dir;
   Inbox inbox;
   PageContent content;
@@ -49,6 +51,8 @@ void run_session(ViewerConfig config, const runtime::CellConfig& cell, const cor
   const auto& camera = config.camera_view.camera;
   DdsAdapter adapter(network, shape, inbox,
                      camera && camera->kind == VideoKind::kTopic ? camera->name : std::string(), others);
+  const bool leads = config.page.enabled && config.page.headset_hand;
+  if (leads) adapter.serve(hand);
   FluidStore fluid([&adapter] { return adapter.workspace(); });
   content.fluid = &fluid;
   content.stops = [&inbox] { return inbox.stops.at(core::monotonic_ns()); };
@@ -62,7 +66,7 @@ void run_session(ViewerConfig config, const runtime::CellConfig& cell, const cor
   std::string url;
   std::unique_ptr<SceneFeed> scene;
   if (config.page.enabled) {
-    scene = std::make_unique<SceneFeed>(config, cell.name, inbox, content);
+    scene = std::make_unique<SceneFeed>(config, cell.name, inbox, content, leads ? &hand : nullptr);
     scene->start();
     server = std::make_unique<WebServer>(
         config.page, content, [&adapter](const Command& command) { return adapter.ask(command); }, move,

@@ -73,8 +73,10 @@ std::string PageAccess::token_of(const Request& request) const {
   return cookie_of(request.get_header_value("Cookie"), cookie_name_);
 }
 
-bool PageAccess::lasts(const std::string& token) {
-  return !sessions_.needed() || sessions_.role_of(token, core::monotonic_ns());
+bool PageAccess::lasts(const std::string& token, Role least) {
+  if (!sessions_.needed()) return true;
+  const auto role = sessions_.role_of(token, core::monotonic_ns());
+  return role && *role >= least;
 }
 
 std::optional<Role> PageAccess::role_of(const Request& request) {

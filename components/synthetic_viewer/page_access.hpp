@@ -33,8 +33,8 @@ class PageAccess {
   /// Returns whether the request's session has at least this role. If not, answers so.
   bool may(const httplib::Request& request, httplib::Response& response, Role least);
   std::string token_of(const httplib::Request& request) const;
-  /// Returns whether what was begun in a session may go on.
-  bool lasts(const std::string& token);
+  /// Returns whether what was begun in a session may go on, for which at least this role is needed.
+  bool lasts(const std::string& token, Role least = Role::kWatch);
 
  private:
   std::optional<Role> role_of(const httplib::Request& request);

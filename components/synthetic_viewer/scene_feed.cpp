@@ -22,10 +22,10 @@
 namespace phantom::synthetic_viewer {
 namespace {
 
-constexpr std::size_t kMostText = 128;       // octets of a client's message
-constexpr std::uint64_t kMostFrames_s = 30;  // of a client
-constexpr std::size_t kDelivery = 65536;     // octets that are made ready for a client at once
-constexpr int kMostUnsent = 8192;            // that wait in the kernel before more is made ready
+constexpr std::size_t kMostText = 128;                           // octets of a client's message
+constexpr std::uint64_t kMostFrames_s = 30, kMostHands_s = 150;  // of a client; more of one that leads
+constexpr std::size_t kDelivery = 65536;  // octets that are made ready for a client at once
+constexpr int kMostUnsent = 8192;         // that wait in the kernel before more is made ready
 constexpr int kSendBuffer = 65536;
 constexpr double kLeastRate_Hz = 1.0, kMostRate_Hz = 120.0;  // or 0: no scene
 constexpr std::uint8_t kAliveKind = 3;                       // beside those of SceneEncoder
@@ -42,11 +42,19 @@ std::string alive_message(core::Nanoseconds now_ns) {
   return octets.append(reinterpret_cast<const char*>(&time_s), sizeof time_s);
 }
 
+std::string hand_text(HandWord word) {
+  return std::string(R"({"type":"hand","state":")") + name_of(word) + "\"}";
+}
+
 }  // namespace
 
 struct SceneFeed::Client {
-  explicit Client(Follower&& taken, core::Nanoseconds now_ns)
-      : follower(std::move(taken)), drained_ns(now_ns), second_ns(now_ns) {
+  Client(Follower&& taken, std::uint64_t its_number, bool may_send_hands, core::Nanoseconds now_ns)
+      : follower(std::move(taken)),
+        number(its_number),
+        socket(kMostText, may_send_hands),
+        drained_ns(now_ns),
+        second_ns(now_ns) {
     const int descriptor = follower.channel.descriptor();
     setsockopt(descriptor, SOL_SOCKET, SO_SNDBUF, &kSendBuffer, sizeof kSendBuffer);
     const auto patience_ms = static_cast<unsigned>(kStalled_ns / core::kNsPerMillisecond);
@@ -60,7 +68,10 @@ struct SceneFeed::Client {
   }
 
   Follower follower;
-  WebSocket socket{kMostText};
+  std::uint64_t number;  // among all that ever came, from 1 on
+  WebSocket socket;
+  std::optional<HandWord> told;              // of the hand, last
+  bool has_led = false;                      // poses may be on their way after it was told that it does not any more
   std::uint64_t seen = 0, numbers_seen = 0;  // of the scene's board, and of the numbers'
   SceneBoard::Content poses;                 // the last ones sent
   core::Nanoseconds period_ns = 0;           // of poses at least; 0: it does not follow the scene
@@ -72,10 +83,12 @@ struct SceneFeed::Client {
   bool lost = false;  // the connection has ended
 };
 
-SceneFeed::SceneFeed(const ViewerConfig& config, std::string cell, Inbox& inbox, PageContent& page)
+SceneFeed::SceneFeed(const ViewerConfig& config, std::string cell, Inbox& inbox, PageContent& page,
+                     HeadsetHand* hand)
     : config_(config),
       inbox_(inbox),
       page_(page),
+      hand_(hand),
       encoder_(config, std::move(cell)),
       wake_(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)),
       progress_("scene", 1.0 / config.page.scene_Hz, kHangsAfter_s) {
@@ -139,9 +152,11 @@ void SceneFeed::run() {
       const core::Nanoseconds turn_ns = composed_ ? period_ns : std::max(period_ns, kNumbers_ns);
       due_ns = std::max(due_ns + turn_ns, now_ns + turn_ns / 2);
     }
+    for (Client& client : clients_) send_hand(client);
     std::erase_if(clients_, [&](Client& client) { return !keeps(client, now_ns); });
   }
   for (Client& client : clients_) {
+    if (hand_ != nullptr) hand_->leave(client.number);
     client.socket.close(WebSocket::kGoingAway, "the viewer ends");
     flush(client, core::monotonic_ns());
     client.follower.channel.end_writing();
@@ -164,7 +179,7 @@ void SceneFeed::adopt() {
     numbers_seen_ = 0;
   }
   for (Follower& follower : coming) {
-    clients_.emplace_back(std::move(follower), core::monotonic_ns());
+    clients_.emplace_back(std::move(follower), ++clients_so_far_, hand_ != nullptr, core::monotonic_ns());
     page_.state.followers += 1;
   }
 }
@@ -251,7 +266,11 @@ void SceneFeed::read(Client& client, core::Nanoseconds now_ns) {
   if (step == Channel::Step::kClosed || step == Channel::Step::kNoTls) client.lost = true;
   if (step != Channel::Step::kDone) return;
   for (const std::string& text : client.socket.receive({octets.data(), got})) obey(client, text);
-  if (client.socket.frames() - client.frames_before > kMostFrames_s && !client.socket.closing())
+  for (const std::string& message : client.socket.binaries())
+    if (const core::Status taken = hand_->take(client.number, message, now_ns); !taken)
+      client.socket.close(WebSocket::kNoSense, taken.message());
+  const std::uint64_t most = kMostFrames_s + (client.has_led ? kMostHands_s : 0);
+  if (client.socket.frames() - client.frames_before > most && !client.socket.closing())
     client.socket.close(WebSocket::kPolicy, "too many messages");
 }
 
@@ -263,9 +282,27 @@ void SceneFeed::obey(Client& client, const std::string& text) {
   const double value = json.begin()->get<double>();
   if (json.contains("echo"))
     return client.socket.send(false, R"({"type":"echo","echo":)" + json["echo"].dump() + "}");
+  if (json.contains("hand") && hand_ != nullptr) return ask_for_hand(client, value != 0.0);
   if (!json.contains("rate_Hz") || !(value == 0 || (value >= kLeastRate_Hz && value <= kMostRate_Hz)))
     return client.socket.close(WebSocket::kNoSense, "rate_Hz: 0, or 1 to 120; echo: any number");
   let_follow_scene(client, value == 0 ? 0 : core::from_seconds(1.0 / value));
+}
+
+void SceneFeed::ask_for_hand(Client& client, bool wanted) {
+  const bool may = client.follower.may_lead && client.follower.may_lead();
+  if (!wanted) hand_->leave(client.number);
+  client.has_led = (wanted && may && hand_->claim(client.number, core::monotonic_ns())) || client.has_led;
+  client.told = wanted && !may ? std::optional(HandWord::kForbidden) : std::nullopt;
+  if (client.told) client.socket.send(false, hand_text(HandWord::kForbidden));
+}
+
+// Each is told how it is with the hand as it begins, when that changes, and when it has asked.
+void SceneFeed::send_hand(Client& client) {
+  if (hand_ == nullptr || client.socket.closing()) return;
+  const HandWord word = hand_->word(client.number);
+  if (client.told == word || (client.told == HandWord::kForbidden && word == HandWord::kFree)) return;
+  client.told = word;
+  client.socket.send(false, hand_text(word));
 }
 
 bool SceneFeed::flush(Client& client, core::Nanoseconds now_ns) {
@@ -288,6 +325,8 @@ bool SceneFeed::keeps(Client& client, core::Nanoseconds now_ns) {
   if (client.drained()) client.drained_ns = now_ns;
   if (now_ns >= client.session_due_ns && !client.socket.closing()) {
     client.session_due_ns = now_ns + kSession_ns;
+    if (hand_ != nullptr && hand_->is_of(client.number) && !client.follower.may_lead())
+      hand_->leave(client.number);
     if (!client.follower.lasts()) {
       client.socket.close(kSessionEnded, "the session has ended");
       flush(client, now_ns);
@@ -298,6 +337,7 @@ bool SceneFeed::keeps(Client& client, core::Nanoseconds now_ns) {
   const bool waited = client.farewell_ns != 0 && now_ns - client.farewell_ns > kFarewell_ns;
   const bool stalled = now_ns - client.drained_ns > kStalled_ns;
   if (!client.lost && !said && !waited && !stalled) return true;
+  if (hand_ != nullptr) hand_->leave(client.number);
   client.follower.channel.end_writing();
   leave(client);
   return false;

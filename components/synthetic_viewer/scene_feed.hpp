@@ -11,6 +11,7 @@
 
 #include "common/core/progress.hpp"
 #include "components/synthetic_viewer/channel.hpp"
+#include "components/synthetic_viewer/headset_hand.hpp"
 #include "components/synthetic_viewer/inbox.hpp"
 #include "components/synthetic_viewer/page_board.hpp"
 #include "components/synthetic_viewer/page_content.hpp"
@@ -30,10 +31,13 @@ class SceneFeed {
     Channel channel;
     std::function<bool()> lasts;        ///< whether its session goes on
     std::shared_ptr<const void> place;  ///< is given back when the follower has gone
+    std::function<bool()> may_lead;     ///< whether its session may lead the arm; empty: no
   };
 
-  /// `cell`: its name. All others must outlive the feed.
-  SceneFeed(const ViewerConfig& config, std::string cell, Inbox& inbox, PageContent& page);
+  /// `cell`: its name. `hand`: by which a follower's controller leads the arm; null: none does. All others
+  /// must outlive the feed.
+  SceneFeed(const ViewerConfig& config, std::string cell, Inbox& inbox, PageContent& page,
+            HeadsetHand* hand = nullptr);
   /// Ends the thread and all connections.
   ~SceneFeed();
   SceneFeed(const SceneFeed&) = delete;
@@ -61,6 +65,8 @@ class SceneFeed {
   /// Lets a client have the scene at most every `period_ns`; 0: not.
   void let_follow_scene(Client& client, core::Nanoseconds period_ns);
   void leave(Client& client);
+  void ask_for_hand(Client& client, bool wanted);
+  void send_hand(Client& client);
   /// Returns whether the client is still there.
   bool flush(Client& client, core::Nanoseconds now_ns);
   bool keeps(Client& client, core::Nanoseconds now_ns);
@@ -70,6 +76,8 @@ class SceneFeed {
   const ViewerConfig& config_;
   Inbox& inbox_;
   PageContent& page_;
+  HeadsetHand* const hand_;
+  std::uint64_t clients_so_far_ = 0;
   SceneEncoder encoder_;
   PageBoard numbers_;
   std::uint64_t numbers_seen_ = 0;  // of page_.state

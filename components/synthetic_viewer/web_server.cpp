@@ -298,12 +298,16 @@ void WebServer::Impl::add_scene() {
     auto place = follower_place(response);
     if (!place) return;
     auto lasts = [this, token = access.token_of(request)] { return access.lasts(token); };
+    auto may_lead = [this, token = access.token_of(request)] {
+      return config.allow_commands && access.lasts(token, Role::kOperate);
+    };
     RequestGate::switch_protocol(
         "HTTP/1.1 101 Switching Protocols\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
         "Sec-WebSocket-Accept: " +
             *accept + "\r\n\r\n",
-        [this, lasts = std::move(lasts), place = std::move(place)](Channel channel) mutable {
-          scene->take({std::move(channel), std::move(lasts), std::move(place)});
+        [this, lasts = std::move(lasts), may_lead = std::move(may_lead),
+         place = std::move(place)](Channel channel) mutable {
+          scene->take({std::move(channel), std::move(lasts), std::move(place), std::move(may_lead)});
         });
   });
 }

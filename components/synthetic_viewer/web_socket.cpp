@@ -48,7 +48,8 @@ struct WebSocket::Wire {
   wslay_event_context_ptr context = nullptr;
   std::string_view incoming;
   std::string outgoing;
-  std::vector<std::string> texts;
+  std::vector<std::string> texts, binaries;
+  bool takes_binary = false;
   std::uint64_t frames = 0;
   bool farewell = false;  // this side has said it
   bool ended = false;     // it cannot be gone on with
@@ -81,13 +82,18 @@ struct WebSocket::Wire {
     ++of(user).frames;
   }
   static void take(wslay_event_context_ptr, const wslay_event_on_msg_recv_arg* message, void* user) {
-    if (message->opcode == WSLAY_TEXT_FRAME)
-      of(user).texts.emplace_back(reinterpret_cast<const char*>(message->msg), message->msg_length);
-    if (message->opcode == WSLAY_BINARY_FRAME) of(user).say_farewell(kNoText, "a text is expected");
+    Wire& wire = of(user);
+    const bool text = message->opcode == WSLAY_TEXT_FRAME, binary = message->opcode == WSLAY_BINARY_FRAME;
+    if (text || (binary && wire.takes_binary))
+      (text ? wire.texts : wire.binaries)
+          .emplace_back(reinterpret_cast<const char*>(message->msg), message->msg_length);
+    else if (binary)
+      wire.say_farewell(kNoText, "a text is expected");
   }
 };
 
-WebSocket::WebSocket(std::size_t most_octets) : wire_(std::make_unique<Wire>()) {
+WebSocket::WebSocket(std::size_t most_octets, bool takes_binary) : wire_(std::make_unique<Wire>()) {
+  wire_->takes_binary = takes_binary;
   const wslay_event_callbacks callbacks{.recv_callback = Wire::receive,
                                         .send_callback = Wire::send,
                                         .genmask_callback = nullptr,
@@ -105,6 +111,7 @@ std::vector<std::string> WebSocket::receive(std::string_view octets) {
   Wire& wire = *wire_;
   wire.incoming = octets;
   wire.texts.clear();
+  wire.binaries.clear();
   // What follows a farewell is passed over.
   while (!wire.ended && !wire.incoming.empty() && wslay_event_want_read(wire.context) != 0)
     wire.ended = wslay_event_recv(wire.context) != 0;
@@ -131,6 +138,8 @@ std::string& WebSocket::output() {
     wire.ended = wslay_event_send(wire.context) != 0;
   return wire.outgoing;
 }
+
+const std::vector<std::string>& WebSocket::binaries() const { return wire_->binaries; }
 
 std::uint64_t WebSocket::frames() const { return wire_->frames; }
 

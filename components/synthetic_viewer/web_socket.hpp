@@ -21,20 +21,24 @@ bool asks_for_web_socket(const std::string& upgrade, const std::string& connecti
                          const std::string& version);
 
 /// The server's side of a WebSocket (RFC 6455) after its handshake, without a socket: octets in, messages
-/// out, and the other way round. Pings are answered; what breaks the protocol, is no text, or longer than
-/// `most_octets`, closes it with the code that the RFC names. Bounded in memory: at most a frame's header and
-/// `most_octets` of what comes, and of what goes what the caller has sent. One thread.
+/// out, and the other way round. Pings are answered; what breaks the protocol, is no text where nothing else
+/// is taken, or longer than `most_octets`, closes it with the code that the RFC names. Bounded in memory: at
+/// most a frame's header and `most_octets` of what comes, and of what goes what the caller has sent. One
+/// thread.
 class WebSocket {
  public:
   static constexpr std::uint16_t kGoingAway = 1001, kNoText = 1003, kNoSense = 1007, kPolicy = 1008;
 
-  explicit WebSocket(std::size_t most_octets);
+  /// `takes_binary`: binary messages, too.
+  explicit WebSocket(std::size_t most_octets, bool takes_binary = false);
   ~WebSocket();
   WebSocket(const WebSocket&) = delete;
   WebSocket& operator=(const WebSocket&) = delete;
 
   /// Takes octets from the client. Returns the texts that have come as a whole.
   std::vector<std::string> receive(std::string_view octets);
+  /// Returns the binary messages that came as a whole with the octets of the last receive().
+  const std::vector<std::string>& binaries() const;
   /// Queues a message. Does nothing once the closing has begun.
   void send(bool binary, std::string_view octets);
   /// Says farewell; nothing else is sent then.

@@ -23,6 +23,8 @@ def endpoints_have_exactly_their_rights(wall):
     rights["slave_io"][0].discard("gripper_state")  # of a gripper, which this arm does not have
     rights["phantom_sensing"][1].difference_update({"gripper_state", "drag_field", "percept"})  # the last two: of shares of the skin
     rights["synthetic_viewer"][0].discard("view_picture")  # only if its pictures_Hz asks for it
+    rights["synthetic_viewer"][0].discard("haptic_device")  # both only if its page.headset_hand says that a headset may lead
+    rights["synthetic_viewer"][1].discard("haptic_device_wrench")
     rights["synthetic_viewer"][1].discard("camera_picture")  # only if its camera's file says source: topic
     rights["synthetic_viewer"][1].discard("workspace_brick")  # only while a page shows the fluid
     rights["wva_server"][1].discard("gripper_state")

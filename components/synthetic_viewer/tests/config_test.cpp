@@ -35,6 +35,7 @@ TEST(Config, TheShippedFileIsValidAndHoldsTheDefaults) {
     EXPECT_EQ(config->page.port, 8080);
     EXPECT_EQ(config->page.stream_port, 0);
     EXPECT_TRUE(config->page.allow_commands);
+    EXPECT_FALSE(config->page.headset_hand);
     EXPECT_TRUE(config->tool_view.enabled);
     EXPECT_FALSE(config->window.wanted);
     EXPECT_EQ(config->recording.rate_hz, 10);
@@ -52,6 +53,14 @@ TEST(Config, TheShippedFileIsValidAndHoldsTheDefaults) {
   EXPECT_EQ(shipped.pgv_arrow.half_strength_Pa_s_per_m, empty.pgv_arrow.half_strength_Pa_s_per_m);
   EXPECT_EQ(shipped.staleness.slave_s, empty.staleness.slave_s);
   EXPECT_EQ(shipped.report_pictures, empty.report_pictures);
+}
+
+TEST(Config, AHeadsetsControllerLeadsWhereThatIsSaidAndThePageMayCommand) {
+  const ViewerConfig headset = load_config(PHANTOM_SOURCE_DIR "/deploy/cartesian/headset_viewer.yaml");
+  EXPECT_TRUE(headset.page.headset_hand);
+  EXPECT_EQ(headset.page.hand_silent_s, 0.1);
+  EXPECT_THAT(refusal("page: {headset_hand: true, allow_commands: false}"), HasSubstr("headset_hand"));
+  EXPECT_THAT(refusal("page: {hand_silent_s: 0.3}"), HasSubstr("hand_silent_s"));
 }
 
 TEST(Config, PicturesAreWrittenInOneOfTheLanguages) {

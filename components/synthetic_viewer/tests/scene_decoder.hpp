@@ -35,6 +35,7 @@ class DecodedScene {
     if (type == "view") view = json;
     if (type == "echo") echo = json;
     if (type == "state") take_state(json);
+    if (type == "hand") hand = json.at("state").get<std::string>();
     if (type != "item") return;
     const auto id = json.at("id").get<std::string>();
     if (json.contains("gone")) items.erase(id);
@@ -66,6 +67,7 @@ class DecodedScene {
   nlohmann::json cell, view, echo;
   nlohmann::json state;                 ///< the page's numbers and alerts
   std::vector<std::string> told_state;  ///< the messages that made it
+  std::string hand;  // how it is with the hand; empty: nothing was said of it
   std::map<std::string, nlohmann::json> items;
   std::vector<Eigen::Affine3d> bodies;
   std::vector<Mark> marks;

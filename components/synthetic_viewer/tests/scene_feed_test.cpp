@@ -1,23 +1,11 @@
 // The scene stream as a whole: server, thread and followers, well-behaved and hostile, over real sockets.
 #include "components/synthetic_viewer/scene_feed.hpp"
 
-#include <arpa/inet.h>
-#include <openssl/ssl.h>
-#include <sys/socket.h>
-#include <unistd.h>
-
-#include <atomic>
-#include <list>
 #include <set>
-#include <thread>
 
-#include "common/runtime/arm_model.hpp"
-#include "common/runtime/cell.hpp"
 #include "components/synthetic_viewer/page_state.hpp"
 #include "components/synthetic_viewer/tests/certificate.hpp"
-#include "components/synthetic_viewer/tests/page_rig.hpp"
-#include "components/synthetic_viewer/tests/scene_decoder.hpp"
-#include "components/synthetic_viewer/tests/web_socket_frames.hpp"
+#include "components/synthetic_viewer/tests/scene_stream_rig.hpp"
 #include "components/synthetic_viewer/tls_context.hpp"
 #include "tests/support/eventually.hpp"
 
@@ -26,158 +14,10 @@ namespace {
 
 using phantom::test::eventually;
 using test::client_frame;
+using test::RawClient;
+using test::SceneStream;
 using ::testing::HasSubstr;
 using ::testing::StartsWith;
-
-/// A browser's socket, without a browser.
-class RawClient {
- public:
-  RawClient(int port, const std::string& headers = "", const std::string& trusted = "") {
-    descriptor_ = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
-    sockaddr_in remote{};
-    remote.sin_family = AF_INET;
-    inet_pton(AF_INET, "127.0.0.1", &remote.sin_addr);
-    remote.sin_port = htons(static_cast<std::uint16_t>(port));
-    EXPECT_EQ(connect(descriptor_, reinterpret_cast<sockaddr*>(&remote), sizeof remote), 0);
-    const timeval patience{0, 200'000};
-    setsockopt(descriptor_, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
-    if (!trusted.empty()) begin_tls(trusted);
-    put("GET /scene HTTP/1.1\r\nHost: 127.0.0.1:" + std::to_string(port) + "\r\n" +
-        (headers.empty() ? kUpgrade : headers) + "\r\n");
-    const bool answered = eventually([&] {
-      pull();
-      return octets_.find("\r\n\r\n") != std::string::npos || closed_;
-    });
-    EXPECT_TRUE(answered);
-    const std::size_t end = std::min(octets_.find("\r\n\r\n"), octets_.size() - 4) + 4;
-    head = octets_.substr(0, end);
-    octets_.erase(0, end);
-  }
-  RawClient(const RawClient&) = delete;
-  RawClient& operator=(const RawClient&) = delete;
-  ~RawClient() {
-    SSL_free(ssl_);
-    close(descriptor_);
-    SSL_CTX_free(context_);
-  }
-  inline static const std::string kUpgrade =
-      "Upgrade: websocket\r\nConnection: keep-alive, Upgrade\r\nSec-WebSocket-Version: 13\r\n"
-      "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n";
-
-  bool put(const std::string& octets) {
-    if (ssl_ != nullptr) return SSL_write(ssl_, octets.data(), static_cast<int>(octets.size())) > 0;
-    return ::send(descriptor_, octets.data(), octets.size(), MSG_NOSIGNAL) ==
-           static_cast<ssize_t>(octets.size());
-  }
-  /// Reads what comes until `enough`; false if it does not come in a minute, or the server closes before.
-  bool read_until(const std::function<bool()>& enough) {
-    return eventually([&] {
-             pull();
-             for (test::ServerFrame frame; test::take_frame(octets_, frame);) {
-               if (frame.opcode == 1) scene.take_text(frame.content);
-               if (frame.opcode == 2) scene.take_binary(frame.content);
-               if (frame.opcode == 10) ++pongs;
-               if (frame.opcode == 8 && frame.content.size() >= 2)
-                 code = static_cast<std::uint8_t>(frame.content[0]) << 8 |
-                        static_cast<std::uint8_t>(frame.content[1]);
-             }
-             return enough() || closed_;
-           }) &&
-           enough();
-  }
-  bool is_closed_with(int wanted) {
-    return read_until([&] { return code != 0; }) && code == wanted && read_until([&] { return closed_; });
-  }
-  bool ends() {
-    return read_until([&] { return closed_; });
-  }
-
-  std::string head;
-  test::DecodedScene scene;
-  int code = 0, pongs = 0;
-
- private:
-  void begin_tls(const std::string& trusted) {
-    context_ = SSL_CTX_new(TLS_client_method());
-    EXPECT_EQ(SSL_CTX_load_verify_locations(context_, trusted.c_str(), nullptr), 1);
-    SSL_CTX_set_verify(context_, SSL_VERIFY_PEER, nullptr);
-    ssl_ = SSL_new(context_);
-    SSL_set_fd(ssl_, descriptor_);
-    EXPECT_TRUE(eventually([&] { return SSL_connect(ssl_) == 1; }));
-  }
-  void pull() {
-    char part[65536];
-    const auto size = ssl_ != nullptr ? SSL_read(ssl_, part, sizeof part)
-                                      : static_cast<int>(recv(descriptor_, part, sizeof part, 0));
-    if (size > 0) return octets_.append(part, static_cast<std::size_t>(size)), void();
-    const bool waits = ssl_ != nullptr ? SSL_get_error(ssl_, size) == SSL_ERROR_WANT_READ
-                                       : size < 0 && (errno == EAGAIN || errno == EINTR);
-    closed_ = !waits;
-  }
-
-  int descriptor_ = -1;
-  SSL_CTX* context_ = nullptr;
-  SSL* ssl_ = nullptr;
-  std::string octets_;
-  bool closed_ = false;
-};
-
-class SceneStream : public test::Page {
- protected:
-  ~SceneStream() override {
-    moving_ = false;
-    if (mover_.joinable()) mover_.join();
-    server_.reset();
-  }
-  void serve_scene(PageConfig config = {}) {
-    config_.page = config;
-    config_.page.scene_Hz = 60;
-    feed_ = std::make_unique<SceneFeed>(config_, "two plates", inbox_, content_);
-    feed_->start();
-    scene_ = feed_.get();
-    serve(config_.page);
-    publish_base();
-  }
-  void publish_base() {
-    SceneBase base;
-    base.scene = cell_scene_;
-    content_.scene.publish(std::move(base));
-  }
-  /// Moves the arm at 200 Hz.
-  void move() {
-    moving_ = true;
-    mover_ = std::thread([this] {
-      for (double q = 0.0; moving_; q += 0.001) {
-        ArmSample arm;
-        arm.received_ns = core::monotonic_ns();
-        arm.position[0] = q;
-        inbox_.scene.arm.write(arm);
-        std::this_thread::sleep_for(std::chrono::milliseconds(5));
-      }
-    });
-  }
-  /// One who follows the numbers alone.
-  RawClient& follow_numbers(const std::string& headers = "") {
-    return clients_.emplace_back(server_->stream_port(), headers, trusted_);
-  }
-  RawClient& follow_scene(const std::string& headers = "") {
-    RawClient& client = follow_numbers(headers);
-    if (client.head.starts_with("HTTP/1.1 101")) client.put(client_frame(1, R"({"rate_Hz":60})"));
-    return client;
-  }
-  std::string origin() const { return "http://127.0.0.1:" + std::to_string(server_->port()); }
-
-  ViewerConfig config_;
-  Inbox inbox_;
-  const runtime::CellConfig cell_ =
-      runtime::load_cell(PHANTOM_SOURCE_DIR "/deploy/cells/two_plates/cell.yaml");
-  std::shared_ptr<const CellScene> cell_scene_ =
-      std::make_shared<const CellScene>(runtime::load_arm(cell_.arm()), cell_.min_m, cell_.max_m);
-  std::unique_ptr<SceneFeed> feed_;
-  std::list<RawClient> clients_;
-  std::atomic<bool> moving_{false};
-  std::thread mover_;
-};
 
 TEST_F(SceneStream, BeginsWithAHandshakeAndTheWholeScene) {
   serve_scene();

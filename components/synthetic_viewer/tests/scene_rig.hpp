@@ -78,7 +78,7 @@ class SceneInChromium : public ::testing::Test {
   }
   void open_without_choice(std::vector<std::string> arguments = {"--use-angle=swiftshader",
                                                                  "--enable-unsafe-swiftshader"}) {
-    feed_ = std::make_unique<SceneFeed>(config_, cell_.name, inbox_, content_);
+    feed_ = std::make_unique<SceneFeed>(config_, cell_.name, inbox_, content_, hand_);
     feed_->start();
     serve();
     arguments.push_back("--js-flags=--expose-gc");
@@ -122,6 +122,7 @@ class SceneInChromium : public ::testing::Test {
   void turn_arm(double angle_rad) { turned_rad_ = angle_rad; }
 
   const runtime::CellConfig cell_ = runtime::load_cell(PHANTOM_SOURCE_DIR "/deploy/cells/hot_cell/cell.yaml");
+  HeadsetHand* hand_ = nullptr;  ///< none: no controller may lead
   ViewerConfig config_;
   PageContent content_;
   Inbox inbox_;

@@ -11,6 +11,7 @@
 #include <set>
 
 #include "common/teleop/percept_set.hpp"
+#include "components/synthetic_viewer/headset_hand.hpp"
 #include "components/synthetic_viewer/state.hpp"
 
 namespace phantom::synthetic_viewer {
@@ -102,6 +103,8 @@ TEST(PageTexts, EveryNameOfAStateHasAText) {
     EXPECT_TRUE(english.contains(std::string("motion.") + name_of(static_cast<MotionClass>(i)))) << i;
     EXPECT_TRUE(english.contains(std::string("rule.") + name_of(static_cast<HitRule>(i)))) << i;
   }
+  for (int i = 0; i <= static_cast<int>(HandWord::kEnd); ++i)
+    EXPECT_TRUE(english.contains(std::string("hand.") + name_of(static_cast<HandWord>(i)))) << i;
   for (int i = 0; i <= 14; ++i) EXPECT_TRUE(english.contains("node." + std::to_string(i))) << i;
 }
 

@@ -78,6 +78,17 @@ TEST(WebSocketOf, WhatBreaksTheRulesIsClosedWithItsCode) {
   }
 }
 
+TEST(WebSocketOf, BinaryMessagesComeWholeWhereTheyAreTaken) {
+  WebSocket socket(128, true);
+  EXPECT_EQ(
+      socket.receive(client_frame(2, std::string("\0\1", 2)) + client_frame(1, "a") + client_frame(2, "b")),
+      Texts{"a"});
+  EXPECT_EQ(socket.binaries(), (Texts{std::string("\0\1", 2), "b"}));
+  EXPECT_TRUE(socket.receive(client_frame(1, "c")).size() == 1 && socket.binaries().empty());
+  socket.receive(client_frame(2, std::string(129, 'x')));
+  EXPECT_EQ(close_code(socket.output()), 1009);
+}
+
 TEST(WebSocketOf, AFarewellIsAnsweredAndEndsIt) {
   WebSocket socket(128);
   socket.receive(client_frame(8, std::string("\x03\xE8", 2)));

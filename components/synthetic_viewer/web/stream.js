@@ -6,6 +6,7 @@ const kLeastWait_ms = 250, kMostWait_ms = 4000, kEcho_ms = 1000, kClockWindow_s 
 const kSceneRate_Hz = 120;  // at most; the viewer's page.scene_Hz may be less
 const kPosesKind = 1, kAliveKind = 3, kTimeAt = 8;  // of binary messages; web/scene/protocol.js reads the rest
 const kStill_ms = 440;  // a stream that stands still is told within half a second of its last message, drawing included
+const kMostWaiting = 1024;  // octets
 // A timer that comes so late tells that the browser was busy: what came meanwhile is read first. That lasts a while at most, as a browser
 // that is always busy must tell, too.
 const kBusy_ms = 50, kReading_ms = 80, kMostReadings = 5;
@@ -43,7 +44,7 @@ class Stream {
   // `page`: state(state) with the numbers and alerts, heard() when anything came, closed(code), still(yes or no: whether nothing came for a while).
   constructor(url, page) {
     Object.assign(this, { url, page, scene: null, socket: null, wanted: false, wait_ms: kLeastWait_ms, still: false, bytes: 0, echoes: new Map(),
-      echo: 0, state: null, heard: -Infinity, since: performance.now() });
+      echo: 0, state: null, hand: null, handState: null, heard: -Infinity, since: performance.now() });
     this.clock = new ClockOffset();
   }
   get open() { return this.socket?.readyState === WebSocket.OPEN; }
@@ -66,6 +67,17 @@ class Stream {
     const socket = this.socket;
     this.socket = null;
     socket?.close();
+    this.letGo();
+  }
+
+  // `hand` has what a headset's controller that leads is told: take(message), lost().
+  lead(hand) {
+    this.hand = hand;
+    if (this.handState) hand.take(this.handState);
+  }
+  letGo() {
+    this.handState = null;
+    this.hand?.lost();
   }
 
   // Lets the scene come, too: `scene` has text(message), binary(buffer), still(yes or no). Null: it comes no more.
@@ -95,6 +107,7 @@ class Stream {
     socket.onclose = ({ code }) => {
       if (socket !== this.socket) return;
       this.socket = null;
+      this.letGo();
       clearTimeout(this.alarm);
       this.setStill(true);
       this.page.closed(code);
@@ -111,6 +124,13 @@ class Stream {
     this.socket.send(JSON.stringify({ echo: this.echo }));
   }
 
+  // Sends it, unless what was sent before still waits. Returns whether it was sent.
+  send(data) {
+    if (!this.open || this.socket.bufferedAmount > kMostWaiting) return false;
+    this.socket.send(data);
+    return true;
+  }
+
   take(data) {
     this.bytes += typeof data === 'string' ? data.length : data.byteLength;
     this.heard = performance.now();
@@ -124,6 +144,9 @@ class Stream {
       } else if (message.type === 'state') {
         this.state = merged(this.state ?? {}, message);
         this.page.state(this.state);
+      } else if (message.type === 'hand') {
+        this.handState = message;
+        this.hand?.take(message);
       } else {
         this.scene?.text(message);
       }

@@ -3,6 +3,7 @@
 import { Headset, headsetOffered } from './headset.js';
 import { hitCamera, mainCamera, toolCamera } from './cameras.js';
 import { CornerView } from './corner_view.js';
+import { LeadingHand } from './hand.js';
 import { FluidPanel } from './fluid_panel.js';
 import { Pace } from './pace.js';
 import { decode, decodeMesh } from './protocol.js';
@@ -43,6 +44,8 @@ export class Desk {
     Object.assign(this, { pace: new Pace(), slow: null, tried: false });  // slow: { per_s, since }, while that is why the server's are shown
     this.connection = page.stream;
     this.handlers = { text: message => this.takeText(message), binary: buffer => this.takeBinary(buffer), still: still => this.setStill(still) };
+    this.hand = new LeadingHand(data => this.connection.send(data));
+    this.connection.lead(this.hand);
     this.addChoice();
   }
 
@@ -194,7 +197,7 @@ export class Desk {
   }
   async enterHeadset() {
     if (!this.shown) return;
-    const headset = new Headset(this.stage, mainCamera(this.cell, this.view), () => this.facts(), () => { this.headset = null; this.choose(); this.draw(); });
+    const headset = new Headset(this.stage, mainCamera(this.cell, this.view), this.hand, () => this.facts(), () => { this.headset = null; this.choose(); this.draw(); });
     try {
       await headset.enter();
       this.headset = headset;
@@ -208,7 +211,7 @@ export class Desk {
     const { closeness, speed_m_s, perceptKnown, stale, heard } = this.stage.poses, link = this.page.state()?.link;
     const { still } = this.connection, known = perceptKnown && !still;
     const alarm = still ? say('scene.still') : said(this.view.banner);
-    return { closeness, speed_m_s, known, state: heard && !stale && !still ? link ? say('link_state.' + link.slave) : '–' : say('scene.unknown'), alarm };
+    return { closeness, speed_m_s, known, state: heard && !stale && !still ? link ? say('link_state.' + link.slave) : '–' : say('scene.unknown'), hand: this.hand.words(), alarm };
   }
 
   takeText(message) {

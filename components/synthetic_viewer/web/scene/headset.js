@@ -15,9 +15,10 @@ export async function headsetOffered() {
 }
 
 export class Headset {
-  // `ended()` when the session has ended; `facts()` gives { closeness, speed_m_s, known, state, alarm } to be read in the headset.
-  constructor(stage, camera, facts, ended) {
-    Object.assign(this, { stage, home: camera, facts, ended, place: new SceneInHand(), table: false, pressed: false, felt_ms: -Infinity, frames: 0 });
+  // `hand`: the controller that leads (hand.js); `ended()` when the session has ended; `facts()` gives { closeness, speed_m_s, known, state,
+  // hand, alarm } to be read in the headset.
+  constructor(stage, camera, hand, facts, ended) {
+    Object.assign(this, { stage, home: camera, hand, facts, ended, place: new SceneInHand(), table: false, pressed: false, felt_ms: -Infinity, frames: 0 });
     this.user = new Object3D();  // W ← room
     this.user.matrixAutoUpdate = false;
     this.user.add(stage.camera);
@@ -49,6 +50,7 @@ export class Headset {
     const { renderer, camera } = this.stage;
     renderer.setAnimationLoop(null);
     renderer.xr.enabled = false;
+    this.hand.giveBack();
     this.user.remove(camera);
     for (const mesh of [this.panel, ...this.hands]) { mesh.geometry.dispose(); mesh.material.map?.dispose(); mesh.material.dispose(); }
     this.ended();
@@ -81,6 +83,7 @@ export class Headset {
   }
 
   readHands(frame, space) {
+    this.hand.follow(this.session, source => source.gripSpace && frame.getPose(source.gripSpace, space), this.place.W_turn);
     const gripping = [];
     let pressed = false;
     this.hands.forEach(hand => { hand.visible = false; });
@@ -92,11 +95,11 @@ export class Headset {
       this.hands[i].position.copy(place);
       this.hands[i].visible = true;
       if (source.handedness === 'left') this.left = pose.transform;
-      if (buttons[kSqueeze]?.pressed) gripping.push(place);
+      if (buttons[kSqueeze]?.pressed && !this.hand.isOf(source)) gripping.push(place);
       pressed ||= Boolean(buttons[kSizeButtons.find(button => buttons[button])]?.pressed);
     });
-    this.place.grip(gripping);
-    if (pressed && !this.pressed) this.setSize(!this.table);
+    this.place.grip(this.hand.grips ? [] : gripping);  // while a hand leads, the scene stays where it is
+    if (pressed && !this.pressed && !this.hand.grips) this.setSize(!this.table);
     this.pressed = pressed;
   }
 
@@ -112,9 +115,10 @@ export class Headset {
     if (this.viewer) panel.quaternion.setFromRotationMatrix(new Matrix4().lookAt(this.viewer, panel.position, new Vector3(0, 1, 0)));
   }
 
-  write({ closeness, speed_m_s, known, state, alarm }) {
+  write({ closeness, speed_m_s, known, state, hand, alarm }) {
     const lines = [[say('scene.closeness'), known ? closeness.toFixed(2) : say('scene.unknown')],
-      [say('scene.speed'), known ? `${speed_m_s.toFixed(3)} m/s` : say('scene.unknown')], [say('scene.state'), state]];
+      [say('scene.speed'), known ? `${speed_m_s.toFixed(3)} m/s` : say('scene.unknown')], [say('scene.state'), state],
+      ...(hand ? [[say('scene.hand'), hand]] : [])];
     const text = JSON.stringify([lines, alarm]);
     if (text === this.written) return;
     this.written = text;
@@ -123,7 +127,7 @@ export class Headset {
     ink.fillRect(0, 0, width, height);
     ink.textBaseline = 'middle';
     lines.forEach(([name, value], i) => {
-      const y = 55 + 82 * i;
+      const y = 36 + 64 * i;
       ink.font = '44px system-ui, sans-serif';
       ink.fillStyle = '#b8c2cc';
       ink.fillText(name, 28, y);

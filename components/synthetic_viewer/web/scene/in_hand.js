@@ -1,7 +1,7 @@
 // Where the scene stands in the room of a headset, and the hands that move it. The room is WebXR's: y up, −z ahead at the start; W has z
 // up. room ← W is an upright similarity: scale, turn about the vertical, shift. Pure.
 
-import { Matrix4, Vector3 } from 'three';
+import { Matrix4, Quaternion, Vector3 } from 'three';
 
 const kLeastScale = 0.05, kMostScale = 5;
 const kUpright = new Matrix4().makeRotationX(-Math.PI / 2);  // room ← W without turn
@@ -13,6 +13,11 @@ export class SceneInHand {
   get room_from_W() {
     return new Matrix4().makeTranslation(this.shift_m).multiply(new Matrix4().makeRotationY(this.yaw_rad))
       .multiply(new Matrix4().makeScale(this.scale, this.scale, this.scale)).multiply(kUpright);
+  }
+
+  // The axes of W in the room's: W ← room, without scale and shift.
+  get W_turn() {
+    return new Quaternion().setFromAxisAngle(new Vector3(0, 1, 0), this.yaw_rad).multiply(new Quaternion().setFromRotationMatrix(kUpright)).invert();
   }
 
   // As large as it is: the user stands outside of the workspace, on its floor, and looks at its middle. `eye_m`: from there, as seen in W.

@@ -4,6 +4,20 @@ export const kViewBits = { main: 1, hit: 2, tool: 4 };
 export const kShapes = [null, 'cone', 'cylinder', 'sphere', 'disc'];
 const kHeader = 36, kBody = 20, kMark = 44, kPaintHeader = 16, kPatch = 8;
 
+const kHandOctets = 44;
+
+// Returns the message of where the controller is that leads the arm: `position_m` and `turn` (x, y, z, w) in the axes of W.
+export function encodeHand({ number, time_s, tracked, grip, trigger, position_m, turn }) {
+  const data = new DataView(new ArrayBuffer(kHandOctets));
+  data.setUint8(0, 3);
+  data.setUint8(1, (tracked ? 1 : 0) | (grip ? 2 : 0));
+  data.setUint16(2, Math.round(65535 * trigger), true);
+  data.setUint32(4, number, true);
+  data.setFloat64(8, time_s, true);
+  [...position_m, ...turn].forEach((value, i) => data.setFloat32(16 + 4 * i, value, true));
+  return data.buffer;
+}
+
 // Reads a unit quaternion x, y, z, w of four i16.
 function quaternion(data, at) {
   const q = [0, 2, 4, 6].map(i => data.getInt16(at + i, true));
