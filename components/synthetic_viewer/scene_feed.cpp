@@ -70,8 +70,8 @@ struct SceneFeed::Client {
   Follower follower;
   std::uint64_t number;  // among all that ever came, from 1 on
   WebSocket socket;
-  std::optional<HandWord> told;              // of the hand, last
-  bool has_led = false;                      // poses may be on their way after it was told that it does not any more
+  std::optional<HandWord> told;  // of the hand, last
+  bool has_led = false;          // poses may be on their way after it was told that it does not any more
   std::uint64_t seen = 0, numbers_seen = 0;  // of the scene's board, and of the numbers'
   SceneBoard::Content poses;                 // the last ones sent
   core::Nanoseconds period_ns = 0;           // of poses at least; 0: it does not follow the scene

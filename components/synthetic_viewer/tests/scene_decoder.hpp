@@ -67,7 +67,7 @@ class DecodedScene {
   nlohmann::json cell, view, echo;
   nlohmann::json state;                 ///< the page's numbers and alerts
   std::vector<std::string> told_state;  ///< the messages that made it
-  std::string hand;  // how it is with the hand; empty: nothing was said of it
+  std::string hand;                     // how it is with the hand; empty: nothing was said of it
   std::map<std::string, nlohmann::json> items;
   std::vector<Eigen::Affine3d> bodies;
   std::vector<Mark> marks;
