@@ -10,11 +10,11 @@ namespace {
 
 using Json = nlohmann::json;
 
-/// A number to six decimals, so that it is short.
-Json number_or_null(double value, bool known = true) {
-  constexpr double kParts = 1e6;
-  return known && std::isfinite(value) ? Json(std::round(value * kParts) / kParts) : Json();
+/// A number to six decimals, or to one of so many parts, so that it is short and seldom another one.
+Json number_or_null(double value, bool known = true, double parts = 1e6) {
+  return known && std::isfinite(value) ? Json(std::round(value * parts) / parts) : Json();
 }
+constexpr double kThousandths = 1e3, kTenths = 10, kWhole = 1;
 
 constexpr std::array kCounterbalanceNames{"none", "mechanical", "automatic"};  // of teleop::Counterbalance
 
@@ -72,8 +72,8 @@ Json joints_json(const ViewerState& state, const CellScene& scene) {
     const robot::Joint& joint = scene.arm().joints()[i];
     names.push_back(joint.name);
     prismatic.push_back(joint.type == robot::JointType::kPrismatic);
-    percept_torques.push_back(number_or_null(state.master.percept_torque_Nm[i]));
-    feedback_torques.push_back(number_or_null(state.master.feedback_torque_Nm[i]));
+    percept_torques.push_back(number_or_null(state.master.percept_torque_Nm[i], true, kThousandths));
+    feedback_torques.push_back(number_or_null(state.master.feedback_torque_Nm[i], true, kThousandths));
   }
   return {{"name", names},
           {"prismatic", prismatic},
@@ -130,14 +130,18 @@ Json moved_json(const CameraControl& cameras) {
   return moved;
 }
 
+/// Returns whether a loop has not ticked for so long that its rate is out of date.
+bool silent(const core::LoopStatistics& loop) {
+  return loop.period_s > 0 && loop.idle_s > 1 + 3 * loop.period_s;
+}
+
 Json loops_json(const ComponentSample& component) {
   Json loops = Json::array();
   for (const core::LoopStatistics& loop : component.loops) {
     loops.push_back({{"name", loop.name},
-                     {"rate_hz", number_or_null(loop.rate_hz)},
-                     {"nominal_hz", number_or_null(1 / loop.period_s)},
-                     {"p99_us", number_or_null(loop.wakeup_p99_us)},
-                     {"idle_s", number_or_null(loop.idle_s)},
+                     {"rate_hz", number_or_null(loop.rate_hz, true, kTenths)},
+                     {"p99_us", number_or_null(loop.wakeup_p99_us, true, kWhole)},
+                     {"silent_s", number_or_null(loop.idle_s, silent(loop), kTenths)},
                      {"slips", loop.slips}});
   }
   return loops;

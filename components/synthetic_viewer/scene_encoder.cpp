@@ -271,7 +271,7 @@ void SceneEncoder::put_view(core::Nanoseconds at_ns) {
         R"({{"alert":{},"threatening":{},"node":{},"chosen":{},"held":{},"pgv":{},{},"title":{},"free_m":{}}})",
         hit.alert, hit.threatening, static_cast<int>(hit.node), static_cast<int>(state_.chosen), state_.hold,
         text_of(hit.situation.pgv), camera_text(homes.hit.camera), words_text(homes.title),
-        list_text(homes.free_m, number_text));
+        list_text(homes.free_m, [](double free_m) { return fmt::format("{:.5f}", free_m); }));
   board_.put(
       "view",
       {false, fmt::format(R"({{"type":"view","banner":{},"alarm":{},"main":{{{},"note":{}}},"hit":{}}})",

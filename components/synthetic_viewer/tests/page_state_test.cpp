@@ -204,7 +204,7 @@ TEST(PageState, TheListOfHitsIsBounded) {
   const auto told = page(state);
   EXPECT_EQ(told.at("total_hits"), 500);
   std::set<int> numbers;
-  for (const auto& hit : told.at("hits")) numbers.insert(hit.at("number").get<int>());
+  for (const auto& one : told.at("hits")) numbers.insert(one.at("number").get<int>());
   EXPECT_EQ(numbers.size(), ViewerState::kMaxHits);
   EXPECT_EQ(*numbers.rbegin(), 500);
   EXPECT_EQ(*numbers.begin(), 461) << "the newest ones";
@@ -219,7 +219,7 @@ TEST(PageState, NamesFromOutsideCannotBreakTheJson) {
   std::uint64_t seen = 0;
   PageBoard board;
   EXPECT_NO_THROW(board.put(page(state)));
-  EXPECT_NO_THROW(nlohmann::json::parse(board.since(seen)));
+  EXPECT_TRUE(nlohmann::json::accept(board.since(seen)));
 }
 
 // Tries synthetic_viewer: component_status under more than 256

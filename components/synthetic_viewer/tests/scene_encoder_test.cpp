@@ -357,7 +357,7 @@ TEST_F(SceneOfACell, AViewerCostsLessThanSixtyThousandOctetsASecond) {
   octets += numbers_octets;
   std::printf("%.1f kB/s of them numbers\n", 1e-3 * static_cast<double>(numbers_octets) / 10);
   EXPECT_EQ(scene_.poses_count - before, kTicks) << "each tick has its poses";
-  EXPECT_GT(scene_.paint_count, 20);
+  EXPECT_GE(scene_.paint_count, 10) << "still once a second";
   EXPECT_LT(octets, 600'000U) << "in ten seconds";
   std::printf("%.1f kB/s with all in motion\n", 1e-3 * static_cast<double>(octets) / 10);
   // At rest there is a heartbeat, and no more.

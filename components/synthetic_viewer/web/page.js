@@ -206,7 +206,7 @@ function showHits(hits, total) {
 
 // The rate of a hanging loop is out of date, so the time since its last tick is shown instead.
 function rate(loop) {
-  return loop.idle_s > 1 + 3 / loop.nominal_hz ? text('component.no_tick', { seconds: loop.idle_s }) : fixed(loop.rate_hz, loop.rate_hz >= 100 ? 0 : 1, ' Hz');
+  return loop.silent_s !== null ? text('component.no_tick', { seconds: loop.silent_s }) : fixed(loop.rate_hz, loop.rate_hz >= 100 ? 0 : 1, ' Hz');
 }
 
 function showComponents(components) {
