@@ -322,7 +322,7 @@ TEST_F(SceneWithoutChoice, ABrowserThatDrawsFewPicturesShowsTheViewersUnlessItsO
   })) << text("scene-source");
   EXPECT_TRUE(truth(
       "document.getElementById('main-view').offsetParent && !document.getElementById('main-scene').offsetParent"));
-  EXPECT_TRUE(truth("!phantomScene.connection.open"));
+  EXPECT_TRUE(truth("phantomScene.connection.scene === null"));
   EXPECT_EQ(browser_->run("return document.getElementById('server-pictures').ariaPressed"), "true");
   if (const char* folder = std::getenv("PHANTOM_SCREENSHOTS"))
     std::ofstream(std::string(folder) + "/scene_slow.png", std::ios::binary) << browser_->screenshot();
@@ -376,7 +376,7 @@ TEST_F(SceneDrawing, ShowsTheViewersPicturesByChoiceAndNothingInAHiddenTab) {
   EXPECT_TRUE(test::eventually([&] { return text("scene-source") == "Pictures from the server"; }));
   EXPECT_TRUE(truth(
       "document.getElementById('main-view').offsetParent && !document.getElementById('main-scene').offsetParent"));
-  EXPECT_TRUE(truth("!phantomScene.connection.open"));
+  EXPECT_TRUE(truth("phantomScene.connection.scene === null"));
   browser_->run(
       "window.cell = phantomScene.cell; window.stood = () => JSON.stringify(phantomScene.stage.bodies.map(b => b.elements));"
       "window.before = stood()");
