@@ -49,8 +49,8 @@ class Headset {
   }
   /// Returns what it was told last.
   std::string word() {
-    const int poses = client_.scene.poses_count;
-    client_.read_until([&] { return client_.scene.poses_count > poses; });
+    const int alive = client_.scene.alive_count;
+    client_.read_until([&] { return client_.scene.alive_count > alive; });
     return client_.scene.hand;
   }
 
