@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "common/runtime/other_arms.hpp"
 #include "common/teleop/bilateral.hpp"
 #include "common/teleop/counterbalance.hpp"
 
