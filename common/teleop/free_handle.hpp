@@ -5,6 +5,7 @@
 
 namespace phantom::teleop {
 
+/// Of a handle that no device has, and of who pushes it.
 struct FreeHandleParameters {
   double mass_kg = 1.0, inertia_kg_m2 = 0.02;
   /// Force per speed, and moment per rate of turn, by which what the handle lacks of a wanted speed pushes
@@ -23,13 +24,15 @@ class FreeHandle {
 
   explicit FreeHandle(const FreeHandleParameters& parameters) : parameters_(parameters) {}
 
-  /// Moves on by `dt_s`, led at the speed `wanted`, under `wrench`, which is left out if it is not finite.
+  /// Moves on by `dt_s`, led at the speed `wanted` (m/s, rad/s), under `wrench` (N, N·m, at H's origin),
+  /// which is left out if it is not finite; both in D, the handle's base.
   void lead(const robot::Spatial& wanted, const robot::Spatial& wrench, double dt_s) noexcept;
   /// Moves on by `dt_s` while nobody leads it. It stands still until no clutch can be fading any more, and
   /// then goes back to the middle of its way: what moves as a clutch fades moves the arm.
   void rest(double dt_s) noexcept;
 
-  const geometry::Pose& pose() const noexcept { return X_DH_; }
+  const geometry::Pose& pose() const noexcept { return X_DH_; }  ///< D ← H
+  /// m/s, rad/s, of H in D.
   const robot::Spatial& twist() const noexcept { return twist_; }
   /// Returns whether it has come to the end of its way, and not back to the middle since.
   bool spent() const noexcept { return spent_; }

@@ -4,36 +4,30 @@
 #include <optional>
 #include <span>
 
-#include "common/geometry/pose.hpp"
-#include "common/robot/jacobian.hpp"
+#include "common/teleop/cartesian_hand.hpp"
+#include "common/teleop/free_handle.hpp"
 #include "components/ros2_gateway/stream_check.hpp"
 
 namespace phantom::ros2_gateway {
 
-/// How commands of ROS 2 lead the tool.
-struct TwistMasterRules {
+/// How commands of ROS 2 lead the tool, and the handle that they push.
+struct TwistMasterRules : teleop::FreeHandleParameters {
   double staleness_s = 0.2;          ///< what was not heard for so long commands nothing
   double largest_stamp_age_s = 0.5;  ///< late or early, by this host's clock; 0: not judged
   double largest_speed_m_s = 0.1;    ///< of the handle: faster commands are slowed down in their direction
   double largest_turn_rad_s = 0.5;
-  double mass_kg = 1.0, inertia_kg_m2 = 0.02;  ///< of the simulated handle
-  /// Force per speed, and moment per rate of turn, with which a command pushes the handle.
-  double push_N_s_per_m = 60.0, push_N_m_s_per_rad = 1.0;
   std::array<int, 6> joy_axes{1, 0, -1, -1, -1, 2};  ///< of x, y, z, then about them; −1: none
   int joy_enable = 4;                                ///< button that is held to command
 };
 
 /// A master that commands speeds: a simulated handle of a haptic device (docs/haptic_device.md), which the
-/// command pushes as a hand would, with a force in proportion to what its speed lacks, so that drag and
-/// feedback slow it down. Its clutch is in while commands come and master_io takes the device. What falls
-/// silent, or is let go, commands nothing from then on; a command moves nothing until it was seen at rest: at
-/// the start, after a silence, after master_io did not take the device, and after the handle was brought back
-/// to the middle, since it came to the end of its way. Not thread-safe.
+/// command pushes (teleop::FreeHandle), so that drag and feedback slow it down. Its clutch is in while
+/// commands come and master_io takes the device. What falls silent, or is let go, commands nothing from then
+/// on; a command moves nothing until it was seen at rest: at the start, after a silence, after master_io did
+/// not take the device, and after the handle was brought back to the middle, since it came to the end of its
+/// way. Not thread-safe.
 class TwistMaster {
  public:
-  /// Half of the handle's way along each axis.
-  static constexpr double kWay_m = 9.0;
-
   explicit TwistMaster(const TwistMasterRules& rules);
 
   /// Take a command. Errors, with the reason: of StreamCheck, a number that is none, an axis or a button that
@@ -45,15 +39,10 @@ class TwistMaster {
                         std::span<const std::int32_t> buttons, core::Nanoseconds now_ns,
                         core::Nanoseconds utc_now_ns);
 
-  struct Handle {
-    geometry::Pose X_DH;
-    robot::Spatial twist = robot::Spatial::Zero();  ///< m/s, rad/s, in D
-    bool clutch = false;
-  };
   /// Advances by dt_s under what Phantom exerts on the handle (N, N·m). `taken`: whether it takes the device;
   /// what is not heard for staleness_s counts as no. Real-time safe: yes.
-  const Handle& step(const robot::Spatial& wrench, bool taken, double dt_s,
-                     core::Nanoseconds now_ns) noexcept;
+  const teleop::HandState& step(const robot::Spatial& wrench, bool taken, double dt_s,
+                                core::Nanoseconds now_ns) noexcept;
 
  private:
   core::Status take(const StreamMessage& from, const robot::Spatial& twist, bool enabled,
@@ -64,9 +53,9 @@ class TwistMaster {
   robot::Spatial command_ = robot::Spatial::Zero();
   bool enabled_ = false;            // by the newest command
   bool seen_at_rest_ = false;       // since the last loss
-  bool returning_ = false;          // to the middle
   core::Nanoseconds taken_ns_ = 0;  // when the device was taken last
-  Handle handle_;
+  teleop::FreeHandle handle_;
+  teleop::HandState hand_;
 };
 
 }  // namespace phantom::ros2_gateway

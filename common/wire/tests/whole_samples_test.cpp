@@ -190,6 +190,17 @@ TEST_F(GuardAgainstMixedSamples, HandsOnTheNextWholeOneAsAFragment) {
   EXPECT_TRUE(guard.rewritten().empty());
 }
 
+struct SecuredGuardAgainstMixedSamples : GuardAgainstMixedSamples {
+  SecuredGuardAgainstMixedSamples() : GuardAgainstMixedSamples(true) {}
+};
+
+TEST_F(SecuredGuardAgainstMixedSamples, LeavesWhatMayBeSigned) {
+  receive(test::announcement(peer(1)));
+  ASSERT_EQ(receive(message({half_sample(kKeyless, 1, 1)}, peer(1))), Fault::kNone);
+  ASSERT_EQ(receive(message({whole_sample(kKeyless, 2)}, peer(1))), Fault::kNone);
+  EXPECT_TRUE(guard.rewritten().empty());
+}
+
 TEST_F(GuardTest, LeavesWholeSamplesAsTheyAreWhereFastDdsTakesBoth) {
   receive(test::announcement(peer(1)));
   receive(message({half_sample(kKeyless, 1, 1)}, peer(1)));

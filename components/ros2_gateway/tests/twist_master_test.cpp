@@ -30,17 +30,17 @@ class TwistMasterTest : public testing::Test {
       if (linear != nullptr && k % 5 == 0) {
         EXPECT_TRUE(twist(*linear, angular));
       }
-      const Eigen::Vector3d before = handle_.X_DH.translation_m;
+      const Eigen::Vector3d before = handle_.pose.translation_m;
       handle_ = master_.step(wrench, taken_, 0.002, now_);
       // Where it stands is where its speed has brought it: master_io would take the device for one that
       // jumped.
-      EXPECT_LT((handle_.X_DH.translation_m - before - 0.002 * handle_.twist.head<3>()).norm(), 1e-12);
+      EXPECT_LT((handle_.pose.translation_m - before - 0.002 * handle_.twist.head<3>()).norm(), 1e-12);
     }
   }
   bool taken_ = true;  // by master_io
   TwistMasterRules rules_;
   TwistMaster master_{rules_};
-  TwistMaster::Handle handle_;
+  teleop::HandState handle_;
   core::Nanoseconds now_ = 1000 * core::kNsPerSecond;
 };
 
@@ -53,7 +53,7 @@ TEST_F(TwistMasterTest, LeadsAtTheSpeedThatIsCommanded) {
   EXPECT_NEAR(handle_.twist[0], 0.05, 1e-6);
   EXPECT_NEAR(handle_.twist[2], -0.02, 1e-6);
   EXPECT_NEAR(handle_.twist[5], 0.3, 1e-6);
-  const Eigen::AngleAxisd turned(handle_.X_DH.rotation);
+  const Eigen::AngleAxisd turned(handle_.pose.rotation);
   EXPECT_NEAR(turned.angle(), 0.3 * 0.4, 0.3 * 0.03) << "but for the time that it takes to come to its speed";
   EXPECT_GT(turned.axis().z(), 0.999);
 }
@@ -112,11 +112,27 @@ TEST_F(TwistMasterTest, LetsTheClutchOutWhileItIsNotTaken) {
   EXPECT_TRUE(handle_.clutch);
 }
 
+// As a clutch fades out, what the handle does still moves the arm.
+TEST_F(TwistMasterTest, StandsAsItIsLetGoAndGoesBackToTheMiddleLater) {
+  const Axes rest{}, forward{0.1, 0.0, 0.0};
+  run(50, &rest);
+  run(2000, &forward);
+  run(400);
+  ASSERT_FALSE(handle_.clutch);
+  const double stands_m = handle_.pose.translation_m[0];
+  EXPECT_GT(stands_m, 0.15);
+  run(1600);
+  EXPECT_NEAR(handle_.pose.translation_m[0], stands_m, 1e-4);
+  EXPECT_LT(handle_.twist.norm(), 1e-9);
+  run(4000);
+  EXPECT_LT(handle_.pose.translation_m.norm(), 0.02);
+}
+
 TEST_F(TwistMasterTest, DoesNotBeginWithACommandThatStands) {
   const Axes forward{0.05, 0.0, 0.0};
   run(500, &forward);
   EXPECT_FALSE(handle_.clutch);
-  EXPECT_LT(handle_.X_DH.translation_m.norm(), 1e-12);
+  EXPECT_LT(handle_.pose.translation_m.norm(), 1e-12);
 }
 
 TEST_F(TwistMasterTest, ComesBackToTheMiddleWhereItsWayEnds) {
@@ -125,14 +141,14 @@ TEST_F(TwistMasterTest, ComesBackToTheMiddleWhereItsWayEnds) {
   master_ = TwistMaster(rules_);
   run(50, &rest);
   double farthest = 0.0;
-  for (int s = 0; s < 40; ++s) {
+  for (int s = 0; s < 48; ++s) {
     run(500, &forward);
-    farthest = std::max(farthest, handle_.X_DH.translation_m[0]);
+    farthest = std::max(farthest, handle_.pose.translation_m[0]);
   }
   EXPECT_GT(farthest, 8.0);
   EXPECT_LT(farthest, 9.5) << "10 m is the topic's bound";
   EXPECT_FALSE(handle_.clutch) << "the same command does not go on by itself";
-  EXPECT_LT(handle_.X_DH.translation_m.norm(), 0.02);
+  EXPECT_LT(handle_.pose.translation_m.norm(), 0.02);
   run(20, &rest);
   run(100, &forward);
   EXPECT_TRUE(handle_.clutch);
