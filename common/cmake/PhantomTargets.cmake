@@ -53,7 +53,7 @@ target_compile_options(phantom_options INTERFACE -Wall -Wextra -Wpedantic -Wshad
                        -Wnon-virtual-dtor -Woverloaded-virtual
                        # GCC 13 and later take a reference to what a function returns for one to its argument.
                        $<$<AND:$<CXX_COMPILER_ID:GNU>,$<VERSION_GREATER_EQUAL:$<CXX_COMPILER_VERSION>,13>>:-Wno-dangling-reference>
-                       $<$<BOOL:${PHANTOM_UNITY}>:-Wno-subobject-linkage>)
+                       $<$<AND:$<BOOL:${PHANTOM_UNITY}>,$<CXX_COMPILER_ID:GNU>>:-Wno-subobject-linkage>)
 if(PHANTOM_WARNINGS_AS_ERRORS)
   target_compile_options(phantom_options INTERFACE -Werror)
 endif()
