@@ -254,6 +254,33 @@ TEST_F(SceneDrawing, ReadsWhatCameWhileItWasBusyBeforeItSaysThatThePictureStands
   })) << "within half a second";
 }
 
+// Tries synthetic_viewer: graphics that leave the bodies out of what the browser draws
+TEST_F(SceneDrawing, GraphicsThatLeaveTheBodiesOutAreNoticedAndTheViewersPicturesShown) {
+  open();
+  ASSERT_TRUE(drawn());
+  EXPECT_TRUE(test::eventually([&] { return truth("phantomScene.whole === true"); }));
+  // As of a driver that draws nothing of many items at once, and reports no error. Anew, as after a loss.
+  browser_->run(
+      "window.many = phantomScene.stage.renderer.getContext().getExtension('WEBGL_multi_draw');"
+      "window.works = many.multiDrawElementsWEBGL; many.multiDrawElementsWEBGL = () => {};"
+      "phantomScene.whole = null; phantomScene.draw()");
+  const auto source = [&](const std::string& words) {
+    return test::eventually([&] { return text("scene-source") == words; });
+  };
+  const std::string left_out = "Pictures from the server: this browser's graphics leave the bodies out";
+  EXPECT_TRUE(source(left_out)) << text("scene-source");
+  EXPECT_TRUE(truth("phantomScene.connection.scene === null")) << "what is not drawn does not come";
+  // Whoever chooses the browser's nevertheless has them tried again, not shown.
+  browser_->run(
+      "window.tries = 0; const run = phantomScene.checkWhole; phantomScene.checkWhole = function () { run.call(this); if (this.whole === false) ++tries; }");
+  browser_->run("document.getElementById('server-pictures').click()");
+  EXPECT_TRUE(test::eventually([&] { return truth("tries > 0"); }));
+  EXPECT_TRUE(source(left_out)) << text("scene-source");
+  browser_->run("many.multiDrawElementsWEBGL = works; document.getElementById('server-pictures').click()");
+  EXPECT_TRUE(source("Drawn in this browser")) << text("scene-source");
+  EXPECT_TRUE(test::eventually([&] { return truth("phantomScene.whole === true"); }));
+}
+
 // Tries synthetic_viewer: a browser without WebGL 2
 TEST_F(SceneDrawing, WithoutWebGlTheViewersPicturesAreShown) {
   open({"--disable-3d-apis"});

@@ -1,6 +1,6 @@
 // Many items in one draw call: meshes side by side in one buffer, what differs between items in textures.
 
-import { BatchedMesh, BufferAttribute, BufferGeometry, Color, DataTexture, FloatType, Matrix4, RGBAFormat } from 'three';
+import { BatchedMesh, BufferAttribute, BufferGeometry, Color, DataTexture, FloatType, Matrix4, RGBAFormat, Sphere } from 'three';
 import { kTexelsPerItem } from './look.js';
 
 const kFirstItems = 64, kFirstVertices = 1 << 15, kFirstIndices = 1 << 17;
@@ -61,6 +61,11 @@ export class Batch {
       count += seen ? 1 : 0;
     });
     return count;
+  }
+
+  // The spheres round what is shown in W, marks left out.
+  spheres() {
+    return this.items.flatMap((item, i) => item?.name === undefined ? [] : [this.mesh.getBoundingSphereAt(this.mesh.getGeometryIdAt(i), new Sphere()).applyMatrix4(item.W_from_mesh)]);
   }
 
   // Returns the geometry of a mesh, which is put into the buffer at its first use; null while the mesh is not known.

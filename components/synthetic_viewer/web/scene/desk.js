@@ -14,6 +14,7 @@ import { said, say } from './words.js';
 
 const kPatience_ms = 2500;  // so long without a scene, while the page itself hears the viewer, and the server's pictures are shown
 const kTrial_ms = 6000;     // so long after a change to the server's pictures it is seen whether they are more
+const kLookAgain_ms = 2000; // so long after a picture that did not tell whether it is whole the next is tried
 const kShadowPitch_m = 0.03;
 const kHeard_ms = 1500, kRetry_ms = 100;
 const kChoice = 'phantom.pictures', kAgeShown_ms = 250, kFiguresKept = 600;
@@ -42,6 +43,7 @@ export class Desk {
     this.choice = null;  // whose pictures the operator has chosen: 'server', 'browser', or nobody's yet
     try { this.choice = localStorage.getItem(kChoice); } catch (problem) { /* nothing may be kept */ }
     Object.assign(this, { pace: new Pace(), slow: null, tried: false });  // slow: { per_s, since }, while that is why the server's are shown
+    Object.assign(this, { whole: null, looked_ms: -Infinity });  // whether the bodies are in what is drawn here, once that could be told; when it was tried last
     this.connection = page.stream;
     this.handlers = { text: message => this.takeText(message), binary: buffer => this.takeBinary(buffer), still: still => this.setStill(still) };
     this.hand = new LeadingHand(data => this.connection.send(data));
@@ -66,7 +68,7 @@ export class Desk {
     const changed = () => this.ask(), moved = view => this.mirror(view);
     this.views = Object.fromEntries(['main', 'hit', 'tool'].map(name => [name, new DrawnView(name, this.stage.software, changed, moved)]));
     this.stage.canvas.addEventListener('webglcontextlost', () => { this.lost = true; this.choose(); });
-    this.stage.canvas.addEventListener('webglcontextrestored', () => { this.lost = false; this.choose(); });
+    this.stage.canvas.addEventListener('webglcontextrestored', () => { this.lost = false; this.whole = null; this.choose(); });
     document.addEventListener('visibilitychange', () => this.follow());
     this.views.hit.canvas.addEventListener('keydown', event => this.lookFrom(event));
     const drawn = view => (this.shown ? this.views[view] : undefined);  // a camera's live picture is not drawn here
@@ -88,7 +90,7 @@ export class Desk {
     }
   }
 
-  get serversWanted() { return this.choice === 'server' || this.slow !== null; }
+  get serversWanted() { return this.choice === 'server' || this.slow !== null || this.whole === false; }
 
   // A page that shows the server's pictures by choice or because it draws too few does not follow the scene.
   follow() {
@@ -158,6 +160,7 @@ export class Desk {
   reason() {
     if (this.problem) return this.problem.name === 'NoWebGl' ? say('scene.no_webgl') : this.problem.message;
     if (this.slow) return say('scene.slow', { per_s: this.slow.per_s });
+    if (this.whole === false) return say('scene.not_whole');
     return say(this.lost ? 'scene.lost' : this.headset ? 'scene.in_headset' : 'scene.no_stream');
   }
   addChoice() {
@@ -167,6 +170,7 @@ export class Desk {
     this.button.addEventListener('click', () => {
       this.choice = this.serversWanted ? 'browser' : 'server';
       this.slow = null;
+      this.whole = null;
       try { localStorage.setItem(kChoice, this.choice); } catch (problem) { /* chosen for this visit */ }
       this.follow();
     });
@@ -284,6 +288,15 @@ export class Desk {
     this.script_ms.push(performance.now() - begun);
     if (this.script_ms.length > kFiguresKept) this.script_ms.shift();
     this.firstPicture_ms ??= performance.now();
+    if (this.whole === null && !this.fetching.size) this.checkWhole();
+  }
+  // A picture without its bodies is worse than a slow one: the server's are shown, whatever was chosen.
+  checkWhole() {
+    const { main } = this.views, camera = main.shown ? this.camera(main) : null;
+    if (!camera || performance.now() - this.looked_ms < kLookAgain_ms) return;
+    this.looked_ms = performance.now();
+    this.whole = this.stage.isWhole('main', camera, main.context);
+    if (this.whole === false) this.follow();
   }
   noteAge() {
     const { poses } = this.stage, on_the_way_s = this.connection.clock.age_s(poses.time_s, performance.now() / 1000);

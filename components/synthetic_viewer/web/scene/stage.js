@@ -10,6 +10,7 @@ import { makeMaterials, makeUniforms } from './look.js';
 import { Paint } from './paint.js';
 import { kViewBits } from './protocol.js';
 import { makeShape } from './shapes.js';
+import { WholeCheck } from './whole.js';
 
 const kAllViews = 7;
 const matrixOf = rows => new Matrix4().set(...rows, 0, 0, 0, 1);
@@ -17,6 +18,12 @@ const geometryOf = (values, indices) => {
   const geometry = new BufferGeometry().setAttribute('position', new BufferAttribute(new Float32Array(values), 3));
   return indices ? geometry.setIndex(indices) : geometry;
 };
+
+// Returns where a sphere is in a camera's picture: { x, y, radius } in shares of its width, height and height; null where it is not before the camera.
+function circleOf({ center, radius }, { matrixWorldInverse, projectionMatrix }) {
+  const [, , z] = center.clone().applyMatrix4(matrixWorldInverse).toArray(), { x, y } = center.clone().applyMatrix4(matrixWorldInverse).applyMatrix4(projectionMatrix);
+  return -z > radius ? { x: (x + 1) / 2, y: (1 - y) / 2, radius: radius * projectionMatrix.elements[5] / (-2 * z) } : null;
+}
 
 export class NoWebGl extends Error { name = 'NoWebGl'; }
 
@@ -47,6 +54,7 @@ export class Stage {
     this.poses = null;            // the newest
     this.uniforms = makeUniforms(this.paint.texture);
     this.fluid = new Fluid(this.uniforms.cut);
+    this.wholeCheck = new WholeCheck();
   }
 
   // `shaders`: the answer to GET /shaders.json. Throws Error where they are not as they must be. Returns this.
@@ -182,5 +190,15 @@ export class Stage {
     this.renderer.setScissorTest(true);
     this.drawScene(view, this.camera);
     context.drawImage(this.canvas, 0, this.canvas.height - height, width, height, 0, 0, width, height);
+  }
+  // Returns whether the bodies are in the picture of a view; null where that cannot be told. Draws it twice.
+  isWhole(view, camera, context) {
+    const draw = withBodies => {
+      this.solid.mesh.visible = withBodies;
+      this.draw(view, camera, context);
+      return context.canvas;
+    };
+    place(this.camera, camera, context.canvas.width / context.canvas.height);
+    return this.wholeCheck.run(draw, this.solid.spheres().map(sphere => circleOf(sphere, this.camera)).filter(Boolean));
   }
 }
