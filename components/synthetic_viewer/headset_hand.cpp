@@ -163,6 +163,7 @@ HeadsetHand::Handle HeadsetHand::step(const Felt& felt, double dt_s, core::Nanos
   if (felt.taken) taken_ns_ = now_ns;
   if (holder_ != 0 && now_ns - heard_ns_ > silent_ns_) let_go(HandWord::kSilent);
   if (holder_ != 0 && now_ns - heard_ns_ > kHandForgotten_ns) forget();
+  free_s_ = holder_ == 0 ? free_s_ + dt_s : 0.0;
   const bool ready = holder_ != 0 && !trouble_;
   const bool taken = taken_ns_ != 0 && now_ns - taken_ns_ <= silent_ns_;
   felt_.taken = taken;
@@ -178,7 +179,7 @@ HeadsetHand::Handle HeadsetHand::step(const Felt& felt, double dt_s, core::Nanos
   } else {
     handle_.rest(dt_s);
   }
-  return {.hand = {.pose = handle_.pose(), .twist = handle_.twist(), .clutch = grips, .valid = ready},
+  return {.hand = {.pose = handle_.pose(), .twist = handle_.twist(), .clutch = grips, .valid = ready || free_s_ >= teleop::FreeHandle::kRests_s},
           .grip_opening = ready ? 1.0 - newest_->trigger : -1.0};
 }
 

@@ -86,7 +86,9 @@ class HeadsetHand {
     bool taken = false, leads = false;               ///< by master_io
   };
   struct Handle {
-    teleop::HandState hand;  ///< in the base's axes; not valid: nobody has it, or it cannot be believed
+    /// In the base's axes. Not valid: it cannot be believed, or nobody has it any more, for as long as a
+    /// clutch may fade. A hand that nobody has is at rest then, so that a session need not wait for one.
+    teleop::HandState hand;
     double grip_opening = -1.0;
   };
   /// Moves the handle on by `dt_s`. Real-time safe: yes, but for the wait for another thread's short lock.
@@ -111,6 +113,7 @@ class HeadsetHand {
   std::optional<double> least_delay_s_;          // of the page's clock to ours, of the pose that was fastest
   core::Nanoseconds delayed_ns_ = 0;             // when that was judged last
   std::optional<ControllerPose> newest_, last_;  // the newest; the last that was believed
+  double free_s_ = teleop::FreeHandle::kRests_s;  // so long nobody has had it
   bool gripping_ = false;
   geometry::Pose target_, aim_;  // where the hand has led; on the way there, over the time between two poses
   robot::Spatial aim_twist_ = robot::Spatial::Zero();

@@ -232,6 +232,27 @@ TEST_F(Hand, MovesNothingThatWasHeldWhileMasterIoDidNotTakeIt) {
   EXPECT_EQ(word(), "not_coupled");
 }
 
+TEST_F(Hand, IsAtRestWhileNobodyHasItAndNoClutchCanBeFading) {
+  sends_ = false;
+  run(2);
+  EXPECT_EQ(word(), "free");
+  EXPECT_TRUE(handle_.hand.valid) << "a session is ready before somebody has put the headset on";
+  EXPECT_FALSE(handle_.hand.clutch);
+  EXPECT_EQ(handle_.grip_opening, -1.0);
+  ASSERT_TRUE(hand_.claim(kPage, now_));
+  run(2);
+  EXPECT_FALSE(handle_.hand.valid) << "until its button was seen let go";
+  sends_ = true;
+  lead();
+  hand_.leave(kPage);
+  sends_ = false;
+  run(2400);
+  expect_let_go("free");
+  run(200);
+  EXPECT_TRUE(handle_.hand.valid);
+  EXPECT_FALSE(handle_.hand.clutch);
+}
+
 TEST_F(Hand, BeginsWithTheButtonLetGo) {
   ASSERT_TRUE(hand_.claim(kPage, now_));
   message_.grip = true;
