@@ -179,7 +179,10 @@ HeadsetHand::Handle HeadsetHand::step(const Felt& felt, double dt_s, core::Nanos
   } else {
     handle_.rest(dt_s);
   }
-  return {.hand = {.pose = handle_.pose(), .twist = handle_.twist(), .clutch = grips, .valid = ready || free_s_ >= teleop::FreeHandle::kRests_s},
+  return {.hand = {.pose = handle_.pose(),
+                   .twist = handle_.twist(),
+                   .clutch = grips,
+                   .valid = ready || free_s_ >= teleop::FreeHandle::kRests_s},
           .grip_opening = ready ? 1.0 - newest_->trigger : -1.0};
 }
 

@@ -110,9 +110,9 @@ class HeadsetHand {
   std::optional<HandWord> trouble_;  // why nothing leads, until the button was seen let go
   bool seen_out_ = false;            // the button, since the last trouble and while master_io takes the hand
   core::Nanoseconds heard_ns_ = 0, taken_ns_ = 0;
-  std::optional<double> least_delay_s_;          // of the page's clock to ours, of the pose that was fastest
-  core::Nanoseconds delayed_ns_ = 0;             // when that was judged last
-  std::optional<ControllerPose> newest_, last_;  // the newest; the last that was believed
+  std::optional<double> least_delay_s_;           // of the page's clock to ours, of the pose that was fastest
+  core::Nanoseconds delayed_ns_ = 0;              // when that was judged last
+  std::optional<ControllerPose> newest_, last_;   // the newest; the last that was believed
   double free_s_ = teleop::FreeHandle::kRests_s;  // so long nobody has had it
   bool gripping_ = false;
   geometry::Pose target_, aim_;  // where the hand has led; on the way there, over the time between two poses
