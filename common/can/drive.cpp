@@ -92,7 +92,6 @@ void Drive::enter(DrivePhase phase, core::Nanoseconds now_ns) noexcept {
 void Drive::fail(DriveFault fault, core::Nanoseconds now_ns) noexcept {
   if (report_.phase == DrivePhase::kFault) return;  // the first fault is the cause
   report_.fault = fault;
-  report_.fault_ns = now_ns;
   enter(DrivePhase::kFault, now_ns);
 }
 

@@ -58,8 +58,7 @@ const char* name_of(DriveFault fault) noexcept;
 struct DriveReport {
   DrivePhase phase = DrivePhase::kSearching;
   DriveFault fault = DriveFault::kNone;
-  core::Nanoseconds fault_ns = 0;  ///< time at which the fault was found
-  bool answered = false;           ///< false: nothing was received from it since it was asked to boot
+  bool answered = false;  ///< false: nothing was received from it since it was asked to boot
   PowerState power = PowerState::kNotReady;
   std::uint16_t statusword = 0;
   std::uint16_t emergency_code = 0;  ///< the newest; 0: none, or cleared

@@ -8,7 +8,6 @@ using Nanoseconds = std::int64_t;
 
 inline constexpr Nanoseconds kNsPerSecond = 1'000'000'000;
 inline constexpr Nanoseconds kNsPerMillisecond = 1'000'000;
-inline constexpr Nanoseconds kNsPerMicrosecond = 1'000;
 
 /// Returns CLOCK_MONOTONIC in nanoseconds: the only clock for ages, periods and time-outs. Its values are
 /// comparable on one host only. Real-time safe: yes (vDSO).

@@ -161,8 +161,7 @@ struct CameraPicture {
 
   friend bool operator==(const CameraPicture&, const CameraPicture&) = default;
 };
-/// Longest name of a camera; least and greatest size of its pictures.
-inline constexpr std::size_t kLongestCameraName = 32;
+/// Least and greatest size of a camera's pictures.
 inline constexpr std::uint32_t kLeastPictureSide_px = 16, kMostPictureSide_px = 8192;
 inline constexpr std::uint64_t kMostPicturePixels = std::uint64_t{1} << 24;
 

@@ -26,8 +26,6 @@ struct NodeOptions {
 /// QoS presets of ROS 2 (rmw/qos_profiles.h).
 inline constexpr dds::QosContract kDefault{.history_depth = 10};
 inline constexpr dds::QosContract kTransforms{.history_depth = 100};
-inline constexpr dds::QosContract kSensorData{.reliability = dds::Reliability::kBestEffort,
-                                              .history_depth = 5};
 inline constexpr dds::QosContract kLatched{.durability = dds::Durability::kTransientLocal,
                                            .history_depth = 1};
 

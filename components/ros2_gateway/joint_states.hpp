@@ -57,7 +57,6 @@ class JointStates {
     core::Nanoseconds stamp_ns = 0;  // 0: none
     std::array<std::uint8_t, 12> publisher{};
     double position = 0.0, velocity = 0.0;
-    bool velocity_known = false;
   };
   core::Status check(const JointStateMessage& message, core::Nanoseconds now_ns,
                      core::Nanoseconds utc_now_ns) const;

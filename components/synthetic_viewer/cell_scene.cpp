@@ -1,8 +1,10 @@
 #include "components/synthetic_viewer/cell_scene.hpp"
 
 #include <algorithm>
+#include <ranges>
 #include <set>
 
+#include "common/core/text.hpp"
 #include "components/synthetic_viewer/aids.hpp"
 
 namespace phantom::synthetic_viewer {
@@ -334,8 +336,7 @@ namespace {
 /// Returns the first names: "a, b, c, d and 3 more".
 Words some_of(const std::vector<std::string>& names) {
   constexpr std::size_t kNamed = 4;
-  std::string text;
-  for (std::size_t i = 0; i < names.size() && i < kNamed; ++i) text += (i == 0 ? "" : ", ") + names[i];
+  const std::string text = core::listed(names | std::views::take(kNamed));
   if (names.size() <= kNamed) return {"missing.names", {{"names", text}}};
   return {"missing.names_more", {{"names", text}, {"more", static_cast<double>(names.size() - kNamed)}}};
 }

@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "common/core/text.hpp"
 #include "common/core/units.hpp"
 
 namespace phantom::synthetic_viewer {
@@ -15,7 +16,7 @@ core::Status bad(const std::string& problem) { return core::Status::invalid_argu
 std::string allowed_kinds() {
   std::string names;
   for (std::uint32_t kind = 0; kind < core::kCommandKinds; ++kind)
-    names += (names.empty() ? "" : ", ") + std::string(core::rule_of(static_cast<CommandKind>(kind)).name);
+    core::add_to_list(names, core::rule_of(static_cast<CommandKind>(kind)).name);
   return names;
 }
 

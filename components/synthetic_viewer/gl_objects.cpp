@@ -101,6 +101,50 @@ void Mesh::drop() const {
   glDeleteBuffers(2, buffers.data());
 }
 
+Body Body::make(const ShadedMesh& source) {
+  Body body;
+  geometry::BoundingBox box;
+  for (const ShadedMesh::Vertex& v : source.vertices)
+    box.extend(Eigen::Map<const Eigen::Vector3f>(v.position_m.data()));
+  if (!box.empty()) {
+    body.middle_m = (box.min_m + box.max_m) / 2;
+    body.radius_m = (box.max_m - box.min_m).norm() / 2;
+  }
+  body.levels.push_back({0.0, Mesh::make(source)});
+  return body;
+}
+
+// A level merges the vertices within a cube of its pitch. It is kept if that saves enough triangles.
+Body Body::with_levels(const geometry::TriangleMesh& mesh) {
+  constexpr double kShadowPitch_m = 0.03;
+  constexpr std::size_t kLeastForLevels = 2000;  // triangles
+  constexpr double kWorthALevel = 0.6;
+  Body body = make(shade(mesh));
+  body.shadow = Mesh::make(shade(coarsen(mesh, kShadowPitch_m)));
+  if (mesh.triangles.size() < kLeastForLevels) return body;
+  double last = static_cast<double>(mesh.triangles.size());
+  for (const double pitch_m : {0.0015, 0.004, 0.010}) {
+    const geometry::TriangleMesh coarse = coarsen(mesh, pitch_m);
+    if (static_cast<double>(coarse.triangles.size()) > kWorthALevel * last) continue;
+    last = static_cast<double>(coarse.triangles.size());
+    body.levels.push_back({pitch_m, Mesh::make(shade(coarse))});
+  }
+  return body;
+}
+
+const Mesh& Body::seen_at(float pixels_per_m) const {
+  constexpr float kUnseen_px = 0.9F;  // side of a level's cubes
+  const Level* level = &levels.front();
+  for (const Level& coarser : levels)
+    if (static_cast<float>(coarser.pitch_m) * pixels_per_m < kUnseen_px) level = &coarser;
+  return level->mesh;
+}
+
+void Body::drop() const {
+  for (const Level& level : levels) level.mesh.drop();
+  shadow.drop();
+}
+
 Target::Target(int width_px, int height_px, int samples) {
   glGenFramebuffers(1, &frame);
   glBindFramebuffer(GL_FRAMEBUFFER, frame);

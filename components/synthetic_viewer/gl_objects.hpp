@@ -6,6 +6,7 @@
 #include <epoxy/gl.h>
 
 #include <Eigen/Core>
+#include <vector>
 
 #include "components/synthetic_viewer/shaded_mesh.hpp"
 #include "components/synthetic_viewer/skin_paint.hpp"
@@ -30,6 +31,25 @@ struct Mesh {
 
   static Mesh make(const ShadedMesh& source);
   void draw() const;
+  void drop() const;
+};
+
+/// What is drawn of a mesh: itself, coarser versions of it, and its shadow.
+struct Body {
+  struct Level {
+    double pitch_m;  // 0: the mesh itself
+    Mesh mesh;
+  };
+  std::vector<Level> levels;                           // finest first
+  Mesh shadow;                                         // without indices: casts none
+  Eigen::Vector3f middle_m = Eigen::Vector3f::Zero();  // centre of its bounding sphere, in the mesh's frame
+  float radius_m = 0.0F;
+
+  /// A mesh alone.
+  static Body make(const ShadedMesh& source);
+  static Body with_levels(const geometry::TriangleMesh& mesh);
+  /// Returns the coarsest level that looks like the mesh where a metre of it takes so many pixels.
+  const Mesh& seen_at(float pixels_per_m) const;
   void drop() const;
 };
 

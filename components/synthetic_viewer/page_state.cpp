@@ -5,6 +5,8 @@
 #include <nlohmann/json.hpp>
 #include <string_view>
 
+#include "common/core/text.hpp"
+
 namespace phantom::synthetic_viewer {
 namespace {
 
@@ -199,12 +201,6 @@ std::string stop_json(const StopView& view) {
 
 namespace {
 
-std::string joined_english(const std::vector<Words>& list) {
-  std::string text;
-  for (const Words& words : list) text += (text.empty() ? "" : ", ") + in_english(words);
-  return text;
-}
-
 // What may be taken, and what is carried.
 Json objects_json(const ViewerState& state) {
   constexpr std::size_t kMost = 256;
@@ -239,7 +235,7 @@ nlohmann::json page_state(const ViewerState& state, const CellScene& scene, cons
           {"percept", percept_json(state, scene, staleness, now_ns)},
           {"joints", joints_json(state, scene)},
           {"gripper", gripper_json(state, staleness, now_ns)},
-          {"carried", joined_english(carried)},
+          {"carried", core::listed(carried, in_english)},
           {"carried_words", json_of(carried)},
           {"objects", objects_json(state)},
           {"hits", hits_json(state, scene, facts.start_ns)},

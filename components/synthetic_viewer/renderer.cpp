@@ -17,13 +17,6 @@ namespace {
 
 constexpr int kPartSides = 32;          // sides of the round shapes of arrows and marks
 constexpr double kDiscHeight_m = 1e-4;  // the disc has two faces
-constexpr double kShadowPitch_m = 0.03;
-// Levels of detail. A level merges the vertices within a cube of its pitch. It is kept if that saves enough
-// triangles, and drawn where a cube is smaller than kUnseen_px pixels.
-constexpr std::array<double, 3> kLevelPitches_m{0.0015, 0.004, 0.010};
-constexpr std::size_t kLeastForLevels = 2000;  // triangles
-constexpr double kWorthALevel = 0.6;
-constexpr float kUnseen_px = 0.9F;
 // Each call of GiveUp costs about a millisecond in software rendering, because the driver must first finish
 // what it was given.
 constexpr int kTrianglesBetweenQuestions = 8000;
@@ -49,6 +42,17 @@ float scale_of(const DrawItem& item) {
   return item.W_from_mesh.topLeftCorner<3, 3>().colwise().norm().maxCoeff();
 }
 
+/// Draws over the whole picture by a program that needs no vertices.
+void fill_picture(GLuint program, GLuint empty_array) {
+  glDisable(GL_DEPTH_TEST);
+  glDisable(GL_BLEND);
+  glDisable(GL_CULL_FACE);
+  glUseProgram(program);
+  glBindVertexArray(empty_array);
+  glDrawArrays(GL_TRIANGLES, 0, 3);
+  glEnable(GL_CULL_FACE);
+}
+
 /// Returns the matrix that projects along the key light onto the plane z = floor_z.
 Eigen::Matrix4f shadow_matrix(float floor_z) {
   const Eigen::Vector3f slope = to_key_light() / to_key_light().z();
@@ -67,33 +71,8 @@ Eigen::Matrix4f shadow_matrix(float floor_z) {
 // As in the mesh shader.
 Eigen::Vector3f to_key_light() { return {0.348F, -0.464F, 0.815F}; }
 
-struct Renderer::Body {
-  struct Level {
-    double pitch_m;  // 0: the mesh itself
-    gl::Mesh mesh;
-  };
-  std::vector<Level> levels;                           // finest first
-  gl::Mesh shadow;                                     // without indices: casts none
-  Eigen::Vector3f middle_m = Eigen::Vector3f::Zero();  // centre of its bounding sphere, in the mesh's frame
-  float radius_m = 0.0F;
-
-  static Body make(const ShadedMesh& source) {
-    Body body;
-    geometry::BoundingBox box;
-    for (const ShadedMesh::Vertex& v : source.vertices)
-      box.extend(Eigen::Map<const Eigen::Vector3f>(v.position_m.data()));
-    if (!box.empty()) {
-      body.middle_m = (box.min_m + box.max_m) / 2;
-      body.radius_m = (box.max_m - box.min_m).norm() / 2;
-    }
-    body.levels.push_back({0.0, gl::Mesh::make(source)});
-    return body;
-  }
-  void drop() const {
-    for (const Level& level : levels) level.mesh.drop();
-    shadow.drop();
-  }
-};
+/// gl::Body, by a name that the header can declare.
+struct Renderer::Body : gl::Body {};
 
 /// The picture that is being drawn.
 struct Renderer::Shot {
@@ -129,10 +108,10 @@ struct Renderer::Parts {
 };
 
 Renderer::Renderer(GraphicsPlatform platform) : context_(platform), parts_(std::make_unique<Parts>()) {
-  parts_->bodies[kCone] = Body::make(shade(lifted(geometry::make_cone(1.0, 0.0, 1.0, kPartSides))));
-  parts_->bodies[kCylinder] = Body::make(shade(lifted(geometry::make_cylinder(1.0, 1.0, kPartSides))));
-  parts_->bodies[kSphere] = Body::make(shade(geometry::make_sphere(1.0, 3)));
-  parts_->bodies[kDisc] = Body::make(shade(geometry::make_cylinder(1.0, kDiscHeight_m, kPartSides)));
+  parts_->bodies[kCone] = {gl::Body::make(shade(lifted(geometry::make_cone(1.0, 0.0, 1.0, kPartSides))))};
+  parts_->bodies[kCylinder] = {gl::Body::make(shade(lifted(geometry::make_cylinder(1.0, 1.0, kPartSides))))};
+  parts_->bodies[kSphere] = {gl::Body::make(shade(geometry::make_sphere(1.0, 3)))};
+  parts_->bodies[kDisc] = {gl::Body::make(shade(geometry::make_cylinder(1.0, kDiscHeight_m, kPartSides)))};
   glGenVertexArrays(1, &parts_->empty_array);
   glGenVertexArrays(1, &parts_->line_array);
   glGenBuffers(1, &parts_->line_buffer);
@@ -147,17 +126,7 @@ Renderer::Renderer(GraphicsPlatform platform) : context_(platform), parts_(std::
 Renderer::~Renderer() = default;  // the context destroys its objects
 
 MeshHandle Renderer::upload(const geometry::TriangleMesh& mesh) {
-  Body body = Body::make(shade(mesh));
-  body.shadow = gl::Mesh::make(shade(coarsen(mesh, kShadowPitch_m)));
-  double last = static_cast<double>(mesh.triangles.size());
-  for (const double pitch_m : kLevelPitches_m) {
-    if (mesh.triangles.size() < kLeastForLevels) break;
-    const geometry::TriangleMesh coarse = coarsen(mesh, pitch_m);
-    if (static_cast<double>(coarse.triangles.size()) > kWorthALevel * last) continue;
-    last = static_cast<double>(coarse.triangles.size());
-    body.levels.push_back({pitch_m, gl::Mesh::make(shade(coarse))});
-  }
-  parts_->bodies[parts_->next_handle] = std::move(body);
+  parts_->bodies[parts_->next_handle] = {gl::Body::with_levels(mesh)};
   return parts_->next_handle++;
 }
 
@@ -193,11 +162,7 @@ std::optional<Image> Renderer::render_unless(const Frame& frame, const PictureFo
   glEnable(GL_CULL_FACE);
   glDepthMask(GL_TRUE);
   glClear(GL_DEPTH_BUFFER_BIT | GL_STENCIL_BUFFER_BIT);
-  if (frame.backdrop) {
-    draw_backdrop(*frame.backdrop);
-  } else {
-    draw_background();
-  }
+  frame.backdrop ? draw_backdrop(*frame.backdrop) : draw_background();
   draw_floor(frame, view);
   if (format.shadows) draw_shadows(frame, view);
   draw_over_video(frame, view);
@@ -215,20 +180,9 @@ std::optional<Image> Renderer::render_unless(const Frame& frame, const PictureFo
   return image;
 }
 
-void Renderer::draw_background() const {
-  glDisable(GL_DEPTH_TEST);
-  glDisable(GL_BLEND);
-  glDisable(GL_CULL_FACE);
-  glUseProgram(parts_->background);
-  glBindVertexArray(parts_->empty_array);
-  glDrawArrays(GL_TRIANGLES, 0, 3);
-  glEnable(GL_CULL_FACE);
-}
+void Renderer::draw_background() const { fill_picture(parts_->background, parts_->empty_array); }
 
 void Renderer::draw_backdrop(const Image& picture) {
-  glDisable(GL_DEPTH_TEST);
-  glDisable(GL_BLEND);
-  glDisable(GL_CULL_FACE);
   if (parts_->backdrop_texture == 0) glGenTextures(1, &parts_->backdrop_texture);
   glBindTexture(GL_TEXTURE_2D, parts_->backdrop_texture);
   glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
@@ -236,10 +190,7 @@ void Renderer::draw_backdrop(const Image& picture) {
                picture.data);
   glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
   glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
-  glUseProgram(parts_->backdrop);
-  glBindVertexArray(parts_->empty_array);
-  glDrawArrays(GL_TRIANGLES, 0, 3);
-  glEnable(GL_CULL_FACE);
+  fill_picture(parts_->backdrop, parts_->empty_array);
 }
 
 /// Draws the items that the backdrop shows already: first their depths alone, then the paint on them.
@@ -414,13 +365,9 @@ int Renderer::draw_item(const DrawItem& item, const Shot& view, unsigned program
   gl::set(program, "own_light", item.own_light);
   const Eigen::Vector3f middle_m = (item.W_from_mesh * body.middle_m.homogeneous()).head<3>();
   const float nearest_m = std::max(1e-3F, (middle_m - view.eye_m).norm() - body.radius_m * scale);
-  const Body::Level* level = &body.levels.front();
-  for (const Body::Level& coarser : body.levels) {
-    if (static_cast<float>(coarser.pitch_m) * scale / nearest_m * view.pixels_per_radian < kUnseen_px)
-      level = &coarser;
-  }
-  level->mesh.draw();
-  return level->mesh.index_count / 3;
+  const gl::Mesh& mesh = body.seen_at(scale / nearest_m * view.pixels_per_radian);
+  mesh.draw();
+  return mesh.index_count / 3;
 }
 
 }  // namespace phantom::synthetic_viewer

@@ -72,7 +72,6 @@ class Review {
   core::Nanoseconds end_ns() const { return end_ns_; }      ///< and of the last
   double duration_s() const { return core::seconds(end_ns_ - begin_ns_); }
   const std::vector<AlertMark>& marks() const { return marks_; }
-  std::uint64_t marks_left_out() const { return marks_left_out_; }
   const std::vector<ReviewSeries>& series() const { return series_; }
   /// Returns what could not be read, and what was refused.
   const std::vector<std::string>& problems() const { return problems_; }

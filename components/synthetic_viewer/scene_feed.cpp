@@ -316,7 +316,6 @@ bool SceneFeed::flush(Client& client, core::Nanoseconds now_ns) {
     if (step != Channel::Step::kDone) break;
   }
   output.erase(0, done);
-  sent_octets_ += done;
   if (client.drained()) client.drained_ns = now_ns;
   return !client.lost;
 }

@@ -50,8 +50,6 @@ class SceneFeed {
   void end();
   /// Returns the progress of the thread. Any thread.
   core::LoopStatistics progress() const { return progress_.statistics(); }
-  /// Returns the octets that all followers were sent, with the frames' headers. Any thread.
-  std::uint64_t sent_octets() const { return sent_octets_; }
 
  private:
   struct Client;
@@ -90,7 +88,6 @@ class SceneFeed {
   std::vector<Follower> coming_;  // guarded by mutex_
   bool ended_ = false;            // guarded by mutex_
   std::atomic<bool> ending_{false};
-  std::atomic<std::uint64_t> sent_octets_{0};
   int wake_ = -1;
   core::Progress progress_;
   std::thread thread_;

@@ -39,6 +39,20 @@ dds_qos_t* ros_qos(bool latched, int depth) {
   return qos;
 }
 
+// Makes a reader or a writer of a topic.
+template <class Create>
+dds_entity_t endpoint(const Create& create, dds_entity_t participant, const std::string& topic,
+                      const void* type, bool latched, int depth) {
+  const dds_entity_t made_topic =
+      made(dds_create_topic(participant, static_cast<const dds_topic_descriptor_t*>(type), topic.c_str(),
+                            nullptr, nullptr),
+           "topic");
+  dds_qos_t* qos = ros_qos(latched, depth);
+  const dds_entity_t made_endpoint = made(create(participant, made_topic, qos, nullptr), "endpoint");
+  dds_delete_qos(qos);
+  return made_endpoint;
+}
+
 // Calls `handle` with each sample that the reader holds; it keeps them.
 template <class T, class Handle>
 void for_each_sample(dds_entity_t reader, const Handle& handle) {
@@ -68,6 +82,35 @@ void lend(Sequence& sequence, const std::vector<T>& values) {
   sequence._buffer = const_cast<T*>(values.data());
 }
 
+template <class Sequence>
+auto copied(const Sequence& sequence) {
+  return std::vector(sequence._buffer, sequence._buffer + sequence._length);
+}
+std::int64_t stamp_of(const std_msgs_msg_dds__Header_& header) {
+  return header.stamp.sec * std::int64_t{1'000'000'000} + header.stamp.nanosec;
+}
+
+// Returns what `heard` makes of each sample that the reader holds.
+template <class T, class Hear>
+auto all_of(dds_entity_t reader, const Hear& heard) {
+  std::vector<decltype(heard(std::declval<const T&>()))> all;
+  for_each_sample<T>(reader, [&](const T& sample) { all.push_back(heard(sample)); });
+  return all;
+}
+
+sensor_msgs_msg_dds__Image_ image(const std::string& frame, const std::string& encoding, std::uint32_t width,
+                                  std::uint32_t height, std::uint32_t step,
+                                  const std::vector<std::uint8_t>& data) {
+  sensor_msgs_msg_dds__Image_ message{};
+  set_header(message.header, frame, now_ns());
+  message.width = width;
+  message.height = height;
+  message.encoding = const_cast<char*>(encoding.c_str());
+  message.step = step;
+  lend(message.data, data);
+  return message;
+}
+
 std::array<std::uint8_t, 16> octets(const void* data) {
   std::array<std::uint8_t, 16> copy;
   std::memcpy(copy.data(), data, copy.size());
@@ -91,10 +134,8 @@ HeardGraph graph_of(const Info& info) {
   const auto& node = info.node_entities_info_seq._buffer[0];
   graph.node = node.node_name;
   graph.node_namespace = node.node_namespace;
-  for (std::uint32_t i = 0; i < node.reader_gid_seq._length; ++i)
-    graph.readers.push_back(octets(node.reader_gid_seq._buffer[i].data));
-  for (std::uint32_t i = 0; i < node.writer_gid_seq._length; ++i)
-    graph.writers.push_back(octets(node.writer_gid_seq._buffer[i].data));
+  for (const auto& gid : copied(node.reader_gid_seq)) graph.readers.push_back(octets(gid.data));
+  for (const auto& gid : copied(node.writer_gid_seq)) graph.writers.push_back(octets(gid.data));
   return graph;
 }
 
@@ -104,37 +145,13 @@ ForeignNode::ForeignNode(int domain, Distribution distribution) : distribution_(
   const auto id = static_cast<dds_domainid_t>(domain);
   dds_create_domain(id, kConfiguration);  // fails harmlessly if it is there
   participant_ = made(dds_create_participant(id, nullptr, nullptr), "participant");
-  dds_qos_t* qos = ros_qos(false, 10);
-  joints_ =
-      made(dds_create_writer(
-               participant_,
-               made(dds_create_topic(participant_, ros2_joint_state, "rt/joint_states", nullptr, nullptr),
-                    "topic"),
-               qos, nullptr),
-           "writer");
-  wrenches_ =
-      made(dds_create_writer(
-               participant_,
-               made(dds_create_topic(participant_, ros2_wrench, "rt/wrench", nullptr, nullptr), "topic"), qos,
-               nullptr),
-           "writer");
-  objects_ = made(dds_create_writer(participant_,
-                                    made(dds_create_topic(participant_, ros2_collision_object,
-                                                          "rt/collision_object", nullptr, nullptr),
-                                         "topic"),
-                                    qos, nullptr),
-                  "writer");
-  dds_delete_qos(qos);
+  joints_ = endpoint(dds_create_writer, participant_, "rt/joint_states", ros2_joint_state, false, 10);
+  wrenches_ = endpoint(dds_create_writer, participant_, "rt/wrench", ros2_wrench, false, 10);
+  objects_ =
+      endpoint(dds_create_writer, participant_, "rt/collision_object", ros2_collision_object, false, 10);
   const dds_topic_descriptor_t type =
       distribution == Distribution::kHumble ? ros2_graph_of_humble() : ros2_graph_since_iron();
-  qos = ros_qos(true, 0);
-  graph_ =
-      made(dds_create_reader(
-               participant_,
-               made(dds_create_topic(participant_, &type, "ros_discovery_info", nullptr, nullptr), "graph"),
-               qos, nullptr),
-           "reader");
-  dds_delete_qos(qos);
+  graph_ = endpoint(dds_create_reader, participant_, "ros_discovery_info", &type, true, 0);
 }
 
 ForeignNode::~ForeignNode() { dds_delete(participant_); }
@@ -144,17 +161,11 @@ void ForeignNode::publish_joints(const std::vector<std::string>& names, const st
   std::vector<char*> texts;
   for (const std::string& name : names) texts.push_back(const_cast<char*>(name.c_str()));
   sensor_msgs_msg_dds__JointState_ message{};
-  message.header.stamp = {static_cast<std::int32_t>(stamp_ns / 1'000'000'000),
-                          static_cast<std::uint32_t>(stamp_ns % 1'000'000'000)};
-  char frame[] = "base_link";
-  message.header.frame_id = frame;
-  const auto fill = [](auto& sequence, auto& values) {
-    sequence._length = sequence._maximum = static_cast<std::uint32_t>(values.size());
-    sequence._buffer = const_cast<std::remove_reference_t<decltype(sequence._buffer[0])>*>(values.data());
-  };
-  fill(message.name, texts);
-  fill(message.position, positions);
-  fill(message.velocity, velocities);
+  const std::string frame = "base_link";
+  set_header(message.header, frame, stamp_ns);
+  lend(message.name, texts);
+  lend(message.position, positions);
+  lend(message.velocity, velocities);
   dds_write(joints_, &message);
 }
 
@@ -182,19 +193,14 @@ void ForeignNode::publish_object(const std::string& id, int operation,
   for (const Primitive& primitive : primitives) {
     auto& shape = shapes.emplace_back();
     shape.type = static_cast<std::uint8_t>(primitive.type);
-    shape.dimensions._length = shape.dimensions._maximum =
-        static_cast<std::uint32_t>(primitive.dimensions_m.size());
-    shape.dimensions._buffer = const_cast<double*>(primitive.dimensions_m.data());
+    lend(shape.dimensions, primitive.dimensions_m);
     auto& pose = poses.emplace_back();
     pose.position = {primitive.position_m[0], primitive.position_m[1], primitive.position_m[2]};
     pose.orientation.w = 1.0;
   }
   if (operation == 0) {
-    message.primitives._length = message.primitives._maximum = static_cast<std::uint32_t>(shapes.size());
-    message.primitives._buffer = shapes.data();
-    message.primitive_poses._length = message.primitive_poses._maximum =
-        static_cast<std::uint32_t>(poses.size());
-    message.primitive_poses._buffer = poses.data();
+    lend(message.primitives, shapes);
+    lend(message.primitive_poses, poses);
   }
   message.operation = static_cast<std::uint8_t>(operation);
   dds_write(objects_, &message);
@@ -208,31 +214,13 @@ void ForeignNode::publish_sphere(const std::string& id, int operation,
 
 std::int32_t ForeignNode::reader_of(const std::string& topic, const void* type, bool latched) {
   std::int32_t& reader = readers_[topic];
-  if (reader != 0) return reader;
-  dds_qos_t* qos = ros_qos(latched, 50);
-  reader = made(
-      dds_create_reader(participant_,
-                        made(dds_create_topic(participant_, static_cast<const dds_topic_descriptor_t*>(type),
-                                              ("rt/" + topic).c_str(), nullptr, nullptr),
-                             "topic"),
-                        qos, nullptr),
-      "reader");
-  dds_delete_qos(qos);
+  if (reader == 0) reader = endpoint(dds_create_reader, participant_, "rt/" + topic, type, latched, 50);
   return reader;
 }
 
 std::int32_t ForeignNode::writer_of(const std::string& topic, const void* type) {
   std::int32_t& writer = writers_[topic];
-  if (writer != 0) return writer;
-  dds_qos_t* qos = ros_qos(false, 10);
-  writer = made(
-      dds_create_writer(participant_,
-                        made(dds_create_topic(participant_, static_cast<const dds_topic_descriptor_t*>(type),
-                                              ("rt/" + topic).c_str(), nullptr, nullptr),
-                             "topic"),
-                        qos, nullptr),
-      "writer");
-  dds_delete_qos(qos);
+  if (writer == 0) writer = endpoint(dds_create_writer, participant_, "rt/" + topic, type, false, 10);
   return writer;
 }
 
@@ -283,28 +271,17 @@ void ForeignNode::publish_camera(const std::string& frame, std::uint32_t width, 
 
 void ForeignNode::publish_depth(const std::string& frame, std::uint32_t width, std::uint32_t height,
                                 const std::vector<float>& depths_m) {
-  sensor_msgs_msg_dds__Image_ message{};
-  char encoding[] = "32FC1";
-  set_header(message.header, frame, now_ns());
-  message.width = width;
-  message.height = height;
-  message.encoding = encoding;
-  message.step = 4 * width;
   std::vector<std::uint8_t> octets(4 * depths_m.size());
   std::memcpy(octets.data(), depths_m.data(), octets.size());
-  lend(message.data, octets);
+  const std::string encoding = "32FC1";
+  const auto message = image(frame, encoding, width, height, 4 * width, octets);
   dds_write(writer_of("depth", ros2_image), &message);
 }
 
 void ForeignNode::publish_image(const std::string& encoding, std::uint32_t width, std::uint32_t height,
                                 std::uint32_t step, const std::vector<std::uint8_t>& data) {
-  sensor_msgs_msg_dds__Image_ message{};
-  set_header(message.header, "camera", now_ns());
-  message.width = width;
-  message.height = height;
-  message.encoding = const_cast<char*>(encoding.c_str());
-  message.step = step;
-  lend(message.data, data);
+  const std::string frame = "camera";
+  const auto message = image(frame, encoding, width, height, step, data);
   dds_write(writer_of("image", ros2_image), &message);
 }
 
@@ -317,94 +294,77 @@ void ForeignNode::publish_compressed(const std::string& format, const std::vecto
 }
 
 std::vector<HeardWrench> ForeignNode::wrenches(const std::string& topic) {
-  std::vector<HeardWrench> all;
-  for_each_sample<geometry_msgs_msg_dds__WrenchStamped_>(
-      reader_of(topic, ros2_wrench, false), [&](const auto& m) {
+  return all_of<geometry_msgs_msg_dds__WrenchStamped_>(
+      reader_of(topic, ros2_wrench, false), [](const auto& m) {
         const auto &f = m.wrench.force, &t = m.wrench.torque;
-        all.push_back({m.header.frame_id, {f.x, f.y, f.z}, {t.x, t.y, t.z}});
+        return HeardWrench{m.header.frame_id, {f.x, f.y, f.z}, {t.x, t.y, t.z}};
       });
-  return all;
 }
 
 std::vector<HeardPicture> ForeignNode::pictures(const std::string& topic) {
-  std::vector<HeardPicture> all;
-  for_each_sample<sensor_msgs_msg_dds__CompressedImage_>(
-      reader_of(topic, ros2_picture, false), [&](const auto& m) {
-        all.push_back({m.header.frame_id, m.format, {m.data._buffer, m.data._buffer + m.data._length}});
+  return all_of<sensor_msgs_msg_dds__CompressedImage_>(
+      reader_of(topic, ros2_picture, false), [](const auto& m) {
+        return HeardPicture{m.header.frame_id, m.format, copied(m.data)};
       });
-  return all;
 }
 
 std::vector<std::vector<HeardTriangles>> ForeignNode::marker_arrays(const std::string& topic) {
-  std::vector<std::vector<HeardTriangles>> all;
-  for_each_sample<visualization_msgs_msg_dds__MarkerArray_>(
-      reader_of(topic, ros2_markers, true), [&](const auto& array) {
-        auto& markers = all.emplace_back();
-        for (std::uint32_t i = 0; i < array.markers._length; ++i) {
-          const auto& m = array.markers._buffer[i];
+  return all_of<visualization_msgs_msg_dds__MarkerArray_>(
+      reader_of(topic, ros2_markers, true), [](const auto& array) {
+        std::vector<HeardTriangles> markers;
+        for (const auto& m : copied(array.markers)) {
           const auto& p = m.pose.position;
           const auto& q = m.pose.orientation;
           auto& heard = markers.emplace_back(HeardTriangles{
               m.header.frame_id, m.ns, m.id, m.type, m.action, {p.x, p.y, p.z}, {q.x, q.y, q.z, q.w}, {}});
-          for (std::uint32_t k = 0; k < m.points._length; ++k)
-            heard.points.push_back({m.points._buffer[k].x, m.points._buffer[k].y, m.points._buffer[k].z});
+          for (const auto& point : copied(m.points)) heard.points.push_back({point.x, point.y, point.z});
         }
+        return markers;
       });
-  return all;
 }
 
 std::vector<Cloud> ForeignNode::clouds(const std::string& topic) {
-  std::vector<Cloud> all;
-  for_each_sample<sensor_msgs_msg_dds__PointCloud2_>(reader_of(topic, ros2_cloud, true), [&](const auto& m) {
-    Cloud& heard = all.emplace_back();
+  return all_of<sensor_msgs_msg_dds__PointCloud2_>(reader_of(topic, ros2_cloud, true), [](const auto& m) {
+    Cloud heard;
     heard.frame = m.header.frame_id;
-    heard.stamp_ns = m.header.stamp.sec * std::int64_t{1'000'000'000} + m.header.stamp.nanosec;
+    heard.stamp_ns = stamp_of(m.header);
     heard.height = m.height, heard.width = m.width;
     heard.point_step = m.point_step, heard.row_step = m.row_step;
-    for (std::uint32_t i = 0; i < m.fields._length; ++i) {
-      const auto& f = m.fields._buffer[i];
-      heard.fields.emplace_back(f.name, f.offset, f.datatype, f.count);
-    }
-    heard.data.assign(m.data._buffer, m.data._buffer + m.data._length);
+    for (const auto& f : copied(m.fields)) heard.fields.emplace_back(f.name, f.offset, f.datatype, f.count);
+    heard.data = copied(m.data);
+    return heard;
   });
-  return all;
 }
 
 std::vector<HeardJoints> ForeignNode::joints(const std::string& topic) {
-  std::vector<HeardJoints> all;
-  for_each_sample<sensor_msgs_msg_dds__JointState_>(
-      reader_of(topic, ros2_joint_state, false), [&](const auto& m) {
-        HeardJoints heard;
-        heard.stamp_ns = m.header.stamp.sec * std::int64_t{1'000'000'000} + m.header.stamp.nanosec;
-        for (std::uint32_t i = 0; i < m.name._length; ++i) heard.name.emplace_back(m.name._buffer[i]);
-        heard.position.assign(m.position._buffer, m.position._buffer + m.position._length);
-        heard.velocity.assign(m.velocity._buffer, m.velocity._buffer + m.velocity._length);
-        heard.effort.assign(m.effort._buffer, m.effort._buffer + m.effort._length);
-        all.push_back(heard);
-      });
-  return all;
+  return all_of<sensor_msgs_msg_dds__JointState_>(reader_of(topic, ros2_joint_state, false),
+                                                  [](const auto& m) {
+                                                    HeardJoints heard;
+                                                    heard.stamp_ns = stamp_of(m.header);
+                                                    for (const char* name : copied(m.name))
+                                                      heard.name.emplace_back(name);
+                                                    heard.position = copied(m.position);
+                                                    heard.velocity = copied(m.velocity);
+                                                    heard.effort = copied(m.effort);
+                                                    return heard;
+                                                  });
 }
 
 std::vector<double> ForeignNode::numbers(const std::string& topic) {
-  std::vector<double> all;
-  for_each_sample<std_msgs_msg_dds__Float64_>(reader_of(topic, ros2_float64, false),
-                                              [&](const auto& m) { all.push_back(m.data); });
-  return all;
+  return all_of<std_msgs_msg_dds__Float64_>(reader_of(topic, ros2_float64, false),
+                                            [](const auto& m) { return m.data; });
 }
 
 std::vector<std::string> ForeignNode::texts(const std::string& topic) {
-  std::vector<std::string> all;
-  for_each_sample<std_msgs_msg_dds__String_>(reader_of(topic, ros2_string, true),
-                                             [&](const auto& m) { all.emplace_back(m.data); });
-  return all;
+  return all_of<std_msgs_msg_dds__String_>(reader_of(topic, ros2_string, true),
+                                           [](const auto& m) { return std::string(m.data); });
 }
 
 std::map<std::string, HeardTransform> ForeignNode::transforms(const std::string& topic) {
   std::map<std::string, HeardTransform> all;
   for_each_sample<tf2_msgs_msg_dds__TFMessage_>(
       reader_of(topic, ros2_tf, topic == "tf_static"), [&](const auto& m) {
-        for (std::uint32_t i = 0; i < m.transforms._length; ++i) {
-          const auto& one = m.transforms._buffer[i];
+        for (const auto& one : copied(m.transforms)) {
           const auto &t = one.transform.translation, &r = one.transform.rotation;
           all[one.child_frame_id] = {one.header.frame_id, {t.x, t.y, t.z}, {r.x, r.y, r.z, r.w}};
         }
@@ -416,27 +376,19 @@ std::map<std::string, HeardStatus> ForeignNode::diagnostics() {
   std::map<std::string, HeardStatus> all;
   for_each_sample<diagnostic_msgs_msg_dds__DiagnosticArray_>(
       reader_of("diagnostics", ros2_diagnostics, false), [&](const auto& m) {
-        for (std::uint32_t i = 0; i < m.status._length; ++i) {
-          const auto& one = m.status._buffer[i];
+        for (const auto& one : copied(m.status)) {
           HeardStatus& heard = all[one.name] = {one.level, one.message, one.hardware_id, {}};
-          for (std::uint32_t v = 0; v < one.values._length; ++v)
-            heard.values[one.values._buffer[v].key] = one.values._buffer[v].value;
+          for (const auto& value : copied(one.values)) heard.values[value.key] = value.value;
         }
       });
   return all;
 }
 
 std::vector<HeardMarker> ForeignNode::markers(const std::string& topic) {
-  std::vector<HeardMarker> all;
-  for_each_sample<visualization_msgs_msg_dds__Marker_>(
-      reader_of(topic, ros2_marker, false), [&](const auto& m) {
-        all.push_back({m.header.frame_id,
-                       m.type,
-                       m.action,
-                       {m.pose.position.x, m.pose.position.y, m.pose.position.z},
-                       m.color.r});
-      });
-  return all;
+  return all_of<visualization_msgs_msg_dds__Marker_>(reader_of(topic, ros2_marker, false), [](const auto& m) {
+    const auto& p = m.pose.position;
+    return HeardMarker{m.header.frame_id, m.type, m.action, {p.x, p.y, p.z}, m.color.r};
+  });
 }
 
 std::optional<HeardGraph> ForeignNode::graph() {
@@ -464,11 +416,10 @@ std::multimap<std::string, HeardEndpoint> ForeignNode::endpoints() {
 }
 
 std::vector<std::string> ForeignNode::participants() {
-  std::vector<std::string> all;
   const dds_entity_t reader =
       made(dds_create_reader(participant_, DDS_BUILTIN_TOPIC_DCPSPARTICIPANT, nullptr, nullptr), "builtin");
-  for_each_sample<dds_builtintopic_participant_t>(
-      reader, [&all](const auto& one) { all.push_back(user_data_of(one.qos)); });
+  const auto all =
+      all_of<dds_builtintopic_participant_t>(reader, [](const auto& one) { return user_data_of(one.qos); });
   dds_delete(reader);
   return all;
 }

@@ -171,6 +171,15 @@ TEST_F(Fluid, WhatIsNotThereIsRefusedInWords) {
         "/fluid/shell/-3/1", "/fluid/shell/3/1/", "/fluid/section/3/w/5", "/fluid/section/3/x/-5",
         "/fluid/section/999999/x/5", "/fluid/section/3/x/99999"})
     refused(other, 404, "unknown path");
+  // An object that reaches from one corner of a hall to the other, of so many layers of bricks.
+  const auto put_hall = [&](int layers) {
+    auto hall = std::make_shared<workspace::Workspace>(
+        workspace::GridSpec{{0, 0, 0}, 0.01, {4096, 4096, 32 * layers}}, std::vector<float>{0.0F, 9.5F});
+    for (const workspace::BrickKey key :
+         {workspace::BrickKey{{0, 0, 0}}, workspace::BrickKey{{127, 127, layers - 1}}})
+      hall->fill_brick(key, 1, 1, 3);
+    put(hall);
+  };
   // Larger than what is shown: a shell of a chequerboard, and an object that reaches through a whole hall.
   auto large = std::make_shared<workspace::Workspace>(workspace::GridSpec{{0, 0, 0}, 0.01, {96, 96, 96}},
                                                       std::vector<float>{0.0F, 9.5F});
@@ -183,17 +192,9 @@ TEST_F(Fluid, WhatIsNotThereIsRefusedInWords) {
   });
   put(large);
   refused("/fluid/shell/3/1", 413, "the shell has more than 500000 rectangles; at most 500000 are shown");
-  auto hall = std::make_shared<workspace::Workspace>(workspace::GridSpec{{0, 0, 0}, 0.01, {4096, 4096, 64}},
-                                                     std::vector<float>{0.0F, 9.5F});
-  for (const workspace::BrickKey key : {workspace::BrickKey{{0, 0, 0}}, workspace::BrickKey{{127, 127, 1}}})
-    hall->fill_brick(key, 1, 1, 3);
-  put(hall);
+  put_hall(2);
   refused("/fluid/shell/3/1", 413, "it reaches over 32768 bricks of voxels; at most 16384");
-  auto floor = std::make_shared<workspace::Workspace>(workspace::GridSpec{{0, 0, 0}, 0.01, {4096, 4096, 32}},
-                                                      std::vector<float>{0.0F, 9.5F});
-  for (const workspace::BrickKey key : {workspace::BrickKey{{0, 0, 0}}, workspace::BrickKey{{127, 127, 0}}})
-    floor->fill_brick(key, 1, 1, 3);
-  put(floor);
+  put_hall(1);
   refused("/fluid/section/3/z/5", 413, "the section has 16777216 cells");
   EXPECT_EQ(get("/fluid/section/3/x/5")->status, 200);
   put(nullptr);
