@@ -15,11 +15,11 @@ namespace phantom::dds {
 /// or its participant was lost is not told.
 enum class Discovered { kFound, kChanged, kLeft, kLost };
 
-/// Returns the lease that a participant announced, of the one that Fast DDS was told (wire::kLeaseLonger_s).
-inline fast_dds::Duration announced_lease(fast_dds::Duration told) {
+/// Returns the lease that a participant announced, of the one that Fast DDS was given (wire::kLeaseLonger_s).
+inline fast_dds::Duration announced_lease(fast_dds::Duration given) {
   constexpr auto kLonger_s = static_cast<std::int32_t>(wire::kLeaseLonger_s);
-  if (told.seconds >= kLonger_s && told.seconds < 2 * kLonger_s) told.seconds -= kLonger_s;
-  return told;
+  if (given.seconds >= kLonger_s && given.seconds < 2 * kLonger_s) given.seconds -= kLonger_s;
+  return given;
 }
 
 /// Another participant. If it is gone, only `guid` holds.

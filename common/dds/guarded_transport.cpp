@@ -151,15 +151,15 @@ class GuardedTransport final : public fast_dds::MessageTransport {
     return false;
   }
 
-  /// Hands Fast DDS a departure of a participant, so that it frees what it keeps of it. Needs `discovery_`, and
-  /// a way by which discovery came.
+  /// Hands Fast DDS a departure of a participant, so that it frees what it keeps of it. Needs `discovery_`,
+  /// and a way by which discovery came.
   void depart(const GuidPrefix& participant) {
     const auto message = departure(participant, kWhoeverReads, kDepartureSequence);
     above_->OnDataReceived(message.data(), static_cast<std::uint32_t>(message.size()), local_, remote_);
   }
 
-  /// Those of `present` that were silent for their lease. Whom the guard does not know may be about to leave: only
-  /// if that is still so at the next look, its departure was one that Fast DDS did not believe.
+  /// Those of `present` that were silent for their lease. Whom the guard does not know may be about to leave:
+  /// only if that is still so at the next look, its departure was one that Fast DDS did not believe.
   void forget_silent(std::span<const GuidPrefix> present) {
     const std::lock_guard lock(discovery_);
     if (above_ == nullptr) return;
@@ -234,7 +234,7 @@ class GuardedTransport final : public fast_dds::MessageTransport {
   }
 
   GuardedTransportDescriptor descriptor_;
-  std::mutex discovery_, guarding_;  // to be locked in this order
+  std::mutex discovery_, guarding_;                    // to be locked in this order
   rtps::TransportReceiverInterface* above_ = nullptr;  // by which discovery came last; with `discovery_`
   rtps::Locator_t local_, remote_;                     // the same
   std::set<GuidPrefix> unknown_;                       // to the guard, at the last look; with `discovery_`

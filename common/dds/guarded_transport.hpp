@@ -36,7 +36,7 @@ struct GuardedTransportDescriptor : fast_dds::rtps::ChainingTransportDescriptor 
   std::shared_ptr<Outbox> outbox = std::make_shared<Outbox>();
   std::shared_ptr<Bans> bans = std::make_shared<Bans>();
   std::shared_ptr<Announcements> announcements;  ///< null: nobody asks for them
-  std::shared_ptr<SilenceWatch> silence;         ///< null: Fast DDS itself judges who is silent
+  std::shared_ptr<SilenceWatch> silence;         ///< null: Fast DDS itself watches who is silent
 };
 
 }  // namespace phantom::dds

@@ -31,8 +31,8 @@ rtps::Locator_t locator_of(const wire::Source& address) {
 }  // namespace
 
 Readmission::Readmission(std::string component, bool secured, std::shared_ptr<Outbox> outbox,
-                         std::shared_ptr<Announcements> announcements,
-                         std::shared_ptr<SilenceWatch> silence, std::shared_ptr<DiscoveryEvents> next)
+                         std::shared_ptr<Announcements> announcements, std::shared_ptr<SilenceWatch> silence,
+                         std::shared_ptr<DiscoveryEvents> next)
     : component_(std::move(component)),
       secured_(secured),
       outbox_(std::move(outbox)),

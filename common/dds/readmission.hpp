@@ -77,7 +77,7 @@ class Readmission : public DiscoveryEvents {
   const bool secured_;
   const std::shared_ptr<Outbox> outbox_;
   const std::shared_ptr<Announcements> announcements_;  // null: Fast DDS reports who announces itself
-  const std::shared_ptr<SilenceWatch> silence_;         // null: Fast DDS judges who is silent
+  const std::shared_ptr<SilenceWatch> silence_;         // null: Fast DDS watches who is silent
   const std::shared_ptr<DiscoveryEvents> next_;
   mutable std::mutex mutex_;
   std::condition_variable stopped_;

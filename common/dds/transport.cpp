@@ -77,7 +77,7 @@ std::shared_ptr<GuardedTransportDescriptor> transport_of(const core::NetworkOpti
   }
   // Discovery servers speak for those whom nobody else hears.
   if (network.discovery_servers.empty() && !guarded->guard.forgets_by_silence) {
-    guarded->guard.receiver.judges_silence = true;
+    guarded->guard.receiver.watches_silence = true;
     guarded->silence = std::make_shared<SilenceWatch>();
   }
   guarded->guard.ends_by_mixed_samples = fast_dds::kEndsByMixedSamples;

@@ -146,7 +146,7 @@ Silence Guard::silence_of(const GuidPrefix& prefix, core::Nanoseconds now) {
 }
 
 bool Guard::is_leaving(const GuidPrefix& prefix, core::Nanoseconds now) {
-  if (options_.receiver.judges_silence) return silence_of(prefix, now) == Silence::kSilent;
+  if (options_.receiver.watches_silence) return silence_of(prefix, now) == Silence::kSilent;
   if (!options_.forgets_by_silence) return false;
   Participant* const participant = participants_.find(prefix);
   if (participant == nullptr) return false;

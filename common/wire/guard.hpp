@@ -106,10 +106,11 @@ class Guard {
   void lost(const GuidPrefix& participant);
   /// Returns whether the datagram just checked is the first of one that was lost.
   bool returned() const { return returned_; }
-  /// With `receiver.judges_silence`: whether a participant was not heard for its lease. Who speaks again after
-  /// that is refused until forget() was called for it, so that Fast DDS, too, begins with it at the start.
+  /// With `receiver.watches_silence`: whether a participant was not heard for its lease. Who speaks again
+  /// after that is refused until forget() was called for it, so that Fast DDS, too, begins with it at the
+  /// start.
   Silence silence_of(const GuidPrefix& participant, core::Nanoseconds now);
-  /// With `receiver.judges_silence`: Fast DDS is made to forget a participant.
+  /// With `receiver.watches_silence`: Fast DDS is made to forget a participant.
   void forget(const GuidPrefix& participant) { participants_.remove(participant); }
   /// Returns what becomes of the departure that is held for `participant`.
   Verdict held(const GuidPrefix& participant, core::Nanoseconds now);

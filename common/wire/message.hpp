@@ -64,10 +64,10 @@ struct MessageFacts {
   std::array<FragmentFact, kMost> fragments;
   std::array<SequenceFact, kMost> sequences;
   std::size_t participant_count = 0, endpoint_count = 0, fragment_count = 0, sequence_count = 0;
-  bool handshake = false;    ///< holds a message of the security handshake
-  bool described = false;    ///< the receiver asks for descriptions of types
-  bool judged = false;       ///< the receiver judges who is silent
-  bool for_another = false;  ///< INFO_SRC lets a part of it speak for another participant than `sender`
+  bool handshake = false;         ///< holds a message of the security handshake
+  bool described = false;         ///< the receiver asks for descriptions of types
+  bool lengthens_leases = false;  ///< the receiver watches who is silent
+  bool for_another = false;       ///< INFO_SRC lets a part of it speak for another participant than `sender`
 
   /// Returns whether any of it is discovery's or a handshake's, whatever port it came in by.
   bool of_discovery() const;
@@ -77,8 +77,8 @@ struct MessageFacts {
 struct Receiver {
   bool secured = false;         ///< decodes secured submessages
   bool asks_for_types = false;  ///< asks others to describe their types, so that it reads what they announce
-  /// The guard judges who was silent for his lease (Guard::silence_of); Fast DDS is told one that never ends.
-  bool judges_silence = false;
+  /// The guard watches who was silent for its lease (Guard::silence_of); Fast DDS is given one that never ends.
+  bool watches_silence = false;
 };
 
 /// Greatest span of one GAP. Fast DDS walks through it number by number.

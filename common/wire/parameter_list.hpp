@@ -24,7 +24,7 @@ struct ListFacts {
 /// is forgotten in bounded time. Known implementations announce themselves every 30 s or more often.
 inline constexpr std::uint32_t kLongestLease_s = 120;
 
-/// By so much longer is the lease that Fast DDS is told where the guard judges who is silent: 11 days.
+/// By so much longer is the lease that Fast DDS is given where the guard watches who is silent: 11 days.
 inline constexpr std::uint32_t kLeaseLonger_s = 1'000'000;
 
 /// Lengthens the lease in a list of discovery data by kLeaseLonger_s, in place, if there is one. Real-time

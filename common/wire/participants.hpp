@@ -73,7 +73,7 @@ class Participant {
     if (now - passed_ >= lease_) first_samples_.clear();
   }
 
-  /// True if none was for its lease, where the guard judges that.
+  /// True if none was for its lease, where the guard watches that.
   bool silent(core::Nanoseconds now) const { return now - std::max(passed_, first_) > lease_; }
 
   /// It has said that it leaves. Its lease may still run in Fast DDS.

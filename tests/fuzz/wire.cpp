@@ -14,8 +14,8 @@ namespace wire = phantom::wire;
 namespace {
 
 struct Receiver {
-  Receiver(bool with_security, bool judges_silence)
-      : options({.secured = with_security, .judges_silence = judges_silence}),
+  Receiver(bool with_security, bool watches_silence)
+      : options({.secured = with_security, .watches_silence = watches_silence}),
         guard({.receiver = options, .participants = 8}) {}
 
   void receive(std::vector<std::uint8_t> datagram, const wire::Source& source,
@@ -27,7 +27,7 @@ struct Receiver {
     const std::vector<std::uint8_t> passed = datagram;
     // What was lengthened is shortened and lengthened by a second check.
     if (wire::check_message(datagram, options, *facts) != wire::Fault::kNone ||
-        (!options.judges_silence && datagram != passed))
+        (!options.watches_silence && datagram != passed))
       std::abort();
     if (guard.silence_of(facts->sender, now) == wire::Silence::kSilent) std::abort();
     for (const auto& whole : guard.assembled()) {
@@ -43,7 +43,8 @@ struct Receiver {
 
 }  // namespace
 
-/// Input: two flags in an octet, then datagrams, each after its length (two octets) and a third octet: sender and time.
+/// Input: two flags in an octet, then datagrams, each after its length (two octets) and a third octet: sender
+/// and time.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   if (size == 0) return 0;
   Receiver receiver((data[0] & 1) != 0, (data[0] & 2) != 0);

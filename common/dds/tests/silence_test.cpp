@@ -66,7 +66,8 @@ TEST_F(Silent, IsForgottenAfterItsOwnLeaseAndKnownAgainOnceItSpeaks) {
 // What comes between the end of the lease and the look that forgets it is not handed on; the next is.
 TEST_F(Silent, IsForgottenAlsoIfItSpeaksBeforeThatWasSeen) {
   for (int round = 2; round <= 4; ++round) {
-    ASSERT_TRUE(eventually([&] { return core::monotonic_ns() - announced_ns > kLease_s * core::kNsPerSecond; }));
+    ASSERT_TRUE(
+        eventually([&] { return core::monotonic_ns() - announced_ns > kLease_s * core::kNsPerSecond; }));
     ASSERT_TRUE(eventually([&] {
       announce();
       return ear->came == round;

@@ -1,4 +1,4 @@
-// The guard as the judge of who is silent, in place of Fast DDS.
+// The guard watches who is silent, in place of Fast DDS.
 #include <gtest/gtest.h>
 
 #include "common/wire/tests/guard_fixture.hpp"
@@ -15,15 +15,15 @@ using test::peer;
 
 constexpr std::uint32_t kLease_s = 5;
 
-struct JudgingGuard : GuardTest {
-  JudgingGuard() : GuardTest({.receiver = {.judges_silence = true}}) {}
+struct WatchingGuard : GuardTest {
+  WatchingGuard() : GuardTest({.receiver = {.watches_silence = true}}) {}
 
   Fault speak(core::Nanoseconds at, const Source& source = kHost) {
     return receive(test::header(peer(1)), source, at);
   }
 };
 
-TEST_F(JudgingGuard, FastDdsIsToldALeaseThatNeverEnds) {
+TEST_F(WatchingGuard, FastDdsIsToldALeaseThatNeverEnds) {
   EXPECT_EQ(receive(announcement(peer(1), kLease_s)), Fault::kNone);
   EXPECT_EQ(last, announcement(peer(1), kLease_s + kLeaseLonger_s));
   EXPECT_DOUBLE_EQ(facts->participants[0].lease_s, kLease_s);
@@ -31,7 +31,7 @@ TEST_F(JudgingGuard, FastDdsIsToldALeaseThatNeverEnds) {
   EXPECT_EQ(last, announcement(peer(2), kLongestLease_s + kLeaseLonger_s));
 }
 
-TEST_F(JudgingGuard, ALeaseOfEitherByteOrderIsLengthened) {
+TEST_F(WatchingGuard, ALeaseOfEitherByteOrderIsLengthened) {
   for (const bool little : {true, false}) {
     const auto list = [&](std::uint32_t seconds) {
       return test::Octets(little)
@@ -39,24 +39,25 @@ TEST_F(JudgingGuard, ALeaseOfEitherByteOrderIsLengthened) {
           .parameter(Pid::kLeaseDuration, test::Octets(little).u32(seconds).u32(1u << 31))
           .sentinel();
     };
-    test::Octets told = list(kLease_s);
+    test::Octets given = list(kLease_s);
     ListFacts list_facts;
     std::size_t length = 0;
-    ASSERT_EQ(check_parameter_list(told.bytes, little, ListPlace::kDiscovery, kVendorFastDds, list_facts, length),
-              Fault::kNone);
+    ASSERT_EQ(
+        check_parameter_list(given.bytes, little, ListPlace::kDiscovery, kVendorFastDds, list_facts, length),
+        Fault::kNone);
     EXPECT_DOUBLE_EQ(list_facts.lease_s, kLease_s + 0.5);
     lengthen_lease(list_facts, little);
-    EXPECT_EQ(told.bytes, list(kLease_s + kLeaseLonger_s).bytes);
+    EXPECT_EQ(given.bytes, list(kLease_s + kLeaseLonger_s).bytes);
   }
 }
 
-TEST_F(JudgingGuard, NothingIsLengthenedWhereFastDdsJudges) {
+TEST_F(WatchingGuard, NothingIsLengthenedWhereFastDdsWatches) {
   GuardTest::options = {};
   EXPECT_EQ(receive(announcement(peer(1), kLease_s)), Fault::kNone);
   EXPECT_EQ(last, announcement(peer(1), kLease_s));
 }
 
-TEST_F(JudgingGuard, WhoIsSilentForItsLeaseIsNotHeardUntilItIsForgotten) {
+TEST_F(WatchingGuard, WhoIsSilentForItsLeaseIsNotHeardUntilItIsForgotten) {
   receive(announcement(peer(1), kLease_s), kHost, kSecond);
   EXPECT_EQ(guard.silence_of(peer(1), 6 * kSecond), Silence::kSpeaks);
   EXPECT_EQ(guard.silence_of(peer(1), 6 * kSecond + 1), Silence::kSilent);
@@ -71,14 +72,14 @@ TEST_F(JudgingGuard, WhoIsSilentForItsLeaseIsNotHeardUntilItIsForgotten) {
   EXPECT_EQ(guard.silence_of(peer(1), 15 * kSecond), Silence::kSpeaks);
 }
 
-TEST_F(JudgingGuard, NobodyElseSpeaksForIt) {
+TEST_F(WatchingGuard, NobodyElseSpeaksForIt) {
   receive(announcement(peer(1), kLease_s), kHost, kSecond);
   EXPECT_EQ(speak(4 * kSecond - 1), Fault::kNone);
   EXPECT_EQ(speak(6 * kSecond, kFar), Fault::kIdentity);
   EXPECT_EQ(guard.silence_of(peer(1), 9 * kSecond), Silence::kSilent);
 }
 
-TEST_F(JudgingGuard, WhoLeavesIsUnknownAtOnce) {
+TEST_F(WatchingGuard, WhoLeavesIsUnknownAtOnce) {
   receive(announcement(peer(1), kLease_s));
   EXPECT_EQ(receive(test::departure(peer(1))), Fault::kNone);
   EXPECT_EQ(guard.silence_of(peer(1), kSecond), Silence::kUnknown);
