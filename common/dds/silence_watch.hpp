@@ -12,8 +12,8 @@ namespace phantom::dds {
 /// By it a participant's own thread has the transport make Fast DDS forget whom it has not heard for its
 /// lease: where all are silent, no datagram would. Thread-safe.
 ///
-/// Fast DDS is given leases that never end. With its own, a thread of its events looks at them; a process ends
-/// by an assertion if that happens in the moment in which another thread works off the participant's
+/// Fast DDS is given leases that never end. With its own, a thread of its events looks at them; a process
+/// ends by an assertion if that happens in the moment in which another thread works off the participant's
 /// departure or the process's own end (PDP::check_remote_participant_liveliness; 2.9.1 and 3.1.2).
 class SilenceWatch {
  public:

@@ -77,7 +77,8 @@ struct MessageFacts {
 struct Receiver {
   bool secured = false;         ///< decodes secured submessages
   bool asks_for_types = false;  ///< asks others to describe their types, so that it reads what they announce
-  /// The guard watches who was silent for its lease (Guard::silence_of); Fast DDS is given one that never ends.
+  /// The guard watches who was silent for its lease (Guard::silence_of); Fast DDS is given one that never
+  /// ends.
   bool watches_silence = false;
 };
 
