@@ -263,7 +263,7 @@ TEST_F(SceneDrawing, GraphicsThatLeaveTheBodiesOutAreNoticedAndTheViewersPicture
   browser_->run(
       "window.many = phantomScene.stage.renderer.getContext().getExtension('WEBGL_multi_draw');"
       "window.works = many.multiDrawElementsWEBGL; many.multiDrawElementsWEBGL = () => {};"
-      "phantomScene.whole = null; phantomScene.draw()");
+      "phantomScene.doubt()");
   const auto source = [&](const std::string& words) {
     return test::eventually([&] { return text("scene-source") == words; });
   };

@@ -68,7 +68,7 @@ export class Desk {
     const changed = () => this.ask(), moved = view => this.mirror(view);
     this.views = Object.fromEntries(['main', 'hit', 'tool'].map(name => [name, new DrawnView(name, this.stage.software, changed, moved)]));
     this.stage.canvas.addEventListener('webglcontextlost', () => { this.lost = true; this.choose(); });
-    this.stage.canvas.addEventListener('webglcontextrestored', () => { this.lost = false; this.whole = null; this.choose(); });
+    this.stage.canvas.addEventListener('webglcontextrestored', () => { this.lost = false; this.doubt(); this.choose(); });
     document.addEventListener('visibilitychange', () => this.follow());
     this.views.hit.canvas.addEventListener('keydown', event => this.lookFrom(event));
     const drawn = view => (this.shown ? this.views[view] : undefined);  // a camera's live picture is not drawn here
@@ -170,7 +170,7 @@ export class Desk {
     this.button.addEventListener('click', () => {
       this.choice = this.serversWanted ? 'browser' : 'server';
       this.slow = null;
-      this.whole = null;
+      this.doubt();
       try { localStorage.setItem(kChoice, this.choice); } catch (problem) { /* chosen for this visit */ }
       this.follow();
     });
@@ -289,6 +289,11 @@ export class Desk {
     if (this.script_ms.length > kFiguresKept) this.script_ms.shift();
     this.firstPicture_ms ??= performance.now();
     if (this.whole === null && !this.fetching.size) this.checkWhole();
+  }
+  // Lets the next picture be looked at anew.
+  doubt() {
+    Object.assign(this, { whole: null, looked_ms: -Infinity });
+    this.draw();
   }
   // A picture without its bodies is worse than a slow one: the server's are shown, whatever was chosen.
   checkWhole() {
