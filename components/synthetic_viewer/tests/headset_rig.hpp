@@ -26,7 +26,6 @@ class SceneInHeadset : public SceneInChromium {
   void enter(bool with_cell = false) {
     open();
     ASSERT_TRUE(drawn());
-    ASSERT_TRUE(eventually([&] { return truth("phantomScene.whole === true"); })) << "before it is left out";
     if (!with_cell) browser_->run("phantomScene.stage.scene.visible = false");
     browser_->show_on(kWidth_px, kHeight_px, false);
     EXPECT_TRUE(truth("!document.getElementById('headset')")) << "no headset, no button";
