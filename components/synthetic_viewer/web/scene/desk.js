@@ -297,10 +297,11 @@ export class Desk {
   }
   // A picture without its bodies is worse than a slow one: the server's are shown, whatever was chosen.
   checkWhole() {
-    const { main } = this.views, camera = main.shown ? this.camera(main) : null;
-    if (!camera || performance.now() - this.looked_ms < kLookAgain_ms) return;
+    if (performance.now() - this.looked_ms < kLookAgain_ms) return;
     this.looked_ms = performance.now();
-    this.whole = this.stage.isWhole('main', camera, main.context);
+    const { main } = this.views, camera = main.shown ? this.camera(main) : null;
+    this.whole = camera && this.stage.isWhole('main', camera, main.context);
+    if (this.whole === null) setTimeout(() => this.draw(), kLookAgain_ms);  // the scene may stand still
     if (this.whole === false) this.follow();
   }
   noteAge() {
