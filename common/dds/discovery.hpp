@@ -1,12 +1,10 @@
 #pragma once
 
-#include <cstdint>
 #include <fastdds/dds/core/policy/QosPolicies.hpp>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include "common/wire/parameter_list.hpp"
 #include "fast_dds/types.hpp"
 
 namespace phantom::dds {
@@ -14,13 +12,6 @@ namespace phantom::dds {
 /// What discovery has learned of a participant or an endpoint. Whether an endpoint's own process removed it
 /// or its participant was lost is not told.
 enum class Discovered { kFound, kChanged, kLeft, kLost };
-
-/// Returns the lease that a participant announced, of the one that Fast DDS was given (wire::kLeaseLonger_s).
-inline fast_dds::Duration announced_lease(fast_dds::Duration given) {
-  constexpr auto kLonger_s = static_cast<std::int32_t>(wire::kLeaseLonger_s);
-  if (given.seconds >= kLonger_s && given.seconds < 2 * kLonger_s) given.seconds -= kLonger_s;
-  return given;
-}
 
 /// Another participant. If it is gone, only `guid` holds.
 struct FoundParticipant {

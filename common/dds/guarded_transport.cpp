@@ -3,8 +3,6 @@
 #include <atomic>
 #include <cstring>
 #include <mutex>
-#include <set>
-#include <utility>
 #include <vector>
 
 #include "common/core/clock.hpp"
@@ -48,13 +46,7 @@ Receiving& receiving() {
 class GuardedTransport final : public fast_dds::MessageTransport {
  public:
   explicit GuardedTransport(const GuardedTransportDescriptor& descriptor)
-      : MessageTransport(descriptor), descriptor_(descriptor), guard_(descriptor.guard) {
-    if (descriptor_.silence)
-      descriptor_.silence->answer_by([this](std::span<const GuidPrefix> present) { forget_silent(present); });
-  }
-  ~GuardedTransport() override {
-    if (descriptor_.silence) descriptor_.silence->answer_by({});
-  }
+      : MessageTransport(descriptor), descriptor_(descriptor), guard_(descriptor.guard) {}
 
   rtps::TransportDescriptorInterface* get_configuration() override { return &descriptor_; }
 
@@ -62,14 +54,6 @@ class GuardedTransport final : public fast_dds::MessageTransport {
     const bool opened = MessageTransport::OpenOutputChannel(senders, locator);
     if (opened) descriptor_.outbox->opened(locator);
     return opened;
-  }
-
-  bool CloseInputChannel(const rtps::Locator_t& locator) override {
-    {
-      const std::lock_guard lock(discovery_);
-      above_ = nullptr;
-    }
-    return MessageTransport::CloseInputChannel(locator);
   }
 
   bool send_on(rtps::SenderResource& below, const fast_dds::OutgoingMessage& message) override {
@@ -92,12 +76,7 @@ class GuardedTransport final : public fast_dds::MessageTransport {
     const bool pass = admit(datagram, source, discovery, {above, local, remote}, memory);
     const auto lock =
         discovery || memory.of_discovery ? std::unique_lock(discovery_) : std::unique_lock<std::mutex>();
-    if (discovery) {
-      above_ = above;
-      local_ = local;
-      remote_ = remote;
-      for (const GuidPrefix& banned : descriptor_.bans->take_fresh()) depart(banned);
-    }
+    if (discovery) forget_banned(above, local, remote);
     if (pass) hand_on(datagram, above, local, remote, memory);
     for (const auto& whole : memory.assembled)
       above->OnDataReceived(whole.data(), static_cast<std::uint32_t>(whole.size()), local, remote);
@@ -151,34 +130,13 @@ class GuardedTransport final : public fast_dds::MessageTransport {
     return false;
   }
 
-  /// Hands Fast DDS a departure of a participant, so that it frees what it keeps of it. Needs `discovery_`,
-  /// and a way by which discovery came.
-  void depart(const GuidPrefix& participant) {
-    const auto message = departure(participant, kWhoeverReads, kDepartureSequence);
-    above_->OnDataReceived(message.data(), static_cast<std::uint32_t>(message.size()), local_, remote_);
-  }
-
-  /// Those of `present` that were silent for their lease. Whom the guard does not know may be about to leave:
-  /// only if that is still so at the next look, its departure was one that Fast DDS did not believe.
-  void forget_silent(std::span<const GuidPrefix> present) {
-    const std::lock_guard lock(discovery_);
-    if (above_ == nullptr) return;
-    std::set<GuidPrefix> unknown;
-    for (const GuidPrefix& peer : present) {
-      const wire::Silence silence = forget_if_silent(peer);
-      if (silence == wire::Silence::kUnknown && !unknown_.contains(peer)) {
-        unknown.insert(peer);
-      } else if (silence != wire::Silence::kSpeaks) {
-        depart(peer);
-      }
+  /// Hands Fast DDS a departure of each participant that was banned, so that it frees what it keeps of it.
+  void forget_banned(rtps::TransportReceiverInterface* above, const rtps::Locator_t& local,
+                     const rtps::Locator_t& remote) {
+    for (const GuidPrefix& banned : descriptor_.bans->take_fresh()) {
+      const auto message = departure(banned, kWhoeverReads, kDepartureSequence);
+      above->OnDataReceived(message.data(), static_cast<std::uint32_t>(message.size()), local, remote);
     }
-    unknown_ = std::move(unknown);
-  }
-  wire::Silence forget_if_silent(const GuidPrefix& peer) {
-    const std::lock_guard lock(guarding_);
-    const wire::Silence silence = guard_.silence_of(peer, core::monotonic_ns());
-    if (silence == wire::Silence::kSilent) guard_.forget(peer);
-    return silence;
   }
 
   void hold(std::span<const std::uint8_t> datagram, const Way& way, const Receiving& memory) {
@@ -234,10 +192,7 @@ class GuardedTransport final : public fast_dds::MessageTransport {
   }
 
   GuardedTransportDescriptor descriptor_;
-  std::mutex discovery_, guarding_;                    // to be locked in this order
-  rtps::TransportReceiverInterface* above_ = nullptr;  // by which discovery came last; with `discovery_`
-  rtps::Locator_t local_, remote_;                     // the same
-  std::set<GuidPrefix> unknown_;                       // to the guard, at the last look; with `discovery_`
+  std::mutex discovery_, guarding_;
   wire::Guard guard_;
   std::vector<Held> held_;
 };

@@ -6,7 +6,6 @@
 #include "common/dds/bans.hpp"
 #include "common/dds/outbox.hpp"
 #include "common/dds/refused_datagrams.hpp"
-#include "common/dds/silence_watch.hpp"
 #include "common/wire/guard.hpp"
 #include "fast_dds/transport.hpp"
 
@@ -36,7 +35,6 @@ struct GuardedTransportDescriptor : fast_dds::rtps::ChainingTransportDescriptor 
   std::shared_ptr<Outbox> outbox = std::make_shared<Outbox>();
   std::shared_ptr<Bans> bans = std::make_shared<Bans>();
   std::shared_ptr<Announcements> announcements;  ///< null: nobody asks for them
-  std::shared_ptr<SilenceWatch> silence;         ///< null: Fast DDS itself watches who is silent
 };
 
 }  // namespace phantom::dds

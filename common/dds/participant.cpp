@@ -166,9 +166,8 @@ Participant::Participant(const std::string& component, const core::NetworkOption
   impl_->outbox = transport->outbox;
   impl_->bans = transport->bans;
   if (network.discovery_servers.empty()) {  // with discovery servers, a peer's end is reported by others
-    discovery = impl_->readmission =
-        std::make_shared<Readmission>(component, !network.security.empty(), transport->outbox,
-                                      transport->announcements, transport->silence, discovery);
+    discovery = impl_->readmission = std::make_shared<Readmission>(
+        component, !network.security.empty(), transport->outbox, transport->announcements, discovery);
   }
   if (discovery) impl_->listener = std::make_shared<fast_dds::DiscoveryListener>(std::move(discovery));
   with_dds_threads(network.servo_priority > 0, [&] {

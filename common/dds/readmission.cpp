@@ -31,13 +31,11 @@ rtps::Locator_t locator_of(const wire::Source& address) {
 }  // namespace
 
 Readmission::Readmission(std::string component, bool secured, std::shared_ptr<Outbox> outbox,
-                         std::shared_ptr<Announcements> announcements, std::shared_ptr<SilenceWatch> silence,
-                         std::shared_ptr<DiscoveryEvents> next)
+                         std::shared_ptr<Announcements> announcements, std::shared_ptr<DiscoveryEvents> next)
     : component_(std::move(component)),
       secured_(secured),
       outbox_(std::move(outbox)),
       announcements_(std::move(announcements)),
-      silence_(std::move(silence)),
       next_(std::move(next)),
       ends_(secured ? EndsWatch::kPatienceIfSecured : EndsWatch::kPatience) {}
 
@@ -164,14 +162,11 @@ void Readmission::run() {
     const auto handshakes = handshakes_.overdue(own_, now);
     const auto ends = ends_.overdue(own_, now);
     const auto peers = handshakes.empty() && ends.empty() ? decltype(peers_)() : peers_;
-    std::vector<GuidPrefix> present;
-    for (const auto& [prefix, peer] : peers_) present.push_back(prefix);
     lock.unlock();  // the log may block this thread, but must not block those of Fast DDS
     const auto known = [&](const GuidPrefix& peer) {
       const auto found = peers.find(peer);
       return found == peers.end() ? Peer{} : found->second;
     };
-    if (silence_) silence_->ask(present);
     for (const auto& attempt : handshakes) restart(attempt, known(attempt.peer));
     for (const auto& attempt : ends) restart(attempt, known(attempt.peer));
     lock.lock();

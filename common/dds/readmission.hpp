@@ -13,7 +13,6 @@
 #include "common/dds/ends_watch.hpp"
 #include "common/dds/handshake_watch.hpp"
 #include "common/dds/outbox.hpp"
-#include "common/dds/silence_watch.hpp"
 
 namespace phantom::dds {
 
@@ -39,10 +38,9 @@ namespace phantom::dds {
 /// Private to common/dds. It passes every event on to `next`.
 class Readmission : public DiscoveryEvents {
  public:
-  /// `outbox`, `announcements`, `silence`: of the participant's transport.
+  /// `outbox`, `announcements`: of the participant's transport.
   Readmission(std::string component, bool secured, std::shared_ptr<Outbox> outbox,
-              std::shared_ptr<Announcements> announcements, std::shared_ptr<SilenceWatch> silence,
-              std::shared_ptr<DiscoveryEvents> next);
+              std::shared_ptr<Announcements> announcements, std::shared_ptr<DiscoveryEvents> next);
   ~Readmission() override;
   /// Starts the thread. Call it once, with the participant's own GUID, when the participant has been created.
   void start(const fast_dds::rtps::GUID_t& own);
@@ -77,7 +75,6 @@ class Readmission : public DiscoveryEvents {
   const bool secured_;
   const std::shared_ptr<Outbox> outbox_;
   const std::shared_ptr<Announcements> announcements_;  // null: Fast DDS reports who announces itself
-  const std::shared_ptr<SilenceWatch> silence_;         // null: Fast DDS watches who is silent
   const std::shared_ptr<DiscoveryEvents> next_;
   mutable std::mutex mutex_;
   std::condition_variable stopped_;

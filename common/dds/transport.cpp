@@ -75,11 +75,6 @@ std::shared_ptr<GuardedTransportDescriptor> transport_of(const core::NetworkOpti
     guarded->guard.forgets_by_silence = true;
     guarded->announcements = std::make_shared<Announcements>();
   }
-  // Discovery servers speak for those whom nobody else hears.
-  if (network.discovery_servers.empty() && !guarded->guard.forgets_by_silence) {
-    guarded->guard.receiver.watches_silence = true;
-    guarded->silence = std::make_shared<SilenceWatch>();
-  }
   guarded->guard.ends_by_mixed_samples = fast_dds::kEndsByMixedSamples;
   guarded->guard.receiver.asks_for_types = asks_for_types;
   guarded->guard.relayed = !network.discovery_servers.empty();

@@ -107,7 +107,6 @@ Fault check_payload(const Builtin& builtin, const Guid& writer, std::span<std::u
       body, little_endian, facts.described ? ListPlace::kDescribedDiscovery : ListPlace::kDiscovery,
       facts.vendor, list, length);
   if (fault != Fault::kNone) return fault;
-  if (facts.lengthens_leases && builtin.topic == Topic::kParticipants) lengthen_lease(list, little_endian);
   list.status |= inline_list.status;
   return add(builtin.topic, writer, list, facts);
 }

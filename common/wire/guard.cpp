@@ -139,14 +139,7 @@ Fault Guard::check_participants(const MessageFacts& facts, const Source& source,
   return own ? Fault::kNone : Fault::kIdentity;
 }
 
-Silence Guard::silence_of(const GuidPrefix& prefix, core::Nanoseconds now) {
-  const Participant* const participant = participants_.find(prefix);
-  if (participant == nullptr) return Silence::kUnknown;
-  return participant->silent(now) ? Silence::kSilent : Silence::kSpeaks;
-}
-
 bool Guard::is_leaving(const GuidPrefix& prefix, core::Nanoseconds now) {
-  if (options_.receiver.watches_silence) return silence_of(prefix, now) == Silence::kSilent;
   if (!options_.forgets_by_silence) return false;
   Participant* const participant = participants_.find(prefix);
   if (participant == nullptr) return false;

@@ -47,8 +47,6 @@ enum class Verdict : std::uint8_t {
   kHold,    ///< keep it for Guard::kHold: somebody else than the participant says that it leaves
 };
 
-enum class Silence : std::uint8_t { kSpeaks, kSilent, kUnknown };
-
 /// Decides about each datagram before Fast DDS reads it. It keeps, in bounded memory taken at construction,
 /// who has announced itself from where, how many endpoints each has, and the fragment size of each writer.
 ///
@@ -106,12 +104,6 @@ class Guard {
   void lost(const GuidPrefix& participant);
   /// Returns whether the datagram just checked is the first of one that was lost.
   bool returned() const { return returned_; }
-  /// With `receiver.watches_silence`: whether a participant was not heard for its lease. Who speaks again
-  /// after that is refused until forget() was called for it, so that Fast DDS, too, begins with it at the
-  /// start.
-  Silence silence_of(const GuidPrefix& participant, core::Nanoseconds now);
-  /// With `receiver.watches_silence`: Fast DDS is made to forget a participant.
-  void forget(const GuidPrefix& participant) { participants_.remove(participant); }
   /// Returns what becomes of the departure that is held for `participant`.
   Verdict held(const GuidPrefix& participant, core::Nanoseconds now);
 

@@ -213,7 +213,6 @@ Fault check_message(std::span<std::uint8_t> datagram, const Receiver& receiver, 
   facts.participant_count = facts.endpoint_count = facts.fragment_count = facts.sequence_count = 0;
   facts.handshake = facts.for_another = false;
   facts.described = receiver.asks_for_types;
-  facts.lengthens_leases = receiver.watches_silence;
   if (const Fault fault = check_header(datagram, facts); fault != Fault::kNone) return fault;
   GuidPrefix sender = facts.sender;
   SecureFrame frame;

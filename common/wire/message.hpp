@@ -64,10 +64,9 @@ struct MessageFacts {
   std::array<FragmentFact, kMost> fragments;
   std::array<SequenceFact, kMost> sequences;
   std::size_t participant_count = 0, endpoint_count = 0, fragment_count = 0, sequence_count = 0;
-  bool handshake = false;         ///< holds a message of the security handshake
-  bool described = false;         ///< the receiver asks for descriptions of types
-  bool lengthens_leases = false;  ///< the receiver watches who is silent
-  bool for_another = false;       ///< INFO_SRC lets a part of it speak for another participant than `sender`
+  bool handshake = false;    ///< holds a message of the security handshake
+  bool described = false;    ///< the receiver asks for descriptions of types
+  bool for_another = false;  ///< INFO_SRC lets a part of it speak for another participant than `sender`
 
   /// Returns whether any of it is discovery's or a handshake's, whatever port it came in by.
   bool of_discovery() const;
@@ -77,9 +76,6 @@ struct MessageFacts {
 struct Receiver {
   bool secured = false;         ///< decodes secured submessages
   bool asks_for_types = false;  ///< asks others to describe their types, so that it reads what they announce
-  /// The guard watches who was silent for its lease (Guard::silence_of); Fast DDS is given one that never
-  /// ends.
-  bool watches_silence = false;
 };
 
 /// Greatest span of one GAP. Fast DDS walks through it number by number.
@@ -89,7 +85,7 @@ inline constexpr std::int64_t kLongestGap = 1 << 22;
 /// 8.3.4 to 8.3.8, 9.4; DDS Security 1.1, 7.3.6): header, each submessage's length against the datagram, each
 /// one's own fields, inline QoS, discovery data and handshakes. Kinds that are unknown or a vendor's own are
 /// passed if they fit. Encrypted parts are checked in their outer form. Discovery data may be changed in
-/// place (check_parameter_list, lengthen_lease).
+/// place (check_parameter_list).
 ///
 /// What stands in a secured submessage or message is not looked into and not changed for a participant that
 /// decodes it: Fast DDS reads it only if its signature is right. A participant without security would read it

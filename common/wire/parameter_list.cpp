@@ -222,7 +222,6 @@ void note(Pid pid, std::span<std::uint8_t> value, bool little_endian, bool disco
       facts.status = OctetReader(value, false).u32();  // big-endian always (9.6.4.9)
       return;
     case Pid::kLeaseDuration: {
-      if (discovery) facts.lease = value;
       OctetReader lease(value, little_endian);
       const std::uint32_t seconds = lease.u32();
       if (discovery && seconds > kLongestLease_s) {  // infinity, and what is negative, too
@@ -250,11 +249,6 @@ void note(Pid pid, std::span<std::uint8_t> value, bool little_endian, bool disco
 }
 
 }  // namespace
-
-void lengthen_lease(const ListFacts& facts, bool little_endian) {
-  if (facts.lease.empty()) return;
-  write_u32(facts.lease, OctetReader(facts.lease, little_endian).u32() + kLeaseLonger_s, little_endian);
-}
 
 bool check_data_holder(OctetReader& reader) {
   return aligned_string(reader) && properties(reader) && binary_properties(reader);

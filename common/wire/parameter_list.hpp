@@ -16,20 +16,12 @@ struct ListFacts {
   std::optional<Guid> key;          ///< PID_KEY_HASH
   std::uint32_t status = 0;         ///< PID_STATUS_INFO: bit 0 disposed, bit 1 unregistered
   double lease_s = 100.0;           ///< PID_PARTICIPANT_LEASE_DURATION; the standard's default
-  std::span<std::uint8_t> lease{};  ///< its octets in the list; empty: it is not there
   Source listens{};                 ///< the first IPv4 PID_METATRAFFIC_UNICAST_LOCATOR
 };
 
 /// Longest lease that a participant is granted. A longer one is shortened in place: what strangers announce
 /// is forgotten in bounded time. Known implementations announce themselves every 30 s or more often.
 inline constexpr std::uint32_t kLongestLease_s = 120;
-
-/// By so much longer is the lease that Fast DDS is given where the guard watches who is silent: 11 days.
-inline constexpr std::uint32_t kLeaseLonger_s = 1'000'000;
-
-/// Lengthens the lease in a list of discovery data by kLeaseLonger_s, in place, if there is one. Real-time
-/// safe: yes.
-void lengthen_lease(const ListFacts& facts, bool little_endian);
 
 /// What a parameter list stands in. kDescribedDiscovery: discovery data for a participant that asks for
 /// descriptions of types.

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -72,9 +71,6 @@ class Participant {
   void forget_samples_after_lease(core::Nanoseconds now) {
     if (now - passed_ >= lease_) first_samples_.clear();
   }
-
-  /// True if none was for its lease, where the guard watches that.
-  bool silent(core::Nanoseconds now) const { return now - std::max(passed_, first_) > lease_; }
 
   /// It has said that it leaves. Its lease may still run in Fast DDS.
   void leave(core::Nanoseconds now) {

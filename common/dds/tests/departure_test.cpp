@@ -1,6 +1,9 @@
 #include "common/dds/departure.hpp"
 
+#include <arpa/inet.h>
 #include <gtest/gtest.h>
+#include <sys/socket.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
@@ -8,7 +11,6 @@
 #include "common/dds/endpoint.hpp"
 #include "common/dds/outbox.hpp"
 #include "common/dds/participant_impl.hpp"
-#include "common/dds/tests/stranger.hpp"
 #include "common/dds/tests/test_network.hpp"
 
 namespace phantom::dds {
@@ -43,6 +45,35 @@ struct Doorkeeper : DiscoveryEvents {
     left += found.event == Discovered::kLeft ? 1 : 0;
     dropped += found.event == Discovered::kLost ? 1 : 0;
   }
+};
+
+// Where a participant listens for announcements, as another hears it.
+struct PortFinder : DiscoveryEvents {
+  std::atomic<int> port{0};
+  void on_participant(const FoundParticipant& found) override {
+    if (found.name != "keeper") return;
+    for (const auto& locator : found.announcements) {
+      if (locator.kind == LOCATOR_KIND_UDPv4) port = static_cast<int>(locator.port);
+    }
+  }
+};
+
+/// A socket of somebody else on this host.
+class Stranger {
+ public:
+  ~Stranger() { close(socket_); }
+  void send(const std::vector<std::uint8_t>& message, int port) const {
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    address.sin_port = htons(static_cast<std::uint16_t>(port));
+    ASSERT_EQ(sendto(socket_, message.data(), message.size(), 0, reinterpret_cast<const sockaddr*>(&address),
+                     sizeof address),
+              static_cast<ssize_t>(message.size()));
+  }
+
+ private:
+  const int socket_ = socket(AF_INET, SOCK_DGRAM, 0);
 };
 
 struct DepartureOfOne : ::testing::Test {

@@ -32,7 +32,7 @@ class DiscoveryListener final : public eprosima::fastdds::dds::DomainParticipant
     found.guid = data.m_guid;
     found.name = data.m_participantName.to_string();
     found.vendor = data.m_VendorId;
-    found.lease = dds::announced_lease(data.m_leaseDuration);
+    found.lease = data.m_leaseDuration;
     for (auto property = data.m_properties.begin(); property != data.m_properties.end(); ++property)
       found.properties.emplace_back(property->first(), property->second());
     for (const auto& locator : data.metatraffic_locators.unicast) found.announcements.push_back(locator);

@@ -32,7 +32,7 @@ class DiscoveryListener final : public eprosima::fastdds::dds::DomainParticipant
     found.guid = data.guid;
     found.name = data.participant_name.to_string();
     found.vendor = data.vendor_id;
-    found.lease = dds::announced_lease(data.lease_duration);
+    found.lease = data.lease_duration;
     for (auto property = data.properties.begin(); property != data.properties.end(); ++property)
       found.properties.emplace_back(property->first(), property->second());
     for (const auto& locator : data.metatraffic_locators.unicast) found.announcements.push_back(locator);
