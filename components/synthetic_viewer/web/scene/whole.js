@@ -3,6 +3,7 @@
 const kWidth = 96, kHeight = 60;      // of the small pictures that are compared
 const kLeastRadius = 2;               // in their pixels: smaller ones may be hidden, or between them
 const kLeastDifference = 6;           // of 255, in one colour
+const kFewest = 5;                    // bodies, of which none is seen: of fewer all may be too thin
 
 export class WholeCheck {
   constructor() {
@@ -15,11 +16,11 @@ export class WholeCheck {
   }
 
   // Draws twice by `draw(withBodies)`, which returns the canvas, and ends with the bodies in it. `circles`: where bodies are in the picture, { x, y, radius } in
-  // shares of its width, height and height. Returns whether at least half of them change it; null where none is large enough to be told.
+  // shares of its width, height and height. Returns whether any of them changes it; null where those are too few or too small to tell.
   run(draw, circles) {
     const bare = this.small(draw(false)), whole = this.small(draw(true));
     const found = circles.map(circle => changedIn(circle, bare, whole)).filter(changed => changed !== null);
-    return found.length === 0 ? null : found.filter(Boolean).length >= found.length / 2;
+    return found.some(Boolean) || (found.length < kFewest ? null : false);
   }
 }
 
