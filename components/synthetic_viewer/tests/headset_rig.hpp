@@ -26,7 +26,8 @@ class SceneInHeadset : public SceneInChromium {
   void enter(bool with_cell = false) {
     open();
     ASSERT_TRUE(drawn());
-    if (!with_cell) browser_->run("phantomScene.stage.scene.visible = false");
+    // Left out on purpose: it is not looked for in the picture.
+    if (!with_cell) browser_->run("phantomScene.whole = true; phantomScene.stage.scene.visible = false");
     browser_->show_on(kWidth_px, kHeight_px, false);
     EXPECT_TRUE(truth("!document.getElementById('headset')")) << "no headset, no button";
     std::ifstream file(PHANTOM_IWER);

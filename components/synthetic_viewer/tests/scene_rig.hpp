@@ -106,7 +106,7 @@ class SceneInChromium : public ::testing::Test {
   std::string text(const std::string& id) {
     return browser_->run("return document.getElementById('" + id + "').textContent").get<std::string>();
   }
-  /// Waits until the browser draws the whole cell, and has seen that it does.
+  /// Waits until the browser draws the whole cell.
   bool drawn() {
     constexpr double kLongest_s = 180;  // software draws, of a machine that may be busy
     const std::size_t meshes = drawing_->scene().meshes.size();
@@ -115,7 +115,7 @@ class SceneInChromium : public ::testing::Test {
           "window.phantomScene && phantomScene.shown && phantomScene.stage.items.size > " +
           std::to_string(meshes) +
           " && [...phantomScene.stage.items.values()].every(i => phantomScene.stage.meshes.has(i.mesh))"
-          " && phantomScene.firstPicture_ms > 0 && phantomScene.whole");
+          " && phantomScene.firstPicture_ms > 0");
     };
     return eventually(whole, kLongest_s);
   }
