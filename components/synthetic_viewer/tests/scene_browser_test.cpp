@@ -260,13 +260,14 @@ TEST_F(SceneDrawing, GraphicsThatLeaveTheBodiesOutAreNoticedAndTheViewersPicture
   ASSERT_TRUE(drawn());
   // A browser without a display now and then takes a page for one that nobody sees.
   const std::string seen =
-      "for (const view of Object.values(phantomScene.views)) view.visible = true; phantomScene.doubt();";
-  browser_->run(seen);
+      "for (const view of Object.values(phantomScene.views)) view.visible = true; phantomScene.draw();";
+  browser_->run("phantomScene.doubt();" + seen);
   EXPECT_TRUE(test::eventually([&] { return truth("phantomScene.whole === true"); }));
   // As of a driver that draws nothing of many items at once, and reports no error. Anew, as after a loss.
   browser_->run(
       "window.many = phantomScene.stage.renderer.getContext().getExtension('WEBGL_multi_draw');"
-      "window.works = many.multiDrawElementsWEBGL; many.multiDrawElementsWEBGL = () => {};" +
+      "window.works = many.multiDrawElementsWEBGL; many.multiDrawElementsWEBGL = () => {};"
+      "phantomScene.doubt();" +
       seen);
   const auto source = [&](const std::string& words) {
     return test::eventually([&] { return text("scene-source") == words; });
@@ -277,7 +278,7 @@ TEST_F(SceneDrawing, GraphicsThatLeaveTheBodiesOutAreNoticedAndTheViewersPicture
   // Whoever chooses the browser's nevertheless has them tried again, not shown.
   browser_->run(
       "window.tries = 0; const run = phantomScene.checkWhole; phantomScene.checkWhole = function () { run.call(this); if (this.whole === false) ++tries; }");
-  browser_->run("document.getElementById('server-pictures').click()");
+  browser_->run("document.getElementById('server-pictures').click();" + seen);
   EXPECT_TRUE(test::eventually([&] { return truth("tries > 0"); }));
   EXPECT_TRUE(source(left_out)) << text("scene-source");
   browser_->run("many.multiDrawElementsWEBGL = works; document.getElementById('server-pictures').click()");
