@@ -1,6 +1,7 @@
 #pragma once
 // A headset in software, in a real browser.
 
+#include <Eigen/Geometry>
 #include <cstdlib>
 #include <fstream>
 #include <opencv2/core.hpp>

@@ -1,0 +1,188 @@
+// Whose pictures the page shows: the browser's, or the viewer's where the browser cannot draw, draws too few
+// or leaves bodies out, or by choice.
+#include <gmock/gmock.h>
+
+#include <cstdlib>
+#include <fstream>
+
+#include "components/synthetic_viewer/tests/scene_rig.hpp"
+
+namespace phantom::synthetic_viewer {
+namespace {
+
+using test::SceneInChromium;
+using SceneDrawing = SceneInChromium;
+
+// Tries synthetic_viewer: graphics that leave the bodies out of what the browser draws
+TEST_F(SceneDrawing, GraphicsThatLeaveTheBodiesOutAreNoticedAndTheViewersPicturesShown) {
+  open();
+  ASSERT_TRUE(drawn());
+  // A browser without a display now and then takes a page for one that nobody sees.
+  const std::string seen =
+      "for (const view of Object.values(phantomScene.views)) view.visible = true; phantomScene.draw();";
+  browser_->run("phantomScene.doubt();" + seen);
+  EXPECT_TRUE(test::eventually([&] { return truth("phantomScene.whole === true"); }));
+  // As of a driver that draws nothing of many items at once, and reports no error. Anew, as after a loss.
+  browser_->run(
+      "window.many = phantomScene.stage.renderer.getContext().getExtension('WEBGL_multi_draw');"
+      "window.works = many.multiDrawElementsWEBGL; many.multiDrawElementsWEBGL = () => {};"
+      "phantomScene.doubt();" +
+      seen);
+  const auto source = [&](const std::string& words) {
+    return test::eventually([&] { return text("scene-source") == words; });
+  };
+  const std::string left_out = "Pictures from the server: this browser's graphics leave the bodies out";
+  EXPECT_TRUE(source(left_out)) << text("scene-source");
+  EXPECT_TRUE(truth("phantomScene.connection.scene === null")) << "what is not drawn does not come";
+  // Whoever chooses the browser's nevertheless has them tried again, not shown.
+  browser_->run(
+      "window.tries = 0; const run = phantomScene.checkWhole; phantomScene.checkWhole = function () { run.call(this); if (this.whole === false) ++tries; }");
+  browser_->run("document.getElementById('server-pictures').click();" + seen);
+  EXPECT_TRUE(test::eventually([&] { return truth("tries > 0"); }));
+  EXPECT_TRUE(source(left_out)) << text("scene-source");
+  browser_->run("many.multiDrawElementsWEBGL = works; document.getElementById('server-pictures').click()");
+  EXPECT_TRUE(source("Drawn in this browser")) << text("scene-source");
+  browser_->run(seen);
+  EXPECT_TRUE(test::eventually([&] { return truth("phantomScene.whole === true"); }));
+}
+
+// Tries synthetic_viewer: a browser without WebGL 2
+TEST_F(SceneDrawing, WithoutWebGlTheViewersPicturesAreShown) {
+  open({"--disable-3d-apis"});
+  EXPECT_TRUE(test::eventually(
+      [&] { return text("scene-source") == "Pictures from the server: this browser has no WebGL 2"; }));
+  EXPECT_TRUE(test::eventually(
+      [&] { return truth("document.getElementById('main-view').dataset.stream === 'stream/main'"); }));
+  EXPECT_TRUE(truth("!document.getElementById('main-scene')"));
+}
+
+TEST(Pace, IsTooSlowWhereFewPicturesAreDrawnOfMuchMovement) {
+  if (!test::Browser::installed())
+    GTEST_SKIP() << "chromium and chromium-driver are not installed (scripts/setup)";
+  std::ifstream file(PHANTOM_SOURCE_DIR "/components/synthetic_viewer/web/scene/pace.js");
+  const std::string code{std::istreambuf_iterator<char>(file), {}};
+  test::Browser browser;
+  const std::string module = nlohmann::json(code).dump();
+  browser.run("import(URL.createObjectURL(new Blob([" + module +
+              "], { type: 'text/javascript' }))).then(m => { window.Pace = m.Pace; })");
+  ASSERT_TRUE(test::eventually([&] { return browser.run("return !!window.Pace").get<bool>(); }));
+  // Moves so often for so long, and draws every so manieth movement.
+  const auto few = [&](double moves_per_s, double seconds, int drawn) {
+    return browser
+        .run("const pace = new Pace(); for (let i = 0; i < " + std::to_string(moves_per_s * seconds) +
+             "; ++i) { pace.moved(100 + i / " + std::to_string(moves_per_s) + "); if (i % " +
+             std::to_string(drawn) + " === 0) pace.drew(); } return pace.few")
+        .get<bool>();
+  };
+  EXPECT_TRUE(few(60, 7, 24)) << "2.5 a second";
+  EXPECT_FALSE(few(60, 60, 12)) << "5 a second";
+  EXPECT_FALSE(few(60, 5, 24)) << "not yet";
+  EXPECT_FALSE(few(2, 600, 1)) << "there is little to draw";
+  EXPECT_FALSE(few(60, 60, 1 << 30)) << "a window that is covered draws nothing";
+  EXPECT_TRUE(few(5, 60, 2)) << "2.5 of 5 a second";
+}
+
+/// The cell whose arm moves, in a browser that has not been told who draws.
+class SceneWithoutChoice : public SceneInChromium {
+ protected:
+  /// Lets each picture take that long at least.
+  void open_slow(int ms) {
+    open_without_choice();
+    ASSERT_TRUE(drawn());
+    slow_down(ms);
+    turn_arm(0.3);
+  }
+  void slow_down(int ms) {
+    browser_->run(
+        "const stage = phantomScene.stage, draw = Object.getPrototypeOf(stage).draw;"
+        "stage.draw = function (...of) { draw.apply(this, of); for (const begun = performance.now(); performance.now() - begun < " +
+        std::to_string(ms) + ";); }");
+  }
+  /// Waits until the pace was looked at so often since.
+  bool looked(int times) {
+    browser_->run("window.looks = phantomScene.pace.looks");
+    return test::eventually(
+        [&] { return truth("phantomScene.pace.looks >= window.looks + " + std::to_string(times)); });
+  }
+};
+
+// Tries synthetic_viewer: a browser that draws few pictures itself
+TEST_F(SceneWithoutChoice, ABrowserThatDrawsFewPicturesShowsTheViewersUnlessItsOperatorChooses) {
+  open_slow(200);  // of three views
+  EXPECT_TRUE(test::eventually([&] {
+    return text("scene-source").find("Pictures from the server: this browser draws too slowly (") == 0;
+  })) << text("scene-source");
+  EXPECT_TRUE(truth(
+      "document.getElementById('main-view').offsetParent && !document.getElementById('main-scene').offsetParent"));
+  EXPECT_TRUE(truth("phantomScene.connection.scene === null"));
+  EXPECT_EQ(browser_->run("return document.getElementById('server-pictures').ariaPressed"), "true");
+  if (const char* folder = std::getenv("PHANTOM_SCREENSHOTS"))
+    std::ofstream(std::string(folder) + "/scene_slow.png", std::ios::binary) << browser_->screenshot();
+  browser_->run("speak('de')");
+  EXPECT_THAT(
+      text("scene-source"),
+      testing::ContainsRegex("^Bilder vom Server: dieser Browser zeichnet zu langsam .[0-9],[0-9]/s"));
+  EXPECT_TRUE(test::eventually([&] { return truth("phantomScene.tried"); }));
+  EXPECT_TRUE(truth("phantomScene.slow")) << "the viewer's are more";
+
+  browser_->click("#server-pictures");
+  EXPECT_TRUE(test::eventually([&] { return text("scene-source") == "In diesem Browser gezeichnet"; }));
+  ASSERT_TRUE(looked(4));
+  EXPECT_TRUE(test::eventually([&] { return truth("phantomScene.pace.few"); }));
+  EXPECT_TRUE(truth("phantomScene.shown")) << "the choice prevails";
+  browser_->open(server_->url());
+  ASSERT_TRUE(drawn());
+  slow_down(200);
+  ASSERT_TRUE(looked(4));
+  EXPECT_TRUE(truth("phantomScene.shown")) << "and is remembered";
+}
+
+TEST_F(SceneWithoutChoice, GoesOnDrawingWhereTheViewersPicturesAreEvenFewer) {
+  frames_per_s_ = 0.1;
+  open_slow(200);
+  ASSERT_TRUE(test::eventually([&] { return truth("phantomScene.slow"); }));
+  EXPECT_TRUE(test::eventually([&] { return truth("phantomScene.tried && !phantomScene.slow"); }));
+  EXPECT_TRUE(test::eventually([&] { return text("scene-source") == "Drawn in this browser"; }));
+  ASSERT_TRUE(looked(4));
+  EXPECT_TRUE(truth("phantomScene.shown"));
+}
+
+TEST_F(SceneWithoutChoice, ATabThatIsHiddenOrDrawsNothingIsNotSlow) {
+  open_without_choice();
+  ASSERT_TRUE(drawn());
+  browser_->run(  // as a covered window, which is not told that it is
+      "phantomScene.pace.begin(); window.requestAnimationFrame = () => 1");
+  turn_arm(0.3);
+  ASSERT_TRUE(looked(4));
+  EXPECT_TRUE(truth("phantomScene.shown && !phantomScene.pace.few"));
+  browser_->run(
+      "phantomScene.pace.fewLooks = 2; Object.defineProperty(document, 'hidden', { get: () => true, configurable: true });"
+      "document.dispatchEvent(new Event('visibilitychange'))");
+  EXPECT_TRUE(truth("!phantomScene.connection.open && phantomScene.pace.fewLooks === 0"));
+}
+
+TEST_F(SceneDrawing, ShowsTheViewersPicturesByChoiceAndNothingInAHiddenTab) {
+  open();
+  ASSERT_TRUE(drawn());
+  browser_->click("#server-pictures");
+  EXPECT_TRUE(test::eventually([&] { return text("scene-source") == "Pictures from the server"; }));
+  EXPECT_TRUE(truth(
+      "document.getElementById('main-view').offsetParent && !document.getElementById('main-scene').offsetParent"));
+  EXPECT_TRUE(truth("phantomScene.connection.scene === null"));
+  browser_->run(
+      "window.cell = phantomScene.cell; window.stood = () => JSON.stringify(phantomScene.stage.bodies.map(b => b.elements));"
+      "window.before = stood()");
+  browser_->click("#server-pictures");
+  EXPECT_TRUE(test::eventually([&] { return text("scene-source") == "Drawn in this browser"; }));
+  ASSERT_TRUE(test::eventually([&] { return truth("phantomScene.cell !== cell"); }));
+  EXPECT_TRUE(truth("stood() === before")) << "all stands where it stood, though nothing has moved since";
+  browser_->run(
+      "Object.defineProperty(document, 'hidden', { get: () => true, configurable: true });"
+      "document.dispatchEvent(new Event('visibilitychange'))");
+  EXPECT_TRUE(truth("!phantomScene.connection.open"));
+  browser_->run("delete document.hidden; document.dispatchEvent(new Event('visibilitychange'))");
+  EXPECT_TRUE(test::eventually([&] { return truth("phantomScene.connection.open && phantomScene.shown"); }));
+}
+
+}  // namespace
+}  // namespace phantom::synthetic_viewer
