@@ -97,9 +97,12 @@ class Sources:
         self.folder, self.drives = Path(folder), about["drives"]
         self.facts = Facts(self.folder / "facts.jsonl")
         self.taps = [McapFolder(self.folder / "taps" / side, side, keep) for side in SIDES]
-        self.records, self.waiting, self.ended = {}, [], False
+        self.records, self.waiting, self.ended, self.complete_s = {}, [], False, 0.0
 
     def read(self):
+        """What came since. Afterwards all that happened until `complete_s` is there, however long the reading took: on a loaded machine the last
+        source is read many seconds after the first, and must not be held against facts that were not read yet."""
+        self.complete_s = time.monotonic() - LATE_S
         for path in sorted((self.folder / "drives").glob("*.csv")):
             if path not in self.records:
                 name, instance = path.stem.rsplit(".", 1)
@@ -145,7 +148,7 @@ def main():
                 if given.follow:
                     time.sleep(2.0)
                     sources.read()
-            for record in sources.until(float("inf") if ended else time.monotonic() - LATE_S):
+            for record in sources.until(float("inf") if ended else sources.complete_s):
                 observer.take(record)
             if ended:
                 break

@@ -1,8 +1,12 @@
 #!/usr/bin/env python3
 """Every invariant can fail: a hand-made trace that violates each is found, and one that keeps it is not."""
+import json
+import tempfile
 import unittest
+from pathlib import Path
+from unittest import mock
 
-from observer import Observer, explain
+from observer import Observer, Sources, explain
 from recordings import DragField, DriveRow, Echo, MasterState, OperatorCommand, Sample, SlaveState, Stamp
 from scene import COUPLED, DEGRADED, INIT, STOPPED, Limits
 
@@ -403,6 +407,28 @@ class Invariants(unittest.TestCase):
         trace.run(PERIOD_S)
         self.assertIn('VIOLATION of "torque within its caps" at 1.102 s', trace.told[0])
         self.assertIn("0.002 s earlier: fact=cut host=slave way=to".replace("0.002", "0.102"), trace.told[0])
+
+
+class Reading(unittest.TestCase):
+    """What is read from several files that grow is taken in order of time."""
+
+    def test_a_fact_comes_before_what_happened_after_it_though_reading_takes_long(self):
+        with tempfile.TemporaryDirectory() as name, mock.patch("observer.time.monotonic") as now:
+            folder = Path(name)
+            (folder / "drives").mkdir()
+            (folder / "facts.jsonl").write_text("")
+            sources = Sources(folder, {"drives": {}}, None)
+
+            def slow_tap():  # while it is read, something is done to the system, and heard of
+                now.return_value = 150.0
+                (folder / "facts.jsonl").write_text(json.dumps({"t": 120.0, "fact": "reset"}) + "\n")
+                return [Sample(130.0, "slave", "slave_state", 1, None)]
+            now.return_value = 100.0
+            with mock.patch.object(sources.taps[1], "read", slow_tap):
+                sources.read()
+            self.assertEqual(sources.until(sources.complete_s), [])
+            sources.read()
+            self.assertEqual([r["t"] if isinstance(r, dict) else r.t for r in sources.until(sources.complete_s)], [120.0, 130.0])
 
 
 if __name__ == "__main__":
