@@ -304,8 +304,8 @@ class Memory(Rule):
             self.started.setdefault(key, fact["t"])
             if fact["t"] - self.started[key] < self.limits.settled_s:
                 continue
-            first = self.first.setdefault(key, entry["rss_MiB"])
-            grown = entry["rss_MiB"] - first
+            first = self.first.setdefault(key, entry["own_MiB"])
+            grown = entry["own_MiB"] - first
             self.checks += 1
             self.growth[entry["process"]] = max(grown, self.growth.get(entry["process"], 0.0))
             bound = self.limits.more_memory_MiB.get(entry["process"], self.limits.memory_MiB)

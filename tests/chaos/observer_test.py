@@ -396,7 +396,7 @@ class Invariants(unittest.TestCase):
         def grows(by_MiB):
             trace = Trace()
             for i in range(10):
-                trace.run(1.0).fact("memory", processes=[{"process": "slave_io", "pid": 1, "rss_MiB": 50.0 + i * by_MiB}])
+                trace.run(1.0).fact("memory", processes=[{"process": "slave_io", "pid": 1, "own_MiB": 50.0 + i * by_MiB}])
             return trace
         self.held(grows(1.0), "memory is bounded")
         self.violated(grows(4.0), "memory is bounded", "slave_io grew by")

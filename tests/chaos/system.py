@@ -16,7 +16,7 @@ from pathlib import Path
 
 SOURCE = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(SOURCE / "tests/hosts"))
-from hosts import Site, run  # noqa: E402
+from hosts import Site, own_mib, run  # noqa: E402
 
 ADDRESSES = {"master": "10.71.1.2", "slave": "10.71.2.2", "view": "10.71.3.2"}
 HOST_OF = {"master_io": "master", "master_drives_a": "master", "master_drives_b": "master", "phantom_sensing": "master", "audio_percept": "master",
@@ -394,15 +394,13 @@ class System:
                 self.running[f"{side}_io"].send_signal(signal.SIGUSR1)
 
     def memory(self):
-        page_MiB = os.sysconf("SC_PAGE_SIZE") / 2**20
         found = []
         with self.lock:
             for name, process in self.running.items():
                 try:
-                    pages = int(Path(f"/proc/{process.pid}/statm").read_text().split()[1])
-                except (OSError, IndexError):
+                    found.append({"process": name, "pid": process.pid, "own_MiB": round(own_mib(process.pid), 1)})
+                except (OSError, KeyError):  # it has just ended
                     continue
-                found.append({"process": name, "pid": process.pid, "rss_MiB": round(pages * page_MiB, 1)})
         self.facts.note("memory", processes=found)
 
     # ---- the observer's taps and the operator

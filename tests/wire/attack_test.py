@@ -12,8 +12,8 @@ import time
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "hosts"))
-from attacked_site import DOMAIN, GROWTH_MIB, SOURCE, Site, expect_orderly_ends, quick_viewer, resident_mib  # noqa: E402
-from hosts import eventually, need, need_rights  # noqa: E402
+from attacked_site import DOMAIN, GROWTH_MIB, SOURCE, Site, expect_orderly_ends, quick_viewer  # noqa: E402
+from hosts import eventually, need, need_rights, own_mib  # noqa: E402
 from servo_pace import expect_as_bare, loops, slip_shares, watched_slip_shares, with_bare_loop  # noqa: E402
 
 MOST_PARTICIPANTS = 8
@@ -42,7 +42,7 @@ def expect_bare_dies(site):
     begun, most = time.monotonic(), 0.0
     while bare.poll() is None and attack.poll() is None and most < MOST_BARE_MIB and time.monotonic() - begun < 300:
         try:
-            most = max(most, resident_mib(bare.pid))
+            most = max(most, own_mib(bare.pid))
         except (FileNotFoundError, ProcessLookupError, KeyError):
             pass
         time.sleep(0.05)
@@ -67,13 +67,13 @@ def expect_participants_go_on(site):
     sessions = [talker.stdout.readline().strip() for talker in talkers]
     assert all(sessions), "a talker did not start:\n" + site.log()
     time.sleep(2)
-    before = [resident_mib(talker.pid) for talker in talkers]
+    before = [own_mib(talker.pid) for talker in talkers]
     attack = attack_of(site, site.options.datagrams, 2, site.options.seed + 1)
     while attack.poll() is None:
         for talker in talkers:
             assert talker.poll() is None, f"a participant ended with {talker.returncode}:\n" + site.log()
         time.sleep(0.2)
-    after = [resident_mib(talker.pid) for talker in talkers]
+    after = [own_mib(talker.pid) for talker in talkers]
     first = [ask(talker) for talker in talkers]
     time.sleep(2)
     second = [ask(talker) for talker in talkers]
@@ -115,7 +115,7 @@ def expect_components_go_on(site):
         return all((status.get(name) or {"state": "COMPONENT_STARTING"})["state"] != "COMPONENT_STARTING" for name in components)
     eventually(started, START_S, "every component is up")
     quiet = {name: watched_slip_shares(status, name, 8, START_S) for name in SERVOS}
-    before = {name: resident_mib(process.pid) for name, process in components.items()}
+    before = {name: own_mib(process.pid) for name, process in components.items()}
     begun = {name: loops(status, name) for name in SERVOS}
     spy, events = event_lines(site)
     attack = attack_of(site, site.options.datagrams, len(components), site.options.seed + 2)
@@ -139,7 +139,7 @@ def expect_components_go_on(site):
         return "slave_state" in heard and "workspace_version" in heard
     eventually(late_one_hears, PLACES_BACK_S + START_S, "a late one hears them")
     for name, process in components.items():
-        now = resident_mib(process.pid)
+        now = own_mib(process.pid)
         print(f"{name}: {before[name]:.0f} MiB before, {now:.0f} MiB after {site.options.datagrams} datagrams")
         assert now <= before[name] * 1.1 + GROWTH_MIB, f"{name} grew:\n" + site.log()
     expect_orderly_ends(site, components)

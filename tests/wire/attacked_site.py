@@ -14,11 +14,6 @@ GROWTH_MIB = 32  # and a tenth
 VIEWER = "frame_rate_hz: 2\nmain_view: {width_px: 160, height_px: 120}\nhit_view: {width_px: 160, height_px: 120}\ntool_view: {enabled: false}\npage: {port: 0}\n"
 
 
-def resident_mib(pid):
-    fields = dict(line.split(":", 1) for line in Path(f"/proc/{pid}/status").read_text().splitlines() if ":" in line)
-    return int(fields["VmRSS"].split()[0]) / 1024
-
-
 def quick_viewer(folder):
     """Parameters of a viewer that draws little."""
     file = folder / "viewer.yaml"

@@ -12,8 +12,8 @@ import time
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "hosts"))
-from attacked_site import DOMAIN, GROWTH_MIB, SOURCE, Site, expect_orderly_ends, quick_viewer, resident_mib  # noqa: E402
-from hosts import eventually, need_rights  # noqa: E402
+from attacked_site import DOMAIN, GROWTH_MIB, SOURCE, Site, expect_orderly_ends, quick_viewer  # noqa: E402
+from hosts import eventually, need_rights, own_mib  # noqa: E402
 from servo_pace import expect_as_bare, loops, slip_shares, watched_slip_shares, with_bare_loop  # noqa: E402
 
 # As many as once filled the memory: 299,088 chunks of one octet grew the viewer by 2.1 GB, 34,289 names by 0.8 GB.
@@ -66,8 +66,8 @@ class Cell:
         for name, process in self.processes.items():
             assert process.poll() is None, f"{name} ended with {process.returncode}:\n" + self.site.log()
 
-    def resident(self):
-        return {name: resident_mib(process.pid) for name, process in self.processes.items()}
+    def memory(self):
+        return {name: own_mib(process.pid) for name, process in self.processes.items()}
 
     def expect_serves(self):
         """An object that comes now is in the workspace that is sensed and in the picture."""
@@ -84,7 +84,7 @@ class Cell:
 
 def flood(cell, kind, count):
     site = cell.site
-    before = most = cell.resident()
+    before = most = cell.memory()
     refused = {name: cell.refused(name) for name in TELL}
     paced = loops(cell.told, "slave_io")
     flooder = site.start([str(site.options.programs / "flooder"), str(DOMAIN), kind, str(count), str(READERS[kind])])
@@ -94,7 +94,7 @@ def flood(cell, kind, count):
     reader.start()
     while reader.is_alive():
         cell.expect_alive()
-        most = {name: max(most[name], mib) for name, mib in cell.resident().items()}
+        most = {name: max(most[name], mib) for name, mib in cell.memory().items()}
         time.sleep(0.1)
     assert written[1].strip() == str(count), f"the stranger wrote {written} of {count} {kind}: it floods nobody\n" + site.log()[-3000:]
     print(f"{kind}: {count} in {time.monotonic() - begun:.1f} s", flush=True)
@@ -103,7 +103,7 @@ def flood(cell, kind, count):
     expect_as_bare(f"slave_io under {kind}:", shares, cell.quiet)
     time.sleep(3)
     cell.expect_alive()
-    after = cell.resident()
+    after = cell.memory()
     for name in before:
         print(f"  {name}: {before[name]:.0f} MiB, at most {most[name]:.0f}, then {after[name]:.0f}", flush=True)
         assert most[name] <= before[name] * 1.1 + GROWTH_MIB, f"{name} grew:\n" + site.log()
