@@ -15,6 +15,7 @@
 #include "common/messages/publisher.hpp"
 #include "common/messages/status_reporter.hpp"
 #include "common/messages/teleoperation_codec.hpp"
+#include "common/teleop/grip_lead.hpp"
 #include "components/master_io/dds_adapter_convert.hpp"
 
 namespace phantom::master_io {
@@ -97,6 +98,7 @@ struct DdsAdapter::Impl {
         haptic(
             participant, dds::kHapticDevice, {},
             [this](const messages::HapticDevice& sample, core::Nanoseconds received_ns) {
+              grip_opening.store(sample.grip_opening, std::memory_order_relaxed);
               inbox.haptic.write({sample, sample.wrench_echo, received_ns, participant.session()});
             },
             [needs = expected.haptic](const messages::HapticDevice& sample) {
@@ -106,6 +108,11 @@ struct DdsAdapter::Impl {
         responder(participant, core::Side::kMaster, inbox.stops,
                   [this](const messages::OperatorCommand& command) { return on_setting(command); }) {
     inbox.settings.write(settings);
+    if (!expected.haptic) return;
+    gripper.emplace(participant, dds::kGripperState, expected.arm,
+                    [this](const messages::GripperState& state, core::Nanoseconds) {
+                      grippers.write({state, state.widest_m});
+                    });
   }
 
   void on_field(const messages::DragField& sample, core::Nanoseconds now_ns) {
@@ -134,6 +141,25 @@ struct DdsAdapter::Impl {
     stamp.monotonic_ns(sample.stamp.monotonic_ns);
     message.stamp(stamp);
     wrench.write(message);
+  }
+
+  // Requests what the device's grip wants of the slave's gripper. Called by the publishing thread.
+  void lead_gripper(bool may) {
+    constexpr core::Nanoseconds kQuiet_ns = 10 * core::kNsPerSecond;
+    const core::Nanoseconds now_ns = core::monotonic_ns();
+    grippers.read(newest_gripper);
+    const bool led = grip.leads();
+    const double opening = grip_opening.load(std::memory_order_relaxed);
+    const auto width_m = grip.step(opening, may, newest_gripper, now_ns);
+    if (grip.leads() && !led && now_ns >= grip_quiet_until_ns) {
+      grip_quiet_until_ns = now_ns + kQuiet_ns;
+      spdlog::info("the haptic device's grip leads the gripper");
+    }
+    if (width_m) request_gripper(*width_m, "haptic device");
+  }
+
+  void request_gripper(double width_m, const std::string& issuer) {
+    responder.announce({.kind = core::CommandKind::kGripperWidth, .value = width_m, .issuer = issuer});
   }
 
   core::Status on_setting(const messages::OperatorCommand& command) {
@@ -169,7 +195,12 @@ struct DdsAdapter::Impl {
   std::atomic<teleop::StopId> stop_in_force{0}, slave_stop{0};
   std::uint32_t gripper_asked = 0;            // of the simulated operator's requests, those passed on
   std::atomic<double> feedback_delay_s{0.0};  // delay in force in the servo
-  std::mutex mutex;                           // guards round_trips
+  std::atomic<double> grip_opening{-1.0};     // of the haptic device
+  core::Snapshot<teleop::GripLead::Gripper> grippers;
+  teleop::GripLead::Gripper newest_gripper;  // this and what follows: the publishing thread's
+  teleop::GripLead grip;
+  core::Nanoseconds grip_quiet_until_ns = 0;
+  std::mutex mutex;  // guards round_trips
   core::DurationHistogram round_trips;
   dds::Participant participant;
   RoundTrip round_trip;
@@ -182,6 +213,7 @@ struct DdsAdapter::Impl {
   dds::Stamper haptic_stamper;
   dds::Writer<msg::HapticDeviceWrench> wrench;
   messages::CheckedReader<msg::HapticDevice> haptic;
+  std::optional<messages::CheckedReader<msg::GripperState>> gripper;  // for a device with a grip
   messages::OperatorResponder responder;
 };
 
@@ -192,7 +224,10 @@ DdsAdapter::~DdsAdapter() = default;
 
 void DdsAdapter::publish(const MasterReport& report) {
   impl_->feedback_delay_s = report.outputs.feedback_delay_s;
-  if (report.has_wrench) impl_->publish(report.wrench);
+  if (report.has_wrench) {
+    impl_->publish(report.wrench);
+    impl_->lead_gripper(report.wrench.valid && report.outputs.state == teleop::LinkState::kCoupled);
+  }
   impl_->master.publish(report);
   impl_->responder.on_report(report.stop_requests, report.outputs.stop.id != 0);
   impl_->stop_in_force.store(report.outputs.stop.id, std::memory_order_relaxed);
@@ -223,7 +258,7 @@ void DdsAdapter::reset(const std::string& issuer) {
 
 void DdsAdapter::ask_gripper(double width_m, const std::string& issuer) {
   spdlog::info("gripper {} by {}", width_m > 0.0 ? "open" : "closed", issuer);
-  impl_->responder.announce({.kind = core::CommandKind::kGripperWidth, .value = width_m, .issuer = issuer});
+  impl_->request_gripper(width_m, issuer);
 }
 
 void DdsAdapter::choose_percepts(PerceptKey key, const std::string& issuer) {

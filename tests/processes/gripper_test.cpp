@@ -1,8 +1,9 @@
-// The shipped example of a gripper, by real processes: a person at a shell closes it on an object, and it
-// holds that whatever becomes of the master.
+// The shipped example of a gripper, by real processes: a person at a shell, or the grip of a haptic device,
+// closes it on an object, and it holds that whatever becomes of the master.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <cmath>
 #include <csignal>
 #include <fstream>
@@ -11,6 +12,7 @@
 
 #include "common/dds/endpoint.hpp"
 #include "common/dds/topics.hpp"
+#include "common/haptic_device/handle_service.hpp"
 #include "common/messages/teleoperation_codec.hpp"
 #include "tests/processes/running_process.hpp"
 #include "tests/support/child_process.hpp"
@@ -105,6 +107,67 @@ TEST_F(GripperExample, APersonAtAShellClosesItAndItHoldsWhateverBecomesOfTheMast
   EXPECT_TRUE(
       eventually([&] { return std::abs(gripper().sense.width_m - 0.06) < 1e-3 && !gripper().moves; }, 60.0));
   EXPECT_FALSE(gripper().holds);
+}
+
+/// A haptic device that the hand holds still, and whose grip it opens and closes.
+class GripOfADevice : public GripperExample {
+ protected:
+  GripOfADevice() {
+    const std::string wrist =
+        "  joints:                              # of the wrist\n    j5_roll: {inertia: 0.004}\n"
+        "    j6_wrist: {inertia: 0.004}\n    j7_tool_roll: {inertia: 0.002}\n";
+    std::ofstream(folder_ / "master_io.yaml") << test::all_replaced(
+        test::text_of(PHANTOM_SOURCE_DIR "/deploy/cartesian/hot_cell_headset.yaml"), wrist, "");
+    const std::string text = test::text_of(topology_);
+    std::ofstream(topology_) << test::all_replaced(
+        text, "{component: master_io, simulation: true}",
+        "{component: master_io, config: " + (folder_ / "master_io.yaml").string() + "}");
+  }
+  void move_grip(double to) {
+    for (const double step = to > grip ? 0.02 : -0.02; std::abs(to - grip) > 0.02; grip = grip + step)
+      std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    grip = to;
+  }
+
+  std::atomic<double> grip{1.0};
+  dds::Participant hand_{"haptic_device",
+                         {.domain = domain_,
+                          .qos_profiles = PHANTOM_SOURCE_DIR "/deploy/qos/phantom.xml",
+                          .interfaces = {"127.0.0.1"}}};
+  haptic_device::HandleService device_{hand_,
+                                       {},
+                                       [this](const auto&, const auto&, double, core::Nanoseconds) {
+                                         return haptic_device::HandleService::Handle{{.valid = true}, grip};
+                                       },
+                                       [](const std::string& why) { ADD_FAILURE() << why; }};
+};
+
+TEST_F(GripOfADevice, LeadsTheGripperOnceItHasComeToItsWidth) {
+  const auto slave = start("slave_io");
+  const auto master = start("master_io");
+  const auto rests_at = [&](double width_m) {
+    return eventually([&] { return std::abs(gripper().sense.width_m - width_m) < 0.002 && !gripper().moves; },
+                      60.0);
+  };
+  ASSERT_TRUE(eventually([&] { return gripper().open && arm() == LinkState::kCoupled; }, 120.0))
+      << slave->log() << master->log();
+  move_grip(0.7);  // both were open
+  EXPECT_TRUE(rests_at(0.7 * gripper().widest_m)) << gripper().sense.width_m;
+
+  ASSERT_EQ(command("gripper close --force-N 25").exit_code, 0);
+  ASSERT_TRUE(eventually([&] { return gripper().holds; }, 60.0));
+  move_grip(1.0);
+  std::this_thread::sleep_for(std::chrono::milliseconds(500));
+  EXPECT_TRUE(gripper().holds) << "the grip is not where the fingers are";
+  EXPECT_EQ(gripper().requested_width_m, 0.0);
+
+  move_grip(0.0);
+  move_grip(0.6);
+  EXPECT_TRUE(rests_at(0.6 * gripper().widest_m)) << gripper().sense.width_m;
+  EXPECT_FALSE(gripper().holds);
+  move_grip(0.0);
+  ASSERT_TRUE(eventually([&] { return gripper().holds; }, 60.0)) << "closed on the object by the grip";
+  EXPECT_NEAR(gripper().sense.width_m, 0.042, 0.002);
 }
 
 }  // namespace
