@@ -1,5 +1,5 @@
-// Objects added, moved and removed by command while the real processes run; processes that join late, die or
-// are cut off meanwhile.
+// Objects added, moved and removed by command while the real processes run; processes that join late or die
+// meanwhile.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -11,32 +11,14 @@
 #include <iostream>
 
 #include "tests/end_to_end/running_system.hpp"
-#include "tests/end_to_end/workspace_observer.hpp"
-#include "tests/support/child_process.hpp"
-#include "tests/support/own_domain.hpp"
+#include "tests/end_to_end/workspace_processes.hpp"
 
 namespace phantom::end_to_end {
 namespace {
 
 using test::Process;
-using test::run_line;
 using test::Said;
 using testing::HasSubstr;
-
-constexpr const char* kWvaServer = PHANTOM_BIN_DIR "/wva_server";
-constexpr const char* kSensing = PHANTOM_BIN_DIR "/phantom_sensing";
-
-/// `wva_server command …` as a person would type it.
-Said command(const std::string& words, const std::string& deployment, int domain) {
-  return run_line(std::string(kWvaServer) + " command " + words + " --timeout-s 30 --deployment " +
-                  deployment + " --domain " + std::to_string(domain));
-}
-
-/// The version that a command's answer names; 0: none.
-std::uint64_t version_in(const std::string& output) {
-  const auto at = output.find("\nversion ");
-  return at == std::string::npos ? 0 : std::stoull(output.substr(at + 9));
-}
 
 /// The kernel's accounts of a process's threads of these names.
 std::vector<std::filesystem::path> schedstat_of(pid_t process, const std::set<std::string>& threads) {
@@ -181,50 +163,6 @@ TEST(RunningDemo, AnObjectMovedByCommandChangesItsBricksOnlyAndThePerceptFollows
   EXPECT_EQ(system.wait(), 0) << system.output();
 }
 
-/// wva_server and phantom_sensing alone, as processes that a test may kill.
-class Processes : public testing::Test {
- protected:
-  void SetUp() override { std::filesystem::create_directories(folder_); }
-  void TearDown() override {
-    sensing_.reset();
-    server_.reset();
-    if (HasFailure()) std::cerr << read_text(folder_ / "server.log") << read_text(folder_ / "sensing.log");
-    std::filesystem::remove_all(folder_);
-  }
-  std::string topology(const std::string& name, const std::string& interfaces) {
-    const std::string source = PHANTOM_SOURCE_DIR;
-    std::ofstream(folder_ / name) << "name: test\ndomain: " << domain_ << "\nqos_profiles: " << source
-                                  << "/deploy/qos/phantom.xml\ncell: " << source
-                                  << "/deploy/cells/hot_cell/cell.yaml\nnetwork: {interfaces: [" << interfaces
-                                  << "]}\n";
-    return (folder_ / name).string();
-  }
-  core::NetworkOptions network(std::vector<std::string> interfaces) const {
-    core::NetworkOptions network;
-    network.domain = domain_;
-    network.qos_profiles = PHANTOM_SOURCE_DIR "/deploy/qos/phantom.xml";
-    network.interfaces = std::move(interfaces);
-    return network;
-  }
-  void start_server(const std::string& deployment, const std::vector<std::string>& more = {}) {
-    std::vector<std::string> words{kWvaServer, "--deployment", deployment};
-    words.insert(words.end(), more.begin(), more.end());
-    server_.emplace(std::move(words), folder_ / "server.log");
-  }
-  void start_sensing(const std::string& deployment, std::vector<std::string> in_front = {}) {
-    for (const char* word : {kSensing, "--deployment", deployment.c_str()}) in_front.push_back(word);
-    sensing_.emplace(std::move(in_front), folder_ / "sensing.log");
-  }
-  static std::string move_to(double y_m) {
-    return "move --object pump --pose '0.4 " + std::to_string(y_m) + " 0.301 0 0 15'";
-  }
-
-  std::filesystem::path folder_ =
-      std::filesystem::temp_directory_path() / ("phantom_change_" + std::to_string(getpid()));
-  int domain_ = test::own_domain();
-  std::optional<Process> server_, sensing_;
-};
-
 TEST_F(Processes, APhantomThatIsKilledDuringAChangeComesBackWithTheRightVersion) {
   const std::string deployment = topology("topology.yaml", "127.0.0.1");
   WorkspaceObserver observer(network({"127.0.0.1"}));
@@ -286,86 +224,6 @@ TEST_F(Processes, AChangeThatCannotBeKeptHoldsAndItsReplyAndTheLogSayThatItWillB
   EXPECT_THAT(moved.output, HasSubstr("it will be lost when wva_server ends: " + keep_in.string()));
   EXPECT_TRUE(eventually([&] { return observer.version() == version_in(moved.output); }));
   EXPECT_THAT(read_text(folder_ / "server.log"), HasSubstr("the cell's changes cannot be kept"));
-}
-
-/// phantom_sensing in a network namespace of its own, with one cable to the rest, which a test may cut.
-class CutOff : public Processes {
- protected:
-  void SetUp() override {
-    Processes::SetUp();
-    const std::string n = std::to_string(getpid() % 250);
-    space_ = "phantom_" + n, cable_ = "phcable" + n, far_end_ = "phfar" + n;
-    here_ = "10.199." + n + ".1", there_ = "10.199." + n + ".2";
-    if (geteuid() != 0 || run_line("ip netns add " + space_).exit_code != 0)
-      GTEST_SKIP() << "needs root and network namespaces";
-    const std::string in_space = "ip -n " + space_ + " ";
-    const std::string steps[] = {
-        "ip link add " + cable_ + " type veth peer name " + far_end_ + " netns " + space_,
-        "ip addr add " + here_ + "/24 dev " + cable_,
-        "ip link set " + cable_ + " up",
-        in_space + "addr add " + there_ + "/24 dev " + far_end_,
-        in_space + "link set lo up",
-        in_space + "link set " + far_end_ + " up"};
-    for (const std::string& step : steps) {
-      if (const Said said = run_line(step); said.exit_code != 0) GTEST_SKIP() << step << ": " << said.output;
-    }
-    // The kernel says a little later that there is a link.
-    ASSERT_TRUE(eventually([&] {
-      return run_line(in_space + "-o link show up dev " + far_end_).output.find("state UP") !=
-             std::string::npos;
-    }));
-  }
-  void TearDown() override {
-    Processes::TearDown();
-    run_line("ip netns del " + space_);
-    run_line("ip link del " + cable_);
-  }
-  void cut() { ASSERT_EQ(run_line("ip -n " + space_ + " link set " + far_end_ + " down").exit_code, 0); }
-  void mend() { ASSERT_EQ(run_line("ip -n " + space_ + " link set " + far_end_ + " up").exit_code, 0); }
-
-  /// Percepts rest on the newest version again, and never on one that was not.
-  void expect_right(WorkspaceObserver& observer, const std::set<std::uint64_t>& versions) {
-    EXPECT_TRUE(eventually([&] { return observer.felt_version() == *versions.rbegin(); }, 60.0))
-        << observer.felt_version() << " instead of " << *versions.rbegin();
-    for (const std::uint64_t felt : observer.felt_versions()) EXPECT_TRUE(versions.contains(felt)) << felt;
-  }
-
-  std::string space_, cable_, far_end_, here_, there_;
-};
-
-// Tries wva_server: was away
-TEST_F(CutOff, APhantomThatIsCutOffDuringChangesEndsWithTheRightVersion) {
-  // Who commands sits at the server's host: a process that begins refuses an interface whose cable is cut.
-  const std::string near = topology("near.yaml", "127.0.0.1, " + here_), far = topology("far.yaml", there_),
-                    at_hand = topology("at_hand.yaml", "127.0.0.1");
-  WorkspaceObserver observer(network({"127.0.0.1", here_}));
-  start_server(near);
-  start_sensing(far, {"ip", "netns", "exec", space_});
-  ASSERT_TRUE(eventually(
-      [&] { return observer.felt_version() != 0 && observer.felt_version() == observer.version(); }));
-  std::set<std::uint64_t> versions{observer.version()};
-  const auto change = [&](const std::string& words) {
-    const Said said = command(words, at_hand, domain_);
-    ASSERT_EQ(said.exit_code, 0) << said.output;
-    versions.insert(version_in(said.output));
-  };
-
-  // For less than the participants' lease: what was lost is sent again.
-  cut();
-  change(move_to(0.0));
-  change("remove --object vice");
-  mend();
-  expect_right(observer, versions);
-
-  // Until both sides have forgotten each other.
-  ASSERT_TRUE(eventually([&] { return observer.brick_readers() == 2; }));
-  cut();
-  change("remove --object lead_wall");
-  change(move_to(-0.1));
-  ASSERT_TRUE(eventually([&] { return observer.brick_readers() == 1; }, 60.0)) << observer.brick_readers();
-  change(move_to(0.1));
-  mend();
-  expect_right(observer, versions);
 }
 
 }  // namespace
