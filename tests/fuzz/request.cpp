@@ -9,6 +9,7 @@
 #include <string>
 #include <string_view>
 
+#include "components/synthetic_viewer/http_handlers.hpp"
 #include "components/synthetic_viewer/request_frame.hpp"
 
 namespace {
@@ -48,15 +49,11 @@ class Library {
   const httplib::Request& read(const std::string& text) {
     read_ = {};
     Text stream(text);
-    bool closed = false;
-    server_.process_request(stream, true, closed, nullptr);
+    server_.answer(stream);
     return read_;
   }
 
  private:
-  struct Server : httplib::Server {
-    using httplib::Server::process_request;
-  };
   struct Text final : httplib::Stream {
     explicit Text(const std::string& whole) : text(whole) {}
     bool is_readable() const override { return at < text.size(); }
@@ -73,7 +70,7 @@ class Library {
     const std::string& text;
     std::size_t at = 0;
   };
-  Server server_;
+  HttpHandlers server_;
   httplib::Request read_;
 };
 
