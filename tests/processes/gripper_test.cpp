@@ -144,7 +144,7 @@ class GripOfADevice : public GripperExample {
 
 TEST_F(GripOfADevice, LeadsTheGripperOnceItHasComeToItsWidth) {
   const auto slave = start("slave_io");
-  const auto master = start("master_io");
+  auto master = start("master_io");
   const auto rests_at = [&](double width_m) {
     return eventually([&] { return std::abs(gripper().sense.width_m - width_m) < 0.002 && !gripper().moves; },
                       60.0);
@@ -166,8 +166,22 @@ TEST_F(GripOfADevice, LeadsTheGripperOnceItHasComeToItsWidth) {
   EXPECT_TRUE(rests_at(0.6 * gripper().widest_m)) << gripper().sense.width_m;
   EXPECT_FALSE(gripper().holds);
   move_grip(0.0);
-  ASSERT_TRUE(eventually([&] { return gripper().holds; }, 60.0)) << "closed on the object by the grip";
+  ASSERT_TRUE(eventually([&] { return gripper().holds && gripper().requested_width_m == 0.0; }, 60.0))
+      << "closed on the object by the grip";
   EXPECT_NEAR(gripper().sense.width_m, 0.042, 0.002);
+
+  // A new master finds a grip that was opened meanwhile.
+  master->end(SIGKILL);
+  ASSERT_TRUE(eventually([&] { return arm() == LinkState::kDegraded; }, 60.0));
+  grip = 1.0;
+  master = start("master_io");
+  ASSERT_TRUE(eventually([&] { return arm() == LinkState::kCoupled; }, 60.0)) << master->log();
+  std::this_thread::sleep_for(std::chrono::milliseconds(500));
+  EXPECT_TRUE(gripper().holds);
+  EXPECT_EQ(gripper().requested_width_m, 0.0);
+  move_grip(0.0);
+  move_grip(1.0);
+  EXPECT_TRUE(eventually([&] { return gripper().open; }, 60.0)) << "pulled whole and let go, it opens";
 }
 
 }  // namespace
