@@ -13,37 +13,73 @@ namespace {
 using test::SceneInChromium;
 using SceneDrawing = SceneInChromium;
 
-// Tries synthetic_viewer: graphics that leave the bodies out of what the browser draws
-TEST_F(SceneDrawing, GraphicsThatLeaveTheBodiesOutAreNoticedAndTheViewersPicturesShown) {
-  open();
-  ASSERT_TRUE(drawn());
-  // A browser without a display now and then takes a page for one that nobody sees.
-  const std::string seen =
-      "for (const view of Object.values(phantomScene.views)) view.visible = true; phantomScene.draw();";
-  browser_->run("phantomScene.doubt();" + seen);
-  EXPECT_TRUE(test::eventually([&] { return truth("phantomScene.whole === true"); }));
-  // As of a driver that draws nothing of many items at once, and reports no error. Anew, as after a loss.
-  browser_->run(
-      "window.many = phantomScene.stage.renderer.getContext().getExtension('WEBGL_multi_draw');"
-      "window.works = many.multiDrawElementsWEBGL; many.multiDrawElementsWEBGL = () => {};"
-      "phantomScene.doubt();" +
-      seen);
-  const auto source = [&](const std::string& words) {
+class SceneOfABadDriver : public SceneInChromium {
+ protected:
+  void draw_as_it_should() {
+    open();
+    ASSERT_TRUE(drawn());
+    browser_->run(
+        "window.gl = phantomScene.stage.renderer.getContext(); window.many = gl.getExtension('WEBGL_multi_draw');"
+        "window.atOnce = many.multiDrawElementsWEBGL; window.each = gl.drawElements; phantomScene.doubt();" +
+        seen_);
+    ASSERT_TRUE(eventually_whole());
+  }
+  bool eventually_whole() {
+    return test::eventually([&] { return truth("phantomScene.whole === true"); });
+  }
+  bool eventually_says(const std::string& words) {
     return test::eventually([&] { return text("scene-source") == words; });
-  };
+  }
+
+  // A browser without a display now and then takes a page for one that nobody sees.
+  const std::string seen_ =
+      "for (const view of Object.values(phantomScene.views)) view.visible = true; phantomScene.draw();";
+  // As of a driver that draws nothing of many items at once, and reports no error. Anew, as after a loss.
+  const std::string none_of_many_ = "many.multiDrawElementsWEBGL = () => {}; phantomScene.doubt();";
+};
+
+// Tries synthetic_viewer: graphics that draw nothing of many bodies at once
+TEST_F(SceneOfABadDriver, WhatIsNotDrawnAtOnceIsDrawnOneByOne) {
+  draw_as_it_should();
+  EXPECT_FALSE(truth("phantomScene.figures().one_by_one"));
+  const int at_once = browser_->run("return phantomScene.calls").get<int>();
+  browser_->run(none_of_many_ + seen_);
+  EXPECT_TRUE(test::eventually([&] { return truth("phantomScene.figures().one_by_one"); }));
+  EXPECT_TRUE(eventually_whole());
+  EXPECT_EQ(text("scene-source"), "Drawn in this browser");
+  browser_->run(seen_);
+  EXPECT_TRUE(
+      test::eventually([&] { return browser_->run("return phantomScene.calls").get<int>() > at_once; }));
+  // A section makes programs of their own, which draw one by one, too.
+  browser_->run("phantomScene.stage.setCutting(true); phantomScene.doubt();" + seen_);
+  EXPECT_TRUE(eventually_whole());
+  // A context that is lost comes back with the same driver.
+  browser_->run("window.lose = gl.getExtension('WEBGL_lose_context'); lose.loseContext()");
+  EXPECT_TRUE(test::eventually([&] { return truth("phantomScene.lost"); }));
+  browser_->run("lose.restoreContext()");
+  EXPECT_TRUE(test::eventually([&] { return truth("!phantomScene.lost"); }));
+  browser_->run("gl.getExtension('WEBGL_multi_draw').multiDrawElementsWEBGL = () => {};" + seen_);
+  EXPECT_TRUE(eventually_whole());
+  EXPECT_TRUE(truth("phantomScene.figures().one_by_one"));
+}
+
+// Tries synthetic_viewer: graphics that leave the bodies out of what the browser draws
+TEST_F(SceneOfABadDriver, GraphicsThatLeaveTheBodiesOutAreNoticedAndTheViewersPicturesShown) {
+  draw_as_it_should();
+  browser_->run(none_of_many_ + "gl.drawElements = () => {};" + seen_);
   const std::string left_out = "Pictures from the server: this browser's graphics leave the bodies out";
-  EXPECT_TRUE(source(left_out)) << text("scene-source");
+  EXPECT_TRUE(eventually_says(left_out)) << text("scene-source");
   EXPECT_TRUE(truth("phantomScene.connection.scene === null")) << "what is not drawn does not come";
   // Whoever chooses the browser's nevertheless has them tried again, not shown.
   browser_->run(
       "window.tries = 0; const run = phantomScene.checkWhole; phantomScene.checkWhole = function () { run.call(this); if (this.whole === false) ++tries; }");
-  browser_->run("document.getElementById('server-pictures').click();" + seen);
+  browser_->run("document.getElementById('server-pictures').click();" + seen_);
   EXPECT_TRUE(test::eventually([&] { return truth("tries > 0"); }));
-  EXPECT_TRUE(source(left_out)) << text("scene-source");
-  browser_->run("many.multiDrawElementsWEBGL = works; document.getElementById('server-pictures').click()");
-  EXPECT_TRUE(source("Drawn in this browser")) << text("scene-source");
-  browser_->run(seen);
-  EXPECT_TRUE(test::eventually([&] { return truth("phantomScene.whole === true"); }));
+  EXPECT_TRUE(eventually_says(left_out)) << text("scene-source");
+  browser_->run("gl.drawElements = each; document.getElementById('server-pictures').click()");
+  EXPECT_TRUE(eventually_says("Drawn in this browser")) << text("scene-source");
+  browser_->run(seen_);
+  EXPECT_TRUE(eventually_whole());
 }
 
 // Tries synthetic_viewer: a browser without WebGL 2

@@ -295,12 +295,16 @@ export class Desk {
     Object.assign(this, { whole: null, looked_ms: -Infinity });
     this.draw();
   }
-  // A picture without its bodies is worse than a slow one: the server's are shown, whatever was chosen.
+  // A picture without its bodies is worse than a slow one: they are drawn one by one, and if that does not help, the server's are shown, whatever was chosen.
   checkWhole() {
     if (performance.now() - this.looked_ms < kLookAgain_ms) return;
     this.looked_ms = performance.now();
     const { main } = this.views, camera = main.shown ? this.camera(main) : null;
     this.whole = camera && this.stage.isWhole('main', camera, main.context);
+    if (this.whole === false && !this.stage.oneByOne) {
+      this.stage.drawOneByOne();
+      this.doubt();
+    }
     if (this.whole === null) setTimeout(() => this.draw(), kLookAgain_ms);  // the scene may stand still
     if (this.whole === false) this.follow();
   }
@@ -340,6 +344,6 @@ export class Desk {
     const { memory, programs } = this.stage.renderer.info;
     return { shown: this.shown, calls: this.calls, frames: this.script_ms.length, frames_per_s: this.pace.per_s, script_p95_ms: p95(this.script_ms), age_p95_ms: p95(this.ages_ms),
       first_picture_ms: this.firstPicture_ms ?? null, geometries: memory.geometries, textures: memory.textures, programs: programs.length,
-      bytes: this.connection.bytes, round_trip_ms: 1000 * (this.connection.clock.leastRoundTrip_s ?? NaN), software: this.stage.software };
+      bytes: this.connection.bytes, round_trip_ms: 1000 * (this.connection.clock.leastRoundTrip_s ?? NaN), software: this.stage.software, one_by_one: this.stage.oneByOne };
   }
 }

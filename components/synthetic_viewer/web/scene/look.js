@@ -8,8 +8,20 @@ import {
 // What an item has beside matrix and colour, in a row of texels: its opacity, own light, whether a section cuts it, and whether it is painted; then the matrix from its mesh to the paint's texture, by rows; then the part of that texture that is its own.
 export const kTexelsPerItem = 8;
 
-const kItem = /* glsl */`
+// three's batching chunk takes the number of a draw from the extension wherever there is one, also where the calls are made one by one (kOneByOne).
+const kBatching = /* glsl */`
 #include <batching_pars_vertex>
+#if defined(ONE_BY_ONE) && defined(GL_ANGLE_multi_draw)
+uniform int _gl_DrawID;
+#define draw_number _gl_DrawID
+#else
+#define draw_number gl_DrawID
+#endif
+`;
+export const kOneByOne = '#define ONE_BY_ONE\n';  // before the program of what is in a batch
+
+const kItem = /* glsl */`
+${kBatching}
 uniform highp sampler2D items;
 vec4 item_texel(float item, int number) {
   int at = int(item) * ${kTexelsPerItem} + number, width = textureSize(items, 0).x;
@@ -31,7 +43,7 @@ flat out float painted;
 flat out float may_be_cut;
 #endif
 void main() {
-  float item = getIndirectIndex(gl_DrawID);
+  float item = getIndirectIndex(draw_number);
   mat4 world_from_mesh = getBatchingMatrix(item);
   vec4 kind = item_texel(item, 0), place = vec4(position, 1.0);
   colour = vec4(getBatchingColor(item).rgb, kind.x);
@@ -55,11 +67,11 @@ void main() {
 
 // Shadows fall along the key light onto the floor.
 const kShadowVertex = /* glsl */`
-#include <batching_pars_vertex>
+${kBatching}
 uniform vec3 to_key_light;
 uniform vec3 least;
 void main() {
-  vec3 world = (getBatchingMatrix(getIndirectIndex(gl_DrawID)) * vec4(position, 1.0)).xyz;
+  vec3 world = (getBatchingMatrix(getIndirectIndex(draw_number)) * vec4(position, 1.0)).xyz;
   vec2 slope = to_key_light.xy / to_key_light.z;
   gl_Position = projectionMatrix * viewMatrix * vec4(world.xy - slope * (world.z - least.z), least.z, 1.0);
 }

@@ -6,13 +6,14 @@ import {
 import { Batch } from './batch.js';
 import { place } from './cameras.js';
 import { Fluid } from './fluid.js';
-import { makeMaterials, makeUniforms } from './look.js';
+import { kOneByOne, makeMaterials, makeUniforms } from './look.js';
 import { Paint } from './paint.js';
 import { kViewBits } from './protocol.js';
 import { makeShape } from './shapes.js';
 import { WholeCheck } from './whole.js';
 
 const kAllViews = 7;
+const kManyAtOnce = 'WEBGL_multi_draw';
 const matrixOf = rows => new Matrix4().set(...rows, 0, 0, 0, 1);
 const geometryOf = (values, indices) => {
   const geometry = new BufferGeometry().setAttribute('position', new BufferAttribute(new Float32Array(values), 3));
@@ -55,6 +56,8 @@ export class Stage {
     this.uniforms = makeUniforms(this.paint.texture);
     this.fluid = new Fluid(this.uniforms.cut);
     this.wholeCheck = new WholeCheck();
+    this.oneByOne = false;        // whether each item is drawn by a call of its own
+    this.canvas.addEventListener('webglcontextrestored', () => { if (this.oneByOne) this.leaveOutManyAtOnce(); });  // three's own listener came first
   }
 
   // `shaders`: the answer to GET /shaders.json. Throws Error where they are not as they must be. Returns this.
@@ -78,6 +81,20 @@ export class Stage {
     this.renderer.compile(this.scene, this.camera);  // the graphics do it while meshes come; what few look at is compiled when it is shown
     this.scene.add(...this.fluid.meshes);
     return this;
+  }
+
+  // Draws each item by a call of its own from now on, the solid ones whether a view shows them or not, and in no order: what a driver can do wrong with many at
+  // once is left out. Programs are made anew.
+  drawOneByOne() {
+    this.oneByOne = true;
+    this.leaveOutManyAtOnce();
+    for (const { material } of [this.shadows, this.solid, this.clear]) Object.assign(material, { vertexShader: kOneByOne + material.vertexShader, needsUpdate: true });
+    Object.assign(this.solid.mesh, { sortObjects: false, perObjectFrustumCulled: false });
+  }
+  leaveOutManyAtOnce() {
+    const { extensions } = this.renderer, { get, has } = extensions;
+    extensions.get = name => (name === kManyAtOnce ? null : get(name));
+    extensions.has = name => name !== kManyAtOnce && has(name);
   }
 
   // It may come before build().
