@@ -166,7 +166,8 @@ TEST_F(HandInHeadset, TheControllerThatIsChosenMovesTheHapticDeviceWhileItsSquee
   right("c.updateButtonValue('squeeze', 1)");
   ASSERT_TRUE(is("leads"));
   frames(2);
-  EXPECT_LT((place() - place_taken()).norm(), 1e-4) << "nothing jumps";
+  EXPECT_LT((place() - place_taken()).norm(), 0.01)
+      << "the hand's 0.2 m are not made up for; the handle may still have been on the way to its middle";
 
   browser_->run("headset.updateVisibilityState('visible-blurred')");
   EXPECT_TRUE(is("untracked")) << "the headset's own menu is in front";
