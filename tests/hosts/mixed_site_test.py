@@ -65,7 +65,7 @@ class Mixed:
 
 def releases_differ(site):
     """What is tried is what the name says."""
-    versions = {host: site.hosts[host].run("sh", "-c", f"ldd {site.bin[host]}/slave_io | grep -o 'libfast[a-z]*\\.so\\.[0-9.]*' | grep -v cdr") for host in site.hosts}
+    versions = {host: site.hosts[host].run("sh", "-c", f"ldd {site.bin[host]}/slave_io | grep -o 'libfast[a-z]*\\.so\\.[0-9.]*' | grep -v cdr | sort -u") for host in site.hosts}
     assert versions["master"] != versions["slave"], f"both hosts have {versions['master']}"
     print("master: " + versions["master"].strip() + "; slave: " + versions["slave"].strip())
 
