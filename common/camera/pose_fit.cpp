@@ -102,11 +102,12 @@ Eigen::Vector3d middle_of(std::span<const SeenPoint> points) {
 
 bool in_line(std::span<const SeenPoint> points) {
   const Eigen::Vector3d middle = middle_of(points);
-  Eigen::Matrix3Xd from_middle(3, points.size());
-  for (std::size_t i = 0; i < points.size(); ++i)
-    from_middle.col(static_cast<Eigen::Index>(i)) = points[i].position_W_m - middle;
-  const Eigen::VectorXd spread = Eigen::JacobiSVD<Eigen::MatrixXd>(from_middle).singularValues();
-  return !(spread(0) > 0.0) || spread(1) < kLeastSpread * spread(0);
+  Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
+  for (const SeenPoint& point : points)
+    scatter += (point.position_W_m - middle) * (point.position_W_m - middle).transpose();
+  const Eigen::Vector3d square =
+      Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(scatter, Eigen::EigenvaluesOnly).eigenvalues();
+  return !(square(2) > 0.0) || square(1) < kLeastSpread * kLeastSpread * square(2);
 }
 
 /// Returns the points of which triples give starting poses: all, or some that lie far apart.
