@@ -61,6 +61,13 @@ d.takePoses = function (poses, buffer) {
   take.call(d, poses, buffer);
 };
 """
+UNFOLLOW = """
+const d = phantomScene;
+delete d.script_ms.push;
+delete d.takePoses;
+delete d.connection.take;
+delete window.ages;
+"""
 READY = """
 const d = window.phantomScene;
 return Boolean(d && d.shown && d.firstPicture_ms > 0 && d.stage.items.size > 0 && [...d.stage.items.values()].every(i => d.stage.meshes.has(i.mesh)));
@@ -202,6 +209,7 @@ def leave_open(browser, options, session):
             except (FileNotFoundError, ProcessLookupError):
                 continue  # it has ended
         return found
+    browser.run(UNFOLLOW)  # what is measured would be counted with what the page keeps
     found = [kept()]
     time.sleep(60 * options.open)
     found.append(kept())
