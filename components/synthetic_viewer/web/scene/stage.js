@@ -83,8 +83,8 @@ export class Stage {
     return this;
   }
 
-  // Draws each item by a call of its own from now on, the solid ones whether a view shows them or not, and in no order: what a driver can do wrong with many at
-  // once is left out. Programs are made anew.
+  // Draws each item by a call of its own from now on, the solid ones also beyond the picture's edges, and in no order: what a driver can do wrong with many at
+  // once is left out. Programs are made anew. Once only, and after build().
   drawOneByOne() {
     this.oneByOne = true;
     this.leaveOutManyAtOnce();
