@@ -1,7 +1,5 @@
 #include "common/camera/pose_fit.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <Eigen/SVD>
 #include <algorithm>
@@ -12,6 +10,7 @@
 #include <string>
 
 #include "common/core/text.hpp"
+#include "common/geometry/symmetric_matrix.hpp"
 
 namespace phantom::camera {
 namespace {
@@ -72,7 +71,7 @@ double refine_pose(const LensModel& lens, std::span<const SeenPoint> points, Pos
     const Normal normal = normal_equations(lens, X_WC, points);
     Matrix6 damped = normal.JtJ;
     damped.diagonal() *= 1 + damping;
-    const Vector6 by = damped.ldlt().solve(normal.Jtr);
+    const Vector6 by = geometry::solve_symmetric(damped, normal.Jtr);
     if (!by.allFinite()) break;
     const Pose tried = moved(X_WC, by);
     const double then = cost(lens, tried, points);
@@ -105,8 +104,7 @@ bool in_line(std::span<const SeenPoint> points) {
   Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
   for (const SeenPoint& point : points)
     scatter += (point.position_W_m - middle) * (point.position_W_m - middle).transpose();
-  const Eigen::Vector3d square =
-      Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(scatter, Eigen::EigenvaluesOnly).eigenvalues();
+  const Eigen::Vector3d square = geometry::symmetric_eigenvalues(scatter);
   return !(square(2) > 0.0) || square(1) < kLeastSpread * kLeastSpread * square(2);
 }
 
@@ -181,19 +179,18 @@ core::Expected<PoseFit> described(const LensModel& lens, std::span<const SeenPoi
   Vector6 unit;
   unit << 1, 1, 1, fit.distance_m, fit.distance_m, fit.distance_m;
   const Vector6 strength =
-      Eigen::SelfAdjointEigenSolver<Matrix6>(unit.asDiagonal() * JtJ * unit.asDiagonal()).eigenvalues();
+      geometry::symmetric_eigenvalues(Matrix6(unit.asDiagonal() * JtJ * unit.asDiagonal()));
   if (!(strength(0) > strength(5) / kWorstCondition))
     return refused("the points do not determine the pose: they are in line, or all in one place");
   const double freedom = 2 * count - 6;
   const double sigma_px =
       std::max(options.pixel_sigma_px, freedom > 0 ? std::sqrt(solution.cost_px2 / freedom) : 0.0);
-  fit.covariance = sigma_px * sigma_px * JtJ.inverse();
+  fit.covariance = sigma_px * sigma_px * geometry::inverse_symmetric(JtJ);
   return fit;
 }
 
 double greatest_sigma(const Eigen::Matrix3d& covariance) {
-  return std::sqrt(
-      std::max(0.0, Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(covariance).eigenvalues()(2)));
+  return std::sqrt(std::max(0.0, geometry::symmetric_eigenvalues(covariance)(2)));
 }
 
 }  // namespace

@@ -2,10 +2,11 @@
 #
 #   phantom_library(NAME [QUICK] SOURCES … PUBLIC … PRIVATE …)   common/NAME      -> phantom::NAME
 #   phantom_component(NAME [QUICK] SOURCES … LIBRARIES …)        components/NAME  -> library NAME_core, executable NAME
-#   phantom_test(NAME SOURCES … LIBRARIES …)               one GoogleTest executable, NAME_test
 #   phantom_bench(NAME SOURCES … LIBRARIES …)              one Google Benchmark executable, NAME_bench
 # QUICK: of a release, the target's sources are compiled with -O1 instead of -O3. It is for code that computes little (DDS, messages,
 # configuration, tools): half of its compile time was optimising.
+#
+# Tests: PhantomTests.cmake.
 #
 # Includes are written from the repository root: #include "common/workspace/grid.hpp".
 
@@ -27,6 +28,24 @@ file(CREATE_LINK "${CMAKE_SOURCE_DIR}/deploy" "${PHANTOM_SHARE_DIR}/deploy" SYMB
 # Sources are compiled in groups, each as one translation unit: half of an object's time is reading headers.
 set(CMAKE_UNITY_BUILD ${PHANTOM_UNITY})
 set(CMAKE_UNITY_BUILD_BATCH_SIZE 8)
+set(PHANTOM_TEST_BATCH 24)
+
+# Headers of the standard library that nearly every source reaches: compiled once, for tests with GoogleTest (PhantomTests.cmake), for
+# libraries with Eigen. The preset `objects` does without, so that a missing include shows, and so does clang.
+set(PHANTOM_PRECOMPILE OFF)
+if(PHANTOM_UNITY AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+  set(PHANTOM_PRECOMPILE ON)
+endif()
+set(PHANTOM_STANDARD_HEADERS <algorithm> <array> <atomic> <chrono> <cmath> <condition_variable> <cstdint> <filesystem> <fstream> <functional>
+    <iostream> <map> <memory> <mutex> <optional> <random> <set> <span> <sstream> <string> <string_view> <thread> <tuple> <unordered_map>
+    <variant> <vector>)
+
+# Test executables are linked by mold where it is installed: sixty links of what carries Fast DDS and OpenCV take a minute by ld.
+find_program(PHANTOM_MOLD mold)
+set(PHANTOM_TEST_LINKER "")
+if(PHANTOM_MOLD AND NOT PHANTOM_SANITIZE)
+  set(PHANTOM_TEST_LINKER -fuse-ld=mold)
+endif()
 
 # Highway's dynamic dispatch includes a source once per instruction set: such a source cannot share a unit. On x86 the
 # least set is SSE4.2 with AES, which processors have had since 2011: the plain one, without vectors, is not built.
@@ -41,7 +60,7 @@ function(phantom_keep_apart)
     endif()
     file(STRINGS "${source}" dispatch REGEX "foreach_target\\.h" LIMIT_COUNT 1)
     if(dispatch)
-      set_source_files_properties("${source}" PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON COMPILE_OPTIONS "${PHANTOM_VECTOR_OPTIONS}")
+      set_source_files_properties("${source}" PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON SKIP_PRECOMPILE_HEADERS ON COMPILE_OPTIONS "${PHANTOM_VECTOR_OPTIONS}")
     endif()
   endforeach()
 endfunction()
@@ -53,7 +72,9 @@ target_compile_options(phantom_options INTERFACE -Wall -Wextra -Wpedantic -Wshad
                        -Wnon-virtual-dtor -Woverloaded-virtual
                        # GCC 13 and later take a reference to what a function returns for one to its argument.
                        $<$<AND:$<CXX_COMPILER_ID:GNU>,$<VERSION_GREATER_EQUAL:$<CXX_COMPILER_VERSION>,13>>:-Wno-dangling-reference>
-                       $<$<AND:$<BOOL:${PHANTOM_UNITY}>,$<CXX_COMPILER_ID:GNU>>:-Wno-subobject-linkage>)
+                       $<$<AND:$<BOOL:${PHANTOM_UNITY}>,$<CXX_COMPILER_ID:GNU>>:-Wno-subobject-linkage>
+                       # In a group of tests a local name may be that of another file; preset objects keeps the warning.
+                       $<$<AND:$<BOOL:${PHANTOM_UNITY}>,$<BOOL:$<TARGET_PROPERTY:PHANTOM_IS_TEST>>>:-Wno-shadow>)
 if(PHANTOM_WARNINGS_AS_ERRORS)
   target_compile_options(phantom_options INTERFACE -Werror)
 endif()
@@ -69,6 +90,33 @@ function(phantom_compile_quickly)
   endforeach()
 endfunction()
 
+# TARGET includes the precompiled headers of FROM first; ccache can only tell by -fpch-preprocess that they have changed.
+function(phantom_reuse_headers TARGET FROM)
+  target_precompile_headers(${TARGET} REUSE_FROM ${FROM})
+  target_compile_options(${TARGET} PRIVATE -fpch-preprocess)
+endfunction()
+
+# The precompiled headers of libraries, for sources that are compiled by -O1 (QUICK) and by -O3. Called once, at the top.
+function(phantom_precompile_library_headers)
+  if(NOT PHANTOM_PRECOMPILE)
+    return()
+  endif()
+  foreach(level O1 O3)
+    set(source "${CMAKE_BINARY_DIR}/phantom_headers_${level}.cpp")
+    file(CONFIGURE OUTPUT "${source}" CONTENT "namespace phantom {}\n")
+    add_library(phantom_headers_${level} OBJECT "${source}")
+    target_link_libraries(phantom_headers_${level} PRIVATE Eigen3::Eigen phantom_options)
+    target_precompile_headers(phantom_headers_${level} PRIVATE ${PHANTOM_STANDARD_HEADERS} <Eigen/Core> <Eigen/Geometry>)
+  endforeach()
+  phantom_compile_quickly(phantom_headers_O1)
+endfunction()
+
+function(phantom_use_library_headers TARGET LEVEL)
+  if(PHANTOM_PRECOMPILE)
+    phantom_reuse_headers(${TARGET} phantom_headers_${LEVEL})
+  endif()
+endfunction()
+
 function(phantom_library NAME)
   cmake_parse_arguments(ARG "QUICK" "" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
   if(ARG_SOURCES)
@@ -78,6 +126,9 @@ function(phantom_library NAME)
     target_link_libraries(phantom_${NAME} PUBLIC ${ARG_PUBLIC} PRIVATE ${ARG_PRIVATE} $<BUILD_INTERFACE:phantom_options>)
     if(ARG_QUICK)
       phantom_compile_quickly(phantom_${NAME})
+      phantom_use_library_headers(phantom_${NAME} O1)
+    else()
+      phantom_use_library_headers(phantom_${NAME} O3)
     endif()
   else()
     add_library(phantom_${NAME} INTERFACE)
@@ -111,6 +162,9 @@ function(phantom_component NAME)
   target_link_libraries(${NAME} PRIVATE ${NAME}_core phantom_options)
   if(ARG_QUICK)
     phantom_compile_quickly(${NAME} ${NAME}_core)
+    phantom_use_library_headers(${NAME}_core O1)
+  else()
+    phantom_use_library_headers(${NAME}_core O3)
   endif()
   set_property(GLOBAL APPEND PROPERTY PHANTOM_COMPONENT_NAMES ${NAME})
   install(TARGETS ${NAME} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT ${NAME})
@@ -125,22 +179,6 @@ function(phantom_package_name RESULT COMPONENT)
   set(${RESULT} "${name}" PARENT_SCOPE)
 endfunction()
 
-# Test executables stand in <build>/tests; GoogleTest's cases are registered with CTest one by one. Of a release,
-# the tests' own sources are optimised less: half of a build is theirs, and a third of that was optimising.
-function(phantom_test NAME)
-  if(NOT PHANTOM_BUILD_TESTS)
-    return()
-  endif()
-  cmake_parse_arguments(ARG "" "" "SOURCES;LIBRARIES" ${ARGN})
-  add_executable(${NAME}_test ${ARG_SOURCES})
-  set_target_properties(${NAME}_test PROPERTIES RUNTIME_OUTPUT_DIRECTORY "${CMAKE_BINARY_DIR}/tests")
-  target_compile_definitions(${NAME}_test PRIVATE PHANTOM_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
-  phantom_compile_quickly(${NAME}_test)
-  target_link_libraries(${NAME}_test PRIVATE ${ARG_LIBRARIES} GTest::gtest GTest::gmock GTest::gtest_main phantom_options)
-  include(GoogleTest)
-  gtest_discover_tests(${NAME}_test TEST_PREFIX "${NAME}." DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 300)
-endfunction()
-
 # Benchmark executables stand in <build>/bench, where scripts/bench finds them.
 function(phantom_bench NAME)
   cmake_parse_arguments(ARG "" "" "SOURCES;LIBRARIES" ${ARGN})
@@ -148,4 +186,8 @@ function(phantom_bench NAME)
   phantom_keep_apart(${ARG_SOURCES})
   set_target_properties(${NAME}_bench PROPERTIES RUNTIME_OUTPUT_DIRECTORY "${CMAKE_BINARY_DIR}/bench")
   target_link_libraries(${NAME}_bench PRIVATE ${ARG_LIBRARIES} benchmark::benchmark phantom_options)
+  if(NOT TARGET benchmarks)
+    add_custom_target(benchmarks)
+  endif()
+  add_dependencies(benchmarks ${NAME}_bench)
 endfunction()

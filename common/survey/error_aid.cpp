@@ -1,12 +1,12 @@
 #include "common/survey/error_aid.hpp"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 
 #include "common/core/text.hpp"
 #include "common/core/units.hpp"
+#include "common/geometry/symmetric_matrix.hpp"
 
 namespace phantom::survey {
 namespace {
@@ -109,9 +109,8 @@ Plane fit_plane(const Measurement& measurement, const std::vector<std::size_t>& 
       pull += weight * height * by;
       plane.chi2 += weight * height * height;
     }
-    const Eigen::LDLT<Eigen::Matrix3d> solver(information);
-    plane.covariance = solver.solve(Eigen::Matrix3d::Identity());
-    const Eigen::Vector3d step = solver.solve(pull);
+    plane.covariance = geometry::inverse_symmetric(information);
+    const Eigen::Vector3d step = plane.covariance * pull;
     plane.point_m += step[0] * plane.normal;
     plane.normal = (plane.normal - step[1] * plane.axis_u - step[2] * plane.axis_v).normalized();
     if (step.norm() < 1e-12) break;

@@ -1,7 +1,5 @@
 #include "common/survey/fit.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
@@ -10,6 +8,7 @@
 
 #include "common/core/text.hpp"
 #include "common/geometry/cross_matrix.hpp"
+#include "common/geometry/symmetric_matrix.hpp"
 
 namespace phantom::survey {
 namespace {
@@ -58,21 +57,18 @@ std::pair<double, double> spread(const std::vector<Eigen::Vector3d>& points) {
   for (const Eigen::Vector3d& p : points) middle += p / static_cast<double>(points.size());
   Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
   for (const Eigen::Vector3d& p : points) scatter += (p - middle) * (p - middle).transpose();
-  const Eigen::Vector3d values =
-      Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(scatter, Eigen::EigenvaluesOnly).eigenvalues();
+  const Eigen::Vector3d values = geometry::symmetric_eigenvalues(scatter);
   return {std::sqrt(std::max(values[1], 0.0)), std::sqrt(std::max(values[2], 0.0))};
 }
 
 }  // namespace
 
 double PoseFit::position_sigma_m() const {
-  return std::sqrt(
-      Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(covariance.bottomRightCorner<3, 3>()).eigenvalues()[2]);
+  return std::sqrt(geometry::symmetric_eigenvalues(Eigen::Matrix3d(covariance.bottomRightCorner<3, 3>()))[2]);
 }
 
 double PoseFit::orientation_sigma_rad() const {
-  return std::sqrt(
-      Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(covariance.topLeftCorner<3, 3>()).eigenvalues()[2]);
+  return std::sqrt(geometry::symmetric_eigenvalues(Eigen::Matrix3d(covariance.topLeftCorner<3, 3>()))[2]);
 }
 
 geometry::Pose fit_four_steps(const PartModel& part, const Measurement& measurement, const MeasuredFace& face,
@@ -141,13 +137,13 @@ core::Expected<PoseFit> refine(const PartModel& part, const Measurement& measure
     fit.centre_W_m += measurement.nodes[node].p_W_m / static_cast<double>(fit.nodes.size());
   for (int round = 0; round < kMostRounds; ++round) {
     const Equations e = equations_at(part, measurement, map, fit, weights);
-    const Vector6 step = e.information.ldlt().solve(e.pull);
+    const Vector6 step = geometry::solve_symmetric(e.information, e.pull);
     if (!step.allFinite()) return core::Status::invalid_argument("the nodes do not determine a pose");
     move(fit.X_WO, fit.centre_W_m, step);
     if (step.norm() < 1e-12) break;
   }
   const Equations e = equations_at(part, measurement, map, fit, weights);
-  fit.covariance = e.information.ldlt().solve(Matrix6::Identity());
+  fit.covariance = geometry::inverse_symmetric(e.information);
   fit.chi2 = e.chi2;
   fit.degrees = 3 * static_cast<int>(fit.nodes.size()) - 6;
   for (const std::size_t node : fit.nodes)
@@ -160,10 +156,7 @@ Eigen::Matrix<double, 3, 6> displacement_jacobian(const PoseFit& fit, const Eige
 }
 
 double worst_displacement_m(const PartModel& part, const PoseFit& fit, double confidence) {
-  const Eigen::LDLT<Matrix6> parts(fit.covariance);  // PᵀLDLᵀP, also exists for a semi-definite matrix
-  const Matrix6 lower = parts.matrixL();
-  const Matrix6 root = parts.transpositionsP().transpose() *
-                       Matrix6(lower * parts.vectorD().cwiseMax(0.0).cwiseSqrt().asDiagonal());
+  const Matrix6 root = geometry::square_root(fit.covariance);
   std::mt19937_64 random(20170611);
   std::normal_distribution<double> normal;
   std::vector<Eigen::Vector3d> levers;

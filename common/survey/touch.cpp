@@ -1,6 +1,5 @@
 #include "common/survey/touch.hpp"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -8,6 +7,7 @@
 
 #include "common/core/text.hpp"
 #include "common/core/units.hpp"
+#include "common/geometry/symmetric_matrix.hpp"
 
 namespace phantom::survey {
 namespace {
@@ -100,12 +100,11 @@ class TouchProblem {
         if (found.any) take(found, at_last ? (std::abs(share) <= 1.0 ? 1.0 : 0.0) : soft * soft);
       }
       for (const FreePlace& place : free_) take(gap(place, motion), 1.0);
-      const Vector6 step = information.ldlt().solve(pull);
+      const Vector6 step = geometry::solve_symmetric(information, pull);
       motion += step;
       if (at_last && step.norm() < 1e-10) break;
     }
-    const Eigen::LDLT<Matrix6> parts(posterior(information(motion)));
-    return {motion, cost(motion) + parts.vectorD().array().log().sum(), moved(motion)};
+    return {motion, cost(motion) + geometry::log_determinant(posterior(information(motion))), moved(motion)};
   }
 
   double cost(const Vector6& motion) const {
@@ -253,7 +252,7 @@ core::Expected<TouchCorrection> correct_by_touch(const TouchSurface& surface, co
   for (const FreePlace& place : free)
     c.contradicts = c.contradicts || problem.gap(place, Vector6::Zero()).in_sigmas < -options.gate_sigmas;
   const Matrix6 information = problem.information(motion);
-  c.fit.covariance = problem.posterior(information).ldlt().solve(Matrix6::Identity());
+  c.fit.covariance = geometry::inverse_symmetric(problem.posterior(information));
   known = (c.fit.covariance * information).trace();  // the effective number of directions that touches fix
   c.fit.degrees =
       static_cast<int>(touches.size() - c.unexplained.size()) - static_cast<int>(std::lround(known));

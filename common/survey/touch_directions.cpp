@@ -1,4 +1,3 @@
-#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <Eigen/QR>
 #include <Eigen/SVD>
@@ -7,6 +6,7 @@
 
 #include "common/core/text.hpp"
 #include "common/core/units.hpp"
+#include "common/geometry/symmetric_matrix.hpp"
 #include "common/survey/touch.hpp"
 
 namespace phantom::survey {
@@ -103,10 +103,10 @@ void split_directions(const Matrix6& information, const Eigen::Vector3d& centre_
   const Vector6 prior = prior_of(options);
   // In units of the prior: without touches every direction has a variance of 1, with them 1/(1 + λ).
   const Matrix6 in_priors = prior.asDiagonal() * information * prior.asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<Matrix6> ways(in_priors);
-  const Matrix6 variance = ways.eigenvectors() *
-                           (1.0 + ways.eigenvalues().cwiseMax(0.0).array()).inverse().matrix().asDiagonal() *
-                           ways.eigenvectors().transpose();
+  const geometry::Eigensystem6 ways = geometry::symmetric_eigensystem(in_priors);
+  const Matrix6 variance = ways.vectors *
+                           (1.0 + ways.values.cwiseMax(0.0).array()).inverse().matrix().asDiagonal() *
+                           ways.vectors.transpose();
   const auto direction = [&](const Vector6& way) {
     TouchDirection d;
     d.motion = std::sqrt(way.dot(variance * way)) * prior.cwiseProduct(way);
@@ -116,7 +116,7 @@ void split_directions(const Matrix6& information, const Eigen::Vector3d& centre_
   };
   std::vector<std::pair<double, Vector6>> by_sigma;
   for (int i = 0; i < 6; ++i)
-    by_sigma.emplace_back(direction(ways.eigenvectors().col(i)).sigma_m, ways.eigenvectors().col(i));
+    by_sigma.emplace_back(direction(ways.vectors.col(i)).sigma_m, ways.vectors.col(i));
   std::sort(by_sigma.begin(), by_sigma.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
   Basis known(6, 0), unknown(6, 0);
   std::vector<double> square_m2(extremes_W_m.size(), 0.0);  // of each point, by all that is known

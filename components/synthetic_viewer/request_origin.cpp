@@ -45,7 +45,8 @@ std::optional<IpAddress> address_of_family(int family, std::size_t octets, const
 }  // namespace
 
 bool IpAddress::is_loopback() const {
-  return octets.size() == 4 ? octets[0] == 127 : octets == std::string(15, '\0') + '\1';
+  return octets.size() == 4 ? octets[0] == 127
+                            : octets == std::string_view("\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\1", 16);
 }
 
 std::optional<IpAddress> parse_address(const std::string& text) {

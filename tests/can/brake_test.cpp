@@ -8,7 +8,7 @@
 
 #include "tests/can/rig.hpp"
 
-namespace phantom {
+namespace phantom::brake_test {
 namespace {
 
 using can::DriveFault;
@@ -221,4 +221,4 @@ TEST(Brake, DelaysOutOfRangeAreRefused) {
 }
 
 }  // namespace
-}  // namespace phantom
+}  // namespace phantom::brake_test

@@ -7,7 +7,7 @@
 
 #include "tests/can/rig.hpp"
 
-namespace phantom {
+namespace phantom::drive_fault_test {
 namespace {
 
 using can::DriveFault;
@@ -419,4 +419,4 @@ TEST(DriveFaults, FollowingErrorIsTheDrivesOwnFault) {
 }
 
 }  // namespace
-}  // namespace phantom
+}  // namespace phantom::drive_fault_test

@@ -7,7 +7,7 @@
 #include "tests/can/rig.hpp"
 #include "tests/support/heap_guard.hpp"
 
-namespace phantom {
+namespace phantom::drive_test {
 namespace {
 
 using can::DriveFault;
@@ -363,4 +363,4 @@ TEST(Drives, RandomFramesNeverBreakTheSimulatedDrive) {
 }
 
 }  // namespace
-}  // namespace phantom
+}  // namespace phantom::drive_test

@@ -4,7 +4,7 @@
 
 #include "tests/can/rig.hpp"
 
-namespace phantom {
+namespace phantom::held_up_test {
 namespace {
 
 using can::DriveGroupState;
@@ -90,4 +90,4 @@ TEST(HeldUp, SR18_TheTargetsOfALateCycleActWithItsOwnSync) {
 }
 
 }  // namespace
-}  // namespace phantom
+}  // namespace phantom::held_up_test

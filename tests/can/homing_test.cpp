@@ -8,7 +8,7 @@
 #include "tests/can/rig.hpp"
 #include "tests/support/heap_guard.hpp"
 
-namespace phantom {
+namespace phantom::homing_test {
 namespace {
 
 using can::DriveFault;
@@ -252,4 +252,4 @@ TEST(Homing, WhatMakesNoSenseIsRefusedByName) {
 }
 
 }  // namespace
-}  // namespace phantom
+}  // namespace phantom::homing_test

@@ -13,7 +13,7 @@
 
 #include "tests/faults/table.hpp"
 
-namespace phantom::faults {
+namespace phantom::faults::fault_table_test {
 namespace {
 
 using teleop::LinkState;
@@ -387,4 +387,4 @@ TEST(FaultTable, SR07_AnArmThatLosesItsMasterComesToRestWhereItWas) {
 }
 
 }  // namespace
-}  // namespace phantom::faults
+}  // namespace phantom::faults::fault_table_test

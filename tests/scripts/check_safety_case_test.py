@@ -38,7 +38,7 @@ enable_testing()
 add_test(NAME arm.Arm.SR02_DoesNotJump COMMAND true)
 add_test(NAME arm.Arm.SR01_SR02_Both COMMAND true)
 add_test(NAME hosts.stop COMMAND true)
-set_tests_properties(hosts.stop PROPERTIES LABELS "slow;SR01" SKIP_RETURN_CODE 77)
+set_tests_properties(hosts.stop PROPERTIES LABELS "stage:hosts;SR01" SKIP_RETURN_CODE 77)
 """
 
 
@@ -51,7 +51,8 @@ class CheckSafetyCase(unittest.TestCase):
                            "CMakeLists.txt": CMAKE, "tests/hosts/stop_test.py": ""}.items():
             self.put(name, text)
         (self.root / "scripts").mkdir()
-        shutil.copy(SOURCE / "scripts/check_safety_case", self.root / "scripts")
+        for script in ("check_safety_case", "test_results.py"):
+            shutil.copy(SOURCE / "scripts" / script, self.root / "scripts")
         subprocess.run(["git", "init", "-q", self.root], check=True)
         self.check("--write")
 
@@ -62,12 +63,15 @@ class CheckSafetyCase(unittest.TestCase):
     def check(self, *words):
         return subprocess.run([sys.executable, self.root / "scripts/check_safety_case", *words], capture_output=True, text=True, check=False)
 
-    def run_tests(self, *choice):
-        """Builds and runs the tests; returns the build folder and the results."""
-        build, results = self.root / "build", self.root / "results.xml"
+    def run_tests(self, *stages):
+        """Builds and runs the tests of these stages; returns the words by which they are checked."""
+        build = self.root / "build"
         subprocess.run(["cmake", "-S", self.root, "-B", build], capture_output=True, check=True)
-        subprocess.run(["ctest", "--test-dir", build, "--output-junit", results, *choice], capture_output=True, check=False)
-        return build, results
+        (build / "test_results").mkdir(exist_ok=True)
+        for stage in stages or ("quick", "hosts"):
+            chosen = ["-LE", "^stage:"] if stage == "quick" else ["-L", f"^stage:{stage}$"]
+            subprocess.run(["ctest", "--test-dir", build, "--output-junit", build / f"test_results/{stage}.junit", *chosen], capture_output=True, check=False)
+        return build, "--results"
 
     def refuses(self, what, *words):
         done = self.check(*words)
@@ -141,8 +145,8 @@ class CheckSafetyCase(unittest.TestCase):
         self.put("tests/hosts/stop_test.py", "# Tries arm: its cable is cut; crushed\n# Tries arm: a drive is in fault\ndef expect_a_stop(arm):\n    pass\n")
         self.check("--write")
         self.put("CMakeLists.txt", CMAKE.replace("hosts.stop COMMAND true", "hosts.stop COMMAND sh -c true stop_test.py"))
-        build, results = self.run_tests()
-        self.assertEqual(self.check(build, results).returncode, 0, self.check(build, results).stdout)
+        done = self.check(*self.run_tests())
+        self.assertEqual(done.returncode, 0, done.stdout)
         self.put("CMakeLists.txt", CMAKE)
         self.refuses('stop_test.expect_a_stop, which tries "a drive is in fault", does not exist in this build', self.run_tests()[0])
         self.put("CMakeLists.txt", CMAKE.replace("hosts.stop COMMAND true", "hosts.stop COMMAND sh -c \"exit 77\" stop_test.py"))
@@ -156,20 +160,31 @@ class CheckSafetyCase(unittest.TestCase):
         self.put("CMakeLists.txt", CMAKE.replace(";SR01", ";SR01;SR02"))
         self.refuses("hosts.stop: carries SR-02, which does not name it", self.run_tests()[0])
 
-    def test_a_test_that_was_not_run_failed_or_was_only_skipped(self):
-        self.refuses("hosts.stop: is evidence for SR-01 and was not run", *self.run_tests("-LE", "slow"))
-        self.assertEqual(self.check(*self.run_tests("-LE", "slow"), "--fast").returncode, 0)
+    def test_a_test_that_failed_or_was_only_skipped(self):
         self.put("CMakeLists.txt", CMAKE.replace("hosts.stop COMMAND true", "hosts.stop COMMAND false"))
         self.refuses("hosts.stop: is evidence for SR-01 and failed", *self.run_tests())
-        self.refuses("hosts.stop: is evidence for SR-01 and failed", *self.run_tests(), "--fast")
         self.put("CMakeLists.txt", CMAKE.replace("hosts.stop COMMAND true", "hosts.stop COMMAND sh -c \"exit 77\""))
-        build, skipped = self.run_tests()
-        self.refuses("hosts.stop: is evidence for SR-01 and was only skipped", build, skipped)
-        # A run elsewhere, with the rights that the test needs, shows it.
-        shutil.copy(skipped, there := self.root / "skipped.xml")
-        self.put("CMakeLists.txt", CMAKE)
-        build, run = self.run_tests()
-        self.assertEqual(self.check(build, there, run).returncode, 0)
+        self.refuses("hosts.stop: is evidence for SR-01 and was only skipped", *self.run_tests())
+
+    def test_a_test_of_a_stage_that_was_not_run_is_left_out(self):
+        self.put("CMakeLists.txt", CMAKE.replace("hosts.stop COMMAND true", "hosts.stop COMMAND false"))
+        done = self.check(*self.run_tests("quick"))
+        self.assertEqual(done.returncode, 0, done.stdout)
+        self.put("CMakeLists.txt", CMAKE.replace("SR02_DoesNotJump COMMAND true", "SR02_DoesNotJump COMMAND false"))
+        self.refuses("arm.Arm.SR02_DoesNotJump: is evidence for SR-02 and failed", *self.run_tests("quick"))
+
+    def test_the_cases_of_a_suite_that_runs_as_one_process(self):
+        """The suite passes for CTest; of its cases one was skipped, which GoogleTest's results show."""
+        self.put("CMakeLists.txt", CMAKE.replace("add_test(NAME arm.Arm.SR02_DoesNotJump COMMAND true)\nadd_test(NAME arm.Arm.SR01_SR02_Both COMMAND true)",
+                                                 "add_test(NAME arm.Arm COMMAND true)"))
+        self.put("build/tests/suites/arm.cmake.cases", "arm.Arm.SR02_DoesNotJump\narm.Arm.SR01_SR02_Both\n")
+        case = '<testcase name="{}" classname="Arm" status="run" result="{}" time="0.1"/>'
+        results = '<testsuites><testsuite name="Arm">{}{}</testsuite></testsuites>'
+        for result, code in [("completed", 0), ("skipped", 1)]:
+            self.put("build/test_results/arm.Arm.xml", results.format(case.format("SR02_DoesNotJump", result), case.format("SR01_SR02_Both", "completed")))
+            done = self.check(*self.run_tests("quick"))
+            self.assertEqual(done.returncode, code, done.stdout)
+        self.assertIn("arm.Arm.SR02_DoesNotJump: is evidence for SR-02 and was only skipped", done.stdout)
 
 
 if __name__ == "__main__":

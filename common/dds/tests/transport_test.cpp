@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace phantom::dds {
+namespace phantom::dds::transport_test {
 namespace {
 
 core::NetworkOptions network(bool secured) {
@@ -49,4 +49,4 @@ TEST(Transport, HearsThePeersNetworksOnlyWhereTheyAreNamed) {
 }
 
 }  // namespace
-}  // namespace phantom::dds
+}  // namespace phantom::dds::transport_test

@@ -4,7 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
-namespace phantom::diagnostics {
+namespace phantom::diagnostics::text_test {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -49,4 +49,4 @@ TEST(Text, TextOfSeveralLinesStaysOnOne) { EXPECT_EQ(to_text({{"m", "a\nb"}}), "
 TEST(Text, ALineOfJsonNeverFails) { EXPECT_EQ(to_line({{"m", "\xff"}}), "{\"m\":\"\uFFFD\"}"); }
 
 }  // namespace
-}  // namespace phantom::diagnostics
+}  // namespace phantom::diagnostics::text_test

@@ -7,7 +7,7 @@
 #include "common/dds/tests/test_network.hpp"
 #include "common/messages/tests/stand_in_side.hpp"
 
-namespace phantom::messages {
+namespace phantom::messages::operator_client_test {
 namespace {
 
 using core::CommandKind;
@@ -176,4 +176,4 @@ TEST_F(Asking, TheWordOfAnotherProcessInItsPlaceDoesNotCount) {
 }
 
 }  // namespace
-}  // namespace phantom::messages
+}  // namespace phantom::messages::operator_client_test

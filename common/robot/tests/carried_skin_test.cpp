@@ -13,7 +13,7 @@
 #include "common/robot/tests/test_worlds.hpp"
 #include "tests/support/heap_guard.hpp"
 
-namespace phantom::robot {
+namespace phantom::robot::carried_skin_test {
 namespace {
 
 using testing::HasSubstr;
@@ -189,4 +189,4 @@ TEST(CarriedSkin, SaysWhatIsWrong) {
 }
 
 }  // namespace
-}  // namespace phantom::robot
+}  // namespace phantom::robot::carried_skin_test

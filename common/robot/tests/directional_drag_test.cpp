@@ -8,7 +8,7 @@
 
 #include "common/robot/tests/drag_rig.hpp"
 
-namespace phantom::robot {
+namespace phantom::robot::directional_drag_test {
 namespace {
 
 using core::JointArray;
@@ -301,4 +301,4 @@ TEST(DirectionalDrag, RetreatOnAnyApproachOfSevenMovingJointsCostsLessThanATenth
 }
 
 }  // namespace
-}  // namespace phantom::robot
+}  // namespace phantom::robot::directional_drag_test

@@ -9,7 +9,7 @@
 
 #include "common/robot/tests/drag_rig.hpp"
 
-namespace phantom::robot {
+namespace phantom::robot::drag_test {
 namespace {
 
 using core::JointArray;
@@ -160,4 +160,4 @@ TEST(DragTorque, ModesAgreeForASingleMovingJoint) {
 }
 
 }  // namespace
-}  // namespace phantom::robot
+}  // namespace phantom::robot::drag_test

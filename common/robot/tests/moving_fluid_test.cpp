@@ -10,7 +10,7 @@
 #include "common/robot/tests/test_worlds.hpp"
 #include "tests/support/heap_guard.hpp"
 
-namespace phantom::robot {
+namespace phantom::robot::moving_fluid_test {
 namespace {
 
 using core::JointArray;
@@ -273,4 +273,4 @@ TEST(Flow, RelievesJointsByTheSumOverAllSensors) {
 }
 
 }  // namespace
-}  // namespace phantom::robot
+}  // namespace phantom::robot::moving_fluid_test

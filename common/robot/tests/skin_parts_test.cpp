@@ -15,7 +15,7 @@
 #include "common/robot/tests/test_arms.hpp"
 #include "common/robot/tests/test_worlds.hpp"
 
-namespace phantom::robot {
+namespace phantom::robot::skin_parts_test {
 namespace {
 
 using testing::HasSubstr;
@@ -391,4 +391,4 @@ TEST(MeshSkinRefuses, WhatHasNoSurfaceOrTooMuch) {
 }
 
 }  // namespace
-}  // namespace phantom::robot
+}  // namespace phantom::robot::skin_parts_test

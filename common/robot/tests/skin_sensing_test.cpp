@@ -10,7 +10,7 @@
 #include "common/robot/tests/test_worlds.hpp"
 #include "tests/support/heap_guard.hpp"
 
-namespace phantom::robot {
+namespace phantom::robot::skin_sensing_test {
 namespace {
 
 using core::JointArray;
@@ -342,4 +342,4 @@ TEST(SkinSensing, RefiningTheSkinConvergesWhenWeightedByArea) {
 }
 
 }  // namespace
-}  // namespace phantom::robot
+}  // namespace phantom::robot::skin_sensing_test

@@ -9,7 +9,7 @@
 
 #include "common/robot/tests/test_arms.hpp"
 
-namespace phantom::robot {
+namespace phantom::robot::skin_test {
 namespace {
 
 using testing::HasSubstr;
@@ -153,4 +153,4 @@ TEST(SkinRefuses, TooManySensorsAndNone) {
 }
 
 }  // namespace
-}  // namespace phantom::robot
+}  // namespace phantom::robot::skin_test

@@ -14,7 +14,7 @@
 #include "common/simulation/tests/half_space.hpp"
 #include "tests/support/heap_guard.hpp"
 
-namespace phantom::simulation {
+namespace phantom::simulation::yielding_test {
 namespace {
 
 using core::JointArray;
@@ -285,4 +285,4 @@ TEST(Yielding, AllocatesNothing) {
 }
 
 }  // namespace
-}  // namespace phantom::simulation
+}  // namespace phantom::simulation::yielding_test

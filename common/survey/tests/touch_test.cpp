@@ -12,7 +12,7 @@
 #include "common/geometry/primitives.hpp"
 #include "common/survey/tests/survey_rig.hpp"
 
-namespace phantom::survey {
+namespace phantom::survey::touch_test {
 namespace {
 
 using testing::AllOf;
@@ -442,4 +442,4 @@ TEST(Touch, BadNumbersAreRefusedByName) {
 }
 
 }  // namespace
-}  // namespace phantom::survey
+}  // namespace phantom::survey::touch_test

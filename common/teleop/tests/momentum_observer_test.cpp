@@ -14,7 +14,7 @@
 #include "common/robot/tests/test_arms.hpp"
 #include "tests/support/heap_guard.hpp"
 
-namespace phantom::teleop {
+namespace phantom::teleop::momentum_observer_test {
 namespace {
 
 using core::JointArray;
@@ -350,4 +350,4 @@ TEST(MomentumObserver, UsesNoHeap) {
 }
 
 }  // namespace
-}  // namespace phantom::teleop
+}  // namespace phantom::teleop::momentum_observer_test

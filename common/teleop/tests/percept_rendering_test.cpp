@@ -9,7 +9,7 @@
 
 #include "common/teleop/tests/period.hpp"
 
-namespace phantom::teleop {
+namespace phantom::teleop::percept_rendering_test {
 namespace {
 
 core::JointArray all(double gain) {
@@ -409,4 +409,4 @@ TEST_P(Rendering, EachJointHasItsOwnGain) {
 }
 
 }  // namespace
-}  // namespace phantom::teleop
+}  // namespace phantom::teleop::percept_rendering_test

@@ -10,7 +10,7 @@
 #include "common/teleop/feedback_rendering.hpp"
 #include "common/teleop/tests/period.hpp"
 
-namespace phantom::teleop {
+namespace phantom::teleop::reaction_rendering_test {
 namespace {
 
 ReactionParameters one_joint() {
@@ -127,4 +127,4 @@ TEST(ReactionRendering, LateSoftWallsGiveTheHandNoMoreThanTheGuardsAllowance) {
 }
 
 }  // namespace
-}  // namespace phantom::teleop
+}  // namespace phantom::teleop::reaction_rendering_test

@@ -9,7 +9,7 @@
 #include "common/teleop/tests/period.hpp"
 #include "tests/support/heap_guard.hpp"
 
-namespace phantom::teleop {
+namespace phantom::teleop::torque_slew_test {
 namespace {
 
 constexpr std::size_t kSlewJoints = 4;
@@ -146,4 +146,4 @@ TEST(TorqueSlew, TheDevicesLimitTakesFromTheFeedbackNotFromTheDrag) {
 }
 
 }  // namespace
-}  // namespace phantom::teleop
+}  // namespace phantom::teleop::torque_slew_test

@@ -16,7 +16,7 @@
 #include "common/workspace/brick_tiles.hpp"
 #include "common/workspace/tests/random_workspace.hpp"
 
-namespace phantom::workspace {
+namespace phantom::workspace::brick_codec_test {
 namespace {
 
 using Bytes = std::vector<std::uint8_t>;
@@ -271,4 +271,4 @@ TEST(BrickCodec, RefusesWhatIsNoBrick) {
 }
 
 }  // namespace
-}  // namespace phantom::workspace
+}  // namespace phantom::workspace::brick_codec_test

@@ -6,7 +6,7 @@
 
 #include "common/workspace/tests/random_workspace.hpp"
 
-namespace phantom::workspace {
+namespace phantom::workspace::workspace_sources_test {
 namespace {
 
 constexpr SourceId kFirst{1}, kSecond{2}, kThird{3}, kFourth{4};
@@ -213,4 +213,4 @@ TEST(WorkspaceSources, WhoSendsMoreThanIsKeptBesideTheOneInForceIsForgotten) {
 }
 
 }  // namespace
-}  // namespace phantom::workspace
+}  // namespace phantom::workspace::workspace_sources_test

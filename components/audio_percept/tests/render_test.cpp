@@ -17,7 +17,7 @@
 #include "components/audio_percept/tests/test_config.hpp"
 #include "phantom_idl/percept.hpp"
 
-namespace phantom::audio_percept {
+namespace phantom::audio_percept::render_test {
 namespace {
 
 using testing::HasSubstr;
@@ -196,4 +196,4 @@ TEST(Spectrogram, AShortSoundHasOneToo) {
 }
 
 }  // namespace
-}  // namespace phantom::audio_percept
+}  // namespace phantom::audio_percept::render_test

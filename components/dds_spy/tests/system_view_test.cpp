@@ -6,7 +6,7 @@
 
 #include "components/dds_spy/reports.hpp"
 
-namespace phantom::dds_spy {
+namespace phantom::dds_spy::system_view_test {
 namespace {
 
 using diagnostics::EndpointInfo;
@@ -331,4 +331,4 @@ TEST_F(SystemViewTest, EndpointsThatAreAnnouncedBeforeTheirParticipantGoWithIt) 
 }
 
 }  // namespace
-}  // namespace phantom::dds_spy
+}  // namespace phantom::dds_spy::system_view_test

@@ -16,7 +16,7 @@
 #include "components/phantom_sensing/model.hpp"
 #include "components/phantom_sensing/probe.hpp"
 
-namespace phantom::phantom_sensing {
+namespace phantom::phantom_sensing::probe_command_test {
 namespace {
 
 const std::filesystem::path kBench = PHANTOM_SOURCE_DIR "/deploy/cells/arm_bench/cell.yaml";
@@ -382,4 +382,4 @@ TEST(ProbeCommand, SaysWhatIsBeyondTheDrives) {
 }
 
 }  // namespace
-}  // namespace phantom::phantom_sensing
+}  // namespace phantom::phantom_sensing::probe_command_test

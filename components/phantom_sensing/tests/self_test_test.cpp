@@ -10,7 +10,7 @@
 #include "components/phantom_sensing/service.hpp"
 #include "components/phantom_sensing/tests/rig.hpp"
 
-namespace phantom::phantom_sensing {
+namespace phantom::phantom_sensing::self_test_test {
 namespace {
 
 using testing::HasSubstr;
@@ -123,4 +123,4 @@ TEST(SelfTest, PassesOverObjectsThatTheCellDoesNotKnow) {
 }
 
 }  // namespace
-}  // namespace phantom::phantom_sensing
+}  // namespace phantom::phantom_sensing::self_test_test

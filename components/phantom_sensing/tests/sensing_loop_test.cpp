@@ -15,7 +15,7 @@
 #include "components/phantom_sensing/tests/rig.hpp"
 #include "tests/support/eventually.hpp"
 
-namespace phantom::phantom_sensing {
+namespace phantom::phantom_sensing::sensing_loop_test {
 namespace {
 
 using core::kNsPerMillisecond;
@@ -398,4 +398,4 @@ TEST_F(Loop, FingersAreSensedAtTheWidthThatIsHeardAndAtTheirWidestWhileNoneIs) {
 }
 
 }  // namespace
-}  // namespace phantom::phantom_sensing
+}  // namespace phantom::phantom_sensing::sensing_loop_test

@@ -8,7 +8,7 @@
 
 #include "common/core/errors.hpp"
 
-namespace phantom::ros2_gateway {
+namespace phantom::ros2_gateway::config_test {
 namespace {
 
 using testing::HasSubstr;
@@ -70,4 +70,4 @@ TEST(GatewayConfig, WhatDoesNotFitIsRefusedWithItsPlace) {
 }
 
 }  // namespace
-}  // namespace phantom::ros2_gateway
+}  // namespace phantom::ros2_gateway::config_test

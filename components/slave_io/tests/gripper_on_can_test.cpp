@@ -10,7 +10,7 @@
 #include "components/slave_io/tests/arm_bench.hpp"
 #include "tests/support/heap_guard.hpp"
 
-namespace phantom::slave_io {
+namespace phantom::slave_io::gripper_on_can_test {
 namespace {
 
 using teleop::LinkState;
@@ -361,4 +361,4 @@ TEST(CanGripper, ADriveThatCannotBeAGrippersIsRefused) {
 }
 
 }  // namespace
-}  // namespace phantom::slave_io
+}  // namespace phantom::slave_io::gripper_on_can_test

@@ -4,7 +4,7 @@
 #include "components/synthetic_viewer/tests/hand_messages.hpp"
 #include "components/synthetic_viewer/tests/scene_stream_rig.hpp"
 
-namespace phantom::synthetic_viewer {
+namespace phantom::synthetic_viewer::hand_feed_test {
 namespace {
 
 using phantom::test::eventually;
@@ -151,4 +151,4 @@ TEST_F(HandStream, WhereNoControllerMayLeadNothingIsSaidOfIt) {
 }
 
 }  // namespace
-}  // namespace phantom::synthetic_viewer
+}  // namespace phantom::synthetic_viewer::hand_feed_test

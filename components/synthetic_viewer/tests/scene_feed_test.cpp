@@ -9,7 +9,7 @@
 #include "components/synthetic_viewer/tls_context.hpp"
 #include "tests/support/eventually.hpp"
 
-namespace phantom::synthetic_viewer {
+namespace phantom::synthetic_viewer::scene_feed_test {
 namespace {
 
 using phantom::test::eventually;
@@ -299,4 +299,4 @@ TEST_F(SceneStream, MeshesAreFetchedByTheirHash) {
 }
 
 }  // namespace
-}  // namespace phantom::synthetic_viewer
+}  // namespace phantom::synthetic_viewer::scene_feed_test

@@ -89,7 +89,9 @@ class SceneInChromium : public ::testing::Test {
   void serve() {
     server_ = std::make_unique<WebServer>(
         config_.page, content_,
-        [](const Command&) {
+        [this](const Command& command) {
+          const std::lock_guard lock(mutex_);
+          commands_.push_back(command.kind);
           return CommandOutcome{CommandOutcome::Kind::kDone, "sent"};
         },
         [this](const ViewRequest& request) {
@@ -139,6 +141,7 @@ class SceneInChromium : public ::testing::Test {
   std::atomic<double> frames_per_s_{10.0};  ///< as the page is told of the viewer
   std::mutex mutex_;
   std::vector<ViewRequest> requests_;
+  std::vector<core::CommandKind> commands_;  ///< that the page sent
 
  private:
   /// The arm over the pump, with percept, paint and an alert, as the topics would give it.

@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-namespace phantom::synthetic_viewer {
+namespace phantom::synthetic_viewer::skin_paint_test {
 namespace {
 
 geometry::BoundingBox box(const Eigen::Vector3f& low, const Eigen::Vector3f& high) {
@@ -63,4 +63,4 @@ TEST(SkinPaint, PatchesFarFromTheirLinkAreLeftOut) {
 }
 
 }  // namespace
-}  // namespace phantom::synthetic_viewer
+}  // namespace phantom::synthetic_viewer::skin_paint_test

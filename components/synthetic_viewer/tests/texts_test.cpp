@@ -14,7 +14,7 @@
 #include "components/synthetic_viewer/headset_hand.hpp"
 #include "components/synthetic_viewer/state.hpp"
 
-namespace phantom::synthetic_viewer {
+namespace phantom::synthetic_viewer::texts_test {
 namespace {
 
 using Texts = std::map<std::string, std::string>;
@@ -151,4 +151,4 @@ TEST(PageTexts, AWordThatIsFilledInIsNoPattern) {
 }
 
 }  // namespace
-}  // namespace phantom::synthetic_viewer
+}  // namespace phantom::synthetic_viewer::texts_test

@@ -119,7 +119,7 @@ TEST(ViewChooser, StepDoesNotAllocate) {
     return scene.visible_share(situation.look_at_m, situation.pgv, 0.02, eye_m);
   };
   SyntheticViewer viewer({});
-  const test::HeapGuard guard;
+  const phantom::test::HeapGuard guard;
   viewer.take({1, false, {0, 0, 0.5}, {0.01, 0, 0}});
   for (int k = 0; k < 50; ++k) viewer.step(false, ViewNode::kAutomatic, visible, 0.1);
   viewer.take({1, true, {}, {}});

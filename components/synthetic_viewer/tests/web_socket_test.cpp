@@ -5,7 +5,7 @@
 
 #include "components/synthetic_viewer/tests/web_socket_frames.hpp"
 
-namespace phantom::synthetic_viewer {
+namespace phantom::synthetic_viewer::web_socket_test {
 namespace {
 
 using test::client_frame;
@@ -104,4 +104,4 @@ TEST(WebSocketOf, AFarewellIsAnsweredAndEndsIt) {
 }
 
 }  // namespace
-}  // namespace phantom::synthetic_viewer
+}  // namespace phantom::synthetic_viewer::web_socket_test
