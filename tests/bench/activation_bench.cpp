@@ -11,6 +11,7 @@
 #include "common/workspace/large_pages.hpp"
 #include "tests/bench/bodies.hpp"
 #include "tests/bench/counting_heap.hpp"
+#include "tests/bench/repetitions.hpp"
 
 namespace phantom::bench {
 namespace {
@@ -36,6 +37,7 @@ void warm_memset(State& state, std::size_t bytes) {
     benchmark::DoNotOptimize(block);
     benchmark::ClobberMemory();
   }
+  state.SetBytesProcessed(state.iterations() * static_cast<std::int64_t>(bytes));  // limits go by it
   ::munmap(block, bytes);
 }
 
@@ -187,14 +189,23 @@ const bool kRegistered = [] {
   RegisterBenchmark("dilation/512/200k", activate_sphere, 512, kRings200k, 1,
                     workspace::LayerMethod::kDilation)
       ->Iterations(1)
-      ->Repetitions(4)
+      ->Repetitions(repetitions(4))
       ->Unit(fast);
   RegisterBenchmark("activate/1_of_20", activate_one_of_the_cell)->Unit(fast);
   RegisterBenchmark("move/1_of_20", move_one_of_the_cell)->Unit(fast);
-  RegisterBenchmark("memory/512/200k", memory_of_sphere)->Iterations(1)->Repetitions(2)->Unit(fast);
-  RegisterBenchmark("memory/cell/20", memory_of_cell)->Iterations(1)->Repetitions(2)->Unit(fast);
-  RegisterBenchmark("huge/1mm", huge_cell, 0.001)->Iterations(1)->Repetitions(3)->Unit(benchmark::kSecond);
-  RegisterBenchmark("huge/2mm", huge_cell, 0.002)->Iterations(1)->Repetitions(3)->Unit(benchmark::kSecond);
+  RegisterBenchmark("memory/512/200k", memory_of_sphere)
+      ->Iterations(1)
+      ->Repetitions(repetitions(2))
+      ->Unit(fast);
+  RegisterBenchmark("memory/cell/20", memory_of_cell)->Iterations(1)->Repetitions(repetitions(2))->Unit(fast);
+  RegisterBenchmark("huge/1mm", huge_cell, 0.001)
+      ->Iterations(1)
+      ->Repetitions(repetitions(3))
+      ->Unit(benchmark::kSecond);
+  RegisterBenchmark("huge/2mm", huge_cell, 0.002)
+      ->Iterations(1)
+      ->Repetitions(repetitions(3))
+      ->Unit(benchmark::kSecond);
   return true;
 }();
 

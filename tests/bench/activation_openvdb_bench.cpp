@@ -5,6 +5,7 @@
 #include <openvdb/tools/MeshToVolume.h>
 
 #include "tests/bench/bodies.hpp"
+#include "tests/bench/repetitions.hpp"
 
 namespace phantom::bench {
 namespace {
@@ -19,14 +20,14 @@ openvdb::FloatGrid::Ptr band_of(const layers::Body& body, double voxel_size_m) {
                                                             static_cast<float>(body.profile.reach_vox()));
 }
 
-void sphere(benchmark::State& state, int edge_vox) {
+void openvdb_sphere(benchmark::State& state, int edge_vox) {
   openvdb::initialize();
   const layers::Body body = sphere_in_box(edge_vox, 317);
   for (auto _ : state)
     benchmark::DoNotOptimize(band_of(body, sphere_grid(edge_vox).voxel_size_m.reference_m()));
 }
 
-void cell(benchmark::State& state) {
+void openvdb_cell(benchmark::State& state) {
   openvdb::initialize();
   const std::vector<layers::Body> bodies = cell_of(20, {2.0, 2.0, 1.5});
   for (auto _ : state) {
@@ -34,15 +35,15 @@ void cell(benchmark::State& state) {
   }
 }
 
-const bool kRegistered = [] {
+const bool kOpenvdbRegistered = [] {
   // TBB spreads over all cores: the CPU time of the whole process counts.
-  benchmark::RegisterBenchmark("openvdb/256/200k", sphere, 256)
+  benchmark::RegisterBenchmark("openvdb/256/200k", openvdb_sphere, 256)
       ->Iterations(1)
-      ->Repetitions(2)
+      ->Repetitions(repetitions(2))
       ->MeasureProcessCPUTime();
-  benchmark::RegisterBenchmark("openvdb_cell/20/400x400x300", cell)
+  benchmark::RegisterBenchmark("openvdb_cell/20/400x400x300", openvdb_cell)
       ->Iterations(1)
-      ->Repetitions(2)
+      ->Repetitions(repetitions(2))
       ->MeasureProcessCPUTime();
   return true;
 }();

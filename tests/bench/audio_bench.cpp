@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "components/audio_percept/engine.hpp"
+#include "tests/bench/repetitions.hpp"
 
 namespace {
 
@@ -23,12 +24,13 @@ AudioPerceptConfig shipped(Layout layout) {
 // A second of the percept's tone, closeness and speed changing with every period.
 void synthesize(benchmark::State& state) {
   percept::ToneSynthesizer synthesizer;
-  std::array<float, kPeriodFrames> period{};
+  std::array<float, kPeriodFrames> percept{}, alarm{};
   for (auto _ : state) {
     for (int i = 0; i < 200; ++i) {
       synthesizer.set_tone(percept::tone_of({}, 0.005 * i, 0.001 * i));
-      synthesizer.render(period);
-      benchmark::DoNotOptimize(period);
+      synthesizer.render(percept, alarm);
+      benchmark::DoNotOptimize(percept);
+      benchmark::DoNotOptimize(alarm);
     }
   }
 }
@@ -88,6 +90,6 @@ void percept_to_sound(benchmark::State& state) {
   state.counters["device_ms"] = figures.device_latency_ms;
   state.counters["interruptions"] = static_cast<double>(figures.interruptions);
 }
-BENCHMARK(percept_to_sound)->Iterations(1)->Repetitions(3)->UseRealTime();
+BENCHMARK(percept_to_sound)->Iterations(1)->Repetitions(bench::repetitions(3))->UseRealTime();
 
 }  // namespace

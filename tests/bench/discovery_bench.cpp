@@ -12,6 +12,7 @@
 
 #include "common/core/clock.hpp"
 #include "common/dds/endpoint.hpp"
+#include "tests/bench/repetitions.hpp"
 #include "tests/bench/security_site.hpp"
 
 namespace phantom::bench {
@@ -108,7 +109,7 @@ void first_acknowledgement(State& state, bool secured) {
           benchmark::RegisterBenchmark(("join/first_sample" + kind).c_str(), join, secured, true),
           benchmark::RegisterBenchmark(("first_acknowledgement" + kind).c_str(), first_acknowledgement,
                                        secured)})
-      benchmark->UseManualTime()->Iterations(1)->Repetitions(11)->Unit(benchmark::kMillisecond);
+      benchmark->UseManualTime()->Iterations(1)->Repetitions(repetitions(11))->Unit(benchmark::kMillisecond);
   }
   return true;
 }();

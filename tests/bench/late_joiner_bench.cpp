@@ -19,6 +19,7 @@
 #include "common/dds/endpoint.hpp"
 #include "common/messages/workspace_codec.hpp"
 #include "components/phantom_sensing/workspace_keeper.hpp"
+#include "tests/bench/repetitions.hpp"
 
 namespace phantom::bench {
 namespace {
@@ -113,19 +114,20 @@ class Joiner {
  private:
   static constexpr workspace::SourceId kServer{1};  // there is but one
   phantom_sensing::WorkspaceKeeper workspace_{
-      [](const std::string& problem) { std::cerr << "late_joiner_bench: " << problem << '\n'; }};
+      {.refused = [](const std::string& problem) { std::cerr << "late_joiner_bench: " << problem << '\n'; }}};
   dds::Participant participant_;
   dds::Reader<msg::WorkspaceVersion> versions_{participant_, dds::kWorkspaceVersion,
                                                [this](const auto& message, const dds::SampleInfo&) {
-                                                 if (const auto version = messages::from_idl(message))
-                                                   workspace_.commit(kServer, version->description);
+                                                 const auto version = messages::from_idl(message);
+                                                 if (!version) return workspace_.refuse(version.status());
+                                                 workspace_.commit(kServer, version->description);
                                                }};
   dds::Reader<msg::WorkspaceBrick> bricks_{
       participant_, dds::kWorkspaceBrick, [this](const auto& message, const dds::SampleInfo&) {
         const auto brick = messages::from_idl(message);
-        if (brick)
-          workspace_.put_brick(kServer, brick->key, brick->version,
-                               {brick->voxels_zstd.begin(), brick->voxels_zstd.end()});
+        if (!brick) return workspace_.refuse(brick.status());
+        workspace_.put_brick(kServer, brick->key, brick->version,
+                             {brick->voxels_zstd.begin(), brick->voxels_zstd.end()});
       }};
 };
 
@@ -164,7 +166,7 @@ void start_to_late_joiner(State& state, int voxel_mm) {
                                  start_to_late_joiner, voxel_mm)
         ->UseManualTime()
         ->Iterations(1)
-        ->Repetitions(5)
+        ->Repetitions(repetitions(5))
         ->Unit(benchmark::kMillisecond);
   }
   return true;

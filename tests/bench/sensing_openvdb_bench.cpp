@@ -21,7 +21,7 @@ openvdb::FloatGrid::Ptr tree_of(const workspace::Workspace& world) {
   return grid;
 }
 
-void tick(benchmark::State& state, std::size_t sensors) {
+void openvdb_tick(benchmark::State& state, std::size_t sensors) {
   openvdb::initialize();
   const robot::SerialArm arm = tube_arm(7);
   const robot::SkinLayout skin = tube_skin(arm, sensors);
@@ -62,10 +62,10 @@ void tick(benchmark::State& state, std::size_t sensors) {
   }
 }
 
-const bool kRegistered = [] {
+const bool kOpenvdbRegistered = [] {
   for (const std::size_t sensors : {std::size_t{1000}, std::size_t{10'000}, std::size_t{100'000}})
-    benchmark::RegisterBenchmark(("openvdb_tick/" + std::to_string(sensors / 1000) + "k/400").c_str(), tick,
-                                 sensors);
+    benchmark::RegisterBenchmark(("openvdb_tick/" + std::to_string(sensors / 1000) + "k/400").c_str(),
+                                 openvdb_tick, sensors);
   return true;
 }();
 

@@ -21,6 +21,8 @@
 #include "components/synthetic_viewer/still_scene.hpp"
 #include "components/synthetic_viewer/tests/mesh_chunks.hpp"
 #include "components/synthetic_viewer/viewer_loop.hpp"
+#include "components/synthetic_viewer/web_server.hpp"
+#include "tests/bench/repetitions.hpp"
 
 // Last: it brings a macro (_res) that Eigen's names do not survive.
 #include <httplib.h>
@@ -155,7 +157,7 @@ void serve(benchmark::State& state) {
   }
   state.counters["core_share"] = used_s / frames * kFrameRate_hz;
 }
-BENCHMARK(serve)->Name("serve/6_browsers")->Iterations(1)->Repetitions(4)->UseRealTime();
+BENCHMARK(serve)->Name("serve/6_browsers")->Iterations(1)->Repetitions(bench::repetitions(4))->UseRealTime();
 
 /// A viewer's drawing thread as it runs in a session: the shipped cell by its topics' samples, an arm that
 /// moves all the time, 30 pictures a second, every view followed, a report.
@@ -255,6 +257,10 @@ void alert(benchmark::State& state) {
   double load = 0;  // how many others wanted the processors
   if (getloadavg(&load, 1) == 1) state.counters["load"] = load;
 }
-BENCHMARK(alert)->Name("alert/first_picture")->Iterations(1)->Repetitions(4)->UseRealTime();
+BENCHMARK(alert)
+    ->Name("alert/first_picture")
+    ->Iterations(1)
+    ->Repetitions(bench::repetitions(4))
+    ->UseRealTime();
 
 }  // namespace

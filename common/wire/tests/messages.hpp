@@ -34,7 +34,7 @@ class Octets {
   }
   Octets& guid(const Guid& guid) { return raw(guid.prefix).entity(guid.entity); }
   Octets& raw(std::span<const std::uint8_t> octets) {
-    bytes.insert(bytes.end(), octets.begin(), octets.end());
+    for (const std::uint8_t octet : octets) bytes.push_back(octet);
     return *this;
   }
   Octets& text(std::string_view text) {  // with its length and ending zero, to the next multiple of 4
