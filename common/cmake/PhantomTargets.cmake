@@ -2,10 +2,11 @@
 #
 #   phantom_library(NAME [QUICK] SOURCES … PUBLIC … PRIVATE …)   common/NAME      -> phantom::NAME
 #   phantom_component(NAME [QUICK] SOURCES … LIBRARIES …)        components/NAME  -> library NAME_core, executable NAME
-#   phantom_test(NAME SOURCES … LIBRARIES …)               one GoogleTest executable, NAME_test
+#   phantom_test(NAME SOURCES … LIBRARIES … [THOROUGH FILTER])   one GoogleTest executable, NAME_test
 #   phantom_bench(NAME SOURCES … LIBRARIES …)              one Google Benchmark executable, NAME_bench
 # QUICK: of a release, the target's sources are compiled with -O1 instead of -O3. It is for code that computes little (DDS, messages,
 # configuration, tools): half of its compile time was optimising.
+# THOROUGH: the tests whose names fit GoogleTest's FILTER have a long form (tests/support/thorough.hpp), which CTest runs as thorough.NAME.
 #
 # Includes are written from the repository root: #include "common/workspace/grid.hpp".
 
@@ -131,7 +132,7 @@ function(phantom_test NAME)
   if(NOT PHANTOM_BUILD_TESTS)
     return()
   endif()
-  cmake_parse_arguments(ARG "" "" "SOURCES;LIBRARIES" ${ARGN})
+  cmake_parse_arguments(ARG "" "THOROUGH" "SOURCES;LIBRARIES" ${ARGN})
   add_executable(${NAME}_test ${ARG_SOURCES})
   set_target_properties(${NAME}_test PROPERTIES RUNTIME_OUTPUT_DIRECTORY "${CMAKE_BINARY_DIR}/tests")
   target_compile_definitions(${NAME}_test PRIVATE PHANTOM_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
@@ -139,6 +140,16 @@ function(phantom_test NAME)
   target_link_libraries(${NAME}_test PRIVATE ${ARG_LIBRARIES} GTest::gtest GTest::gmock GTest::gtest_main phantom_options)
   include(GoogleTest)
   gtest_discover_tests(${NAME}_test TEST_PREFIX "${NAME}." DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 300)
+  if(ARG_THOROUGH)
+    phantom_thorough_test(${NAME} ${NAME}_test "--gtest_filter=${ARG_THOROUGH}")
+  endif()
+endfunction()
+
+# The long form of tests of TARGET, one CTest entry: thorough.NAME. A filter that fits none is a mistake.
+function(phantom_thorough_test NAME TARGET)
+  add_test(NAME thorough.${NAME} COMMAND ${TARGET} ${ARGN})
+  set_tests_properties(thorough.${NAME} PROPERTIES LABELS stage:thorough TIMEOUT 1200 ENVIRONMENT PHANTOM_THOROUGH=1
+                       FAIL_REGULAR_EXPRESSION "Running 0 tests")
 endfunction()
 
 # Benchmark executables stand in <build>/bench, where scripts/bench finds them.
