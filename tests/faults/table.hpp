@@ -4,10 +4,13 @@
 
 #include <gtest/gtest.h>
 
+#include <iterator>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "tests/faults/pair.hpp"
+#include "tests/support/thorough.hpp"
 
 namespace phantom::faults {
 
@@ -23,6 +26,29 @@ enum class Side { kMaster, kSlave };
 inline const char* name_of(Side side) { return side == Side::kMaster ? "master" : "slave"; }
 inline teleop::LinkState state_of(const Pair& pair, Side side) {
   return side == Side::kMaster ? pair.master_state() : pair.slave_state();
+}
+
+/// A state of one side in which a fault begins.
+struct Beginning {
+  Side side;
+  teleop::LinkState state;
+};
+/// Where fault `number` of a table begins: in the long form every state of `sides`; in the quick one coupled
+/// and one state more, by turns, so that every state and side is met, by several faults each.
+inline std::vector<Beginning> beginnings(std::size_t number, const std::vector<Side>& sides) {
+  std::vector<Beginning> all;
+  if (test::thorough()) {
+    for (const Side side : sides) {
+      for (const teleop::LinkState state : kStates) all.push_back({side, state});
+    }
+    return all;
+  }
+  constexpr teleop::LinkState kOther[] = {teleop::LinkState::kInit, teleop::LinkState::kReady,
+                                          teleop::LinkState::kAligned, teleop::LinkState::kDegraded,
+                                          teleop::LinkState::kStopped};
+  all.push_back({sides[number % sides.size()], teleop::LinkState::kCoupled});
+  all.push_back({sides[(number + 1) % sides.size()], kOther[number % std::size(kOther)]});
+  return all;
 }
 
 /// Brings the pair to where `side` is in `state`, with drives that follow if there are any; coupled: with the

@@ -1,5 +1,6 @@
 // A thread of a running process is really stopped, by the kernel, and nothing else is: what the process then
-// says of itself must come from the thread's own progress.
+// says of itself must come from the thread's own progress. The quick form has three threads, the long one
+// (thorough.hpp) all that have a loop.
 #include <arpa/inet.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -20,6 +21,7 @@
 #include "tests/support/files.hpp"
 #include "tests/support/frozen_thread.hpp"
 #include "tests/support/own_domain.hpp"
+#include "tests/support/thorough.hpp"
 
 namespace phantom::processes {
 namespace {
@@ -177,15 +179,24 @@ TEST_P(HungThread, IsSeenInTheStatusAndStarvesTheServiceManagersWatchdogUntilItR
   EXPECT_THAT(heard_while(3), Each(HasSubstr("WATCHDOG=1")));
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    Threads, HungThread,
-    testing::Values(Case{"slave_io", "servo", "servo"}, Case{"slave_io", "publisher", "publisher"},
-                    Case{"master_io", "servo", "servo"}, Case{"master_io", "publisher", "publisher"},
-                    Case{"phantom_sensing", "sensing", "sensing"},
-                    Case{"phantom_sensing", "alerts", "alerts"}, Case{"audio_percept", "audio", "audio"},
-                    Case{"synthetic_viewer", "page_reader", "page"},
-                    Case{"synthetic_viewer", "scene", "scene"}),
-    [](const auto& tested) { return std::string(tested.param.component) + "_" + tested.param.thread; });
+// A real-time loop, one that waits for events, and one that rests until somebody wants it.
+const std::vector<Case> kQuickCases{{"slave_io", "servo", "servo"},
+                                    {"phantom_sensing", "alerts", "alerts"},
+                                    {"synthetic_viewer", "scene", "scene"}};
+const std::vector<Case> kFurtherCases{
+    {"slave_io", "publisher", "publisher"},  {"master_io", "servo", "servo"},
+    {"master_io", "publisher", "publisher"}, {"phantom_sensing", "sensing", "sensing"},
+    {"audio_percept", "audio", "audio"},     {"synthetic_viewer", "page_reader", "page"}};
+
+std::vector<Case> cases() {
+  std::vector<Case> all = kQuickCases;
+  if (test::thorough()) all.insert(all.end(), kFurtherCases.begin(), kFurtherCases.end());
+  return all;
+}
+
+INSTANTIATE_TEST_SUITE_P(Threads, HungThread, testing::ValuesIn(cases()), [](const auto& tested) {
+  return std::string(tested.param.component) + "_" + tested.param.thread;
+});
 
 // Held up while it computes, so that the start takes as long as on a very slow host.
 TEST(SlowStart, OfSlaveIoIsToldTheServiceManagerAllTheWhile) {

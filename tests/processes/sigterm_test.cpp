@@ -1,6 +1,7 @@
 // SIGTERM at any moment, also while a process starts, ends it within a second of its own time: time in which
 // it was ready to run and the host ran something else does not count (running_process.hpp), time in which it
-// waits or computes does. PHANTOM_SIGTERM_STEP_MS=50 tries as many more moments.
+// waits or computes does. The quick form has three moments: at once, in the start, and after it; the long one
+// (thorough.hpp) has one every 0.2 s, or as PHANTOM_SIGTERM_STEP_MS says.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -14,6 +15,7 @@
 #include "tests/processes/running_process.hpp"
 #include "tests/support/files.hpp"
 #include "tests/support/own_domain.hpp"
+#include "tests/support/thorough.hpp"
 
 namespace phantom::processes {
 namespace {
@@ -26,9 +28,14 @@ struct Executable {
   std::vector<std::string> arguments;
 };
 
-double step_s() {
+// Times after the start at which the signal comes.
+std::vector<double> moments_s() {
   const char* given = std::getenv("PHANTOM_SIGTERM_STEP_MS");
-  return given != nullptr ? 1e-3 * std::atof(given) : 0.2;
+  if (given == nullptr && !test::thorough()) return {0.0, 0.3, 0.9};
+  const double step_s = given != nullptr ? 1e-3 * std::atof(given) : 0.2;
+  std::vector<double> moments;
+  for (double moment_s = 0.0; moment_s < kTried_s; moment_s += step_s) moments.push_back(moment_s);
+  return moments;
 }
 
 class Sigterm : public testing::TestWithParam<Executable> {
@@ -52,7 +59,8 @@ class Sigterm : public testing::TestWithParam<Executable> {
 TEST_P(Sigterm, EndsItWithinASecondWheneverItComes) {
   double worst_s = 0.0, worst_wall_s = 0.0;
   int tried = 0;
-  for (double moment_s = 0.0; moment_s < kTried_s; moment_s += step_s(), ++tried) {
+  for (const double moment_s : moments_s()) {
+    ++tried;
     RunningProcess process(GetParam().name, options(), folder_);
     const auto due_ns = core::monotonic_ns() + core::from_seconds(moment_s);
     while (core::monotonic_ns() < due_ns) usleep(1'000);

@@ -45,16 +45,31 @@ double ssa(const ClusterSpec& spec, int x, int y, int z) {
   return spec.shape == ClusterShape::kCube ? 1.0 : fraction_in_sphere(x, y, z, m + 0.5);
 }
 
+/// SSA of every voxel around a sensor, in the order of literal(): worked out once, for many sensors.
+struct LiteralZone {
+  explicit LiteralZone(const ClusterSpec& spec) : reach_vox(spec.reach_vox) {
+    const int m = reach_vox;
+    for (int x = -m; x <= m; ++x) {
+      for (int y = -m; y <= m; ++y) {
+        for (int z = -m; z <= m; ++z) weight.push_back(ssa(spec, x, y, z));
+      }
+    }
+  }
+  int reach_vox;
+  std::vector<double> weight;
+};
+
 /// Σ(SLA·SSA)/ΣSSA, literally, and the greatest code where SSA is not 0.
-ClusterReading literal(const ClusterSpec& spec, const workspace::Workspace& workspace, workspace::Index3 c,
+ClusterReading literal(const LiteralZone& zone, const workspace::Workspace& workspace, workspace::Index3 c,
                        const ResponseCurve& curve) {
   double sum = 0.0, weight = 0.0;
   ClusterReading reading;
-  const int m = spec.reach_vox;
+  const int m = zone.reach_vox;
+  auto ssa_of_voxel = zone.weight.begin();
   for (int x = -m; x <= m; ++x) {
     for (int y = -m; y <= m; ++y) {
       for (int z = -m; z <= m; ++z) {
-        const double w = ssa(spec, x, y, z);
+        const double w = *ssa_of_voxel++;
         const workspace::Index3 v{c.x + x, c.y + y, c.z + z};
         sum += w * curve(static_cast<double>(workspace.mu(v)));
         weight += w;
@@ -109,13 +124,14 @@ TEST(ClusterSensor, ReadsTheLiteralMean) {
     for (const int m : {1, 2, 3, 5, 8, 15}) {
       const ClusterSpec spec{m, shape};
       const ClusterStencil stencil(spec);
+      const LiteralZone zone(spec);
       for (int trial = 0; trial < 12; ++trial) {
         // Everywhere: amid bricks, across their borders, over the grid's border, outside.
         const auto at = [&] { return std::uniform_int_distribution<std::int32_t>(-5, 245)(random); };
         const workspace::Index3 centre{at(), at(), at()};
         for (const auto& [table, law] : {std::pair{&plain, ResponseCurve()}, std::pair{&shaped, curve}}) {
           const ClusterReading reading = stencil.read(world(), centre, *table),
-                               expected = literal(spec, world(), centre, law);
+                               expected = literal(zone, world(), centre, law);
           EXPECT_NEAR(reading.mean, expected.mean, 1e-11 * (1.0 + expected.mean));
           EXPECT_EQ(reading.greatest, expected.greatest);
         }
@@ -139,9 +155,10 @@ TEST(ClusterSensor, ReadsTheSameWithAPaletteTooLargeToCount) {
   ResponseTable table;
   fill_response({}, many, table);
   const ClusterSpec spec{3, ClusterShape::kSphere};
+  const LiteralZone zone(spec);
   for (int i = 5; i < 58; i += 3) {
     const ClusterReading reading = ClusterStencil(spec).read(workspace, {i, 30, 31}, table);
-    const ClusterReading expected = literal(spec, workspace, {i, 30, 31}, {});
+    const ClusterReading expected = literal(zone, workspace, {i, 30, 31}, {});
     EXPECT_NEAR(reading.mean, expected.mean, 1e-11 * (1.0 + expected.mean));
     EXPECT_EQ(reading.greatest, expected.greatest);
   }
@@ -199,6 +216,7 @@ TEST(ClusterSkin, SumsAreTheLiteralOnes) {
       skin[1].segments = tubes[1].segments;
       skin[1].segments[0].cluster = ClusterSpec{1, ClusterShape::kSphere};
       Rig rig(skin, {.gradient = true}, normalisation);
+      const std::vector<LiteralZone> zones(rig.layout.clusters.begin(), rig.layout.clusters.end());
       std::mt19937 random(3);
       double felt = 0.0;
       for (int trial = 0; trial < 6; ++trial) {
@@ -214,7 +232,7 @@ TEST(ClusterSkin, SumsAreTheLiteralOnes) {
             const workspace::Index3 v = world().grid().index_of(p);
             const std::uint8_t kind = rig.layout.cluster_kind[s];
             const double mu = kind == 0 ? static_cast<double>(world().mu(v))
-                                        : literal(rig.layout.clusters[kind - 1U], world(), v, {}).mean;
+                                        : literal(zones[kind - 1U], world(), v, {}).mean;
             if (!(mu > 0.0)) continue;
             ++active;
             const double w = rig.layout.weight[s];
@@ -294,6 +312,7 @@ TEST(ClusterSkin, TwentySpheresMatchSixtyPoints) {
 
 TEST(ClusterSkin, WorstSensorOfASlenderLinkIsWhereItsZoneMeetsTheMost) {
   Rig rig(slender({3, ClusterShape::kSphere}));
+  const LiteralZone zone({3, ClusterShape::kSphere});
   std::mt19937 random(4);
   int found = 0;
   for (int trial = 0; trial < 20; ++trial) {
@@ -304,7 +323,7 @@ TEST(ClusterSkin, WorstSensorOfASlenderLinkIsWhereItsZoneMeetsTheMost) {
     for (std::size_t s = 0; s < rig.layout.size(); ++s) {
       const workspace::Index3 v =
           world().grid().index_of(rig.X_WL[rig.layout.link_of(s)] * rig.layout.position(s));
-      greatest = std::max(greatest, literal({3, ClusterShape::kSphere}, world(), v, {}).greatest);
+      greatest = std::max(greatest, literal(zone, world(), v, {}).greatest);
     }
     const WorstSensor& worst = rig.sensing.worst();
     ASSERT_EQ(worst.found, greatest > 0);

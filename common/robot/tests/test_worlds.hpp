@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <optional>
 #include <vector>
 
 #include "common/robot/skin.hpp"
@@ -13,27 +14,43 @@ namespace phantom::robot::test_worlds {
 
 inline const std::vector<float> kPalette{0.0F, 5.0F, 9.0F, 13.0F, 20.0F, 32.0F, 100.0F};
 
-/// Box of 2.4 m around `centre` with 10 mm voxels. `code_at` gives the μ code of a voxel's centre.
-inline workspace::Workspace make(const std::function<std::uint8_t(const Eigen::Vector3d&)>& code_at,
-                                 const Eigen::Vector3d& centre = {0, 0, 1},
-                                 const workspace::VoxelSize& voxel_m = 0.01) {
+/// Box of 2.4 m around `centre` with 10 mm voxels. `code_at` gives the μ code of a voxel's centre. In a
+/// sphere (centre, radius in m) for which `holds_something` is false every code is 0, and none is asked for.
+template <class CodeAt>
+workspace::Workspace make(
+    const CodeAt& code_at, const Eigen::Vector3d& centre = {0, 0, 1},
+    const workspace::VoxelSize& voxel_m = 0.01,
+    const std::function<bool(const Eigen::Vector3d&, double)>& holds_something = nullptr) {
   workspace::GridSpec grid{centre - Eigen::Vector3d::Constant(1.2), voxel_m, {}};
   for (std::size_t axis = 0; axis < 3; ++axis)
     grid.size_vox[axis] = static_cast<std::int32_t>(2.4 / voxel_m[axis]);
   workspace::Workspace workspace(grid, kPalette);
-  for (std::int32_t z = 0; z < grid.size_vox[2]; ++z) {
-    for (std::int32_t y = 0; y < grid.size_vox[1]; ++y) {
-      for (std::int32_t x = 0; x < grid.size_vox[0]; ++x) {
-        const std::uint8_t code = code_at(grid.centre_of({x, y, z}));
-        if (code == 0) continue;
-        const auto brick = workspace.edit_brick({x >> 5, y >> 5, z >> 5});
-        const std::size_t at =
-            workspace::brick_offset(static_cast<std::uint32_t>(x) & 31U, static_cast<std::uint32_t>(y) & 31U,
-                                    static_cast<std::uint32_t>(z) & 31U);
-        brick.mu_code[at] = code;
-        brick.order[at] = static_cast<std::int8_t>(code == 6 ? workspace::kOrderBoundary : 6 - code);
-        brick.object[at] = 1;
+  constexpr std::int32_t kEdge = 8;  // of the cubes that are asked for as a whole; a brick holds 4³ of them
+  const auto fill = [&](const workspace::Index3& first) {
+    const workspace::Index3 end{std::min(first.x + kEdge, grid.size_vox[0]),
+                                std::min(first.y + kEdge, grid.size_vox[1]),
+                                std::min(first.z + kEdge, grid.size_vox[2])};
+    const Eigen::Vector3d low = grid.centre_of(first),
+                          high = grid.centre_of({end.x - 1, end.y - 1, end.z - 1});
+    if (holds_something && !holds_something(0.5 * (low + high), 0.5 * (high - low).norm())) return;
+    std::optional<workspace::Workspace::MutableBrick> brick;
+    for (std::int32_t z = first.z; z < end.z; ++z) {
+      for (std::int32_t y = first.y; y < end.y; ++y) {
+        for (std::int32_t x = first.x; x < end.x; ++x) {
+          const std::uint8_t code = code_at(grid.centre_of({x, y, z}));
+          if (code == 0) continue;
+          if (!brick) brick = workspace.edit_brick(workspace::brick_of(first));
+          const std::size_t at = workspace::brick_offset(workspace::Index3{x, y, z});
+          brick->mu_code[at] = code;
+          brick->order[at] = static_cast<std::int8_t>(code == 6 ? workspace::kOrderBoundary : 6 - code);
+          brick->object[at] = 1;
+        }
       }
+    }
+  };
+  for (std::int32_t z = 0; z < grid.size_vox[2]; z += kEdge) {
+    for (std::int32_t y = 0; y < grid.size_vox[1]; y += kEdge) {
+      for (std::int32_t x = 0; x < grid.size_vox[0]; x += kEdge) fill({x, y, z});
     }
   }
   workspace.version = 1;
@@ -59,15 +76,16 @@ inline const Eigen::Vector4d& nearest_ball(const Eigen::Vector3d& p) {
                            });
 }
 
-/// Balls scattered through the suspended arm's reach.
+/// Balls scattered through the suspended arm's reach, in layers of 0.2 m in all.
 inline workspace::Workspace balls_in(const workspace::VoxelSize& voxel_m,
                                      const Eigen::Vector3d& shift = Eigen::Vector3d::Zero()) {
-  return make(
-      [&](const Eigen::Vector3d& p) {
-        const Eigen::Vector4d& ball = nearest_ball(p - shift);
-        return layer_code((p - shift - ball.head<3>()).norm() - ball[3]);
-      },
-      Eigen::Vector3d(0, 0, 1) + shift, voxel_m);
+  const auto distance_m = [&](const Eigen::Vector3d& p) {
+    const Eigen::Vector4d& ball = nearest_ball(p - shift);
+    return (p - shift - ball.head<3>()).norm() - ball[3];
+  };
+  return make([&](const Eigen::Vector3d& p) { return layer_code(distance_m(p)); },
+              Eigen::Vector3d(0, 0, 1) + shift, voxel_m,
+              [&](const Eigen::Vector3d& p, double radius_m) { return distance_m(p) - radius_m < 0.21; });
 }
 inline workspace::Workspace balls(const Eigen::Vector3d& shift = Eigen::Vector3d::Zero()) {
   return balls_in(0.01, shift);

@@ -57,11 +57,17 @@ messages::CarriedObject carried_at(const geometry::Pose& X_FO, const std::string
 
 /// The wall, and the pump where it stands (or is not there).
 workspace::Workspace world_with(const std::optional<Eigen::Vector3d>& pump_m) {
-  return robot::test_worlds::make([&](const Eigen::Vector3d& p) {
-    const std::uint8_t wall = robot::test_worlds::layer_code(0.35 - p.x());
-    if (!pump_m) return wall;
-    return std::max(wall, robot::test_worlds::layer_code((p - *pump_m).norm() - kRadius_m));
-  });
+  return robot::test_worlds::make(
+      [&](const Eigen::Vector3d& p) {
+        const std::uint8_t wall = robot::test_worlds::layer_code(0.35 - p.x());
+        if (!pump_m) return wall;
+        return std::max(wall, robot::test_worlds::layer_code((p - *pump_m).norm() - kRadius_m));
+      },
+      {0, 0, 1}, 0.01,
+      [&](const Eigen::Vector3d& p, double radius_m) {
+        const double near_m = 0.21 + radius_m;
+        return 0.35 - p.x() < near_m || (pump_m && (p - *pump_m).norm() - kRadius_m < near_m);
+      });
 }
 
 /// One version of the cell: either of the two places where the pump can be.

@@ -54,11 +54,13 @@ class FingersTest : public testing::Test {
 
   PhantomModel model_ = load_model(gripper_bench(), {});
   workspace::Workspace world_ = robot::test_worlds::make(
-      [](const Eigen::Vector3d& p) {
-        static const Eigen::Vector3d middle = tool_W();
+      [middle = tool_W()](const Eigen::Vector3d& p) {
         return robot::test_worlds::layer_code((p - middle).norm() - 0.01, 0.02);
       },
-      tool_W());
+      tool_W(), 0.01,
+      [middle = tool_W()](const Eigen::Vector3d& p, double radius_m) {
+        return (p - middle).norm() - radius_m < 0.12;
+      });
   PhantomSensing sensing_{model_, {}};
 };
 

@@ -21,7 +21,8 @@ inline PhantomModel suspended_model() {
 /// A wall whose surface is the plane x = 0.35 m, with five layers of 40 mm before it.
 inline const workspace::Workspace& wall() {
   static const workspace::Workspace world = robot::test_worlds::make(
-      [](const Eigen::Vector3d& p) { return robot::test_worlds::layer_code(0.35 - p.x()); });
+      [](const Eigen::Vector3d& p) { return robot::test_worlds::layer_code(0.35 - p.x()); }, {0, 0, 1}, 0.01,
+      [](const Eigen::Vector3d& p, double radius_m) { return 0.35 - p.x() - radius_m < 0.21; });
   return world;
 }
 
