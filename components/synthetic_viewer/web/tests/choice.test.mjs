@@ -1,4 +1,4 @@
-// A choice of one of several: by pointer and by keys, and what is told of it.
+// A choice of one of several: by pointer and by keys, and which changes it reports.
 import assert from 'node:assert/strict';
 import test from 'node:test';
 import { Page } from './browser.mjs';

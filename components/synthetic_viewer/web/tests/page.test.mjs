@@ -323,7 +323,7 @@ test('a gripper has its limits, in the units of the page', async () => {
   assert.ok(page.byId('gripper').hidden);
 });
 
-test('a hidden page follows nothing; shown again it follows anew', async () => {
+test('a hidden page follows nothing; shown again it follows again', async () => {
   const page = await open(), sockets = page.window.sockets.length;
   const turn = hidden => { page.document.hidden = hidden; page.point('visibilitychange', page.document); };
   assert.equal(page.byId('main-view').dataset.stream, 'stream/main');

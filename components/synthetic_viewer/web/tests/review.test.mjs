@@ -147,7 +147,7 @@ test('the pointer goes where it points, and to an alert that it nearly points at
   assert.deepEqual(asked(page).at(-1), { t: 2 });
   line.captured = undefined;
   await point('pointermove', 3);
-  assert.deepEqual(asked(page).at(-1), { t: 2 }, 'it was let go');
+  assert.deepEqual(asked(page).at(-1), { t: 2 }, 'the button is up');
   assert.equal(page.text('review-tip'), '3.00 s');
   await point('pointermove', 9, 3);
   assert.match(page.text('review-tip'), /^#2 at 9\.0 s, hand near upright, very close/);

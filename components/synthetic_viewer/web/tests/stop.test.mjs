@@ -146,7 +146,7 @@ test('a stop that the viewer passed on counts as taken, also without an answer o
   }
 });
 
-test('an answer of long ago is no state: the board says so', async () => {
+test('an answer of long ago is no state, and the board shows that', async () => {
   const page = await open();
   page.stops = stopped();
   await page.clock.advance(300);

@@ -34,7 +34,7 @@ test('a state is what was told first with what was told of it since', () => {
   assert.deepEqual(merged({ components: { a: 1 } }, { components: {} }), { components: {} }, 'an object of nothing is all there is');
 });
 
-test('the age of what comes is told by the sample that was on its way for the shortest time', () => {
+test('the age of what comes is measured by the sample that was on its way for the shortest time', () => {
   const { run } = Object.assign({}, { run: expression => new Page(['stream.js']).run(`(() => { const clock = new ClockOffset(); ${expression} })()`) });
   assert.equal(run('clock.heard(5, 105); return clock.age_s(5, 105)'), null, 'no round trip is known yet');
   assert.equal(run('clock.echoed(0.01); return clock.age_s(5, 105)'), null, 'no time has come yet');
@@ -72,7 +72,7 @@ test('what comes goes where it belongs', () => {
   assert.deepEqual(page.seen().filter(([what]) => what === 'state'), [['state', 1]]);
   assert.deepEqual(texts, ['cell']);
   assert.deepEqual(buffers, [40, 4]);
-  assert.deepEqual(hands, ['free', 'leads'], 'who leads later is told what was said before');
+  assert.deepEqual(hands, ['free', 'leads'], 'who leads later hears what was said before');
   page.socket().end(1006);
   assert.equal(hands.at(-1), 'lost');
 });
@@ -123,7 +123,7 @@ test('a browser that was busy reads what waits before it says that the stream st
   assert.deepEqual(page.seen(), [['still', true]]);
 });
 
-test('a browser that is always busy says so in the end', async () => {
+test('a browser that is always busy shows that in the end', async () => {
   const page = begin();
   page.socket().open();
   page.socket().hear(timed(3));
@@ -149,7 +149,7 @@ test('it is opened again after 250 ms, each time after twice as long, 4 s at mos
   page.socket().open();
   page.socket().hear({ type: 'state', n: 1 });
   page.socket().end(4001);
-  assert.deepEqual(page.seen().at(-1), ['closed', 4001], 'why it was closed is told');
+  assert.deepEqual(page.seen().at(-1), ['closed', 4001], 'with the reason');
   const count = page.window.sockets.length;
   await page.clock.advance(250);
   assert.equal(page.window.sockets.length, count + 1);

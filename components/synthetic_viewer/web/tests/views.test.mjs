@@ -130,7 +130,7 @@ test('only views that are there are followed: the zone while it threatens, the t
   assert.ok(page.byId('hit-view').hidden);
 });
 
-test('a stream that breaks is followed again after two seconds; one without a picture is told after three', async () => {
+test('a stream that breaks is followed again after two seconds; after three it says that there is no picture', async () => {
   const page = await open(), image = page.byId('main-view');
   page.point('error', image);
   page.hear({});

@@ -1,4 +1,4 @@
-// Whose pictures the page shows, and why: the browser's, or the viewer's where the browser cannot draw, draws too few, or is told so.
+// Whose pictures the page shows, and why: the browser's, or the viewer's where the browser cannot draw, draws too few, or by choice.
 import assert from 'node:assert/strict';
 import test from 'node:test';
 import { Storage, Window } from '../browser.mjs';
@@ -122,7 +122,7 @@ test('while the page is hidden or hears nothing nothing is judged of the viewer\
   assert.ok(!desk.tried && desk.slow);
 });
 
-test('a window that draws nothing is covered, not slow; shown again, the row of looks begins anew', async t => {
+test('a window that draws nothing is covered, not slow; shown again, the row of looks begins again', async t => {
   const { desk, begin, moves } = await open(t);
   begin();
   await moves(20, 0.001);

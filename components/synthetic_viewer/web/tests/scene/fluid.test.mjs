@@ -114,7 +114,7 @@ test('a section stands in the middle, or where it was put, and within the fluid'
   assert.ok(chosen.place_m[0] === 7 && Math.abs(chosen.place_m[2] - 4.35) < 1e-9, 'in the middle of the voxel');
 });
 
-test('what is asked for is told by address', () => {
+test('what is asked for is named by its address', () => {
   assert.deepEqual(panel({ shells: '2', plane: 'z', cut: true }).wanted(), { tag: 'x', shells: ['fluid/shell/3/2'], section: 'fluid/section/3/z/33', opacity: 0.3, cut: true });
   assert.deepEqual(panel({ on: false, plane: 'z', cut: true }).wanted(), { tag: 'x', shells: [], section: null, opacity: 0.3, cut: false });
   assert.equal(panel({ plane: 'none', cut: true }).wanted().cut, false, 'without a section nothing is cut');

@@ -158,7 +158,7 @@ test('it grips only while it is seen: not where the headset guesses, loses it, o
   }
 });
 
-test('whoever is refused, or whose stream ends, leads no more until he chooses again', () => {
+test('a hand that is refused, or whose stream ends, leads no more until it is chosen again', () => {
   for (const state of ['free', 'elsewhere', 'forbidden']) {
     const { hand, right, frame, tap } = begin();
     tap(right, 5);

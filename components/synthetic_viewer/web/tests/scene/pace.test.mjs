@@ -3,7 +3,7 @@ import assert from 'node:assert/strict';
 import test from 'node:test';
 import { Pace } from '../../scene/pace.js';
 
-// Moves so often for so long, and draws every so manieth movement.
+// Returns a pace after `seconds` of so many movements a second, of which every `drawn`-th was drawn.
 function after(moves_per_s, seconds, drawn, pace = new Pace()) {
   for (let i = 0; i < moves_per_s * seconds; ++i) {
     pace.moved(100 + i / moves_per_s);
