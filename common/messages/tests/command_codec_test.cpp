@@ -115,8 +115,9 @@ TEST(OperatorCommandCodec, WhatCannotBeTrueIsRefused) {
               HasSubstr("allowed: a whole number from 0 to 1"));
   EXPECT_THAT(value(msg::CommandKind::COMMAND_VIEW_HOLD, 0.5),
               HasSubstr("allowed: a whole number from 0 to 1"));
-  EXPECT_THAT(value(msg::CommandKind::COMMAND_VIEW_NODE, 15),
-              HasSubstr("allowed: a whole number from 0 to 14"));
+  for (const double node : {-1.0, 2.5, 15.0})
+    EXPECT_THAT(value(msg::CommandKind::COMMAND_VIEW_NODE, node),
+                HasSubstr("allowed: a whole number from 0 to 14"));
   EXPECT_THAT(value(msg::CommandKind::COMMAND_SET_PERCEPTS, 9),
               HasSubstr("allowed: a whole number from 0 to 8"));
   EXPECT_THAT(value(msg::CommandKind::COMMAND_COUNTERBALANCE, 2),
@@ -228,7 +229,9 @@ TEST(WorkspaceCommandCodec, WhatCannotBeTrueIsRefused) {
             "")
       << "not used";
   EXPECT_THAT(refusal([](auto& m) { m.X_WO(msg::Pose()); }), HasSubstr("X_WO's quaternion has length 0"));
-  EXPECT_THAT(refusal([](auto& m) { m.X_WO().position_m().z(kNoNumbers[1]); }), HasSubstr("X_WO.position_m"));
+  EXPECT_THAT(refusal([](auto& m) { m.X_WO().qx(kNoNumbers[0]); }), HasSubstr("X_WO's quaternion"));
+  for (const double z_m : {kNoNumbers[0], kNoNumbers[1], 1e9})
+    EXPECT_THAT(refusal([&](auto& m) { m.X_WO().position_m().z(z_m); }), HasSubstr("X_WO.position_m"));
   EXPECT_THAT(refusal([](auto& m) {
                 m.object("");
                 m.id(0);

@@ -196,6 +196,16 @@ TEST(PerceptCodec, WhatCannotBeTrueIsRefused) {
   EXPECT_THAT(refusal([](auto& m) { m.stamp().sequence_number(0); }), HasSubstr("sequence_number"));
 }
 
+TEST(PerceptCodec, WhoKnowsNoArmTakesAnyThatCanBe) {
+  msg::Percept message = to_idl(a_percept());
+  message.joint_count(3);
+  EXPECT_TRUE(from_idl(message));
+  for (const std::uint32_t count : {0U, 17U, 4'000'000'000U}) {
+    message.joint_count(count);
+    EXPECT_THAT(from_idl(message).status().message(), HasSubstr("allowed: 1 to 16"));
+  }
+}
+
 TEST(HitAlertCodec, WhatCannotBeTrueIsRefused) {
   const Refusals<msg::HitAlert> refusal{to_idl(a_hit_alert())};
   for (const double bad : kNoNumbers) {

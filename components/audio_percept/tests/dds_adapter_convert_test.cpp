@@ -37,29 +37,12 @@ TEST(PerceptConverter, TakesWhatIsValid) {
   EXPECT_DOUBLE_EQ(sample.speed_m_s, 0.5);
 }
 
-TEST(PerceptConverter, RefusesWhatIsNotANumberOrOutOfRange) {
+TEST(PerceptConverter, WhatTheCodecRefusesLeavesTheSampleAloneAndDoesNotCountAsNewer) {
   PerceptConverter converter;
   PerceptSample sample{.received_ns = 1};
-  for (const auto& [closeness, speed] : {std::pair{kNan, 0.1},
-                                         {0.5, kNan},
-                                         {-0.1, 0.1},
-                                         {1.1, 0.1},
-                                         {0.5, -0.1},
-                                         {0.5, std::numeric_limits<double>::infinity()}}) {
-    EXPECT_FALSE(converter.accept(percept(1, closeness, speed), 2, sample)) << closeness << ' ' << speed;
-  }
-  EXPECT_EQ(sample.received_ns, 1) << "left alone";
-  EXPECT_TRUE(converter.accept(percept(1), 2, sample)) << "a refused sample does not count as newer";
-}
-
-TEST(PerceptConverter, RefusesAnImpossibleJointCount) {
-  PerceptConverter converter;
-  PerceptSample sample;
-  for (std::uint32_t count : {0U, 17U, 4000000000U}) {
-    auto message = percept(1);
-    message.joint_count(count);
-    EXPECT_FALSE(converter.accept(message, 2, sample)) << count;
-  }
+  EXPECT_FALSE(converter.accept(percept(1, kNan), 2, sample));
+  EXPECT_EQ(sample.received_ns, 1);
+  EXPECT_TRUE(converter.accept(percept(1), 2, sample));
 }
 
 TEST(PerceptConverter, RefusesWhatIsReorderedOrRepeatedButNotARestart) {
@@ -118,12 +101,6 @@ TEST(PerceptConverter, TakesPlaceModelAndWhatIsMuted) {
   EXPECT_EQ(sample.position_m, (Vector3{1.0, -2.0, 0.5}));
   EXPECT_TRUE(sample.muted);
   EXPECT_EQ(sample.condition, messages::PerceptCondition::kWorkspaceBehind);
-  message = percept(2);
-  message.position_m().y(kNan);
-  EXPECT_FALSE(converter.accept(message, 8, sample));
-  message = percept(2);
-  message.condition(static_cast<msg::PerceptCondition>(77));
-  EXPECT_FALSE(converter.accept(message, 8, sample));
 }
 
 TEST(PerceptConverter, CountsFromTheStampOnlyWhereItsClockIsOurs) {
@@ -158,8 +135,7 @@ TEST(CommandConverter, KeepsTheViewAndTheResetAndRefusesWhatIsNoNode) {
   EXPECT_TRUE(command(msg::CommandKind::COMMAND_RESET, 0.0, 20));
   EXPECT_EQ(sample.view, percept::ViewNode::kNorth);
   EXPECT_EQ(sample.reset_ns, 20);
-  for (const double value : {-1.0, 15.0, 2.5, kNan})
-    EXPECT_FALSE(command(msg::CommandKind::COMMAND_VIEW_NODE, value, 30)) << value;
+  EXPECT_FALSE(command(msg::CommandKind::COMMAND_VIEW_NODE, 15.0, 30));
   EXPECT_EQ(sample.view, percept::ViewNode::kNorth);
   EXPECT_TRUE(command(msg::CommandKind::COMMAND_SET_PERCEPT_GAIN, 2.0, 40));
   EXPECT_EQ(sample.reset_ns, 20);
@@ -191,22 +167,14 @@ TEST(ViewConverter, TakesTheCamerasAxesAndRefusesWhatIsNoPose) {
   for (std::size_t i = 0; i < 3; ++i) {
     for (std::size_t k = 0; k < 3; ++k) EXPECT_NEAR(sample.axes[i][k], expected[i][k], 1e-12);
   }
-  const auto refused = [&](auto change) {
-    msg::ViewPose made = message(2);
-    change(made);
-    return !converter.accept(made, 88, sample);
-  };
-  EXPECT_TRUE(refused([](auto& m) { m.X_WC().qw(m.X_WC().qw() + 0.5); }));
-  EXPECT_TRUE(refused([](auto& m) { m.X_WC().qx(kNan); }));
-  EXPECT_TRUE(refused([](auto& m) { m.X_WC().position_m().y(kNan); }));
-  EXPECT_TRUE(refused([](auto& m) { m.look_at_m().z(kNan); }));
-  EXPECT_TRUE(refused([](auto& m) { m.node(15); }));
-  EXPECT_TRUE(refused([](auto& m) { m.view(static_cast<msg::ViewKind>(2)); }));
-  EXPECT_TRUE(refused([](auto& m) { m.stamp().sequence_number(1); }));
+  msg::ViewPose no_pose = message(2);
+  no_pose.X_WC().qx(kNan);
+  EXPECT_FALSE(converter.accept(no_pose, 88, sample));
+  EXPECT_FALSE(converter.accept(message(1), 88, sample)) << "it came before";
   EXPECT_EQ(sample.received_ns, 77);
 }
 
-TEST(LinkConverter, TellsTheStatesApartAndRefusesUnknownOnes) {
+TEST(LinkConverter, TellsTheStatesAndTheirCausesApart) {
   LinkConverter converter;
   LinkSample sample;
   std::uint64_t number = 0;
@@ -229,7 +197,6 @@ TEST(LinkConverter, TellsTheStatesApartAndRefusesUnknownOnes) {
   EXPECT_TRUE(state(msg::LinkState::LINK_STOPPED, msg::StopCause::STOP_DRIVE_FAULT));
   EXPECT_EQ(sample.state, teleop::LinkState::kStopped);
   EXPECT_EQ(sample.cause, core::StopCause::kDriveFault);
-  EXPECT_FALSE(state(static_cast<msg::LinkState>(99)));
 }
 
 TEST(LinkConverter, TheMasterSaysWhetherTheToneMaySound) {
@@ -261,7 +228,6 @@ TEST(AlertConverter, CountsTheAlertsThatAreNotOver) {
   ASSERT_TRUE(converter.accept(alert(3, 1, true), 30, sample));
   EXPECT_EQ(sample.active, 1U);
   EXPECT_EQ(sample.raised_ns, 20);
-  EXPECT_FALSE(converter.accept(alert(4, 0, false), 40, sample)) << "alerts count from 1";
 }
 
 TEST(AlertConverter, ARestartedSenderForgetsItsAlerts) {

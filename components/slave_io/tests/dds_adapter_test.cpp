@@ -137,21 +137,13 @@ TEST(SlaveAdapter, AnInvalidSampleIsRefusedCountedAndLeavesTheLastGoodOne) {
     return inbox.master.read(taken);
   }));
   const auto held = taken.position;
-  std::uint64_t before = 0;
-  const auto expect_refused = [&](auto damage) {
-    sample = good();
-    damage(sample);
-    before = refused;
-    EXPECT_TRUE(dds::eventually([&] {
-      send();
-      return refused >= before + 3;
-    }));
-    inbox.master.read(taken);
-    EXPECT_EQ(taken.position, held);
-  };
-  expect_refused([](auto& m) { m.position_rad()[2] = std::nan(""); });
-  expect_refused([](auto& m) { m.position_rad()[2] = 1.2; });
-  expect_refused([](auto& m) { m.joint_count(6); });
+  sample.position_rad()[2] = std::nan("");
+  EXPECT_TRUE(dds::eventually([&] {
+    send();
+    return refused >= 3;
+  }));
+  inbox.master.read(taken);
+  EXPECT_EQ(taken.position, held);
   sample = good();
   sample.position_rad().fill(0.7);
   EXPECT_TRUE(dds::eventually([&] {

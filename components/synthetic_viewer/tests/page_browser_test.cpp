@@ -1,9 +1,9 @@
-// The operator's page in a real Chromium: live data, mouse and keyboard, and nothing where it only shows.
+// The operator's page in a real Chromium: live data, sessions, and how it finds its viewer. What its scripts
+// make of state, keys and pointers is tested without a browser (web/tests).
 #include <gmock/gmock.h>
 
 #include <cstdlib>
 #include <fstream>
-#include <map>
 
 #include "components/synthetic_viewer/tests/certificate.hpp"
 #include "components/synthetic_viewer/tests/page_in_chromium.hpp"
@@ -36,6 +36,12 @@ TEST_F(PageInChromium, ShowsViewsGaugesAlertsAndComponentsLive) {
   EXPECT_TRUE(eventually([&] { return truth("document.querySelector('#hits img').naturalWidth > 0"); }))
       << "the alert's picture";
   EXPECT_EQ(text("banner"), "");
+  EXPECT_TRUE(
+      eventually([&] { return text("percepts") == "b1: SCTFB, balanced arm: drag, tone and views"; }));
+  browser_->run("speak('de')");
+  EXPECT_EQ(text("percepts"), "b1: Momentenrückführung, Arm im Gleichgewicht: Kraft, Ton und Bild")
+      << "what the viewer says by keys and values";
+  browser_->run("speak('en')");
   if (const char* folder = std::getenv("PHANTOM_SCREENSHOTS")) {
     std::ofstream(std::string(folder) + "/page.png", std::ios::binary) << browser_->screenshot();
   }
@@ -44,102 +50,6 @@ TEST_F(PageInChromium, ShowsViewsGaugesAlertsAndComponentsLive) {
                     "return [...document.querySelectorAll('body *')].filter(e => e.offsetParent).length"),
       0)
       << "what is hidden takes no room, whatever its style";
-}
-
-TEST_F(PageInChromium, SetsThePerceptsEachByItsButtonAndItsKey) {
-  serve(true);
-  ASSERT_TRUE(
-      eventually([&] { return text("percepts") == "b1: SCTFB, balanced arm: drag, tone and views"; }));
-  for (const auto& [id, value] :
-       std::map<std::string, double>{{"drag", 6}, {"tone", 5}, {"views", 3}, {"by-law", 8}}) {
-    browser_->run("document.getElementById('" + id + "').click()");
-    EXPECT_TRUE(eventually([&] { return commanded(CommandKind::kSetPercepts, value); })) << id;
-  }
-  {
-    const std::lock_guard lock(mutex_);
-    commands_.clear();
-  }
-  browser_->run("document.activeElement.blur()");
-  for (const auto& [key, value] : std::map<std::string, double>{{"d", 6}, {"m", 5}, {"v", 3}, {"l", 8}}) {
-    browser_->type({key});
-    EXPECT_TRUE(eventually([&] { return commanded(CommandKind::kSetPercepts, value); })) << key;
-  }
-  EXPECT_TRUE(truth("document.getElementById('counterbalance').hidden")) << "the arm is balanced";
-  EXPECT_TRUE(truth("document.getElementById('drag').getAttribute('aria-pressed') === 'true'"));
-}
-
-TEST_F(PageInChromium, MouseAndWheelMoveTheCameras) {
-  serve(true);
-  ASSERT_TRUE(eventually([&] { return text("slave-state") == "COUPLED"; }));
-  browser_->drag("#main-view", 80, 40);
-  EXPECT_TRUE(eventually([&] {
-    return requested([](const ViewRequest& r) {
-      return r.view == View::kMain && r.azimuth_rad < -0.1 && r.elevation_rad > 0.05;
-    });
-  }));
-  browser_->wheel("#main-view", -100);
-  EXPECT_TRUE(eventually([&] { return requested([](const ViewRequest& r) { return r.zoom < 1; }); }));
-  ASSERT_TRUE(eventually([&] { return truth("!document.querySelector('[data-tools=main] .home').hidden"); }));
-  browser_->run("document.querySelector('[data-tools=main] .home').click()");
-  EXPECT_TRUE(eventually([&] { return truth("document.querySelector('[data-tools=main] .home').hidden"); }));
-}
-
-TEST_F(PageInChromium, EverythingCanBeDoneByKeyboard) {
-  serve(true);
-  ASSERT_TRUE(eventually([&] { return text("slave-state") == "COUPLED"; }));
-  // Tab reaches every control that is there to be used.
-  const int controls =
-      browser_
-          ->run(
-              "return [...document.querySelectorAll('button, input, select, summary, [data-view], #hits a')]"
-              ".filter(e => e.offsetParent && !e.disabled && (e.tagName !== 'A' || e.href)).length")
-          .get<int>();
-  browser_->run("window.reached = new Set(); addEventListener('focusin', e => window.reached.add(e.target))");
-  browser_->type(std::vector<std::string>(static_cast<std::size_t>(controls) + 3, Browser::kTab));
-  EXPECT_GE(browser_->run("return window.reached.size").get<int>(), controls);
-  browser_->run("document.getElementById('hit-view').focus()");
-  browser_->type({Browser::kLeft, "+", "t", "h", "3"});
-  EXPECT_TRUE(eventually(
-      [&] { return commanded(CommandKind::kViewNode, 13) && commanded(CommandKind::kViewNode, 3); }));
-  EXPECT_TRUE(eventually([&] { return commanded(CommandKind::kViewHold, 1); }));
-  EXPECT_TRUE(eventually([&] {
-    return requested([](const ViewRequest& r) { return r.view == View::kHit && r.azimuth_rad < 0; }) &&
-           requested([](const ViewRequest& r) { return r.view == View::kHit && r.zoom < 1; });
-  }));
-  browser_->type({"r"});
-  EXPECT_TRUE(eventually([&] {
-    return requested([](const ViewRequest& r) { return r.view == View::kHit && r.record == true; });
-  }));
-  ASSERT_TRUE(eventually(
-      [&] { return truth("document.querySelector('[data-tools=hit] .record').ariaPressed === 'true'"); }));
-  browser_->type({"r"});
-  EXPECT_TRUE(eventually([&] { return requested([](const ViewRequest& r) { return r.record == false; }); }));
-  // A letter that is typed into a number is a letter.
-  browser_->run("document.getElementById('gain').focus()");
-  browser_->type({"b", "2", "d"});
-  EXPECT_FALSE(commanded(CommandKind::kSetPercepts, 6));
-  EXPECT_FALSE(commanded(CommandKind::kViewNode, 14));
-  EXPECT_FALSE(commanded(CommandKind::kViewNode, 2));
-  browser_->type({Browser::kEscape});
-  EXPECT_TRUE(eventually([&] { return commanded(CommandKind::kEmergencyStop, 0); }));
-}
-
-TEST_F(PageInChromium, OnlyShowsWhereCommandsAreSwitchedOff) {
-  serve(false);
-  ASSERT_TRUE(eventually([&] { return text("slave-state") == "COUPLED"; }));
-  EXPECT_EQ(browser_->run(
-                "return document.querySelectorAll('#commands button:not(:disabled), #commands input:not"
-                "(:disabled), #commands select:not(:disabled), #stop:not(:disabled), #node:not(:disabled), "
-                ".tools button:not(:disabled)').length"),
-            0);
-  EXPECT_THAT(text("answer"), testing::HasSubstr("switched off"));
-  browser_->run("document.getElementById('main-view').focus()");
-  browser_->type({Browser::kEscape, Browser::kLeft, "t", "h", "r", "d"});
-  browser_->drag("#main-view", 60, 0);
-  EXPECT_TRUE(eventually([&] { return text("answer").find("only shows") != std::string::npos; }));
-  const std::lock_guard lock(mutex_);
-  EXPECT_TRUE(commands_.empty());
-  EXPECT_TRUE(requests_.empty());
 }
 
 TEST_F(PageInChromium, StopsWithoutASessionAndShowsAndCommandsWithOne) {
@@ -221,29 +131,6 @@ TEST_F(PageInChromium, NumbersAndAlertsComeByOneSocketAndNothingOfTheScene) {
             "10 frühere Alarme stehen nicht in der Liste.");
 }
 
-// Tries synthetic_viewer: a stream that stands still
-TEST_F(PageInChromium, SaysWithinHalfASecondThatTheNumbersStandStillAndAsksForThem) {
-  serve(true);
-  ASSERT_TRUE(eventually([&] { return text("slave-state") == "COUPLED" && truth("!stream.still"); }));
-  browser_->run(
-      "window.answers = fetch; window.fetch = path => path === 'state' ? Promise.reject(new Error('deaf')) : answers(path);"
-      "window.at = {}; new MutationObserver(() => {"
-      "  if (/STAND STILL|stand still/.test(byId('banner').textContent)) at.told ||= performance.now(); })"
-      "  .observe(byId('banner'), { childList: true, characterData: true, subtree: true });"
-      "const expect = stream.expect; stream.expect = function () { at.last = performance.now(); expect.call(this); };"
-      "setTimeout(() => { window.take = stream.take; stream.take = () => {}; }, 1000)");
-  ASSERT_TRUE(eventually([&] { return truth("at.told"); }));
-  // How late a timer fires on a busy machine is the machine's; when it is due is ours.
-  std::cout << "page: told after " << browser_->run("return at.told - at.last") << " ms\n";
-  EXPECT_GE(browser_->run("return at.told - at.last").get<double>(), 400);
-  EXPECT_EQ(browser_->run("return kStill_ms"), 440);
-  browser_->run("window.fetch = answers");
-  EXPECT_TRUE(eventually([&] { return text("banner").empty() && truth("stream.still && lastPolled > 0"); }))
-      << "the numbers come by the page's port meanwhile";
-  browser_->run("stream.take = take");
-  EXPECT_TRUE(eventually([&] { return truth("!stream.still"); }));
-}
-
 TEST_F(PageInChromium, FindsAViewerThatWasStartedAnewAlsoWhereItsStreamsHaveAnotherPort) {
   serve(true);
   ASSERT_TRUE(eventually([&] { return text("slave-state") == "COUPLED" && truth("stream.state"); }));
@@ -266,14 +153,6 @@ TEST_F(PageInChromium, FindsAViewerThatWasStartedAnewAlsoWhereItsStreamsHaveAnot
   EXPECT_TRUE(eventually([&] { return truth("!stream.open"); }));
   begin_server();
   EXPECT_TRUE(eventually([&] { return truth("window.before && stream.open && stream.state"); }));
-}
-
-TEST_F(PageInChromium, SaysThatTheViewerIsGone) {
-  serve(true);
-  ASSERT_TRUE(eventually([&] { return text("slave-state") == "COUPLED"; }));
-  server_.reset();
-  EXPECT_TRUE(
-      eventually([&] { return text("banner").find("NO CONNECTION TO THE VIEWER") != std::string::npos; }));
 }
 
 }  // namespace

@@ -138,7 +138,6 @@ class SceneInChromium : public ::testing::Test {
   std::unique_ptr<SceneFeed> feed_;
   std::unique_ptr<WebServer> server_;
   std::unique_ptr<Browser> browser_;
-  std::atomic<double> frames_per_s_{10.0};  ///< as the page is told of the viewer
   std::mutex mutex_;
   std::vector<ViewRequest> requests_;
   std::vector<core::CommandKind> commands_;  ///< that the page sent
@@ -198,11 +197,11 @@ class SceneInChromium : public ::testing::Test {
   }
   /// The page's numbers, and the arm's samples where it turns.
   void keep_up() {
-    PageFacts facts{cell_.name, true, true, 0, "test", now_ns_, ""};
+    constexpr double kFramesPerS = 10.0;
+    const PageFacts facts{cell_.name, true, true, kFramesPerS, "test", now_ns_, ""};
     int rounds = 0;
     while (!stop_) {
       const core::Nanoseconds now_ns = core::monotonic_ns();
-      facts.frames_per_s = frames_per_s_;
       if (rounds++ % 10 == 0)
         content_.state.publish(
             page_state(state_, drawing_->scene(), drawing_->hit_view(), config_.staleness, facts, now_ns));

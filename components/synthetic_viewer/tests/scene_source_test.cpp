@@ -98,32 +98,6 @@ TEST_F(SceneDrawing, WithoutWebGlTheViewersPicturesAreShown) {
   EXPECT_TRUE(truth("!document.getElementById('main-scene')"));
 }
 
-TEST(Pace, IsTooSlowWhereFewPicturesAreDrawnOfMuchMovement) {
-  if (!test::Browser::installed())
-    GTEST_SKIP() << "chromium and chromium-driver are not installed (scripts/setup)";
-  std::ifstream file(PHANTOM_SOURCE_DIR "/components/synthetic_viewer/web/scene/pace.js");
-  const std::string code{std::istreambuf_iterator<char>(file), {}};
-  test::Browser browser;
-  const std::string module = nlohmann::json(code).dump();
-  browser.run("import(URL.createObjectURL(new Blob([" + module +
-              "], { type: 'text/javascript' }))).then(m => { window.Pace = m.Pace; })");
-  ASSERT_TRUE(test::eventually([&] { return browser.run("return !!window.Pace").get<bool>(); }));
-  // Moves so often for so long, and draws every so manieth movement.
-  const auto few = [&](double moves_per_s, double seconds, int drawn) {
-    return browser
-        .run("const pace = new Pace(); for (let i = 0; i < " + std::to_string(moves_per_s * seconds) +
-             "; ++i) { pace.moved(100 + i / " + std::to_string(moves_per_s) + "); if (i % " +
-             std::to_string(drawn) + " === 0) pace.drew(); } return pace.few")
-        .get<bool>();
-  };
-  EXPECT_TRUE(few(60, 7, 24)) << "2.5 a second";
-  EXPECT_FALSE(few(60, 60, 12)) << "5 a second";
-  EXPECT_FALSE(few(60, 5, 24)) << "not yet";
-  EXPECT_FALSE(few(2, 600, 1)) << "there is little to draw";
-  EXPECT_FALSE(few(60, 60, 1 << 30)) << "a window that is covered draws nothing";
-  EXPECT_TRUE(few(5, 60, 2)) << "2.5 of 5 a second";
-}
-
 /// The cell whose arm moves, in a browser that has not been told who draws.
 class SceneWithoutChoice : public SceneInChromium {
  protected:
@@ -177,30 +151,6 @@ TEST_F(SceneWithoutChoice, ABrowserThatDrawsFewPicturesShowsTheViewersUnlessItsO
   slow_down(200);
   ASSERT_TRUE(looked(4));
   EXPECT_TRUE(truth("phantomScene.shown")) << "and is remembered";
-}
-
-TEST_F(SceneWithoutChoice, GoesOnDrawingWhereTheViewersPicturesAreEvenFewer) {
-  frames_per_s_ = 0.1;
-  open_slow(200);
-  ASSERT_TRUE(test::eventually([&] { return truth("phantomScene.slow"); }));
-  EXPECT_TRUE(test::eventually([&] { return truth("phantomScene.tried && !phantomScene.slow"); }));
-  EXPECT_TRUE(test::eventually([&] { return text("scene-source") == "Drawn in this browser"; }));
-  ASSERT_TRUE(looked(4));
-  EXPECT_TRUE(truth("phantomScene.shown"));
-}
-
-TEST_F(SceneWithoutChoice, ATabThatIsHiddenOrDrawsNothingIsNotSlow) {
-  open_without_choice();
-  ASSERT_TRUE(drawn());
-  browser_->run(  // as a covered window, which is not told that it is
-      "phantomScene.pace.begin(); window.requestAnimationFrame = () => 1");
-  turn_arm(0.3);
-  ASSERT_TRUE(looked(4));
-  EXPECT_TRUE(truth("phantomScene.shown && !phantomScene.pace.few"));
-  browser_->run(
-      "phantomScene.pace.fewLooks = 2; Object.defineProperty(document, 'hidden', { get: () => true, configurable: true });"
-      "document.dispatchEvent(new Event('visibilitychange'))");
-  EXPECT_TRUE(truth("!phantomScene.connection.open && phantomScene.pace.fewLooks === 0"));
 }
 
 TEST_F(SceneDrawing, ShowsTheViewersPicturesByChoiceAndNothingInAHiddenTab) {

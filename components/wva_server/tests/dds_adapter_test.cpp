@@ -293,18 +293,8 @@ TEST(WorkspaceCommands, WhatCannotBeUsedIsRefusedAtOnceWithTheField) {
     EXPECT_EQ(reply.outcome(), msg::WorkspaceOutcome::WORKSPACE_REFUSED);
     return reply.message().to_string();
   };
-  const double nan = std::nan("");
-  EXPECT_THAT(refused([](auto& c) { c.object(""); }), testing::HasSubstr("object is empty and id is 0"));
-  EXPECT_THAT(refused([&](auto& c) { c.X_WO().position_m().y(nan); }), testing::HasSubstr("X_WO.position_m"));
-  EXPECT_THAT(refused([](auto& c) { c.X_WO().position_m().z(1e9); }), testing::HasSubstr("X_WO.position_m"));
-  EXPECT_THAT(refused([](auto& c) { c.X_WO().qw(0.0); }), testing::HasSubstr("quaternion"));
-  EXPECT_THAT(refused([&](auto& c) { c.X_WO().qx(nan); }), testing::HasSubstr("quaternion"));
-  EXPECT_THAT(refused([](auto& c) { c.operation(static_cast<msg::WorkspaceOperation>(9)); }),
-              testing::HasSubstr("operation is 9"));
-  EXPECT_THAT(refused([](auto& c) { c.operation(msg::WorkspaceOperation::WORKSPACE_ADD); }),
-              testing::HasSubstr("description is empty"));
-  EXPECT_THAT(refused([](auto& c) { c.sets_guard(true), c.guard_vox(101); }),
-              testing::HasSubstr("guard_vox is 101; allowed: 0 to 100"));
+  EXPECT_THAT(refused([](auto& c) { c.X_WO().position_m().y(std::nan("")); }),
+              testing::HasSubstr("X_WO.position_m"));
   asker.unstamped = true;
   EXPECT_THAT(refused([](auto&) {}), testing::HasSubstr("stamp.sequence_number is 0"));
   EXPECT_FALSE(adapter.next_command(0.0));
