@@ -337,7 +337,8 @@ TEST(FaultTable, SR01_SR02_AStopIsInForceInTheNextTickOfWhoIsAskedAndAtItsPartne
 // Leaves what master and slave say in each fault, for scripts/check_link_trace: the model of the link is
 // their judge.
 TEST(FaultTable, WhatBothSaySpellsATraceForTheModel) {
-  // CTest runs this twice, perhaps at once: by itself, and to leave what the model judges.
+  // CTest runs this twice, perhaps at once: by itself, and to leave what the model judges. By itself the
+  // quick form tries every fifth fault.
   const char* judged = std::getenv("PHANTOM_FAULT_TRACES");
   const std::filesystem::path folder = judged != nullptr ? judged : PHANTOM_REPORT_DIR "/fault_traces_here";
   std::filesystem::remove_all(folder);
@@ -346,7 +347,9 @@ TEST(FaultTable, WhatBothSaySpellsATraceForTheModel) {
   for (const auto* faults : {&losses(), &stops()}) {
     for (const Fault& fault : *faults) {
       SCOPED_TRACE(fault.name);
-      std::ofstream file(folder / (std::to_string(++number) + ".jsonl"));
+      ++number;
+      if (judged == nullptr && !test::thorough() && number % 5 != 0) continue;
+      std::ofstream file(folder / (std::to_string(number) + ".jsonl"));
       LinkTrace trace(file);
       trace.put_event(R"("note","text":")" + std::string(fault.name) + '"');
       const bool replaced = std::string_view(fault.name).ends_with("host replaced");
