@@ -7,7 +7,6 @@
 
 #include <chrono>
 #include <ctime>
-#include <exception>
 #include <iostream>
 #include <string_view>
 
@@ -69,11 +68,6 @@ void begin_log(const std::string& component, const std::string& level) {
   spdlog::set_default_logger(
       std::make_shared<spdlog::logger>(component, std::make_shared<QueueSink>(*g_lines)));
   spdlog::set_level(spdlog::level::from_str(level));
-  static const std::terminate_handler next = std::get_terminate();
-  std::set_terminate([] {
-    finish_log();
-    next();
-  });
 }
 
 void print_line(const std::string& line) {

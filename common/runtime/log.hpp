@@ -6,7 +6,7 @@ namespace phantom::runtime {
 
 /// Sends spdlog's default logger and print_line() to standard error through a LineWriter, so that no log call
 /// waits for the reader. `component`: the name in every line. `level`: as --log-level. Call it once in a
-/// process; the log lasts until the process ends. std::terminate writes the waiting lines first.
+/// process; the log lasts until the process ends.
 void begin_log(const std::string& component, const std::string& level);
 
 /// Writes a line without time and level to standard error, in order with the lines of the log. Writes

@@ -17,6 +17,7 @@
 #include "common/core/version.hpp"
 #include "common/runtime/cell.hpp"
 #include "common/runtime/deployment.hpp"
+#include "common/runtime/last_words.hpp"
 #include "common/runtime/log.hpp"
 
 namespace phantom::runtime {
@@ -175,6 +176,7 @@ void apply_entry(CommandLine& line, ProcessOptions& options, int argc, const cha
 }  // namespace
 
 int process_main(int argc, char** argv, const ProcessDescription& description) {
+  leave_last_words(description.name);
   ProcessOptions options;
   options.component = description.name;
   CommandLine line(description.name, description.summary, std::string("phantom ") + core::version());

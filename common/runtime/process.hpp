@@ -53,7 +53,7 @@ struct ProcessDescription {
 
 /// Parses the command line, sets up logging and signals, runs, and maps exceptions to exit codes: ConfigError
 /// and wrong arguments → 2, MissingError → 3, any other exception → 1, each with one line on stderr. Ends
-/// promptly even if nobody reads stderr.
+/// promptly even if nobody reads stderr. If it dies, it tells why (leave_last_words()).
 int process_main(int argc, char** argv, const ProcessDescription& description);
 
 /// Returns true after SIGINT, SIGTERM or request_stop(). Real-time safe: yes.

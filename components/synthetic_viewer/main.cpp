@@ -62,9 +62,9 @@ void run_session(ViewerConfig config, const runtime::CellConfig& cell, const cor
                : core::Status(core::ErrorCode::kUnavailable, "the viewer is too busy to take this");
   };
   runtime::LineWriter out(STDOUT_FILENO);
-  std::unique_ptr<WebServer> server;
   std::string url;
   std::unique_ptr<SceneFeed> scene;
+  std::unique_ptr<WebServer> server;  // ends first: it hands its followers to the scene
   if (config.page.enabled) {
     scene = std::make_unique<SceneFeed>(config, cell.name, inbox, content, leads ? &hand : nullptr);
     scene->start();
