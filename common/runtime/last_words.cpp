@@ -20,7 +20,7 @@
 namespace phantom::runtime {
 namespace {
 
-constexpr int kMostCalls = 64;
+constexpr int kMostCalls = 32;
 constexpr unsigned kGrace_s = 2;
 
 struct Fatal {

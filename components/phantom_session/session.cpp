@@ -18,7 +18,7 @@ namespace phantom::phantom_session {
 namespace {
 
 constexpr double kPoll_s = 0.05;
-constexpr int kLogLinesShown = 12;
+constexpr int kLogLinesShown = 40;  // what a process says of its death, and what came before
 constexpr int kPollsPerLiveLine = 5;
 
 const runtime::DeployedHost& find_host(const runtime::Deployment& deployment, const std::string& name) {

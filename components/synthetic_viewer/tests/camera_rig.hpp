@@ -127,25 +127,30 @@ class CameraRig : public TwoPlates {
   /// Fills in where the arm is until 3 s from now.
   void fill() {
     const core::Nanoseconds now_ns = core::monotonic_ns(), until_ns = now_ns + 3 * core::kNsPerSecond;
+    if (now_ns > filled_ns_) known_from_ns_ = now_ns;  // nothing was known until now: so long it was away
     if (filled_ns_ == 0) filled_ns_ = now_ns - core::kNsPerSecond;
     for (; filled_ns_ < until_ns; filled_ns_ += 5 * core::kNsPerMillisecond)
       past_.arms.take(arm_at(filled_ns_)), past_.others[0].take(other_at(filled_ns_));
   }
-  /// Waits for a picture that was exposed while the arm moves one way, and takes it as it stands at that
-  /// moment.
+  /// Waits for a picture that was exposed while the camera knew where the arm was, and while the arm moved
+  /// one way, and takes it as it stands 0.3 s later, however long this host took to make it.
   void take_picture() {
     ASSERT_TRUE(eventually([&] {
+      const core::Nanoseconds known_until_ns = filled_ns_;
       fill();
       const VideoStatus status = feed_->status();
       if (!status.newest || status.number == seen_) return false;
       seen_ = status.number;
-      now_ns_ = status.newest->arrived_ns;
-      const core::Nanoseconds then_ns = now_ns_ - core::from_seconds(camera().simulated.latency_s + 0.1);
-      const double t = std::fmod(core::seconds(then_ns), 1.0);
-      if (speed_rad_s_ != 0.0 && (t < 0.05 || t + core::seconds(now_ns_ - then_ns) > 0.95)) return false;
+      exposed_ns_ = status.newest->exposed_ns.value();
+      if (exposed_ns_ < known_from_ns_ || exposed_ns_ > known_until_ns) return false;
+      const core::Nanoseconds later_ns = core::from_seconds(camera().simulated.latency_s + 0.1);
+      now_ns_ = exposed_ns_ + later_ns;
+      const double t = std::fmod(core::seconds(exposed_ns_), 1.0);
+      if (speed_rad_s_ != 0.0 && (t < 0.05 || t + core::seconds(later_ns) > 0.95)) return false;
       state_.arm = arm_at(now_ns_);
       drawing_->advance(now_ns_, 0.0);
-      return drawing_->take_video(now_ns_);
+      // Of those that come later nothing is seen until the next call.
+      return drawing_->take_video(now_ns_) && feed_->status().number == seen_;
     })) << feed_->status().problem;
   }
   /// Of lines over the picture that was taken.
@@ -160,7 +165,7 @@ class CameraRig : public TwoPlates {
   RecentSamples past_;
   ViewerState state_;
   double speed_rad_s_ = 0.0;
-  core::Nanoseconds filled_ns_ = 0, now_ns_ = 0;
+  core::Nanoseconds filled_ns_ = 0, known_from_ns_ = 0, exposed_ns_ = 0, now_ns_ = 0;
   std::uint64_t seen_ = 0;
   std::unique_ptr<robot::SerialArm> arm_;
   std::unique_ptr<SimulatedWorld> world_;

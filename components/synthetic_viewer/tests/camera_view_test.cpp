@@ -74,14 +74,12 @@ void OverlayOfACamera::expect_lines_of_then() {
     ViewerState moving = state_;
     moving.objects.clear();
     Frame alone = picture.frame;
-    const core::Nanoseconds exposed_ns = *feed_->status().newest->exposed_ns;
-    if (feed_->status().number != seen_) continue;  // a newer one has come meanwhile
     const auto drawn_at = [&](core::Nanoseconds time_ns) {
       moving.arm = arm_at(time_ns);
       for (OtherArmSample& other : moving.others) other.arm = other_at(time_ns);
       return drawing_->scene().frame_over_video(moving, config_.staleness, time_ns, alone.camera.eye_m);
     };
-    const Frame of_then = drawn_at(exposed_ns), of_now = drawn_at(now_ns_);
+    const Frame of_then = drawn_at(exposed_ns_), of_now = drawn_at(now_ns_);
     for (const Frame* frame : {&of_then, &of_now}) {
       alone.items = frame->items;
       alone.lines = frame->lines;
@@ -95,8 +93,8 @@ void OverlayOfACamera::expect_lines_of_then() {
     }
     // And those that the view really draws are those of then.
     const Frame wanted =
-        drawing_->scene().frame_over_video(view_->state_at(state_, exposed_ns, config_.staleness),
-                                           config_.staleness, exposed_ns, alone.camera.eye_m);
+        drawing_->scene().frame_over_video(view_->state_at(state_, exposed_ns_, config_.staleness),
+                                           config_.staleness, exposed_ns_, alone.camera.eye_m);
     ASSERT_EQ(picture.frame.lines.size(), wanted.lines.size());
     for (std::size_t i = 0; i < wanted.lines.size(); ++i)
       EXPECT_LT((picture.frame.lines[i].from_m - wanted.lines[i].from_m).norm(), 1e-5F);
