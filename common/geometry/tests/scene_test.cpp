@@ -1,10 +1,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <zip.h>
 
 #include <string>
-#include <utility>
-#include <vector>
 
 #include "common/geometry/tests/mesh_files.hpp"
 
@@ -17,23 +14,7 @@ using ::testing::Contains;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
-class Scenes : public MeshFiles {
- protected:
-  /// A zip archive of these members, in this order.
-  std::filesystem::path write_archive(const std::string& name,
-                                      const std::vector<std::pair<std::string, std::string>>& members) {
-    const auto path = folder_ / name;
-    const zipFile archive = zipOpen(path.c_str(), APPEND_STATUS_CREATE);
-    for (const auto& [member, text] : members) {
-      const zip_fileinfo info{};
-      zipOpenNewFileInZip(archive, member.c_str(), &info, nullptr, 0, nullptr, 0, nullptr, Z_DEFLATED, 6);
-      zipWriteInFileInZip(archive, text.data(), static_cast<unsigned>(text.size()));
-      zipCloseFileInZip(archive);
-    }
-    EXPECT_EQ(zipClose(archive, nullptr), ZIP_OK);
-    return path;
-  }
-};
+class Scenes : public MeshFiles {};
 
 /// A triangle (0,0,0) (1,0,0) (0,1,0); `more`: further keys of the file.
 std::string gltf(const std::string& more) {

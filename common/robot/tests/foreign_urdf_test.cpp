@@ -352,7 +352,7 @@ TEST_F(MeshFile, OfColladaIsInTheUnitThatItDeclares) {
   expect_box(only_mesh(*arm), {0, 0, 0}, {0.508, 1.016, 1.524}, 1e-5);
 }
 
-// ---- what is told of
+// ---- what is noted
 
 /// Two joints, with additions to the second link and joint.
 std::string two_joints(
@@ -367,41 +367,42 @@ std::string inertia(const std::string& ixx, const std::string& izz, const std::s
   return R"(<inertial><mass value=")" + mass + R"("/><inertia ixx=")" + ixx + R"(" ixy="0" ixz="0" iyy=")" +
          ixx + R"(" iyz="0" izz=")" + izz + R"("/></inertial>)";
 }
-std::vector<std::string> told(const std::string& body) { return test_arms::load(body, "l2").notices(); }
+std::vector<std::string> notices_of(const std::string& body) { return test_arms::load(body, "l2").notices(); }
 
-TEST(Notices, TellOfMissingMass) {
-  EXPECT_THAT(told(two_joints(inertia("0.01", "0.01"))), IsEmpty());
-  EXPECT_THAT(told(two_joints("")), ElementsAre("links without mass (<inertial>): 'l2'"));
-  EXPECT_THAT(told(R"(<link name="base"/><link name="l2"/>)" +
-                   test_arms::moving_joint("j", "revolute", "base", "l2", "0 0 0", "0 0 0", "0 0 1", 1)),
-              ElementsAre(HasSubstr("no moving link has a mass (<inertial>)")));
+TEST(Notices, NameMissingMass) {
+  EXPECT_THAT(notices_of(two_joints(inertia("0.01", "0.01"))), IsEmpty());
+  EXPECT_THAT(notices_of(two_joints("")), ElementsAre("links without mass (<inertial>): 'l2'"));
+  EXPECT_THAT(
+      notices_of(R"(<link name="base"/><link name="l2"/>)" +
+                 test_arms::moving_joint("j", "revolute", "base", "l2", "0 0 0", "0 0 0", "0 0 1", 1)),
+      ElementsAre(HasSubstr("no moving link has a mass (<inertial>)")));
 }
 
-TEST(Notices, TellOfInertiasThatNoLinkHas) {
-  EXPECT_THAT(told(two_joints(inertia("0.01", "0.0201"))), IsEmpty()) << "rounded";
+TEST(Notices, NameInertiasThatNoLinkHas) {
+  EXPECT_THAT(notices_of(two_joints(inertia("0.01", "0.0201"))), IsEmpty()) << "rounded";
   EXPECT_THAT(
-      told(two_joints(inertia("0.01", "9"))),
+      notices_of(two_joints(inertia("0.01", "9"))),
       ElementsAre("link 'l2': no body has its inertia, of the principal moments 0.01, 0.01, 9 kg·m²: the "
                   "greatest may not exceed the sum of the others"));
-  EXPECT_THAT(told(two_joints(inertia("1e7", "1e7", "2000"))),
+  EXPECT_THAT(notices_of(two_joints(inertia("1e7", "1e7", "2000"))),
               ElementsAre(AllOf(HasSubstr("link 'l2': its inertia, 1e+07, 1e+07, 1e+07 kg·m²"),
                                 HasSubstr("70.7107 m from its middle: a URDF is in kg and m"))));
   EXPECT_THAT(refusal(two_joints(inertia("-1", "1")), "l2"), HasSubstr("link 'l2': inertia must be finite"));
 }
 
-TEST(Notices, TellOfLimitsThatAreNotApplied) {
+TEST(Notices, NameLimitsThatAreNotApplied) {
   const auto soft = [](const std::string& lower, const std::string& upper) {
     return two_joints(inertia("1", "1"),
                       R"(<safety_controller k_position="1" k_velocity="1" soft_lower_limit=")" + lower +
                           R"(" soft_upper_limit=")" + upper + R"("/>)");
   };
-  EXPECT_THAT(told(soft("-0.1", "0.2")),
+  EXPECT_THAT(notices_of(soft("-0.1", "0.2")),
               ElementsAre("joint 'j2': the soft limits of its <safety_controller>, -0.1 to "
                           "0.2, are not applied; its range is -1 to 1"));
-  EXPECT_THAT(told(soft("-1", "1")), IsEmpty());
-  EXPECT_THAT(told(soft("0", "0")), IsEmpty());
-  EXPECT_THAT(told(two_joints(inertia("1", "1"), "",
-                              R"(<limit lower="-180" upper="180" velocity="90" effort="1"/>)")),
+  EXPECT_THAT(notices_of(soft("-1", "1")), IsEmpty());
+  EXPECT_THAT(notices_of(soft("0", "0")), IsEmpty());
+  EXPECT_THAT(notices_of(two_joints(inertia("1", "1"), "",
+                                    R"(<limit lower="-180" upper="180" velocity="90" effort="1"/>)")),
               ElementsAre(AllOf(HasSubstr("joint 'j2': its range, -180 to 180 rad"),
                                 HasSubstr("a URDF is in radians, not in degrees"))));
 }
@@ -428,8 +429,8 @@ TEST(UrdfRefuses, XacroThatIsNotExpanded) {
   EXPECT_THAT(refusal(two_joints(piece("visual", R"(<mesh filename="file://$(find arm)/x.stl"/>)")), "l2"),
               AllOf(HasSubstr("link 'l2': mesh "), HasSubstr("xacro that has not been expanded")));
   // What xacro writes itself, and what other programs expand.
-  EXPECT_THAT(told("<!-- made by <xacro:robot> from ${file} -->" + two_joints(inertia("1", "1")) +
-                   "<gazebo><plugin>$(env HOME) ${x}</plugin></gazebo>"),
+  EXPECT_THAT(notices_of("<!-- made by <xacro:robot> from ${file} -->" + two_joints(inertia("1", "1")) +
+                         "<gazebo><plugin>$(env HOME) ${x}</plugin></gazebo>"),
               IsEmpty());
 }
 
