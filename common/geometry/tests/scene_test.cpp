@@ -92,6 +92,17 @@ TEST_F(Scenes, ExtensionsOfBinaryGltfToo) {
       "KHR_mesh_quantization");
 }
 
+TEST_F(Scenes, FilesOfAGltfMayBeNamedByEncodedUris) {
+  std::string text = gltf("");
+  const std::size_t data = text.find("data:"), end = text.find('"', data);
+  text.replace(data, end - data, "part%20one.bin");
+  const float corners[] = {0, 0, 0, 1, 0, 0, 0, 1, 0};
+  write("part one.bin", {reinterpret_cast<const char*>(corners), sizeof corners});
+  const auto mesh = load_mesh(write("part.gltf", text));
+  ASSERT_TRUE(mesh) << mesh.status().message();
+  EXPECT_EQ(mesh->triangles.size(), 1U);
+}
+
 TEST_F(Scenes, UnitOfA3mfIsItsRootModels) {
   const std::string relationships =
       R"(<?xml version="1.0"?>
