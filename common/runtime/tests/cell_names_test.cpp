@@ -61,8 +61,7 @@ TEST_F(CellNames, ThatAreThereAreTaken) {
                              "skin: [{link: tool, axes: [{from_m: [0, 0, 0], to_m: [0, 0, 1]}]}]")));
 }
 
-// Tries wva_server: a name in the cell (of a hold, an allowed contact, a skin, an interest point) that stands
-// for nothing
+// Tries wva_server: a name in the cell that stands for nothing
 TEST_F(CellNames, OfAHoldAreChecked) {
   const auto place = AllOf(HasSubstr("cell.yaml:6: objects[1] 'probe': hold."));
   expect_refused(cell(", hold: {arm: lefd}"),

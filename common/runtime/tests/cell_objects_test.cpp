@@ -292,8 +292,9 @@ TEST_F(CellObjects, BodiesThatCannotBeAreRefusedByName) {
               HasSubstr("holds nothing"));
 }
 
-// A pipe in the coordinates of a survey, which a pose brings into the cell: numbers of 32 bits cannot hold
-// it. Tries wva_server: lies far from its origin
+// A pipe in survey coordinates, which a pose brings into the cell: numbers of 32 bits cannot hold it.
+
+// Tries wva_server: lies far from its origin
 TEST_F(CellObjects, AMeshFarFromItsOriginIsRefusedOrWarnedOf) {
   const auto load_at = [&](double x_m) {
     auto mesh = geometry::make_cylinder(0.05, 0.4);
