@@ -25,9 +25,9 @@ constexpr std::uint32_t kMost = 1'000'000;
 TextStl read(const std::string& text) { return read_text_stl(text, kMost); }
 
 /// Writes a text STL as one of many programs might.
-class Writer {
+class StlWriter {
  public:
-  explicit Writer(std::mt19937& random)
+  explicit StlWriter(std::mt19937& random)
       : random_(random),
         upper_(chance()),
         split_(chance()),
@@ -95,7 +95,7 @@ TEST(TextStl, OfAnyHabitGivesTheShapeThatWasWritten) {
       all.append(solid);
       solids.push_back(solid);
     }
-    const std::string text = Writer(random).text(solids);
+    const std::string text = StlWriter(random).text(solids);
     SCOPED_TRACE(text.substr(0, 400));
     ASSERT_TRUE(looks_like_text_stl({reinterpret_cast<const std::uint8_t*>(text.data()), text.size()}));
     const TextStl stl = read(text);
