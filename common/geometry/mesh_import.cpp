@@ -3,7 +3,7 @@
 #include <fstream>
 
 #include "common/core/text.hpp"
-#include "common/geometry/stl.hpp"
+#include "common/geometry/stl_text.hpp"
 
 namespace phantom::geometry::detail {
 namespace {
@@ -77,32 +77,46 @@ std::string too_many_triangles(const MeshImportOptions& options) {
   return "has more than " + std::to_string(options.max_triangles) + " triangles";
 }
 
-std::optional<bool> import_binary_stl(const std::filesystem::path& path, const MeshImportOptions& options,
-                                      std::uint64_t most_triangles, LoadedMesh& mesh, std::string& problem) {
-  if (extension_of(path) != "stl") return std::nullopt;
-  std::vector<std::uint8_t> bytes(kStlHeadBytes);
-  std::ifstream file(path, std::ios::binary);
-  const auto read_from = [&](std::size_t at) {
-    file.read(reinterpret_cast<char*>(bytes.data() + at), static_cast<std::streamsize>(bytes.size() - at));
-    return static_cast<bool>(file);
-  };
-  std::error_code none;
-  const auto size = std::filesystem::file_size(path, none);
-  const auto triangles = !none && read_from(0) ? binary_stl_triangles(bytes, size) : std::nullopt;
-  if (!triangles || *triangles > most_triangles) return std::nullopt;
-  if (*triangles > options.max_triangles) {
-    problem = too_many_triangles(options);
-    return false;
-  }
-  bytes.resize(size);
-  if (!read_from(kStlHeadBytes)) return std::nullopt;
-  StlMesh stl = read_binary_stl(bytes);
+bool finish_stl(StlMesh stl, const MeshImportOptions& options, LoadedMesh& mesh, std::string& problem) {
   resolve_frame(
       options, "Stereolithography (STL) Importer", {}, [&] { return extents_of(stl.bounding_box()); }, mesh);
   const Eigen::Matrix3d to_metres = mesh.scale * to_z_up(mesh.up);
   for (Eigen::Vector3f& v : stl.vertices_m) v = (to_metres * v.cast<double>()).cast<float>();
   static_cast<TriangleMesh&>(mesh) = std::move(stl);
   return finish_import(mesh.all_finite(), stl.collapsed, mesh, problem);
+}
+
+std::optional<bool> import_binary_stl(const std::filesystem::path& path, const MeshImportOptions& options,
+                                      std::uint64_t most_triangles, LoadedMesh& mesh, std::string& problem) {
+  if (extension_of(path) != "stl") return std::nullopt;
+  std::vector<std::uint8_t> bytes(kStlLookBytes);
+  std::ifstream file(path, std::ios::binary);
+  const auto read_from = [&](std::size_t at) {
+    file.read(reinterpret_cast<char*>(bytes.data() + at), static_cast<std::streamsize>(bytes.size() - at));
+    return static_cast<std::size_t>(file.gcount()) == bytes.size() - at;
+  };
+  std::error_code none;
+  const auto size = std::filesystem::file_size(path, none);
+  if (none) return std::nullopt;
+  bytes.resize(std::min<std::uint64_t>(size, kStlLookBytes));
+  if (!read_from(0)) return std::nullopt;
+  auto triangles = binary_stl_triangles(bytes, size);
+  if (!triangles && !looks_like_text_stl(bytes)) triangles = binary_stl_triangles_within(bytes, size);
+  if (!triangles || *triangles > most_triangles) return std::nullopt;
+  if (*triangles > options.max_triangles) {
+    problem = too_many_triangles(options);
+    return false;
+  }
+  const std::uint64_t used = binary_stl_bytes(*triangles);
+  const std::size_t before = std::min<std::size_t>(bytes.size(), used);
+  bytes.resize(used);
+  if (!read_from(before)) return std::nullopt;
+  if (used < size) {
+    mesh.notes.push_back("has " + std::to_string(size - used) + " bytes after the " +
+                         std::to_string(*triangles) +
+                         " triangles that its head declares: they are passed over");
+  }
+  return finish_stl(read_binary_stl(bytes), options, mesh, problem);
 }
 
 }  // namespace phantom::geometry::detail

@@ -13,6 +13,7 @@
 #include <string_view>
 
 #include "common/geometry/mesh_io.hpp"
+#include "common/geometry/stl.hpp"
 
 namespace phantom::geometry::detail {
 
@@ -35,6 +36,9 @@ bool finish_import(bool finite, std::size_t collapsed, LoadedMesh& mesh, std::st
 
 /// Returns for example "has more than 100 triangles".
 std::string too_many_triangles(const MeshImportOptions& options);
+
+/// Completes the import of either kind of STL.
+bool finish_stl(StlMesh stl, const MeshImportOptions& options, LoadedMesh& mesh, std::string& problem);
 
 /// Reads a binary STL of up to `most_triangles` with our own reader. Whatever the file holds, it takes
 /// neither long nor much memory (256 bytes per triangle), so that a moderate number of triangles needs no

@@ -13,6 +13,7 @@
 #include <charconv>
 #include <cstdlib>
 #include <cstring>
+#include <fstream>
 #include <string>
 
 #include "common/core/clock.hpp"
@@ -27,6 +28,19 @@ using core::Status;
 
 Status error_of(const std::filesystem::path& path, ErrorCode code, const std::string& problem) {
   return {code, "mesh " + path.string() + ": " + problem};
+}
+
+/// Returns what a repository has left in place of a large file, in a sentence; empty if it is a file.
+std::string pointer_in(const std::filesystem::path& path) {
+  std::string head(64, '\0');
+  std::ifstream file(path, std::ios::binary);
+  file.read(head.data(), static_cast<std::streamsize>(head.size()));
+  head.resize(static_cast<std::size_t>(file.gcount()));
+  if (head.starts_with("version https://git-lfs.github.com/") || head.starts_with("version https://hawser."))
+    return "is a pointer of Git LFS, not the mesh itself: git lfs pull fetches it";
+  if (head.starts_with("/annex/objects/"))
+    return "is a pointer of git-annex, not the mesh itself: git annex get fetches it";
+  return {};
 }
 
 Status check_file(const std::filesystem::path& path, const MeshImportOptions& options) {
@@ -48,6 +62,8 @@ Status check_file(const std::filesystem::path& path, const MeshImportOptions& op
     return error_of(path, ErrorCode::kInvalidArgument,
                     std::string("cannot be read: ") + std::strerror(errno));
   }
+  if (const std::string pointer = pointer_in(path); !pointer.empty())
+    return error_of(path, ErrorCode::kInvalidArgument, pointer);
   return Status::ok();
 }
 

@@ -1,9 +1,12 @@
 #include "common/geometry/mesh_report.hpp"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
+#include "common/core/text.hpp"
 #include "common/geometry/mesh_topology.hpp"
 #include "common/geometry/triangle_pairs.hpp"
 #include "common/geometry/winding_number.hpp"
@@ -121,6 +124,20 @@ std::vector<std::string> describe(const MeshReport& report) {
   if (!report.intersections_complete)
     text.emplace_back("has too many triangles close together to look for all that pass through one another");
   return text;
+}
+
+CoordinatePrecision coordinate_precision(const TriangleMesh& mesh) {
+  const BoundingBox box = mesh.bounding_box();
+  if (box.empty()) return {};
+  const float farthest = std::max(box.min_m.cwiseAbs().maxCoeff(), box.max_m.cwiseAbs().maxCoeff());
+  return {farthest, std::nextafter(farthest, std::numeric_limits<float>::infinity()) - farthest};
+}
+
+std::string describe(const CoordinatePrecision& precision, double voxel_m) {
+  return core::formatted(
+      "reaches %.6g m from its origin, where coordinates of 32 bits are rounded to %.2g m, too coarse for a voxel "
+      "of %g m; allowed: a mesh with its origin near to it, and a pose that puts it there",
+      precision.farthest_m, precision.step_m, voxel_m);
 }
 
 }  // namespace phantom::geometry

@@ -52,4 +52,22 @@ MeshReport inspect_mesh(const TriangleMesh& mesh, const MeshReportLimits& limits
 /// Returns one clause per kind of defect ("has 12 open edges"); empty for a flawless mesh.
 std::vector<std::string> describe(const MeshReport& report);
 
+/// How finely a mesh's coordinates, numbers of 32 bits, can state its shape.
+struct CoordinatePrecision {
+  double farthest_m = 0.0;  ///< greatest coordinate, whatever its sign
+  double step_m = 0.0;      ///< from there to the next number
+
+  /// Whether the shape in voxels of this side, m, differs visibly from the one that was drawn.
+  bool is_coarse(double voxel_m) const { return step_m > voxel_m / 32; }
+  /// Whether it may be another shape.
+  bool is_useless(double voxel_m) const { return step_m > voxel_m / 4; }
+};
+
+/// Returns the precision of the coordinates as they are: those of a mesh far from its origin are coarse.
+/// Pure.
+CoordinatePrecision coordinate_precision(const TriangleMesh& mesh);
+
+/// Returns a clause for a warning or an error: "reaches 5e+06 m from its origin, where …".
+std::string describe(const CoordinatePrecision& precision, double voxel_m);
+
 }  // namespace phantom::geometry

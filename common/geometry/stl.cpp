@@ -10,14 +10,28 @@ namespace {
 constexpr std::size_t kCountAt = 80, kTriangleBytes = 50, kNormalBytes = 12, kCornerBytes = 12;
 constexpr std::uint32_t kAhead = 8;  // triangles
 
-}  // namespace
-
-std::optional<std::uint32_t> binary_stl_triangles(std::span<const std::uint8_t> head, std::uint64_t size) {
+std::optional<std::uint32_t> count_in(std::span<const std::uint8_t> head) {
   if (head.size() < kStlHeadBytes) return std::nullopt;
   std::uint32_t count = 0;
   std::memcpy(&count, head.data() + kCountAt, sizeof count);
-  if (size != kStlHeadBytes + std::uint64_t{kTriangleBytes} * count) return std::nullopt;
   return count;
+}
+
+}  // namespace
+
+std::uint64_t binary_stl_bytes(std::uint32_t triangles) {
+  return kStlHeadBytes + std::uint64_t{kTriangleBytes} * triangles;
+}
+
+std::optional<std::uint32_t> binary_stl_triangles(std::span<const std::uint8_t> head, std::uint64_t size) {
+  const auto count = count_in(head);
+  return count && size == binary_stl_bytes(*count) ? count : std::nullopt;
+}
+
+std::optional<std::uint32_t> binary_stl_triangles_within(std::span<const std::uint8_t> head,
+                                                         std::uint64_t size) {
+  const auto count = count_in(head);
+  return count && *count > 0 && size >= binary_stl_bytes(*count) ? count : std::nullopt;
 }
 
 StlMesh read_binary_stl(std::span<const std::uint8_t> bytes) {

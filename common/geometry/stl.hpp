@@ -24,6 +24,15 @@ inline constexpr std::size_t kStlHeadBytes = 84;
 /// chance, with probability 2⁻³².)
 std::optional<std::uint32_t> binary_stl_triangles(std::span<const std::uint8_t> head, std::uint64_t size);
 
+/// Returns the number of triangles that such a head declares, if they fit into `size` bytes; none if they do
+/// not, or there are none. What may follow them is not of the STL's standard; some programs leave bytes
+/// there.
+std::optional<std::uint32_t> binary_stl_triangles_within(std::span<const std::uint8_t> head,
+                                                         std::uint64_t size);
+
+/// Returns the number of bytes of a binary STL with so many triangles.
+std::uint64_t binary_stl_bytes(std::uint32_t triangles);
+
 /// Reads the triangles of a binary STL and joins equal corners. Ignores its normals and attributes. `bytes`:
 /// accepted by binary_stl_triangles(); otherwise the mesh is empty. Not real-time safe.
 StlMesh read_binary_stl(std::span<const std::uint8_t> bytes);

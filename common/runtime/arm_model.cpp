@@ -62,12 +62,11 @@ std::vector<robot::MeshSensors> visual_skin(const ArmConfig& config, const robot
 
 }  // namespace
 
-robot::SerialArm load_arm(const ArmConfig& config) {
+robot::SerialArm load_kinematics(const ArmConfig& config) {
   auto arm = config.urdf.empty()
                  ? robot::SerialArm::from_dh(config.dh, config.dh_convention, config.X_WB)
                  : robot::SerialArm::from_urdf(config.urdf, config.tip_link, config.X_WB, config.held_joints);
   if (!arm) fail(config, arm.status());
-  for (const std::string& notice : arm->notices()) spdlog::info("{}{}", place_of(config), notice);
   check_per_joint(config, "home", config.home.size(), arm->joint_count());
   for (std::size_t j = 0; j < arm->joint_count(); ++j) {
     const robot::Joint& joint = arm->joints()[j];
@@ -79,9 +78,15 @@ robot::SerialArm load_arm(const ArmConfig& config) {
   return *std::move(arm);
 }
 
+robot::SerialArm load_arm(const ArmConfig& config) {
+  robot::SerialArm arm = load_kinematics(config);
+  for (const std::string& notice : arm.notices()) spdlog::info("{}{}", place_of(config), notice);
+  return arm;
+}
+
 robot::SerialArm load_arm_with_closed_gripper(ArmConfig config) {
   for (const auto& [joint, q] : config.gripper_closed) config.held_joints[joint] = q;
-  return load_arm(config);
+  return load_kinematics(config);
 }
 
 std::optional<robot::SerialArm> load_closed_arm(const ArmConfig& config) {

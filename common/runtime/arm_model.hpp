@@ -12,8 +12,10 @@
 namespace phantom::runtime {
 
 /// Loads the kinematics of a cell's arm from its URDF or DH table. Checks that `home` has one value within
-/// the limits for each joint. Logs the arm's notices. Throws ConfigError naming the arm's file, the key and
-/// what is allowed; throws MissingError if a mesh or the URDF is missing.
+/// the limits for each joint. Throws ConfigError naming the arm's file, the key and what is allowed; throws
+/// MissingError if a mesh or the URDF is missing.
+robot::SerialArm load_kinematics(const ArmConfig& config);
+/// Loads it for the component that uses it: logs its notices, too.
 robot::SerialArm load_arm(const ArmConfig& config);
 /// Loads it with its gripper closed; its links and meshes are in the same order. Throws as load_arm().
 robot::SerialArm load_arm_with_closed_gripper(ArmConfig config);

@@ -11,6 +11,7 @@
 
 #include "common/core/errors.hpp"
 #include "common/core/parallel.hpp"
+#include "common/geometry/mesh_report.hpp"
 #include "common/geometry/polygonise.hpp"
 #include "common/workspace/work_options.hpp"
 
@@ -45,6 +46,17 @@ void check_place(const ObjectConfig& object, const geometry::TriangleMesh& mesh_
   throw ConfigError(place_of_object(object) + "lies outside of the workspace with all its layers: it spans " +
                     span_text(box) + "; is its pose or its " +
                     (object.mesh.empty() ? "scale" : "mesh_scale") + " right?");
+}
+
+/// Refuses a mesh whose coordinates are too coarse to state its shape in the cell's voxels; notes one that
+/// loses some of it.
+void check_precision(const ObjectConfig& object, const geometry::TriangleMesh& mesh, const CellConfig& cell,
+                     std::vector<std::string>& notes) {
+  const double voxel_m = cell.voxel_size_m.sides_m().minCoeff();
+  const geometry::CoordinatePrecision precision = geometry::coordinate_precision(mesh);
+  if (precision.is_useless(voxel_m))
+    throw ConfigError(place_of_object(object) + geometry::describe(precision, voxel_m));
+  if (precision.is_coarse(voxel_m)) notes.push_back(geometry::describe(precision, voxel_m));
 }
 
 geometry::TriangleMesh surface_of(const ObjectConfig& object, core::WorkBudget* budget,
@@ -145,6 +157,7 @@ CellBody load_body(const ObjectConfig& object, const CellConfig& cell,
   loaded.mesh_O = load_surface(object, cell, limits, budget, loaded.notes);
   spdlog::debug("object {}: {} triangles from {}", object.name, loaded.mesh_O.triangles.size(),
                 object.mesh.empty() ? "the cell's text" : object.mesh.string());
+  if (!object.solid_O) check_precision(object, loaded.mesh_O, cell, loaded.notes);
   loaded.body = place_body(object, loaded.mesh_O, cell);
   return loaded;
 }

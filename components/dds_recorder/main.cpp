@@ -7,6 +7,7 @@
 #include "common/dds/participant.hpp"
 #include "common/runtime/arm_model.hpp"
 #include "common/runtime/cell.hpp"
+#include "common/runtime/cell_names.hpp"
 #include "components/dds_recorder/config.hpp"
 #include "components/dds_recorder/convert.hpp"
 #include "components/dds_recorder/dds_adapter.hpp"
@@ -112,7 +113,7 @@ struct CommandLine {
 // The arm is the deployment's: a recording has no kinematics.
 int export_arm_of(const ExportRequest& request, bool ros2, const runtime::ProcessOptions& options) {
   if (!ros2) throw core::ConfigError("export: in whose words is not said; allowed: --ros2");
-  const auto cell = runtime::load_cell(runtime::load_deployment(options).cell);
+  const auto cell = runtime::load_checked_cell(runtime::load_deployment(options).cell);
   const auto& config = cell.arm(request.arm);
   std::ostringstream urdf;
   if (!config.urdf.empty()) urdf << std::ifstream(config.urdf).rdbuf();

@@ -4,6 +4,7 @@
 #include "common/dds/participant.hpp"
 #include "common/messages/operator_command_line.hpp"
 #include "common/runtime/cell.hpp"
+#include "common/runtime/cell_names.hpp"
 #include "common/runtime/deployment.hpp"
 #include "common/runtime/drives_check.hpp"
 #include "common/runtime/operator_options.hpp"
@@ -55,7 +56,7 @@ int main(int argc, char** argv) {
   description.run = [&](const runtime::ProcessOptions& options) {
     std::optional<runtime::EndsAtOnce> starting(std::in_place);
     const auto deployment = runtime::load_deployment(options);
-    const auto cell = runtime::load_cell(deployment.cell);
+    const auto cell = runtime::load_checked_cell(deployment.cell);
     const auto model = master_io::load_arm(cell, runtime::arm_name(options.config));
     if (command.given()) {
       starting.emplace(runtime::kExitFailed);  // a command that is interrupted has failed

@@ -12,6 +12,7 @@
 #include "common/messages/workspace_codec.hpp"
 #include "common/recording/mcap_reader.hpp"
 #include "common/runtime/cell.hpp"
+#include "common/runtime/cell_names.hpp"
 #include "common/runtime/process.hpp"
 #include "components/phantom_sensing/dds_adapter_messages.hpp"
 #include "components/phantom_sensing/model.hpp"
@@ -335,7 +336,7 @@ int run_replay(const ReplayRequest& request, Config config) {
         ": sharing.shares: what a share has sensed in a workspace of its own is in no recording "
         "of the arm's partition; allowed: shares without a cell");
   if (!request.arm.empty()) config.arm = request.arm;
-  const auto cell = runtime::load_cell(request.cell);
+  const auto cell = runtime::load_checked_cell(request.cell);
   const auto model = load_model(cell, config);
   const ReplayReport report =
       replay_recording(request.recordings, model, config.percept, contacts_of_cell(cell, config, model));

@@ -9,6 +9,7 @@
 #include "common/layers/live_workspace.hpp"
 #include "common/runtime/arm_model.hpp"
 #include "common/runtime/cell_bodies.hpp"
+#include "common/runtime/cell_names.hpp"
 
 namespace phantom::phantom_sensing {
 namespace {
@@ -94,7 +95,7 @@ runtime::CellConfig sensed_cell(runtime::CellConfig cell, const Config& config) 
   std::optional<runtime::CellConfig> own;
   for (const ShareConfig& share : config.shares) {
     if (share.cell.empty()) continue;
-    runtime::CellConfig other = runtime::load_cell(share.cell);
+    runtime::CellConfig other = runtime::load_checked_cell(share.cell);
     check_alike(cell, other, config);
     if (share.name == config.own_share) own = std::move(other);
   }

@@ -15,6 +15,7 @@
 #include "common/core/text.hpp"
 #include "common/percept/closeness.hpp"
 #include "common/robot/joint_values.hpp"
+#include "common/runtime/cell_names.hpp"
 #include "components/phantom_sensing/model.hpp"
 
 namespace phantom::phantom_sensing {
@@ -215,7 +216,7 @@ int run_probe(const ProbeRequest& request, Config config) {
   if (request.mode == "coupled") config.percept.mode = robot::DragMode::kCoupled;
   if (request.mode == "separable") config.percept.mode = robot::DragMode::kSeparable;
   if (request.directional) config.percept.directional.enabled = true;
-  const runtime::CellConfig cell = runtime::load_cell(request.cell);
+  const runtime::CellConfig cell = runtime::load_checked_cell(request.cell);
   const PhantomModel model = load_model(cell, config);
   if (!request.skin.empty()) {
     std::ofstream skin = open_for_writing(request.skin);

@@ -6,6 +6,7 @@
 #include "common/core/errors.hpp"
 #include "common/runtime/arm_model.hpp"
 #include "common/runtime/cell.hpp"
+#include "common/runtime/cell_names.hpp"
 #include "common/runtime/named.hpp"
 #include "components/phantom_session/argument_check.hpp"
 #include "components/phantom_session/collector.hpp"
@@ -135,7 +136,7 @@ class Session {
   // Returns the cell's only arm, for the names of its links and joints. Without it they are shown by number.
   std::optional<robot::SerialArm> load_only_arm() const {
     try {
-      const runtime::CellConfig cell = runtime::load_cell(cell_);
+      const runtime::CellConfig cell = runtime::load_checked_cell(cell_);
       if (cell.arms.size() == 1) return runtime::load_arm(cell.arm());
     } catch (const std::exception&) {  // the components that need the cell report what is wrong with it
     }

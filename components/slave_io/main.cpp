@@ -4,6 +4,7 @@
 #include "common/dds/participant.hpp"
 #include "common/messages/operator_command_line.hpp"
 #include "common/runtime/cell_bodies.hpp"
+#include "common/runtime/cell_names.hpp"
 #include "common/runtime/deployment.hpp"
 #include "common/runtime/drives_check.hpp"
 #include "common/runtime/operator_options.hpp"
@@ -44,7 +45,7 @@ int main(int argc, char** argv) {
       return static_cast<int>(runtime::exit_code(
           messages::run_operator_request(deployment.network, "slave_io command", request, std::cout)));
     }
-    const auto cell = runtime::load_cell(deployment.cell);
+    const auto cell = runtime::load_checked_cell(deployment.cell);
     const auto model = slave_io::load_arm(cell, runtime::arm_name(options.config));
     const auto config = slave_io::load_config(options.config, model.arm, model.home);
     const bool simulated = config.driver == slave_io::Driver::kSimulated;

@@ -13,6 +13,7 @@
 #include "common/core/errors.hpp"
 #include "common/core/units.hpp"
 #include "common/runtime/arm_model.hpp"
+#include "common/runtime/cell_names.hpp"
 #include "common/runtime/process.hpp"
 #include "components/synthetic_viewer/hud.hpp"
 #include "components/synthetic_viewer/picks.hpp"
@@ -67,7 +68,7 @@ class Live {
       return;
     }
     if (request.cell.empty()) throw ConfigError("--camera: a simulated one needs --cell");
-    const runtime::CellConfig cell = runtime::load_cell(request.cell);
+    const runtime::CellConfig cell = runtime::load_checked_cell(request.cell);
     const runtime::ArmConfig& arm_config = cell.arm(config.arm);
     robot::SerialArm arm = runtime::load_arm(arm_config);
     std::vector<LinkMeshData> meshes = load_arm_meshes(arm, runtime::load_skin(arm_config, arm));
@@ -197,7 +198,7 @@ std::vector<camera::SeenPoint> pose_points(const CalibrateRequest& request, cons
     return points;
   }
   std::optional<runtime::CellConfig> cell;
-  if (!request.cell.empty()) cell = runtime::load_cell(request.cell, runtime::CellArms::kOptional);
+  if (!request.cell.empty()) cell = runtime::load_checked_cell(request.cell, runtime::CellArms::kOptional);
   for (const std::string& pick : request.picks)
     points.push_back(found_or_throw(parse_pick(pick, cell ? &*cell : nullptr), ""));
   return points;

@@ -7,6 +7,7 @@
 #include "common/core/errors.hpp"
 #include "common/dds/participant.hpp"
 #include "common/runtime/arm_model.hpp"
+#include "common/runtime/cell_names.hpp"
 #include "common/runtime/deployment.hpp"
 #include "common/runtime/line_writer.hpp"
 #include "common/runtime/process.hpp"
@@ -168,7 +169,7 @@ int main(int argc, char** argv) {
     starting.emplace();
     const runtime::Deployment deployment = runtime::load_deployment(options);
     dds::check_qos_profiles(deployment.network.qos_profiles);
-    const runtime::CellConfig cell = runtime::load_cell(deployment.cell);
+    const runtime::CellConfig cell = runtime::load_checked_cell(deployment.cell);
     config.window.wanted = config.window.wanted || window;
     if (options.check) {
       const robot::SerialArm arm = runtime::load_arm(cell.arm(config.arm));

@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "common/runtime/arm_model.hpp"
+#include "common/runtime/cell_names.hpp"
 #include "common/runtime/deployment.hpp"
 #include "common/runtime/line_writer.hpp"
 
@@ -95,7 +96,7 @@ int run_review(const ReviewArguments& arguments, ViewerConfig config,
   std::optional<runtime::EndsAtOnce> reading(std::in_place, runtime::kExitFailed);
   const std::filesystem::path cell_file =
       arguments.cell.empty() ? runtime::load_deployment(options).cell : arguments.cell;
-  const runtime::CellConfig cell = runtime::load_cell(cell_file);
+  const runtime::CellConfig cell = runtime::load_checked_cell(cell_file);
   const runtime::ArmConfig& arm_config = cell.arm(config.arm);
   robot::SerialArm arm = runtime::load_arm(arm_config);
   std::vector<LinkMeshData> arm_meshes = load_arm_meshes(arm, runtime::load_skin(arm_config, arm));

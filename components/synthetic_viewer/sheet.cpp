@@ -7,6 +7,7 @@
 #include <fstream>
 
 #include "common/core/errors.hpp"
+#include "common/runtime/cell_names.hpp"
 #include "common/runtime/process.hpp"
 #include "components/synthetic_viewer/compositor.hpp"
 #include "components/synthetic_viewer/hud.hpp"
@@ -33,7 +34,7 @@ runtime::Command add_sheet_command(runtime::Command app, SheetRequest& request) 
 }
 
 int run_sheet(const SheetRequest& request, const ViewerConfig& config) {
-  const runtime::CellConfig cell = runtime::load_cell(request.cell);
+  const runtime::CellConfig cell = runtime::load_checked_cell(request.cell);
   Renderer renderer(config.graphics);
   const StillScene still = make_still_scene(cell, request.pose, renderer);
   const HitSample hit = still.hit();

@@ -2,6 +2,7 @@
 
 #include "common/dds/participant.hpp"
 #include "common/runtime/cell.hpp"
+#include "common/runtime/cell_names.hpp"
 #include "common/runtime/deployment.hpp"
 #include "common/runtime/process.hpp"
 #include "components/workspace_survey/commands.hpp"
@@ -33,7 +34,7 @@ int main(int argc, char** argv) {
   description.run = [&](const runtime::ProcessOptions& options) {
     const auto config = workspace_survey::load_config(options.config);
     const auto deployment = runtime::load_deployment(options);
-    const auto cell = runtime::load_cell(deployment.cell);
+    const auto cell = runtime::load_checked_cell(deployment.cell);
     const workspace_survey::Workspace workspace{deployment.network, cell.voxel_size_m, cell};
     if (options.check || request.send || request.what == "touch")
       dds::check_qos_profiles(deployment.network.qos_profiles);

@@ -14,6 +14,7 @@
 #include "common/core/errors.hpp"
 #include "common/core/text.hpp"
 #include "common/geometry/mesh_report.hpp"
+#include "common/runtime/cell_names.hpp"
 #include "common/runtime/pose_text.hpp"
 #include "common/runtime/process.hpp"
 #include "common/workspace/nrrd.hpp"
@@ -135,7 +136,12 @@ Activated activate_mesh(const ActivateRequest& request, const WvaServerConfig& c
   const workspace::LayerProfile profile = profile_of(request);
   const geometry::Pose X_WO = request.pose.empty() ? geometry::Pose{} : pose_of(request.pose);
   const double start_s = stopwatch_s();
-  const geometry::LoadedMesh mesh = load(request, config);
+  geometry::LoadedMesh mesh = load(request, config);
+  const double voxel_m = voxel_size_of(request).sides_m().minCoeff();
+  const geometry::CoordinatePrecision precision = geometry::coordinate_precision(mesh);
+  if (precision.is_useless(voxel_m))
+    throw ConfigError(request.mesh + ": " + geometry::describe(precision, voxel_m));
+  if (precision.is_coarse(voxel_m)) mesh.notes.push_back(geometry::describe(precision, voxel_m));
   outcome.load_s = stopwatch_s() - start_s;
   const layers::Body body{std::filesystem::path(request.mesh).filename().string(), 1, mesh.transformed(X_WO),
                           profile};
@@ -159,7 +165,7 @@ Activated activate_mesh(const ActivateRequest& request, const WvaServerConfig& c
 
 Activated activate_cell(const ActivateRequest& request, const WvaServerConfig& config) {
   Activated outcome;
-  const auto cell = runtime::load_cell(request.cell, runtime::CellArms::kOptional);
+  const auto cell = runtime::load_checked_cell(request.cell, runtime::CellArms::kOptional);
   const double start_s = stopwatch_s();
   auto bodies = runtime::load_bodies(cell, config.mesh_import);
   for (runtime::CellBody& body : bodies) apply_method(request, body.body.profile);

@@ -1,7 +1,6 @@
 #include "components/wva_server/carriers.hpp"
 
 #include <spdlog/fmt/fmt.h>
-#include <spdlog/spdlog.h>
 
 #include <ranges>
 
@@ -18,13 +17,8 @@ using core::Status;
 
 std::map<std::string, CarrierArm> load_carriers(const runtime::CellConfig& cell) {
   std::map<std::string, CarrierArm> arms;
-  for (const runtime::ArmConfig& config : cell.arms) {
-    try {
-      arms.emplace(config.name, CarrierArm{runtime::load_arm(config), last_link_of(config)});
-    } catch (const std::exception& problem) {
-      spdlog::warn("arm '{}' cannot carry objects: {}", config.name, problem.what());
-    }
-  }
+  for (const runtime::ArmConfig& config : cell.arms)
+    arms.emplace(config.name, CarrierArm{runtime::load_kinematics(config), last_link_of(config)});
   return arms;
 }
 

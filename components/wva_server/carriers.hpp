@@ -20,7 +20,7 @@ struct CarrierArm {
   std::string tip;  ///< the link that holds objects unless a command names another
 };
 
-/// Loads the cell's arms. Those that cannot be loaded are left out, with a warning: they carry nothing.
+/// Loads the cell's arms. Throws as runtime::load_kinematics().
 std::map<std::string, CarrierArm> load_carriers(const runtime::CellConfig& cell);
 
 /// Completes commands to attach and release by what is known of the arms: which links they have, and where

@@ -52,10 +52,14 @@ int main(int argc, char** argv) {
     // Fast DDS needs as long for the profiles as the cell for its meshes: run both at once.
     auto profiles = std::async(std::launch::async, dds::check_qos_profiles, deployment.network.qos_profiles);
     auto served = wva_server::load_served_cell(deployment.cell, changes_file, config.mesh_import);
+    if (!config.arm.empty()) served.cell.arm(config.arm);  // throws if there is none
     profiles.get();
-    if (options.check)
-      return runtime::configuration_is_valid(": " + std::to_string(served.bodies.size()) +
-                                             " objects in cell " + served.cell.name);
+    if (options.check) {
+      const std::string found =
+          ": " + std::to_string(served.bodies.size()) + " objects in cell " + served.cell.name;
+      wva_server::check_service(config, std::move(served));
+      return runtime::configuration_is_valid(found);
+    }
     starting.reset();
     if (!options.report_dir.empty())
       served.report =

@@ -12,6 +12,7 @@
 #include "common/core/clock.hpp"
 #include "common/core/errors.hpp"
 #include "common/runtime/arm_model.hpp"
+#include "common/runtime/cell_names.hpp"
 #include "common/runtime/process.hpp"
 #include "components/wva_server/change_under_way.hpp"
 #include "components/wva_server/dds_adapter.hpp"
@@ -377,7 +378,7 @@ void Service::leave_report() const {
 ServedCell load_served_cell(const std::filesystem::path& cell_file, const std::filesystem::path& changes_file,
                             const geometry::MeshImportOptions& limits) {
   ServedCell served;
-  served.cell = runtime::load_cell(cell_file, runtime::CellArms::kOptional);
+  served.cell = runtime::load_checked_cell(cell_file, runtime::CellArms::kOptional);
   served.changes = no_changes(served.cell);
   served.changes_file = changes_file;
   if (!changes_file.empty()) {
@@ -395,6 +396,18 @@ ServedCell load_served_cell(const std::filesystem::path& cell_file, const std::f
   }
   served.bodies = runtime::load_bodies(served.cell, limits);
   return served;
+}
+
+void check_service(const WvaServerConfig& config, ServedCell served) {
+  const Carriers carriers(load_carriers(served.cell), config.arm, config.arm_staleness_s);
+  grasp_watch(served.cell, carriers, config);
+  LiveCell cell(served.cell, add_limits(config), served.changes);
+  layers::ActivationOptions options;
+  options.threads = config.threads;
+  options.stopwatch = now_s;
+  const auto change = cell.activate(std::move(served.bodies), 1, options,
+                                    [](const ServedObject& object, std::size_t) { warn_of(object); });
+  if (!change) throw core::ConfigError("object " + change.status().message());
 }
 
 void run_service(const WvaServerConfig& config, const core::NetworkOptions& network, ServedCell served) {

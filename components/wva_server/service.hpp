@@ -20,10 +20,14 @@ struct ServedCell {
   std::filesystem::path report;           ///< of what is served, as JSON; empty: none
 };
 
-/// Reads the cell, the changes kept in `changes_file` (unless that is empty or does not exist) and all
-/// meshes. Throws runtime::ConfigError.
+/// Reads the cell and checks its names, reads the changes kept in `changes_file` (unless that is empty or
+/// does not exist) and all meshes. Throws runtime::ConfigError.
 ServedCell load_served_cell(const std::filesystem::path& cell_file, const std::filesystem::path& changes_file,
                             const geometry::MeshImportOptions& limits);
+
+/// Does all that run_service() does before it publishes: loads the arms and activates the cell, with the same
+/// warnings and errors. For --check. Throws runtime::ConfigError.
+void check_service(const WvaServerConfig& config, ServedCell served);
 
 /// Activates and publishes the cell, then serves late joiners and commands until a stop is requested. Throws
 /// dds::DdsError, runtime::ConfigError.

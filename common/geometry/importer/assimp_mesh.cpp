@@ -5,11 +5,12 @@
 #include <assimp/Importer.hpp>
 #include <cmath>
 #include <fstream>
+#include <string_view>
 
-#include "common/core/text.hpp"
 #include "common/geometry/importer/importer.hpp"
+#include "common/geometry/importer/three_mf.hpp"
 #include "common/geometry/mesh_import.hpp"
-#include "common/geometry/stl.hpp"
+#include "common/geometry/stl_text.hpp"
 #include "common/geometry/vertex_welder.hpp"
 
 namespace phantom::geometry::detail {
@@ -90,45 +91,44 @@ bool import_by_assimp(const std::filesystem::path& path, const MeshImportOptions
   return finish_import(corners.finite(), corners.collapsed(), mesh, problem);
 }
 
-/// Returns whether a text STL has its last line. assimp reads a truncated file up to the point where it ends.
-bool has_end(const std::filesystem::path& path) {
-  std::error_code none;
-  const auto size = std::filesystem::file_size(path, none);
-  const auto last = static_cast<std::size_t>(std::min<std::uint64_t>(none ? 0 : size, 4096));
-  std::string text(last, '\0');
-  std::ifstream file(path, std::ios::binary);
-  file.seekg(-static_cast<std::streamoff>(last), std::ios::end);
-  file.read(text.data(), static_cast<std::streamsize>(last));
-  return core::lower_case(text).find("endsolid") != std::string::npos;
-}
-
-/// Explains why a file with the extension of an STL is neither kind of STL, as assimp does not.
-std::string no_stl(const std::filesystem::path& path) {
-  std::array<std::uint8_t, kStlHeadBytes> head{};
-  std::ifstream file(path, std::ios::binary);
-  if (!file.read(reinterpret_cast<char*>(head.data()), kStlHeadBytes))
-    return "is not a readable mesh: neither a text nor a binary STL";
-  std::uint64_t triangles = 0;
-  for (std::size_t i = 4; i-- > 0;) triangles = triangles << 8 | head[80 + i];
-  std::error_code none;
-  return "is not a readable mesh: neither a text STL, nor a binary one, which would be " +
-         std::to_string(kStlHeadBytes + 50 * triangles) + " bytes long for the " + std::to_string(triangles) +
-         " triangles that stand in its head; it has " +
-         std::to_string(std::filesystem::file_size(path, none)) + ". Was it cut short?";
+/// Explains why a file with the extension of an STL is neither kind of STL.
+std::string no_stl(std::string_view bytes) {
+  if (bytes.starts_with("\xff\xfe") || bytes.starts_with("\xfe\xff"))
+    return "is a text of 16 bits a character (UTF-16), which is not read: save it as plain text";
+  if (bytes.size() < kStlHeadBytes) return "is not a readable mesh: neither a text nor a binary STL";
+  std::uint32_t triangles = 0;
+  for (std::size_t i = 4; i-- > 0;) triangles = triangles << 8 | static_cast<std::uint8_t>(bytes[80 + i]);
+  const std::string neither = "is not a readable mesh: neither a text STL, nor a binary one, ";
+  if (triangles == 0) return neither + "of which the head declares 0 triangles";
+  return neither + "which would be " + std::to_string(binary_stl_bytes(triangles)) + " bytes long for the " +
+         std::to_string(triangles) + " triangles that stand in its head; it has " +
+         std::to_string(bytes.size()) + ". Was it cut short?";
 }
 
 bool import_stl_text(const std::filesystem::path& path, const MeshImportOptions& options, LoadedMesh& mesh,
                      std::string& problem) {
-  const bool read = import_by_assimp(path, options, mesh, problem);
-  if (!read && problem.find("STL storage representation") != std::string::npos) problem = no_stl(path);
-  if (read && !has_end(path)) mesh.notes.emplace_back("has no 'endsolid' at its end: was it cut short?");
-  return read;
+  std::error_code none;
+  std::string text(std::filesystem::file_size(path, none), '\0');
+  std::ifstream file(path, std::ios::binary);
+  file.read(text.data(), static_cast<std::streamsize>(text.size()));
+  text.resize(static_cast<std::size_t>(file.gcount()));
+  if (!looks_like_text_stl({reinterpret_cast<const std::uint8_t*>(text.data()), text.size()})) {
+    problem = no_stl(text);
+    return false;
+  }
+  TextStl stl = read_text_stl(text, options.max_triangles);
+  if (stl.too_many) problem = too_many_triangles(options);
+  if (!stl.problem.empty()) problem = "is not a readable text STL: " + stl.problem;
+  if (stl.too_many || !stl.problem.empty()) return false;
+  mesh.notes = std::move(stl.notes);
+  return finish_stl(std::move(stl.mesh), options, mesh, problem);
 }
 
 }  // namespace
 
 bool import_mesh(const std::filesystem::path& path, const MeshImportOptions& options, LoadedMesh& mesh,
                  std::string& problem) {
+  if (extension_of(path) == "3mf") return import_3mf(path, options, mesh, problem);
   if (extension_of(path) != "stl") return import_by_assimp(path, options, mesh, problem);
   if (const auto read = import_binary_stl(path, options, UINT32_MAX, mesh, problem)) return *read;
   return import_stl_text(path, options, mesh, problem);

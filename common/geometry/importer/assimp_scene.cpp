@@ -1,3 +1,4 @@
+#include <assimp/DefaultIOSystem.h>
 #include <assimp/config.h>
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
@@ -6,6 +7,7 @@
 #include <assimp/DefaultLogger.hpp>
 #include <assimp/Importer.hpp>
 #include <assimp/Logger.hpp>
+#include <charconv>
 #include <cstring>
 #include <fstream>
 #include <memory>
@@ -143,6 +145,48 @@ std::string unread_gltf_extension(const std::filesystem::path& path) {
   return {};
 }
 
+/// Returns whether the file is a STEP file (ISO 10303-21) of another schema than IFC: surfaces of a CAD
+/// program.
+bool is_cad_step(const std::filesystem::path& path) {
+  std::string head(1 << 16, '\0');
+  std::ifstream file(path, std::ios::binary);
+  file.read(head.data(), static_cast<std::streamsize>(head.size()));
+  head.resize(static_cast<std::size_t>(file.gcount()));
+  const std::size_t start = head.find("ISO-10303-21");
+  if (start == std::string::npos || head.find_first_not_of(" \t\r\n\xef\xbb\xbf") != start) return false;
+  const std::size_t schema = head.find("FILE_SCHEMA");
+  return schema == std::string::npos || head.substr(schema, 80).find("IFC") == std::string::npos;
+}
+
+/// Opens files under the name that a URI in a model stands for, too: "part%20one.bin" is "part one.bin".
+class UriFiles : public Assimp::DefaultIOSystem {
+ public:
+  bool Exists(const char* name) const override {
+    return Assimp::DefaultIOSystem::Exists(name) || Assimp::DefaultIOSystem::Exists(decoded(name).c_str());
+  }
+  Assimp::IOStream* Open(const char* name, const char* mode) override {
+    const bool as_it_is = Assimp::DefaultIOSystem::Exists(name);
+    return Assimp::DefaultIOSystem::Open(as_it_is ? name : decoded(name).c_str(), mode);
+  }
+
+ private:
+  static std::string decoded(std::string_view name) {
+    std::string text;
+    for (std::size_t i = 0; i < name.size(); ++i) {
+      unsigned value = 0;
+      const char* digits = name.data() + i + 1;
+      if (name[i] == '%' && i + 2 < name.size() &&
+          std::from_chars(digits, digits + 2, value, 16).ptr == digits + 2) {
+        text += static_cast<char>(value);
+        i += 2;
+      } else {
+        text += name[i];
+      }
+    }
+    return text;
+  }
+};
+
 }  // namespace
 
 const aiScene* read_scene(Assimp::Importer& importer, const std::filesystem::path& path,
@@ -152,6 +196,12 @@ const aiScene* read_scene(Assimp::Importer& importer, const std::filesystem::pat
     problem = "depends on the glTF extension " + extension + ", which is not read: export it without";
     return nullptr;
   }
+  if (is_cad_step(path)) {
+    problem =
+        "is a STEP file of a CAD program, of surfaces, which is not read: export it as a mesh (STL, 3MF, glTF …)";
+    return nullptr;
+  }
+  importer.SetIOHandler(new UriFiles);  // the importer owns it
   // Replaces assimp's logger in the whole process; null restores and deletes.
   Assimp::DefaultLogger::set(new ErrorLog(notes));
   const std::unique_ptr<void, void (*)(void*)> until_return(

@@ -50,20 +50,10 @@ std::string head_of_first(const std::filesystem::path& path, std::string_view en
   return head_of_member(path, [&](std::string_view name) { return name.ends_with(ending); });
 }
 
-/// Returns the head of a 3MF package's model. If there are several, it is the root model that the package's
-/// relationships name.
-std::string head_of_3mf_model(const std::filesystem::path& path) {
-  const std::string target = root_model_of_3mf(head_of_first(path, "_rels/.rels"));
-  std::string head;
-  if (!target.empty()) head = head_of_member(path, [&](std::string_view name) { return name == target; });
-  return head.empty() ? head_of_first(path, ".model") : head;
-}
-
 /// Returns the head of a text format, from within its archive if it is in one.
 std::string head_of(const std::filesystem::path& path, std::string_view format) {
   std::string head = head_of_file(path);
   if (!head.starts_with("PK")) return head;
-  if (format.starts_with("3mf")) return head_of_3mf_model(path);
   return head_of_first(path, format.starts_with("Collada") ? ".dae" : "");
 }
 

@@ -254,5 +254,23 @@ TEST(WindingTree, AgreesWithTheSumOverAllTriangles) {
   EXPECT_EQ(WindingTree(TriangleMesh{}).at({0, 0, 0}), 0.0);
 }
 
+TEST(MeshReport, KnowsHowFineCoordinatesAre) {
+  const auto at = [](double x_m) {
+    return coordinate_precision(
+        make_box({0.1, 0.1, 0.1}).transformed({Eigen::Matrix3d::Identity(), {x_m, 0, -1}}));
+  };
+  EXPECT_EQ(at(5412345.0).step_m, 0.5);
+  EXPECT_EQ(at(-51234.0).step_m, 1.0 / 256);
+  EXPECT_NEAR(at(-51234.0).farthest_m, 51234.05, 0.01);
+  EXPECT_LT(at(0.0).step_m, 2e-7);
+  EXPECT_TRUE(at(5412345.0).is_useless(0.01));
+  EXPECT_FALSE(at(-51234.0).is_useless(0.02));
+  EXPECT_TRUE(at(-51234.0).is_coarse(0.02));
+  EXPECT_FALSE(at(-51234.0).is_coarse(0.2));
+  EXPECT_FALSE(at(20.0).is_coarse(1e-4));
+  EXPECT_EQ(coordinate_precision({}).step_m, 0.0);
+  EXPECT_NE(describe(at(5412345.0), 0.01).find("rounded to 0.5 m"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace phantom::geometry

@@ -1,10 +1,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <zip.h>
 
 #include <string>
-#include <utility>
-#include <vector>
 
 #include "common/geometry/tests/mesh_files.hpp"
 
@@ -17,23 +14,7 @@ using ::testing::Contains;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
-class Scenes : public MeshFiles {
- protected:
-  /// A zip archive of these members, in this order.
-  std::filesystem::path write_archive(const std::string& name,
-                                      const std::vector<std::pair<std::string, std::string>>& members) {
-    const auto path = folder_ / name;
-    const zipFile archive = zipOpen(path.c_str(), APPEND_STATUS_CREATE);
-    for (const auto& [member, text] : members) {
-      const zip_fileinfo info{};
-      zipOpenNewFileInZip(archive, member.c_str(), &info, nullptr, 0, nullptr, 0, nullptr, Z_DEFLATED, 6);
-      zipWriteInFileInZip(archive, text.data(), static_cast<unsigned>(text.size()));
-      zipCloseFileInZip(archive);
-    }
-    EXPECT_EQ(zipClose(archive, nullptr), ZIP_OK);
-    return path;
-  }
-};
+class Scenes : public MeshFiles {};
 
 /// A triangle (0,0,0) (1,0,0) (0,1,0); `more`: further keys of the file.
 std::string gltf(const std::string& more) {
@@ -109,6 +90,17 @@ TEST_F(Scenes, ExtensionsOfBinaryGltfToo) {
   expect_refused(
       write("part.GLB", "glTF" + number(2) + number(20 + json.size()) + number(json.size()) + "JSON" + json),
       "KHR_mesh_quantization");
+}
+
+TEST_F(Scenes, FilesOfAGltfMayBeNamedByEncodedUris) {
+  std::string text = gltf("");
+  const std::size_t data = text.find("data:"), end = text.find('"', data);
+  text.replace(data, end - data, "part%20one.bin");
+  const float corners[] = {0, 0, 0, 1, 0, 0, 0, 1, 0};
+  write("part one.bin", {reinterpret_cast<const char*>(corners), sizeof corners});
+  const auto mesh = load_mesh(write("part.gltf", text));
+  ASSERT_TRUE(mesh) << mesh.status().message();
+  EXPECT_EQ(mesh->triangles.size(), 1U);
 }
 
 TEST_F(Scenes, UnitOfA3mfIsItsRootModels) {

@@ -18,6 +18,7 @@ namespace phantom::robot {
 namespace {
 
 using core::JointArray;
+using testing::AllOf;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
@@ -103,7 +104,7 @@ TEST(HeldJoints, AreWhereTheyWouldBeInTheChain) {
 
 std::string branch(const std::string& type, const std::string& inner) {
   return test_arms::link("base", 0, "0 0 0") + test_arms::link("tip", 0, "0 0 0") +
-         test_arms::link("finger", 0, "0 0 0") +
+         test_arms::link("finger", 0.1, "0 0 0") +
          test_arms::moving_joint("turn", "revolute", "base", "tip", "0 0 0", "0 0 0", "0 0 1", 1) +
          R"(<joint name="slide" type=")" + type + R"("><parent link="tip"/><child link="finger"/>
          <origin xyz="0 0 0.5"/><axis xyz="0 0 1"/>)" +
@@ -181,9 +182,12 @@ TEST(HeldJointsRefuse, AMimicThatCannotBeFollowed) {
 
 // ---- what is seen
 
+const std::string kInertial =
+    R"(<inertial><mass value="1"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial>)";
+
 SerialArm look(const std::string& inside_of_tip) {
   return test_arms::load(
-      R"(<link name="base"/><link name="tip">)" + inside_of_tip + "</link>" +
+      R"(<link name="base"/><link name="tip">)" + kInertial + inside_of_tip + "</link>" +
           test_arms::moving_joint("turn", "revolute", "base", "tip", "0 0 0", "0 0 0", "0 0 1", 1),
       "tip");
 }
@@ -274,7 +278,7 @@ class MeshFile : public testing::Test {
   static core::Expected<SerialArm> load(const std::filesystem::path& folder, const std::string& mesh) {
     std::filesystem::create_directories(folder);
     const auto file = folder / "arm.urdf";
-    std::ofstream(file) << R"(<robot name="arm"><link name="base"/><link name="tip">)"
+    std::ofstream(file) << R"(<robot name="arm"><link name="base"/><link name="tip">)" << kInertial
                         << piece("visual", mesh) << "</link>"
                         << test_arms::moving_joint("turn", "revolute", "base", "tip", "0 0 0", "0 0 0",
                                                    "0 0 1", 1)
@@ -346,6 +350,98 @@ TEST_F(MeshFile, OfColladaIsInTheUnitThatItDeclares) {
   const auto arm = load(folder_, R"(<mesh filename="box.dae" scale="2 2 2"/>)");
   ASSERT_TRUE(arm) << arm.status().message();
   expect_box(only_mesh(*arm), {0, 0, 0}, {0.508, 1.016, 1.524}, 1e-5);
+}
+
+// ---- what is noted
+
+/// Two joints, with additions to the second link and joint.
+std::string two_joints(
+    const std::string& link, const std::string& joint = "",
+    const std::string& limit = R"(<limit lower="-1" upper="1" velocity="1" effort="1"/>)") {
+  return R"(<link name="base"/>)" + test_arms::link("l1", 1, "0 0 0") + R"(<link name="l2">)" + link +
+         "</link>" + test_arms::moving_joint("j1", "revolute", "base", "l1", "0 0 0", "0 0 0", "0 0 1", 1) +
+         R"(<joint name="j2" type="revolute"><parent link="l1"/><child link="l2"/>)" + limit + joint +
+         "</joint>";
+}
+std::string inertia(const std::string& ixx, const std::string& izz, const std::string& mass = "2") {
+  return R"(<inertial><mass value=")" + mass + R"("/><inertia ixx=")" + ixx + R"(" ixy="0" ixz="0" iyy=")" +
+         ixx + R"(" iyz="0" izz=")" + izz + R"("/></inertial>)";
+}
+std::vector<std::string> notices_of(const std::string& body) { return test_arms::load(body, "l2").notices(); }
+
+TEST(Notices, NameMissingMass) {
+  EXPECT_THAT(notices_of(two_joints(inertia("0.01", "0.01"))), IsEmpty());
+  EXPECT_THAT(notices_of(two_joints("")), ElementsAre("links without mass (<inertial>): 'l2'"));
+  EXPECT_THAT(
+      notices_of(R"(<link name="base"/><link name="l2"/>)" +
+                 test_arms::moving_joint("j", "revolute", "base", "l2", "0 0 0", "0 0 0", "0 0 1", 1)),
+      ElementsAre(HasSubstr("no moving link has a mass (<inertial>)")));
+}
+
+TEST(Notices, NameInertiasThatNoLinkHas) {
+  EXPECT_THAT(notices_of(two_joints(inertia("0.01", "0.0201"))), IsEmpty()) << "rounded";
+  EXPECT_THAT(
+      notices_of(two_joints(inertia("0.01", "9"))),
+      ElementsAre("link 'l2': no body has its inertia, of the principal moments 0.01, 0.01, 9 kg·m²: the "
+                  "greatest may not exceed the sum of the others"));
+  EXPECT_THAT(notices_of(two_joints(inertia("1e7", "1e7", "2000"))),
+              ElementsAre(AllOf(HasSubstr("link 'l2': its inertia, 1e+07, 1e+07, 1e+07 kg·m²"),
+                                HasSubstr("70.7107 m from its middle: a URDF is in kg and m"))));
+  EXPECT_THAT(refusal(two_joints(inertia("-1", "1")), "l2"), HasSubstr("link 'l2': inertia must be finite"));
+}
+
+TEST(Notices, NameLimitsThatAreNotApplied) {
+  const auto soft = [](const std::string& lower, const std::string& upper) {
+    return two_joints(inertia("1", "1"),
+                      R"(<safety_controller k_position="1" k_velocity="1" soft_lower_limit=")" + lower +
+                          R"(" soft_upper_limit=")" + upper + R"("/>)");
+  };
+  EXPECT_THAT(notices_of(soft("-0.1", "0.2")),
+              ElementsAre("joint 'j2': the soft limits of its <safety_controller>, -0.1 to "
+                          "0.2, are not applied; its range is -1 to 1"));
+  EXPECT_THAT(notices_of(soft("-1", "1")), IsEmpty());
+  EXPECT_THAT(notices_of(soft("0", "0")), IsEmpty());
+  EXPECT_THAT(notices_of(two_joints(inertia("1", "1"), "",
+                                    R"(<limit lower="-180" upper="180" velocity="90" effort="1"/>)")),
+              ElementsAre(AllOf(HasSubstr("joint 'j2': its range, -180 to 180 rad"),
+                                HasSubstr("a URDF is in radians, not in degrees"))));
+}
+
+TEST(UrdfRefuses, InWordsThatNameLinkOrJoint) {
+  EXPECT_THAT(refusal(two_joints(piece("visual", R"(<capsule radius="1" length="1"/>)")), "l2"),
+              AllOf(HasSubstr("Unknown geometry type 'capsule'"), HasSubstr("l2")));
+  EXPECT_THAT(refusal(two_joints("", R"(<origin xyz="0 0 0,4"/>)"), "l2"),
+              AllOf(HasSubstr("0,4"), HasSubstr("j2")));
+  EXPECT_THAT(refusal(two_joints("", R"(<origin xyz="0 0 40cm"/>)"), "l2"),
+              AllOf(HasSubstr("40cm"), HasSubstr("j2")));
+}
+
+TEST(UrdfRefuses, XacroThatIsNotExpanded) {
+  const std::string expanded = "needed is what xacro makes of the file: xacro FILE > arm.urdf";
+  EXPECT_THAT(
+      refusal("\n<xacro:property name='h' value='1'/>\n" + two_joints("", R"(<origin xyz="0 0 ${h}"/>)"),
+              "l2"),
+      AllOf(HasSubstr("j2"), HasSubstr("line 3 has '<xacro:property' of xacro"), HasSubstr(expanded)));
+  EXPECT_THAT(refusal(two_joints("", R"(<origin xyz="0 0 ${h * 2}"/>)"), "l2"),
+              AllOf(HasSubstr("line 2 has '${h * 2}' of xacro"), HasSubstr(expanded)));
+  EXPECT_THAT(refusal(two_joints("") + "<xacro:if value='1'><link name='x'/></xacro:if>", "l2"),
+              HasSubstr("line 2 has '<xacro:if' of xacro"));
+  EXPECT_THAT(refusal(two_joints(piece("visual", R"(<mesh filename="file://$(find arm)/x.stl"/>)")), "l2"),
+              AllOf(HasSubstr("link 'l2': mesh "), HasSubstr("xacro that has not been expanded")));
+  // What xacro writes itself, and what other programs expand.
+  EXPECT_THAT(notices_of("<!-- made by <xacro:robot> from ${file} -->" + two_joints(inertia("1", "1")) +
+                         "<gazebo><plugin>$(env HOME) ${x}</plugin></gazebo>"),
+              IsEmpty());
+}
+
+TEST(UrdfRefuses, MeshNamesThatAreNoPaths) {
+  const auto with = [](const std::string& name) {
+    return refusal(two_joints(piece("visual", "<mesh filename=\"" + name + "\"/>")), "l2");
+  };
+  EXPECT_THAT(with("https://example.org/x.stl"),
+              HasSubstr("'https' is not read: allowed are package://, file://"));
+  EXPECT_THAT(with("model://arm/x.stl"), HasSubstr("'model' is not read"));
+  EXPECT_THAT(with(R"(package://arm\meshes\x.stl)"), HasSubstr(R"(it has '\' where a URDF has '/')"));
 }
 
 /// Bytes of a whole file, damaged at random: an arm of finite numbers comes out, or one message.

@@ -292,6 +292,33 @@ TEST_F(CellObjects, BodiesThatCannotBeAreRefusedByName) {
               HasSubstr("holds nothing"));
 }
 
+// A pipe in survey coordinates, which a pose brings into the cell: numbers of 32 bits cannot hold it.
+
+// Tries wva_server: lies far from its origin
+TEST_F(CellObjects, AMeshFarFromItsOriginIsRefusedOrWarnedOf) {
+  const auto load_at = [&](double x_m) {
+    auto mesh = geometry::make_cylinder(0.05, 0.4);
+    std::ofstream file(folder_ / "pipe.obj");
+    file.precision(15);
+    for (const auto& v : mesh.vertices_m)
+      file << "v " << static_cast<double>(v.x()) + x_m << ' ' << v.y() << ' ' << v.z() << '\n';
+    for (const auto& t : mesh.triangles)
+      file << "f " << t[0] + 1 << ' ' << t[1] + 1 << ' ' << t[2] + 1 << '\n';
+    file.close();
+    return load_body(read("mesh: pipe.obj\nmesh_scale: 1\nup_axis: z\npose: {xyz_m: [" +
+                          std::to_string(-x_m) + ", 0, 0]}"),
+                     cell_);
+  };
+  EXPECT_THAT(load_at(0.0).notes, testing::IsEmpty());
+  EXPECT_THAT(load_at(1000.0).notes, testing::IsEmpty());
+  EXPECT_THAT(load_at(5000.0).notes,
+              ElementsAre(AllOf(HasSubstr("reaches 5000.05 m from its origin"),
+                                HasSubstr("rounded to 0.00049 m, too coarse for a voxel of 0.005 m"))));
+  EXPECT_THAT([&] { load_at(512345.678); },
+              ThrowsMessage<ConfigError>(
+                  AllOf(HasSubstr("'part': reaches 512346 m"), HasSubstr("origin near to it"))));
+}
+
 TEST_F(CellObjects, NamesCanBeShownAndSent) {
   const auto refusal = [&](const std::string& name) {
     try {

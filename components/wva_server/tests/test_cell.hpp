@@ -20,7 +20,9 @@ class TestCell : public ::testing::Test {
   void SetUp() override {
     write("ball.stl", ascii_stl(geometry::make_sphere(60, 3)));
     write("post.stl", ascii_stl(geometry::make_box({40, 40, 300})));
-    write("arm.urdf", "<robot name='arm'/>");
+    write("arm.urdf",
+          R"(<robot name="arm"><link name="base"/><link name="tool"/><joint name="turn" type="revolute">
+<parent link="base"/><child link="tool"/><limit lower="-1" upper="1" effort="1" velocity="1"/></joint></robot>)");
     write("cell.yaml", kCell);
   }
 
