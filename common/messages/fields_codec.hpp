@@ -94,10 +94,11 @@ class Decoder {
   void whole_text(const char*, const From& from, std::string& to) {
     any(from, to);
   }
+  /// Reads a list into a vector or a bounded list, of which it reads as many items as there is room for.
   template <class From, class To, class Fields>
-  void list(const std::vector<From>& from, std::vector<To>& to, const Fields& fields, std::size_t = 0) {
+  void list(const std::vector<From>& from, To& to, const Fields& fields, std::size_t = 0) {
     to.resize(from.size());
-    for (std::size_t i = 0; i < from.size(); ++i) fields(*this, from[i], to[i]);
+    for (std::size_t i = 0; i < to.size(); ++i) fields(*this, from[i], to[i]);
   }
 
   void refuse(std::string why) {
@@ -166,7 +167,7 @@ class Encoder {
   }
   /// Leaves out the items beyond the `most` that the IDL allows.
   template <class To, class From, class Fields>
-  void list(std::vector<To>& to, const std::vector<From>& from, const Fields& fields, std::size_t most) {
+  void list(std::vector<To>& to, const From& from, const Fields& fields, std::size_t most) {
     to.resize(std::min(most, from.size()));
     for (std::size_t i = 0; i < to.size(); ++i) fields(*this, to[i], from[i]);
   }

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "common/core/bounded_list.hpp"
 #include "common/core/joints.hpp"
 #include "common/core/sample_id.hpp"
 #include "common/messages/received.hpp"
@@ -45,7 +46,27 @@ enum class PerceptCondition {
   kSelfTestFailed        ///< invalid: a virtual probe did not perceive the expected value
 };
 
-/// Topic percept: the percept of the whole skin, taken from its worst sensor. Trivially copyable.
+/// A link that may hit an object: the percept at the most urgent of its places there. Trivially copyable.
+struct Threat {
+  percept::HitRule rule = percept::HitRule::kNone;
+  bool raises = false;  ///< false: the rule holds only at the share of the speed limit that keeps an alert up
+  std::uint32_t link = 0, sensor = 0;
+  std::uint16_t object = 0;
+  double mu_Pa_s_per_m = 0.0;
+  double closeness = 0.0;  ///< 0…1
+  double speed_m_s = 0.0;
+  Vector3 position_m{}, velocity_m_s{};  ///< in W
+  Vector3 pgv{};                         ///< in W, towards the object; 0: none
+  double pgs = 0.0;
+  percept::MotionClass motion = percept::MotionClass::kNone;
+  percept::TimeToContact contact;
+
+  friend bool operator==(const Threat&, const Threat&) = default;
+};
+inline constexpr std::size_t kMostThreats = 16;  ///< as in the IDL
+
+/// Topic percept: the percept of the most urgent threat or, where none threatens, of the worst sensor.
+/// Trivially copyable.
 struct Percept {
   core::SampleId stamp;
   core::SampleId slave_echo;
@@ -66,6 +87,9 @@ struct Percept {
   double tick_s = 0.0;
   std::uint32_t muted_sensors = 0;
   std::uint16_t allowed_contacts = 0;
+  double greatest_mu_Pa_s_per_m = 0.0;              ///< at the worst sensor
+  double greatest_closeness = 0.0;                  ///< 0…1, there
+  core::BoundedList<Threat, kMostThreats> threats;  ///< most urgent first
 
   friend bool operator==(const Percept&, const Percept&) = default;
 };
@@ -136,7 +160,8 @@ struct HitAlert {
   double speed_m_s = 0.0;
   double mu_Pa_s_per_m = 0.0;
   bool cleared = false;
-  std::string interest_point;  ///< empty: the alert is for the whole skin
+  std::string interest_point;      ///< empty: a place of the skin
+  percept::TimeToContact contact;  ///< when it was raised
 
   friend bool operator==(const HitAlert&, const HitAlert&) = default;
 };

@@ -55,6 +55,24 @@ constexpr auto kDragField = [](auto& codec, auto& m, auto& s) {
   codec.number("model_age_s", m.model_age_s(), s.model_age_s);
 };
 
+constexpr double kUnknown = -1.0;  // of a time or a gap
+
+constexpr auto kContact = [](auto& codec, auto& m, auto& s) {
+  codec.number("time_to_contact_s", m.time_to_contact_s(), s.contact.time_s, kUnknown);
+  codec.number("time_to_contact_error_s", m.time_to_contact_error_s(), s.contact.error_s, kUnknown);
+  codec.number("gap_m", m.gap_m(), s.contact.gap_m, kUnknown);
+};
+
+constexpr auto kThreat = [](auto& codec, auto& m, auto& s) {
+  codec.enumeration("rule", m.rule(), s.rule, HitRule::kFarNearing);
+  codec.any(m.alerts(), s.raises);
+  codec.link(m.link(), s.link);
+  codec.any(m.sensor(), s.sensor);
+  codec.any(m.object(), s.object);
+  kPlace(codec, m, s);
+  kContact(codec, m, s);
+};
+
 constexpr auto kPercept = [](auto& codec, auto& m, auto& s) {
   kTick(codec, m, s);
   codec.enumeration("condition", m.condition(), s.condition, PerceptCondition::kSelfTestFailed);
@@ -67,6 +85,9 @@ constexpr auto kPercept = [](auto& codec, auto& m, auto& s) {
   codec.number("tick_s", m.tick_s(), s.tick_s);
   codec.any(m.muted_sensors(), s.muted_sensors);
   codec.any(m.allowed_contacts(), s.allowed_contacts);
+  codec.number("greatest_mu", m.greatest_mu(), s.greatest_mu_Pa_s_per_m, 0.0);
+  codec.number("greatest_closeness", m.greatest_closeness(), s.greatest_closeness, 0.0, 1.0);
+  codec.list(m.threats(), s.threats, kThreat, kMostThreats);
 };
 
 constexpr auto kInterestPoint = [](auto& codec, auto& m, auto& s) {
@@ -115,6 +136,7 @@ constexpr auto kHitAlert = [](auto& codec, auto& m, auto& s) {
   codec.number("mu", m.mu(), s.mu_Pa_s_per_m);
   codec.any(m.cleared(), s.cleared);
   codec.any(m.interest_point(), s.interest_point);
+  kContact(codec, m, s);
 };
 
 constexpr auto kSensingCommand = [](auto& codec, auto& m, auto& s) {

@@ -67,13 +67,8 @@ AlertEvents HitMonitor::step(const std::optional<HitCandidate>& candidate, doubl
     return events;
   }
   quiet_s_ = 0.0;
-  if (active_) {
-    const bool elsewhere = candidate->link != active_->at.link || candidate->object != active_->at.object;
-    const bool graver = rule_ == HitRule::kVeryClose && active_->rule != HitRule::kVeryClose;
-    // A new place must exceed the full limit, not only the limit that the present alert lowers.
-    const bool in_its_own_right = assess_hit(candidate->situation, thresholds_) != HitRule::kNone;
-    if (!graver && !(elsewhere && in_its_own_right)) return events;
-  }
+  const bool graver = active_ && rule_ == HitRule::kVeryClose && active_->rule != HitRule::kVeryClose;
+  if (active_ && !graver) return events;
   if (since_raise_s_ < timing_.least_interval_s) return events;
   events.cleared = active_;
   active_ = Alert{++raised_, rule_, *candidate};

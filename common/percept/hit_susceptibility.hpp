@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "common/core/status.hpp"
+#include "common/percept/time_to_contact.hpp"
 
 namespace phantom::percept {
 
@@ -57,7 +58,7 @@ HitRule assess_hit(const HitSituation& situation, const HitThresholds& threshold
 /// When alerts are raised and cleared.
 struct AlertTiming {
   double clear_after_s = 0.5;      ///< an alert is cleared once no rule has held for this long
-  double least_interval_s = 0.5;   ///< from one raised alert to the next
+  double least_interval_s = 0.5;   ///< from one raised alert to the next of the same threat
   double clear_speed_share = 0.7;  ///< scales the speed limit while an alert is up (hysteresis)
 };
 
@@ -71,6 +72,7 @@ struct HitCandidate {
   std::int32_t interest_point = -1;
   Eigen::Vector3d position_W_m = Eigen::Vector3d::Zero();
   Eigen::Vector3d pgv_W_m = Eigen::Vector3d::Zero();
+  TimeToContact contact;
 };
 
 /// A raised alert. It is latched: the look-at point does not move until the next alert.
@@ -86,22 +88,25 @@ struct AlertEvents {
   std::optional<Alert> raised;
 };
 
-/// Turns rules into alerts: raises, keeps and clears them, with hysteresis and with a least interval between
-/// alerts. A new alert replaces the present one when another link or object is threatened, or when rule 1
-/// sets in. Real-time safe: yes.
+/// Turns the rules for one threat, which is one link near one object, into alerts: raises, keeps and clears
+/// them, with hysteresis and with a least interval between alerts. A new alert replaces the present one when
+/// rule 1 sets in. Real-time safe: yes.
 class HitMonitor {
  public:
+  HitMonitor() = default;
   HitMonitor(const HitThresholds& thresholds, const AlertTiming& timing)
       : thresholds_(thresholds), timing_(timing) {}
 
-  /// Takes the worst sensor as `candidate`, or none (free space, or nothing known). A `dt_s` that is NaN or
-  /// negative counts as 0.
+  /// Takes the link's most urgent place near that object as `candidate`, or none (free space, or nothing
+  /// known). A `dt_s` that is NaN or negative counts as 0.
   AlertEvents step(const std::optional<HitCandidate>& candidate, double dt_s) noexcept;
   /// Ends the present alert at once, because the data behind it are no longer valid.
   AlertEvents close() noexcept;
 
   const std::optional<Alert>& active() const noexcept { return active_; }
   HitRule rule() const noexcept { return rule_; }  ///< the rule that held in the last step
+  /// Returns whether no alert is up and the next one may be raised at once.
+  bool is_idle() const noexcept { return !active_ && since_raise_s_ >= timing_.least_interval_s; }
 
  private:
   HitThresholds thresholds_;

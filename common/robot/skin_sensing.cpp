@@ -216,6 +216,7 @@ void SkinSensing::start(const workspace::Workspace& workspace) noexcept {
   sums_ = {};
   active_ = muted_ = 0;
   worst_ = {};
+  for (WorstSensor& worst : worst_of_links_) worst.found = false;
   worst_code_ = 0;
   worst_around_mu_ = 0.0;
   std::fill(block_worst_.begin(), block_worst_.end(), std::uint8_t{0});

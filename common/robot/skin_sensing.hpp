@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <bitset>
 #include <cstddef>
@@ -141,9 +142,24 @@ class SkinSensing {
         if (cluster_codes_[i] >= code) visit(link, i);
     }
   }
+  /// Calls visit(sensor, code) for sensors of a link that met fluid and are not muted, each once: of each
+  /// block that met some the first one in its greatest code, and some `most` evenly chosen of all, or all if
+  /// they are fewer. Of a moving fluid's: that of in_fluid(). Cost: as the sensors of its blocks in fluid, in
+  /// steps. Real-time safe: as visit is.
+  template <class Visit>
+  void for_each_place(std::size_t link, std::size_t most, const Visit& visit) const noexcept;
+  /// Returns what the skin has met in a moving fluid, by its index in the last sense().
+  const SkinSensing& in_fluid(std::size_t fluid) const noexcept { return *in_fluids_[fluid]; }
+  /// Returns the voxel in which a sensor met a code: its own or, for a cluster sensor, the nearest of its
+  /// zone. None: it did not meet it. Real-time safe: yes.
+  std::optional<workspace::Index3> place_of(std::size_t link, std::size_t sensor, std::uint8_t code,
+                                            const workspace::Workspace& workspace) const noexcept;
   std::size_t active() const noexcept { return active_; }  ///< sensors that meet fluid
   std::size_t muted() const noexcept { return muted_; }    ///< sensors in fluid that is muted for them
   const WorstSensor& worst() const noexcept { return worst_; }
+  /// Returns the worst sensor of one link in the workspace's fluid; in that of in_fluid(): in its. It does
+  /// not depend on the other links.
+  const WorstSensor& worst_of(std::size_t link) const noexcept { return worst_of_links_[link]; }
   const SkinLayout& layout() const noexcept { return *layout_; }
 
  private:
@@ -204,10 +220,10 @@ class SkinSensing {
     double around_mu;
   };
   void weigh(const Weighed& at, const LinkPoses& X_WL, const workspace::Workspace& workspace) noexcept;
+  WorstSensor sensor_at(const Weighed& at, const LinkPoses& X_WL,
+                        const workspace::Workspace& workspace) const noexcept;
   Surroundings surroundings(workspace::Index3 at, const workspace::Workspace& workspace) const noexcept;
   std::size_t farthest(const WorstCandidates& candidates, const Eigen::Vector3d& direction_L) const noexcept;
-  std::optional<workspace::Index3> place_of(std::size_t link, std::size_t sensor, std::uint8_t code,
-                                            const workspace::Workspace& workspace) const noexcept;
 
   const SkinLayout& open_;           // the layout with the gripper at its widest
   std::optional<SkinLayout> moved_;  // as it is now, if it has sensors that move
@@ -243,6 +259,7 @@ class SkinSensing {
   MediumSensing medium_;
   std::size_t active_ = 0, muted_ = 0;
   WorstSensor worst_;
+  std::array<WorstSensor, core::kMaxJoints + 1> worst_of_links_;
   // What the skin feels in each moving fluid, in its frame; the same layout, without fluids of its own.
   std::vector<std::unique_ptr<SkinSensing>> in_fluids_;
   std::vector<LinkSums> fluid_sums_;
@@ -254,5 +271,27 @@ class SkinSensing {
   std::uint8_t worst_code_ = 0;                                   // of worst_, and the sum of μ around it
   double worst_around_mu_ = 0.0;
 };
+
+template <class Visit>
+void SkinSensing::for_each_place(std::size_t link, std::size_t most, const Visit& visit) const noexcept {
+  const std::size_t first = layout_->first[link], first_cluster = layout_->first_cluster[link];
+  const std::size_t points = first_cluster - first, clusters = layout_->first[link + 1] - first_cluster;
+  const std::size_t blocks = (points + kernel::kBlock - 1) / kernel::kBlock;
+  const std::uint8_t* const worst = block_worst_.data() + first_block_[link];
+  const auto in_fluid = blocks - static_cast<std::size_t>(std::count(worst, worst + blocks, std::uint8_t{0}));
+  const std::size_t stride =
+      std::max<std::size_t>(1, (in_fluid * kernel::kBlock + clusters + most - 1) / most);
+  for (std::size_t block = 0; block < blocks; ++block) {
+    if (worst[block] == 0) continue;
+    const std::size_t begin = block * kernel::kBlock, count = std::min(kernel::kBlock, points - begin);
+    const std::uint8_t* const codes = codes_.data() + packed_first_[link] + begin;
+    const auto thickest = static_cast<std::size_t>(std::find(codes, codes + count, worst[block]) - codes);
+    if (thickest < count) visit(first + begin + thickest, worst[block]);
+    for (std::size_t i = 0; i < count; i += stride)
+      if (codes[i] != 0 && i != thickest) visit(first + begin + i, codes[i]);
+  }
+  for (std::size_t i = first_cluster; i < first_cluster + clusters; i += stride)
+    if (cluster_codes_[i] != 0) visit(i, cluster_codes_[i]);
+}
 
 }  // namespace phantom::robot

@@ -105,8 +105,6 @@ SkinSensing::Surroundings SkinSensing::surroundings(workspace::Index3 at,
   return around;
 }
 
-/// Returns the voxel in which a sensor meets a code: its own or, for a cluster sensor, the nearest of its
-/// zone.
 std::optional<workspace::Index3> SkinSensing::place_of(std::size_t link, std::size_t sensor,
                                                        std::uint8_t code,
                                                        const workspace::Workspace& workspace) const noexcept {
@@ -147,14 +145,19 @@ void SkinSensing::weigh(const Weighed& at, const LinkPoses& X_WL,
   if (!worse) return;
   worst_code_ = at.code;
   worst_around_mu_ = at.around_mu;
-  worst_ = {true,
-            at.sensor,
-            at.link,
-            at.voxel,
-            X_WL[at.link] * layout_->position(at.sensor),
-            workspace.palette()[at.code],
-            workspace.order(at.voxel),
-            workspace.object(at.voxel)};
+  worst_ = sensor_at(at, X_WL, workspace);
+}
+
+WorstSensor SkinSensing::sensor_at(const Weighed& at, const LinkPoses& X_WL,
+                                   const workspace::Workspace& workspace) const noexcept {
+  return {true,
+          at.sensor,
+          at.link,
+          at.voxel,
+          X_WL[at.link] * layout_->position(at.sensor),
+          workspace.palette()[at.code],
+          workspace.order(at.voxel),
+          workspace.object(at.voxel)};
 }
 
 /// Reads the surroundings of a few of a link's sensors that meet its greatest code. Then follows the
@@ -162,7 +165,7 @@ void SkinSensing::weigh(const Weighed& at, const LinkPoses& X_WL,
 void SkinSensing::find_worst(std::size_t link, const LinkPoses& X_WL,
                              const workspace::Workspace& workspace) noexcept {
   const std::uint8_t greatest = greatest_code(link);
-  if (greatest == 0 || greatest < worst_code_) return;
+  if (greatest == 0) return;
   WorstCandidates candidates;
   find_worst_candidates(link, greatest, candidates);
   Surroundings best{-1.0, Eigen::Vector3d::Zero()};
@@ -180,6 +183,7 @@ void SkinSensing::find_worst(std::size_t link, const LinkPoses& X_WL,
   for (std::size_t i = 0; i < candidates.count; i += stride) look_at(i);
   if (best.mu < 0.0) return;
   if (stride > 1) look_at(farthest(candidates, X_WL[link].rotation.transpose() * best.gradient_W));
+  worst_of_links_[link] = sensor_at(found, X_WL, workspace);
   weigh(found, X_WL, workspace);
 }
 

@@ -68,7 +68,7 @@ class FromPhantom {
   /// NaN while the percept is not valid.
   std_msgs::msg::dds_::Float64_ closeness(const messages::Percept& felt) const;
   std_msgs::msg::dds_::Float64_ speed(const messages::Percept& felt) const;
-  /// A sphere where the worst sensor is, from green (free) to red (touching); deleted in free space.
+  /// A sphere where the percept is, from green (free) to red (touching); deleted in free space.
   visualization_msgs::msg::dds_::Marker_ worst_place(const messages::Percept& felt,
                                                      core::Nanoseconds utc_ns) const;
   /// Each moved link in its parent; frames that do not move: the base in the world, the others of the arm's

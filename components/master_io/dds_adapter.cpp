@@ -29,7 +29,7 @@ std::string refusal(const messages::DragField& field, teleop::DragMode rendered)
 }
 
 PhantomContact contact_of(const messages::Percept& percept, core::Nanoseconds received_ns) noexcept {
-  return {received_ns, percept.valid && percept.closeness >= 1.0};
+  return {received_ns, percept.valid && percept.greatest_closeness >= 1.0};
 }
 
 double RoundTrip::measure(const messages::DragField& field, core::Nanoseconds received_ns) noexcept {

@@ -32,6 +32,17 @@ void take_place(const PlacePercept& place, Message& message) {
   message.object = place.object;
 }
 
+messages::Threat threat_of(const Threat& threat) {
+  messages::Threat message;
+  take_place(threat, message);
+  message.rule = threat.rule;
+  message.raises = threat.raises;
+  message.link = static_cast<std::uint32_t>(threat.link);
+  message.sensor = static_cast<std::uint32_t>(threat.sensor);
+  message.contact = threat.contact;
+  return message;
+}
+
 }  // namespace
 
 messages::DragField drag_field_of(const StepOutputs& outputs, const TickInfo& info, std::size_t joint_count) {
@@ -56,6 +67,9 @@ messages::Percept percept_of(const StepOutputs& outputs, const TickInfo& info, s
   percept.tick_s = info.tick_s;
   percept.muted_sensors = static_cast<std::uint32_t>(outputs.muted_sensors);
   percept.allowed_contacts = static_cast<std::uint16_t>(info.allowed_contacts);
+  percept.greatest_mu_Pa_s_per_m = outputs.worst.mu;
+  percept.greatest_closeness = outputs.worst.closeness;
+  for (const Threat& threat : outputs.threats) percept.threats.push_back(threat_of(threat));
   return percept;
 }
 
@@ -87,6 +101,7 @@ messages::HitAlert hit_alert_of(const percept::Alert& alert, bool cleared, const
   message.speed_m_s = alert.at.situation.speed_m_s;
   message.mu_Pa_s_per_m = alert.at.situation.mu;
   message.cleared = cleared;
+  message.contact = alert.at.contact;
   if (alert.at.interest_point >= 0)
     message.interest_point = model.interest_points[static_cast<std::size_t>(alert.at.interest_point)].name;
   return message;

@@ -1,5 +1,6 @@
 #include "components/phantom_sensing/hit_log.hpp"
 
+#include <spdlog/fmt/fmt.h>
 #include <spdlog/spdlog.h>
 
 #include <nlohmann/json.hpp>
@@ -45,9 +46,11 @@ std::string HitLog::place_of(const percept::Alert& alert) const {
 void HitLog::log_new(const ObjectName& object_name) {
   while (const auto hit = record(logged_)) {
     ++logged_;
-    spdlog::info("hit alert {}: {} near {} (rule {}, {:.3f} m/s)", hit->alert.number, place_of(hit->alert),
+    const percept::TimeToContact& contact = hit->alert.at.contact;
+    spdlog::info("hit alert {}: {} near {} (rule {}, {:.3f} m/s{})", hit->alert.number, place_of(hit->alert),
                  object_name(hit->alert.at.object), static_cast<int>(hit->alert.rule),
-                 hit->alert.at.situation.speed_m_s);
+                 hit->alert.at.situation.speed_m_s,
+                 contact.is_nearing() ? fmt::format(", contact in {:.2f} s", contact.time_s) : "");
   }
 }
 
@@ -62,6 +65,8 @@ nlohmann::ordered_json HitLog::json(const ObjectName& object_name) {
                     {"rule", static_cast<int>(hit->alert.rule)},
                     {"mu", at.situation.mu},
                     {"speed_m_s", at.situation.speed_m_s}});
+    if (at.contact.is_nearing()) list.back()["time_to_contact_s"] = at.contact.time_s;
+    if (at.contact.gap_m >= 0.0) list.back()["gap_m"] = at.contact.gap_m;
     if (at.interest_point >= 0)
       list.back()["point"] = model_.interest_points[static_cast<std::size_t>(at.interest_point)].name;
     if (hit->cleared_s >= 0.0) list.back()["cleared_t"] = hit->cleared_s;

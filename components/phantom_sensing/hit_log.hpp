@@ -27,7 +27,8 @@ class HitLog : public PerceptSink {
 
   /// Logs the alerts that came since the last call. Call it on the same thread as json().
   void log_new(const ObjectName& object_name);
-  /// Returns [{t, alert, link, object, rule, mu, speed_m_s, point, cleared_t}] for the first 10,000 alerts.
+  /// Returns [{t, alert, link, object, rule, mu, speed_m_s, time_to_contact_s, gap_m, point, cleared_t}] for
+  /// the first 10,000 alerts.
   nlohmann::ordered_json json(const ObjectName& object_name);
 
  private:

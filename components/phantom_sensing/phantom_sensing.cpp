@@ -51,8 +51,7 @@ PhantomSensing::PhantomSensing(const PhantomModel& model, const PerceptSettings&
       own_sensing_(model.skin, sensing_options(model, settings, model.skin.size())),
       soft_(model.soft_bodies),
       zone_(settings.cluster_reach_vox, settings.cluster_shape),
-      skin_watch_{percept::HitMonitor(settings.hit, settings.alert)},
-      interest_watches_(model.interest_points.size(), skin_watch_),
+      monitor_(settings.hit, settings.alert),
       interest_(model.interest_points.size()),
       own_links_(links_of_process(model)),
       boxes_(boxes_of(model)) {}
@@ -85,13 +84,6 @@ bool PhantomSensing::reaches_out(const workspace::GridSpec& grid) const noexcept
   });
 }
 
-/// Numbers the alerts of all places in one sequence.
-percept::AlertEvents PhantomSensing::numbered(Watch& watch, percept::AlertEvents events) noexcept {
-  if (events.cleared) events.cleared->number = watch.alert;
-  if (events.raised) events.raised->number = watch.alert = ++alerts_raised_;
-  return events;
-}
-
 /// Velocity of a place on the arm, with what fingers that open or close add.
 Eigen::Vector3d PhantomSensing::velocity_W(const StepInputs& inputs, std::size_t link,
                                            const Eigen::Vector3d& closing_m,
@@ -100,10 +92,10 @@ Eigen::Vector3d PhantomSensing::velocity_W(const StepInputs& inputs, std::size_t
          inputs.fingers.closing_per_s * (X_WL_[link].rotation * closing_m);
 }
 
-/// Fills the fields that follow from the place's μ, position and object, which must be set. Returns the
-/// inputs of the hit rules.
-percept::HitCandidate PhantomSensing::perceive_place(const StepInputs& inputs, const Felt& felt,
-                                                     PlacePercept& place) const noexcept {
+/// Fills the fields that follow from the place's μ, position and object, which must be set, but for the time
+/// to contact.
+void PhantomSensing::perceive_place(const StepInputs& inputs, const Felt& felt,
+                                    PlacePercept& place) const noexcept {
   const OtherLink* const other = felt.fluid == 0 ? nullptr : &inputs.others[felt.fluid - 1];
   place.closeness = percept::closeness(
       place.mu, other != nullptr ? other->greatest_neighbour_mu : inputs.workspace.greatest_neighbour_mu);
@@ -114,39 +106,31 @@ percept::HitCandidate PhantomSensing::perceive_place(const StepInputs& inputs, c
     place.velocity_W_m_s -= other->velocity_W(place.position_W_m);
     place.gradient.pgv_W_m = other->X_WL.rotation * place.gradient.pgv_W_m;
   }
-  return candidate_at(place, felt.link);
+  classify(place);
 }
 
-/// Fills the motion of a place whose other fields are set. Returns the inputs of the hit rules.
-percept::HitCandidate PhantomSensing::candidate_at(PlacePercept& place, std::size_t link) const noexcept {
-  const Eigen::Vector3d& pgv = place.gradient.pgv_W_m;
-  place.motion = percept::classify_motion(pgv, place.velocity_W_m_s, settings_.motion);
-  percept::HitCandidate candidate;
-  candidate.situation = {
-      place.mu, place.velocity_W_m_s.norm(),
-      percept::approach_cosine(pgv, place.velocity_W_m_s, settings_.motion.least_speed_m_s)};
-  candidate.link = static_cast<std::uint32_t>(link);
-  candidate.object = place.object;
-  candidate.position_W_m = place.position_W_m;
-  candidate.pgv_W_m = pgv;
-  return candidate;
+/// Fills the motion class of a place whose gradient and velocity are set.
+void PhantomSensing::classify(PlacePercept& place) const noexcept {
+  place.motion = percept::classify_motion(place.gradient.pgv_W_m, place.velocity_W_m_s, settings_.motion);
 }
 
-/// Fills the percept of the worst sensor, which another process has sensed in a workspace of its own. Returns
-/// the inputs of the hit rules.
-percept::HitCandidate PhantomSensing::perceive_elsewhere(SkinPercept& percept) const noexcept {
-  static_cast<PlacePercept&>(percept) = worst_elsewhere_->place;
-  percept.link = worst_elsewhere_->link;
-  percept.sensor = worst_elsewhere_->sensor;
-  return candidate_at(percept, percept.link);
+/// Returns what the hit rules need of a place.
+percept::HitSituation PhantomSensing::situation_of(const PlacePercept& place) const noexcept {
+  return {place.mu, place.velocity_W_m_s.norm(),
+          percept::approach_cosine(place.gradient.pgv_W_m, place.velocity_W_m_s,
+                                   settings_.motion.least_speed_m_s)};
 }
 
-void PhantomSensing::perceive_skin(const StepInputs& inputs, StepOutputs& outputs) noexcept {
-  SkinPercept& percept = outputs.percept;
-  std::optional<percept::HitCandidate> candidate;
+/// Fills the percept of the worst sensor of the whole skin, which another process may have sensed in a
+/// workspace of its own.
+void PhantomSensing::perceive_worst(const StepInputs& inputs, StepOutputs& outputs) const noexcept {
+  SensorPercept& percept = outputs.worst;
   const robot::WorstSensor& worst = sensing_->worst();
   if (worst_elsewhere_ != nullptr && (!worst.found || worst_elsewhere_->mu > worst.mu)) {
-    candidate = perceive_elsewhere(percept);
+    static_cast<PlacePercept&>(percept) = worst_elsewhere_->place;
+    percept.link = worst_elsewhere_->link;
+    percept.sensor = worst_elsewhere_->sensor;
+    classify(percept);
   } else if (worst.found) {
     percept.mu = static_cast<double>(worst.mu);
     percept.object = worst.object;
@@ -155,13 +139,9 @@ void PhantomSensing::perceive_skin(const StepInputs& inputs, StepOutputs& output
     percept.sensor = worst.sensor;
     const auto& closing_m = sensing_->layout().closing_m;
     const Eigen::Vector3d way_m = closing_m.empty() ? Eigen::Vector3d::Zero() : closing_m[worst.sensor];
-    candidate = perceive_place(inputs, {worst.link, way_m, worst.voxel, worst.fluid}, percept);
+    perceive_place(inputs, {worst.link, way_m, worst.voxel, worst.fluid}, percept);
+    time_contact(inputs, worst.fluid, percept);
   }
-  if (candidate) candidate->sensor = static_cast<std::uint32_t>(percept.sensor);
-  outputs.alerts = numbered(skin_watch_, skin_watch_.hits.step(candidate, inputs.dt_s));
-  percept.rule = skin_watch_.hits.rule();
-  percept.drag_torque =
-      robot::drag_torque(outputs.drag, settings_.mode, inputs.velocity, model_.arm.joint_count());
 }
 
 /// Looks up the fluid of greatest μ at an interest point, whose position must be set.
@@ -190,21 +170,22 @@ PhantomSensing::Felt PhantomSensing::feel(const StepInputs& inputs, const Intere
   return felt;
 }
 
-void PhantomSensing::perceive_interest_points(const StepInputs& inputs) noexcept {
+void PhantomSensing::perceive_interest_points(const StepInputs& inputs, ThreatList& threats) noexcept {
   for (std::size_t i = 0; i < interest_.size(); ++i) {
     const InterestPoint& point = model_.interest_points[i];
     InterestPercept& percept = interest_[i];
     percept = {};
     percept.position_W_m = X_WL_[point.link] * (point.position_m + inputs.fingers.closed * point.closing_m);
     percept.velocity_W_m_s = velocity_W(inputs, point.link, point.closing_m, percept.position_W_m);
-    std::optional<percept::HitCandidate> candidate;
     const Felt felt = feel(inputs, point, percept);
-    if (percept.mu > 0.0) {
-      candidate = perceive_place(inputs, felt, percept);
-      candidate->interest_point = static_cast<std::int32_t>(i);
-    }
-    percept.alerts = numbered(interest_watches_[i], interest_watches_[i].hits.step(candidate, inputs.dt_s));
-    percept.rule = interest_watches_[i].hits.rule();
+    if (!(percept.mu > 0.0)) continue;
+    perceive_place(inputs, felt, percept);
+    time_contact(inputs, felt.fluid, percept);
+    Threat threat;
+    static_cast<PlacePercept&>(threat) = percept;
+    threat.link = point.link;
+    threat.interest_point = static_cast<std::int32_t>(i);
+    offer(threat, threats);
   }
 }
 
@@ -235,12 +216,9 @@ void PhantomSensing::wear(robot::SkinSensing* carrying) noexcept {
 
 /// Ends all alerts and clears the sensors' memory of μ, because their inputs are no longer known.
 void PhantomSensing::forget(StepOutputs& outputs) noexcept {
-  outputs.alerts = numbered(skin_watch_, skin_watch_.hits.close());
+  monitor_.close(outputs.alerts);
   sensing_->forget();
-  for (std::size_t i = 0; i < interest_.size(); ++i) {
-    interest_[i] = {};
-    interest_[i].alerts = numbered(interest_watches_[i], interest_watches_[i].hits.close());
-  }
+  std::fill(interest_.begin(), interest_.end(), InterestPercept{});
 }
 
 /// Adds the coefficients of links that have been sensed here.
@@ -265,6 +243,7 @@ bool PhantomSensing::take_share(const StepInputs& inputs, std::size_t which, con
     return false;
   }
   add(share.drag, outputs.drag);
+  sensed_elsewhere_[which] = &share;
   muted_elsewhere_ += share.muted_sensors;
   return true;
 }
@@ -275,6 +254,7 @@ void PhantomSensing::begin(const StepInputs& inputs, StepOutputs& outputs) noexc
   outputs.interest = interest_;
   muted_elsewhere_ = 0;
   worst_elsewhere_ = nullptr;
+  sensed_elsewhere_ = {};
   wear(inputs.workspace.carrying);
   const bool known = inputs.workspace.voxels != nullptr;
   if (known) outputs.workspace_version = inputs.workspace.voxels->version;
@@ -315,8 +295,14 @@ std::size_t PhantomSensing::end(const StepInputs& inputs, const SensedShares& sh
     robot::add_medium_drag(model_.arm, X_WL_, sensing_->medium(), settings_.mode, outputs.drag);
   outputs.active_sensors = sensing_->active();
   outputs.muted_sensors = sensing_->muted() + muted_elsewhere_;
-  perceive_skin(inputs, outputs);
-  perceive_interest_points(inputs);
+  perceive_worst(inputs, outputs);
+  perceive_interest_points(inputs, outputs.threats);
+  find_threats(inputs, outputs);
+  outputs.threats.sort();
+  lead(outputs);
+  alert(inputs.dt_s, outputs);
+  outputs.percept.drag_torque =
+      robot::drag_torque(outputs.drag, settings_.mode, inputs.velocity, model_.arm.joint_count());
   return sensed_here;
 }
 

@@ -9,17 +9,20 @@
 #include <string>
 #include <vector>
 
+#include "common/core/bounded_list.hpp"
 #include "common/core/joints.hpp"
 #include "common/percept/allowed_contact.hpp"
 #include "common/percept/hit_susceptibility.hpp"
 #include "common/percept/motion_class.hpp"
 #include "common/percept/principal_gradient.hpp"
+#include "common/percept/threat_monitor.hpp"
 #include "common/robot/drag.hpp"
 #include "common/robot/serial_arm.hpp"
 #include "common/robot/skin.hpp"
 #include "common/robot/skin_sensing.hpp"
 #include "common/robot/soft_sensing.hpp"
 #include "common/workspace/workspace.hpp"
+#include "components/phantom_sensing/prospects.hpp"
 
 namespace phantom::phantom_sensing {
 
@@ -138,18 +141,43 @@ struct PlacePercept {
   percept::PrincipalGradient gradient;
   percept::MotionClass motion = percept::MotionClass::kNone;
   percept::HitRule rule = percept::HitRule::kNone;
+  percept::TimeToContact contact;
 };
 
-/// The percept of the whole skin: place and motion of the worst sensor.
-struct SkinPercept : PlacePercept {
-  /// Link that carries the worst sensor, and the sensor's index in the layout.
+/// The percept at a sensor: of a link, and by its index in the layout.
+struct SensorPercept : PlacePercept {
   std::size_t link = 0, sensor = 0;
+};
+
+/// A link that an object threatens: the percept at the most urgent of its places there.
+struct Threat : SensorPercept {
+  std::int32_t interest_point = -1;  ///< whose place it is; −1: the skin's
+  /// Whether the rule holds at the full speed limit, so that an alert is raised. False: only at the share of
+  /// it that keeps an alert up.
+  bool raises = false;
+};
+/// Returns whether a threat is more urgent than another one: one that raises an alert before one that only
+/// keeps it up; then the sooner contact, and a contact that nears before one that does not; then the greater
+/// μ; then the lower link, object and sensor. A total order. Real-time safe: yes.
+bool more_urgent(const Threat& a, const Threat& b) noexcept;
+
+/// The most urgent threats, each link and object once. Real-time safe: yes.
+class ThreatList : public core::BoundedList<Threat, percept::ThreatMonitor::kMost> {
+ public:
+  /// Keeps a threat, unless a more urgent one of the same link and object is there, or as many more urgent
+  /// ones as there is room for. What is kept does not depend on the order of the offers.
+  void offer(const Threat& threat) noexcept;
+  void sort() noexcept;  ///< most urgent first
+};
+
+/// The percept that leads tone and view: at the most urgent threat's place or, where none threatens, at the
+/// worst sensor.
+struct SkinPercept : SensorPercept {
   core::JointArray drag_torque{};  ///< N·m or N at the given velocity, before gain
 };
 
 /// The percept of an interest point. Position and velocity are set in free space too.
 struct InterestPercept : PlacePercept {
-  percept::AlertEvents alerts;
   bool muted = false;  ///< it is in fluid of an object that it may touch
 };
 
@@ -162,8 +190,11 @@ struct StepOutputs {
   robot::DragCoefficients drag;                             ///< all zero if invalid
   robot::JointReaction reaction;                            ///< of soft bodies; all zero if invalid
   robot::DragMode drag_mode = robot::DragMode::kSeparable;  ///< the law that turns them into torque
-  SkinPercept percept;
-  percept::AlertEvents alerts;    ///< of the whole skin
+  SkinPercept percept;  ///< of the arm's process; that of a share has the worst sensor here
+  /// The worst sensor: the one of greatest μ on the whole skin. Its closeness is the greatest there is.
+  SensorPercept worst;
+  ThreatList threats;  ///< most urgent first
+  percept::ThreatMonitor::Changes alerts;
   std::size_t muted_sensors = 0;  ///< sensors in fluid of an object that they may touch
   /// In the order of the model's interest points; valid until the next step.
   std::span<const InterestPercept> interest;
@@ -176,6 +207,7 @@ struct SensedShare {
   float mu = 0.0F;               ///< Pa·s/m, at the worst sensor; 0: all are in free space
   std::size_t sensor = 0;        ///< the worst, by its index in the whole layout of that process
   std::size_t muted_sensors = 0;
+  ThreatList threats = {};
   // Of a share with a workspace of its own: the percept at the worst sensor, and its link.
   PlacePercept place = {};
   std::size_t link = 0;
@@ -184,12 +216,13 @@ struct SensedShare {
 using SensedShares = std::array<const SensedShare*, kMostShares>;
 
 /// Computes one tick of the phantom: kinematics, all sensors, drag coefficients, worst sensor, gradient,
-/// motion, hits, and the same for each interest point. The same inputs in the same order give the same
-/// outputs, bit for bit, whoever senses the shares of the skin in the arm's workspace. The coefficients of
-/// the arm are those of the links in no share plus those of each share, in that order; without shares they
-/// differ from that by rounding. A share with a workspace of its own, whose voxels are finer, say, is felt as
-/// its process has sensed it there (thesis 7.3(2)); as long as that has sensed nothing, or the arm carries
-/// something, which is in no other workspace, as the arm's workspace has it.
+/// motion, the same for each interest point, and which links threaten to hit which objects. The same inputs
+/// in the same order give the same outputs, bit for bit, whoever senses the shares of the skin in the arm's
+/// workspace. The coefficients of the arm are those of the links in no share plus those of each share, in
+/// that order; without shares they differ from that by rounding. A share with a workspace of its own, whose
+/// voxels are finer, say, is felt as its process has sensed it there (thesis 7.3(2)); as long as that has
+/// sensed nothing, or the arm carries something, which is in no other workspace, as the arm's workspace has
+/// it.
 class PhantomSensing {
  public:
   /// Allocates all memory that step() needs. The model must outlive this.
@@ -217,10 +250,9 @@ class PhantomSensing {
   bool take_share(const StepInputs& inputs, std::size_t which, const SensedShare& share,
                   StepOutputs& outputs) noexcept;
   bool reaches_out(const workspace::GridSpec& grid) const noexcept;
-  percept::HitCandidate perceive_elsewhere(SkinPercept& percept) const noexcept;
-  percept::HitCandidate candidate_at(PlacePercept& place, std::size_t link) const noexcept;
-  void perceive_skin(const StepInputs& inputs, StepOutputs& outputs) noexcept;
-  void perceive_interest_points(const StepInputs& inputs) noexcept;
+  percept::HitSituation situation_of(const PlacePercept& place) const noexcept;
+  void perceive_worst(const StepInputs& inputs, StepOutputs& outputs) const noexcept;
+  void perceive_interest_points(const StepInputs& inputs, ThreatList& threats) noexcept;
   /// A place of the arm in fluid: of the workspace (0), or of others[fluid − 1], whose grid `voxel` is in.
   struct Felt {
     std::size_t link;
@@ -228,11 +260,20 @@ class PhantomSensing {
     workspace::Index3 voxel;
     std::size_t fluid;
   };
-  percept::HitCandidate perceive_place(const StepInputs& inputs, const Felt& felt,
-                                       PlacePercept& place) const noexcept;
+  void perceive_place(const StepInputs& inputs, const Felt& felt, PlacePercept& place) const noexcept;
+  void classify(PlacePercept& place) const noexcept;
   Felt feel(const StepInputs& inputs, const InterestPoint& point, InterestPercept& percept) const noexcept;
   Eigen::Vector3d velocity_W(const StepInputs& inputs, std::size_t link, const Eigen::Vector3d& closing_m,
                              const Eigen::Vector3d& position_W_m) const noexcept;
+  // Threats (threats.cpp).
+  bool offer(const Threat& threat, ThreatList& threats) const noexcept;
+  void time_contact(const StepInputs& inputs, std::size_t fluid, PlacePercept& place) const noexcept;
+  void search(const StepInputs& inputs, std::size_t link, std::size_t fluid, Prospects& found) const noexcept;
+  void assess(const StepInputs& inputs, std::size_t link, const Prospects& found,
+              ThreatList& threats) const noexcept;
+  void find_threats(const StepInputs& inputs, StepOutputs& outputs) noexcept;
+  void lead(StepOutputs& outputs) const noexcept;
+  void alert(double dt_s, StepOutputs& outputs) noexcept;
   void forget(StepOutputs& outputs) noexcept;
   void mute(const percept::AllowedContact& allowed) noexcept;
   void set_muted(const percept::AllowedContact& contacts, bool muted) noexcept;
@@ -251,23 +292,16 @@ class PhantomSensing {
   robot::SoftSensing soft_;
   percept::AllowedContact muted_;  // as last set in *sensing_
   percept::ClusterZone zone_;
-  /// The hit monitor of one place, with the number of its active alert.
-  struct Watch {
-    percept::HitMonitor hits;
-    std::uint32_t alert = 0;
-  };
-  percept::AlertEvents numbered(Watch& watch, percept::AlertEvents events) noexcept;
-
-  Watch skin_watch_;
-  std::vector<Watch> interest_watches_;
+  percept::ThreatMonitor monitor_;
+  Prospects prospects_;  // of the link in turn
   std::vector<InterestPercept> interest_;
-  std::uint32_t alerts_raised_ = 0;
   robot::LinkPoses X_WL_;
   robot::LinkSet own_links_;
   robot::LinkSums sums_of_links_;
   robot::DragCoefficients drag_of_links_;
   std::size_t muted_elsewhere_ = 0;
   const SensedShare* worst_elsewhere_ = nullptr;  // of shares with workspaces of their own, in this step
+  SensedShares sensed_elsewhere_{};               // that were taken in this step
   std::vector<LinkBox> boxes_;                    // of the own share, if it has a workspace of its own
   std::array<robot::MovingFluid, kMostOtherLinks> fluids_;
   std::array<robot::MovingSums, kMostOtherLinks> flows_;

@@ -85,7 +85,14 @@ void write_row(const ProbeRow& row, const StepOutputs& out, std::size_t n, const
   for (int axis = 0; axis < 3; ++axis) csv << ',' << p.position_W_m[axis];
   for (int axis = 0; axis < 3; ++axis) csv << ',' << p.gradient.pgv_W_m[axis];
   csv << ',' << p.gradient.strength << ',' << p.velocity_W_m_s.norm() << ',' << name_of(p.motion) << ','
-      << static_cast<int>(p.rule) << '\n';
+      << static_cast<int>(p.rule);
+  const Threat lead = out.threats.empty() || !out.threats.front().raises ? Threat{} : out.threats.front();
+  const percept::TimeToContact& contact = lead.contact;
+  csv << ',' << contact.time_s << ',' << contact.error_s << ',' << contact.gap_m << ','
+      << std::count_if(out.threats.begin(), out.threats.end(),
+                       [](const Threat& threat) { return threat.raises; });
+  csv << ',' << out.worst.mu << ',' << out.worst.link << ',' << out.worst.sensor << ',' << out.worst.object
+      << '\n';
 }
 
 /// Returns which joints go faster or meet more than the arm's drives have, in words; "": none.
@@ -175,7 +182,8 @@ ProbePeaks run_probe_rows(const PhantomModel& model, const PerceptSettings& sett
     header("reaction");
     header("stiffness");
   }
-  csv << ",mu,link,sensor,object,x_m,y_m,z_m,pgvx_m,pgvy_m,pgvz_m,pgs,speed_m_s,motion,rule\n";
+  csv << ",mu,link,sensor,object,x_m,y_m,z_m,pgvx_m,pgvy_m,pgvz_m,pgs,speed_m_s,motion,rule,time_to_contact_s,"
+         "time_to_contact_error_s,gap_m,threats,greatest_mu,greatest_link,greatest_sensor,greatest_object\n";
   PhantomSensing sensing(model, settings);
   const SensedWorkspace sensed{&workspace, percept::greatest_neighbour_mu(workspace)};
   StepOutputs outputs;

@@ -104,7 +104,7 @@ std::string wrong_percept(const PhantomModel& model, const PerceptSettings& sett
     return where + text("drag is ", p.drag_torque[0], " N");
   if (out.drag.minus[0] > drag * (1 + 1e-6))
     return where + "drag when leaving is above the symmetric coefficient";
-  if (expected_mu == 0.0) return out.alerts.raised ? where + "a hit is alerted in free space" : "";
+  if (expected_mu == 0.0) return !out.alerts.raised.empty() ? where + "a hit is alerted in free space" : "";
   if (p.object != 1) return where + text("object is ", p.object, ", must be 1");
   const Eigen::Vector3d towards = p.gradient.pgv_W_m.normalized();
   if (!(towards.x() > 0.9)) return where + "the gradient does not point towards the block";

@@ -208,12 +208,8 @@ void SensingLoop::publish(core::Nanoseconds now_ns, const TickInfo& info) {
     next_percept_ns_ = (late ? now_ns : next_percept_ns_) + percept_period_ns_;
     sink_.on_percept(outputs_, info);
   }
-  const auto publish = [this](const percept::AlertEvents& events) {
-    if (events.cleared) sink_.on_alert(*events.cleared, true);
-    if (events.raised) sink_.on_alert(*events.raised, false);
-  };
-  publish(outputs_.alerts);
-  for (const InterestPercept& point : outputs_.interest) publish(point.alerts);
+  for (const percept::Alert& alert : outputs_.alerts.cleared) sink_.on_alert(alert, true);
+  for (const percept::Alert& alert : outputs_.alerts.raised) sink_.on_alert(alert, false);
 }
 
 LoopFigures SensingLoop::figures() {

@@ -33,16 +33,28 @@ class Hash {
   std::uint64_t value_ = 0xCBF29CE484222325ULL;
 };
 
-PlacePercept place_of(const messages::Percept& percept) noexcept {
+/// Returns the place of a percept or a threat.
+template <class Message>
+PlacePercept place_of(const Message& message) noexcept {
   PlacePercept place;
-  place.mu = percept.mu_Pa_s_per_m;
-  place.closeness = percept.closeness;
-  place.object = percept.object;
-  place.position_W_m = messages::eigen(percept.position_m);
-  place.velocity_W_m_s = messages::eigen(percept.velocity_m_s);
-  place.gradient.pgv_W_m = messages::eigen(percept.pgv);
-  place.gradient.strength = percept.pgs;
+  place.mu = message.mu_Pa_s_per_m;
+  place.closeness = message.closeness;
+  place.object = message.object;
+  place.position_W_m = messages::eigen(message.position_m);
+  place.velocity_W_m_s = messages::eigen(message.velocity_m_s);
+  place.gradient.pgv_W_m = messages::eigen(message.pgv);
+  place.gradient.strength = message.pgs;
   return place;
+}
+
+Threat threat_of(const messages::Threat& message) noexcept {
+  Threat threat;
+  static_cast<PlacePercept&>(threat) = place_of(message);
+  threat.motion = message.motion;
+  threat.contact = message.contact;
+  threat.link = message.link;
+  threat.sensor = message.sensor;
+  return threat;  // the arm's process judges it again
 }
 
 }  // namespace
@@ -103,7 +115,8 @@ bool ShareInbox::Share::take(const ShareBasis& basis) noexcept {
       percept.slave_echo != basis.slave || field.gripper_echo != basis.gripper ||
       (!same_workspace && !own_workspace) || field.mode != basis.mode)
     return false;
-  sensed = {field.drag, static_cast<float>(percept.mu_Pa_s_per_m), percept.sensor, percept.muted_sensors};
+  sensed = {field.drag, static_cast<float>(percept.mu_Pa_s_per_m), percept.sensor, percept.muted_sensors, {}};
+  for (const messages::Threat& threat : percept.threats) sensed.threats.push_back(threat_of(threat));
   if (own_workspace) sensed.place = place_of(percept), sensed.link = percept.link;
   return true;
 }

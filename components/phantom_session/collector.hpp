@@ -38,7 +38,7 @@ struct PerceptSample {
   bool valid = false;
   double mu_Pa_s_per_m = 0.0;
   double closeness = 0.0;
-  std::size_t link = 0;        ///< link that carries the worst sensor
+  std::size_t link = 0;        ///< link of the percept
   int object = 0;              ///< object whose fluid that sensor meets
   std::string motion;          ///< that sensor's motion class: "leaving", "passing", "nearing"; empty: none
   std::vector<double> torque;  ///< drag per joint, N·m or N
@@ -145,7 +145,7 @@ class Collector {
   const std::map<std::string, StatusSample>& statuses() const { return statuses_; }
   const Forgotten& forgotten() const { return forgotten_; }
   std::string object_name(int object) const;
-  /// Returns what is felt now, in two lines: drag per joint; worst sensor, motion class and age of the model.
+  /// Returns what is felt now, in two lines: drag per joint; the percept, motion class and age of the model.
   std::string live_line() const;
   /// Returns whether each of `components` has reported to be ready or running; otherwise names the rest in
   /// `missing`.

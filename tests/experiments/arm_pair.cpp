@@ -141,7 +141,7 @@ Approach approach(Side& a, const runtime::CellConfig& cell, int steps, const Set
       seen.push_Nm = std::max(seen.push_Nm, std::abs(torque));
     if (moving.percept.mu > 0.0)
       seen.least_speed_m_s = std::min(seen.least_speed_m_s, moving.percept.velocity_W_m_s.norm());
-    seen.warned = seen.warned || moving.alerts.raised.has_value();
+    seen.warned = seen.warned || !moving.alerts.raised.empty();
   }
   return seen;
 }

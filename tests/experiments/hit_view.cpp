@@ -163,9 +163,12 @@ Trigger approach(const Rig& rig, double speed_m_s) {
     in.state_valid = true;
     phantom_sensing::StepOutputs out;
     phantom.step(in, out);
-    const auto& raised = out.interest.front().alerts.raised;
-    if (!raised) continue;
-    return {place.distance_m(), (raised->at.position_W_m - place.p_W_m).norm(), raised->rule};
+    const auto& raised = out.alerts.raised;
+    const auto of_sensor = std::find_if(raised.begin(), raised.end(), [](const percept::Alert& alert) {
+      return alert.at.interest_point == 0;
+    });
+    if (of_sensor == raised.end()) continue;
+    return {place.distance_m(), (of_sensor->at.position_W_m - place.p_W_m).norm(), of_sensor->rule};
   }
   return trigger;
 }

@@ -52,7 +52,7 @@ Descent descend(const Settings& settings, const std::string& share) {
     phantom_sensing::StepOutputs out;
     sensing.step(inputs, out);
     way.gap_m.push_back(gap_m);
-    way.mu.push_back(out.percept.mu);
+    way.mu.push_back(out.worst.mu);
     way.coefficient.push_back(out.drag.minus[kColumnJoint]);
     way.drag_N.push_back(out.percept.drag_torque[kColumnJoint]);
   }

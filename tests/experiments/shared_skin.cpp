@@ -68,11 +68,15 @@ void compare(const StepOutputs& one, const StepOutputs& two, Compared& seen) {
     seen.drag_off = INFINITY;
   }
   seen.worst_off += same_place(one.percept, two.percept) ? 0 : 1;
-  const auto number = [](const std::optional<percept::Alert>& alert) { return alert ? alert->number : 0U; };
-  if (number(one.alerts.raised) != number(two.alerts.raised) ||
-      number(one.alerts.cleared) != number(two.alerts.cleared))
+  const auto same = [](const auto& a, const auto& b) {
+    return std::equal(a.begin(), a.end(), b.begin(), b.end(),
+                      [](const percept::Alert& x, const percept::Alert& y) {
+                        return x.number == y.number && x.at.link == y.at.link && x.at.object == y.at.object;
+                      });
+  };
+  if (!same(one.alerts.raised, two.alerts.raised) || !same(one.alerts.cleared, two.alerts.cleared))
     ++seen.alerts_off;
-  seen.raised_by_one += one.alerts.raised ? 1 : 0;
+  seen.raised_by_one += static_cast<int>(one.alerts.raised.size());
   seen.felt += one.percept.mu > 0.0 ? 1 : 0;
 }
 
@@ -109,15 +113,15 @@ const Table& tour(Report& report, const std::string& name, const runtime::CellCo
     one.step(inputs, by_one);
     helper.step(of_second, by_helper);
     const SensedShare share{by_helper.drag, static_cast<float>(by_helper.percept.mu),
-                            by_helper.percept.sensor, by_helper.muted_sensors};
+                            by_helper.percept.sensor, by_helper.muted_sensors, by_helper.threats};
     two.begin(inputs, by_two);
     seen.sensed_by_the_first += static_cast<int>(two.end(inputs, {&share}, by_two));
     compare(by_one, by_two, seen);
-    if (by_two.alerts.raised)
-      seen.most_raised = std::max(seen.most_raised, ++raised[by_two.alerts.raised->number]);
-    seen.second_worst += by_one.percept.mu > 0.0 && first.shares[0].links[by_one.percept.link] ? 1 : 0;
+    for (const percept::Alert& alert : by_two.alerts.raised)
+      seen.most_raised = std::max(seen.most_raised, ++raised[alert.number]);
+    seen.second_worst += by_one.worst.mu > 0.0 && first.shares[0].links[by_one.worst.link] ? 1 : 0;
     const auto B = [](const StepOutputs& out) { return out.drag.matrix(kShownJoint, kShownJoint); };
-    table.row({t_s, B(by_one), B(by_two) - B(by_helper), B(by_helper), B(by_two), by_one.percept.mu,
+    table.row({t_s, B(by_one), B(by_two) - B(by_helper), B(by_helper), B(by_two), by_one.worst.mu,
                by_helper.percept.mu});
   }
   return table;

@@ -139,7 +139,7 @@ struct TeleopRig::Parts {
     in.state_valid = true;
     phantom_sensing::StepOutputs out;
     phantom.step(in, out);
-    moment.mu = out.percept.mu;
+    moment.mu = out.worst.mu;
     master_io::DragSample drag;
     drag.received_ns = now_ns;
     drag.answers_ns = slave_output.master_echo.monotonic_ns;

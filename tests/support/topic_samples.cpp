@@ -88,7 +88,14 @@ void set(msg::Percept& s) {
   s.mu(number()), s.closeness(number()), s.speed_m_s(number()), s.pgs(number()), s.tick_s(number());
   s.position_m(vector()), s.velocity_m_s(vector()), s.pgv(vector());
   s.link(count()), s.sensor(count()), s.object(513), s.joint_count(7), fill(s.drag_torque_Nm());
-  s.muted_sensors(count()), s.allowed_contacts(3);
+  s.muted_sensors(count()), s.allowed_contacts(3), s.greatest_mu(number()), s.greatest_closeness(number());
+  for (int i = 0; i < 3; ++i) {
+    msg::Threat threat;
+    threat.rule(msg::HitRule::HIT_FAR_NEARING), threat.alerts(true), threat.link(count()), threat.object(513),
+        threat.mu(number()), threat.position_m(vector()), threat.time_to_contact_s(number()),
+        threat.time_to_contact_error_s(-1.0), threat.gap_m(number());
+    s.threats().push_back(threat);
+  }
 }
 void set(msg::InterestPoints& s) {
   s.stamp(stamp()), s.slave_echo(echo()), s.workspace_version(long_count()), s.valid(true);
@@ -112,7 +119,7 @@ void set(msg::HitAlert& s) {
   s.stamp(stamp()), s.alert(count()), s.link(count()), s.link_name(std::string(64, 'g')), s.sensor(count()),
       s.object(9);
   s.look_at_m(vector()), s.pgv(vector()), s.speed_m_s(number()), s.mu(number()), s.cleared(true),
-      s.interest_point("elbow");
+      s.interest_point("elbow"), s.time_to_contact_s(number()), s.gap_m(number());
 }
 void set(msg::SensingCommand& s) {
   s.stamp(stamp()), s.requester("somebody"), s.object("gate_valve"), s.id(4), s.link("gripper"),

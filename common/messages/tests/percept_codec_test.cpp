@@ -77,6 +77,27 @@ Percept a_percept() {
   percept.tick_s = 2e-5;
   percept.muted_sensors = 3;
   percept.allowed_contacts = 2;
+  percept.greatest_mu_Pa_s_per_m = 20;
+  percept.greatest_closeness = 0.625;
+  Threat threat;
+  threat.rule = percept::HitRule::kFarNearing;
+  threat.raises = true;
+  threat.link = 3;
+  threat.sensor = 12;
+  threat.object = 9;
+  threat.mu_Pa_s_per_m = 9;
+  threat.closeness = 0.25;
+  threat.speed_m_s = 0.2;
+  threat.position_m = {4, 5, 6};
+  threat.velocity_m_s = {0.2, 0, 0};
+  threat.pgv = {0, 1, 0};
+  threat.pgs = 8;
+  threat.motion = percept::MotionClass::kNeutral;
+  threat.contact = {0.7, 0.1, 0.12};
+  percept.threats.push_back(threat);
+  threat.link = 4;
+  threat.contact = {};
+  percept.threats.push_back(threat);
   return percept;
 }
 
@@ -96,6 +117,7 @@ HitAlert a_hit_alert() {
   alert.mu_Pa_s_per_m = 32;
   alert.cleared = true;
   alert.interest_point = "elbow";
+  alert.contact = {0.4, 0.05, 0.06};
   return alert;
 }
 
@@ -204,6 +226,22 @@ TEST(PerceptCodec, WhoKnowsNoArmTakesAnyThatCanBe) {
     message.joint_count(count);
     EXPECT_THAT(from_idl(message).status().message(), HasSubstr("allowed: 1 to 16"));
   }
+}
+
+TEST(PerceptCodec, AThreatThatCannotBeTrueIsRefused) {
+  const Refusals<msg::Percept> refusal{to_idl(a_percept())};
+  for (const double bad : kNoNumbers) {
+    EXPECT_THAT(refusal([&](auto& m) { m.greatest_mu(bad); }), HasSubstr("greatest_mu"));
+    EXPECT_THAT(refusal([&](auto& m) { m.threats()[1].mu(bad); }), HasSubstr("mu"));
+    EXPECT_THAT(refusal([&](auto& m) { m.threats()[0].time_to_contact_s(bad); }),
+                HasSubstr("time_to_contact_s"));
+    EXPECT_THAT(refusal([&](auto& m) { m.threats()[0].gap_m(bad); }), HasSubstr("gap_m"));
+  }
+  EXPECT_THAT(refusal([](auto& m) { m.greatest_closeness(1.1); }), HasSubstr("greatest_closeness"));
+  EXPECT_EQ(refusal([](auto& m) { m.threats()[1].link(8); }), "link is 8; allowed: 0 to 7");
+  EXPECT_THAT(refusal([](auto& m) { m.threats()[0].rule(static_cast<msg::HitRule>(4)); }), HasSubstr("rule"));
+  EXPECT_THAT(refusal([](auto& m) { m.threats()[0].time_to_contact_error_s(-2.0); }),
+              HasSubstr("time_to_contact_error_s is -2; allowed: -1 or more"));
 }
 
 TEST(HitAlertCodec, WhatCannotBeTrueIsRefused) {

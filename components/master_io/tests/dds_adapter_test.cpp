@@ -206,9 +206,11 @@ TEST(MasterAdapter, ADragFieldOfAnotherLawIsRefused) {
 TEST(MasterAdapter, ThePhantomsContactIsItsWorstSensorAtASurface) {
   messages::Percept percept;
   percept.valid = true;
-  percept.closeness = 0.99;
+  percept.greatest_closeness = 0.99;
+  percept.closeness = 1.0;  // of another place, which leads tone and view
   EXPECT_FALSE(contact_of(percept, 5).contact);
-  percept.closeness = 1.0;
+  percept.greatest_closeness = 1.0;
+  percept.closeness = 0.2;
   EXPECT_TRUE(contact_of(percept, 5).contact);
   percept.valid = false;
   EXPECT_FALSE(contact_of(percept, 5).contact);

@@ -104,7 +104,7 @@ class Muted : public testing::Test {
 TEST_F(Muted, TheWholeArmFeelsNothingOfItAndIsNotWarned) {
   sensing_.step(near({}), out_);
   ASSERT_GT(out_.drag.plus[0], 0.0);
-  ASSERT_TRUE(out_.alerts.raised);
+  ASSERT_FALSE(out_.alerts.raised.empty());
   const std::size_t felt = out_.active_sensors;
   PhantomSensing fresh(model_, {});
   fresh.step(near(wall_by(percept::AllowedContact::kWholeArm)), out_);
@@ -112,7 +112,8 @@ TEST_F(Muted, TheWholeArmFeelsNothingOfItAndIsNotWarned) {
   EXPECT_EQ(out_.muted_sensors, felt);
   EXPECT_EQ(out_.active_sensors, 0U);
   EXPECT_EQ(out_.percept.mu, 0.0);
-  EXPECT_FALSE(out_.alerts.raised);
+  EXPECT_TRUE(out_.alerts.raised.empty());
+  EXPECT_TRUE(out_.threats.empty());
   for (std::size_t j = 0; j < 7; ++j) EXPECT_EQ(out_.drag.plus[j], 0.0);
 }
 

@@ -74,12 +74,18 @@ TEST(Messages, SayWhatTheStepGave) {
   EXPECT_EQ(percept.object(), 1);
   EXPECT_DOUBLE_EQ(percept.speed_m_s(), 0.3);
   EXPECT_EQ(percept.drag_torque_Nm(), out.percept.drag_torque);
-  ASSERT_TRUE(out.alerts.raised);
-  const msg::HitAlert alert = messages::to_idl(hit_alert_of(*out.alerts.raised, false, model));
-  EXPECT_EQ(alert.alert(), 1U);
+  ASSERT_FALSE(out.alerts.raised.empty());
+  ASSERT_EQ(percept.threats().size(), out.threats.size());
+  EXPECT_EQ(percept.threats()[0].link(), out.percept.link) << "the most urgent leads";
+  EXPECT_EQ(percept.threats()[0].time_to_contact_s(), out.threats[0].contact.time_s);
+  EXPECT_EQ(percept.greatest_mu(), out.worst.mu);
+  const msg::HitAlert alert = messages::to_idl(hit_alert_of(out.alerts.raised.back(), false, model));
+  EXPECT_EQ(alert.alert(), out.alerts.raised.size());
   EXPECT_EQ(alert.rule(), msg::HitRule::HIT_MODERATE_MOVING);
   EXPECT_EQ(alert.link_name().to_string(), model.arm.links()[alert.link()].name);
   EXPECT_FALSE(alert.cleared());
+  EXPECT_EQ(alert.time_to_contact_s(), out.threats[0].contact.time_s);
+  EXPECT_GT(alert.time_to_contact_s(), 0.0);
 }
 
 // Tries phantom_sensing: a command that cannot be carried out

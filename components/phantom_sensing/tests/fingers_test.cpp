@@ -49,10 +49,16 @@ class FingersTest : public testing::Test {
     runtime::CellConfig cell = gripper_bench();
     cell.arms[0].held_joints["finger_left"] = finger_m;
     cell.arms[0].gripper_closed.clear();
-    return load_model(cell, {});
+    return without_interest_points(load_model(cell, {}));
   }
 
-  PhantomModel model_ = load_model(gripper_bench(), {});
+  /// The skin alone: an interest point stands in the ball.
+  static PhantomModel without_interest_points(PhantomModel model) {
+    model.interest_points.clear();
+    return model;
+  }
+
+  PhantomModel model_ = without_interest_points(load_model(gripper_bench(), {}));
   workspace::Workspace world_ = robot::test_worlds::make(
       [middle = tool_W()](const Eigen::Vector3d& p) {
         return robot::test_worlds::layer_code((p - middle).norm() - 0.01, 0.02);

@@ -1,6 +1,9 @@
 // What interest points perceive, beside the whole skin, and their alerts.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <map>
+
 #include "components/phantom_sensing/tests/rig.hpp"
 #include "tests/support/heap_guard.hpp"
 
@@ -56,43 +59,55 @@ TEST_F(Interest, PerceiveTheMuOfTheirVoxelAndTheMotion) {
   }
 }
 
-TEST_F(Interest, RaiseAlertsOfTheirOwnThatShareOneRunningNumber) {
+TEST_F(Interest, SR20_AndTheSkinOfTheirLinkRaiseOneAlertForOneThreat) {
   std::vector<percept::Alert> raised;
   StepOutputs out;
+  bool several_places = false;
   for (double x = 0.05; x < 0.34; x += 0.002) {
     sensing_.step(hanging(x, 0.3, 0.05), out);
-    if (out.alerts.raised) raised.push_back(*out.alerts.raised);
-    for (const InterestPercept& point : out.interest) {
-      if (point.alerts.raised) raised.push_back(*point.alerts.raised);
-    }
+    raised.insert(raised.end(), out.alerts.raised.begin(), out.alerts.raised.end());
+    several_places = several_places || (out.interest[0].rule != percept::HitRule::kNone &&
+                                        out.percept.rule != percept::HitRule::kNone);
   }
-  ASSERT_GE(raised.size(), 3U);
-  std::array<int, 3> by_source{};
+  EXPECT_TRUE(several_places);
+  ASSERT_GE(raised.size(), 2U);
+  std::map<std::size_t, int> times, very_close;
   for (std::size_t i = 0; i < raised.size(); ++i) {
     EXPECT_EQ(raised[i].number, i + 1);
-    const std::int32_t point = raised[i].at.interest_point;
-    ASSERT_LT(point, 2);
-    ++by_source[static_cast<std::size_t>(point + 1)];
-    if (point >= 0) {
-      EXPECT_EQ(raised[i].at.link, model_.interest_points[static_cast<std::size_t>(point)].link);
-    }
+    ++(raised[i].rule == percept::HitRule::kVeryClose ? very_close : times)[raised[i].at.link];
   }
-  for (const int count : by_source) EXPECT_GE(count, 1);
+  for (const auto& [link, count] : times) EXPECT_EQ(count, 1) << "link " << link;
+  for (const auto& [link, count] : very_close) EXPECT_EQ(count, 1) << "link " << link;
 }
 
-TEST_F(Interest, LatchTheLookAtPointAndEndAllAlertsWhenTheStateIsStale) {
+TEST_F(Interest, RaiseAnAlertWhereTheSkinFeelsNothing) {
+  model_.interest_points[1].position_m = {0.2, 0.0, 0.0};  // a motor that has no skin
+  PhantomSensing sensing(model_, {});
+  sensing.step(hanging(0.0, 0.3), out_);
+  ASSERT_GT(out_.interest[1].mu, 0.0);
+  ASSERT_EQ(out_.worst.mu, 0.0) << "it reaches farther than the skin";
+  ASSERT_EQ(out_.alerts.raised.size(), 1U);
+  const percept::HitCandidate& at = out_.alerts.raised.front().at;
+  EXPECT_EQ(at.interest_point, 1);
+  EXPECT_EQ(at.link, 1U);
+  EXPECT_EQ(at.position_W_m, out_.interest[1].position_W_m);
+  EXPECT_EQ(out_.percept.position_W_m, out_.interest[1].position_W_m) << "it leads";
+}
+
+TEST_F(Interest, HaveTheirLinksAlertsEndWhenTheStateIsStale) {
   sensing_.step(hanging(0.3, 0.3), out_);
-  ASSERT_TRUE(out_.interest[0].alerts.raised);
-  const Eigen::Vector3d look_at = out_.interest[0].alerts.raised->at.position_W_m;
-  const std::uint32_t number = out_.interest[0].alerts.raised->number;
-  EXPECT_EQ(look_at, out_.interest[0].position_W_m);
+  const auto raised = out_.alerts.raised;
+  ASSERT_FALSE(raised.empty());
   sensing_.step(hanging(0.31, 0.3), out_);
   StepInputs stale = hanging(0.3, 0.3);
   stale.state_valid = false;
   sensing_.step(stale, out_);
-  ASSERT_TRUE(out_.interest[0].alerts.cleared);
-  EXPECT_EQ(out_.interest[0].alerts.cleared->number, number);
-  EXPECT_EQ(out_.interest[0].alerts.cleared->at.position_W_m, look_at) << "it was latched";
+  ASSERT_EQ(out_.alerts.cleared.size(), raised.size());
+  for (const percept::Alert& alert : raised) {
+    const auto ended = std::ranges::find(out_.alerts.cleared, alert.number, &percept::Alert::number);
+    ASSERT_NE(ended, out_.alerts.cleared.end());
+    EXPECT_EQ(ended->at.position_W_m, alert.at.position_W_m) << "it was latched";
+  }
   EXPECT_EQ(out_.interest[0].mu, 0.0);
   EXPECT_EQ(out_.interest[0].position_W_m, Eigen::Vector3d::Zero());
 }
@@ -104,7 +119,7 @@ TEST_F(Interest, MutedOnesSayThatTheyAre) {
   EXPECT_TRUE(out_.interest[0].muted);
   EXPECT_EQ(out_.interest[0].mu, 0.0);
   EXPECT_EQ(out_.interest[0].object, 1);
-  EXPECT_FALSE(out_.interest[0].alerts.raised);
+  for (const Threat& threat : out_.threats) EXPECT_NE(threat.link, 7U);
   EXPECT_FALSE(out_.interest[1].muted);
 }
 

@@ -162,7 +162,7 @@ TEST(OtherArms, ThatMoveRaiseThePerceptOfAnArmAtRestAndPushItNot) {
     before = out.percept.mu;
     EXPECT_EQ(out.percept.drag_torque, JointArray{}) << "at rest it feels no drag";
     if (out.percept.mu == 0.0) continue;
-    alert = alert || out.alerts.raised.has_value();
+    alert = alert || !out.alerts.raised.empty();
     EXPECT_GT(out.percept.velocity_W_m_s.norm(), 0.05) << "relative to the fluid, which moves";
     const StepOutputs still = a.feel(nothing(), kOverChannel, {}, other, {});
     EXPECT_EQ(still.percept.velocity_W_m_s.norm(), 0.0);

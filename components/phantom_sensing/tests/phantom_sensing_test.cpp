@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstring>
 #include <numeric>
 #include <random>
@@ -95,17 +96,19 @@ TEST_F(Step, DirectionalDragLetsGoWhenLeaving) {
 
 TEST_F(Step, RaisesLatchesAndEndsAlerts) {
   sensing_.step(hanging(0.2, 0.3), out_);
-  ASSERT_TRUE(out_.alerts.raised);
-  const Eigen::Vector3d look_at = out_.alerts.raised->at.position_W_m;
-  EXPECT_TRUE(look_at.isApprox(out_.percept.position_W_m));
-  EXPECT_EQ(out_.alerts.raised->at.object, 1);
+  ASSERT_FALSE(out_.alerts.raised.empty());
+  const auto raised = out_.alerts.raised;
+  EXPECT_TRUE(raised.back().at.position_W_m.isApprox(out_.percept.position_W_m)) << "the most urgent last";
+  for (const percept::Alert& alert : raised) EXPECT_EQ(alert.at.object, 1);
   StepInputs stale = hanging(0.2, 0.3);
   stale.state_valid = false;
   sensing_.step(stale, out_);
-  ASSERT_TRUE(out_.alerts.cleared) << "an alert on a state that is no longer known must end";
-  EXPECT_EQ(out_.alerts.cleared->number, 1U);
+  ASSERT_EQ(out_.alerts.cleared.size(), raised.size())
+      << "alerts on a state that is no longer known must end";
+  for (const percept::Alert& alert : raised)
+    EXPECT_EQ(std::ranges::count(out_.alerts.cleared, alert.number, &percept::Alert::number), 1);
   sensing_.step(stale, out_);
-  EXPECT_FALSE(out_.alerts.cleared);
+  EXPECT_TRUE(out_.alerts.cleared.empty());
 }
 
 /// Poses and speeds all over the range.
@@ -137,7 +140,7 @@ TEST_F(Step, AReplayGivesTheSameBitForBit) {
     EXPECT_EQ(a.percept.sensor, b.percept.sensor);
     EXPECT_EQ(a.percept.gradient.pgv_W_m, b.percept.gradient.pgv_W_m);
     EXPECT_EQ(a.percept.drag_torque, b.percept.drag_torque);
-    EXPECT_EQ(a.alerts.raised.has_value(), b.alerts.raised.has_value());
+    EXPECT_EQ(a.alerts.raised.size(), b.alerts.raised.size());
   }
 }
 
@@ -153,7 +156,7 @@ TEST_F(Step, UsesNoHeap) {
     const ::phantom::test::HeapGuard no_heap;
     for (const StepInputs& in : inputs) {
       sensing.step(in, out_);
-      alerts += out_.alerts.raised ? 1U : 0U;
+      alerts += out_.alerts.raised.size();
       drifts += out_.drag.drift != core::JointArray{} ? 1U : 0U;
     }
   }

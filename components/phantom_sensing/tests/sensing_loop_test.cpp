@@ -130,7 +130,9 @@ TEST_F(Loop, AStaleStateBecomesInvalidInBoundedTimeAndEndsTheAlert) {
   offer(1, kNsPerMillisecond);
   loop_.turn(kNsPerMillisecond);
   ASSERT_TRUE(seen_.drags.back().valid);
-  ASSERT_THAT(seen_.alerts, testing::ElementsAre(std::pair(1U, false)));
+  const auto raised = seen_.alerts;  // of each link that is near
+  ASSERT_FALSE(raised.empty());
+  for (const auto& [number, cleared] : raised) EXPECT_FALSE(cleared);
   // The watchdog turns at its period; nothing else happens.
   core::Nanoseconds now = kNsPerMillisecond;
   const core::Nanoseconds staleness = core::from_seconds(config_.staleness_s);
@@ -141,7 +143,9 @@ TEST_F(Loop, AStaleStateBecomesInvalidInBoundedTimeAndEndsTheAlert) {
   }
   EXPECT_GT(now, kNsPerMillisecond + staleness);
   EXPECT_EQ(seen_.drags.back().coefficient, 0.0);
-  EXPECT_THAT(seen_.alerts, testing::ElementsAre(std::pair(1U, false), std::pair(1U, true)));
+  ASSERT_EQ(seen_.alerts.size(), 2 * raised.size());
+  for (std::size_t i = 0; i < raised.size(); ++i)
+    EXPECT_THAT(seen_.alerts, testing::Contains(std::pair(raised[i].first, true)));
   // And recovers with the next state.
   offer(2, now + 1);
   loop_.turn(now + 2);

@@ -59,9 +59,27 @@ TEST(ShareWorkspace, IsFeltAsItsProcessHasSensedItThere) {
     }
     for (std::size_t j = 0; j < core::kMaxJoints; ++j)
       EXPECT_EQ(out.drag.plus[j], rest.drag.plus[j] + of_hand.drag.plus[j]) << j;
-    EXPECT_EQ(out.percept.mu, std::max(rest.percept.mu, of_hand.percept.mu));
-    const bool worse = of_hand.percept.mu > rest.percept.mu;
-    const SkinPercept& expected = worse ? of_hand.percept : rest.percept;
+    EXPECT_EQ(out.worst.mu, std::max(rest.worst.mu, of_hand.percept.mu));
+    const bool worse = of_hand.percept.mu > rest.worst.mu;
+    EXPECT_EQ(out.worst.sensor, worse ? of_hand.percept.sensor : rest.worst.sensor);
+    EXPECT_EQ(out.worst.position_W_m, worse ? of_hand.percept.position_W_m : rest.worst.position_W_m);
+    const bool threatens = !out.threats.empty() && out.threats[0].raises;
+    if (threatens) {  // it is of one of the two
+      const auto& by = out.threats[0];
+      const bool of_its_links = arm_model.shares[kHand].links[by.link];
+      const ThreatList& by_one = of_its_links ? of_hand.threats : rest.threats;
+      EXPECT_EQ(out.percept.link, by.link);
+      EXPECT_TRUE(std::ranges::any_of(by_one, [&](const Threat& one) {
+        return one.link == by.link && one.sensor == by.sensor && one.position_W_m == by.position_W_m &&
+               one.contact == by.contact;
+      }));
+    }
+    if (threatens) {
+      (arm_model.shares[kHand].links[out.percept.link] ? by_hand : by_arm) += 1;
+      alerts += static_cast<int>(out.alerts.raised.size());
+      continue;
+    }
+    const SensorPercept& expected = worse ? of_hand.percept : rest.worst;
     EXPECT_EQ(out.percept.closeness, expected.closeness);
     EXPECT_EQ(out.percept.object, expected.object);
     EXPECT_EQ(out.percept.link, expected.link);
@@ -70,10 +88,6 @@ TEST(ShareWorkspace, IsFeltAsItsProcessHasSensedItThere) {
     EXPECT_EQ(out.percept.gradient.pgv_W_m, expected.gradient.pgv_W_m);
     EXPECT_EQ(out.percept.motion, expected.motion);
     (worse ? by_hand : by_arm) += 1;
-    if (out.alerts.raised && worse) {
-      ++alerts;
-      EXPECT_EQ(out.alerts.raised->at.link, expected.link);
-    }
   }
   EXPECT_GT(by_hand, 20);
   EXPECT_GT(by_arm, 20);

@@ -38,7 +38,8 @@ inline StepInputs random_inputs(const PhantomModel& model, std::mt19937& random)
 }
 
 inline SensedShare share_of(const StepOutputs& helper) {
-  return {helper.drag, static_cast<float>(helper.percept.mu), helper.percept.sensor, helper.muted_sensors};
+  return {helper.drag, static_cast<float>(helper.percept.mu), helper.percept.sensor, helper.muted_sensors,
+          helper.threats};
 }
 
 }  // namespace phantom::phantom_sensing::rig

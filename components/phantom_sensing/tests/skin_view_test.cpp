@@ -39,7 +39,7 @@ TEST_F(Patches, AgreeWithTheTickAboutTheWorst) {
     float worst = 0.0F;
     for (const robot::SkinPatches::Patch& patch : patches_.sense(inputs.position, rig::wall()))
       worst = std::max(worst, patch.mu);
-    EXPECT_EQ(static_cast<double>(worst), out.percept.mu) << x;
+    EXPECT_EQ(static_cast<double>(worst), out.worst.mu) << x;
   }
 }
 

@@ -1,0 +1,143 @@
+// Which links threaten which objects: none hides another one, and the most urgent leads.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <map>
+#include <random>
+#include <sstream>
+
+#include "common/core/text.hpp"
+#include "common/percept/closeness.hpp"
+#include "components/phantom_sensing/model.hpp"
+#include "components/phantom_sensing/probe.hpp"
+#include "components/phantom_sensing/tests/rig.hpp"
+#include "tests/support/heap_guard.hpp"
+
+namespace phantom::phantom_sensing {
+namespace {
+
+using rig::hanging;
+
+/// An arm of three links whose tip swings towards a box (object 1), while its upper link rests above a
+/// support (object 2): two layers above, one, or without it.
+struct SwingingArm {
+  static constexpr std::size_t kUpper = 2, kTip = 3;
+  static constexpr std::uint16_t kAhead = 1, kSupport = 2;
+  static constexpr double kStep_s = 0.005, kSwing_rad_s = 2.0;
+
+  explicit SwingingArm(const std::string& file)
+      : cell(runtime::load_cell(
+            std::string(PHANTOM_SOURCE_DIR "/components/phantom_sensing/tests/masked_link/") + file)),
+        model(load_model(cell, {})),
+        voxels(build_workspace(cell)) {}
+
+  /// The swing's row after so many steps.
+  static ProbeRow row(int step) {
+    ProbeRow row;
+    row.t_s = step * kStep_s;
+    row.position[2] = -0.4 + kSwing_rad_s * row.t_s;
+    row.velocity[2] = kSwing_rad_s;
+    return row;
+  }
+  StepInputs inputs(int step) const {
+    StepInputs inputs;
+    const ProbeRow at = row(step);
+    inputs.position = at.position;
+    inputs.velocity = at.velocity;
+    inputs.dt_s = step == 0 ? 0.0 : kStep_s;
+    inputs.workspace = {&voxels, percept::greatest_neighbour_mu(voxels)};
+    inputs.state_valid = true;
+    return inputs;
+  }
+
+  runtime::CellConfig cell;
+  PhantomModel model;
+  workspace::Workspace voxels;
+};
+
+/// The columns of what `phantom_sensing probe` writes of the swing.
+std::map<std::string, std::vector<std::string>> probed(const SwingingArm& arm, int steps) {
+  std::vector<ProbeRow> rows;
+  for (int step = 0; step < steps; ++step) rows.push_back(SwingingArm::row(step));
+  std::stringstream csv;
+  csv.precision(17);
+  run_probe_rows(arm.model, {}, arm.voxels, rows, {}, csv);
+  std::string line;
+  std::getline(csv, line);
+  const auto names = core::cells_of(line);
+  std::map<std::string, std::vector<std::string>> columns;
+  while (std::getline(csv, line)) {
+    const auto cells = core::cells_of(line);
+    for (std::size_t i = 0; i < names.size(); ++i) columns[names[i]].push_back(cells.at(i));
+  }
+  return columns;
+}
+
+constexpr int kSteps = 60, kFirstThreat = 21;  // at 0.105 s the tip is in the box's outermost layer
+
+// A link that rests in a nearer layer hides no other one.
+TEST(MaskedLink, SR20_TheTipsThreatIsToldAsWithoutTheSupport) {
+  const SwingingArm without("cell_without.yaml"), with("cell_with.yaml");
+  auto alone = probed(without, kSteps), hidden = probed(with, kSteps);
+  for (int step = 0; step < kSteps; ++step) {
+    const auto i = static_cast<std::size_t>(step);
+    SCOPED_TRACE(alone["t"][i]);
+    if (step < kFirstThreat) {
+      EXPECT_EQ(hidden["rule"][i], "0");
+      EXPECT_EQ(hidden["link"][i], "2") << "where none threatens the worst sensor leads";
+      continue;
+    }
+    EXPECT_EQ(hidden["motion"][i], "dangerous");
+    EXPECT_NE(hidden["rule"][i], "0");
+    if (step == kFirstThreat) {
+      EXPECT_EQ(hidden["rule"][i], "3");
+    }
+    for (const char* column : {"mu", "link", "sensor", "x_m", "z_m", "pgvx_m", "pgvz_m", "speed_m_s",
+                               "motion", "rule", "time_to_contact_s", "gap_m", "threats"})
+      EXPECT_EQ(hidden[column][i], alone[column][i]) << column;
+    EXPECT_EQ(hidden["object"][i], std::to_string(SwingingArm::kAhead));
+    EXPECT_GE(std::stod(hidden["greatest_mu"][i]), std::stod(alone["greatest_mu"][i]))
+        << "the thickest fluid leads the drag";
+  }
+}
+
+// Nor does one that is very close hide it, of which an alert is up all the while.
+TEST(MaskedLink, SR20_TheTipsThreatIsToldInTimeBesideOneThatIsCloser) {
+  const SwingingArm close("cell_close.yaml");
+  PhantomSensing sensing(close.model, {});
+  StepOutputs out;
+  int alerted_at = -1, contact_at = -1;
+  std::map<std::pair<std::uint32_t, std::uint16_t>, int> raised;
+  std::vector<double> announced_s;  // by step, of the tip
+  for (int step = 0; step < 100 && contact_at < 0; ++step) {
+    sensing.step(close.inputs(step), out);
+    for (const percept::Alert& alert : out.alerts.raised) {
+      ++raised[{alert.at.link, alert.at.object}];
+      if (alert.at.link != SwingingArm::kTip || alerted_at >= 0) continue;
+      EXPECT_EQ(alert.at.object, SwingingArm::kAhead);
+      alerted_at = step;
+    }
+    if (alerted_at >= 0) {
+      EXPECT_EQ(out.percept.link, SwingingArm::kTip) << "what nears leads what rests";
+      EXPECT_EQ(out.percept.motion, percept::MotionClass::kDangerous);
+    }
+    announced_s.push_back(-1.0);
+    for (const Threat& threat : out.threats) {
+      if (threat.link != SwingingArm::kTip) continue;
+      announced_s.back() = threat.contact.time_s;
+      if (threat.contact.gap_m == 0.0) contact_at = step;
+    }
+  }
+  ASSERT_GE(alerted_at, 0);
+  ASSERT_GT(contact_at, 0);
+  const double lead_s = (contact_at - alerted_at) * SwingingArm::kStep_s;
+  EXPECT_GE(lead_s, 0.15) << "the layers reach 80 mm, the tip nears at 0.4 m/s";
+  // Each place has its own way and speed as the link turns: the nearer, the truer.
+  EXPECT_NEAR(announced_s[static_cast<std::size_t>(alerted_at)], lead_s, 0.5 * lead_s);
+  EXPECT_NEAR(announced_s[static_cast<std::size_t>(contact_at - 20)], 0.1, 0.03);
+  EXPECT_LE((raised[{SwingingArm::kTip, SwingingArm::kAhead}]), 2) << "one, and one when it is very close";
+}
+
+}  // namespace
+}  // namespace phantom::phantom_sensing
