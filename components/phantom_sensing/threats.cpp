@@ -163,7 +163,8 @@ void PhantomSensing::assess(const StepInputs& inputs, std::size_t link, const Pr
     };
     bool raised = raises(of.thickest);
     if (!raised && of.fastest.sensor != of.thickest.sensor) raised = raises(of.fastest);
-    // What nears fastest may be more urgent than what raises an alert already; the next ones only if none does.
+    // What nears fastest may be more urgent than what raises an alert already; the next ones only if none
+    // does.
     for (const Prospect& prospect : of.nearing) {
       if (prospect.sensor != of.thickest.sensor) raised = raises(prospect) || raised;
       if (raised) break;
