@@ -83,7 +83,7 @@ TEST(Probe, WritesWhatTheStepGives) {
   expected.precision(17);
   expected << "0," << out.percept.drag_torque[0] << ',';
   EXPECT_THAT(values, testing::StartsWith(expected.str()));
-  EXPECT_THAT(values, testing::EndsWith(",dangerous,2"));
+  EXPECT_THAT(values, HasSubstr(",dangerous,2,"));
   EXPECT_EQ(peaks.speed[0], 0.3);
   EXPECT_EQ(peaks.torque[0], std::abs(out.percept.drag_torque[0]));
 }
