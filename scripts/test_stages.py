@@ -22,6 +22,8 @@ import test_results
 ROOT = Path(__file__).resolve().parent.parent
 BUILD = ROOT / "build/release"
 CORES = os.cpu_count() or 2
+# Many tests wait more than they compute: one more than there are cores keeps these busy.
+JOBS = CORES + 1
 # A stage of the gate that would begin after so many minutes is left out, and the table shows it: CI ends a run at 90.
 GATE_LIMIT_MIN = 75
 CHECKS = ["check_layers", "check_words", "parameters --check", "rooms --check", "check_safety_case", "format --check",
@@ -143,7 +145,7 @@ def ctest(stage):
     results = test_results.Folder(BUILD)
     junit = results.begin(stage.name)
     chosen = [word for label in stage.labels for word in ("--label-regex", label)] or ["--label-exclude", "^stage:"]
-    status = subprocess.run(["ctest", "--test-dir", BUILD, "--parallel", str(CORES), "--output-on-failure", "--no-tests=error", "--progress",
+    status = subprocess.run(["ctest", "--test-dir", BUILD, "--parallel", str(JOBS), "--output-on-failure", "--no-tests=error", "--progress",
                              "--output-junit", junit, *chosen], cwd=ROOT, env={**os.environ, **stage.environment}).returncode
     cases = results.read(junit)
     if status != 0:

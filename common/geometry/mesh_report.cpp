@@ -136,7 +136,7 @@ CoordinatePrecision coordinate_precision(const TriangleMesh& mesh) {
 std::string describe(const CoordinatePrecision& precision, double voxel_m) {
   return core::formatted(
       "reaches %.6g m from its origin, where coordinates of 32 bits are rounded to %.2g m, too coarse for a voxel "
-      "of %g m; allowed: a mesh with its origin near to it, and a pose that puts it there",
+      "of %g m; allowed: a mesh with its origin near to it, a pose that puts it there, and the scale of its units",
       precision.farthest_m, precision.step_m, voxel_m);
 }
 
