@@ -9,6 +9,7 @@
 
 #include "common/geometry/primitives.hpp"
 #include "tests/experiments/specimens.hpp"
+#include "tests/support/files.hpp"
 
 namespace phantom::experiments {
 namespace {
@@ -103,8 +104,7 @@ TEST(Sabotage, BreaksTheLawThatItNames) {
 }
 
 TEST(Report, WritesWhatItWasGivenAndRefusesWhatDoesNotFit) {
-  const auto folder = std::filesystem::path(testing::TempDir()) / "phantom_report_test";
-  std::filesystem::remove_all(folder);
+  const auto folder = test::new_folder() / "report";
   Report report(folder);
   EXPECT_FALSE(report.passed()) << "nothing was checked";
   Table& table = report.table("a", {"x [m]", "F [N]"});
