@@ -1,4 +1,5 @@
 """Building for the scripts that run what they build: quiet when all goes well, the compiler's words when it does not."""
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -9,7 +10,7 @@ ROOT = Path(__file__).resolve().parent.parent
 def build(script, folder, targets, *definitions):
     """Configures `folder` for a release, if it is new or `definitions` are given, and builds `targets` in it; ends the script
     with 1 if that fails, with 3 if there is no CMake."""
-    steps = [["cmake", "--build", folder, "--target", *targets]]
+    steps = [["cmake", "--build", folder, "--parallel", str(os.cpu_count() or 2), "--target", *targets]]
     if definitions or not (Path(folder) / "build.ninja").exists():
         steps.insert(0, ["cmake", "-S", ROOT, "-B", folder, "-G", "Ninja", "-DCMAKE_BUILD_TYPE=Release",
                          "-DCMAKE_CXX_COMPILER_LAUNCHER=ccache", *definitions])

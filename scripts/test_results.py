@@ -23,11 +23,9 @@ class Folder:
         self.path = Path(build) / "test_results"
 
     def begin(self, stage):
-        """The file that CTest is to write for `stage`; earlier results of the stage's tests go as they run again."""
+        """Returns the file that CTest is to write for `stage`."""
         self.path.mkdir(parents=True, exist_ok=True)
-        junit = self.path / f"{stage}.junit"
-        junit.unlink(missing_ok=True)
-        return junit
+        return self.path / f"{stage}.junit"
 
     def read(self, junit):
         """{name: Case}: of a suite every case, of another test the test."""

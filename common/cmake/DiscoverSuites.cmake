@@ -1,5 +1,5 @@
 # Writes LIST, by which CTest knows the suites of a GoogleTest EXECUTABLE, and LIST.cases with the name of every case, a line each.
-#   PREFIX: first part of CTest's names. FILTER: GoogleTest's, of the suites to register. ISOLATED: suites of which each case is a process.
+#   PREFIX: first part of CTest's names. FILTER: GoogleTest's, of the suites to register.
 #   PROPERTIES: of each test. RESULTS: folder for GoogleTest's results in XML. Lists are separated by "|".
 cmake_minimum_required(VERSION 3.25)
 
@@ -13,7 +13,6 @@ if(NOT status EQUAL 0)
   message(FATAL_ERROR "${EXECUTABLE} --gtest_list_tests ended with ${status}:\n${listed}")
 endif()
 string(REPLACE "|" ";" properties "${PROPERTIES}")
-string(REPLACE "|" ";" isolated "${ISOLATED}")
 string(REPLACE ";" "," listed "${listed}")
 string(REGEX REPLACE "[][]" "_" listed "${listed}")
 string(REPLACE "\n" ";" lines "${listed}")
@@ -34,15 +33,9 @@ foreach(line IN LISTS lines)
   string(REGEX REPLACE "[ ]*#.*$" "" line "${line}")
   if(line MATCHES "^([^ ].*)\\.$")
     set(suite "${CMAKE_MATCH_1}")
-    if(NOT suite IN_LIST isolated)
-      register("${PREFIX}.${suite}" "${suite}.*")
-    endif()
+    register("${PREFIX}.${suite}" "${suite}.*")
   elseif(line MATCHES "^  ([^ ]+)$")
-    set(name "${CMAKE_MATCH_1}")
-    string(APPEND cases "${PREFIX}.${suite}.${name}\n")
-    if(suite IN_LIST isolated)
-      register("${PREFIX}.${suite}.${name}" "${suite}.${name}")
-    endif()
+    string(APPEND cases "${PREFIX}.${suite}.${CMAKE_MATCH_1}\n")
   endif()
 endforeach()
 file(WRITE "${LIST}" "${tests}")

@@ -65,6 +65,13 @@ function(phantom_keep_apart)
   endforeach()
 endfunction()
 
+# GCC collects its garbage first at an eighth of the memory, 128 MB at most; a unit of ours needs 1 GB. Without collecting until 2 GB a
+# build takes 6 % less time. Two jobs at once need 4 GB then, so only where there are 12.
+cmake_host_system_information(RESULT PHANTOM_MEMORY_MIB QUERY TOTAL_PHYSICAL_MEMORY)
+if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND PHANTOM_MEMORY_MIB GREATER 12000)
+  add_compile_options("SHELL:--param ggc-min-heapsize=2000000")
+endif()
+
 find_package(Threads REQUIRED)
 
 add_library(phantom_options INTERFACE)

@@ -1,9 +1,9 @@
 # Tests and the stages that run them (scripts/test --list).
 #
-#   phantom_test(NAME [STAGE S] [ISOLATED SUITE…] [THOROUGH FILTER] [NEEDS TARGET…] [PROPERTIES …] SOURCES … LIBRARIES …)
-#       A GoogleTest executable, NAME_test. CTest runs each of its suites as one process, NAME.SUITE; a suite that is
-#       named ISOLATED runs a process for each case. NEEDS: executables that the tests start. THOROUGH: the tests that
-#       fit GoogleTest's FILTER have a long form (tests/support/thorough.hpp), which CTest runs as thorough.NAME.
+#   phantom_test(NAME [STAGE S] [THOROUGH FILTER] [NEEDS TARGET…] [PROPERTIES …] SOURCES … LIBRARIES …)
+#       A GoogleTest executable, NAME_test. CTest runs each of its suites as one process, NAME.SUITE. NEEDS: executables
+#       that the tests start. THOROUGH: the tests that fit GoogleTest's FILTER have a long form
+#       (tests/support/thorough.hpp), which CTest runs as thorough.NAME.
 #   phantom_test_program(TARGET [STAGE S] [NEEDS TARGET…] SOURCES … LIBRARIES …)
 #       An executable in <build>/tests that is itself a whole test (add_test) or a helper of one.
 #   phantom_stage(STAGE [TESTS …] [TARGETS …])
@@ -69,9 +69,9 @@ function(phantom_test NAME)
   if(NOT PHANTOM_BUILD_TESTS)
     return()
   endif()
-  cmake_parse_arguments(ARG "" "STAGE;THOROUGH" "SOURCES;LIBRARIES;NEEDS;ISOLATED;PROPERTIES" ${ARGN})
+  cmake_parse_arguments(ARG "" "STAGE;THOROUGH" "SOURCES;LIBRARIES;NEEDS;PROPERTIES" ${ARGN})
   phantom_test_program(${NAME}_test STAGE "${ARG_STAGE}" NEEDS ${ARG_NEEDS} SOURCES ${ARG_SOURCES} LIBRARIES ${ARG_LIBRARIES})
-  phantom_discover_suites(${NAME} STAGE "${ARG_STAGE}" ISOLATED ${ARG_ISOLATED} PROPERTIES ${ARG_PROPERTIES})
+  phantom_discover_suites(${NAME} STAGE "${ARG_STAGE}" PROPERTIES ${ARG_PROPERTIES})
   if(ARG_THOROUGH)
     phantom_thorough_test(${NAME} ${NAME}_test "--gtest_filter=${ARG_THOROUGH}")
   endif()
@@ -86,26 +86,27 @@ endfunction()
 
 # Registers the suites of NAME_test with CTest once it is linked. FILTER: of these suites alone, so that some have other properties.
 function(phantom_discover_suites NAME)
-  cmake_parse_arguments(ARG "" "STAGE;FILTER;LIST" "ISOLATED;PROPERTIES" ${ARGN})
+  cmake_parse_arguments(ARG "" "STAGE;FILTER;LIST" "PROPERTIES" ${ARGN})
   if(NOT ARG_LIST)
     set(ARG_LIST ${NAME})
   endif()
+  set(label "")
   if(ARG_STAGE AND NOT ARG_STAGE STREQUAL "quick")
-    list(APPEND ARG_PROPERTIES LABELS "stage:${ARG_STAGE}")
+    set(label "stage:${ARG_STAGE}")
+    list(APPEND ARG_PROPERTIES LABELS "${label}")
   endif()
   set(list "${PHANTOM_TEST_DIR}/suites/${ARG_LIST}.cmake")
   string(REPLACE ";" "|" properties "${ARG_PROPERTIES}")
-  string(REPLACE ";" "|" isolated "${ARG_ISOLATED}")
   add_custom_command(TARGET ${NAME}_test POST_BUILD
     COMMAND "${CMAKE_COMMAND}" -DEXECUTABLE=$<TARGET_FILE:${NAME}_test> -DPREFIX=${NAME} -DFILTER=${ARG_FILTER} -DLIST=${list}
-            "-DPROPERTIES=${properties}" "-DISOLATED=${isolated}" "-DWORKING_DIRECTORY=${CMAKE_CURRENT_BINARY_DIR}"
+            "-DPROPERTIES=${properties}" "-DWORKING_DIRECTORY=${CMAKE_CURRENT_BINARY_DIR}"
             "-DRESULTS=${CMAKE_BINARY_DIR}/test_results" -P "${PHANTOM_DISCOVER_SUITES}"
     BYPRODUCTS "${list}" VERBATIM)
   file(CONFIGURE OUTPUT "${CMAKE_CURRENT_BINARY_DIR}/${ARG_LIST}_suites.cmake" @ONLY CONTENT "if(EXISTS \"${list}\")
   include(\"${list}\")
 else()
   add_test(${NAME}_not_built ${NAME}_not_built)
-  set_tests_properties(${NAME}_not_built PROPERTIES LABELS \"stage:${ARG_STAGE}\")
+  set_tests_properties(${NAME}_not_built PROPERTIES LABELS \"${label}\")
 endif()
 ")
   set_property(DIRECTORY APPEND PROPERTY TEST_INCLUDE_FILES "${CMAKE_CURRENT_BINARY_DIR}/${ARG_LIST}_suites.cmake")

@@ -55,7 +55,7 @@ void on_fatal(int number) {
   say(g_component.data());
   say(": ");
   say(fatal->name);
-  say(" ends it in its thread '");
+  say(" in thread '");
   say(ThreadName().text.data());
   say("', called from:\n");
   std::array<void*, kMostCalls> calls{};
@@ -70,23 +70,23 @@ std::string name_of(const std::type_info& type) {
   return status == 0 ? name.get() : type.name();
 }
 
-/// Returns type and words of the exception that nobody caught.
+/// Returns type and message of the exception that nobody caught.
 std::string uncaught() {
   const auto thrown = std::current_exception();
-  if (!thrown) return "no exception: a thread that runs is forgotten, or a function called that is not there";
+  if (!thrown) return "none: a thread was destroyed while it ran, or a pure virtual function was called";
   try {
     std::rethrow_exception(thrown);
   } catch (const std::exception& problem) {
     return name_of(typeid(problem)) + ": " + problem.what();
   } catch (...) {
     const std::type_info* type = abi::__cxa_current_exception_type();
-    return type != nullptr ? name_of(*type) : "an exception of a type that is unknown";
+    return type != nullptr ? name_of(*type) : "an unknown type";
   }
 }
 
 [[noreturn]] void on_terminate() noexcept {
-  print_line(std::string(g_component.data()) + ": nobody catches what its thread '" +
-             ThreadName().text.data() + "' throws: " + uncaught());
+  print_line(std::string(g_component.data()) + ": uncaught exception in thread '" + ThreadName().text.data() +
+             "': " + uncaught());
   finish_log();
   std::abort();
 }
