@@ -13,6 +13,7 @@ import os
 import shutil
 import subprocess
 import sys
+import tempfile
 import time
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -145,8 +146,11 @@ def ctest(stage):
     results = test_results.Folder(BUILD)
     junit = results.begin(stage.name)
     chosen = [word for label in stage.labels for word in ("--label-regex", label)] or ["--label-exclude", "^stage:"]
-    status = subprocess.run(["ctest", "--test-dir", BUILD, "--parallel", str(JOBS), "--output-on-failure", "--no-tests=error", "--progress",
-                             "--output-junit", junit, *chosen], cwd=ROOT).returncode
+    # A folder for what tests write, which goes with the run: /tmp may hold files of the same names, of another user.
+    with tempfile.TemporaryDirectory(prefix="phantom-") as scratch:
+        Path(scratch).chmod(0o1777)
+        status = subprocess.run(["ctest", "--test-dir", BUILD, "--parallel", str(JOBS), "--output-on-failure", "--no-tests=error",
+                                 "--progress", "--output-junit", junit, *chosen], cwd=ROOT, env={**os.environ, "TMPDIR": scratch}).returncode
     cases = results.read(junit)
     if status != 0:
         failed = [name for name, case in cases.items() if case.outcome == "failed"]
