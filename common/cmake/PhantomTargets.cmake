@@ -2,6 +2,7 @@
 #
 #   phantom_library(NAME [QUICK] SOURCES … PUBLIC … PRIVATE …)   common/NAME      -> phantom::NAME
 #   phantom_component(NAME [QUICK] SOURCES … LIBRARIES …)        components/NAME  -> library NAME_core, executable NAME
+#   phantom_part(COMPONENT NAME [QUICK] SOURCES … LIBRARIES … PRIVATE …)  components/COMPONENT/NAME  -> library COMPONENT_NAME
 #   phantom_bench(NAME SOURCES … LIBRARIES …)              one Google Benchmark executable, NAME_bench
 # QUICK: of a release, the target's sources are compiled with -O1 instead of -O3. It is for code that computes little (DDS, messages,
 # configuration, tools): half of its compile time was optimising.
@@ -145,7 +146,7 @@ function(phantom_library NAME)
   add_library(phantom::${NAME} ALIAS phantom_${NAME})
 endfunction()
 
-# Makes FILE, a table of keys (common/runtime/fields.hpp) or a part of a page, the text phantom::NAMESPACE::VARIABLE of TARGET.
+# Makes FILE, a table of keys (common/runtime/configuration/fields.hpp) or a part of a page, the text phantom::NAMESPACE::VARIABLE of TARGET.
 function(phantom_parameters TARGET FILE NAMESPACE VARIABLE)
   set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS "${FILE}")
   file(READ "${FILE}" TEXT)
@@ -157,6 +158,20 @@ const char* const @VARIABLE@ = R\"yaml(@TEXT@)yaml\";
 }
 ")
   target_sources(${TARGET} PRIVATE "${source}")
+endfunction()
+
+# A part of a component that has one library for each of its folders. LIBRARIES: public; those after PRIVATE are not.
+function(phantom_part COMPONENT NAME)
+  cmake_parse_arguments(ARG "QUICK" "" "SOURCES;LIBRARIES;PRIVATE" ${ARGN})
+  add_library(${COMPONENT}_${NAME} STATIC ${ARG_SOURCES})
+  target_include_directories(${COMPONENT}_${NAME} PUBLIC "${PROJECT_SOURCE_DIR}")
+  target_link_libraries(${COMPONENT}_${NAME} PUBLIC ${ARG_LIBRARIES} phantom::runtime PRIVATE ${ARG_PRIVATE} phantom_options)
+  if(ARG_QUICK)
+    phantom_compile_quickly(${COMPONENT}_${NAME})
+    phantom_use_library_headers(${COMPONENT}_${NAME} O1)
+  else()
+    phantom_use_library_headers(${COMPONENT}_${NAME} O3)
+  endif()
 endfunction()
 
 function(phantom_component NAME)

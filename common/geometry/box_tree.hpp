@@ -8,7 +8,7 @@
 #include <span>
 #include <vector>
 
-#include "common/geometry/mesh.hpp"
+#include "common/geometry/mesh/mesh.hpp"
 
 namespace phantom::geometry {
 

@@ -4,8 +4,8 @@
 #include <thread>
 
 #include "common/haptic_device/haptic_client.hpp"
-#include "common/teleop/cartesian_hand.hpp"
-#include "common/teleop/free_handle.hpp"
+#include "common/teleop/coupling/cartesian_hand.hpp"
+#include "common/teleop/coupling/free_handle.hpp"
 
 namespace phantom::haptic_device {
 

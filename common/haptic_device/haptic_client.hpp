@@ -6,8 +6,8 @@
 
 #include "common/core/snapshot.hpp"
 #include "common/messages/checked_reader.hpp"
-#include "common/messages/haptic_device_codec.hpp"
-#include "common/runtime/wake_signal.hpp"
+#include "common/messages/codecs/haptic_device_codec.hpp"
+#include "common/runtime/process/wake_signal.hpp"
 
 namespace phantom::haptic_device {
 

@@ -7,7 +7,7 @@
 #include "common/core/thread_place.hpp"
 #include "common/haptic_device/haptic_client.hpp"
 #include "common/haptic_device/phantom_haptic_device.h"
-#include "common/runtime/deployment.hpp"
+#include "common/runtime/configuration/deployment.hpp"
 
 using namespace phantom;
 

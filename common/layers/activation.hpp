@@ -6,8 +6,8 @@
 
 #include "common/core/status.hpp"
 #include "common/core/work_budget.hpp"
-#include "common/geometry/implicit.hpp"
-#include "common/geometry/mesh.hpp"
+#include "common/geometry/implicit/implicit.hpp"
+#include "common/geometry/mesh/mesh.hpp"
 #include "common/layers/layers.hpp"
 #include "common/workspace/object_bricks.hpp"
 #include "common/workspace/profile.hpp"

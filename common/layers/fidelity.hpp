@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "common/geometry/mesh.hpp"
+#include "common/geometry/mesh/mesh.hpp"
 #include "common/workspace/profile.hpp"
 #include "common/workspace/workspace.hpp"
 

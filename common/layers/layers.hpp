@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "common/geometry/mesh.hpp"
+#include "common/geometry/mesh/mesh.hpp"
 #include "common/voxelise/voxelise.hpp"
 #include "common/workspace/object_bricks.hpp"
 #include "common/workspace/profile.hpp"

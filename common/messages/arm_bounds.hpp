@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "common/core/joints.hpp"
-#include "common/robot/serial_arm.hpp"
-#include "common/teleop/feedback_rendering.hpp"
+#include "common/robot/kinematics/serial_arm.hpp"
+#include "common/teleop/rendering/feedback_rendering.hpp"
 
 namespace phantom::messages {
 

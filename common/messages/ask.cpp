@@ -1,9 +1,9 @@
 #include "common/messages/ask.hpp"
 
-#include "common/dds/topics.hpp"
-#include "common/messages/percept_codec.hpp"
+#include "common/dds/endpoints/topics.hpp"
+#include "common/messages/codecs/percept_codec.hpp"
+#include "common/messages/codecs/workspace_codec.hpp"
 #include "common/messages/requester.hpp"
-#include "common/messages/workspace_codec.hpp"
 
 namespace phantom::messages {
 

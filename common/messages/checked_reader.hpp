@@ -5,9 +5,9 @@
 #include <type_traits>
 #include <utility>
 
-#include "common/dds/endpoint.hpp"
-#include "common/dds/refusal_log.hpp"
-#include "common/dds/source_guard.hpp"
+#include "common/dds/admission/refusal_log.hpp"
+#include "common/dds/admission/source_guard.hpp"
+#include "common/dds/endpoints/endpoint.hpp"
 #include "common/messages/arm_bounds.hpp"
 
 namespace phantom::messages {

@@ -7,7 +7,7 @@
 
 #include "common/core/status.hpp"
 #include "common/core/thread_place.hpp"
-#include "common/dds/endpoint.hpp"
+#include "common/dds/endpoints/endpoint.hpp"
 #include "common/messages/command_queue.hpp"
 #include "common/messages/publisher.hpp"
 

@@ -4,7 +4,7 @@
 
 #include "common/core/sample_id.hpp"
 #include "common/messages/received.hpp"
-#include "common/teleop/device_watch.hpp"
+#include "common/teleop/coupling/device_watch.hpp"
 
 // The samples of the topics of idl/haptic_device.idl as components use them. Units and frames are in the IDL
 // where a name does not say them. Trivially copyable, as core::Snapshot requires.

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "common/core/status.hpp"
-#include "common/geometry/mesh.hpp"
+#include "common/geometry/mesh/mesh.hpp"
 #include "common/messages/workspace.hpp"
 
 namespace phantom::messages {

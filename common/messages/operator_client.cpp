@@ -9,7 +9,7 @@
 
 namespace phantom::messages {
 
-using core::Side;
+using teleop::Side;
 
 OperatorClient::OperatorClient(dds::Participant& participant, OnStop on_stop)
     : stamper_(participant),
@@ -37,7 +37,8 @@ std::uint64_t OperatorClient::send(const OperatorCommand& command, double repeat
   const core::Nanoseconds now_ns = core::monotonic_ns();
   Request request;
   request.command = to_idl(command);
-  request.answers = {core::asks(command.kind, Side::kMaster), core::asks(command.kind, Side::kSlave), now_ns};
+  request.answers = {teleop::asks(command.kind, Side::kMaster), teleop::asks(command.kind, Side::kSlave),
+                     now_ns};
   {
     const std::lock_guard lock(mutex_);
     request.command.stamp(stamper_.next());
@@ -68,7 +69,7 @@ void OperatorClient::end_repeats_for(const Request& newer) {
   }
 }
 
-core::CommandAnswers OperatorClient::wait(std::uint64_t number, double timeout_s) {
+teleop::CommandAnswers OperatorClient::wait(std::uint64_t number, double timeout_s) {
   std::unique_lock lock(mutex_);
   const Request* request = find(number);
   if (request == nullptr) return {};
@@ -76,13 +77,13 @@ core::CommandAnswers OperatorClient::wait(std::uint64_t number, double timeout_s
     request = find(number);
     return request == nullptr || request->finished();
   });
-  return request == nullptr ? core::CommandAnswers() : request->answers;
+  return request == nullptr ? teleop::CommandAnswers() : request->answers;
 }
 
 void OperatorClient::take_reply(const OperatorReply& reply, core::Nanoseconds received_ns) {
   const std::lock_guard lock(mutex_);
-  for (const Side side : core::kSides) {
-    if (reply.component != core::component_of(side)) continue;
+  for (const Side side : teleop::kSides) {
+    if (reply.component != teleop::component_of(side)) continue;
     const Source& source = sources_[static_cast<std::size_t>(side)];
     const bool bound = source.heard_ns != 0 && received_ns - source.heard_ns < kBound_ns;
     if (bound && source.session != reply.stamp.session) return;
@@ -118,7 +119,7 @@ void OperatorClient::publish_stop() {
   on_stop_(stop == nullptr ? std::nullopt : std::optional(stop->answers));
 }
 
-std::optional<core::CommandAnswers> OperatorClient::unconfirmed_stop() const {
+std::optional<teleop::CommandAnswers> OperatorClient::unconfirmed_stop() const {
   const std::lock_guard lock(mutex_);
   const Request* stop = unconfirmed();
   return stop == nullptr ? std::nullopt : std::optional(stop->answers);

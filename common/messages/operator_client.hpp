@@ -9,10 +9,10 @@
 #include <optional>
 #include <thread>
 
-#include "common/core/command_answers.hpp"
-#include "common/dds/endpoint.hpp"
-#include "common/dds/stamp.hpp"
-#include "common/messages/teleoperation_codec.hpp"
+#include "common/dds/endpoints/endpoint.hpp"
+#include "common/dds/endpoints/stamp.hpp"
+#include "common/messages/codecs/teleoperation_codec.hpp"
+#include "common/teleop/commands/command_answers.hpp"
 
 namespace phantom::messages {
 
@@ -31,7 +31,7 @@ class OperatorClient {
   /// Called at every change of the answers to the last requested stop, while not all sides have confirmed it;
   /// called with nothing once they have, or once a reset was sent. Called with a lock held: copy and return,
   /// do not call the client.
-  using OnStop = std::function<void(const std::optional<core::CommandAnswers>&)>;
+  using OnStop = std::function<void(const std::optional<teleop::CommandAnswers>&)>;
 
   /// Throws DdsError.
   explicit OperatorClient(dds::Participant& participant, OnStop on_stop = nullptr);
@@ -45,9 +45,9 @@ class OperatorClient {
   std::uint64_t send(const OperatorCommand& command, double repeat_s);
   /// Waits until every side has answered (to a stop: has stopped), for `timeout_s` at most. Returns the
   /// answers so far.
-  core::CommandAnswers wait(std::uint64_t number, double timeout_s);
+  teleop::CommandAnswers wait(std::uint64_t number, double timeout_s);
   /// send(), then wait().
-  core::CommandAnswers ask(const OperatorCommand& command, double timeout_s) {
+  teleop::CommandAnswers ask(const OperatorCommand& command, double timeout_s) {
     return wait(send(command, timeout_s), timeout_s);
   }
 
@@ -55,17 +55,18 @@ class OperatorClient {
   /// the source that they follow. `stop`: the stop in force there, 0 for none. From then on replies of
   /// another process do not count as this side's. Without such readers, every reply under the side's name
   /// counts.
-  void take_state(core::Side side, std::uint64_t session, std::uint64_t stop, core::Nanoseconds received_ns);
+  void take_state(teleop::Side side, std::uint64_t session, std::uint64_t stop,
+                  core::Nanoseconds received_ns);
 
   /// Returns the answers to a requested stop that not all sides have confirmed; nothing if there is no such
   /// stop.
-  std::optional<core::CommandAnswers> unconfirmed_stop() const;
+  std::optional<teleop::CommandAnswers> unconfirmed_stop() const;
 
  private:
   struct Request {
     std::uint64_t number = 0;
     msg::OperatorCommand command;  // stamped
-    core::CommandAnswers answers;
+    teleop::CommandAnswers answers;
     core::Nanoseconds sent_ns = 0, repeat_until_ns = 0;
     bool repeats = false;
 
@@ -92,8 +93,8 @@ class OperatorClient {
   dds::Stamper stamper_;
   OnStop on_stop_;
   std::deque<Request> requests_;  // newest last
-  std::array<Source, core::kSides.size()> sources_{};
-  std::array<std::uint64_t, core::kSides.size()> released_{};  // the stops that the last reset named
+  std::array<Source, teleop::kSides.size()> sources_{};
+  std::array<std::uint64_t, teleop::kSides.size()> released_{};  // the stops that the last reset named
   bool ending_ = false;
   dds::Writer<msg::OperatorCommand> writer_;
   dds::Reader<msg::OperatorReply> replies_;

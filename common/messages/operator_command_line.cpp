@@ -8,17 +8,17 @@
 #include <optional>
 #include <ostream>
 
-#include "common/dds/topics.hpp"
+#include "common/dds/endpoints/topics.hpp"
 #include "common/messages/operator_client.hpp"
 #include "common/messages/requester.hpp"
 
 namespace phantom::messages {
 namespace {
 
-using core::CommandKind;
-using core::OperatorOutcome;
-using core::OperatorRequest;
-using core::Side;
+using teleop::CommandKind;
+using teleop::OperatorOutcome;
+using teleop::OperatorRequest;
+using teleop::Side;
 
 constexpr double kFind_s = 2.0;  // joining a busy site takes a second
 
@@ -55,16 +55,16 @@ class CommandLine {
     if (request.gripper_force_N) {
       OperatorCommand force{
           .kind = CommandKind::kGripperForce, .value = *request.gripper_force_N, .issuer = issuer};
-      const core::CommandAnswers answers = client_.ask(force, request.timeout_s);
+      const teleop::CommandAnswers answers = client_.ask(force, request.timeout_s);
       if (!answers.done()) return outcome(answers, command_words(answers));
     }
     const std::uint64_t number = client_.send(command, request.timeout_s);
     if (stop) {
-      constexpr double kOverdue_s = core::seconds(core::CommandAnswers::kOverdue_ns);
+      constexpr double kOverdue_s = core::seconds(teleop::CommandAnswers::kOverdue_ns);
       if (const auto soon = client_.wait(number, kOverdue_s); !soon.done())
         print_ << stop_words(soon) << " within " << kOverdue_s << " s; asking again\n" << std::flush;
     }
-    const core::CommandAnswers answers = client_.wait(number, request.timeout_s);
+    const teleop::CommandAnswers answers = client_.wait(number, request.timeout_s);
     return outcome(answers, stop ? stop_words(answers) : command_words(answers));
   }
 
@@ -88,7 +88,7 @@ class CommandLine {
   }
   // A side that is not heard keeps its stop, because its id is unknown.
   void name_stops(OperatorCommand& command) {
-    for (const Side side : core::kSides) {
+    for (const Side side : teleop::kSides) {
       const auto now = state_of(side);
       if (!now) print_ << component_of(side) << ": not heard; its stop is not named\n";
       (side == Side::kMaster ? command.master_stop : command.slave_stop) = now ? now->stop.id : 0;
@@ -96,7 +96,7 @@ class CommandLine {
   }
   OperatorOutcome print_status() {
     bool any = false;
-    for (const Side side : core::kSides) {
+    for (const Side side : teleop::kSides) {
       const auto now = state_of(side);
       any = any || now;
       print_ << component_of(side) << ": " << (now ? teleop::name_of(now->state) : "not heard");
@@ -107,17 +107,17 @@ class CommandLine {
     }
     return any ? OperatorOutcome::kDone : OperatorOutcome::kNobody;
   }
-  OperatorOutcome outcome(const core::CommandAnswers& answers, const std::string& words) {
+  OperatorOutcome outcome(const teleop::CommandAnswers& answers, const std::string& words) {
     print_ << words << '\n';
     if (answers.done()) return OperatorOutcome::kDone;
     return silent(answers) ? OperatorOutcome::kNobody : OperatorOutcome::kNotDone;
   }
-  static bool silent(const core::CommandAnswers& answers) {
+  static bool silent(const teleop::CommandAnswers& answers) {
     bool none = true;
-    for (const Side side : core::kSides) {
+    for (const Side side : teleop::kSides) {
       const auto state = answers.of(side).state;
-      none =
-          none && (state == core::SideAnswer::State::kWaiting || state == core::SideAnswer::State::kNotAsked);
+      none = none &&
+             (state == teleop::SideAnswer::State::kWaiting || state == teleop::SideAnswer::State::kNotAsked);
     }
     return none;
   }
@@ -125,7 +125,7 @@ class CommandLine {
   std::ostream& print_;
   std::mutex mutex_;
   std::condition_variable changed_;
-  std::array<std::optional<SideState>, core::kSides.size()> sides_{};
+  std::array<std::optional<SideState>, teleop::kSides.size()> sides_{};
   dds::Participant participant_;
   OperatorClient client_;
   dds::Reader<msg::MasterState> master_;

@@ -4,7 +4,7 @@
 #include <string>
 
 #include "common/core/network.hpp"
-#include "common/core/operator_command.hpp"
+#include "common/teleop/commands/operator_command.hpp"
 
 namespace phantom::messages {
 
@@ -12,7 +12,7 @@ namespace phantom::messages {
 /// goes into their logs. A reset names the stops that the two report as in force. Blocks until both sides are
 /// heard, for two seconds at most, or for a reset for request.timeout_s if that is longer; a stop does not
 /// wait for them. Then blocks until they have answered, for request.timeout_s at most. Throws DdsError.
-core::OperatorOutcome run_operator_request(const core::NetworkOptions& network, const std::string& issuer,
-                                           const core::OperatorRequest& request, std::ostream& print);
+teleop::OperatorOutcome run_operator_request(const core::NetworkOptions& network, const std::string& issuer,
+                                             const teleop::OperatorRequest& request, std::ostream& print);
 
 }  // namespace phantom::messages

@@ -6,14 +6,14 @@
 #include <mutex>
 #include <vector>
 
-#include "common/dds/topics.hpp"
+#include "common/dds/endpoints/topics.hpp"
+#include "common/messages/codecs/teleoperation_codec.hpp"
 #include "common/messages/command_service.hpp"
-#include "common/messages/teleoperation_codec.hpp"
 
 namespace phantom::messages {
 namespace {
 
-using core::CommandKind;
+using teleop::CommandKind;
 
 /// A command that the servo has not answered yet.
 struct Waiting {
@@ -24,7 +24,7 @@ struct Waiting {
 }  // namespace
 
 struct OperatorResponder::Impl {
-  Impl(dds::Participant& participant, core::Side side_of, core::StopRequests& requests, Settings others)
+  Impl(dds::Participant& participant, teleop::Side side_of, teleop::StopRequests& requests, Settings others)
       : side(side_of),
         stops(requests),
         settings(std::move(others)),
@@ -35,14 +35,14 @@ struct OperatorResponder::Impl {
   CommandRules<OperatorCommand, OperatorReply> rules() {
     return {.concerns =
                 [this](const OperatorCommand& command) {
-                  return command.stamp.session != own_session && core::asks(command.kind, side);
+                  return command.stamp.session != own_session && teleop::asks(command.kind, side);
                 },
             .refused = [this](const OperatorCommand& command,
                               const std::string& why) { return reply(command, false, why); }};
   }
 
   OperatorReply reply(const OperatorCommand& command, bool done, const std::string& message) const {
-    return {.component = core::component_of(side), .kind = command.kind, .done = done, .message = message};
+    return {.component = teleop::component_of(side), .kind = command.kind, .done = done, .message = message};
   }
   void complete(const OperatorCommand& command, bool done, const std::string& message) {
     service.complete(command.stamp, reply(command, done, message));
@@ -63,7 +63,7 @@ struct OperatorResponder::Impl {
   }
 
   void reset(const OperatorCommand& command) {
-    const bool master = side == core::Side::kMaster;
+    const bool master = side == teleop::Side::kMaster;
     const std::uint32_t number = stops.reset({.own = master ? command.master_stop : command.slave_stop,
                                               .partner = master ? command.slave_stop : command.master_stop});
     if (number == 0) {
@@ -94,7 +94,7 @@ struct OperatorResponder::Impl {
 
   void on_report(std::uint32_t stop_requests, bool stopped) {
     if (!any_waits.load(std::memory_order_acquire)) return;
-    core::StopRequests::Result result;
+    teleop::StopRequests::Result result;
     while (stops.take_result(result)) {
       complete_where(CommandKind::kReset, result.released,
                      result.released ? "released"
@@ -113,8 +113,8 @@ struct OperatorResponder::Impl {
     own_commands.publish(command);
   }
 
-  const core::Side side;
-  core::StopRequests& stops;
+  const teleop::Side side;
+  teleop::StopRequests& stops;
   const Settings settings;
   const std::uint64_t own_session;
   std::mutex mutex;  // guards `waiting`
@@ -125,8 +125,8 @@ struct OperatorResponder::Impl {
   CommandService<OperatorCommand, OperatorReply> service;  // last, because it calls back as soon as it exists
 };
 
-OperatorResponder::OperatorResponder(dds::Participant& participant, core::Side side,
-                                     core::StopRequests& stops, Settings settings)
+OperatorResponder::OperatorResponder(dds::Participant& participant, teleop::Side side,
+                                     teleop::StopRequests& stops, Settings settings)
     : impl_(std::make_unique<Impl>(participant, side, stops, std::move(settings))) {}
 OperatorResponder::~OperatorResponder() = default;
 

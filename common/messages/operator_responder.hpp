@@ -3,11 +3,11 @@
 #include <functional>
 #include <memory>
 
-#include "common/core/command_answers.hpp"
 #include "common/core/status.hpp"
-#include "common/core/stop_requests.hpp"
-#include "common/dds/participant.hpp"
+#include "common/dds/endpoints/participant.hpp"
 #include "common/messages/teleoperation.hpp"
+#include "common/teleop/commands/command_answers.hpp"
+#include "common/teleop/commands/stop_requests.hpp"
 
 namespace phantom::messages {
 
@@ -23,7 +23,7 @@ class OperatorResponder {
 
   /// `stops` must outlive this object. Without `settings`, it ignores commands other than stop and reset.
   /// Throws DdsError.
-  OperatorResponder(dds::Participant& participant, core::Side side, core::StopRequests& stops,
+  OperatorResponder(dds::Participant& participant, teleop::Side side, teleop::StopRequests& stops,
                     Settings settings = {});
   ~OperatorResponder();
 

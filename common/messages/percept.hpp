@@ -11,8 +11,8 @@
 #include "common/messages/received.hpp"
 #include "common/percept/hit_susceptibility.hpp"
 #include "common/percept/motion_class.hpp"
-#include "common/robot/reaction.hpp"
-#include "common/teleop/percept_rendering.hpp"
+#include "common/robot/drag/reaction.hpp"
+#include "common/teleop/rendering/percept_rendering.hpp"
 
 // The samples of the topics of idl/percept.idl as components use them. Units and frames are in the IDL where
 // a name does not say them.

@@ -2,8 +2,8 @@
 
 #include <utility>
 
-#include "common/dds/endpoint.hpp"
-#include "common/dds/stamp.hpp"
+#include "common/dds/endpoints/endpoint.hpp"
+#include "common/dds/endpoints/stamp.hpp"
 
 namespace phantom::messages {
 

@@ -14,8 +14,8 @@
 #include <vector>
 
 #include "common/core/host_interfaces.hpp"
-#include "common/dds/endpoint.hpp"
-#include "common/dds/stamp.hpp"
+#include "common/dds/endpoints/endpoint.hpp"
+#include "common/dds/endpoints/stamp.hpp"
 #include "common/messages/arm_bounds.hpp"
 #include "common/messages/repeat_rule.hpp"
 

@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "common/core/health.hpp"
+#include "common/messages/codecs/status_codec.hpp"
 #include "common/messages/publisher.hpp"
-#include "common/messages/status_codec.hpp"
 
 namespace phantom::messages {
 

@@ -6,15 +6,15 @@
 
 #include "common/core/clock.hpp"
 #include "common/core/joints.hpp"
-#include "common/core/operator_command.hpp"
 #include "common/core/sample_id.hpp"
 #include "common/geometry/pose.hpp"
 #include "common/messages/received.hpp"
-#include "common/teleop/bilateral.hpp"
-#include "common/teleop/counterbalance.hpp"
-#include "common/teleop/gripper.hpp"
-#include "common/teleop/link_state.hpp"
-#include "common/teleop/stop_latch.hpp"
+#include "common/teleop/commands/operator_command.hpp"
+#include "common/teleop/coupling/bilateral.hpp"
+#include "common/teleop/coupling/counterbalance.hpp"
+#include "common/teleop/coupling/link_state.hpp"
+#include "common/teleop/coupling/stop_latch.hpp"
+#include "common/teleop/gripper/gripper.hpp"
 
 // The samples of the topics of idl/teleoperation.idl as components use them. Units and frames are in the IDL
 // where a name does not say them. States are trivially copyable, as core::Snapshot requires.
@@ -109,8 +109,8 @@ inline constexpr std::size_t kLongestFrame = 255;
 /// Topic operator_command: a command from a person or a script to the running system.
 struct OperatorCommand {
   core::SampleId stamp;  ///< identifies the command, also when it is sent again
-  core::CommandKind kind = core::CommandKind::kEmergencyStop;
-  double value = 0.0;       ///< within the kind's range (core::value_refusal)
+  teleop::CommandKind kind = teleop::CommandKind::kEmergencyStop;
+  double value = 0.0;       ///< within the kind's range (teleop::value_refusal)
   std::int32_t joint = -1;  ///< set gain: the only joint that it applies to, from 0; −1: all
   teleop::StopId master_stop = 0, slave_stop = 0;  ///< reset: the stops to end; 0: none
   std::string issuer;                              ///< for the log
@@ -121,7 +121,7 @@ struct OperatorReply {
   core::SampleId stamp;
   core::SampleId command;  ///< the command's stamp
   std::string component;   ///< master_io or slave_io
-  core::CommandKind kind = core::CommandKind::kEmergencyStop;
+  teleop::CommandKind kind = teleop::CommandKind::kEmergencyStop;
   bool done = false;    ///< false: refused; nothing was changed
   std::string message;  ///< what was done, or why not and what is allowed
 

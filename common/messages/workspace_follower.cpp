@@ -3,7 +3,7 @@
 #include <utility>
 #include <vector>
 
-#include "common/messages/workspace_codec.hpp"
+#include "common/messages/codecs/workspace_codec.hpp"
 
 namespace phantom::messages {
 

@@ -7,8 +7,8 @@
 #include <mutex>
 #include <optional>
 
-#include "common/dds/endpoint.hpp"
-#include "common/dds/refusal_log.hpp"
+#include "common/dds/admission/refusal_log.hpp"
+#include "common/dds/endpoints/endpoint.hpp"
 #include "common/workspace/workspace_sources.hpp"
 
 namespace phantom::messages {

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "common/core/clock.hpp"
-#include "common/dds/topics.hpp"
+#include "common/dds/endpoints/topics.hpp"
 #include "common/diagnostics/qos.hpp"
 
 namespace phantom::observation {

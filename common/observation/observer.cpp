@@ -2,7 +2,7 @@
 
 #include <mutex>
 
-#include "common/dds/participant_impl.hpp"
+#include "common/dds/endpoints/participant_impl.hpp"
 #include "common/observation/convert.hpp"
 #include "common/observation/learn_type.hpp"
 

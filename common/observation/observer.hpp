@@ -4,7 +4,7 @@
 #include <string>
 
 #include "common/core/network.hpp"
-#include "common/dds/participant.hpp"
+#include "common/dds/endpoints/participant.hpp"
 #include "common/diagnostics/graph.hpp"
 
 namespace phantom::observation {

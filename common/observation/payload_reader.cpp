@@ -9,10 +9,10 @@
 #include <fastdds/dds/topic/TypeSupport.hpp>
 #include <optional>
 
-#include "common/dds/cdr.hpp"
-#include "common/dds/participant_impl.hpp"
-#include "common/dds/qos.hpp"
-#include "common/dds/reader_census.hpp"
+#include "common/dds/arbitration/reader_census.hpp"
+#include "common/dds/endpoints/cdr.hpp"
+#include "common/dds/endpoints/participant_impl.hpp"
+#include "common/dds/endpoints/qos.hpp"
 #include "common/observation/convert.hpp"
 #include "common/observation/payload_type.hpp"
 #include "fast_dds/endpoints.hpp"

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "common/core/clock.hpp"
-#include "common/dds/participant.hpp"
+#include "common/dds/endpoints/participant.hpp"
 #include "common/diagnostics/graph.hpp"
 
 namespace phantom::observation {

@@ -7,8 +7,8 @@
 #include <fastdds/dds/topic/TypeSupport.hpp>
 #include <mutex>
 
-#include "common/dds/participant_impl.hpp"
-#include "common/dds/qos.hpp"
+#include "common/dds/endpoints/participant_impl.hpp"
+#include "common/dds/endpoints/qos.hpp"
 #include "common/observation/convert.hpp"
 #include "common/observation/payload_type.hpp"
 #include "fast_dds/endpoints.hpp"

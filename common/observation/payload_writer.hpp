@@ -7,7 +7,7 @@
 #include <span>
 
 #include "common/core/clock.hpp"
-#include "common/dds/participant.hpp"
+#include "common/dds/endpoints/participant.hpp"
 #include "common/diagnostics/qos.hpp"
 #include "common/observation/payload_reader.hpp"
 

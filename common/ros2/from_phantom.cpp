@@ -2,7 +2,7 @@
 
 #include <limits>
 
-#include "common/robot/tool_wrench.hpp"
+#include "common/robot/kinematics/tool_wrench.hpp"
 #include "common/ros2/words.hpp"
 
 namespace phantom::ros2 {

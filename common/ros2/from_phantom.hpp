@@ -10,7 +10,7 @@
 #include "common/messages/percept.hpp"
 #include "common/messages/status.hpp"
 #include "common/messages/teleoperation.hpp"
-#include "common/robot/serial_arm.hpp"
+#include "common/robot/kinematics/serial_arm.hpp"
 #include "common/ros2/endpoint.hpp"
 #include "ros2_idl/diagnostic_msgsPubSubTypes.hpp"
 #include "ros2_idl/geometry_msgsPubSubTypes.hpp"

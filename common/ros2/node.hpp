@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "common/dds/endpoint.hpp"
+#include "common/dds/endpoints/endpoint.hpp"
 
 namespace phantom::ros2 {
 

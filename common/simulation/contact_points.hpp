@@ -2,8 +2,8 @@
 
 #include <vector>
 
-#include "common/robot/serial_arm.hpp"
-#include "common/robot/skin.hpp"
+#include "common/robot/kinematics/serial_arm.hpp"
+#include "common/robot/skin/skin.hpp"
 #include "common/simulation/contact_world.hpp"
 
 namespace phantom::simulation {

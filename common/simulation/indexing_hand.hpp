@@ -1,7 +1,7 @@
 #pragma once
 
 #include "common/geometry/pose.hpp"
-#include "common/robot/jacobian.hpp"
+#include "common/robot/kinematics/jacobian.hpp"
 
 namespace phantom::simulation {
 

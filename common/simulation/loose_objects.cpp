@@ -4,7 +4,7 @@
 #include <limits>
 #include <stdexcept>
 
-#include "common/robot/carried_skin.hpp"
+#include "common/robot/skin/carried_skin.hpp"
 
 namespace phantom::simulation {
 namespace {

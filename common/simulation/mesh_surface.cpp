@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/geometry/mesh_topology.hpp"
+#include "common/geometry/mesh/mesh_topology.hpp"
+#include "common/geometry/mesh/weld.hpp"
 #include "common/geometry/point_triangle.hpp"
-#include "common/geometry/weld.hpp"
 
 namespace phantom::simulation {
 namespace {

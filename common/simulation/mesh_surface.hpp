@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "common/geometry/box_tree.hpp"
-#include "common/geometry/mesh.hpp"
-#include "common/geometry/winding_number.hpp"
+#include "common/geometry/mesh/mesh.hpp"
+#include "common/geometry/mesh/winding_number.hpp"
 
 namespace phantom::simulation {
 

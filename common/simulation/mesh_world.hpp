@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "common/geometry/placed_mesh.hpp"
+#include "common/geometry/mesh/placed_mesh.hpp"
 #include "common/simulation/contact_world.hpp"
 #include "common/simulation/mesh_surface.hpp"
 

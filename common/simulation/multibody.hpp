@@ -8,8 +8,8 @@
 
 #include "common/core/joints.hpp"
 #include "common/geometry/pose.hpp"
-#include "common/robot/payload.hpp"
-#include "common/robot/serial_arm.hpp"
+#include "common/robot/kinematics/payload.hpp"
+#include "common/robot/kinematics/serial_arm.hpp"
 #include "common/simulation/joint_mechanics.hpp"
 #include "common/simulation/yielding.hpp"
 

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "common/core/joints.hpp"
-#include "common/robot/serial_arm.hpp"
+#include "common/robot/kinematics/serial_arm.hpp"
 
 namespace phantom::simulation {
 

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/robot/arm_dynamics.hpp"
+#include "common/robot/kinematics/arm_dynamics.hpp"
 
 namespace phantom::simulation {
 namespace {

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "common/core/joints.hpp"
-#include "common/robot/serial_arm.hpp"
+#include "common/robot/kinematics/serial_arm.hpp"
 #include "common/simulation/contact_world.hpp"
 #include "common/simulation/encoder.hpp"
 #include "common/simulation/gripper_plant.hpp"

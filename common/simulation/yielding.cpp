@@ -4,7 +4,7 @@
 #include <algorithm>
 
 #include "common/geometry/cross_matrix.hpp"
-#include "common/robot/jacobian.hpp"
+#include "common/robot/kinematics/jacobian.hpp"
 #include "common/simulation/mesh_world.hpp"
 
 namespace phantom::simulation {

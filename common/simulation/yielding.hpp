@@ -5,10 +5,10 @@
 #include <vector>
 
 #include "common/core/joints.hpp"
-#include "common/geometry/mesh.hpp"
-#include "common/robot/medium.hpp"
-#include "common/robot/serial_arm.hpp"
-#include "common/robot/skin.hpp"
+#include "common/geometry/mesh/mesh.hpp"
+#include "common/robot/drag/medium.hpp"
+#include "common/robot/kinematics/serial_arm.hpp"
+#include "common/robot/skin/skin.hpp"
 #include "common/simulation/mesh_surface.hpp"
 #include "common/workspace/profile.hpp"
 

@@ -8,7 +8,7 @@
 #include <numbers>
 #include <numeric>
 
-#include "common/geometry/weld.hpp"
+#include "common/geometry/mesh/weld.hpp"
 
 namespace phantom::survey {
 namespace {

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "common/geometry/mesh.hpp"
+#include "common/geometry/mesh/mesh.hpp"
 #include "common/geometry/pose.hpp"
 
 namespace phantom::survey {

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "common/geometry/box_tree.hpp"
-#include "common/geometry/mesh.hpp"
-#include "common/geometry/winding_number.hpp"
+#include "common/geometry/mesh/mesh.hpp"
+#include "common/geometry/mesh/winding_number.hpp"
 
 namespace phantom::survey {
 

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <utility>
 
-#include "common/geometry/weld.hpp"
-#include "common/geometry/winding_number.hpp"
+#include "common/geometry/mesh/weld.hpp"
+#include "common/geometry/mesh/winding_number.hpp"
 
 namespace phantom::voxelise::detail {
 namespace {

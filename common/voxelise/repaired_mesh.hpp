@@ -4,8 +4,8 @@
 
 #include <vector>
 
-#include "common/geometry/mesh.hpp"
-#include "common/geometry/mesh_topology.hpp"
+#include "common/geometry/mesh/mesh.hpp"
+#include "common/geometry/mesh/mesh_topology.hpp"
 #include "common/voxelise/snapped_mesh.hpp"
 
 namespace phantom::voxelise::detail {

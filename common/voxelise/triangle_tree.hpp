@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "common/geometry/box_tree.hpp"
-#include "common/geometry/mesh.hpp"
+#include "common/geometry/mesh/mesh.hpp"
 #include "common/workspace/grid.hpp"
 
 namespace phantom::voxelise {

@@ -8,8 +8,8 @@
 #include <string>
 
 #include "common/core/parallel.hpp"
-#include "common/geometry/mesh_topology.hpp"
-#include "common/geometry/winding_number.hpp"
+#include "common/geometry/mesh/mesh_topology.hpp"
+#include "common/geometry/mesh/winding_number.hpp"
 #include "common/voxelise/repaired_mesh.hpp"
 #include "common/voxelise/snapped_mesh.hpp"
 

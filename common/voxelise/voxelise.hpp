@@ -1,7 +1,7 @@
 #pragma once
 
 #include "common/core/status.hpp"
-#include "common/geometry/mesh.hpp"
+#include "common/geometry/mesh/mesh.hpp"
 #include "common/workspace/voxel_box.hpp"
 #include "common/workspace/work_options.hpp"
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "common/geometry/implicit.hpp"
+#include "common/geometry/implicit/implicit.hpp"
 #include "common/voxelise/voxelise.hpp"
 #include "common/workspace/work_options.hpp"
 

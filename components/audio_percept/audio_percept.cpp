@@ -18,7 +18,7 @@ using teleop::LinkState;
 /// Returns whether master or slave is stopped: by a drive fault if `by_drives`, else for another reason.
 bool stopped(const Inputs& inputs, bool by_drives) noexcept {
   const auto holds = [by_drives](const LinkSample& side) {
-    return side.state == LinkState::kStopped && (side.cause == core::StopCause::kDriveFault) == by_drives;
+    return side.state == LinkState::kStopped && (side.cause == teleop::StopCause::kDriveFault) == by_drives;
   };
   return holds(inputs.master) || holds(inputs.slave);
 }

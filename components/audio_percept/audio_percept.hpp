@@ -6,7 +6,7 @@
 #include "common/core/clock.hpp"
 #include "common/messages/percept.hpp"
 #include "common/percept/tone.hpp"
-#include "common/teleop/link_state.hpp"
+#include "common/teleop/coupling/link_state.hpp"
 #include "components/audio_percept/alarm_manager.hpp"
 #include "components/audio_percept/config.hpp"
 #include "components/audio_percept/listener.hpp"
@@ -36,8 +36,8 @@ struct PerceptSample {
 struct LinkSample {
   core::Nanoseconds received_ns = 0;
   teleop::LinkState state = teleop::LinkState::kInit;
-  core::StopCause cause = core::StopCause::kNone;  ///< cause of the stop, while it is stopped
-  bool tone_enabled = true;                        ///< as the master reports it
+  teleop::StopCause cause = teleop::StopCause::kNone;  ///< cause of the stop, while it is stopped
+  bool tone_enabled = true;                            ///< as the master reports it
 };
 
 struct AlertSample {

@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "common/percept/equal_loudness.hpp"
-#include "common/runtime/fields.hpp"
+#include "common/runtime/configuration/fields.hpp"
 
 namespace phantom::audio_percept {
 namespace {

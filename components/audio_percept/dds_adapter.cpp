@@ -1,7 +1,7 @@
 #include "components/audio_percept/dds_adapter.hpp"
 
 #include "common/core/clock.hpp"
-#include "common/dds/endpoint.hpp"
+#include "common/dds/endpoints/endpoint.hpp"
 #include "common/messages/status_reporter.hpp"
 #include "components/audio_percept/dds_adapter_convert.hpp"
 

@@ -64,8 +64,8 @@ bool CommandConverter::accept(const msg::OperatorCommand& message, core::Nanosec
                               CommandSample& out) {
   const auto command = messages::from_idl(message);
   if (!command) return false;
-  if (command->kind == core::CommandKind::kReset) latest_.reset_ns = received_ns;
-  if (command->kind == core::CommandKind::kViewNode) {
+  if (command->kind == teleop::CommandKind::kReset) latest_.reset_ns = received_ns;
+  if (command->kind == teleop::CommandKind::kViewNode) {
     const auto view = percept::node_from_number(command->value);
     // 0 leaves the choice to the viewer, which turns its hit view by itself: the listener then faces as
     // configured.

@@ -5,10 +5,10 @@
 #include <set>
 #include <type_traits>
 
-#include "common/dds/followed_source.hpp"
-#include "common/dds/sole_source.hpp"
-#include "common/messages/percept_codec.hpp"
-#include "common/messages/teleoperation_codec.hpp"
+#include "common/dds/arbitration/followed_source.hpp"
+#include "common/dds/arbitration/sole_source.hpp"
+#include "common/messages/codecs/percept_codec.hpp"
+#include "common/messages/codecs/teleoperation_codec.hpp"
 #include "components/audio_percept/audio_percept.hpp"
 
 namespace phantom::audio_percept {

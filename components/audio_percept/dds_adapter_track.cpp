@@ -1,5 +1,5 @@
 #include "common/core/errors.hpp"
-#include "common/dds/cdr.hpp"
+#include "common/dds/endpoints/cdr.hpp"
 #include "common/recording/mcap_reader.hpp"
 #include "components/audio_percept/dds_adapter_convert.hpp"
 #include "components/audio_percept/track.hpp"

@@ -7,7 +7,7 @@
 
 #include "common/core/histogram.hpp"
 #include "common/core/snapshot.hpp"
-#include "common/runtime/periodic_loop.hpp"
+#include "common/runtime/servo/periodic_loop.hpp"
 #include "components/audio_percept/inbox.hpp"
 #include "components/audio_percept/recording.hpp"
 #include "components/audio_percept/sink.hpp"

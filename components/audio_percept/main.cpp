@@ -4,9 +4,9 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "common/dds/participant.hpp"
-#include "common/runtime/deployment.hpp"
-#include "common/runtime/process.hpp"
+#include "common/dds/endpoints/participant.hpp"
+#include "common/runtime/configuration/deployment.hpp"
+#include "common/runtime/process/process.hpp"
 #include "components/audio_percept/dds_adapter.hpp"
 #include "components/audio_percept/device_keeper.hpp"
 #include "components/audio_percept/render.hpp"

@@ -5,7 +5,7 @@
 #include <cstdio>
 
 #include "common/core/errors.hpp"
-#include "common/runtime/process.hpp"
+#include "common/runtime/process/process.hpp"
 #include "components/audio_percept/recording.hpp"
 #include "components/audio_percept/spatialiser.hpp"
 #include "components/audio_percept/spectrogram.hpp"

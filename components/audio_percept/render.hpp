@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "common/runtime/command_line.hpp"
+#include "common/runtime/process/command_line.hpp"
 #include "components/audio_percept/config.hpp"
 #include "components/audio_percept/track.hpp"
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/runtime/process.hpp"
+#include "common/runtime/process/process.hpp"
 #include "components/audio_percept/audio_percept.hpp"
 
 namespace phantom::audio_percept {

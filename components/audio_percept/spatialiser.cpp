@@ -5,7 +5,7 @@
 #include <optional>
 #include <string>
 
-#include "common/runtime/process.hpp"
+#include "common/runtime/process/process.hpp"
 #include "components/audio_percept/audio_percept.hpp"
 #include "components/audio_percept/openal.hpp"
 

@@ -87,7 +87,7 @@ Inputs inputs_of(const std::array<double, kColumns.size()>& row, bool has_link, 
                                  LinkState::kStopped};
     const auto link = static_cast<std::size_t>(row[kLink]);
     inputs.slave = {inputs.now_ns, kStates[link],
-                    link == 3 ? core::StopCause::kDriveFault : core::StopCause::kNone};
+                    link == 3 ? teleop::StopCause::kDriveFault : teleop::StopCause::kNone};
   }
   return inputs;
 }

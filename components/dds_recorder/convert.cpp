@@ -9,7 +9,7 @@
 #include "common/observation/type_catalogue.hpp"
 #include "common/recording/mcap_writer.hpp"
 #include "common/ros2/introspection.hpp"
-#include "common/runtime/process.hpp"
+#include "common/runtime/process/process.hpp"
 #include "components/dds_recorder/recording_file.hpp"
 
 namespace phantom::dds_recorder {

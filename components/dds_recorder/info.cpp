@@ -9,7 +9,7 @@
 
 #include "common/core/clock.hpp"
 #include "common/recording/mcap_check.hpp"
-#include "common/runtime/process.hpp"
+#include "common/runtime/process/process.hpp"
 #include "components/dds_recorder/recording_file.hpp"
 
 namespace phantom::dds_recorder {

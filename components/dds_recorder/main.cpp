@@ -4,15 +4,15 @@
 #include <sstream>
 
 #include "common/core/errors.hpp"
-#include "common/dds/participant.hpp"
-#include "common/runtime/arm_model.hpp"
-#include "common/runtime/cell.hpp"
-#include "common/runtime/cell_names.hpp"
+#include "common/dds/endpoints/participant.hpp"
+#include "common/runtime/cell/arm_model.hpp"
+#include "common/runtime/cell/cell.hpp"
+#include "common/runtime/cell/cell_names.hpp"
+#include "components/dds_recorder/adapter/dds_adapter.hpp"
+#include "components/dds_recorder/adapter/dds_adapter_export.hpp"
+#include "components/dds_recorder/adapter/dds_adapter_output.hpp"
 #include "components/dds_recorder/config.hpp"
 #include "components/dds_recorder/convert.hpp"
-#include "components/dds_recorder/dds_adapter.hpp"
-#include "components/dds_recorder/dds_adapter_export.hpp"
-#include "components/dds_recorder/dds_adapter_output.hpp"
 #include "components/dds_recorder/info.hpp"
 #include "components/dds_recorder/session.hpp"
 

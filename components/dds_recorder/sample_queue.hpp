@@ -2,7 +2,7 @@
 
 #include <mutex>
 
-#include "common/runtime/wake_signal.hpp"
+#include "common/runtime/process/wake_signal.hpp"
 #include "components/dds_recorder/sample.hpp"
 
 namespace phantom::dds_recorder {

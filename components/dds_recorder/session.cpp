@@ -11,8 +11,8 @@
 #include "common/core/host_interfaces.hpp"
 #include "common/core/progress.hpp"
 #include "common/diagnostics/name_filter.hpp"
-#include "components/dds_recorder/dds_adapter.hpp"
-#include "components/dds_recorder/known_topics.hpp"
+#include "components/dds_recorder/adapter/dds_adapter.hpp"
+#include "components/dds_recorder/adapter/known_topics.hpp"
 
 namespace phantom::dds_recorder {
 namespace {

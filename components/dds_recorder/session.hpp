@@ -1,6 +1,6 @@
 #pragma once
 
-#include "common/runtime/deployment.hpp"
+#include "common/runtime/configuration/deployment.hpp"
 #include "components/dds_recorder/config.hpp"
 
 namespace phantom::dds_recorder {

@@ -1,6 +1,6 @@
 #include "components/dds_spy/config.hpp"
 
-#include "common/runtime/fields.hpp"
+#include "common/runtime/configuration/fields.hpp"
 
 namespace phantom::dds_spy {
 

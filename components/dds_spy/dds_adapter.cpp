@@ -2,7 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "common/dds/topic_list.hpp"
+#include "common/dds/endpoints/topic_list.hpp"
 #include "common/observation/contract_qos.hpp"
 #include "common/observation/observer.hpp"
 #include "common/observation/payload_reader.hpp"

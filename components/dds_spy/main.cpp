@@ -1,10 +1,10 @@
 #include <iostream>
 
 #include "common/core/errors.hpp"
-#include "common/dds/participant.hpp"
+#include "common/dds/endpoints/participant.hpp"
 #include "common/observation/observer.hpp"
-#include "common/runtime/deployment.hpp"
-#include "common/runtime/process.hpp"
+#include "common/runtime/configuration/deployment.hpp"
+#include "common/runtime/process/process.hpp"
 #include "components/dds_spy/session.hpp"
 
 int main(int argc, char** argv) {

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "common/runtime/command_line.hpp"
+#include "common/runtime/process/command_line.hpp"
 #include "components/dds_spy/dds_adapter.hpp"
 
 namespace phantom::dds_spy {

@@ -10,7 +10,7 @@
 #include "common/core/clock.hpp"
 #include "common/diagnostics/text.hpp"
 #include "common/observation/type_catalogue.hpp"
-#include "common/runtime/process.hpp"
+#include "common/runtime/process/process.hpp"
 #include "components/dds_spy/echo.hpp"
 #include "components/dds_spy/line_queue.hpp"
 #include "components/dds_spy/live_view.hpp"

@@ -2,10 +2,10 @@
 
 #include <optional>
 
-#include "common/teleop/cartesian_hand.hpp"
-#include "common/teleop/wrench_slew.hpp"
+#include "common/teleop/coupling/cartesian_hand.hpp"
+#include "common/teleop/rendering/wrench_slew.hpp"
 #include "components/master_io/config_cartesian.hpp"
-#include "components/master_io/device.hpp"
+#include "components/master_io/devices/device.hpp"
 
 namespace phantom::master_io {
 

@@ -1,10 +1,10 @@
 #include "components/master_io/config.hpp"
 
-#include "common/robot/joint_values.hpp"
-#include "common/runtime/drives_config.hpp"
+#include "common/robot/kinematics/joint_values.hpp"
+#include "common/runtime/configuration/drives_config.hpp"
 #include "components/master_io/config_rendering.hpp"
-#include "components/master_io/desk_decode.hpp"
-#include "components/master_io/reaches.hpp"
+#include "components/master_io/devices/desk_decode.hpp"
+#include "components/master_io/reaches/reaches.hpp"
 
 namespace phantom::master_io {
 namespace {

@@ -6,19 +6,19 @@
 #include <vector>
 
 #include "common/core/joints.hpp"
-#include "common/robot/serial_arm.hpp"
-#include "common/runtime/drives_config.hpp"
-#include "common/runtime/enabling_switch.hpp"
-#include "common/runtime/periodic_loop.hpp"
+#include "common/robot/kinematics/serial_arm.hpp"
+#include "common/runtime/configuration/drives_config.hpp"
+#include "common/runtime/servo/enabling_switch.hpp"
+#include "common/runtime/servo/periodic_loop.hpp"
 #include "common/simulation/master_plant.hpp"
 #include "common/simulation/operator_model.hpp"
 #include "common/simulation/reach_script.hpp"
-#include "common/teleop/feedback_rendering.hpp"
-#include "common/teleop/link_state.hpp"
-#include "common/teleop/percept_rendering.hpp"
-#include "common/teleop/percept_set.hpp"
+#include "common/teleop/coupling/link_state.hpp"
+#include "common/teleop/rendering/feedback_rendering.hpp"
+#include "common/teleop/rendering/percept_rendering.hpp"
+#include "common/teleop/rendering/percept_set.hpp"
 #include "components/master_io/config_cartesian.hpp"
-#include "components/master_io/desk.hpp"
+#include "components/master_io/devices/desk.hpp"
 
 namespace phantom::master_io {
 

@@ -2,13 +2,13 @@
 
 #include <cstdint>
 
-#include "common/robot/jacobian.hpp"
-#include "common/runtime/fields.hpp"
+#include "common/robot/kinematics/jacobian.hpp"
+#include "common/runtime/configuration/fields.hpp"
 #include "common/simulation/handle_plant.hpp"
 #include "common/simulation/indexing_hand.hpp"
-#include "common/teleop/cartesian_hand.hpp"
-#include "common/teleop/device_watch.hpp"
-#include "common/teleop/wrench_slew.hpp"
+#include "common/teleop/coupling/cartesian_hand.hpp"
+#include "common/teleop/coupling/device_watch.hpp"
+#include "common/teleop/rendering/wrench_slew.hpp"
 
 namespace phantom::master_io {
 

@@ -3,12 +3,12 @@
 #include <string>
 #include <vector>
 
-#include "common/robot/joint_values.hpp"
-#include "common/runtime/drives_config.hpp"
+#include "common/robot/kinematics/joint_values.hpp"
+#include "common/runtime/configuration/drives_config.hpp"
 #include "common/simulation/reflected_inertia.hpp"
-#include "common/teleop/feedback_limit.hpp"
-#include "common/teleop/joint_servo.hpp"
-#include "common/teleop/stability_guard.hpp"
+#include "common/teleop/coupling/joint_servo.hpp"
+#include "common/teleop/guards/stability_guard.hpp"
+#include "common/teleop/rendering/feedback_limit.hpp"
 
 namespace phantom::master_io {
 namespace {

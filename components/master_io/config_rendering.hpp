@@ -1,8 +1,8 @@
 #pragma once
 
 #include "common/core/joints.hpp"
-#include "common/robot/serial_arm.hpp"
-#include "common/runtime/fields.hpp"
+#include "common/robot/kinematics/serial_arm.hpp"
+#include "common/runtime/configuration/fields.hpp"
 #include "components/master_io/config.hpp"
 
 namespace phantom::master_io {

@@ -7,15 +7,15 @@
 #include <mutex>
 #include <utility>
 
-#include "common/dds/participant.hpp"
+#include "common/dds/endpoints/participant.hpp"
 #include "common/messages/checked_reader.hpp"
-#include "common/messages/haptic_device_codec.hpp"
+#include "common/messages/codecs/haptic_device_codec.hpp"
+#include "common/messages/codecs/percept_codec.hpp"
+#include "common/messages/codecs/teleoperation_codec.hpp"
 #include "common/messages/operator_responder.hpp"
-#include "common/messages/percept_codec.hpp"
 #include "common/messages/publisher.hpp"
 #include "common/messages/status_reporter.hpp"
-#include "common/messages/teleoperation_codec.hpp"
-#include "common/teleop/grip_lead.hpp"
+#include "common/teleop/gripper/grip_lead.hpp"
 #include "components/master_io/dds_adapter_convert.hpp"
 
 namespace phantom::master_io {
@@ -105,7 +105,7 @@ struct DdsAdapter::Impl {
               return needs ? refusal(sample, *needs)
                            : "no haptic device is used here; allowed: cartesian.input: haptic_device";
             }),
-        responder(participant, core::Side::kMaster, inbox.stops,
+        responder(participant, teleop::Side::kMaster, inbox.stops,
                   [this](const messages::OperatorCommand& command) { return on_setting(command); }) {
     inbox.settings.write(settings);
     if (!expected.haptic) return;
@@ -159,7 +159,7 @@ struct DdsAdapter::Impl {
   }
 
   void request_gripper(double width_m, const std::string& issuer) {
-    responder.announce({.kind = core::CommandKind::kGripperWidth, .value = width_m, .issuer = issuer});
+    responder.announce({.kind = teleop::CommandKind::kGripperWidth, .value = width_m, .issuer = issuer});
   }
 
   core::Status on_setting(const messages::OperatorCommand& command) {
@@ -171,7 +171,7 @@ struct DdsAdapter::Impl {
     const std::lock_guard lock(settings_mutex);
     const int number = percepts_by_key(settings.percepts, key);
     static_cast<void>(apply(
-        {.kind = core::CommandKind::kSetPercepts, .value = static_cast<double>(number), .issuer = issuer}));
+        {.kind = teleop::CommandKind::kSetPercepts, .value = static_cast<double>(number), .issuer = issuer}));
   }
 
   // With settings_mutex held.
@@ -180,10 +180,10 @@ struct DdsAdapter::Impl {
     if (applied) inbox.settings.write(settings);
     if (!applied) {
       spdlog::warn("{} asked for what is refused: {}", command.issuer, applied.message());
-    } else if (command.kind == core::CommandKind::kSetLaw) {
+    } else if (command.kind == teleop::CommandKind::kSetLaw) {
       spdlog::info("law {} by {}", teleop::name_of(settings.law), command.issuer);
     } else {
-      spdlog::info("{} {} by {}", core::rule_of(command.kind).name, command.value, command.issuer);
+      spdlog::info("{} {} by {}", teleop::rule_of(command.kind).name, command.value, command.issuer);
     }
     return applied;
   }
@@ -242,15 +242,15 @@ void DdsAdapter::emergency_stop(const std::string& issuer) {
 
 void DdsAdapter::announce_stop(const std::string& issuer) {
   spdlog::warn("emergency stop by {}", issuer);
-  impl_->responder.announce({.kind = core::CommandKind::kEmergencyStop, .issuer = issuer});
+  impl_->responder.announce({.kind = teleop::CommandKind::kEmergencyStop, .issuer = issuer});
 }
 
 void DdsAdapter::reset(const std::string& issuer) {
-  const core::StopReset names{impl_->stop_in_force.load(std::memory_order_relaxed),
-                              impl_->slave_stop.load(std::memory_order_relaxed)};
+  const teleop::StopReset names{impl_->stop_in_force.load(std::memory_order_relaxed),
+                                impl_->slave_stop.load(std::memory_order_relaxed)};
   spdlog::info("reset by {}", issuer);
   impl_->inbox.stops.reset(names);
-  impl_->responder.announce({.kind = core::CommandKind::kReset,
+  impl_->responder.announce({.kind = teleop::CommandKind::kReset,
                              .master_stop = names.own,
                              .slave_stop = names.partner,
                              .issuer = issuer});

@@ -9,9 +9,9 @@
 #include "common/core/histogram.hpp"
 #include "common/core/network.hpp"
 #include "common/core/snapshot.hpp"
-#include "common/core/stop_requests.hpp"
 #include "common/messages/arm_bounds.hpp"
 #include "common/messages/haptic_device.hpp"
+#include "common/teleop/commands/stop_requests.hpp"
 #include "components/master_io/gains.hpp"
 #include "components/master_io/master_io.hpp"
 
@@ -47,7 +47,7 @@ struct Inbox {
   core::Snapshot<SeenView> view;
   core::Snapshot<HapticSample> haptic;
   core::Snapshot<Settings> settings;
-  core::StopRequests stops;
+  teleop::StopRequests stops;
 };
 
 /// What a haptic device must be able to do.

@@ -2,13 +2,13 @@
 
 #include <spdlog/fmt/fmt.h>
 
-#include "common/runtime/drives_config.hpp"
-#include "common/teleop/percept_set.hpp"
+#include "common/runtime/configuration/drives_config.hpp"
+#include "common/teleop/rendering/percept_set.hpp"
 
 namespace phantom::master_io {
 namespace {
 
-using core::CommandKind;
+using teleop::CommandKind;
 
 constexpr std::int32_t kAllJoints = -1;
 
@@ -58,7 +58,7 @@ core::Status apply_setting(const messages::OperatorCommand& command, const GainR
                            double round_trip_s, Settings& settings) {
   const bool percept_gain = command.kind == CommandKind::kSetPerceptGain;
   const bool feedback_gain = command.kind == CommandKind::kSetFeedbackGain;
-  std::string why = core::value_refusal(command.kind, command.value);
+  std::string why = teleop::value_refusal(command.kind, command.value);
   if (why.empty() && (percept_gain || feedback_gain)) why = wrong_joint(command.joint, rules);
   if (why.empty() && feedback_gain) why = why_not_stable(command, rules, round_trip_s, settings);
   if (!why.empty()) return core::Status::invalid_argument(why);

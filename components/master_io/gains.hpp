@@ -6,7 +6,7 @@
 
 #include "common/core/status.hpp"
 #include "common/messages/teleoperation.hpp"
-#include "components/master_io/desk.hpp"
+#include "components/master_io/devices/desk.hpp"
 #include "components/master_io/master_io.hpp"
 
 namespace phantom::master_io {

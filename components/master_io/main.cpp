@@ -1,24 +1,24 @@
 #include <iostream>
 #include <optional>
 
-#include "common/dds/participant.hpp"
+#include "common/dds/endpoints/participant.hpp"
 #include "common/messages/operator_command_line.hpp"
-#include "common/runtime/cell.hpp"
-#include "common/runtime/cell_names.hpp"
-#include "common/runtime/deployment.hpp"
-#include "common/runtime/drives_check.hpp"
-#include "common/runtime/operator_options.hpp"
-#include "common/runtime/process.hpp"
-#include "common/runtime/switch_input.hpp"
+#include "common/runtime/cell/cell.hpp"
+#include "common/runtime/cell/cell_names.hpp"
+#include "common/runtime/configuration/deployment.hpp"
+#include "common/runtime/configuration/drives_check.hpp"
+#include "common/runtime/configuration/operator_options.hpp"
+#include "common/runtime/process/process.hpp"
+#include "common/runtime/servo/switch_input.hpp"
 #include "components/master_io/config.hpp"
-#include "components/master_io/desk_input.hpp"
-#include "components/master_io/reaches.hpp"
+#include "components/master_io/devices/desk_input.hpp"
+#include "components/master_io/reaches/reaches.hpp"
 #include "components/master_io/session.hpp"
 
 int main(int argc, char** argv) {
   using namespace phantom;
   master_io::Choices choices;
-  core::OperatorRequest request;
+  teleop::OperatorRequest request;
   runtime::Command command;
   runtime::ProcessDescription description;
   description.name = "master_io";

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/teleop/stability_guard.hpp"
+#include "common/teleop/guards/stability_guard.hpp"
 
 namespace phantom::master_io {
 

@@ -7,12 +7,12 @@
 #include "common/core/joints.hpp"
 #include "common/messages/percept.hpp"
 #include "common/messages/teleoperation.hpp"
-#include "common/teleop/feedback_rendering.hpp"
-#include "common/teleop/percept_rendering.hpp"
-#include "common/teleop/percept_set.hpp"
-#include "common/teleop/reaction_rendering.hpp"
-#include "common/teleop/servo_side.hpp"
-#include "common/teleop/torque_slew.hpp"
+#include "common/teleop/coupling/servo_side.hpp"
+#include "common/teleop/rendering/feedback_rendering.hpp"
+#include "common/teleop/rendering/percept_rendering.hpp"
+#include "common/teleop/rendering/percept_set.hpp"
+#include "common/teleop/rendering/reaction_rendering.hpp"
+#include "common/teleop/rendering/torque_slew.hpp"
 #include "components/master_io/config.hpp"
 
 namespace phantom::master_io {

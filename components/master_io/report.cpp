@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
-#include "common/runtime/loop_json.hpp"
+#include "common/runtime/servo/loop_json.hpp"
 
 namespace phantom::master_io {
 namespace {

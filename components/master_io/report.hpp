@@ -5,9 +5,9 @@
 
 #include "common/core/health.hpp"
 #include "common/core/histogram.hpp"
-#include "common/runtime/cell.hpp"
+#include "common/runtime/cell/cell.hpp"
 #include "components/master_io/config.hpp"
-#include "components/master_io/reach_log.hpp"
+#include "components/master_io/reaches/reach_log.hpp"
 
 namespace phantom::master_io {
 

@@ -1,6 +1,6 @@
 #include "components/master_io/servo.hpp"
 
-#include "common/runtime/process.hpp"
+#include "common/runtime/process/process.hpp"
 #include "components/master_io/gains.hpp"
 
 namespace phantom::master_io {

@@ -1,14 +1,14 @@
 #pragma once
 
 #include "common/core/snapshot.hpp"
-#include "common/runtime/enabling_switch.hpp"
-#include "common/runtime/wake_signal.hpp"
+#include "common/runtime/process/wake_signal.hpp"
+#include "common/runtime/servo/enabling_switch.hpp"
 #include "common/simulation/operator_model.hpp"
 #include "common/simulation/reach_script.hpp"
 #include "components/master_io/dds_adapter.hpp"
-#include "components/master_io/desk.hpp"
-#include "components/master_io/device.hpp"
-#include "components/master_io/reach_log.hpp"
+#include "components/master_io/devices/desk.hpp"
+#include "components/master_io/devices/device.hpp"
+#include "components/master_io/reaches/reach_log.hpp"
 
 namespace phantom::master_io {
 

@@ -3,8 +3,8 @@
 #include <filesystem>
 
 #include "common/core/network.hpp"
-#include "common/robot/serial_arm.hpp"
-#include "common/runtime/cell.hpp"
+#include "common/robot/kinematics/serial_arm.hpp"
+#include "common/runtime/cell/cell.hpp"
 #include "components/master_io/config.hpp"
 #include "components/master_io/master_io.hpp"
 

@@ -6,7 +6,7 @@
 
 #include "common/core/event_ring.hpp"
 #include "common/core/progress.hpp"
-#include "common/runtime/wake_signal.hpp"
+#include "common/runtime/process/wake_signal.hpp"
 #include "components/phantom_sensing/sensing_loop.hpp"
 
 namespace phantom::phantom_sensing {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "common/messages/mesh_assembler.hpp"
-#include "common/robot/carried_skin.hpp"
+#include "common/robot/skin/carried_skin.hpp"
 #include "components/phantom_sensing/phantom_sensing.hpp"
 
 namespace phantom::phantom_sensing {

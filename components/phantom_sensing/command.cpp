@@ -6,7 +6,7 @@
 
 #include "common/core/errors.hpp"
 #include "common/messages/ask.hpp"
-#include "common/runtime/process.hpp"
+#include "common/runtime/process/process.hpp"
 
 namespace phantom::phantom_sensing {
 namespace {

@@ -6,7 +6,7 @@
 
 #include "common/core/host_memory.hpp"
 #include "common/core/units.hpp"
-#include "common/runtime/fields.hpp"
+#include "common/runtime/configuration/fields.hpp"
 
 namespace phantom::phantom_sensing {
 namespace {

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "common/core/thread_place.hpp"
-#include "common/runtime/other_arms.hpp"
+#include "common/runtime/cell/other_arms.hpp"
 #include "components/phantom_sensing/phantom_sensing.hpp"
 
 namespace phantom::phantom_sensing {

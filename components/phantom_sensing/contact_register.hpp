@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "common/messages/percept.hpp"
-#include "common/robot/serial_arm.hpp"
+#include "common/robot/kinematics/serial_arm.hpp"
 #include "components/phantom_sensing/contact_permits.hpp"
 
 namespace phantom::phantom_sensing {

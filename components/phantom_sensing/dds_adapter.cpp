@@ -7,14 +7,14 @@
 #include <optional>
 #include <utility>
 
-#include "common/dds/refusal_log.hpp"
+#include "common/dds/admission/refusal_log.hpp"
 #include "common/messages/checked_reader.hpp"
+#include "common/messages/codecs/percept_codec.hpp"
+#include "common/messages/codecs/workspace_codec.hpp"
 #include "common/messages/command_service.hpp"
 #include "common/messages/object_sources.hpp"
-#include "common/messages/percept_codec.hpp"
 #include "common/messages/publisher.hpp"
 #include "common/messages/status_reporter.hpp"
-#include "common/messages/workspace_codec.hpp"
 #include "components/phantom_sensing/dds_adapter_messages.hpp"
 
 namespace phantom::phantom_sensing {

@@ -10,9 +10,9 @@
 #include "common/core/network.hpp"
 #include "common/messages/percept.hpp"
 #include "components/phantom_sensing/contact_register.hpp"
-#include "components/phantom_sensing/objects_apart.hpp"
 #include "components/phantom_sensing/sensing_loop.hpp"
-#include "components/phantom_sensing/workspace_keeper.hpp"
+#include "components/phantom_sensing/workspace/objects_apart.hpp"
+#include "components/phantom_sensing/workspace/workspace_keeper.hpp"
 
 namespace phantom::phantom_sensing {
 

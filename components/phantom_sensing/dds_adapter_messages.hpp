@@ -3,10 +3,10 @@
 // Conversion between topic types and the component's own types. Part of the DDS adapter: no other file sees
 // idl types.
 
-#include "common/dds/stamp.hpp"
-#include "common/dds/topics.hpp"
-#include "common/messages/percept_codec.hpp"
-#include "common/messages/teleoperation_codec.hpp"
+#include "common/dds/endpoints/stamp.hpp"
+#include "common/dds/endpoints/topics.hpp"
+#include "common/messages/codecs/percept_codec.hpp"
+#include "common/messages/codecs/teleoperation_codec.hpp"
 #include "components/phantom_sensing/dds_adapter.hpp"
 #include "components/phantom_sensing/sensing_loop.hpp"
 

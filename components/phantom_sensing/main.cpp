@@ -1,16 +1,16 @@
 #include <iostream>
 #include <optional>
 
-#include "common/dds/participant.hpp"
-#include "common/runtime/cell_names.hpp"
-#include "common/runtime/process.hpp"
+#include "common/dds/endpoints/participant.hpp"
+#include "common/runtime/cell/cell_names.hpp"
+#include "common/runtime/process/process.hpp"
 #include "components/phantom_sensing/command.hpp"
-#include "components/phantom_sensing/dds_adapter_replay.hpp"
 #include "components/phantom_sensing/model.hpp"
 #include "components/phantom_sensing/other_arms.hpp"
-#include "components/phantom_sensing/probe.hpp"
-#include "components/phantom_sensing/self_test.hpp"
 #include "components/phantom_sensing/service.hpp"
+#include "components/phantom_sensing/tools/dds_adapter_replay.hpp"
+#include "components/phantom_sensing/tools/probe.hpp"
+#include "components/phantom_sensing/tools/self_test.hpp"
 
 int main(int argc, char** argv) {
   using namespace phantom;

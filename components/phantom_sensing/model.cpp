@@ -7,9 +7,9 @@
 #include "common/core/errors.hpp"
 #include "common/core/text.hpp"
 #include "common/layers/live_workspace.hpp"
-#include "common/runtime/arm_model.hpp"
-#include "common/runtime/cell_bodies.hpp"
-#include "common/runtime/cell_names.hpp"
+#include "common/runtime/cell/arm_model.hpp"
+#include "common/runtime/cell/cell_bodies.hpp"
+#include "common/runtime/cell/cell_names.hpp"
 
 namespace phantom::phantom_sensing {
 namespace {

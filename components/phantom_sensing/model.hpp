@@ -1,9 +1,9 @@
 #pragma once
 
-#include "common/runtime/cell.hpp"
+#include "common/runtime/cell/cell.hpp"
 #include "components/phantom_sensing/config.hpp"
 #include "components/phantom_sensing/contact_register.hpp"
-#include "components/phantom_sensing/tick_time.hpp"
+#include "components/phantom_sensing/tools/tick_time.hpp"
 
 namespace phantom::phantom_sensing {
 

@@ -6,9 +6,9 @@
 #include "common/core/errors.hpp"
 #include "common/layers/live_workspace.hpp"
 #include "common/percept/closeness.hpp"
-#include "common/robot/joint_values.hpp"
-#include "common/robot/link_mesh.hpp"
-#include "common/runtime/arm_model.hpp"
+#include "common/robot/kinematics/joint_values.hpp"
+#include "common/robot/kinematics/link_mesh.hpp"
+#include "common/runtime/cell/arm_model.hpp"
 
 namespace phantom::phantom_sensing {
 namespace {

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "common/runtime/cell.hpp"
+#include "common/runtime/cell/cell.hpp"
 #include "components/phantom_sensing/config.hpp"
 #include "components/phantom_sensing/phantom_sensing.hpp"
 

@@ -16,9 +16,9 @@
 #include "components/phantom_sensing/contact_permits.hpp"
 #include "components/phantom_sensing/other_arms.hpp"
 #include "components/phantom_sensing/phantom_sensing.hpp"
-#include "components/phantom_sensing/share_inbox.hpp"
-#include "components/phantom_sensing/workspace_keeper.hpp"
-#include "components/phantom_sensing/workspace_watch.hpp"
+#include "components/phantom_sensing/workspace/share_inbox.hpp"
+#include "components/phantom_sensing/workspace/workspace_keeper.hpp"
+#include "components/phantom_sensing/workspace/workspace_watch.hpp"
 
 namespace phantom::phantom_sensing {
 

@@ -10,14 +10,14 @@
 
 #include "common/core/errors.hpp"
 #include "common/core/text.hpp"
-#include "common/robot/skin_patches.hpp"
-#include "common/runtime/process.hpp"
+#include "common/robot/sensing/skin_patches.hpp"
+#include "common/runtime/process/process.hpp"
 #include "components/phantom_sensing/alert_relay.hpp"
 #include "components/phantom_sensing/contact_register.hpp"
 #include "components/phantom_sensing/dds_adapter.hpp"
-#include "components/phantom_sensing/hit_log.hpp"
 #include "components/phantom_sensing/model.hpp"
-#include "components/phantom_sensing/self_test.hpp"
+#include "components/phantom_sensing/tools/hit_log.hpp"
+#include "components/phantom_sensing/tools/self_test.hpp"
 
 namespace phantom::phantom_sensing {
 namespace {

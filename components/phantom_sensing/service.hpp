@@ -1,7 +1,7 @@
 #pragma once
 
-#include "common/runtime/cell.hpp"
-#include "common/runtime/deployment.hpp"
+#include "common/runtime/cell/cell.hpp"
+#include "common/runtime/configuration/deployment.hpp"
 #include "components/phantom_sensing/config.hpp"
 #include "components/phantom_sensing/other_arms.hpp"
 

@@ -7,7 +7,7 @@
 #include <stdexcept>
 
 #include "common/core/errors.hpp"
-#include "common/runtime/process.hpp"
+#include "common/runtime/process/process.hpp"
 #include "components/phantom_session/supervisor.hpp"
 
 namespace phantom::phantom_session {

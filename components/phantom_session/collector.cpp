@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "common/core/text.hpp"
-#include "common/runtime/other_arms.hpp"
+#include "common/runtime/cell/other_arms.hpp"
 
 namespace phantom::phantom_session {
 namespace {

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "common/core/health.hpp"
-#include "common/teleop/percept_set.hpp"
+#include "common/teleop/rendering/percept_set.hpp"
 
 namespace phantom::phantom_session {
 

@@ -1,6 +1,6 @@
 #include "components/phantom_session/config.hpp"
 
-#include "common/runtime/fields.hpp"
+#include "common/runtime/configuration/fields.hpp"
 
 namespace phantom::phantom_session {
 

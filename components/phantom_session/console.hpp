@@ -3,7 +3,7 @@
 #include <mutex>
 #include <string>
 
-#include "common/runtime/line_writer.hpp"
+#include "common/runtime/process/line_writer.hpp"
 
 namespace phantom::phantom_session {
 

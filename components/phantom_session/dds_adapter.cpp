@@ -7,11 +7,11 @@
 
 #include "common/core/clock.hpp"
 #include "common/core/host_interfaces.hpp"
-#include "common/dds/endpoint.hpp"
-#include "common/messages/percept_codec.hpp"
-#include "common/messages/status_codec.hpp"
-#include "common/messages/teleoperation_codec.hpp"
-#include "common/messages/workspace_codec.hpp"
+#include "common/dds/endpoints/endpoint.hpp"
+#include "common/messages/codecs/percept_codec.hpp"
+#include "common/messages/codecs/status_codec.hpp"
+#include "common/messages/codecs/teleoperation_codec.hpp"
+#include "common/messages/codecs/workspace_codec.hpp"
 
 namespace phantom::phantom_session {
 namespace {

@@ -1,6 +1,6 @@
 
-#include "common/dds/participant.hpp"
-#include "common/runtime/role_secrets.hpp"
+#include "common/dds/endpoints/participant.hpp"
+#include "common/runtime/configuration/role_secrets.hpp"
 #include "components/phantom_session/argument_check.hpp"
 #include "components/phantom_session/session.hpp"
 

@@ -9,7 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "common/runtime/process.hpp"
+#include "common/runtime/process/process.hpp"
 #include "components/phantom_session/report_page.hpp"
 
 namespace phantom::phantom_session {

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "common/robot/serial_arm.hpp"
+#include "common/robot/kinematics/serial_arm.hpp"
 #include "components/phantom_session/collector.hpp"
 #include "components/phantom_session/joint_log.hpp"
 #include "components/phantom_session/supervisor.hpp"

@@ -4,10 +4,10 @@
 #include <csignal>
 
 #include "common/core/errors.hpp"
-#include "common/runtime/arm_model.hpp"
-#include "common/runtime/cell.hpp"
-#include "common/runtime/cell_names.hpp"
-#include "common/runtime/named.hpp"
+#include "common/runtime/cell/arm_model.hpp"
+#include "common/runtime/cell/cell.hpp"
+#include "common/runtime/cell/cell_names.hpp"
+#include "common/runtime/configuration/named.hpp"
 #include "components/phantom_session/argument_check.hpp"
 #include "components/phantom_session/collector.hpp"
 #include "components/phantom_session/console.hpp"

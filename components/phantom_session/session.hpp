@@ -3,8 +3,8 @@
 #include <string>
 #include <vector>
 
-#include "common/runtime/deployment.hpp"
-#include "common/runtime/process.hpp"
+#include "common/runtime/configuration/deployment.hpp"
+#include "common/runtime/process/process.hpp"
 #include "components/phantom_session/config.hpp"
 
 namespace phantom::phantom_session {

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "common/runtime/fields.hpp"
+#include "common/runtime/configuration/fields.hpp"
 
 namespace phantom::ros2_gateway {
 

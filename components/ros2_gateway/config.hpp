@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "common/robot/serial_arm.hpp"
+#include "common/robot/kinematics/serial_arm.hpp"
 #include "common/ros2/node.hpp"
 #include "components/ros2_gateway/dds_adapter_camera.hpp"
 #include "components/ros2_gateway/dds_adapter_master.hpp"

@@ -5,9 +5,9 @@
 #include <cmath>
 #include <optional>
 
+#include "common/messages/codecs/teleoperation_codec.hpp"
 #include "common/messages/publisher.hpp"
 #include "common/messages/status_reporter.hpp"
-#include "common/messages/teleoperation_codec.hpp"
 #include "common/ros2/endpoint.hpp"
 #include "common/ros2/words.hpp"
 #include "components/ros2_gateway/dds_adapter_objects.hpp"

@@ -4,8 +4,8 @@
 #include <atomic>
 #include <optional>
 
+#include "common/messages/codecs/teleoperation_codec.hpp"
 #include "common/messages/publisher.hpp"
-#include "common/messages/teleoperation_codec.hpp"
 #include "components/ros2_gateway/camera_pictures.hpp"
 #include "components/ros2_gateway/sensor_stream.hpp"
 

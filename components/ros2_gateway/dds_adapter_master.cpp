@@ -4,7 +4,7 @@
 #include <mutex>
 #include <optional>
 
-#include "common/dds/refusal_log.hpp"
+#include "common/dds/admission/refusal_log.hpp"
 #include "common/haptic_device/handle_service.hpp"
 #include "common/ros2/endpoint.hpp"
 #include "common/ros2/words.hpp"

@@ -9,9 +9,9 @@
 #include <mutex>
 #include <thread>
 
-#include "common/dds/refusal_log.hpp"
+#include "common/dds/admission/refusal_log.hpp"
+#include "common/messages/codecs/workspace_codec.hpp"
 #include "common/messages/requester.hpp"
-#include "common/messages/workspace_codec.hpp"
 #include "common/ros2/endpoint.hpp"
 #include "components/ros2_gateway/collision_objects.hpp"
 #include "ros2_idl/moveit_msgsPubSubTypes.hpp"

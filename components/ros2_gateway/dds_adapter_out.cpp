@@ -4,9 +4,9 @@
 
 #include "common/core/clock.hpp"
 #include "common/messages/checked_reader.hpp"
-#include "common/messages/percept_codec.hpp"
-#include "common/messages/status_codec.hpp"
-#include "common/messages/teleoperation_codec.hpp"
+#include "common/messages/codecs/percept_codec.hpp"
+#include "common/messages/codecs/status_codec.hpp"
+#include "common/messages/codecs/teleoperation_codec.hpp"
 #include "common/ros2/from_phantom.hpp"
 #include "common/ros2/words.hpp"
 

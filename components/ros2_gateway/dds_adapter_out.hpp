@@ -11,7 +11,7 @@
 #include "common/messages/percept.hpp"
 #include "common/messages/status.hpp"
 #include "common/messages/teleoperation.hpp"
-#include "common/robot/serial_arm.hpp"
+#include "common/robot/kinematics/serial_arm.hpp"
 #include "common/ros2/from_phantom.hpp"
 
 namespace phantom::dds {

@@ -3,8 +3,8 @@
 #include <mutex>
 #include <optional>
 
+#include "common/messages/codecs/teleoperation_codec.hpp"
 #include "common/messages/publisher.hpp"
-#include "common/messages/teleoperation_codec.hpp"
 #include "components/ros2_gateway/point_clouds.hpp"
 #include "components/ros2_gateway/sensor_stream.hpp"
 

@@ -6,9 +6,9 @@
 #include <optional>
 #include <thread>
 
-#include "common/dds/refusal_log.hpp"
+#include "common/dds/admission/refusal_log.hpp"
+#include "common/messages/codecs/workspace_codec.hpp"
 #include "common/messages/object_sources.hpp"
-#include "common/messages/workspace_codec.hpp"
 #include "common/messages/workspace_follower.hpp"
 #include "common/ros2/endpoint.hpp"
 #include "common/ros2/words.hpp"

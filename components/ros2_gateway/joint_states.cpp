@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "common/core/text.hpp"
-#include "common/robot/joint_values.hpp"
+#include "common/robot/kinematics/joint_values.hpp"
 
 namespace phantom::ros2_gateway {
 namespace {

@@ -9,7 +9,7 @@
 #include "common/core/clock.hpp"
 #include "common/core/status.hpp"
 #include "common/messages/teleoperation.hpp"
-#include "common/robot/serial_arm.hpp"
+#include "common/robot/kinematics/serial_arm.hpp"
 
 namespace phantom::ros2_gateway {
 

@@ -1,11 +1,11 @@
 #include <fstream>
 #include <sstream>
 
-#include "common/dds/participant.hpp"
-#include "common/runtime/arm_model.hpp"
-#include "common/runtime/cell.hpp"
-#include "common/runtime/cell_names.hpp"
-#include "common/runtime/process.hpp"
+#include "common/dds/endpoints/participant.hpp"
+#include "common/runtime/cell/arm_model.hpp"
+#include "common/runtime/cell/cell.hpp"
+#include "common/runtime/cell/cell_names.hpp"
+#include "common/runtime/process/process.hpp"
 #include "components/ros2_gateway/service.hpp"
 
 int main(int argc, char** argv) {

@@ -6,10 +6,10 @@
 #include <string>
 #include <vector>
 
-#include "common/geometry/mesh.hpp"
+#include "common/geometry/mesh/mesh.hpp"
 #include "common/messages/mesh_assembler.hpp"
 #include "common/messages/workspace.hpp"
-#include "common/robot/serial_arm.hpp"
+#include "common/robot/kinematics/serial_arm.hpp"
 
 namespace phantom::ros2_gateway {
 

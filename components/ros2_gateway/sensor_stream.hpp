@@ -7,7 +7,7 @@
 #include <string>
 #include <utility>
 
-#include "common/dds/refusal_log.hpp"
+#include "common/dds/admission/refusal_log.hpp"
 #include "common/ros2/endpoint.hpp"
 #include "common/ros2/words.hpp"
 #include "components/ros2_gateway/newest_task.hpp"

@@ -5,7 +5,7 @@
 #include <atomic>
 #include <mutex>
 
-#include "common/runtime/process.hpp"
+#include "common/runtime/process/process.hpp"
 #include "components/ros2_gateway/dds_adapter.hpp"
 
 namespace phantom::ros2_gateway {

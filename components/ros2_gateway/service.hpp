@@ -1,7 +1,7 @@
 #pragma once
 
-#include "common/robot/serial_arm.hpp"
-#include "common/runtime/deployment.hpp"
+#include "common/robot/kinematics/serial_arm.hpp"
+#include "common/runtime/configuration/deployment.hpp"
 #include "components/ros2_gateway/config.hpp"
 
 namespace phantom::ros2_gateway {

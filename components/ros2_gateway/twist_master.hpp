@@ -4,8 +4,8 @@
 #include <optional>
 #include <span>
 
-#include "common/teleop/cartesian_hand.hpp"
-#include "common/teleop/free_handle.hpp"
+#include "common/teleop/coupling/cartesian_hand.hpp"
+#include "common/teleop/coupling/free_handle.hpp"
 #include "components/ros2_gateway/stream_check.hpp"
 
 namespace phantom::ros2_gateway {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/runtime/fields.hpp"
+#include "common/runtime/configuration/fields.hpp"
 
 namespace phantom::simulated_drive {
 namespace {

@@ -7,7 +7,7 @@
 
 #include "common/can/user_bus.hpp"
 #include "common/core/thread_place.hpp"
-#include "common/runtime/process.hpp"
+#include "common/runtime/process/process.hpp"
 #include "common/simulation/user_bus_hub.hpp"
 #include "components/simulated_drive/config.hpp"
 #include "components/simulated_drive/faults.hpp"

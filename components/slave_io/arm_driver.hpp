@@ -2,7 +2,7 @@
 
 #include "common/can/arm_drives.hpp"
 #include "common/core/health.hpp"
-#include "common/robot/payload.hpp"
+#include "common/robot/kinematics/payload.hpp"
 #include "components/slave_io/dds_adapter.hpp"
 #include "components/slave_io/slave_io.hpp"
 

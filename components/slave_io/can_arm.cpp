@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "common/robot/arm_dynamics.hpp"
+#include "common/robot/kinematics/arm_dynamics.hpp"
 
 namespace phantom::slave_io {
 

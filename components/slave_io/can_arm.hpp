@@ -3,8 +3,8 @@
 #include <optional>
 
 #include "common/can/arm_drives.hpp"
-#include "common/teleop/counterbalance.hpp"
-#include "common/teleop/momentum_observer.hpp"
+#include "common/teleop/coupling/counterbalance.hpp"
+#include "common/teleop/guards/momentum_observer.hpp"
 #include "components/slave_io/arm_driver.hpp"
 #include "components/slave_io/model.hpp"
 

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 
-#include "common/robot/joint_values.hpp"
-#include "common/runtime/drives_config.hpp"
-#include "common/runtime/servo_check.hpp"
+#include "common/robot/kinematics/joint_values.hpp"
+#include "common/runtime/configuration/drives_config.hpp"
+#include "common/runtime/servo/servo_check.hpp"
 #include "common/simulation/reflected_inertia.hpp"
 
 namespace phantom::slave_io {

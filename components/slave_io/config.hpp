@@ -5,16 +5,16 @@
 #include <string>
 
 #include "common/core/joints.hpp"
-#include "common/robot/serial_arm.hpp"
-#include "common/runtime/drives_config.hpp"
-#include "common/runtime/enabling_switch.hpp"
-#include "common/runtime/periodic_loop.hpp"
+#include "common/robot/kinematics/serial_arm.hpp"
+#include "common/runtime/configuration/drives_config.hpp"
+#include "common/runtime/servo/enabling_switch.hpp"
+#include "common/runtime/servo/periodic_loop.hpp"
 #include "common/simulation/gripper_plant.hpp"
 #include "common/simulation/slave_plant.hpp"
-#include "common/teleop/gripper.hpp"
-#include "common/teleop/joint_servo.hpp"
-#include "common/teleop/link_state.hpp"
-#include "common/teleop/momentum_observer.hpp"
+#include "common/teleop/coupling/joint_servo.hpp"
+#include "common/teleop/coupling/link_state.hpp"
+#include "common/teleop/gripper/gripper.hpp"
+#include "common/teleop/guards/momentum_observer.hpp"
 #include "components/slave_io/wrist_config.hpp"
 
 namespace phantom::slave_io {

@@ -5,13 +5,13 @@
 
 #include <mutex>
 
-#include "common/dds/participant.hpp"
+#include "common/dds/endpoints/participant.hpp"
 #include "common/messages/checked_reader.hpp"
+#include "common/messages/codecs/teleoperation_codec.hpp"
+#include "common/messages/codecs/workspace_codec.hpp"
 #include "common/messages/operator_responder.hpp"
 #include "common/messages/publisher.hpp"
 #include "common/messages/status_reporter.hpp"
-#include "common/messages/teleoperation_codec.hpp"
-#include "common/messages/workspace_codec.hpp"
 
 namespace phantom::slave_io {
 namespace {
@@ -46,7 +46,7 @@ struct DdsAdapter::Impl {
               [&inbox](const messages::WristWrench& wrench, core::Nanoseconds received_ns) {
                 inbox.wrist.write({wrench, received_ns});
               }),
-        responder(participant, core::Side::kSlave, inbox.stops,
+        responder(participant, teleop::Side::kSlave, inbox.stops,
                   [&inbox](const messages::OperatorCommand& command) { return ask(command, inbox); }),
         payload_inbox(inbox.payload) {
     if (inbox.gripper.has_gripper()) gripper.emplace(participant, dds::kGripperState);
@@ -54,15 +54,15 @@ struct DdsAdapter::Impl {
 
   static core::Status carry_out(const messages::OperatorCommand& command, Inbox& inbox) {
     switch (command.kind) {
-      case core::CommandKind::kHome:
+      case teleop::CommandKind::kHome:
         return inbox.homing.ask();
-      case core::CommandKind::kGripperWidth:
+      case teleop::CommandKind::kGripperWidth:
         return inbox.gripper.ask_width(command.value);
-      case core::CommandKind::kGripperForce:
+      case teleop::CommandKind::kGripperForce:
         return inbox.gripper.ask_force(command.value);
-      case core::CommandKind::kCounterbalance:
+      case teleop::CommandKind::kCounterbalance:
         return inbox.counterbalance.ask(command.value == 1.0);
-      case core::CommandKind::kTareForceSensor:
+      case teleop::CommandKind::kTareForceSensor:
         return inbox.tare.ask();
       default:
         return core::Status::invalid_argument("this command is not for slave_io");
@@ -71,7 +71,7 @@ struct DdsAdapter::Impl {
   static core::Status ask(const messages::OperatorCommand& command, Inbox& inbox) {
     const core::Status status = carry_out(command, inbox);
     if (status) {
-      spdlog::info("{} {:g}, asked for by {}", core::rule_of(command.kind).name, command.value,
+      spdlog::info("{} {:g}, asked for by {}", teleop::rule_of(command.kind).name, command.value,
                    command.issuer);
     } else {
       spdlog::warn("{} asked for what is refused: {}", command.issuer, status.message());
@@ -156,7 +156,7 @@ void DdsAdapter::publish(const SlaveReport& report) {
 
 void DdsAdapter::announce_stop(const std::string& issuer) {
   spdlog::warn("emergency stop by {}", issuer);
-  impl_->responder.announce({.kind = core::CommandKind::kEmergencyStop, .issuer = issuer});
+  impl_->responder.announce({.kind = teleop::CommandKind::kEmergencyStop, .issuer = issuer});
 }
 
 void DdsAdapter::publish_health(const core::Health& health) {

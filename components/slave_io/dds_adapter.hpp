@@ -7,8 +7,8 @@
 #include "common/core/health.hpp"
 #include "common/core/network.hpp"
 #include "common/core/snapshot.hpp"
-#include "common/core/stop_requests.hpp"
 #include "common/messages/arm_bounds.hpp"
+#include "common/teleop/commands/stop_requests.hpp"
 #include "components/slave_io/gripper.hpp"
 #include "components/slave_io/payload.hpp"
 #include "components/slave_io/slave_io.hpp"
@@ -47,7 +47,7 @@ using ReceivedWrench = messages::Received<messages::WristWrench>;
 /// Validated data from the topics. The servo thread is the reader.
 struct Inbox {
   core::Snapshot<MasterSample> master;
-  core::StopRequests stops;
+  teleop::StopRequests stops;
   HomingRequest homing;
   GripperRequests gripper;
   CounterbalanceRequest counterbalance;

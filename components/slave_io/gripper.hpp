@@ -8,7 +8,7 @@
 #include "common/core/snapshot.hpp"
 #include "common/core/status.hpp"
 #include "common/messages/teleoperation.hpp"
-#include "common/teleop/gripper.hpp"
+#include "common/teleop/gripper/gripper.hpp"
 #include "components/slave_io/homing_request.hpp"
 
 namespace phantom::slave_io {

@@ -1,15 +1,15 @@
 #include <iostream>
 #include <optional>
 
-#include "common/dds/participant.hpp"
+#include "common/dds/endpoints/participant.hpp"
 #include "common/messages/operator_command_line.hpp"
-#include "common/runtime/cell_bodies.hpp"
-#include "common/runtime/cell_names.hpp"
-#include "common/runtime/deployment.hpp"
-#include "common/runtime/drives_check.hpp"
-#include "common/runtime/operator_options.hpp"
-#include "common/runtime/process.hpp"
-#include "common/runtime/switch_input.hpp"
+#include "common/runtime/cell/cell_bodies.hpp"
+#include "common/runtime/cell/cell_names.hpp"
+#include "common/runtime/configuration/deployment.hpp"
+#include "common/runtime/configuration/drives_check.hpp"
+#include "common/runtime/configuration/operator_options.hpp"
+#include "common/runtime/process/process.hpp"
+#include "common/runtime/servo/switch_input.hpp"
 #include "common/simulation/contact_points.hpp"
 #include "components/slave_io/config.hpp"
 #include "components/slave_io/model.hpp"
@@ -17,7 +17,7 @@
 
 int main(int argc, char** argv) {
   using namespace phantom;
-  core::OperatorRequest request;
+  teleop::OperatorRequest request;
   runtime::Command command;
   runtime::ProcessDescription description;
   description.name = "slave_io";

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "common/runtime/arm_model.hpp"
+#include "common/runtime/cell/arm_model.hpp"
 
 namespace phantom::slave_io {
 ArmModel load_arm(const runtime::CellConfig& cell, const std::string& arm_name) {

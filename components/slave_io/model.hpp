@@ -3,10 +3,10 @@
 #include <string>
 #include <vector>
 
-#include "common/robot/finger_points.hpp"
-#include "common/robot/serial_arm.hpp"
-#include "common/robot/skin.hpp"
-#include "common/runtime/cell.hpp"
+#include "common/robot/kinematics/serial_arm.hpp"
+#include "common/robot/skin/finger_points.hpp"
+#include "common/robot/skin/skin.hpp"
+#include "common/runtime/cell/cell.hpp"
 
 namespace phantom::slave_io {
 

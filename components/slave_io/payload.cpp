@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "common/robot/arm_dynamics.hpp"
+#include "common/robot/kinematics/arm_dynamics.hpp"
 
 namespace phantom::slave_io {
 namespace {

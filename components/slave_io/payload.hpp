@@ -6,8 +6,8 @@
 
 #include "common/core/status.hpp"
 #include "common/messages/workspace.hpp"
-#include "common/robot/payload.hpp"
-#include "common/robot/serial_arm.hpp"
+#include "common/robot/kinematics/payload.hpp"
+#include "common/robot/kinematics/serial_arm.hpp"
 
 namespace phantom::slave_io {
 

@@ -1,6 +1,6 @@
 #include "components/slave_io/servo.hpp"
 
-#include "common/runtime/process.hpp"
+#include "common/runtime/process/process.hpp"
 
 namespace phantom::slave_io {
 

@@ -3,9 +3,9 @@
 #include <optional>
 
 #include "common/core/snapshot.hpp"
-#include "common/runtime/enabling_switch.hpp"
-#include "common/runtime/periodic_loop.hpp"
-#include "common/runtime/wake_signal.hpp"
+#include "common/runtime/process/wake_signal.hpp"
+#include "common/runtime/servo/enabling_switch.hpp"
+#include "common/runtime/servo/periodic_loop.hpp"
 #include "components/slave_io/arm_driver.hpp"
 #include "components/slave_io/model.hpp"
 #include "components/slave_io/wrist_input.hpp"

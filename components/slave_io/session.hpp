@@ -3,7 +3,7 @@
 #include <filesystem>
 
 #include "common/core/network.hpp"
-#include "common/runtime/cell.hpp"
+#include "common/runtime/cell/cell.hpp"
 #include "components/slave_io/config.hpp"
 #include "components/slave_io/model.hpp"
 #include "components/slave_io/slave_io.hpp"

@@ -5,8 +5,8 @@
 #include <numeric>
 
 #include "common/core/errors.hpp"
-#include "common/geometry/solid_moments.hpp"
-#include "common/runtime/cell_bodies.hpp"
+#include "common/geometry/mesh/solid_moments.hpp"
+#include "common/runtime/cell/cell_bodies.hpp"
 
 namespace phantom::slave_io {
 namespace {

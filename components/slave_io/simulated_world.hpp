@@ -3,7 +3,7 @@
 #include <memory>
 #include <vector>
 
-#include "common/runtime/cell.hpp"
+#include "common/runtime/cell/cell.hpp"
 #include "common/simulation/loose_objects.hpp"
 #include "common/simulation/mesh_world.hpp"
 #include "common/simulation/yielding.hpp"

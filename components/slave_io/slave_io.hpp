@@ -5,10 +5,10 @@
 #include "common/core/clock.hpp"
 #include "common/core/joints.hpp"
 #include "common/messages/teleoperation.hpp"
-#include "common/robot/serial_arm.hpp"
-#include "common/teleop/counterbalance.hpp"
-#include "common/teleop/joint_servo.hpp"
-#include "common/teleop/servo_side.hpp"
+#include "common/robot/kinematics/serial_arm.hpp"
+#include "common/teleop/coupling/counterbalance.hpp"
+#include "common/teleop/coupling/joint_servo.hpp"
+#include "common/teleop/coupling/servo_side.hpp"
 #include "components/slave_io/config.hpp"
 
 namespace phantom::slave_io {

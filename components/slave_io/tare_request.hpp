@@ -3,7 +3,7 @@
 #include <atomic>
 
 #include "common/core/status.hpp"
-#include "common/teleop/wrist_sensor.hpp"
+#include "common/teleop/guards/wrist_sensor.hpp"
 
 namespace phantom::slave_io {
 

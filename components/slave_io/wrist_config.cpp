@@ -7,7 +7,7 @@
 #include "common/can/user_bus.hpp"
 #include "common/core/clock.hpp"
 #include "common/core/errors.hpp"
-#include "common/robot/joint_values.hpp"
+#include "common/robot/kinematics/joint_values.hpp"
 
 namespace phantom::slave_io {
 namespace {

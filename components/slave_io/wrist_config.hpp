@@ -3,9 +3,9 @@
 #include <string>
 
 #include "common/can/wrench_frames.hpp"
-#include "common/runtime/drives_config.hpp"
-#include "common/runtime/fields.hpp"
-#include "common/teleop/wrist_sensor.hpp"
+#include "common/runtime/configuration/drives_config.hpp"
+#include "common/runtime/configuration/fields.hpp"
+#include "common/teleop/guards/wrist_sensor.hpp"
 
 namespace phantom::slave_io {
 

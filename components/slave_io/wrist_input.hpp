@@ -5,7 +5,7 @@
 #include <string>
 
 #include "common/can/wrench_frames.hpp"
-#include "common/teleop/wrist_sensor.hpp"
+#include "common/teleop/guards/wrist_sensor.hpp"
 #include "components/slave_io/dds_adapter.hpp"
 #include "components/slave_io/model.hpp"
 

@@ -12,12 +12,12 @@
 #include "common/camera/pose_fit.hpp"
 #include "common/core/errors.hpp"
 #include "common/core/units.hpp"
-#include "common/runtime/arm_model.hpp"
-#include "common/runtime/cell_names.hpp"
-#include "common/runtime/process.hpp"
-#include "components/synthetic_viewer/hud.hpp"
-#include "components/synthetic_viewer/picks.hpp"
-#include "components/synthetic_viewer/simulated_camera.hpp"
+#include "common/runtime/cell/arm_model.hpp"
+#include "common/runtime/cell/cell_names.hpp"
+#include "common/runtime/process/process.hpp"
+#include "components/synthetic_viewer/scene/hud.hpp"
+#include "components/synthetic_viewer/scene/picks.hpp"
+#include "components/synthetic_viewer/scene/simulated_camera.hpp"
 
 namespace phantom::synthetic_viewer {
 namespace {

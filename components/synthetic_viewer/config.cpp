@@ -1,8 +1,8 @@
 #include "components/synthetic_viewer/config.hpp"
 
-#include "common/runtime/fields.hpp"
-#include "components/synthetic_viewer/request_origin.hpp"
-#include "components/synthetic_viewer/tls_context.hpp"
+#include "common/runtime/configuration/fields.hpp"
+#include "common/web/request_origin.hpp"
+#include "common/web/tls_context.hpp"
 
 namespace phantom::synthetic_viewer {
 namespace {
@@ -65,21 +65,21 @@ void read_page(const Fields& page, const std::filesystem::path& page_secrets, Pa
              "must not be page.port itself: pictures must not hold up a stop");
   page.texts("host_names", config.host_names);
   for (const std::string& name : config.host_names) {
-    const auto parsed = parse_authority(name);
-    page.check(parse_address(name) || (parsed && parsed->port.empty()), "host_names",
+    const auto parsed = web::parse_authority(name);
+    page.check(web::parse_address(name) || (parsed && parsed->port.empty()), "host_names",
                "'" + name + "' is not a host name or an address without port, such as viewer.example");
   }
   const bool named = !page.text("secrets").empty();
   if (named || !page_secrets.empty())
     config.secrets = runtime::load_role_secrets(named ? page.path("secrets") : page_secrets);
-  const auto address = parse_address(config.address);
+  const auto address = web::parse_address(config.address);
   page.check(config.secrets || config.address == "localhost" || (address && address->is_loopback()),
              "address", "is not of loopback: there, page.secrets must name who may watch and command");
   const bool certificate = !page.text("certificate").empty(), key = !page.text("key").empty();
   page.check(certificate || !key, "certificate",
              "is missing; a key is for the certificate that it belongs to");
   page.check(key || !certificate, "key", "is missing; a certificate needs the file with its private key");
-  if (certificate) config.tls = std::make_shared<TlsContext>(page.path("certificate"), page.path("key"));
+  if (certificate) config.tls = std::make_shared<web::TlsContext>(page.path("certificate"), page.path("key"));
   page.flag("allow_commands", config.allow_commands);
   page.flag("headset_hand", config.headset_hand);
   page.check(!config.headset_hand || config.allow_commands, "headset_hand",

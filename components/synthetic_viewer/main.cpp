@@ -5,27 +5,27 @@
 #include <optional>
 
 #include "common/core/errors.hpp"
-#include "common/dds/participant.hpp"
-#include "common/runtime/arm_model.hpp"
-#include "common/runtime/cell_names.hpp"
-#include "common/runtime/deployment.hpp"
-#include "common/runtime/line_writer.hpp"
-#include "common/runtime/process.hpp"
-#include "components/synthetic_viewer/arm_meshes.hpp"
+#include "common/dds/endpoints/participant.hpp"
+#include "common/runtime/cell/arm_model.hpp"
+#include "common/runtime/cell/cell_names.hpp"
+#include "common/runtime/configuration/deployment.hpp"
+#include "common/runtime/process/line_writer.hpp"
+#include "common/runtime/process/process.hpp"
+#include "common/web/tls_context.hpp"
 #include "components/synthetic_viewer/calibrate.hpp"
-#include "components/synthetic_viewer/dds_adapter.hpp"
-#include "components/synthetic_viewer/fluid_store.hpp"
-#include "components/synthetic_viewer/gl_context.hpp"
-#include "components/synthetic_viewer/headset_hand.hpp"
-#include "components/synthetic_viewer/publishing_schedule.hpp"
+#include "components/synthetic_viewer/output/publishing_schedule.hpp"
+#include "components/synthetic_viewer/output/window.hpp"
+#include "components/synthetic_viewer/page/web_server.hpp"
+#include "components/synthetic_viewer/render/gl_context.hpp"
 #include "components/synthetic_viewer/review_command.hpp"
-#include "components/synthetic_viewer/scene_feed.hpp"
+#include "components/synthetic_viewer/scene/arm_meshes.hpp"
 #include "components/synthetic_viewer/sheet.hpp"
-#include "components/synthetic_viewer/tls_context.hpp"
-#include "components/synthetic_viewer/video_source.hpp"
+#include "components/synthetic_viewer/stream/fluid_store.hpp"
+#include "components/synthetic_viewer/stream/headset_hand.hpp"
+#include "components/synthetic_viewer/stream/scene_feed.hpp"
+#include "components/synthetic_viewer/topics/dds_adapter.hpp"
+#include "components/synthetic_viewer/video/video_source.hpp"
 #include "components/synthetic_viewer/viewer_loop.hpp"
-#include "components/synthetic_viewer/web_server.hpp"
-#include "components/synthetic_viewer/window.hpp"
 
 namespace phantom::synthetic_viewer {
 namespace {
@@ -67,7 +67,8 @@ void run_session(ViewerConfig config, const runtime::CellConfig& cell, const cor
   std::unique_ptr<SceneFeed> scene;
   std::unique_ptr<WebServer> server;  // ends first: it hands its followers to the scene
   if (config.page.enabled) {
-    scene = std::make_unique<SceneFeed>(config, cell.name, inbox, content, leads ? &hand : nullptr);
+    scene = std::make_unique<SceneFeed>(config, config.page.scene_Hz, cell.name, inbox, content,
+                                        leads ? &hand : nullptr);
     scene->start();
     server = std::make_unique<WebServer>(
         config.page, content, [&adapter](const Command& command) { return adapter.ask(command); }, move,

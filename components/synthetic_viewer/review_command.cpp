@@ -8,10 +8,10 @@
 #include <fstream>
 #include <optional>
 
-#include "common/runtime/arm_model.hpp"
-#include "common/runtime/cell_names.hpp"
-#include "common/runtime/deployment.hpp"
-#include "common/runtime/line_writer.hpp"
+#include "common/runtime/cell/arm_model.hpp"
+#include "common/runtime/cell/cell_names.hpp"
+#include "common/runtime/configuration/deployment.hpp"
+#include "common/runtime/process/line_writer.hpp"
 
 namespace phantom::synthetic_viewer {
 namespace {
@@ -63,7 +63,7 @@ PageContent& ReviewedSession::wired(Review& review) {
 ReviewedSession::ReviewedSession(Review& review, const ViewerConfig& config, const runtime::CellConfig& cell,
                                  robot::SerialArm arm, std::vector<LinkMeshData> arm_meshes)
     : viewer_(config, cell, std::move(arm), std::move(arm_meshes), inbox_, wired(review), {}, &review),
-      scene_(config, cell.name, inbox_, content_),
+      scene_(config, config.page.scene_Hz, cell.name, inbox_, content_),
       server_(
           config.page, content_,
           [this, &review](const Command& command) {

@@ -4,13 +4,13 @@
 #include <string>
 #include <vector>
 
-#include "common/runtime/command_line.hpp"
-#include "common/runtime/process.hpp"
+#include "common/runtime/process/command_line.hpp"
+#include "common/runtime/process/process.hpp"
 #include "components/synthetic_viewer/config.hpp"
-#include "components/synthetic_viewer/review.hpp"
-#include "components/synthetic_viewer/scene_feed.hpp"
+#include "components/synthetic_viewer/page/web_server.hpp"
+#include "components/synthetic_viewer/review/review.hpp"
+#include "components/synthetic_viewer/stream/scene_feed.hpp"
 #include "components/synthetic_viewer/viewer_loop.hpp"
-#include "components/synthetic_viewer/web_server.hpp"
 
 namespace phantom::synthetic_viewer {
 

@@ -7,11 +7,11 @@
 #include <fstream>
 
 #include "common/core/errors.hpp"
-#include "common/runtime/cell_names.hpp"
-#include "common/runtime/process.hpp"
-#include "components/synthetic_viewer/compositor.hpp"
-#include "components/synthetic_viewer/hud.hpp"
-#include "components/synthetic_viewer/synthetic_viewer.hpp"
+#include "common/runtime/cell/cell_names.hpp"
+#include "common/runtime/process/process.hpp"
+#include "components/synthetic_viewer/scene/compositor.hpp"
+#include "components/synthetic_viewer/scene/hud.hpp"
+#include "components/synthetic_viewer/state/synthetic_viewer.hpp"
 
 namespace phantom::synthetic_viewer {
 namespace {

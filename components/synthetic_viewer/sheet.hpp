@@ -2,9 +2,9 @@
 
 #include <filesystem>
 
-#include "common/runtime/command_line.hpp"
+#include "common/runtime/process/command_line.hpp"
 #include "components/synthetic_viewer/config.hpp"
-#include "components/synthetic_viewer/still_scene.hpp"
+#include "components/synthetic_viewer/scene/still_scene.hpp"
 
 namespace phantom::synthetic_viewer {
 

@@ -9,7 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/core/thread_place.hpp"
-#include "components/synthetic_viewer/page_state.hpp"
+#include "components/synthetic_viewer/page/page_state.hpp"
 
 namespace phantom::synthetic_viewer {
 namespace {
@@ -31,7 +31,7 @@ ViewerLoop::ViewerLoop(const ViewerConfig& config, const runtime::CellConfig& ce
       inbox_(inbox),
       page_(page),
       review_(review),
-      publisher_(config_, page),
+      publisher_(config_, config_, page),
       report_(report_dir, config_.report_pictures, start_ns_),
       arm_(std::move(arm)),
       arm_meshes_(std::move(arm_meshes)) {

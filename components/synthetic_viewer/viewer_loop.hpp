@@ -9,13 +9,14 @@
 #include <vector>
 
 #include "common/core/progress.hpp"
-#include "common/dds/refusal_log.hpp"
-#include "common/runtime/cell.hpp"
-#include "components/synthetic_viewer/inbox.hpp"
-#include "components/synthetic_viewer/publisher.hpp"
-#include "components/synthetic_viewer/report.hpp"
-#include "components/synthetic_viewer/review.hpp"
-#include "components/synthetic_viewer/simulated_camera.hpp"
+#include "common/dds/admission/refusal_log.hpp"
+#include "common/runtime/cell/cell.hpp"
+#include "components/synthetic_viewer/config.hpp"
+#include "components/synthetic_viewer/output/publisher.hpp"
+#include "components/synthetic_viewer/output/report.hpp"
+#include "components/synthetic_viewer/review/review.hpp"
+#include "components/synthetic_viewer/scene/simulated_camera.hpp"
+#include "components/synthetic_viewer/state/inbox.hpp"
 
 namespace phantom::synthetic_viewer {
 
@@ -72,7 +73,7 @@ class ViewerLoop {
   const core::Nanoseconds start_ns_ = core::monotonic_ns();
   Publisher publisher_;
   Report report_;
-  Broadcast<core::Health> health_;
+  web::Broadcast<core::Health> health_;
 
   // Used on the viewer's thread only.
   robot::SerialArm arm_;

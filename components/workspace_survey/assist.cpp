@@ -10,7 +10,7 @@
 #include <sstream>
 
 #include "common/core/units.hpp"
-#include "common/runtime/process.hpp"
+#include "common/runtime/process/process.hpp"
 #include "common/survey/error_aid.hpp"
 
 namespace phantom::workspace_survey {

@@ -9,8 +9,8 @@
 #include <ostream>
 
 #include "common/messages/ask.hpp"
-#include "common/runtime/pose_text.hpp"
-#include "common/runtime/process.hpp"
+#include "common/runtime/configuration/pose_text.hpp"
+#include "common/runtime/process/process.hpp"
 #include "common/survey/visible.hpp"
 #include "components/workspace_survey/assist.hpp"
 #include "components/workspace_survey/candidates_page.hpp"

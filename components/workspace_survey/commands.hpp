@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "common/core/network.hpp"
-#include "common/runtime/cell.hpp"
-#include "common/runtime/command_line.hpp"
+#include "common/runtime/cell/cell.hpp"
+#include "common/runtime/process/command_line.hpp"
 #include "components/workspace_survey/config.hpp"
 
 namespace phantom::workspace_survey {

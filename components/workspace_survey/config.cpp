@@ -1,7 +1,7 @@
 #include "components/workspace_survey/config.hpp"
 
 #include "common/core/units.hpp"
-#include "common/runtime/fields.hpp"
+#include "common/runtime/configuration/fields.hpp"
 
 namespace phantom::workspace_survey {
 namespace {

@@ -4,13 +4,13 @@
 
 #include <mutex>
 
-#include "common/dds/endpoint.hpp"
-#include "common/dds/topics.hpp"
+#include "common/dds/endpoints/endpoint.hpp"
+#include "common/dds/endpoints/topics.hpp"
 #include "common/messages/checked_reader.hpp"
+#include "common/messages/codecs/teleoperation_codec.hpp"
+#include "common/messages/codecs/workspace_codec.hpp"
 #include "common/messages/mesh_assembler.hpp"
 #include "common/messages/object_sources.hpp"
-#include "common/messages/teleoperation_codec.hpp"
-#include "common/messages/workspace_codec.hpp"
 
 namespace phantom::workspace_survey {
 namespace {

@@ -8,7 +8,7 @@
 
 #include "common/core/clock.hpp"
 #include "common/core/network.hpp"
-#include "common/geometry/mesh.hpp"
+#include "common/geometry/mesh/mesh.hpp"
 #include "common/messages/arm_bounds.hpp"
 #include "common/messages/teleoperation.hpp"
 #include "common/messages/workspace.hpp"

@@ -9,8 +9,8 @@
 #include <set>
 
 #include "common/core/text.hpp"
-#include "common/runtime/fields.hpp"
-#include "common/runtime/named.hpp"
+#include "common/runtime/configuration/fields.hpp"
+#include "common/runtime/configuration/named.hpp"
 #include "common/survey/visible.hpp"
 #include "components/workspace_survey/part_picture.hpp"
 

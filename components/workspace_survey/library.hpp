@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "common/geometry/mesh_io.hpp"
+#include "common/geometry/mesh/mesh_io.hpp"
 #include "common/survey/part.hpp"
 
 namespace phantom::workspace_survey {

@@ -1,10 +1,10 @@
 #include <iostream>
 
-#include "common/dds/participant.hpp"
-#include "common/runtime/cell.hpp"
-#include "common/runtime/cell_names.hpp"
-#include "common/runtime/deployment.hpp"
-#include "common/runtime/process.hpp"
+#include "common/dds/endpoints/participant.hpp"
+#include "common/runtime/cell/cell.hpp"
+#include "common/runtime/cell/cell_names.hpp"
+#include "common/runtime/configuration/deployment.hpp"
+#include "common/runtime/process/process.hpp"
 #include "components/workspace_survey/commands.hpp"
 #include "components/workspace_survey/library.hpp"
 

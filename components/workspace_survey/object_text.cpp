@@ -7,7 +7,7 @@
 #include <sstream>
 
 #include "common/core/errors.hpp"
-#include "common/runtime/pose_text.hpp"
+#include "common/runtime/configuration/pose_text.hpp"
 
 namespace phantom::workspace_survey {
 namespace {

@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/core/units.hpp"
-#include "common/runtime/pose_text.hpp"
+#include "common/runtime/configuration/pose_text.hpp"
 
 namespace phantom::workspace_survey {
 namespace {

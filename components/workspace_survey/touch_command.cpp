@@ -14,8 +14,8 @@
 
 #include "common/core/text.hpp"
 #include "common/messages/ask.hpp"
-#include "common/runtime/arm_model.hpp"
-#include "common/runtime/process.hpp"
+#include "common/runtime/cell/arm_model.hpp"
+#include "common/runtime/process/process.hpp"
 #include "components/workspace_survey/dds_adapter.hpp"
 #include "components/workspace_survey/touch_report.hpp"
 #include "components/workspace_survey/touch_watch.hpp"

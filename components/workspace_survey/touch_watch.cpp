@@ -5,7 +5,7 @@
 #include <Eigen/Geometry>
 #include <Eigen/QR>
 
-#include "common/robot/jacobian.hpp"
+#include "common/robot/kinematics/jacobian.hpp"
 
 namespace phantom::workspace_survey {
 namespace {

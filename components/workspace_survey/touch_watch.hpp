@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "common/messages/teleoperation.hpp"
-#include "common/robot/serial_arm.hpp"
+#include "common/robot/kinematics/serial_arm.hpp"
 #include "common/survey/touch.hpp"
 
 namespace phantom::workspace_survey {

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "common/core/errors.hpp"
-#include "common/runtime/command_line.hpp"
+#include "common/runtime/process/command_line.hpp"
 #include "common/workspace/grid.hpp"
 #include "common/workspace/nrrd.hpp"
 #include "common/workspace/profile.hpp"

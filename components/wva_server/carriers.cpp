@@ -6,7 +6,7 @@
 
 #include "common/core/errors.hpp"
 #include "common/core/text.hpp"
-#include "common/runtime/arm_model.hpp"
+#include "common/runtime/cell/arm_model.hpp"
 
 namespace phantom::wva_server {
 namespace {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "common/messages/teleoperation.hpp"
-#include "common/robot/serial_arm.hpp"
+#include "common/robot/kinematics/serial_arm.hpp"
 #include "components/wva_server/wva_server.hpp"
 
 namespace phantom::wva_server {

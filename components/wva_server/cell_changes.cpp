@@ -13,7 +13,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/core/file_sync.hpp"
-#include "common/runtime/fields.hpp"
+#include "common/runtime/configuration/fields.hpp"
 
 namespace phantom::wva_server {
 namespace {

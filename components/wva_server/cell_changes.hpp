@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "common/runtime/cell.hpp"
+#include "common/runtime/cell/cell.hpp"
 
 namespace phantom::wva_server {
 

@@ -8,8 +8,8 @@
 
 #include "common/core/errors.hpp"
 #include "common/messages/ask.hpp"
-#include "common/runtime/pose_text.hpp"
-#include "common/runtime/process.hpp"
+#include "common/runtime/configuration/pose_text.hpp"
+#include "common/runtime/process/process.hpp"
 #include "components/wva_server/dds_adapter_client.hpp"
 
 namespace phantom::wva_server {

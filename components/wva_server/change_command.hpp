@@ -4,7 +4,7 @@
 #include <string>
 
 #include "common/core/network.hpp"
-#include "common/runtime/command_line.hpp"
+#include "common/runtime/process/command_line.hpp"
 
 namespace phantom::wva_server {
 

@@ -4,7 +4,7 @@
 #include <thread>
 
 #include "common/core/host_memory.hpp"
-#include "common/runtime/fields.hpp"
+#include "common/runtime/configuration/fields.hpp"
 
 namespace phantom::wva_server {
 namespace {

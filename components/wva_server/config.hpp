@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <string>
 
-#include "common/geometry/mesh_io.hpp"
+#include "common/geometry/mesh/mesh_io.hpp"
 
 namespace phantom::wva_server {
 

@@ -8,12 +8,12 @@
 
 #include "common/core/parallel.hpp"
 #include "common/core/snapshot.hpp"
-#include "common/dds/source_guard.hpp"
+#include "common/dds/admission/source_guard.hpp"
 #include "common/messages/checked_reader.hpp"
+#include "common/messages/codecs/teleoperation_codec.hpp"
+#include "common/messages/codecs/workspace_codec.hpp"
 #include "common/messages/command_service.hpp"
 #include "common/messages/status_reporter.hpp"
-#include "common/messages/teleoperation_codec.hpp"
-#include "common/messages/workspace_codec.hpp"
 #include "common/workspace/brick_codec.hpp"
 #include "components/wva_server/mesh_chunks.hpp"
 

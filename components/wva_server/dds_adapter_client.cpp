@@ -5,9 +5,9 @@
 #include <map>
 #include <mutex>
 
-#include "common/dds/endpoint.hpp"
-#include "common/messages/status_codec.hpp"
-#include "common/messages/workspace_codec.hpp"
+#include "common/dds/endpoints/endpoint.hpp"
+#include "common/messages/codecs/status_codec.hpp"
+#include "common/messages/codecs/workspace_codec.hpp"
 
 namespace phantom::wva_server {
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "common/messages/teleoperation.hpp"
-#include "common/robot/finger_points.hpp"
+#include "common/robot/skin/finger_points.hpp"
 #include "components/wva_server/wva_server.hpp"
 
 namespace phantom::wva_server {

@@ -3,9 +3,9 @@
 #include <iostream>
 #include <optional>
 
-#include "common/dds/participant.hpp"
-#include "common/runtime/deployment.hpp"
-#include "common/runtime/process.hpp"
+#include "common/dds/endpoints/participant.hpp"
+#include "common/runtime/configuration/deployment.hpp"
+#include "common/runtime/process/process.hpp"
 #include "common/workspace/large_pages.hpp"
 #include "components/wva_server/activate_command.hpp"
 #include "components/wva_server/change_command.hpp"

@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "common/geometry/mesh.hpp"
+#include "common/geometry/mesh/mesh.hpp"
 
 namespace phantom::wva_server {
 

@@ -11,9 +11,9 @@
 
 #include "common/core/clock.hpp"
 #include "common/core/errors.hpp"
-#include "common/runtime/arm_model.hpp"
-#include "common/runtime/cell_names.hpp"
-#include "common/runtime/process.hpp"
+#include "common/runtime/cell/arm_model.hpp"
+#include "common/runtime/cell/cell_names.hpp"
+#include "common/runtime/process/process.hpp"
 #include "components/wva_server/change_under_way.hpp"
 #include "components/wva_server/dds_adapter.hpp"
 

@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "common/core/network.hpp"
-#include "common/runtime/cell.hpp"
-#include "common/runtime/cell_bodies.hpp"
+#include "common/runtime/cell/cell.hpp"
+#include "common/runtime/cell/cell_bodies.hpp"
 #include "components/wva_server/cell_changes.hpp"
 #include "components/wva_server/config.hpp"
 

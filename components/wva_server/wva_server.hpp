@@ -8,11 +8,11 @@
 #include <string>
 #include <vector>
 
-#include "common/geometry/mesh_io.hpp"
-#include "common/geometry/solid_moments.hpp"
+#include "common/geometry/mesh/mesh_io.hpp"
+#include "common/geometry/mesh/solid_moments.hpp"
 #include "common/layers/live_workspace.hpp"
 #include "common/messages/workspace.hpp"
-#include "common/runtime/cell_bodies.hpp"
+#include "common/runtime/cell/cell_bodies.hpp"
 #include "components/wva_server/cell_changes.hpp"
 
 namespace phantom::wva_server {

@@ -7,7 +7,7 @@
 #include <cstring>
 #include <new>
 
-#include "common/geometry/stl.hpp"
+#include "common/geometry/mesh/stl.hpp"
 #include "common/workspace/large_pages.hpp"
 #include "tests/bench/bodies.hpp"
 #include "tests/bench/counting_heap.hpp"

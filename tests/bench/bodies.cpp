@@ -5,7 +5,7 @@
 #include <random>
 #include <stdexcept>
 
-#include "common/geometry/primitives.hpp"
+#include "common/geometry/implicit/primitives.hpp"
 
 namespace phantom::bench {
 namespace {

@@ -11,7 +11,7 @@
 #include <string>
 
 #include "common/core/clock.hpp"
-#include "common/dds/endpoint.hpp"
+#include "common/dds/endpoints/endpoint.hpp"
 #include "tests/bench/repetitions.hpp"
 #include "tests/bench/security_site.hpp"
 

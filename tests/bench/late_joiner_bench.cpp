@@ -16,9 +16,9 @@
 #include <vector>
 
 #include "common/core/clock.hpp"
-#include "common/dds/endpoint.hpp"
-#include "common/messages/workspace_codec.hpp"
-#include "components/phantom_sensing/workspace_keeper.hpp"
+#include "common/dds/endpoints/endpoint.hpp"
+#include "common/messages/codecs/workspace_codec.hpp"
+#include "components/phantom_sensing/workspace/workspace_keeper.hpp"
 #include "tests/bench/repetitions.hpp"
 
 namespace phantom::bench {

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "common/teleop/momentum_observer.hpp"
+#include "common/teleop/guards/momentum_observer.hpp"
 
 namespace phantom::bench {
 namespace {

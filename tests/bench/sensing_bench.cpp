@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <chrono>
 
-#include "common/robot/sensing_kernel.hpp"
-#include "common/robot/skin_sensing.hpp"
+#include "common/robot/sensing/sensing_kernel.hpp"
+#include "common/robot/sensing/skin_sensing.hpp"
 #include "tests/bench/bare_gather.hpp"
 #include "tests/bench/sensing_rig.hpp"
 

@@ -3,7 +3,7 @@
 #include <benchmark/benchmark.h>
 #include <openvdb/openvdb.h>
 
-#include "common/robot/drag.hpp"
+#include "common/robot/drag/drag.hpp"
 #include "tests/bench/sensing_rig.hpp"
 
 namespace phantom::bench {

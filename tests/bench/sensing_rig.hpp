@@ -3,9 +3,9 @@
 
 #include <cstddef>
 
-#include "common/robot/drag.hpp"
-#include "common/robot/serial_arm.hpp"
-#include "common/robot/skin.hpp"
+#include "common/robot/drag/drag.hpp"
+#include "common/robot/kinematics/serial_arm.hpp"
+#include "common/robot/skin/skin.hpp"
 #include "common/workspace/workspace.hpp"
 
 namespace phantom::bench {

@@ -14,14 +14,14 @@
 #include <thread>
 #include <vector>
 
-#include "common/runtime/arm_model.hpp"
-#include "common/runtime/cell_bodies.hpp"
-#include "components/synthetic_viewer/compositor.hpp"
-#include "components/synthetic_viewer/publisher.hpp"
-#include "components/synthetic_viewer/still_scene.hpp"
-#include "components/synthetic_viewer/tests/mesh_chunks.hpp"
+#include "common/runtime/cell/arm_model.hpp"
+#include "common/runtime/cell/cell_bodies.hpp"
+#include "components/synthetic_viewer/output/publisher.hpp"
+#include "components/synthetic_viewer/page/web_server.hpp"
+#include "components/synthetic_viewer/samples/tests/mesh_chunks.hpp"
+#include "components/synthetic_viewer/scene/compositor.hpp"
+#include "components/synthetic_viewer/scene/still_scene.hpp"
 #include "components/synthetic_viewer/viewer_loop.hpp"
-#include "components/synthetic_viewer/web_server.hpp"
 #include "tests/bench/repetitions.hpp"
 
 // Last: it brings a macro (_res) that Eigen's names do not survive.

@@ -18,9 +18,9 @@
 #include <optional>
 #include <string>
 
-#include "common/dds/guarded_transport.hpp"
-#include "common/dds/security.hpp"
-#include "common/dds/topics.hpp"
+#include "common/dds/admission/guarded_transport.hpp"
+#include "common/dds/endpoints/security.hpp"
+#include "common/dds/endpoints/topics.hpp"
 #include "fast_dds/participants.hpp"
 #include "fast_dds/transport.hpp"
 #include "tests/bench/security_site.hpp"

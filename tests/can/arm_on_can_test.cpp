@@ -20,8 +20,8 @@
 #include "common/can/canopen.hpp"
 #include "common/can/cia402.hpp"
 #include "common/core/joints.hpp"
-#include "common/dds/endpoint.hpp"
-#include "common/dds/stamp.hpp"
+#include "common/dds/endpoints/endpoint.hpp"
+#include "common/dds/endpoints/stamp.hpp"
 #include "common/dds/tests/test_network.hpp"
 #include "tests/support/child_process.hpp"
 

@@ -12,7 +12,7 @@
 
 #include "common/can/wrench_frames.hpp"
 #include "common/core/errors.hpp"
-#include "common/runtime/drives_check.hpp"
+#include "common/runtime/configuration/drives_check.hpp"
 #include "common/simulation/user_bus_hub.hpp"
 #include "tests/can/rig.hpp"
 #include "tests/support/child_process.hpp"

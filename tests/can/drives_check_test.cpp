@@ -1,5 +1,5 @@
 // What --check of an arm finds on its buses: on a userspace bus, with the real simulated_drive.
-#include "common/runtime/drives_check.hpp"
+#include "common/runtime/configuration/drives_check.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

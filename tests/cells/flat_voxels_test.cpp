@@ -10,9 +10,9 @@
 #include <random>
 
 #include "common/layers/live_workspace.hpp"
-#include "common/robot/skin_sensing.hpp"
-#include "common/runtime/arm_model.hpp"
-#include "common/runtime/cell_bodies.hpp"
+#include "common/robot/sensing/skin_sensing.hpp"
+#include "common/runtime/cell/arm_model.hpp"
+#include "common/runtime/cell/cell_bodies.hpp"
 #include "common/survey/fit.hpp"
 #include "tests/support/files.hpp"
 

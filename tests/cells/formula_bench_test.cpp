@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "common/runtime/cell_bodies.hpp"
+#include "common/runtime/cell/cell_bodies.hpp"
 
 namespace phantom {
 namespace {

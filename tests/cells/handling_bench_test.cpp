@@ -6,12 +6,12 @@
 #include <cmath>
 #include <optional>
 
-#include "common/geometry/solid_moments.hpp"
-#include "common/runtime/cell_bodies.hpp"
+#include "common/geometry/mesh/solid_moments.hpp"
+#include "common/runtime/cell/cell_bodies.hpp"
 #include "common/simulation/mesh_world.hpp"
 #include "common/simulation/operator_model.hpp"
-#include "common/teleop/joint_servo.hpp"
-#include "components/master_io/reaches.hpp"
+#include "common/teleop/coupling/joint_servo.hpp"
+#include "components/master_io/reaches/reaches.hpp"
 #include "components/slave_io/simulated_arm.hpp"
 
 namespace phantom {

@@ -9,10 +9,10 @@
 #include <memory>
 #include <set>
 
-#include "common/robot/serial_arm.hpp"
-#include "common/robot/skin.hpp"
-#include "common/runtime/cell_bodies.hpp"
-#include "common/runtime/fields.hpp"
+#include "common/robot/kinematics/serial_arm.hpp"
+#include "common/robot/skin/skin.hpp"
+#include "common/runtime/cell/cell_bodies.hpp"
+#include "common/runtime/configuration/fields.hpp"
 #include "common/simulation/mesh_world.hpp"
 
 namespace phantom {

@@ -15,10 +15,10 @@
 #include <sstream>
 
 #include "common/core/clock.hpp"
-#include "common/dds/endpoint.hpp"
-#include "common/dds/stamp.hpp"
-#include "common/runtime/deployment.hpp"
-#include "common/runtime/process.hpp"
+#include "common/dds/endpoints/endpoint.hpp"
+#include "common/dds/endpoints/stamp.hpp"
+#include "common/runtime/configuration/deployment.hpp"
+#include "common/runtime/process/process.hpp"
 
 namespace {
 

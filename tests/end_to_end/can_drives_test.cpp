@@ -9,8 +9,8 @@
 #include <optional>
 
 #include "common/core/joints.hpp"
-#include "common/dds/endpoint.hpp"
-#include "common/dds/stamp.hpp"
+#include "common/dds/endpoints/endpoint.hpp"
+#include "common/dds/endpoints/stamp.hpp"
 #include "tests/end_to_end/running_system.hpp"
 #include "tests/support/child_process.hpp"
 

@@ -10,10 +10,10 @@
 #include <thread>
 
 #include "common/core/clock.hpp"
+#include "common/messages/codecs/teleoperation_codec.hpp"
+#include "common/messages/codecs/workspace_codec.hpp"
 #include "common/messages/publisher.hpp"
-#include "common/messages/teleoperation_codec.hpp"
-#include "common/messages/workspace_codec.hpp"
-#include "common/robot/serial_arm.hpp"
+#include "common/robot/kinematics/serial_arm.hpp"
 #include "tests/end_to_end/workspace_observer.hpp"
 #include "tests/support/child_process.hpp"
 #include "tests/support/eventually.hpp"

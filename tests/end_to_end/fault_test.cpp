@@ -7,8 +7,8 @@
 #include <mutex>
 #include <optional>
 
-#include "common/dds/endpoint.hpp"
-#include "common/dds/stamp.hpp"
+#include "common/dds/endpoints/endpoint.hpp"
+#include "common/dds/endpoints/stamp.hpp"
 #include "tests/end_to_end/running_system.hpp"
 
 namespace phantom::end_to_end {

@@ -10,8 +10,8 @@
 #include <mutex>
 #include <optional>
 
-#include "common/dds/endpoint.hpp"
-#include "common/dds/stamp.hpp"
+#include "common/dds/endpoints/endpoint.hpp"
+#include "common/dds/endpoints/stamp.hpp"
 #include "tests/end_to_end/running_system.hpp"
 #include "tests/support/child_process.hpp"
 

@@ -14,12 +14,12 @@
 #include <thread>
 
 #include "common/core/clock.hpp"
-#include "common/dds/endpoint.hpp"
-#include "common/robot/jacobian.hpp"
-#include "common/runtime/arm_model.hpp"
-#include "common/runtime/cell.hpp"
-#include "components/synthetic_viewer/tests/hand_messages.hpp"
-#include "components/synthetic_viewer/tests/raw_client.hpp"
+#include "common/dds/endpoints/endpoint.hpp"
+#include "common/robot/kinematics/jacobian.hpp"
+#include "common/runtime/cell/arm_model.hpp"
+#include "common/runtime/cell/cell.hpp"
+#include "components/synthetic_viewer/page/tests/raw_client.hpp"
+#include "components/synthetic_viewer/stream/tests/hand_messages.hpp"
 #include "tests/end_to_end/running_system.hpp"
 #include "tests/support/child_process.hpp"
 

@@ -9,7 +9,7 @@
 #include <mutex>
 #include <nlohmann/json.hpp>
 
-#include "common/dds/endpoint.hpp"
+#include "common/dds/endpoints/endpoint.hpp"
 #include "tests/end_to_end/running_system.hpp"
 #include "tests/support/child_process.hpp"
 

@@ -10,10 +10,10 @@
 #include <mutex>
 #include <thread>
 
-#include "common/messages/percept_codec.hpp"
+#include "common/messages/codecs/percept_codec.hpp"
+#include "common/messages/codecs/status_codec.hpp"
+#include "common/messages/codecs/teleoperation_codec.hpp"
 #include "common/messages/publisher.hpp"
-#include "common/messages/status_codec.hpp"
-#include "common/messages/teleoperation_codec.hpp"
 #include "tests/support/child_process.hpp"
 #include "tests/support/eventually.hpp"
 #include "tests/support/own_domain.hpp"

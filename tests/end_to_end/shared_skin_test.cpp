@@ -12,12 +12,12 @@
 #include <mutex>
 #include <thread>
 
-#include "common/messages/percept_codec.hpp"
+#include "common/messages/codecs/percept_codec.hpp"
+#include "common/messages/codecs/status_codec.hpp"
+#include "common/messages/codecs/teleoperation_codec.hpp"
 #include "common/messages/publisher.hpp"
-#include "common/messages/status_codec.hpp"
-#include "common/messages/teleoperation_codec.hpp"
 #include "common/percept/closeness.hpp"
-#include "common/runtime/cell.hpp"
+#include "common/runtime/cell/cell.hpp"
 #include "components/phantom_sensing/model.hpp"
 #include "tests/end_to_end/workspace_observer.hpp"
 #include "tests/support/child_process.hpp"

@@ -13,9 +13,9 @@
 #include <thread>
 #include <vector>
 
-#include "common/dds/endpoint.hpp"
+#include "common/dds/endpoints/endpoint.hpp"
+#include "common/messages/codecs/teleoperation_codec.hpp"
 #include "common/messages/publisher.hpp"
-#include "common/messages/teleoperation_codec.hpp"
 #include "tests/support/child_process.hpp"
 #include "tests/support/eventually.hpp"
 #include "tests/support/files.hpp"

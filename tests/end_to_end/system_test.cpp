@@ -15,9 +15,9 @@
 #include <thread>
 #include <vector>
 
-#include "common/dds/endpoint.hpp"
-#include "common/dds/stamp.hpp"
-#include "common/messages/workspace_codec.hpp"
+#include "common/dds/endpoints/endpoint.hpp"
+#include "common/dds/endpoints/stamp.hpp"
+#include "common/messages/codecs/workspace_codec.hpp"
 #include "common/workspace/workspace_assembler.hpp"
 #include "tests/end_to_end/running_system.hpp"
 

@@ -7,8 +7,8 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 
-#include "common/messages/teleoperation_codec.hpp"
-#include "common/runtime/cell.hpp"
+#include "common/messages/codecs/teleoperation_codec.hpp"
+#include "common/runtime/cell/cell.hpp"
 #include "tests/end_to_end/running_system.hpp"
 #include "tests/end_to_end/workspace_observer.hpp"
 #include "tests/support/child_process.hpp"

@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "common/core/clock.hpp"
-#include "common/dds/endpoint.hpp"
-#include "common/messages/workspace_codec.hpp"
+#include "common/dds/endpoints/endpoint.hpp"
+#include "common/messages/codecs/workspace_codec.hpp"
 #include "common/workspace/workspace_assembler.hpp"
 
 namespace phantom::end_to_end {

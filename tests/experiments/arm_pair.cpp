@@ -8,9 +8,9 @@
 #include <random>
 
 #include "common/percept/closeness.hpp"
-#include "common/robot/link_mesh.hpp"
-#include "common/runtime/arm_model.hpp"
-#include "common/runtime/cell_bodies.hpp"
+#include "common/robot/kinematics/link_mesh.hpp"
+#include "common/runtime/cell/arm_model.hpp"
+#include "common/runtime/cell/cell_bodies.hpp"
 #include "components/phantom_sensing/model.hpp"
 #include "components/phantom_sensing/other_arms.hpp"
 #include "tests/experiments/rig.hpp"

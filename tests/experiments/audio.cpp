@@ -9,7 +9,7 @@
 #include <memory>
 #include <numbers>
 
-#include "common/geometry/primitives.hpp"
+#include "common/geometry/implicit/primitives.hpp"
 #include "common/percept/closeness.hpp"
 #include "components/audio_percept/render.hpp"
 #include "tests/experiments/rig.hpp"

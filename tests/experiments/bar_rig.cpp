@@ -7,7 +7,7 @@
 #include <sstream>
 
 #include "common/percept/closeness.hpp"
-#include "common/runtime/arm_model.hpp"
+#include "common/runtime/cell/arm_model.hpp"
 #include "tests/experiments/rig.hpp"
 #include "tests/support/child_process.hpp"
 

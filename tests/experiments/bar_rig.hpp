@@ -2,7 +2,7 @@
 
 #include <optional>
 
-#include "common/runtime/cell.hpp"
+#include "common/runtime/cell/cell.hpp"
 #include "components/phantom_sensing/phantom_sensing.hpp"
 #include "tests/experiments/experiment.hpp"
 

@@ -5,7 +5,7 @@
 #include <array>
 #include <cmath>
 
-#include "common/teleop/percept_set.hpp"
+#include "common/teleop/rendering/percept_set.hpp"
 #include "tests/experiments/bar_rig.hpp"
 #include "tests/experiments/teleop_rig.hpp"
 

@@ -7,9 +7,9 @@
 
 #include "common/percept/closeness.hpp"
 #include "components/phantom_sensing/model.hpp"
-#include "components/synthetic_viewer/compositor.hpp"
+#include "components/synthetic_viewer/scene/compositor.hpp"
+#include "components/synthetic_viewer/scene/still_scene.hpp"
 #include "components/synthetic_viewer/sheet.hpp"
-#include "components/synthetic_viewer/still_scene.hpp"
 #include "tests/experiments/rig.hpp"
 
 namespace phantom::experiments {

@@ -6,7 +6,7 @@
 #include <optional>
 #include <vector>
 
-#include "common/geometry/mesh.hpp"
+#include "common/geometry/mesh/mesh.hpp"
 
 namespace phantom::experiments {
 

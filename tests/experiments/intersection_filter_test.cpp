@@ -6,7 +6,7 @@
 #include <cmath>
 #include <random>
 
-#include "common/geometry/primitives.hpp"
+#include "common/geometry/implicit/primitives.hpp"
 #include "tests/support/heap_guard.hpp"
 
 namespace phantom::experiments {

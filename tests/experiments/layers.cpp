@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/geometry/primitives.hpp"
+#include "common/geometry/implicit/primitives.hpp"
 #include "common/layers/fidelity.hpp"
 #include "common/layers/grown_slices.hpp"
 #include "tests/experiments/rig.hpp"

@@ -8,7 +8,7 @@
 #include <numbers>
 #include <random>
 
-#include "common/runtime/arm_model.hpp"
+#include "common/runtime/cell/arm_model.hpp"
 #include "components/phantom_sensing/model.hpp"
 #include "tests/experiments/bar_rig.hpp"
 #include "tests/experiments/rig.hpp"

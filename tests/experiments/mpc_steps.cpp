@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/geometry/primitives.hpp"
+#include "common/geometry/implicit/primitives.hpp"
 #include "common/percept/mpc.hpp"
 #include "tests/experiments/rig.hpp"
 

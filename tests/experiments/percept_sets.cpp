@@ -7,7 +7,7 @@
 
 #include "common/percept/closeness.hpp"
 #include "common/percept/tone.hpp"
-#include "common/teleop/percept_set.hpp"
+#include "common/teleop/rendering/percept_set.hpp"
 #include "tests/experiments/bar_rig.hpp"
 #include "tests/experiments/teleop_rig.hpp"
 

@@ -6,10 +6,10 @@
 #include <functional>
 #include <numbers>
 
-#include "common/geometry/primitives.hpp"
+#include "common/geometry/implicit/primitives.hpp"
 #include "common/percept/motion_class.hpp"
 #include "common/percept/principal_gradient.hpp"
-#include "components/synthetic_viewer/aids.hpp"
+#include "components/synthetic_viewer/scene/aids.hpp"
 #include "tests/experiments/sections.hpp"
 #include "tests/experiments/specimens.hpp"
 #include "tests/experiments/tracks.hpp"

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "common/percept/closeness.hpp"
-#include "common/runtime/cell.hpp"
+#include "common/runtime/cell/cell.hpp"
 #include "components/phantom_sensing/model.hpp"
 #include "tests/experiments/rig.hpp"
 

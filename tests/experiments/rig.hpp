@@ -6,10 +6,10 @@
 
 #include "common/layers/activation.hpp"
 #include "common/layers/merge.hpp"
-#include "common/robot/drag.hpp"
-#include "common/robot/serial_arm.hpp"
-#include "common/robot/skin.hpp"
-#include "common/robot/skin_sensing.hpp"
+#include "common/robot/drag/drag.hpp"
+#include "common/robot/kinematics/serial_arm.hpp"
+#include "common/robot/sensing/skin_sensing.hpp"
+#include "common/robot/skin/skin.hpp"
 #include "common/survey/range_head.hpp"
 #include "tests/experiments/experiment.hpp"
 

@@ -7,7 +7,7 @@
 #include <fstream>
 #include <map>
 
-#include "common/geometry/primitives.hpp"
+#include "common/geometry/implicit/primitives.hpp"
 #include "tests/experiments/specimens.hpp"
 #include "tests/support/files.hpp"
 

@@ -8,8 +8,8 @@
 #include <map>
 #include <numbers>
 
-#include "common/geometry/primitives.hpp"
-#include "common/runtime/arm_model.hpp"
+#include "common/geometry/implicit/primitives.hpp"
+#include "common/runtime/cell/arm_model.hpp"
 #include "common/voxelise/voxelise.hpp"
 #include "components/phantom_sensing/model.hpp"
 #include "tests/experiments/bar_rig.hpp"

@@ -7,7 +7,7 @@
 #include <map>
 
 #include "common/percept/closeness.hpp"
-#include "common/runtime/cell_bodies.hpp"
+#include "common/runtime/cell/cell_bodies.hpp"
 #include "components/phantom_sensing/model.hpp"
 #include "tests/experiments/rig.hpp"
 

@@ -7,8 +7,8 @@
 #include <numeric>
 
 #include "common/percept/closeness.hpp"
-#include "common/runtime/arm_model.hpp"
-#include "common/runtime/cell.hpp"
+#include "common/runtime/cell/arm_model.hpp"
+#include "common/runtime/cell/cell.hpp"
 #include "components/phantom_sensing/phantom_sensing.hpp"
 #include "tests/experiments/tracks.hpp"
 

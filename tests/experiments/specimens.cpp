@@ -5,7 +5,7 @@
 #include <numeric>
 #include <stdexcept>
 
-#include "common/geometry/primitives.hpp"
+#include "common/geometry/implicit/primitives.hpp"
 
 namespace phantom::experiments {
 namespace {

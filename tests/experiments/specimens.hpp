@@ -3,8 +3,8 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "common/geometry/implicit.hpp"
-#include "common/geometry/mesh.hpp"
+#include "common/geometry/implicit/implicit.hpp"
+#include "common/geometry/mesh/mesh.hpp"
 
 namespace phantom::experiments {
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <set>
 
-#include "common/geometry/primitives.hpp"
+#include "common/geometry/implicit/primitives.hpp"
 #include "tests/experiments/specimens.hpp"
 #include "tests/experiments/tracks.hpp"
 

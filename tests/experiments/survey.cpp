@@ -11,7 +11,7 @@
 #include <nlohmann/json.hpp>
 #include <random>
 
-#include "common/runtime/pose_text.hpp"
+#include "common/runtime/configuration/pose_text.hpp"
 #include "components/workspace_survey/library.hpp"
 #include "tests/experiments/bar_rig.hpp"
 #include "tests/experiments/rig.hpp"

@@ -1,7 +1,7 @@
 #include "tests/experiments/teleop_rig.hpp"
 
 #include "common/percept/closeness.hpp"
-#include "common/runtime/cell_bodies.hpp"
+#include "common/runtime/cell/cell_bodies.hpp"
 #include "common/simulation/mesh_world.hpp"
 #include "components/master_io/servo.hpp"
 #include "components/phantom_sensing/model.hpp"

@@ -3,7 +3,7 @@
 #include <memory>
 
 #include "common/core/clock.hpp"
-#include "common/runtime/cell.hpp"
+#include "common/runtime/cell/cell.hpp"
 #include "components/master_io/config.hpp"
 #include "components/phantom_sensing/phantom_sensing.hpp"
 #include "components/slave_io/config.hpp"

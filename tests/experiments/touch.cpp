@@ -10,8 +10,8 @@
 #include <random>
 
 #include "common/core/units.hpp"
-#include "common/geometry/primitives.hpp"
-#include "common/runtime/cell.hpp"
+#include "common/geometry/implicit/primitives.hpp"
+#include "common/runtime/cell/cell.hpp"
 #include "common/simulation/mesh_world.hpp"
 #include "common/simulation/reflected_inertia.hpp"
 #include "common/simulation/slave_plant.hpp"

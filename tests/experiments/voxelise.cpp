@@ -10,8 +10,8 @@
 #include <numbers>
 #include <stdexcept>
 
-#include "common/geometry/primitives.hpp"
-#include "common/geometry/stl.hpp"
+#include "common/geometry/implicit/primitives.hpp"
+#include "common/geometry/mesh/stl.hpp"
 #include "tests/experiments/rig.hpp"
 #include "tests/experiments/specimens.hpp"
 #include "tests/support/child_process.hpp"

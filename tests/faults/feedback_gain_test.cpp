@@ -137,7 +137,7 @@ core::JointArray greatest_accepted(const Pair& pair, BilateralLaw law) {
     settings.law = law;
     const double delay_s = pair.master_now.outputs.feedback_delay_s;
     messages::OperatorCommand command{
-        .kind = core::CommandKind::kSetFeedbackGain, .value = 10.0, .joint = static_cast<std::int32_t>(j)};
+        .kind = teleop::CommandKind::kSetFeedbackGain, .value = 10.0, .joint = static_cast<std::int32_t>(j)};
     const std::string why = master_io::apply_setting(command, rules, delay_s, settings).message();
     gains[j] = command.value = why.empty() ? 10.0 : std::stod(why.substr(why.rfind(' ')));
     EXPECT_TRUE(master_io::apply_setting(command, rules, delay_s, settings)) << why;

@@ -12,9 +12,9 @@
 #include <optional>
 #include <random>
 
-#include "common/dds/source_guard.hpp"
-#include "common/messages/percept_codec.hpp"
-#include "common/messages/teleoperation_codec.hpp"
+#include "common/dds/admission/source_guard.hpp"
+#include "common/messages/codecs/percept_codec.hpp"
+#include "common/messages/codecs/teleoperation_codec.hpp"
 #include "common/simulation/tests/half_space.hpp"
 #include "common/teleop/tests/stop_store.hpp"
 #include "components/master_io/servo.hpp"

@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "common/geometry/mesh.hpp"
+#include "common/geometry/mesh/mesh.hpp"
 #include "common/workspace/brick_codec.hpp"
 #include "common/workspace/brick_tiles.hpp"
 

@@ -17,7 +17,7 @@
 #include <vector>
 
 #include "common/core/clock.hpp"
-#include "common/geometry/mesh_io.hpp"
+#include "common/geometry/mesh/mesh_io.hpp"
 
 namespace {
 

@@ -11,9 +11,9 @@
 #include <sstream>
 #include <string>
 
-#include "components/synthetic_viewer/commands.hpp"
-#include "components/synthetic_viewer/page_sessions.hpp"
-#include "components/synthetic_viewer/request_origin.hpp"
+#include "common/web/page_sessions.hpp"
+#include "common/web/request_origin.hpp"
+#include "components/synthetic_viewer/page/commands.hpp"
 
 namespace {
 
@@ -24,15 +24,16 @@ void need(bool holds) {
 }
 
 void check_authority(const std::string& text) {
-  const auto parsed = parse_authority(text);
+  const auto parsed = web::parse_authority(text);
   if (!parsed) return;
   const bool six = parsed->host.find(':') != std::string::npos;
   const std::string written =
       (six ? "[" + parsed->host + "]" : parsed->host) + (parsed->port.empty() ? "" : ":" + parsed->port);
-  need(parse_authority(written) == parsed);
+  need(web::parse_authority(written) == parsed);
   need(!parsed->address || parsed->address->octets.size() == (six ? 16U : 4U));
-  const OriginRule rule({"viewer.example"}, "https");
-  const RequestOrigin request{.hosts = {text}, .origin = {}, .fetch_site = {}, .served_address = "10.0.0.1"};
+  const web::OriginRule rule({"viewer.example"}, "https");
+  const web::RequestOrigin request{
+      .hosts = {text}, .origin = {}, .fetch_site = {}, .served_address = "10.0.0.1"};
   if (rule.host_of(request))
     need(parsed->address ? parsed->address->is_loopback() || parsed->host == "10.0.0.1"
                          : parsed->host == "localhost" || parsed->host == "viewer.example");
@@ -41,14 +42,14 @@ void check_authority(const std::string& text) {
 }
 
 void check_address(const std::string& text) {
-  const auto parsed = parse_address(text);
+  const auto parsed = web::parse_address(text);
   if (!parsed) return;
   need(parsed->octets.size() == 4 || parsed->octets.size() == 16);
   char written[INET6_ADDRSTRLEN];
   need(inet_ntop(parsed->octets.size() == 4 ? AF_INET : AF_INET6, parsed->octets.data(), written,
                  sizeof written) != nullptr);
-  need(parse_address(written) == parsed);
-  need(network_of(text) == network_of(written));
+  need(web::parse_address(written) == parsed);
+  need(web::network_of(text) == web::network_of(written));
 }
 
 /// The value of a cookie, by the letter: the first part between semicolons that begins with "name=".
@@ -64,8 +65,9 @@ std::string literal_cookie(const std::string& header, const std::string& name) {
 void check_command(const std::string& text) {
   const auto command = parse_command(text);
   if (!command) return need(!command.status().message().empty());
-  need(std::isfinite(command->value) && phantom::core::value_refusal(command->kind, command->value).empty());
-  const nlohmann::json written{{"kind", phantom::core::rule_of(command->kind).name},
+  need(std::isfinite(command->value) &&
+       phantom::teleop::value_refusal(command->kind, command->value).empty());
+  const nlohmann::json written{{"kind", phantom::teleop::rule_of(command->kind).name},
                                {"value", command->value}};
   const auto again = parse_command(written.dump());
   need(again && again->kind == command->kind && again->value == command->value);
@@ -92,7 +94,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t siz
       check_address(text);
       break;
     case 2:
-      need(cookie_of(text, "phantom_8080") == literal_cookie(text, "phantom_8080"));
+      need(web::cookie_of(text, "phantom_8080") == literal_cookie(text, "phantom_8080"));
       break;
     case 3:
       check_command(text);

@@ -9,27 +9,27 @@
 #include <string>
 #include <string_view>
 
-#include "components/synthetic_viewer/http_handlers.hpp"
-#include "components/synthetic_viewer/request_frame.hpp"
+#include "common/web/http_handlers.hpp"
+#include "common/web/request_frame.hpp"
 
 namespace {
 
 using namespace phantom::synthetic_viewer;
-using State = RequestFrame::State;
+using State = web::RequestFrame::State;
 
 void need(bool holds) {
   if (!holds) std::abort();
 }
 
 /// Feeds the octets as RequestGate does, in pieces whose lengths `seed` chooses.
-RequestFrame in_pieces(std::string_view octets, const RequestLimits& limits, std::uint32_t seed) {
+web::RequestFrame in_pieces(std::string_view octets, const web::RequestLimits& limits, std::uint32_t seed) {
   std::string come;
   while (!octets.empty()) {
     seed = seed * 1664525U + 1013904223U;
     const std::size_t piece = std::min<std::size_t>(1 + (seed >> 24U) % 97U, octets.size());
     come.append(octets.substr(0, piece));
     octets.remove_prefix(piece);
-    RequestFrame frame = frame_request(come, limits);
+    web::RequestFrame frame = web::frame_request(come, limits);
     if (frame.state == State::kIncomplete) continue;
     frame.body = {};  // part of what goes
     return frame;
@@ -70,11 +70,11 @@ class Library {
     const std::string& text;
     std::size_t at = 0;
   };
-  HttpHandlers server_;
+  web::HttpHandlers server_;
   httplib::Request read_;
 };
 
-void need_what_was_framed(const RequestFrame& frame) {
+void need_what_was_framed(const web::RequestFrame& frame) {
   static Library library;
   const httplib::Request& read = library.read(frame.text);
   if (read.method.empty()) return;
@@ -91,15 +91,16 @@ void need_what_was_framed(const RequestFrame& frame) {
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t size) {
   if (size == 0) return 0;
   const std::string_view octets(reinterpret_cast<const char*>(bytes + 1), size - 1);
-  const RequestLimits limits = (bytes[0] & 1U) != 0 ? RequestLimits() : RequestLimits{256, 32};
-  const RequestFrame whole = frame_request(octets, limits), pieces = in_pieces(octets, limits, bytes[0]);
+  const web::RequestLimits limits = (bytes[0] & 1U) != 0 ? web::RequestLimits() : web::RequestLimits{256, 32};
+  const web::RequestFrame whole = web::frame_request(octets, limits),
+                          pieces = in_pieces(octets, limits, bytes[0]);
   need(pieces.state == whole.state && pieces.status == whole.status && pieces.reason == whole.reason);
   if (whole.state == State::kRefused) need(whole.status >= 400 && !whole.reason.empty());
   if (whole.state != State::kComplete) return 0;
   need(pieces.text == whole.text && pieces.method == whole.method && pieces.path == whole.path);
   need(whole.body.size() <= limits.body && whole.text.size() <= limits.head + limits.body + 2);
   need(whole.text.find("\r\n\r\n") + 4 + whole.body.size() == whole.text.size());
-  const RequestFrame again = frame_request(whole.text, {limits.head + 2, limits.body});
+  const web::RequestFrame again = web::frame_request(whole.text, {limits.head + 2, limits.body});
   need(again.state == State::kComplete && again.text == whole.text && again.path == whole.path);
   need_what_was_framed(whole);
   return 0;

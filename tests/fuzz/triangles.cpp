@@ -6,8 +6,8 @@
 #include <bit>
 #include <cstdlib>
 
-#include "common/geometry/mesh.hpp"
-#include "common/geometry/mesh_report.hpp"
+#include "common/geometry/mesh/mesh.hpp"
+#include "common/geometry/mesh/mesh_report.hpp"
 #include "common/layers/activation.hpp"
 #include "common/voxelise/voxelise.hpp"
 

@@ -11,11 +11,11 @@
 #include <set>
 #include <thread>
 
-#include "common/dds/cdr.hpp"
-#include "common/dds/endpoint.hpp"
-#include "common/dds/topic_list.hpp"
-#include "common/runtime/deployment.hpp"
-#include "common/runtime/process.hpp"
+#include "common/dds/endpoints/cdr.hpp"
+#include "common/dds/endpoints/endpoint.hpp"
+#include "common/dds/endpoints/topic_list.hpp"
+#include "common/runtime/configuration/deployment.hpp"
+#include "common/runtime/process/process.hpp"
 #include "tests/support/topic_samples.hpp"
 
 namespace {

@@ -5,10 +5,10 @@
 #include <iostream>
 #include <list>
 
-#include "common/dds/endpoint.hpp"
-#include "common/dds/topic_list.hpp"
-#include "common/runtime/deployment.hpp"
-#include "common/runtime/process.hpp"
+#include "common/dds/endpoints/endpoint.hpp"
+#include "common/dds/endpoints/topic_list.hpp"
+#include "common/runtime/configuration/deployment.hpp"
+#include "common/runtime/process/process.hpp"
 
 namespace {
 

@@ -43,7 +43,7 @@ class Documents(unittest.TestCase):
         self.assertEqual(len(done.stdout.strip().splitlines()), 1, "nothing else is blamed: " + done.stdout)
 
     def test_everybody_gets_exactly_the_rights_of_the_list(self):
-        topics = re.findall(r'\{"(\w+)", "phantom::msg::', re.sub(r"\s*\n\s*", " ", (SOURCE / "common/dds/topics.cpp").read_text())
+        topics = re.findall(r'\{"(\w+)", "phantom::msg::', re.sub(r"\s*\n\s*", " ", (SOURCE / "common/dds/endpoints/topics.cpp").read_text())
                             .replace("{{ ", "{{"))
         self.assertGreaterEqual(len(topics), 17)
         for name, (publishes, subscribes) in read_rights().items():

@@ -5,7 +5,7 @@
 #include <string>
 #include <thread>
 
-#include "common/dds/topics.hpp"
+#include "common/dds/endpoints/topics.hpp"
 
 namespace phantom::interop {
 

@@ -5,10 +5,10 @@
 #include <mutex>
 #include <vector>
 
-#include "common/dds/cdr.hpp"
-#include "common/dds/endpoint.hpp"
+#include "common/dds/endpoints/cdr.hpp"
+#include "common/dds/endpoints/endpoint.hpp"
+#include "common/dds/endpoints/topic_list.hpp"
 #include "common/dds/tests/test_network.hpp"
-#include "common/dds/topic_list.hpp"
 #include "tests/interop/cyclone_mirror.hpp"
 #include "tests/support/own_domain.hpp"
 #include "tests/support/topic_samples.hpp"

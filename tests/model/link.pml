@@ -2,7 +2,7 @@
  * restart, drives that fail, a second writer, and people who stop and reset. README.md says how far this
  * abstracts, which configurations are searched and what each defect breaks.
  *
- * The parts `latch` and `transition` state the same law as common/teleop/stop_latch.cpp and link_state.cpp;
+ * The parts `latch` and `transition` state the same law as common/teleop/coupling/stop_latch.cpp and link_state.cpp;
  * link_twin_test.cpp compares them with the C++ row by row, and drives the traces printed here through it. */
 
 #include "link/configuration.pml"

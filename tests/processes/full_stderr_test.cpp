@@ -7,7 +7,7 @@
 #include <mutex>
 #include <optional>
 
-#include "common/dds/endpoint.hpp"
+#include "common/dds/endpoints/endpoint.hpp"
 #include "tests/processes/running_process.hpp"
 #include "tests/support/child_process.hpp"
 #include "tests/support/eventually.hpp"

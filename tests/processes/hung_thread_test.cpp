@@ -15,7 +15,7 @@
 #include <thread>
 
 #include "common/core/progress.hpp"
-#include "common/dds/endpoint.hpp"
+#include "common/dds/endpoints/endpoint.hpp"
 #include "tests/processes/running_process.hpp"
 #include "tests/support/eventually.hpp"
 #include "tests/support/files.hpp"

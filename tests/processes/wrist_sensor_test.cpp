@@ -10,9 +10,9 @@
 #include <memory>
 #include <mutex>
 
-#include "common/dds/endpoint.hpp"
-#include "common/dds/topics.hpp"
-#include "common/messages/teleoperation_codec.hpp"
+#include "common/dds/endpoints/endpoint.hpp"
+#include "common/dds/endpoints/topics.hpp"
+#include "common/messages/codecs/teleoperation_codec.hpp"
 #include "tests/processes/running_process.hpp"
 #include "tests/support/child_process.hpp"
 #include "tests/support/eventually.hpp"

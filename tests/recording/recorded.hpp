@@ -16,9 +16,9 @@
 #include <set>
 #include <thread>
 
-#include "common/dds/cdr.hpp"
-#include "common/dds/endpoint.hpp"
-#include "common/dds/stamp.hpp"
+#include "common/dds/endpoints/cdr.hpp"
+#include "common/dds/endpoints/endpoint.hpp"
+#include "common/dds/endpoints/stamp.hpp"
 #include "common/dds/tests/test_network.hpp"
 #include "common/observation/payload_writer.hpp"
 #include "common/recording/mcap_check.hpp"

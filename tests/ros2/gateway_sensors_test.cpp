@@ -7,7 +7,7 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "common/core/clock.hpp"
-#include "common/messages/teleoperation_codec.hpp"
+#include "common/messages/codecs/teleoperation_codec.hpp"
 #include "tests/ros2/gateway_rig.hpp"
 
 namespace phantom::ros2 {

@@ -8,10 +8,10 @@
 #include <mutex>
 
 #include "common/core/clock.hpp"
-#include "common/dds/endpoint.hpp"
+#include "common/dds/endpoints/endpoint.hpp"
 #include "common/dds/tests/test_network.hpp"
 #include "common/messages/checked_reader.hpp"
-#include "common/messages/teleoperation_codec.hpp"
+#include "common/messages/codecs/teleoperation_codec.hpp"
 #include "common/ros2/message_types.hpp"
 #include "components/ros2_gateway/dds_adapter.hpp"
 #include "components/ros2_gateway/dds_adapter_objects.hpp"

@@ -2,10 +2,10 @@
 
 #include <set>
 
-#include "common/dds/endpoint.hpp"
-#include "common/dds/topics.hpp"
-#include "common/geometry/mesh.hpp"
-#include "common/messages/workspace_codec.hpp"
+#include "common/dds/endpoints/endpoint.hpp"
+#include "common/dds/endpoints/topics.hpp"
+#include "common/geometry/mesh/mesh.hpp"
+#include "common/messages/codecs/workspace_codec.hpp"
 #include "common/workspace/brick_codec.hpp"
 #include "common/workspace/compression.hpp"
 #include "common/workspace/workspace.hpp"

@@ -16,8 +16,8 @@
 #include <vector>
 
 #include "common/core/clock.hpp"
-#include "common/dds/endpoint.hpp"
-#include "common/runtime/arm_model.hpp"
+#include "common/dds/endpoints/endpoint.hpp"
+#include "common/runtime/cell/arm_model.hpp"
 #include "tests/end_to_end/running_system.hpp"
 #include "tests/ros2/foreign_node.hpp"
 #include "tests/support/hot_cell.hpp"

@@ -11,11 +11,11 @@
 #include <thread>
 
 #include "common/core/clock.hpp"
-#include "common/dds/endpoint.hpp"
+#include "common/dds/endpoints/endpoint.hpp"
 #include "common/observation/observer.hpp"
 #include "common/observation/payload_writer.hpp"
 #include "common/ros2/introspection.hpp"
-#include "common/runtime/arm_model.hpp"
+#include "common/runtime/cell/arm_model.hpp"
 #include "tests/end_to_end/running_system.hpp"
 #include "tests/ros2/foreign_node.hpp"
 #include "tests/ros2/garbage.hpp"

@@ -14,7 +14,7 @@
 #include <thread>
 
 #include "common/core/clock.hpp"
-#include "common/dds/endpoint.hpp"
+#include "common/dds/endpoints/endpoint.hpp"
 #include "tests/end_to_end/running_system.hpp"
 #include "tests/ros2/foreign_node.hpp"
 #include "tests/support/child_process.hpp"

@@ -3,7 +3,7 @@
 #include <sstream>
 #include <string>
 
-#include "common/geometry/mesh.hpp"
+#include "common/geometry/mesh/mesh.hpp"
 
 namespace phantom::geometry {
 

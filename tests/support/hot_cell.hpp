@@ -1,6 +1,6 @@
 #pragma once
 
-#include "common/runtime/cell.hpp"
+#include "common/runtime/cell/cell.hpp"
 
 namespace phantom::test {
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "common/robot/serial_arm.hpp"
+#include "common/robot/kinematics/serial_arm.hpp"
 
 namespace phantom::test {
 

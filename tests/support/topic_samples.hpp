@@ -3,7 +3,7 @@
 #include <functional>
 #include <string>
 
-#include "common/dds/topics.hpp"
+#include "common/dds/endpoints/topics.hpp"
 
 namespace phantom::test {
 

@@ -20,9 +20,9 @@
 #include <string>
 #include <thread>
 
-#include "common/dds/topics.hpp"
-#include "common/messages/status_codec.hpp"
-#include "common/messages/workspace_codec.hpp"
+#include "common/dds/endpoints/topics.hpp"
+#include "common/messages/codecs/status_codec.hpp"
+#include "common/messages/codecs/workspace_codec.hpp"
 #include "common/workspace/brick_codec.hpp"
 #include "fast_dds/endpoints.hpp"
 #include "fast_dds/transport.hpp"

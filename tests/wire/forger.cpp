@@ -16,7 +16,7 @@
 #include <cstdlib>
 #include <set>
 
-#include "common/dds/departure.hpp"
+#include "common/dds/recovery/departure.hpp"
 
 namespace {
 

@@ -1,4 +1,4 @@
-#include "common/dds/announcements.hpp"
+#include "common/dds/arbitration/announcements.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "common/dds/bans.hpp"
+#include "common/dds/admission/bans.hpp"
 
 #include <gtest/gtest.h>
 

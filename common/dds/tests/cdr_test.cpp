@@ -1,11 +1,11 @@
 // Samples as bytes: they come back, keys are those of DDS, and bytes that are no sample are refused.
-#include "common/dds/cdr.hpp"
+#include "common/dds/endpoints/cdr.hpp"
 
 #include <gtest/gtest.h>
 
 #include <random>
 
-#include "common/dds/topic_list.hpp"
+#include "common/dds/endpoints/topic_list.hpp"
 #include "fast_dds/type_support.hpp"
 
 namespace phantom::dds {

@@ -1,4 +1,4 @@
-#include "common/dds/dds_threads.hpp"
+#include "common/dds/endpoints/dds_threads.hpp"
 
 #include <gtest/gtest.h>
 #include <pthread.h>
@@ -11,8 +11,8 @@
 #include <sstream>
 #include <thread>
 
-#include "common/dds/endpoint.hpp"
-#include "common/dds/stamp.hpp"
+#include "common/dds/endpoints/endpoint.hpp"
+#include "common/dds/endpoints/stamp.hpp"
 #include "common/dds/tests/test_network.hpp"
 #include "fast_dds/participants.hpp"
 #include "fast_dds/threads.hpp"

@@ -1,4 +1,4 @@
-#include "common/dds/departure.hpp"
+#include "common/dds/recovery/departure.hpp"
 
 #include <arpa/inet.h>
 #include <gtest/gtest.h>
@@ -8,9 +8,9 @@
 #include <algorithm>
 #include <atomic>
 
-#include "common/dds/endpoint.hpp"
-#include "common/dds/outbox.hpp"
-#include "common/dds/participant_impl.hpp"
+#include "common/dds/endpoints/endpoint.hpp"
+#include "common/dds/endpoints/outbox.hpp"
+#include "common/dds/endpoints/participant_impl.hpp"
 #include "common/dds/tests/test_network.hpp"
 
 namespace phantom::dds {

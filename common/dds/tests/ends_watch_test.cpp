@@ -1,4 +1,4 @@
-#include "common/dds/ends_watch.hpp"
+#include "common/dds/arbitration/ends_watch.hpp"
 
 #include <gtest/gtest.h>
 

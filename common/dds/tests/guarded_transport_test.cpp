@@ -1,4 +1,4 @@
-#include "common/dds/guarded_transport.hpp"
+#include "common/dds/admission/guarded_transport.hpp"
 
 #include <arpa/inet.h>
 #include <gtest/gtest.h>

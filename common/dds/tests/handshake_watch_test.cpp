@@ -1,4 +1,4 @@
-#include "common/dds/handshake_watch.hpp"
+#include "common/dds/admission/handshake_watch.hpp"
 
 #include <gtest/gtest.h>
 

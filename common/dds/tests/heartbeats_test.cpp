@@ -6,12 +6,12 @@
 #include <fastdds/dds/domain/DomainParticipantFactory.hpp>
 #include <fastdds/dds/publisher/DataWriter.hpp>
 
-#include "common/dds/endpoint.hpp"
-#include "common/dds/participant_impl.hpp"
-#include "common/dds/qos.hpp"
+#include "common/dds/endpoints/endpoint.hpp"
+#include "common/dds/endpoints/participant_impl.hpp"
+#include "common/dds/endpoints/qos.hpp"
+#include "common/dds/endpoints/topic_list.hpp"
 #include "common/dds/tests/sent_messages.hpp"
 #include "common/dds/tests/test_network.hpp"
-#include "common/dds/topic_list.hpp"
 #include "fast_dds/endpoints.hpp"
 #include "fast_dds/participants.hpp"
 

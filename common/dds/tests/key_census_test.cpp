@@ -1,4 +1,4 @@
-#include "common/dds/key_census.hpp"
+#include "common/dds/arbitration/key_census.hpp"
 
 #include <gtest/gtest.h>
 
@@ -10,9 +10,9 @@
 #include <string>
 #include <vector>
 
-#include "common/dds/endpoint.hpp"
-#include "common/dds/participant_impl.hpp"
-#include "common/dds/refused_datagrams.hpp"
+#include "common/dds/admission/refused_datagrams.hpp"
+#include "common/dds/endpoints/endpoint.hpp"
+#include "common/dds/endpoints/participant_impl.hpp"
 #include "common/dds/tests/prefixes.hpp"
 #include "common/dds/tests/test_network.hpp"
 

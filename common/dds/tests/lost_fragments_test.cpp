@@ -8,9 +8,9 @@
 #include <fastdds/dds/publisher/DataWriter.hpp>
 #include <random>
 
-#include "common/dds/endpoint.hpp"
-#include "common/dds/participant_impl.hpp"
-#include "common/dds/qos.hpp"
+#include "common/dds/endpoints/endpoint.hpp"
+#include "common/dds/endpoints/participant_impl.hpp"
+#include "common/dds/endpoints/qos.hpp"
 #include "common/dds/tests/sent_messages.hpp"
 #include "common/dds/tests/test_network.hpp"
 #include "fast_dds/endpoints.hpp"

@@ -1,4 +1,4 @@
-#include "common/dds/outbox.hpp"
+#include "common/dds/endpoints/outbox.hpp"
 
 #include <gtest/gtest.h>
 

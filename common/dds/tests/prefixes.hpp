@@ -1,7 +1,7 @@
 #pragma once
 
 #include "common/core/clock.hpp"
-#include "common/dds/guid_prefix.hpp"
+#include "common/dds/admission/guid_prefix.hpp"
 
 namespace phantom::dds {
 

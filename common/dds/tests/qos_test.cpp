@@ -1,4 +1,4 @@
-#include "common/dds/qos.hpp"
+#include "common/dds/endpoints/qos.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -12,11 +12,11 @@
 #include <thread>
 #include <vector>
 
-#include "common/dds/endpoint.hpp"
-#include "common/dds/participant_impl.hpp"
-#include "common/dds/profiles.hpp"
+#include "common/dds/endpoints/endpoint.hpp"
+#include "common/dds/endpoints/participant_impl.hpp"
+#include "common/dds/endpoints/profiles.hpp"
+#include "common/dds/endpoints/topic_list.hpp"
 #include "common/dds/tests/test_network.hpp"
-#include "common/dds/topic_list.hpp"
 #include "fast_dds/endpoints.hpp"
 #include "tests/support/files.hpp"
 

@@ -3,7 +3,7 @@
 #include <fstream>
 #include <sstream>
 
-#include "common/dds/topic_list.hpp"
+#include "common/dds/endpoints/topic_list.hpp"
 
 namespace phantom::dds {
 namespace {
@@ -29,7 +29,8 @@ TEST(Readme, TopicTableSaysWhatTheContractsSay) {
   std::ifstream file(PHANTOM_SOURCE_DIR "/idl/README.md");
   std::ostringstream text;
   text << file.rdbuf();
-  const std::string readme = text.str(), begin = "kept equal to common/dds/topics.cpp by a test -->\n",
+  const std::string readme = text.str(),
+                    begin = "kept equal to common/dds/endpoints/topics.cpp by a test -->\n",
                     end = "<!-- /topics -->";
   const auto from = readme.find(begin);
   const auto to = readme.find(end);

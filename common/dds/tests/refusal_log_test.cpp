@@ -1,4 +1,4 @@
-#include "common/dds/refusal_log.hpp"
+#include "common/dds/admission/refusal_log.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-#include "common/dds/refused_datagrams.hpp"
+#include "common/dds/admission/refused_datagrams.hpp"
 
 #include <gtest/gtest.h>
 

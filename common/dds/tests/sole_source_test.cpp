@@ -1,8 +1,8 @@
-#include "common/dds/sole_source.hpp"
+#include "common/dds/arbitration/sole_source.hpp"
 
 #include <gtest/gtest.h>
 
-#include "common/dds/followed_source.hpp"
+#include "common/dds/arbitration/followed_source.hpp"
 
 namespace phantom::dds {
 namespace {

@@ -1,4 +1,4 @@
-#include "common/dds/source_guard.hpp"
+#include "common/dds/admission/source_guard.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "common/dds/stamp.hpp"
+#include "common/dds/endpoints/stamp.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "common/dds/transport.hpp"
+#include "common/dds/endpoints/transport.hpp"
 
 #include <gtest/gtest.h>
 

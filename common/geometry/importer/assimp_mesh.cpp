@@ -9,9 +9,9 @@
 
 #include "common/geometry/importer/importer.hpp"
 #include "common/geometry/importer/three_mf.hpp"
-#include "common/geometry/mesh_import.hpp"
-#include "common/geometry/stl_text.hpp"
-#include "common/geometry/vertex_welder.hpp"
+#include "common/geometry/mesh/mesh_import.hpp"
+#include "common/geometry/mesh/stl_text.hpp"
+#include "common/geometry/mesh/vertex_welder.hpp"
 
 namespace phantom::geometry::detail {
 namespace {

@@ -16,7 +16,7 @@
 #include <utility>
 
 #include "common/geometry/importer/importer.hpp"
-#include "common/geometry/mesh_import.hpp"
+#include "common/geometry/mesh/mesh_import.hpp"
 
 namespace phantom::geometry::detail {
 namespace {

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "common/geometry/mesh_io.hpp"
+#include "common/geometry/mesh/mesh_io.hpp"
 
 struct aiScene;
 namespace Assimp {

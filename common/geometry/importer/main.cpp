@@ -19,7 +19,7 @@
 
 #include "common/geometry/importer/confinement.hpp"
 #include "common/geometry/importer/importer.hpp"
-#include "common/geometry/mesh_answer.hpp"
+#include "common/geometry/mesh/mesh_answer.hpp"
 
 namespace phantom::geometry {
 namespace {

@@ -13,8 +13,8 @@
 #include <vector>
 
 #include "common/core/text.hpp"
-#include "common/geometry/mesh_import.hpp"
-#include "common/geometry/vertex_welder.hpp"
+#include "common/geometry/mesh/mesh_import.hpp"
+#include "common/geometry/mesh/vertex_welder.hpp"
 
 namespace phantom::geometry::detail {
 namespace {

@@ -1,4 +1,4 @@
-#include "common/geometry/formula.hpp"
+#include "common/geometry/implicit/formula.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-#include "common/geometry/implicit.hpp"
+#include "common/geometry/implicit/implicit.hpp"
 
 #include <gtest/gtest.h>
 
@@ -6,8 +6,8 @@
 #include <numbers>
 #include <random>
 
+#include "common/geometry/implicit/primitives.hpp"
 #include "common/geometry/point_triangle.hpp"
-#include "common/geometry/primitives.hpp"
 
 namespace phantom::geometry {
 namespace {

@@ -1,4 +1,4 @@
-#include "common/geometry/mesh_answer.hpp"
+#include "common/geometry/mesh/mesh_answer.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -7,7 +7,7 @@
 #include <cstring>
 #include <random>
 
-#include "common/geometry/primitives.hpp"
+#include "common/geometry/implicit/primitives.hpp"
 
 namespace phantom::geometry::detail {
 namespace {

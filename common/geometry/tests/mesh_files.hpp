@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "common/geometry/mesh_io.hpp"
+#include "common/geometry/mesh/mesh_io.hpp"
 #include "tests/support/ascii_stl.hpp"
 #include "tests/support/files.hpp"
 

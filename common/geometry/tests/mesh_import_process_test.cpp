@@ -8,7 +8,7 @@
 #include <sstream>
 #include <thread>
 
-#include "common/geometry/primitives.hpp"
+#include "common/geometry/implicit/primitives.hpp"
 #include "common/geometry/tests/mesh_files.hpp"
 
 // The importer is a program of its own: what it does, or that it is not there, costs one clear error.

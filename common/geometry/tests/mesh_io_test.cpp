@@ -1,4 +1,4 @@
-#include "common/geometry/mesh_io.hpp"
+#include "common/geometry/mesh/mesh_io.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -13,8 +13,8 @@
 #include <string>
 #include <thread>
 
-#include "common/geometry/primitives.hpp"
-#include "common/geometry/stl.hpp"
+#include "common/geometry/implicit/primitives.hpp"
+#include "common/geometry/mesh/stl.hpp"
 #include "common/geometry/tests/mesh_files.hpp"
 
 namespace phantom::geometry {

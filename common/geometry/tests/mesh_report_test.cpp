@@ -1,4 +1,4 @@
-#include "common/geometry/mesh_report.hpp"
+#include "common/geometry/mesh/mesh_report.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -7,9 +7,9 @@
 #include <numbers>
 #include <random>
 
-#include "common/geometry/primitives.hpp"
-#include "common/geometry/triangle_pairs.hpp"
-#include "common/geometry/winding_number.hpp"
+#include "common/geometry/implicit/primitives.hpp"
+#include "common/geometry/mesh/triangle_pairs.hpp"
+#include "common/geometry/mesh/winding_number.hpp"
 
 namespace phantom::geometry {
 namespace {

@@ -1,4 +1,4 @@
-#include "common/geometry/mesh.hpp"
+#include "common/geometry/mesh/mesh.hpp"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <random>
 #include <utility>
 
-#include "common/geometry/primitives.hpp"
+#include "common/geometry/implicit/primitives.hpp"
 
 namespace phantom::geometry {
 namespace {

@@ -1,4 +1,4 @@
-#include "common/geometry/mesh_units.hpp"
+#include "common/geometry/mesh/mesh_units.hpp"
 
 #include <gtest/gtest.h>
 

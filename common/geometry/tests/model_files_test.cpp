@@ -6,7 +6,7 @@
 #include <map>
 #include <set>
 
-#include "common/geometry/mesh_io.hpp"
+#include "common/geometry/mesh/mesh_io.hpp"
 
 // Every model of the importer's own collection (Debian: assimp-testmodels): a mesh or a clear reason.
 

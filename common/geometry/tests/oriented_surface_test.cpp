@@ -5,7 +5,7 @@
 #include <random>
 #include <utility>
 
-#include "common/geometry/mesh_topology.hpp"
+#include "common/geometry/mesh/mesh_topology.hpp"
 
 namespace phantom::geometry {
 namespace {

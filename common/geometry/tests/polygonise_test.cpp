@@ -1,4 +1,4 @@
-#include "common/geometry/polygonise.hpp"
+#include "common/geometry/implicit/polygonise.hpp"
 
 #include <gtest/gtest.h>
 

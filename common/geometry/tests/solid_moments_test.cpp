@@ -1,12 +1,12 @@
-#include "common/geometry/solid_moments.hpp"
+#include "common/geometry/mesh/solid_moments.hpp"
 
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
 #include <random>
 
+#include "common/geometry/implicit/primitives.hpp"
 #include "common/geometry/pose.hpp"
-#include "common/geometry/primitives.hpp"
 
 namespace phantom::geometry {
 namespace {

@@ -1,12 +1,12 @@
-#include "common/geometry/stl.hpp"
+#include "common/geometry/mesh/stl.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cstring>
 #include <random>
 
-#include "common/geometry/mesh_topology.hpp"
-#include "common/geometry/primitives.hpp"
+#include "common/geometry/implicit/primitives.hpp"
+#include "common/geometry/mesh/mesh_topology.hpp"
 
 namespace phantom::geometry {
 namespace {

@@ -1,6 +1,6 @@
 // STL files that are valid but unusual: every writer's habits, mixed at random, give the shape that was
 // written.
-#include "common/geometry/stl_text.hpp"
+#include "common/geometry/mesh/stl_text.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -10,7 +10,7 @@
 #include <random>
 
 #include "common/core/text.hpp"
-#include "common/geometry/primitives.hpp"
+#include "common/geometry/implicit/primitives.hpp"
 #include "common/geometry/tests/mesh_files.hpp"
 
 namespace phantom::geometry {

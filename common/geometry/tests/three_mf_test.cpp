@@ -7,7 +7,7 @@
 #include <random>
 
 #include "common/core/text.hpp"
-#include "common/geometry/primitives.hpp"
+#include "common/geometry/implicit/primitives.hpp"
 #include "common/geometry/tests/mesh_files.hpp"
 
 namespace phantom::geometry {

@@ -1,4 +1,4 @@
-#include "common/geometry/weld.hpp"
+#include "common/geometry/mesh/weld.hpp"
 
 #include <gtest/gtest.h>
 

@@ -7,11 +7,11 @@
 #include <optional>
 #include <thread>
 
-#include "common/dds/endpoint.hpp"
-#include "common/dds/stamp.hpp"
+#include "common/dds/endpoints/endpoint.hpp"
+#include "common/dds/endpoints/stamp.hpp"
 #include "common/haptic_device/phantom_haptic_device.h"
-#include "common/messages/haptic_device_codec.hpp"
-#include "common/runtime/deployment.hpp"
+#include "common/messages/codecs/haptic_device_codec.hpp"
+#include "common/runtime/configuration/deployment.hpp"
 #include "tests/support/eventually.hpp"
 #include "tests/support/heap_guard.hpp"
 #include "tests/support/own_domain.hpp"

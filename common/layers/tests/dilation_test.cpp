@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 #include <hwy/targets.h>
 
-#include "common/geometry/primitives.hpp"
+#include "common/geometry/implicit/primitives.hpp"
 #include "common/layers/layers.hpp"
 #include "common/layers/tests/method_twins.hpp"
 #include "common/voxelise/tests/random_solid.hpp"

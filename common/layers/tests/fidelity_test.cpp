@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "common/geometry/primitives.hpp"
+#include "common/geometry/implicit/primitives.hpp"
 #include "common/layers/activation.hpp"
 
 namespace phantom::layers {

@@ -5,7 +5,7 @@
 
 #include <random>
 
-#include "common/geometry/primitives.hpp"
+#include "common/geometry/implicit/primitives.hpp"
 #include "common/layers/merge.hpp"
 #include "common/voxelise/tests/literal_twins.hpp"
 #include "common/voxelise/tests/random_solid.hpp"

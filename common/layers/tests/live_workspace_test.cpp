@@ -10,7 +10,7 @@
 #include <cstring>
 #include <random>
 
-#include "common/geometry/primitives.hpp"
+#include "common/geometry/implicit/primitives.hpp"
 #include "tests/support/same_content.hpp"
 
 namespace phantom::layers {

@@ -9,10 +9,10 @@
 #include <optional>
 #include <string>
 
+#include "common/dds/endpoints/topics.hpp"
 #include "common/dds/tests/test_network.hpp"
-#include "common/dds/topics.hpp"
+#include "common/messages/codecs/workspace_codec.hpp"
 #include "common/messages/command_service.hpp"
-#include "common/messages/workspace_codec.hpp"
 
 namespace phantom::messages {
 namespace {

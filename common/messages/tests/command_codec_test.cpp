@@ -5,15 +5,15 @@
 #include <string>
 
 #include "common/core/errors.hpp"
-#include "common/messages/percept_codec.hpp"
-#include "common/messages/teleoperation_codec.hpp"
+#include "common/messages/codecs/percept_codec.hpp"
+#include "common/messages/codecs/teleoperation_codec.hpp"
+#include "common/messages/codecs/workspace_codec.hpp"
 #include "common/messages/tests/codec_cases.hpp"
-#include "common/messages/workspace_codec.hpp"
 
 namespace phantom::messages {
 namespace {
 
-using core::CommandKind;
+using teleop::CommandKind;
 using testing::HasSubstr;
 
 // Enumerations travel as numbers: both lists must count alike.
@@ -32,7 +32,7 @@ static_assert(same_number(CommandKind::kGripperForce, msg::CommandKind::COMMAND_
 static_assert(same_number(CommandKind::kTareForceSensor, msg::CommandKind::COMMAND_TARE_FORCE_SENSOR));
 static_assert(same_number(CommandKind::kSetPercepts, msg::CommandKind::COMMAND_SET_PERCEPTS));
 static_assert(same_number(CommandKind::kCounterbalance, msg::CommandKind::COMMAND_COUNTERBALANCE));
-static_assert(core::kLastCommandKind == CommandKind::kCounterbalance);
+static_assert(teleop::kLastCommandKind == CommandKind::kCounterbalance);
 static_assert(same_number(SensingRequest::kAllowContact, msg::SensingRequest::SENSING_ALLOW_CONTACT));
 static_assert(same_number(SensingRequest::kForbidContact, msg::SensingRequest::SENSING_FORBID_CONTACT));
 static_assert(same_number(SensingRequest::kSelfTest, msg::SensingRequest::SENSING_SELF_TEST));
@@ -93,7 +93,7 @@ TEST(OperatorCommandCodec, WhatCannotBeTrueIsRefused) {
   const Refusals<msg::OperatorCommand> refusal{to_idl(a_gain())};
   EXPECT_EQ(refusal([](auto&) {}), "");
   EXPECT_THAT(refusal([](auto& m) { m.stamp().sequence_number(0); }), HasSubstr("sequence_number"));
-  EXPECT_EQ(refusal([](auto& m) { m.kind(static_cast<msg::CommandKind>(core::kCommandKinds)); }),
+  EXPECT_EQ(refusal([](auto& m) { m.kind(static_cast<msg::CommandKind>(teleop::kCommandKinds)); }),
             "kind is 15; allowed: 0 to 14");
   EXPECT_EQ(refusal([](auto& m) { m.joint(16); }), "joint is 16; allowed: -1 (all) to 15");
   EXPECT_EQ(refusal([](auto& m) { m.joint(-2); }), "joint is -2; allowed: -1 (all) to 15");
@@ -103,7 +103,7 @@ TEST(OperatorCommandCodec, WhatCannotBeTrueIsRefused) {
       m.value(number);
     });
   };
-  for (std::uint32_t kind = 0; kind < core::kCommandKinds; ++kind) {
+  for (std::uint32_t kind = 0; kind < teleop::kCommandKinds; ++kind) {
     for (const double bad : kNoNumbers)
       EXPECT_THAT(value(static_cast<msg::CommandKind>(kind), bad), HasSubstr("finite")) << kind;
   }
@@ -144,7 +144,7 @@ TEST(OperatorReplyCodec, ThereAndBackItIsTheSameAndWhatCannotBeTrueIsRefused) {
   expect_same_after_round_trip(reply);
   const Refusals<msg::OperatorReply> refusal{to_idl(reply)};
   EXPECT_THAT(refusal([](auto& m) { m.stamp().sequence_number(0); }), HasSubstr("sequence_number"));
-  EXPECT_THAT(refusal([](auto& m) { m.kind(static_cast<msg::CommandKind>(core::kCommandKinds)); }),
+  EXPECT_THAT(refusal([](auto& m) { m.kind(static_cast<msg::CommandKind>(teleop::kCommandKinds)); }),
               HasSubstr("kind is 15"));
 }
 

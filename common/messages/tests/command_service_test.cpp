@@ -8,10 +8,10 @@
 #include <set>
 #include <thread>
 
+#include "common/dds/endpoints/topics.hpp"
 #include "common/dds/tests/test_network.hpp"
-#include "common/dds/topics.hpp"
+#include "common/messages/codecs/teleoperation_codec.hpp"
 #include "common/messages/requester.hpp"
-#include "common/messages/teleoperation_codec.hpp"
 
 namespace phantom::messages {
 namespace {
@@ -50,7 +50,7 @@ class Answering {
   std::jthread thread_;
 };
 
-OperatorCommand stop_command() { return {.kind = core::CommandKind::kEmergencyStop}; }
+OperatorCommand stop_command() { return {.kind = teleop::CommandKind::kEmergencyStop}; }
 
 TEST(CommandService, AnswersWhatIsAskedAndCarriesItOutOnce) {
   const auto network = dds::test_network();

@@ -1,4 +1,4 @@
-#include "common/messages/haptic_device_codec.hpp"
+#include "common/messages/codecs/haptic_device_codec.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

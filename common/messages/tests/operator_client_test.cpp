@@ -10,10 +10,10 @@
 namespace phantom::messages::operator_client_test {
 namespace {
 
-using core::CommandKind;
-using core::Side;
+using teleop::CommandKind;
+using teleop::Side;
 using test::eventually;
-using State = core::SideAnswer::State;
+using State = teleop::SideAnswer::State;
 
 constexpr double kLong_s = 30;  // bounds a failing test only
 
@@ -31,9 +31,9 @@ class Asking : public ::testing::Test {
   dds::Participant own_{"client", dds::test_network()}, master_host_{"master_io", dds::test_network()},
       slave_host_{"slave_io", dds::test_network()};
   std::mutex mutex_;
-  std::optional<core::CommandAnswers> reported_;
+  std::optional<teleop::CommandAnswers> reported_;
   bool ever_reported_ = false;
-  OperatorClient client_{own_, [this](const std::optional<core::CommandAnswers>& stop) {
+  OperatorClient client_{own_, [this](const std::optional<teleop::CommandAnswers>& stop) {
                            const std::lock_guard lock(mutex_);
                            reported_ = stop;
                            ever_reported_ = ever_reported_ || stop.has_value();
@@ -43,9 +43,9 @@ class Asking : public ::testing::Test {
 };
 
 TEST_F(Asking, AStopIsConfirmedByBothSidesOwnWords) {
-  const core::CommandAnswers answers = client_.ask(kStop, kLong_s);
+  const teleop::CommandAnswers answers = client_.ask(kStop, kLong_s);
   EXPECT_TRUE(answers.done());
-  EXPECT_EQ(core::stop_words(answers), "stopped: master_io, slave_io");
+  EXPECT_EQ(teleop::stop_words(answers), "stopped: master_io, slave_io");
   EXPECT_EQ(client_.unconfirmed_stop(), std::nullopt);
   const std::lock_guard lock(mutex_);
   EXPECT_TRUE(ever_reported_);
@@ -59,7 +59,7 @@ TEST_F(Asking, AStopIsSentAgainWithTheSameStampUntilTheSilentSideAnswers) {
   ASSERT_TRUE(eventually([&] { return slave_->heard().size() >= 8; })) << "long after ask() gave up";
   ASSERT_TRUE(
       eventually([&] { return client_.unconfirmed_stop()->of(Side::kMaster).state == State::kDone; }));
-  EXPECT_EQ(core::stop_words(*client_.unconfirmed_stop()), "NOT CONFIRMED by slave_io; stopped: master_io");
+  EXPECT_EQ(teleop::stop_words(*client_.unconfirmed_stop()), "NOT CONFIRMED by slave_io; stopped: master_io");
   const auto heard = slave_->heard();
   for (const OperatorCommand& again : heard) {
     EXPECT_EQ(again.stamp.sequence_number, heard.front().stamp.sequence_number);
@@ -126,7 +126,7 @@ TEST_F(Asking, ANewerCommandEndsTheRepeatingOfAnOlderOne) {
 
 TEST_F(Asking, ACommandIsGivenUpAfterItsTime) {
   master_->answers = false;
-  EXPECT_EQ(core::command_words(client_.ask(command(CommandKind::kSetLaw, 1), 0.12)),
+  EXPECT_EQ(teleop::command_words(client_.ask(command(CommandKind::kSetLaw, 1), 0.12)),
             "no answer from master_io");
   usleep(static_cast<useconds_t>(4 * OperatorClient::kAgain_ns / 1000));
   const std::size_t heard = master_->heard().size();
@@ -136,15 +136,15 @@ TEST_F(Asking, ACommandIsGivenUpAfterItsTime) {
 
 TEST_F(Asking, ARefusalComesWithItsReason) {
   master_->refuses = true;
-  const core::CommandAnswers answers = client_.ask(command(CommandKind::kSetFeedbackGain, 10), kLong_s);
+  const teleop::CommandAnswers answers = client_.ask(command(CommandKind::kSetFeedbackGain, 10), kLong_s);
   EXPECT_TRUE(answers.refused());
-  EXPECT_EQ(core::command_words(answers), "master_io: not now; allowed is later");
+  EXPECT_EQ(teleop::command_words(answers), "master_io: not now; allowed is later");
 }
 
 TEST_F(Asking, ASidesOwnStateConfirmsWhereItsReplyIsLost) {
   slave_->answers = false;
   client_.ask(kStop, 0.1);
-  const core::Nanoseconds later_ns = core::monotonic_ns() + core::CommandAnswers::kUnderWay_ns;
+  const core::Nanoseconds later_ns = core::monotonic_ns() + teleop::CommandAnswers::kUnderWay_ns;
   client_.take_state(Side::kSlave, 5, 0, later_ns);
   EXPECT_NE(client_.unconfirmed_stop(), std::nullopt) << "its state says that it is not stopped";
   client_.take_state(Side::kSlave, 5, 99, later_ns);
@@ -157,7 +157,7 @@ TEST_F(Asking, AStateThatNamesAReleasedStopConfirmsNoNewOne) {
   reset.slave_stop = 99;
   client_.ask(reset, 0.05);
   client_.ask(kStop, 0.1);
-  const core::Nanoseconds later_ns = core::monotonic_ns() + core::CommandAnswers::kUnderWay_ns;
+  const core::Nanoseconds later_ns = core::monotonic_ns() + teleop::CommandAnswers::kUnderWay_ns;
   client_.take_state(Side::kSlave, 5, 99, later_ns);
   EXPECT_NE(client_.unconfirmed_stop(), std::nullopt);
   client_.take_state(Side::kSlave, 5, 100, later_ns);

@@ -13,8 +13,8 @@
 namespace phantom::messages {
 namespace {
 
-using core::OperatorOutcome;
-using core::Side;
+using teleop::OperatorOutcome;
+using teleop::Side;
 using testing::HasSubstr;
 using testing::Not;
 
@@ -46,7 +46,7 @@ class CommandLineTest : public testing::Test {
   OperatorOutcome reset(double timeout_s) {
     printed_.str("");
     return run_operator_request(dds::test_network(), "test",
-                                {.kind = core::CommandKind::kReset, .timeout_s = timeout_s}, printed_);
+                                {.kind = teleop::CommandKind::kReset, .timeout_s = timeout_s}, printed_);
   }
 
   dds::Participant master_host_{"master_io", dds::test_network()},

@@ -8,10 +8,10 @@
 #include <optional>
 #include <vector>
 
-#include "common/dds/endpoint.hpp"
-#include "common/dds/stamp.hpp"
+#include "common/dds/endpoints/endpoint.hpp"
+#include "common/dds/endpoints/stamp.hpp"
+#include "common/dds/endpoints/topics.hpp"
 #include "common/dds/tests/test_network.hpp"
-#include "common/dds/topics.hpp"
 
 namespace phantom::messages {
 namespace {
@@ -30,7 +30,7 @@ msg::OperatorCommand of_kind(msg::CommandKind kind, double value = 0.0) {
 
 /// One side's responder, with a servo that the test plays, and somebody who sends it commands.
 struct Sides {
-  explicit Sides(core::Side side, OperatorResponder::Settings settings = {})
+  explicit Sides(teleop::Side side, OperatorResponder::Settings settings = {})
       : responder(there, side, stops, std::move(settings)) {}
 
   /// Stamps a command. What one asker sends arrives in this order.
@@ -61,14 +61,14 @@ struct Sides {
         stamped(of_kind(msg::CommandKind::COMMAND_RESET, std::numeric_limits<double>::infinity()));
     return send_until(last, [&] { return reply_to(last).has_value(); });
   }
-  core::StopRequests::Reset taken_reset(const msg::OperatorCommand& command) {
-    core::StopRequests::Reset taken;
+  teleop::StopRequests::Reset taken_reset(const msg::OperatorCommand& command) {
+    teleop::StopRequests::Reset taken;
     EXPECT_TRUE(send_until(command, [&] { return stops.take(taken); }));
     return taken;
   }
 
   core::NetworkOptions network = dds::test_network();
-  core::StopRequests stops;
+  teleop::StopRequests stops;
   dds::Participant there{"there", network}, outside{"outside", network};
   OperatorResponder responder;
   std::mutex mutex;
@@ -83,7 +83,7 @@ struct Sides {
 };
 
 TEST(OperatorResponder, AStopIsRequestedAtOnceAndConfirmedOnlyWhenTheServoReportsIt) {
-  Sides sides(core::Side::kSlave);
+  Sides sides(teleop::Side::kSlave);
   const auto stop = sides.stamped(of_kind(msg::CommandKind::COMMAND_EMERGENCY_STOP));
   ASSERT_TRUE(sides.send_until(stop, [&] { return sides.stops.stops() == 1; }));
   ASSERT_TRUE(sides.all_arrived());
@@ -97,20 +97,20 @@ TEST(OperatorResponder, AStopIsRequestedAtOnceAndConfirmedOnlyWhenTheServoReport
 }
 
 TEST(OperatorResponder, EachSideTakesItsOwnStopOfThoseThatAResetNames) {
-  for (const core::Side side : core::kSides) {
+  for (const teleop::Side side : teleop::kSides) {
     Sides sides(side);
     auto reset = of_kind(msg::CommandKind::COMMAND_RESET);
     reset.master_stop(7);
     reset.slave_stop(9);
     const auto taken = sides.taken_reset(sides.stamped(reset));
-    const bool master = side == core::Side::kMaster;
+    const bool master = side == teleop::Side::kMaster;
     EXPECT_EQ(taken.names.own, master ? 7U : 9U);
     EXPECT_EQ(taken.names.partner, master ? 9U : 7U);
   }
 }
 
 TEST(OperatorResponder, AResetIsAnsweredAsTheServoDecides) {
-  Sides sides(core::Side::kMaster);
+  Sides sides(teleop::Side::kMaster);
   for (const bool released : {true, false}) {
     const auto reset = sides.stamped(of_kind(msg::CommandKind::COMMAND_RESET));
     const auto taken = sides.taken_reset(reset);
@@ -127,7 +127,7 @@ TEST(OperatorResponder, AResetIsAnsweredAsTheServoDecides) {
 }
 
 TEST(OperatorResponder, WhatThisProcessSaysItselfIsNoRequest) {
-  Sides sides(core::Side::kMaster);
+  Sides sides(teleop::Side::kMaster);
   auto own = sides.stamped(of_kind(msg::CommandKind::COMMAND_EMERGENCY_STOP));
   own.stamp().session(sides.there.session());
   ASSERT_TRUE(sides.all_arrived());  // the ends know each other
@@ -139,7 +139,7 @@ TEST(OperatorResponder, WhatThisProcessSaysItselfIsNoRequest) {
 TEST(OperatorResponder, SettingsAreForWhoHasThemAndWhatCannotBeIsRefused) {
   std::vector<double> taken;
   std::mutex mutex;
-  Sides master(core::Side::kMaster, [&](const OperatorCommand& command) {
+  Sides master(teleop::Side::kMaster, [&](const OperatorCommand& command) {
     const std::lock_guard lock(mutex);
     taken.push_back(command.value);
     return command.value > 10.0 ? core::Status::invalid_argument("allowed: up to 10") : core::Status::ok();
@@ -156,7 +156,7 @@ TEST(OperatorResponder, SettingsAreForWhoHasThemAndWhatCannotBeIsRefused) {
 }
 
 TEST(OperatorResponder, SettingsOfTheOtherSideAreIgnored) {
-  Sides slave(core::Side::kSlave);
+  Sides slave(teleop::Side::kSlave);
   const auto gain = slave.stamped(of_kind(msg::CommandKind::COMMAND_SET_PERCEPT_GAIN, 2.0));
   ASSERT_TRUE(slave.all_arrived());
   slave.commands.write(gain);

@@ -1,4 +1,4 @@
-#include "common/messages/percept_codec.hpp"
+#include "common/messages/codecs/percept_codec.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -5,10 +5,10 @@
 #include <string>
 #include <vector>
 
-#include "common/core/command_answers.hpp"
-#include "common/dds/endpoint.hpp"
-#include "common/dds/stamp.hpp"
-#include "common/messages/teleoperation_codec.hpp"
+#include "common/dds/endpoints/endpoint.hpp"
+#include "common/dds/endpoints/stamp.hpp"
+#include "common/messages/codecs/teleoperation_codec.hpp"
+#include "common/teleop/commands/command_answers.hpp"
 
 namespace phantom::messages {
 
@@ -16,7 +16,7 @@ namespace phantom::messages {
 /// heard, answers as it is told to. A stop that it answers is in force until a reset names it.
 class StandInSide {
  public:
-  StandInSide(dds::Participant& participant, core::Side side)
+  StandInSide(dds::Participant& participant, teleop::Side side)
       : side_(side),
         stamper_(participant),
         replies_(participant, dds::kOperatorReply),
@@ -34,7 +34,7 @@ class StandInSide {
     const std::lock_guard lock(mutex_);
     return heard_;
   }
-  std::size_t heard_of(core::CommandKind kind) const {
+  std::size_t heard_of(teleop::CommandKind kind) const {
     std::size_t count = 0;
     for (const OperatorCommand& command : heard()) count += command.kind == kind ? 1 : 0;
     return count;
@@ -45,16 +45,16 @@ class StandInSide {
   void take(const OperatorCommand& command) {
     const std::lock_guard lock(mutex_);
     heard_.push_back(command);
-    if (!answers || !core::asks(command.kind, side_)) return;
+    if (!answers || !teleop::asks(command.kind, side_)) return;
     bool done = !refuses;
-    if (done && command.kind == core::CommandKind::kEmergencyStop)
+    if (done && command.kind == teleop::CommandKind::kEmergencyStop)
       stop = command.stamp.sequence_number + 1000;
-    if (done && command.kind == core::CommandKind::kReset) {
-      done = stop == (side_ == core::Side::kMaster ? command.master_stop : command.slave_stop);
+    if (done && command.kind == teleop::CommandKind::kReset) {
+      done = stop == (side_ == teleop::Side::kMaster ? command.master_stop : command.slave_stop);
       if (done) stop = 0;
     }
     msg::OperatorReply reply = to_idl(OperatorReply{.command = command.stamp,
-                                                    .component = core::component_of(side_),
+                                                    .component = teleop::component_of(side_),
                                                     .kind = command.kind,
                                                     .done = done,
                                                     .message = done      ? "as asked"
@@ -64,7 +64,7 @@ class StandInSide {
     replies_.write(reply);
   }
 
-  core::Side side_;
+  teleop::Side side_;
   mutable std::mutex mutex_;
   std::vector<OperatorCommand> heard_;
   dds::Stamper stamper_;

@@ -1,4 +1,4 @@
-#include "common/messages/status_codec.hpp"
+#include "common/messages/codecs/status_codec.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -11,10 +11,10 @@
 #include <vector>
 
 #include "common/core/host_interfaces.hpp"
-#include "common/dds/bans.hpp"
-#include "common/dds/participant_impl.hpp"
+#include "common/dds/admission/bans.hpp"
+#include "common/dds/endpoints/participant_impl.hpp"
 #include "common/dds/tests/test_network.hpp"
-#include "common/messages/status_codec.hpp"
+#include "common/messages/codecs/status_codec.hpp"
 
 namespace phantom::messages {
 namespace {

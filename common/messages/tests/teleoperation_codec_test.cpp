@@ -1,4 +1,4 @@
-#include "common/messages/teleoperation_codec.hpp"
+#include "common/messages/codecs/teleoperation_codec.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

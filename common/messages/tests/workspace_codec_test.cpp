@@ -1,4 +1,4 @@
-#include "common/messages/workspace_codec.hpp"
+#include "common/messages/codecs/workspace_codec.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "common/dds/tests/test_network.hpp"
-#include "common/messages/workspace_codec.hpp"
+#include "common/messages/codecs/workspace_codec.hpp"
 #include "common/workspace/brick_codec.hpp"
 
 namespace phantom::messages {

@@ -16,7 +16,7 @@
 #include <mutex>
 #include <stdexcept>
 
-#include "common/dds/topic_list.hpp"
+#include "common/dds/endpoints/topic_list.hpp"
 #include "common/observation/learn_type.hpp"
 #include "fast_dds/types.hpp"
 #include "phantom_idl_types/haptic_deviceTypeObjectSupport.hpp"

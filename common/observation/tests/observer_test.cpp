@@ -6,7 +6,7 @@
 #include <mutex>
 #include <optional>
 
-#include "common/dds/endpoint.hpp"
+#include "common/dds/endpoints/endpoint.hpp"
 #include "common/dds/tests/test_network.hpp"
 
 namespace phantom::observation {

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "common/dds/cdr.hpp"
-#include "common/dds/topic_list.hpp"
+#include "common/dds/endpoints/cdr.hpp"
+#include "common/dds/endpoints/topic_list.hpp"
 #include "common/diagnostics/decode.hpp"
 
 namespace phantom::observation {

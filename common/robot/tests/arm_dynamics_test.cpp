@@ -1,5 +1,5 @@
 // Momentum and drift against Orocos KDL's mass matrix, its differences and its Coriolis torques.
-#include "common/robot/arm_dynamics.hpp"
+#include "common/robot/kinematics/arm_dynamics.hpp"
 
 #include <gtest/gtest.h>
 

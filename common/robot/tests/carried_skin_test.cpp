@@ -1,5 +1,5 @@
 // A body that the arm carries is felt as the same mesh would be if it were a part of the link.
-#include "common/robot/carried_skin.hpp"
+#include "common/robot/skin/carried_skin.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -7,8 +7,8 @@
 #include <cstring>
 #include <random>
 
-#include "common/geometry/primitives.hpp"
-#include "common/robot/skin_sensing.hpp"
+#include "common/geometry/implicit/primitives.hpp"
+#include "common/robot/sensing/skin_sensing.hpp"
 #include "common/robot/tests/test_arms.hpp"
 #include "common/robot/tests/test_worlds.hpp"
 #include "tests/support/heap_guard.hpp"

@@ -1,6 +1,6 @@
 // Cluster sensors against the thesis's sums, written out; the fraction of a voxel in a sphere against its
 // volume.
-#include "common/robot/cluster_sensor.hpp"
+#include "common/robot/sensing/cluster_sensor.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -10,8 +10,8 @@
 #include <numbers>
 #include <random>
 
-#include "common/robot/drag.hpp"
-#include "common/robot/skin_sensing.hpp"
+#include "common/robot/drag/drag.hpp"
+#include "common/robot/sensing/skin_sensing.hpp"
 #include "common/robot/tests/test_arms.hpp"
 #include "common/robot/tests/test_worlds.hpp"
 #include "tests/support/heap_guard.hpp"

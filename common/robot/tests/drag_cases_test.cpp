@@ -7,8 +7,8 @@
 #include <numbers>
 #include <random>
 
-#include "common/robot/drag.hpp"
-#include "common/robot/skin_sensing.hpp"
+#include "common/robot/drag/drag.hpp"
+#include "common/robot/sensing/skin_sensing.hpp"
 #include "common/robot/tests/test_arms.hpp"
 #include "common/robot/tests/test_worlds.hpp"
 

@@ -1,5 +1,5 @@
 // The ten sums and the composite-body algorithm against the thesis's double sums, written out literally.
-#include "common/robot/drag.hpp"
+#include "common/robot/drag/drag.hpp"
 
 #include <gtest/gtest.h>
 

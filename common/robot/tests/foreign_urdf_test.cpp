@@ -9,8 +9,8 @@
 #include <numbers>
 #include <random>
 
-#include "common/geometry/primitives.hpp"
-#include "common/geometry/stl.hpp"
+#include "common/geometry/implicit/primitives.hpp"
+#include "common/geometry/mesh/stl.hpp"
 #include "common/robot/tests/test_arms.hpp"
 #include "tests/support/files.hpp"
 

@@ -5,7 +5,7 @@
 #include <kdl/chaindynparam.hpp>
 
 #include "common/core/joints.hpp"
-#include "common/robot/serial_arm.hpp"
+#include "common/robot/kinematics/serial_arm.hpp"
 
 namespace phantom::robot {
 

@@ -12,7 +12,7 @@
 #include <random>
 #include <sstream>
 
-#include "common/robot/jacobian.hpp"
+#include "common/robot/kinematics/jacobian.hpp"
 #include "common/robot/tests/foreign_arms.hpp"
 #include "common/robot/tests/test_arms.hpp"
 

@@ -1,5 +1,5 @@
 // Graphs of links and joints as strangers draw them: trees, closed loops, two parents, islands.
-#include "common/robot/link_tree.hpp"
+#include "common/robot/kinematics/link_tree.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

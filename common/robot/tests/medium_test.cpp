@@ -1,6 +1,6 @@
 // A medium and its current against the sums written out sensor by sensor, and what drag in a current does to
 // energy.
-#include "common/robot/medium.hpp"
+#include "common/robot/drag/medium.hpp"
 
 #include <gtest/gtest.h>
 

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <random>
 
-#include "common/robot/skin_sensing.hpp"
+#include "common/robot/sensing/skin_sensing.hpp"
 #include "common/robot/tests/test_arms.hpp"
 #include "common/robot/tests/test_worlds.hpp"
 #include "tests/support/heap_guard.hpp"

@@ -1,11 +1,11 @@
-#include "common/robot/mu_memory.hpp"
+#include "common/robot/sensing/mu_memory.hpp"
 
 #include <gtest/gtest.h>
 
 #include <deque>
 #include <random>
 
-#include "common/robot/skin_sensing.hpp"
+#include "common/robot/sensing/skin_sensing.hpp"
 #include "common/robot/tests/test_arms.hpp"
 #include "common/robot/tests/test_worlds.hpp"
 #include "tests/support/heap_guard.hpp"

@@ -1,5 +1,5 @@
 // The SIMD loops, on every instruction set of this machine, against their twin in plain C++.
-#include "common/robot/sensing_kernel.hpp"
+#include "common/robot/sensing/sensing_kernel.hpp"
 
 #include <gtest/gtest.h>
 #include <hwy/targets.h>

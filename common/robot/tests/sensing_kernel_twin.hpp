@@ -2,7 +2,7 @@
 
 // The literal twin of the sensing kernel, in plain C++.
 
-#include "common/robot/sensing_kernel.hpp"
+#include "common/robot/sensing/sensing_kernel.hpp"
 
 namespace phantom::robot::kernel::scalar {
 

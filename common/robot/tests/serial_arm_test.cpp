@@ -1,5 +1,5 @@
 // The arm against analytic results, finite differences and virtual work; every refused URDF by its fault.
-#include "common/robot/serial_arm.hpp"
+#include "common/robot/kinematics/serial_arm.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -8,10 +8,10 @@
 #include <numeric>
 #include <random>
 
-#include "common/geometry/primitives.hpp"
-#include "common/robot/drag.hpp"
-#include "common/robot/skin.hpp"
-#include "common/robot/skin_sensing.hpp"
+#include "common/geometry/implicit/primitives.hpp"
+#include "common/robot/drag/drag.hpp"
+#include "common/robot/sensing/skin_sensing.hpp"
+#include "common/robot/skin/skin.hpp"
 #include "common/robot/tests/test_arms.hpp"
 #include "common/robot/tests/test_worlds.hpp"
 

@@ -1,4 +1,4 @@
-#include "common/robot/skin_sensing.hpp"
+#include "common/robot/sensing/skin_sensing.hpp"
 
 #include <gtest/gtest.h>
 

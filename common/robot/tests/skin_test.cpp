@@ -1,4 +1,4 @@
-#include "common/robot/skin.hpp"
+#include "common/robot/skin/skin.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

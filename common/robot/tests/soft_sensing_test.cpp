@@ -1,5 +1,5 @@
 // What soft bodies do to an arm that presses into them, against the sums written out sensor by sensor.
-#include "common/robot/soft_sensing.hpp"
+#include "common/robot/sensing/soft_sensing.hpp"
 
 #include <gtest/gtest.h>
 

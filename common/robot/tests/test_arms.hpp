@@ -12,7 +12,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "common/robot/serial_arm.hpp"
+#include "common/robot/kinematics/serial_arm.hpp"
 
 namespace phantom::robot::test_arms {
 

@@ -7,7 +7,7 @@
 #include <optional>
 #include <vector>
 
-#include "common/robot/skin.hpp"
+#include "common/robot/skin/skin.hpp"
 #include "common/workspace/workspace.hpp"
 
 namespace phantom::robot::test_worlds {

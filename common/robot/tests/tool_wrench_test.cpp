@@ -1,4 +1,4 @@
-#include "common/robot/tool_wrench.hpp"
+#include "common/robot/kinematics/tool_wrench.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "common/robot/worker_team.hpp"
+#include "common/robot/sensing/worker_team.hpp"
 
 #include <gtest/gtest.h>
 

@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <random>
 
-#include "common/dds/cdr.hpp"
+#include "common/dds/endpoints/cdr.hpp"
 #include "common/diagnostics/decode.hpp"
 #include "common/ros2/endpoint.hpp"
 #include "common/ros2/message_types.hpp"

@@ -1,5 +1,5 @@
 // Arms as configurations: the shipped ones by the thesis's tables, and each fault by its name.
-#include "common/runtime/cell_arms.hpp"
+#include "common/runtime/cell/cell_arms.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -10,10 +10,10 @@
 
 #include "common/core/errors.hpp"
 #include "common/core/units.hpp"
-#include "common/geometry/mesh.hpp"
-#include "common/runtime/arm_model.hpp"
-#include "common/runtime/cell.hpp"
-#include "common/runtime/fields.hpp"
+#include "common/geometry/mesh/mesh.hpp"
+#include "common/runtime/cell/arm_model.hpp"
+#include "common/runtime/cell/cell.hpp"
+#include "common/runtime/configuration/fields.hpp"
 #include "tests/support/files.hpp"
 
 namespace phantom::runtime {

@@ -1,6 +1,6 @@
 // Names in one place of a cell that stand for something in another: each one misspelt, and refused with its
 // place.
-#include "common/runtime/cell_names.hpp"
+#include "common/runtime/cell/cell_names.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

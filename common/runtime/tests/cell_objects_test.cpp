@@ -1,4 +1,4 @@
-#include "common/runtime/cell_objects.hpp"
+#include "common/runtime/cell/cell_objects.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -8,9 +8,9 @@
 #include <fstream>
 
 #include "common/core/errors.hpp"
-#include "common/geometry/primitives.hpp"
-#include "common/runtime/cell_bodies.hpp"
-#include "common/runtime/fields.hpp"
+#include "common/geometry/implicit/primitives.hpp"
+#include "common/runtime/cell/cell_bodies.hpp"
+#include "common/runtime/configuration/fields.hpp"
 #include "tests/support/files.hpp"
 
 namespace phantom::runtime {

@@ -1,4 +1,4 @@
-#include "common/runtime/cell.hpp"
+#include "common/runtime/cell/cell.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -7,7 +7,7 @@
 #include <fstream>
 
 #include "common/core/errors.hpp"
-#include "common/runtime/fields.hpp"
+#include "common/runtime/configuration/fields.hpp"
 #include "tests/support/files.hpp"
 
 namespace phantom::runtime {

@@ -1,4 +1,4 @@
-#include "common/runtime/command_line.hpp"
+#include "common/runtime/process/command_line.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-#include "common/runtime/deployment.hpp"
+#include "common/runtime/configuration/deployment.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -6,7 +6,7 @@
 
 #include <fstream>
 
-#include "common/runtime/fields.hpp"
+#include "common/runtime/configuration/fields.hpp"
 #include "tests/support/files.hpp"
 
 namespace phantom::runtime {

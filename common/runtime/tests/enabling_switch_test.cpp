@@ -1,4 +1,4 @@
-#include "common/runtime/enabling_switch.hpp"
+#include "common/runtime/servo/enabling_switch.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

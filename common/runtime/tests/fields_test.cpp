@@ -1,4 +1,4 @@
-#include "common/runtime/fields.hpp"
+#include "common/runtime/configuration/fields.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

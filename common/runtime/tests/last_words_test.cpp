@@ -1,4 +1,4 @@
-#include "common/runtime/last_words.hpp"
+#include "common/runtime/process/last_words.hpp"
 
 #include <fcntl.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-#include "common/runtime/line_writer.hpp"
+#include "common/runtime/process/line_writer.hpp"
 
 #include <fcntl.h>
 #include <gtest/gtest.h>

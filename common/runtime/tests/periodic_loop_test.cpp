@@ -1,4 +1,4 @@
-#include "common/runtime/periodic_loop.hpp"
+#include "common/runtime/servo/periodic_loop.hpp"
 
 #include <gtest/gtest.h>
 #include <pthread.h>

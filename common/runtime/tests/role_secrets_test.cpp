@@ -1,4 +1,4 @@
-#include "common/runtime/role_secrets.hpp"
+#include "common/runtime/configuration/role_secrets.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-#include "common/runtime/servo_session.hpp"
+#include "common/runtime/servo/servo_session.hpp"
 
 #include <gtest/gtest.h>
 

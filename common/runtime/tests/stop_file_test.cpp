@@ -1,4 +1,4 @@
-#include "common/runtime/stop_file.hpp"
+#include "common/runtime/process/stop_file.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
 // The keys of an enabling switch: the kernel's events decoded, and a device that a pipe stands for.
-#include "common/runtime/switch_input.hpp"
+#include "common/runtime/servo/switch_input.hpp"
 
 #include <fcntl.h>
 #include <gtest/gtest.h>

@@ -8,9 +8,9 @@
 #include <iostream>
 #include <numbers>
 
-#include "common/geometry/primitives.hpp"
-#include "common/geometry/solid_moments.hpp"
-#include "common/robot/finger_points.hpp"
+#include "common/geometry/implicit/primitives.hpp"
+#include "common/geometry/mesh/solid_moments.hpp"
+#include "common/robot/skin/finger_points.hpp"
 #include "common/simulation/slave_plant.hpp"
 #include "common/simulation/tests/half_space.hpp"
 #include "tests/support/heap_guard.hpp"

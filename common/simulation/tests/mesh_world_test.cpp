@@ -6,9 +6,9 @@
 #include <cmath>
 #include <random>
 
+#include "common/geometry/implicit/primitives.hpp"
+#include "common/geometry/mesh/winding_number.hpp"
 #include "common/geometry/point_triangle.hpp"
-#include "common/geometry/primitives.hpp"
-#include "common/geometry/winding_number.hpp"
 #include "tests/support/heap_guard.hpp"
 
 namespace phantom::simulation {

@@ -10,7 +10,7 @@
 #include "common/simulation/reflected_inertia.hpp"
 #include "common/simulation/slave_plant.hpp"
 #include "common/simulation/tests/half_space.hpp"
-#include "common/teleop/joint_servo.hpp"
+#include "common/teleop/coupling/joint_servo.hpp"
 #include "common/teleop/tests/period.hpp"
 
 namespace phantom::simulation {

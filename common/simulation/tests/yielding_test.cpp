@@ -7,7 +7,7 @@
 #include <numbers>
 #include <random>
 
-#include "common/geometry/primitives.hpp"
+#include "common/geometry/implicit/primitives.hpp"
 #include "common/robot/tests/test_arms.hpp"
 #include "common/simulation/mesh_world.hpp"
 #include "common/simulation/slave_plant.hpp"

@@ -4,7 +4,7 @@
 #include <algorithm>
 
 #include "common/core/units.hpp"
-#include "common/geometry/primitives.hpp"
+#include "common/geometry/implicit/primitives.hpp"
 #include "common/survey/tests/survey_rig.hpp"
 
 namespace phantom::survey {

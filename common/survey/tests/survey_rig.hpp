@@ -5,7 +5,7 @@
 #include <string>
 
 #include "common/core/units.hpp"
-#include "common/geometry/mesh_io.hpp"
+#include "common/geometry/mesh/mesh_io.hpp"
 #include "common/survey/error_aid.hpp"
 #include "common/survey/fit.hpp"
 #include "common/survey/identify.hpp"

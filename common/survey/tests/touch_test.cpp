@@ -8,8 +8,8 @@
 #include <iostream>
 #include <random>
 
+#include "common/geometry/implicit/primitives.hpp"
 #include "common/geometry/point_triangle.hpp"
-#include "common/geometry/primitives.hpp"
 #include "common/survey/tests/survey_rig.hpp"
 
 namespace phantom::survey::touch_test {

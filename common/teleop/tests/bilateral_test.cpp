@@ -1,4 +1,4 @@
-#include "common/teleop/bilateral.hpp"
+#include "common/teleop/coupling/bilateral.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "common/teleop/cartesian_hand.hpp"
+#include "common/teleop/coupling/cartesian_hand.hpp"
 
 #include <gtest/gtest.h>
 
@@ -8,8 +8,8 @@
 #include <optional>
 
 #include "common/robot/tests/test_arms.hpp"
+#include "common/teleop/rendering/wrench_slew.hpp"
 #include "common/teleop/tests/period.hpp"
-#include "common/teleop/wrench_slew.hpp"
 #include "tests/support/heap_guard.hpp"
 
 namespace phantom::teleop {

@@ -1,4 +1,4 @@
-#include "common/teleop/cartesian_map.hpp"
+#include "common/teleop/coupling/cartesian_map.hpp"
 
 #include <gtest/gtest.h>
 

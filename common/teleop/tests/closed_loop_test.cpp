@@ -11,12 +11,12 @@
 #include "common/simulation/operator_model.hpp"
 #include "common/simulation/slave_plant.hpp"
 #include "common/simulation/tests/half_space.hpp"
-#include "common/teleop/feedback_rendering.hpp"
-#include "common/teleop/joint_servo.hpp"
-#include "common/teleop/percept_rendering.hpp"
-#include "common/teleop/stability_guard.hpp"
+#include "common/teleop/coupling/joint_servo.hpp"
+#include "common/teleop/guards/stability_guard.hpp"
+#include "common/teleop/rendering/feedback_rendering.hpp"
+#include "common/teleop/rendering/percept_rendering.hpp"
+#include "common/teleop/rendering/torque_slew.hpp"
 #include "common/teleop/tests/period.hpp"
-#include "common/teleop/torque_slew.hpp"
 
 namespace phantom::teleop {
 namespace {

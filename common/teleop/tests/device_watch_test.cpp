@@ -1,4 +1,4 @@
-#include "common/teleop/device_watch.hpp"
+#include "common/teleop/coupling/device_watch.hpp"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <limits>
 #include <string>
 
-#include "common/teleop/stability_guard.hpp"
+#include "common/teleop/guards/stability_guard.hpp"
 #include "tests/support/heap_guard.hpp"
 
 namespace phantom::teleop {

@@ -1,4 +1,4 @@
-#include "common/teleop/enabling_switch.hpp"
+#include "common/teleop/coupling/enabling_switch.hpp"
 
 #include <gtest/gtest.h>
 

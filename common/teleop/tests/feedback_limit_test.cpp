@@ -1,6 +1,6 @@
 // The limit of 1/A against an independent oracle: master, link and slave stepped through time, sample by
 // sample.
-#include "common/teleop/feedback_limit.hpp"
+#include "common/teleop/rendering/feedback_limit.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -11,7 +11,7 @@
 #include <limits>
 #include <random>
 
-#include "common/teleop/joint_servo.hpp"
+#include "common/teleop/coupling/joint_servo.hpp"
 #include "tests/support/heap_guard.hpp"
 
 namespace phantom::teleop {

@@ -1,4 +1,4 @@
-#include "common/teleop/feedback_rendering.hpp"
+#include "common/teleop/rendering/feedback_rendering.hpp"
 
 #include <gtest/gtest.h>
 

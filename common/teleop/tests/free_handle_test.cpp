@@ -1,4 +1,4 @@
-#include "common/teleop/free_handle.hpp"
+#include "common/teleop/coupling/free_handle.hpp"
 
 #include <gtest/gtest.h>
 

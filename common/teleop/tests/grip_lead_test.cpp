@@ -1,4 +1,4 @@
-#include "common/teleop/grip_lead.hpp"
+#include "common/teleop/gripper/grip_lead.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // The gripper's law on a simulated gripper, and its promises for any input.
-#include "common/teleop/gripper.hpp"
+#include "common/teleop/gripper/gripper.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "common/teleop/joint_servo.hpp"
+#include "common/teleop/coupling/joint_servo.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "common/teleop/link_state.hpp"
+#include "common/teleop/coupling/link_state.hpp"
 
 #include <gtest/gtest.h>
 

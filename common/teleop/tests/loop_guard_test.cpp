@@ -1,4 +1,4 @@
-#include "common/teleop/loop_guard.hpp"
+#include "common/teleop/guards/loop_guard.hpp"
 
 #include <gtest/gtest.h>
 

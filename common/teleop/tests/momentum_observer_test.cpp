@@ -1,6 +1,6 @@
 // The observer on an arm whose joints are coupled: the plant is Orocos KDL's mass matrix, Coriolis torques
 // and weight, integrated in small steps; the observer sees samples of it, as drives report them.
-#include "common/teleop/momentum_observer.hpp"
+#include "common/teleop/guards/momentum_observer.hpp"
 
 #include <gtest/gtest.h>
 

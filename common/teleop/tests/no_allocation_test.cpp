@@ -6,11 +6,11 @@
 #include "common/simulation/reach_script.hpp"
 #include "common/simulation/slave_plant.hpp"
 #include "common/simulation/tests/half_space.hpp"
-#include "common/teleop/feedback_rendering.hpp"
-#include "common/teleop/joint_servo.hpp"
-#include "common/teleop/link_state.hpp"
-#include "common/teleop/percept_rendering.hpp"
-#include "common/teleop/torque_slew.hpp"
+#include "common/teleop/coupling/joint_servo.hpp"
+#include "common/teleop/coupling/link_state.hpp"
+#include "common/teleop/rendering/feedback_rendering.hpp"
+#include "common/teleop/rendering/percept_rendering.hpp"
+#include "common/teleop/rendering/torque_slew.hpp"
 #include "tests/support/heap_guard.hpp"
 
 namespace phantom::teleop {

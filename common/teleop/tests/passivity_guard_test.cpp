@@ -1,4 +1,4 @@
-#include "common/teleop/passivity_guard.hpp"
+#include "common/teleop/guards/passivity_guard.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "common/teleop/percept_rendering.hpp"
+#include "common/teleop/rendering/percept_rendering.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "common/teleop/percept_set.hpp"
+#include "common/teleop/rendering/percept_set.hpp"
 
 #include <gtest/gtest.h>
 

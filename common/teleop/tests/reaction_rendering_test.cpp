@@ -1,4 +1,4 @@
-#include "common/teleop/reaction_rendering.hpp"
+#include "common/teleop/rendering/reaction_rendering.hpp"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <deque>
 #include <limits>
 
-#include "common/teleop/feedback_rendering.hpp"
+#include "common/teleop/rendering/feedback_rendering.hpp"
 #include "common/teleop/tests/period.hpp"
 
 namespace phantom::teleop::reaction_rendering_test {

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "common/core/clock.hpp"
-#include "common/teleop/link_state.hpp"
+#include "common/teleop/coupling/link_state.hpp"
 #include "common/teleop/tests/stop_store.hpp"
 
 namespace phantom::teleop {

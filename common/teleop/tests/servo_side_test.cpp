@@ -1,4 +1,4 @@
-#include "common/teleop/servo_side.hpp"
+#include "common/teleop/coupling/servo_side.hpp"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,7 @@ namespace phantom::teleop {
 namespace {
 
 TEST(StopExchange, SR03_KeepsAStopAndAnswersTheResetOnce) {
-  core::StopRequests requests;
+  teleop::StopRequests requests;
   MemoryStopStore store;
   StopExchange exchange(requests, store);
   SideInputs in;
@@ -25,7 +25,7 @@ TEST(StopExchange, SR03_KeepsAStopAndAnswersTheResetOnce) {
   }
   EXPECT_EQ(store.record, (StopRecord{9, StopCause::kEmergency}));
   EXPECT_EQ(in.reset, nullptr) << "the next step has none";
-  core::StopRequests::Result result;
+  teleop::StopRequests::Result result;
   ASSERT_TRUE(requests.take_result(result));
   EXPECT_EQ(result.number, asked);
   EXPECT_FALSE(result.released);

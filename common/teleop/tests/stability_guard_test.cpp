@@ -1,4 +1,4 @@
-#include "common/teleop/stability_guard.hpp"
+#include "common/teleop/guards/stability_guard.hpp"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <deque>
 
 #include "common/simulation/master_plant.hpp"
-#include "common/teleop/percept_rendering.hpp"
+#include "common/teleop/rendering/percept_rendering.hpp"
 
 namespace phantom::teleop {
 namespace {

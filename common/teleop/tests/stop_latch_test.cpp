@@ -1,4 +1,4 @@
-#include "common/teleop/stop_latch.hpp"
+#include "common/teleop/coupling/stop_latch.hpp"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,7 @@
 #include <random>
 #include <set>
 
-#include "common/teleop/link_state.hpp"
+#include "common/teleop/coupling/link_state.hpp"
 
 namespace phantom::teleop {
 namespace {

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "common/teleop/stop_latch.hpp"
+#include "common/teleop/coupling/stop_latch.hpp"
 
 namespace phantom::teleop {
 

@@ -1,4 +1,4 @@
-#include "common/teleop/torque_slew.hpp"
+#include "common/teleop/rendering/torque_slew.hpp"
 
 #include <gtest/gtest.h>
 

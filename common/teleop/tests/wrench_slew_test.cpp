@@ -1,4 +1,4 @@
-#include "common/teleop/wrench_slew.hpp"
+#include "common/teleop/rendering/wrench_slew.hpp"
 
 #include <gtest/gtest.h>
 

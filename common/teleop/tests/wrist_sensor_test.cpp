@@ -1,4 +1,4 @@
-#include "common/teleop/wrist_sensor.hpp"
+#include "common/teleop/guards/wrist_sensor.hpp"
 
 #include <gtest/gtest.h>
 

@@ -4,8 +4,8 @@
 #include <limits>
 #include <random>
 
-#include "common/geometry/primitives.hpp"
-#include "common/geometry/winding_number.hpp"
+#include "common/geometry/implicit/primitives.hpp"
+#include "common/geometry/mesh/winding_number.hpp"
 #include "common/voxelise/tests/meshes_in_a_grid.hpp"
 
 // Meshes as they come: the solid must be the one that was meant, and never leak.

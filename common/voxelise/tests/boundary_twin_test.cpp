@@ -3,7 +3,7 @@
 
 #include <random>
 
-#include "common/geometry/primitives.hpp"
+#include "common/geometry/implicit/primitives.hpp"
 #include "common/voxelise/tests/literal_twins.hpp"
 #include "common/voxelise/voxelise.hpp"
 

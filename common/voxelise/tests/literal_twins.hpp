@@ -6,7 +6,7 @@
 #include <cmath>
 #include <vector>
 
-#include "common/geometry/mesh.hpp"
+#include "common/geometry/mesh/mesh.hpp"
 #include "common/layers/layers.hpp"
 #include "common/workspace/workspace.hpp"
 

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <random>
 
-#include "common/geometry/polygonise.hpp"
-#include "common/geometry/primitives.hpp"
+#include "common/geometry/implicit/polygonise.hpp"
+#include "common/geometry/implicit/primitives.hpp"
 #include "common/layers/activation.hpp"
 
 namespace phantom::voxelise {

@@ -5,7 +5,7 @@
 #include <numbers>
 #include <random>
 
-#include "common/geometry/primitives.hpp"
+#include "common/geometry/implicit/primitives.hpp"
 #include "common/voxelise/tests/meshes_in_a_grid.hpp"
 
 namespace phantom::voxelise {

@@ -4,7 +4,7 @@
 #include <memory>
 #include <thread>
 
-#include "common/geometry/primitives.hpp"
+#include "common/geometry/implicit/primitives.hpp"
 #include "common/layers/activation.hpp"
 #include "common/workspace/tests/random_workspace.hpp"
 #include "common/workspace/workspace_assembler.hpp"

@@ -11,7 +11,7 @@
 #include <random>
 #include <tuple>
 
-#include "common/geometry/primitives.hpp"
+#include "common/geometry/implicit/primitives.hpp"
 #include "common/layers/activation.hpp"
 #include "common/workspace/brick_tiles.hpp"
 #include "common/workspace/tests/random_workspace.hpp"

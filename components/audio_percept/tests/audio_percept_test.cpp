@@ -12,9 +12,9 @@
 namespace phantom::audio_percept {
 namespace {
 
-using core::StopCause;
 using messages::PerceptCondition;
 using teleop::LinkState;
+using teleop::StopCause;
 
 /// A component whose clock moves with what it renders.
 struct PerceptRig {

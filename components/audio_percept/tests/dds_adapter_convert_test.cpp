@@ -193,10 +193,10 @@ TEST(LinkConverter, TellsTheStatesAndTheirCausesApart) {
   EXPECT_EQ(sample.state, teleop::LinkState::kDegraded);
   EXPECT_TRUE(state(msg::LinkState::LINK_STOPPED));
   EXPECT_EQ(sample.state, teleop::LinkState::kStopped);
-  EXPECT_EQ(sample.cause, core::StopCause::kEmergency);
+  EXPECT_EQ(sample.cause, teleop::StopCause::kEmergency);
   EXPECT_TRUE(state(msg::LinkState::LINK_STOPPED, msg::StopCause::STOP_DRIVE_FAULT));
   EXPECT_EQ(sample.state, teleop::LinkState::kStopped);
-  EXPECT_EQ(sample.cause, core::StopCause::kDriveFault);
+  EXPECT_EQ(sample.cause, teleop::StopCause::kDriveFault);
 }
 
 TEST(LinkConverter, TheMasterSaysWhetherTheToneMaySound) {

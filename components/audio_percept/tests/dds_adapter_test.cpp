@@ -5,8 +5,8 @@
 #include <atomic>
 #include <limits>
 
-#include "common/dds/endpoint.hpp"
-#include "common/dds/stamp.hpp"
+#include "common/dds/endpoints/endpoint.hpp"
+#include "common/dds/endpoints/stamp.hpp"
 #include "common/dds/tests/test_network.hpp"
 
 namespace phantom::audio_percept {

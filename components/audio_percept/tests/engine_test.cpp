@@ -8,7 +8,7 @@
 #include <thread>
 #include <vector>
 
-#include "common/runtime/process.hpp"
+#include "common/runtime/process/process.hpp"
 #include "components/audio_percept/tests/test_config.hpp"
 #include "tests/support/heap_guard.hpp"
 

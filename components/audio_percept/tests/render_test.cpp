@@ -9,8 +9,8 @@
 #include <sstream>
 
 #include "common/core/errors.hpp"
-#include "common/dds/cdr.hpp"
-#include "common/dds/topics.hpp"
+#include "common/dds/endpoints/cdr.hpp"
+#include "common/dds/endpoints/topics.hpp"
 #include "common/recording/byte_sink.hpp"
 #include "common/recording/mcap_writer.hpp"
 #include "components/audio_percept/spectrogram.hpp"
@@ -71,7 +71,7 @@ TEST(TrackCsv, ReadsEveryColumnInAnyOrder) {
   EXPECT_FALSE(track[1].percept.valid);
   EXPECT_TRUE(track[1].percept.muted);
   EXPECT_EQ(track[1].slave.state, teleop::LinkState::kStopped);
-  EXPECT_EQ(track[1].slave.cause, core::StopCause::kDriveFault);
+  EXPECT_EQ(track[1].slave.cause, teleop::StopCause::kDriveFault);
   EXPECT_EQ(track[1].alerts.active, 1U);
   EXPECT_EQ(track[1].alerts.raised_ns, track[1].now_ns);
 }

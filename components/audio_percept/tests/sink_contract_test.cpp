@@ -8,7 +8,7 @@
 #include <functional>
 #include <thread>
 
-#include "common/runtime/process.hpp"
+#include "common/runtime/process/process.hpp"
 #include "components/audio_percept/tests/fake_sink.hpp"
 #include "components/audio_percept/tests/test_config.hpp"
 

@@ -9,7 +9,7 @@
 #include <sstream>
 
 #include "common/core/errors.hpp"
-#include "common/dds/cdr.hpp"
+#include "common/dds/endpoints/cdr.hpp"
 #include "components/dds_recorder/info.hpp"
 #include "components/dds_recorder/tests/fake_world.hpp"
 

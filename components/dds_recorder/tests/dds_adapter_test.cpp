@@ -1,6 +1,6 @@
 // Through DDS: what is written on topics stands in the queue as it was, and what is replayed comes out as it
 // was.
-#include "components/dds_recorder/dds_adapter.hpp"
+#include "components/dds_recorder/adapter/dds_adapter.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -8,12 +8,12 @@
 #include <map>
 #include <set>
 
-#include "common/dds/cdr.hpp"
-#include "common/dds/endpoint.hpp"
-#include "common/dds/stamp.hpp"
+#include "common/dds/endpoints/cdr.hpp"
+#include "common/dds/endpoints/endpoint.hpp"
+#include "common/dds/endpoints/stamp.hpp"
 #include "common/dds/tests/test_network.hpp"
 #include "common/observation/payload_writer.hpp"
-#include "components/dds_recorder/dds_adapter_topics.hpp"
+#include "components/dds_recorder/adapter/dds_adapter_topics.hpp"
 
 namespace phantom::dds_recorder {
 namespace {

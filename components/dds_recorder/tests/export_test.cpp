@@ -7,14 +7,14 @@
 #include <sstream>
 
 #include "common/core/errors.hpp"
-#include "common/messages/percept_codec.hpp"
-#include "common/messages/status_codec.hpp"
-#include "common/messages/teleoperation_codec.hpp"
+#include "common/messages/codecs/percept_codec.hpp"
+#include "common/messages/codecs/status_codec.hpp"
+#include "common/messages/codecs/teleoperation_codec.hpp"
 #include "common/recording/mcap_check.hpp"
+#include "components/dds_recorder/adapter/dds_adapter_bag.hpp"
+#include "components/dds_recorder/adapter/dds_adapter_export.hpp"
+#include "components/dds_recorder/adapter/dds_adapter_topics.hpp"
 #include "components/dds_recorder/convert.hpp"
-#include "components/dds_recorder/dds_adapter_bag.hpp"
-#include "components/dds_recorder/dds_adapter_export.hpp"
-#include "components/dds_recorder/dds_adapter_topics.hpp"
 #include "tests/support/small_arms.hpp"
 
 namespace phantom::dds_recorder {

@@ -8,9 +8,9 @@
 #include <thread>
 
 #include "common/core/errors.hpp"
+#include "components/dds_recorder/adapter/known_topics.hpp"
 #include "components/dds_recorder/config.hpp"
 #include "components/dds_recorder/idl_text.hpp"
-#include "components/dds_recorder/known_topics.hpp"
 #include "components/dds_recorder/processes.hpp"
 #include "components/dds_recorder/sample_queue.hpp"
 #include "components/dds_recorder/tests/fake_world.hpp"

@@ -7,8 +7,8 @@
 #include <limits>
 
 #include "common/core/errors.hpp"
-#include "common/dds/cdr.hpp"
-#include "components/dds_recorder/dds_adapter_restamp.hpp"
+#include "common/dds/endpoints/cdr.hpp"
+#include "components/dds_recorder/adapter/dds_adapter_restamp.hpp"
 #include "components/dds_recorder/tests/fake_world.hpp"
 
 namespace phantom::dds_recorder {

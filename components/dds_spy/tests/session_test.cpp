@@ -14,14 +14,14 @@
 #include <thread>
 #include <utility>
 
-#include "common/dds/endpoint.hpp"
-#include "common/dds/participant_impl.hpp"
-#include "common/dds/stamp.hpp"
+#include "common/dds/endpoints/endpoint.hpp"
+#include "common/dds/endpoints/participant_impl.hpp"
+#include "common/dds/endpoints/stamp.hpp"
 #include "common/dds/tests/test_network.hpp"
 #include "common/observation/payload_writer.hpp"
 #include "common/ros2/endpoint.hpp"
 #include "common/ros2/message_types.hpp"
-#include "common/runtime/process.hpp"
+#include "common/runtime/process/process.hpp"
 #include "components/dds_spy/reports.hpp"
 #include "fast_dds/participants.hpp"
 #include "fast_dds/test_transport.hpp"

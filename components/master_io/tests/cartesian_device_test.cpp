@@ -1,4 +1,4 @@
-#include "components/master_io/cartesian_device.hpp"
+#include "components/master_io/devices/cartesian_device.hpp"
 
 #include <gtest/gtest.h>
 

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <random>
 
-#include "common/teleop/passivity_guard.hpp"
+#include "common/teleop/guards/passivity_guard.hpp"
 #include "components/master_io/tests/fixture.hpp"
 
 namespace phantom::master_io {

@@ -4,8 +4,8 @@
 #include <gtest/gtest.h>
 
 #include "common/core/errors.hpp"
-#include "common/teleop/stability_guard.hpp"
-#include "components/master_io/reaches.hpp"
+#include "common/teleop/guards/stability_guard.hpp"
+#include "components/master_io/reaches/reaches.hpp"
 #include "components/master_io/tests/fixture.hpp"
 
 namespace phantom::master_io {

@@ -7,13 +7,13 @@
 #include <limits>
 #include <map>
 
-#include "common/dds/endpoint.hpp"
-#include "common/dds/source_guard.hpp"
-#include "common/dds/stamp.hpp"
+#include "common/dds/admission/source_guard.hpp"
+#include "common/dds/endpoints/endpoint.hpp"
+#include "common/dds/endpoints/stamp.hpp"
 #include "common/dds/tests/test_network.hpp"
 #include "common/messages/arm_bounds.hpp"
-#include "common/messages/percept_codec.hpp"
-#include "common/messages/teleoperation_codec.hpp"
+#include "common/messages/codecs/percept_codec.hpp"
+#include "common/messages/codecs/teleoperation_codec.hpp"
 #include "components/master_io/dds_adapter_convert.hpp"
 #include "components/master_io/tests/fixture.hpp"
 #include "phantom_idl/percept.hpp"
@@ -21,7 +21,7 @@
 namespace phantom::master_io {
 namespace {
 
-using core::CommandKind;
+using teleop::CommandKind;
 using testing::HasSubstr;
 constexpr double kBad[] = {std::numeric_limits<double>::quiet_NaN(),
                            -std::numeric_limits<double>::infinity()};

@@ -1,4 +1,4 @@
-#include "components/master_io/desk.hpp"
+#include "components/master_io/devices/desk.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -10,8 +10,8 @@
 
 #include "common/core/errors.hpp"
 #include "common/teleop/tests/stop_store.hpp"
-#include "components/master_io/desk_decode.hpp"
-#include "components/master_io/desk_input.hpp"
+#include "components/master_io/devices/desk_decode.hpp"
+#include "components/master_io/devices/desk_input.hpp"
 #include "components/master_io/servo.hpp"
 #include "components/master_io/tests/fixture.hpp"
 #include "tests/support/heap_guard.hpp"

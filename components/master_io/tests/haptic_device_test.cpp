@@ -1,4 +1,4 @@
-#include "components/master_io/haptic_device.hpp"
+#include "components/master_io/devices/haptic_device.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-#include "components/master_io/reach_log.hpp"
+#include "components/master_io/reaches/reach_log.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // spacenavd as libspnav knows it: a server of its socket with its protocol, which the test makes.
-#include "components/master_io/spacenav.hpp"
+#include "components/master_io/devices/spacenav.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -13,7 +13,7 @@
 #include <thread>
 
 #include "common/core/errors.hpp"
-#include "components/master_io/desk_input.hpp"
+#include "components/master_io/devices/desk_input.hpp"
 #include "tests/support/eventually.hpp"
 
 namespace phantom::master_io {

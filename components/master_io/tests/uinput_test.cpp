@@ -14,8 +14,8 @@
 #include <mutex>
 #include <thread>
 
-#include "common/runtime/switch_input.hpp"
-#include "components/master_io/desk_input.hpp"
+#include "common/runtime/servo/switch_input.hpp"
+#include "components/master_io/devices/desk_input.hpp"
 #include "tests/support/eventually.hpp"
 
 namespace phantom::master_io {

@@ -10,9 +10,9 @@
 #include <random>
 #include <thread>
 
-#include "common/geometry/primitives.hpp"
-#include "common/teleop/percept_rendering.hpp"
-#include "common/teleop/torque_slew.hpp"
+#include "common/geometry/implicit/primitives.hpp"
+#include "common/teleop/rendering/percept_rendering.hpp"
+#include "common/teleop/rendering/torque_slew.hpp"
 #include "common/workspace/compression.hpp"
 #include "components/phantom_sensing/sensing_loop.hpp"
 #include "components/phantom_sensing/tests/rig.hpp"

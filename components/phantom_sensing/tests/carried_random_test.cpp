@@ -9,9 +9,9 @@
 #include <random>
 #include <string>
 
-#include "common/geometry/primitives.hpp"
-#include "common/teleop/percept_rendering.hpp"
-#include "common/teleop/torque_slew.hpp"
+#include "common/geometry/implicit/primitives.hpp"
+#include "common/teleop/rendering/percept_rendering.hpp"
+#include "common/teleop/rendering/torque_slew.hpp"
 #include "common/workspace/compression.hpp"
 #include "components/phantom_sensing/carried_parts.hpp"
 #include "components/phantom_sensing/sensing_loop.hpp"

@@ -10,7 +10,7 @@
 
 #include "common/core/errors.hpp"
 #include "common/dds/tests/test_network.hpp"
-#include "common/runtime/process.hpp"
+#include "common/runtime/process/process.hpp"
 #include "components/phantom_sensing/dds_adapter.hpp"
 #include "components/phantom_sensing/tests/rig.hpp"
 

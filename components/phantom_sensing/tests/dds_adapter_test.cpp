@@ -15,9 +15,9 @@
 #include <thread>
 #include <vector>
 
-#include "common/dds/endpoint.hpp"
+#include "common/dds/endpoints/endpoint.hpp"
 #include "common/dds/tests/test_network.hpp"
-#include "common/messages/workspace_codec.hpp"
+#include "common/messages/codecs/workspace_codec.hpp"
 #include "common/workspace/brick_codec.hpp"
 #include "components/phantom_sensing/dds_adapter_messages.hpp"
 #include "components/phantom_sensing/tests/rig.hpp"

@@ -3,9 +3,9 @@
 
 #include <cmath>
 
-#include "common/runtime/arm_model.hpp"
-#include "common/runtime/cell.hpp"
-#include "common/teleop/torque_slew.hpp"
+#include "common/runtime/cell/arm_model.hpp"
+#include "common/runtime/cell/cell.hpp"
+#include "common/teleop/rendering/torque_slew.hpp"
 #include "components/phantom_sensing/model.hpp"
 #include "components/phantom_sensing/tests/rig.hpp"
 #include "tests/support/heap_guard.hpp"

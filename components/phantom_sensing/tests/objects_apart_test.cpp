@@ -1,4 +1,4 @@
-#include "components/phantom_sensing/objects_apart.hpp"
+#include "components/phantom_sensing/workspace/objects_apart.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -11,7 +11,7 @@
 #include "common/core/errors.hpp"
 #include "common/layers/live_workspace.hpp"
 #include "common/percept/closeness.hpp"
-#include "common/runtime/cell_bodies.hpp"
+#include "common/runtime/cell/cell_bodies.hpp"
 #include "components/phantom_sensing/model.hpp"
 #include "components/phantom_sensing/sensing_loop.hpp"
 #include "components/phantom_sensing/tests/rig.hpp"

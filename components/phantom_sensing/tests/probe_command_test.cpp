@@ -11,10 +11,10 @@
 #include <random>
 #include <sstream>
 
-#include "common/robot/cluster_sensor.hpp"
+#include "common/robot/sensing/cluster_sensor.hpp"
 #include "common/robot/tests/foreign_arms.hpp"
 #include "components/phantom_sensing/model.hpp"
-#include "components/phantom_sensing/probe.hpp"
+#include "components/phantom_sensing/tools/probe.hpp"
 
 namespace phantom::phantom_sensing::probe_command_test {
 namespace {

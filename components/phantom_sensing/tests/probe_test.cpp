@@ -1,4 +1,4 @@
-#include "components/phantom_sensing/probe.hpp"
+#include "components/phantom_sensing/tools/probe.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

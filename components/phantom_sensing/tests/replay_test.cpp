@@ -7,16 +7,16 @@
 #include <functional>
 
 #include "common/core/errors.hpp"
-#include "common/dds/cdr.hpp"
-#include "common/geometry/primitives.hpp"
-#include "common/messages/teleoperation_codec.hpp"
-#include "common/messages/workspace_codec.hpp"
+#include "common/dds/endpoints/cdr.hpp"
+#include "common/geometry/implicit/primitives.hpp"
+#include "common/messages/codecs/teleoperation_codec.hpp"
+#include "common/messages/codecs/workspace_codec.hpp"
 #include "common/recording/byte_sink.hpp"
 #include "common/recording/mcap_writer.hpp"
 #include "common/workspace/compression.hpp"
 #include "components/phantom_sensing/dds_adapter_messages.hpp"
-#include "components/phantom_sensing/dds_adapter_replay.hpp"
 #include "components/phantom_sensing/tests/rig.hpp"
+#include "components/phantom_sensing/tools/dds_adapter_replay.hpp"
 
 namespace phantom::phantom_sensing {
 namespace {

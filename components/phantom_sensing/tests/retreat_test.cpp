@@ -9,7 +9,7 @@
 #include <random>
 
 #include "common/percept/closeness.hpp"
-#include "common/runtime/cell_bodies.hpp"
+#include "common/runtime/cell/cell_bodies.hpp"
 #include "common/simulation/mesh_world.hpp"
 #include "components/phantom_sensing/model.hpp"
 

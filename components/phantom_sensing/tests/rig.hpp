@@ -7,7 +7,7 @@
 #include "common/workspace/brick_codec.hpp"
 #include "components/phantom_sensing/config.hpp"
 #include "components/phantom_sensing/phantom_sensing.hpp"
-#include "components/phantom_sensing/workspace_keeper.hpp"
+#include "components/phantom_sensing/workspace/workspace_keeper.hpp"
 
 namespace phantom::phantom_sensing::rig {
 

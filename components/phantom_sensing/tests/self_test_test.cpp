@@ -1,11 +1,11 @@
 // The self-test passes on what is right, and fails on each thing that is wrong.
-#include "components/phantom_sensing/self_test.hpp"
+#include "components/phantom_sensing/tools/self_test.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "common/core/errors.hpp"
-#include "common/runtime/cell.hpp"
+#include "common/runtime/cell/cell.hpp"
 #include "components/phantom_sensing/model.hpp"
 #include "components/phantom_sensing/service.hpp"
 #include "components/phantom_sensing/tests/rig.hpp"

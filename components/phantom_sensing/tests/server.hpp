@@ -3,8 +3,8 @@
 #include <string>
 #include <vector>
 
-#include "common/dds/endpoint.hpp"
-#include "common/messages/workspace_codec.hpp"
+#include "common/dds/endpoints/endpoint.hpp"
+#include "common/messages/codecs/workspace_codec.hpp"
 #include "common/workspace/brick_codec.hpp"
 #include "components/phantom_sensing/tests/rig.hpp"
 

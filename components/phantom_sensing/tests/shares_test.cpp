@@ -7,10 +7,10 @@
 #include <thread>
 
 #include "common/core/errors.hpp"
-#include "common/runtime/cell.hpp"
+#include "common/runtime/cell/cell.hpp"
 #include "components/phantom_sensing/model.hpp"
-#include "components/phantom_sensing/share_inbox.hpp"
 #include "components/phantom_sensing/tests/shares_rig.hpp"
+#include "components/phantom_sensing/workspace/share_inbox.hpp"
 #include "tests/support/eventually.hpp"
 #include "tests/support/files.hpp"
 #include "tests/support/heap_guard.hpp"

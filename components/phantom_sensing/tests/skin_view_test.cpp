@@ -5,7 +5,7 @@
 #include <array>
 #include <map>
 
-#include "common/robot/skin_patches.hpp"
+#include "common/robot/sensing/skin_patches.hpp"
 #include "components/phantom_sensing/tests/rig.hpp"
 
 namespace phantom::phantom_sensing {

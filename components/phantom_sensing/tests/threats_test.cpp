@@ -10,8 +10,8 @@
 #include "common/core/text.hpp"
 #include "common/percept/closeness.hpp"
 #include "components/phantom_sensing/model.hpp"
-#include "components/phantom_sensing/probe.hpp"
 #include "components/phantom_sensing/tests/rig.hpp"
+#include "components/phantom_sensing/tools/probe.hpp"
 #include "tests/support/heap_guard.hpp"
 
 namespace phantom::phantom_sensing {

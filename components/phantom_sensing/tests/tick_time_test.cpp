@@ -1,4 +1,4 @@
-#include "components/phantom_sensing/tick_time.hpp"
+#include "components/phantom_sensing/tools/tick_time.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
 // What may wait at the keeper, and whose bricks are taken.
-#include "components/phantom_sensing/workspace_keeper.hpp"
+#include "components/phantom_sensing/workspace/workspace_keeper.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -10,7 +10,7 @@
 #include <regex>
 #include <sstream>
 
-#include "common/teleop/percept_set.hpp"
+#include "common/teleop/rendering/percept_set.hpp"
 #include "components/phantom_session/report_page.hpp"
 #include "tests/support/files.hpp"
 

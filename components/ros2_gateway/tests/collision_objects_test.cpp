@@ -6,7 +6,7 @@
 #include <cmath>
 #include <random>
 
-#include "common/runtime/cell_objects.hpp"
+#include "common/runtime/cell/cell_objects.hpp"
 #include "tests/support/hot_cell.hpp"
 
 namespace phantom::ros2_gateway {

@@ -9,9 +9,9 @@
 #include <mutex>
 #include <thread>
 
-#include "common/dds/endpoint.hpp"
-#include "common/dds/source_guard.hpp"
-#include "common/dds/stamp.hpp"
+#include "common/dds/admission/source_guard.hpp"
+#include "common/dds/endpoints/endpoint.hpp"
+#include "common/dds/endpoints/stamp.hpp"
 #include "common/dds/tests/test_network.hpp"
 
 namespace phantom::slave_io {

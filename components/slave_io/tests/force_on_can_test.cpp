@@ -5,7 +5,7 @@
 #include <cmath>
 #include <deque>
 
-#include "common/teleop/feedback_rendering.hpp"
+#include "common/teleop/rendering/feedback_rendering.hpp"
 #include "components/slave_io/can_arm.hpp"
 #include "components/slave_io/tests/arm_bench.hpp"
 

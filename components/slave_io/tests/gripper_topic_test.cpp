@@ -12,7 +12,7 @@
 namespace phantom::slave_io {
 namespace {
 
-using core::CommandKind;
+using teleop::CommandKind;
 using testing::HasSubstr;
 
 TEST(GripperOnTopics, CommandsAreAnsweredAndItsStateIsPublished) {
@@ -40,12 +40,12 @@ TEST(GripperOnTopics, CommandsAreAnsweredAndItsStateIsPublished) {
     }
   });
   const auto ask = [&](CommandKind kind, double value) {
-    return client.ask({.kind = kind, .value = value, .issuer = "test"}, 30.0).of(core::Side::kSlave);
+    return client.ask({.kind = kind, .value = value, .issuer = "test"}, 30.0).of(teleop::Side::kSlave);
   };
-  EXPECT_EQ(ask(CommandKind::kGripperForce, 25.0).state, core::SideAnswer::State::kDone);
-  EXPECT_EQ(ask(CommandKind::kGripperWidth, 0.0).state, core::SideAnswer::State::kDone);
-  const core::SideAnswer refused = ask(CommandKind::kGripperForce, 1000.0);
-  EXPECT_EQ(refused.state, core::SideAnswer::State::kRefused);
+  EXPECT_EQ(ask(CommandKind::kGripperForce, 25.0).state, teleop::SideAnswer::State::kDone);
+  EXPECT_EQ(ask(CommandKind::kGripperWidth, 0.0).state, teleop::SideAnswer::State::kDone);
+  const teleop::SideAnswer refused = ask(CommandKind::kGripperForce, 1000.0);
+  EXPECT_EQ(refused.state, teleop::SideAnswer::State::kRefused);
   EXPECT_THAT(refused.message, HasSubstr("allowed: 3 to 60 N"));
   bool held = false;
   for (int i = 0; i < 3000 && !held; ++i) {

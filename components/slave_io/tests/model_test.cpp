@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "common/core/errors.hpp"
-#include "common/runtime/cell_bodies.hpp"
+#include "common/runtime/cell/cell_bodies.hpp"
 #include "common/simulation/contact_points.hpp"
 #include "components/slave_io/tests/fixture.hpp"
 

@@ -6,9 +6,9 @@
 
 #include <cmath>
 
-#include "common/robot/arm_dynamics.hpp"
-#include "common/teleop/counterbalance.hpp"
-#include "common/teleop/momentum_observer.hpp"
+#include "common/robot/kinematics/arm_dynamics.hpp"
+#include "common/teleop/coupling/counterbalance.hpp"
+#include "common/teleop/guards/momentum_observer.hpp"
 #include "components/slave_io/tests/arm_bench.hpp"
 #include "components/slave_io/tests/fixture.hpp"
 #include "tests/support/heap_guard.hpp"

@@ -193,7 +193,7 @@ TEST(SlaveIo, SR04_EmergencyStopHoldsUntilReset) {
   bench.run(0.5);
   EXPECT_EQ(bench.state(), LinkState::kCoupled);
   EXPECT_EQ(bench.stops.record, teleop::StopRecord{});
-  core::StopRequests::Result result;
+  teleop::StopRequests::Result result;
   for (const bool released : {false, true}) {
     ASSERT_TRUE(bench.inbox.stops.take_result(result));
     EXPECT_EQ(result.released, released);

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <deque>
 
-#include "common/teleop/feedback_rendering.hpp"
+#include "common/teleop/rendering/feedback_rendering.hpp"
 #include "components/simulated_drive/force_sensor.hpp"
 #include "components/slave_io/tests/arm_bench.hpp"
 #include "components/slave_io/tests/wrist_section.hpp"

@@ -11,7 +11,7 @@
 
 #include "common/camera/tests/synthetic_camera.hpp"
 #include "common/core/errors.hpp"
-#include "components/synthetic_viewer/picks.hpp"
+#include "components/synthetic_viewer/scene/picks.hpp"
 #include "components/synthetic_viewer/tests/camera_rig.hpp"
 
 namespace phantom::synthetic_viewer {

@@ -5,9 +5,9 @@
 #include <cstdlib>
 #include <fstream>
 
+#include "components/synthetic_viewer/scene/tests/picks_of_a_page.hpp"
 #include "components/synthetic_viewer/tests/camera_rig.hpp"
 #include "components/synthetic_viewer/tests/page_in_chromium.hpp"
-#include "components/synthetic_viewer/tests/picks_of_a_page.hpp"
 
 namespace phantom::synthetic_viewer {
 namespace {

@@ -9,11 +9,11 @@
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
-#include "common/runtime/cell_bodies.hpp"
-#include "components/synthetic_viewer/simulated_camera.hpp"
+#include "common/runtime/cell/cell_bodies.hpp"
+#include "components/synthetic_viewer/render/tests/project.hpp"
+#include "components/synthetic_viewer/samples/tests/mesh_chunks.hpp"
+#include "components/synthetic_viewer/scene/simulated_camera.hpp"
 #include "components/synthetic_viewer/tests/loop_rig.hpp"
-#include "components/synthetic_viewer/tests/mesh_chunks.hpp"
-#include "components/synthetic_viewer/tests/project.hpp"
 
 namespace phantom::synthetic_viewer::test {
 

@@ -1,4 +1,4 @@
-#include "components/synthetic_viewer/camera_view.hpp"
+#include "components/synthetic_viewer/scene/camera_view.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -8,7 +8,7 @@
 #include <thread>
 
 #include "common/core/errors.hpp"
-#include "common/geometry/primitives.hpp"
+#include "common/geometry/implicit/primitives.hpp"
 #include "components/synthetic_viewer/tests/camera_rig.hpp"
 
 namespace phantom::synthetic_viewer {

@@ -6,6 +6,7 @@
 #include <filesystem>
 
 #include "common/core/errors.hpp"
+#include "common/web/tests/certificate.hpp"
 #include "tests/support/files.hpp"
 
 namespace phantom::synthetic_viewer {
@@ -141,6 +142,24 @@ INSTANTIATE_TEST_SUITE_P(
         Fault{"flag", "page: {allow_commands: perhaps}", "allow_commands", "true"},
         Fault{"not_a_number", "frame_rate_hz: fast", "frame_rate_hz", "number"}),
     [](const auto& fault) { return std::string(fault.param.name); });
+
+TEST(PageCertificate, AndItsKeyAreConfiguredTogether) {
+  const web::test::Certificate own;
+  const auto refusal_of = [](const std::string& page) {
+    try {
+      return std::string(load_config(test::new_file("page: {" + page + "}")).page.tls ? "TLS" : "no TLS");
+    } catch (const std::runtime_error& problem) {
+      return std::string(problem.what());
+    }
+  };
+  const std::string certificate = "certificate: " + own.certificate.string(),
+                    key = "key: " + own.key.string();
+  EXPECT_EQ(refusal_of(""), "no TLS");
+  EXPECT_EQ(refusal_of(certificate + ", " + key), "TLS");
+  EXPECT_THAT(refusal_of(certificate), AllOf(HasSubstr(".yaml:"), HasSubstr("page.key")));
+  EXPECT_THAT(refusal_of(key), AllOf(HasSubstr(".yaml:"), HasSubstr("page.certificate")));
+  EXPECT_THAT(refusal_of("certificate: nowhere.pem, " + key), HasSubstr("nowhere.pem: cannot be read"));
+}
 
 }  // namespace
 }  // namespace phantom::synthetic_viewer

@@ -5,8 +5,8 @@
 #include <cstdlib>
 #include <fstream>
 
-#include "components/synthetic_viewer/tests/picks_of_a_page.hpp"
-#include "components/synthetic_viewer/tests/project.hpp"
+#include "components/synthetic_viewer/render/tests/project.hpp"
+#include "components/synthetic_viewer/scene/tests/picks_of_a_page.hpp"
 #include "components/synthetic_viewer/tests/scene_rig.hpp"
 
 namespace phantom::synthetic_viewer {

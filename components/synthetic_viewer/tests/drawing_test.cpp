@@ -1,10 +1,10 @@
-#include "components/synthetic_viewer/drawing.hpp"
+#include "components/synthetic_viewer/scene/drawing.hpp"
 
 #include <gtest/gtest.h>
 
-#include "common/geometry/primitives.hpp"
+#include "common/geometry/implicit/primitives.hpp"
+#include "components/synthetic_viewer/samples/tests/mesh_chunks.hpp"
 #include "components/synthetic_viewer/tests/loop_rig.hpp"
-#include "components/synthetic_viewer/tests/mesh_chunks.hpp"
 
 namespace phantom::synthetic_viewer {
 namespace {

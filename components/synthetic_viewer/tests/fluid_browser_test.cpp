@@ -6,8 +6,8 @@
 #include <fstream>
 #include <map>
 
-#include "components/synthetic_viewer/tests/colour_vision.hpp"
-#include "components/synthetic_viewer/tests/project.hpp"
+#include "components/synthetic_viewer/render/tests/project.hpp"
+#include "components/synthetic_viewer/scene/tests/colour_vision.hpp"
 #include "components/synthetic_viewer/tests/scene_rig.hpp"
 
 namespace phantom::synthetic_viewer {

@@ -5,11 +5,11 @@
 #include <mutex>
 #include <optional>
 
-#include "common/dds/endpoint.hpp"
-#include "common/dds/stamp.hpp"
+#include "common/dds/endpoints/endpoint.hpp"
+#include "common/dds/endpoints/stamp.hpp"
 #include "common/dds/tests/test_network.hpp"
-#include "components/synthetic_viewer/dds_adapter.hpp"
 #include "components/synthetic_viewer/tests/headset_rig.hpp"
+#include "components/synthetic_viewer/topics/dds_adapter.hpp"
 
 namespace phantom::synthetic_viewer {
 namespace {

@@ -5,8 +5,8 @@
 #include <opencv2/imgcodecs.hpp>
 #include <thread>
 
-#include "components/synthetic_viewer/scene_feed.hpp"
-#include "components/synthetic_viewer/tests/page_rig.hpp"
+#include "components/synthetic_viewer/page/tests/page_rig.hpp"
+#include "components/synthetic_viewer/stream/scene_feed.hpp"
 #include "components/synthetic_viewer/tests/web_driver.hpp"
 #include "tests/support/eventually.hpp"
 
@@ -63,12 +63,12 @@ tries.stream = loaded(new Image(), streams + '/stream/main');
 tries['stream with CORS'] = loaded(Object.assign(new Image(), { crossOrigin: 'use-credentials' }), streams + '/stream/main');
 tries.script = loaded(document.head.appendChild(document.createElement('script')), page + '/stop');
 tries.numbers = new Promise(done => {
-  const socket = new WebSocket(streams.replace('http', 'ws') + '/scene');
+  const socket = new web::WebSocket(streams.replace('http', 'ws') + '/scene');
   socket.onmessage = ({ data }) => { if (typeof data === 'string') { socket.close(); done('READ ' + data); } };
   socket.onerror = () => { socket.close(); done('refused'); };
 });
 tries.socket = new Promise(done => {
-  const socket = new WebSocket(page.replace('http', 'ws') + '/scene');
+  const socket = new web::WebSocket(page.replace('http', 'ws') + '/scene');
   socket.onopen = () => done('OPEN');
   socket.onerror = () => done('refused');
 });
@@ -111,7 +111,7 @@ class HostilePage : public test::Page {
     content_.stops = [this] { return ++given_, StopView(); };
     content_.view(View::kMain).jpeg.publish(jpeg_);
     content_.state.publish(nlohmann::json{{"secret state", 1}});
-    feed_ = std::make_unique<SceneFeed>(config_, "cell", inbox_, content_);
+    feed_ = std::make_unique<SceneFeed>(config_, config_.page.scene_Hz, "cell", inbox_, content_);
     feed_->start();
     scene_ = feed_.get();
   }

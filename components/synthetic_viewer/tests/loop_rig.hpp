@@ -10,7 +10,7 @@
 #include <memory>
 #include <thread>
 
-#include "common/runtime/arm_model.hpp"
+#include "common/runtime/cell/arm_model.hpp"
 #include "components/synthetic_viewer/viewer_loop.hpp"
 #include "tests/support/eventually.hpp"
 

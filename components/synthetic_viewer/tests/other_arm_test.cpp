@@ -8,12 +8,12 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "common/core/errors.hpp"
-#include "common/runtime/arm_model.hpp"
-#include "components/synthetic_viewer/drawing.hpp"
-#include "components/synthetic_viewer/review.hpp"
-#include "components/synthetic_viewer/scene_encoder.hpp"
-#include "components/synthetic_viewer/tests/recorded_session.hpp"
-#include "components/synthetic_viewer/tests/scene_decoder.hpp"
+#include "common/runtime/cell/arm_model.hpp"
+#include "components/synthetic_viewer/review/review.hpp"
+#include "components/synthetic_viewer/review/tests/recorded_session.hpp"
+#include "components/synthetic_viewer/scene/drawing.hpp"
+#include "components/synthetic_viewer/stream/scene_encoder.hpp"
+#include "components/synthetic_viewer/stream/tests/scene_decoder.hpp"
 #include "tests/support/files.hpp"
 
 namespace phantom::synthetic_viewer {
@@ -110,7 +110,7 @@ TEST_F(PairOfArms, ThePictureShowsIt) {
 }
 
 TEST_F(PairOfArms, BrowsersGetItAsTheServerDrawsIt) {
-  SceneEncoder encoder(config_, "pair");
+  SceneEncoder encoder(config_, config_.page.scene_Hz, "pair");
   test::DecodedScene scene;
   std::uint64_t seen = 0;
   SceneBoard::Content poses;

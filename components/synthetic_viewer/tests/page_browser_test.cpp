@@ -5,9 +5,9 @@
 #include <cstdlib>
 #include <fstream>
 
-#include "components/synthetic_viewer/tests/certificate.hpp"
+#include "common/web/tests/certificate.hpp"
+#include "common/web/tls_context.hpp"
 #include "components/synthetic_viewer/tests/page_in_chromium.hpp"
-#include "components/synthetic_viewer/tls_context.hpp"
 
 namespace phantom::synthetic_viewer {
 namespace {
@@ -84,8 +84,8 @@ TEST_F(PageInChromium, StopsWithoutASessionAndShowsAndCommandsWithOne) {
 
 // The session's cookie goes by TLS alone, and to the streams' port, too.
 TEST_F(PageInChromium, ShowsAndCommandsByHttps) {
-  const test::Certificate own;
-  config_.page.tls = std::make_shared<TlsContext>(own.certificate, own.key);
+  const web::test::Certificate own;
+  config_.page.tls = std::make_shared<web::TlsContext>(own.certificate, own.key);
   config_.page.secrets = runtime::RoleSecrets({"watch-watch-watch", "operate-operate-1", "configure-config"});
   browser_arguments_ = {"--ignore-certificate-errors"};  // it is signed by nobody that the browser knows
   serve(true);

@@ -6,7 +6,7 @@
 #include <iterator>
 #include <set>
 
-#include "components/synthetic_viewer/tests/colour_vision.hpp"
+#include "components/synthetic_viewer/scene/tests/colour_vision.hpp"
 #include "components/synthetic_viewer/tests/page_in_chromium.hpp"
 
 namespace phantom::synthetic_viewer {
@@ -37,7 +37,7 @@ class PageForEveryone : public test::PageInChromium {
     return browser_->run(script + "\nreturn " + check + ";");
   }
   void stop_without_answer() {
-    inbox_.stops.take_request(core::CommandAnswers(true, true, core::monotonic_ns()));
+    inbox_.stops.take_request(teleop::CommandAnswers(true, true, core::monotonic_ns()));
     ASSERT_TRUE(eventually(
         [&] { return truth("document.getElementById('stop-board').classList.contains('alarm')"); }));
   }

@@ -10,10 +10,10 @@
 #include <string>
 #include <vector>
 
-#include "components/synthetic_viewer/scene_feed.hpp"
+#include "components/synthetic_viewer/page/web_server.hpp"
+#include "components/synthetic_viewer/stream/scene_feed.hpp"
 #include "components/synthetic_viewer/tests/loop_rig.hpp"
 #include "components/synthetic_viewer/tests/web_driver.hpp"
-#include "components/synthetic_viewer/web_server.hpp"
 
 namespace phantom::synthetic_viewer::test {
 
@@ -38,7 +38,7 @@ class PageInChromium : public Loop {
     browser_->open(server_->url());
   }
   void begin_server() {
-    feed_ = std::make_unique<SceneFeed>(config_, cell_.name, inbox_, content_);
+    feed_ = std::make_unique<SceneFeed>(config_, config_.page.scene_Hz, cell_.name, inbox_, content_);
     feed_->start();
     server_ = std::make_unique<WebServer>(
         config_.page, content_,

@@ -16,7 +16,7 @@ TEST_F(PageSmoke, OpensDrawsAndStops) {
   browser_->type({test::Browser::kEscape});
   EXPECT_TRUE(test::eventually([&] {
     const std::lock_guard lock(mutex_);
-    return testing::Value(commands_, testing::Contains(core::CommandKind::kEmergencyStop));
+    return testing::Value(commands_, testing::Contains(teleop::CommandKind::kEmergencyStop));
   }));
 }
 

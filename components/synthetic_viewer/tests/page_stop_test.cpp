@@ -8,11 +8,11 @@
 
 #include "common/dds/tests/test_network.hpp"
 #include "common/messages/tests/stand_in_side.hpp"
-#include "components/synthetic_viewer/dds_adapter.hpp"
-#include "components/synthetic_viewer/page_state.hpp"
+#include "components/synthetic_viewer/page/page_state.hpp"
+#include "components/synthetic_viewer/page/web_server.hpp"
 #include "components/synthetic_viewer/tests/loop_rig.hpp"
 #include "components/synthetic_viewer/tests/web_driver.hpp"
-#include "components/synthetic_viewer/web_server.hpp"
+#include "components/synthetic_viewer/topics/dds_adapter.hpp"
 
 namespace phantom::synthetic_viewer {
 namespace {
@@ -36,7 +36,7 @@ class StandInCell {
   dds::Participant master_host_{"master_io", test_network()}, slave_host_{"slave_io", test_network()};
 
  public:
-  messages::StandInSide master{master_host_, core::Side::kMaster}, slave{slave_host_, core::Side::kSlave};
+  messages::StandInSide master{master_host_, teleop::Side::kMaster}, slave{slave_host_, teleop::Side::kSlave};
 
  private:
   void run() {
@@ -146,9 +146,9 @@ TEST_F(StopInChromium, PressedInTheSecondOfFourWindowsIsHeardAndConfirmedInAll) 
     EXPECT_FALSE(shown("stop-board")) << which;
   });
   browser_->switch_to(windows_[1]);
-  EXPECT_EQ(sides_->slave.heard_of(core::CommandKind::kEmergencyStop), 0U);
+  EXPECT_EQ(sides_->slave.heard_of(teleop::CommandKind::kEmergencyStop), 0U);
   browser_->click("#stop");
-  EXPECT_TRUE(eventually([&] { return sides_->slave.heard_of(core::CommandKind::kEmergencyStop) > 0; }));
+  EXPECT_TRUE(eventually([&] { return sides_->slave.heard_of(teleop::CommandKind::kEmergencyStop) > 0; }));
   EXPECT_TRUE(eventually([&] { return sides_->master.stop != 0 && sides_->slave.stop != 0; }));
   in_every_window(
       [&](const std::string& which) { EXPECT_TRUE(eventually([&] { return confirmed(); })) << which; });

@@ -1,4 +1,4 @@
-#include "components/synthetic_viewer/pose_calibration.hpp"
+#include "components/synthetic_viewer/scene/pose_calibration.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -9,9 +9,9 @@
 #include <random>
 #include <set>
 
-#include "common/geometry/primitives.hpp"
+#include "common/geometry/implicit/primitives.hpp"
+#include "components/synthetic_viewer/scene/tests/picks_of_a_page.hpp"
 #include "components/synthetic_viewer/tests/camera_rig.hpp"
-#include "components/synthetic_viewer/tests/picks_of_a_page.hpp"
 
 namespace phantom::synthetic_viewer {
 namespace {

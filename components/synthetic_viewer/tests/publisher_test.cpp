@@ -1,4 +1,4 @@
-#include "components/synthetic_viewer/publisher.hpp"
+#include "components/synthetic_viewer/output/publisher.hpp"
 
 #include <gtest/gtest.h>
 
@@ -13,7 +13,7 @@ class PublisherOfACell : public test::DrawnCell {
  protected:
   PublisherOfACell() { state_.arm = pose(); }
   bool has_picture(std::uint32_t alert) { return !content_.hit_picture(alert).empty(); }
-  Publisher publisher_{config_, content_};
+  Publisher publisher_{config_, config_, content_};
 };
 
 TEST_F(PublisherOfACell, DrawsOnlyWhatSomebodyFollows) {

@@ -1,4 +1,4 @@
-#include "components/synthetic_viewer/report.hpp"
+#include "components/synthetic_viewer/output/report.hpp"
 
 #include <gtest/gtest.h>
 

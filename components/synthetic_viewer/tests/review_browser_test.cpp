@@ -5,9 +5,9 @@
 #include <cstdlib>
 #include <fstream>
 
+#include "components/synthetic_viewer/review/tests/recorded_session.hpp"
 #include "components/synthetic_viewer/review_command.hpp"
 #include "components/synthetic_viewer/tests/loop_rig.hpp"
-#include "components/synthetic_viewer/tests/recorded_session.hpp"
 #include "components/synthetic_viewer/tests/web_driver.hpp"
 
 namespace phantom::synthetic_viewer {

@@ -7,7 +7,7 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 
-#include "components/synthetic_viewer/tests/project.hpp"
+#include "components/synthetic_viewer/render/tests/project.hpp"
 #include "components/synthetic_viewer/tests/scene_rig.hpp"
 
 namespace phantom::synthetic_viewer {

@@ -1,5 +1,5 @@
 // What the scene stream says, read by a decoder of its own, against what the server draws.
-#include "components/synthetic_viewer/scene_encoder.hpp"
+#include "components/synthetic_viewer/stream/scene_encoder.hpp"
 
 #include <gtest/gtest.h>
 
@@ -7,12 +7,12 @@
 #include <cmath>
 #include <functional>
 
-#include "common/geometry/primitives.hpp"
-#include "components/synthetic_viewer/page_board.hpp"
-#include "components/synthetic_viewer/page_state.hpp"
+#include "common/geometry/implicit/primitives.hpp"
+#include "components/synthetic_viewer/page/page_state.hpp"
+#include "components/synthetic_viewer/samples/tests/mesh_chunks.hpp"
+#include "components/synthetic_viewer/stream/page_board.hpp"
+#include "components/synthetic_viewer/stream/tests/scene_decoder.hpp"
 #include "components/synthetic_viewer/tests/loop_rig.hpp"
-#include "components/synthetic_viewer/tests/mesh_chunks.hpp"
-#include "components/synthetic_viewer/tests/scene_decoder.hpp"
 
 namespace phantom::synthetic_viewer {
 namespace {
@@ -131,7 +131,7 @@ class SceneOfACell : public test::DrawnCell {
         << name_of(view);
   }
 
-  SceneEncoder encoder_{config_, "two plates"};
+  SceneEncoder encoder_{config_, config_.page.scene_Hz, "two plates"};
   test::DecodedScene scene_;
   std::uint64_t seen_ = 0;
   SceneBoard::Content poses_;

@@ -11,16 +11,17 @@
 #include <opencv2/imgcodecs.hpp>
 #include <thread>
 
-#include "common/runtime/arm_model.hpp"
-#include "common/runtime/cell_bodies.hpp"
-#include "components/synthetic_viewer/drawing.hpp"
-#include "components/synthetic_viewer/fluid_store.hpp"
-#include "components/synthetic_viewer/page_state.hpp"
-#include "components/synthetic_viewer/scene_feed.hpp"
-#include "components/synthetic_viewer/still_scene.hpp"
-#include "components/synthetic_viewer/tests/mesh_chunks.hpp"
+#include "common/runtime/cell/arm_model.hpp"
+#include "common/runtime/cell/cell_bodies.hpp"
+#include "components/synthetic_viewer/config.hpp"
+#include "components/synthetic_viewer/page/page_state.hpp"
+#include "components/synthetic_viewer/page/web_server.hpp"
+#include "components/synthetic_viewer/samples/tests/mesh_chunks.hpp"
+#include "components/synthetic_viewer/scene/drawing.hpp"
+#include "components/synthetic_viewer/scene/still_scene.hpp"
+#include "components/synthetic_viewer/stream/fluid_store.hpp"
+#include "components/synthetic_viewer/stream/scene_feed.hpp"
 #include "components/synthetic_viewer/tests/web_driver.hpp"
-#include "components/synthetic_viewer/web_server.hpp"
 #include "tests/support/eventually.hpp"
 
 namespace phantom::synthetic_viewer::test {
@@ -78,7 +79,7 @@ class SceneInChromium : public ::testing::Test {
   }
   void open_without_choice(std::vector<std::string> arguments = {"--use-angle=swiftshader",
                                                                  "--enable-unsafe-swiftshader"}) {
-    feed_ = std::make_unique<SceneFeed>(config_, cell_.name, inbox_, content_, hand_);
+    feed_ = std::make_unique<SceneFeed>(config_, config_.page.scene_Hz, cell_.name, inbox_, content_, hand_);
     feed_->start();
     serve();
     arguments.push_back("--js-flags=--expose-gc");
@@ -140,7 +141,7 @@ class SceneInChromium : public ::testing::Test {
   std::unique_ptr<Browser> browser_;
   std::mutex mutex_;
   std::vector<ViewRequest> requests_;
-  std::vector<core::CommandKind> commands_;  ///< that the page sent
+  std::vector<teleop::CommandKind> commands_;  ///< that the page sent
 
  private:
   /// The arm over the pump, with percept, paint and an alert, as the topics would give it.

@@ -6,9 +6,9 @@
 #include <opencv2/core.hpp>
 
 #include "common/core/errors.hpp"
-#include "common/geometry/primitives.hpp"
+#include "common/geometry/implicit/primitives.hpp"
+#include "components/synthetic_viewer/samples/tests/mesh_chunks.hpp"
 #include "components/synthetic_viewer/tests/loop_rig.hpp"
-#include "components/synthetic_viewer/tests/mesh_chunks.hpp"
 
 namespace phantom::synthetic_viewer {
 namespace {
@@ -43,7 +43,7 @@ TEST_F(Loop, NothingIsDrawnForThoseWhoDrawByThemselves) {
   content_.scene.followers = 1;
   start();
   std::uint64_t seen = 0;
-  Broadcast<SceneBase>::Content base;
+  web::Broadcast<SceneBase>::Content base;
   ASSERT_TRUE(eventually([&] {
     send_pose();
     base = content_.scene.next(seen, std::chrono::milliseconds(100));

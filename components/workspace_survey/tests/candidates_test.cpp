@@ -2,7 +2,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "common/runtime/pose_text.hpp"
+#include "common/runtime/configuration/pose_text.hpp"
 #include "components/workspace_survey/candidates_page.hpp"
 #include "components/workspace_survey/measurement_file.hpp"
 #include "components/workspace_survey/tests/rig.hpp"

@@ -1,9 +1,9 @@
 #include <algorithm>
 #include <opencv2/imgcodecs.hpp>
 
-#include "common/geometry/mesh_io.hpp"
-#include "common/runtime/cell.hpp"
-#include "common/runtime/cell_bodies.hpp"
+#include "common/geometry/mesh/mesh_io.hpp"
+#include "common/runtime/cell/cell.hpp"
+#include "common/runtime/cell/cell_bodies.hpp"
 #include "components/workspace_survey/object_text.hpp"
 #include "components/workspace_survey/part_picture.hpp"
 #include "components/workspace_survey/tests/rig.hpp"

@@ -12,14 +12,14 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
-#include "common/dds/endpoint.hpp"
+#include "common/dds/endpoints/endpoint.hpp"
 #include "common/dds/tests/test_network.hpp"
-#include "common/geometry/primitives.hpp"
+#include "common/geometry/implicit/primitives.hpp"
+#include "common/messages/codecs/teleoperation_codec.hpp"
+#include "common/messages/codecs/workspace_codec.hpp"
 #include "common/messages/publisher.hpp"
-#include "common/messages/teleoperation_codec.hpp"
-#include "common/messages/workspace_codec.hpp"
-#include "common/runtime/arm_model.hpp"
-#include "common/runtime/process.hpp"
+#include "common/runtime/cell/arm_model.hpp"
+#include "common/runtime/process/process.hpp"
 #include "components/workspace_survey/tests/rig.hpp"
 
 namespace phantom::workspace_survey {

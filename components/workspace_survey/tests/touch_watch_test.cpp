@@ -4,8 +4,8 @@
 
 #include <Eigen/Geometry>
 
-#include "common/robot/jacobian.hpp"
-#include "common/runtime/arm_model.hpp"
+#include "common/robot/kinematics/jacobian.hpp"
+#include "common/runtime/cell/arm_model.hpp"
 #include "components/workspace_survey/tests/rig.hpp"
 
 namespace phantom::workspace_survey {

@@ -2,7 +2,7 @@
 
 #include <gmock/gmock.h>
 
-#include "common/runtime/fields.hpp"
+#include "common/runtime/configuration/fields.hpp"
 #include "components/wva_server/tests/test_cell.hpp"
 
 namespace phantom::wva_server {

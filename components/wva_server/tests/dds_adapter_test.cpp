@@ -11,11 +11,11 @@
 #include <thread>
 #include <utility>
 
-#include "common/dds/endpoint.hpp"
-#include "common/dds/stamp.hpp"
+#include "common/dds/endpoints/endpoint.hpp"
+#include "common/dds/endpoints/stamp.hpp"
 #include "common/dds/tests/test_network.hpp"
 #include "common/messages/ask.hpp"
-#include "common/messages/workspace_codec.hpp"
+#include "common/messages/codecs/workspace_codec.hpp"
 #include "common/workspace/workspace_assembler.hpp"
 #include "components/wva_server/dds_adapter_client.hpp"
 #include "components/wva_server/mesh_chunks.hpp"

@@ -3,7 +3,7 @@
 
 #include <gmock/gmock.h>
 
-#include "common/runtime/arm_model.hpp"
+#include "common/runtime/cell/arm_model.hpp"
 #include "components/wva_server/tests/test_cell.hpp"
 
 namespace phantom::wva_server {

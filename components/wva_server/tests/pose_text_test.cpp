@@ -1,4 +1,4 @@
-#include "common/runtime/pose_text.hpp"
+#include "common/runtime/configuration/pose_text.hpp"
 
 #include <gtest/gtest.h>
 

@@ -6,8 +6,8 @@
 #include <fstream>
 #include <string>
 
-#include "common/geometry/mesh.hpp"
-#include "common/geometry/primitives.hpp"
+#include "common/geometry/implicit/primitives.hpp"
+#include "common/geometry/mesh/mesh.hpp"
 #include "components/wva_server/wva_server.hpp"
 #include "tests/support/ascii_stl.hpp"
 #include "tests/support/files.hpp"

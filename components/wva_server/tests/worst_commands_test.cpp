@@ -4,8 +4,8 @@
 
 #include <random>
 
-#include "common/geometry/formula.hpp"
-#include "common/runtime/cell_objects.hpp"
+#include "common/geometry/implicit/formula.hpp"
+#include "common/runtime/cell/cell_objects.hpp"
 #include "components/wva_server/tests/test_cell.hpp"
 
 namespace phantom::wva_server {

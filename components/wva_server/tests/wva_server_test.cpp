@@ -4,7 +4,7 @@
 
 #include <filesystem>
 
-#include "common/runtime/fields.hpp"
+#include "common/runtime/configuration/fields.hpp"
 #include "components/wva_server/change_under_way.hpp"
 #include "components/wva_server/tests/test_cell.hpp"
 

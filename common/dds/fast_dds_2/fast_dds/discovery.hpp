@@ -9,7 +9,7 @@
 #include <memory>
 #include <utility>
 
-#include "common/dds/discovery.hpp"
+#include "common/dds/arbitration/discovery.hpp"
 
 namespace phantom::fast_dds {
 

@@ -7,7 +7,7 @@
 #include <string>
 #include <string_view>
 
-#include "common/dds/encapsulation.hpp"
+#include "common/dds/endpoints/encapsulation.hpp"
 #include "fast_dds/types.hpp"
 
 namespace phantom::fast_dds {

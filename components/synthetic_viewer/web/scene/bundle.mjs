@@ -17,7 +17,7 @@ packed[9] = 255;  // the system on which it was packed: unknown, so that it is t
 const lines = [];
 for (let i = 0; i < packed.length; i += 32) lines.push([...packed.subarray(i, i + 32)].join(','));
 writeFileSync(`${out}/kSceneBundle.cpp`, `#include <cstddef>
-namespace phantom::synthetic_viewer::web {
+namespace phantom::synthetic_viewer::assets {
 extern const unsigned char kSceneBundle[];
 extern const std::size_t kSceneBundleBytes;
 const unsigned char kSceneBundle[] = {

@@ -1,0 +1,19 @@
+#pragma once
+
+#include <filesystem>
+
+#include "common/runtime/cell/cell.hpp"
+
+namespace phantom::runtime {
+
+/// Checks every name in the cell that stands for something elsewhere in it, whichever component needs it: the
+/// arm and the link that hold an object; object and link of an allowed contact; the links of skins and
+/// interest points. Loads the kinematics of all arms for that, and with it checks them. Throws ConfigError
+/// naming the place, the name and what is allowed; throws MissingError if an arm's file is missing. Not
+/// real-time safe.
+void check_names(const CellConfig& cell);
+
+/// Reads a cell as load_cell() does, and checks its names.
+CellConfig load_checked_cell(const std::filesystem::path& path, CellArms arms = CellArms::kNeeded);
+
+}  // namespace phantom::runtime

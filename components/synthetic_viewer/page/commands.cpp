@@ -1,0 +1,111 @@
+#include "components/synthetic_viewer/page/commands.hpp"
+
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "common/core/text.hpp"
+#include "common/core/units.hpp"
+
+namespace phantom::synthetic_viewer {
+namespace {
+
+using Json = nlohmann::json;
+
+core::Status bad(const std::string& problem) { return core::Status::invalid_argument(problem); }
+
+std::string allowed_kinds() {
+  std::string names;
+  for (std::uint32_t kind = 0; kind < teleop::kCommandKinds; ++kind)
+    core::add_to_list(names, teleop::rule_of(static_cast<CommandKind>(kind)).name);
+  return names;
+}
+
+}  // namespace
+
+std::optional<web::Role> role_for(teleop::CommandKind kind) {
+  using enum teleop::CommandKind;
+  if (kind == kEmergencyStop) return std::nullopt;
+  return kind == kSetLaw || kind == kSetFeedbackGain || kind == kCounterbalance ? web::Role::kConfigure
+                                                                                : web::Role::kOperate;
+}
+
+core::Expected<Command> parse_command(const std::string& text) {
+  const Json json = Json::parse(text, nullptr, false);
+  if (!json.is_object()) return bad(R"(a JSON object {"kind": …, "value": …} is expected)");
+  for (const auto& item : json.items()) {
+    if (item.key() != "kind" && item.key() != "value")
+      return bad("unknown key '" + item.key() + "'; allowed are kind and value");
+  }
+  const auto kind = json.find("kind"), value = json.find("value");
+  for (std::uint32_t number = 0; number < teleop::kCommandKinds; ++number) {
+    Command command{.kind = static_cast<CommandKind>(number)};
+    const teleop::CommandRule& rule = teleop::rule_of(command.kind);
+    if (kind == json.end() || *kind != rule.name) continue;
+    if (rule.needs_value) {
+      if (value == json.end() || !value->is_number())
+        return bad(std::string(rule.name) + ": value must be a number");
+      command.value = value->get<double>();
+    }
+    if (const std::string why = teleop::value_refusal(command.kind, command.value); !why.empty())
+      return bad(why);
+    return command;
+  }
+  return bad("kind must be one of " + allowed_kinds());
+}
+
+namespace {
+
+/// Returns whether a value is a finite number within limits.
+bool within(const Json& value, double least, double greatest) {
+  return value.is_number() && value.get<double>() >= least && value.get<double>() <= greatest;
+}
+
+core::Status read_key(const std::string& key, const Json& value, ViewRequest& request) {
+  if (key == "view") {
+    const auto view = value.is_string() ? view_from_name(value.get<std::string>()) : std::nullopt;
+    if (!view) return bad("view must be one of main, hit, tool, camera");
+    request.view = *view;
+  } else if (key == "orbit_deg") {
+    if (!value.is_array() || value.size() != 2 || !within(value[0], -180, 180) ||
+        !within(value[1], -180, 180))
+      return bad("orbit_deg must be [azimuth, elevation], each from -180 to 180");
+    request.azimuth_rad = core::kRadPerDegree * value[0].get<double>();
+    request.elevation_rad = core::kRadPerDegree * value[1].get<double>();
+  } else if (key == "zoom") {
+    if (!within(value, 0.1, 10)) return bad("zoom must be a number from 0.1 to 10");
+    request.zoom = value.get<double>();
+  } else if (key == "home" || key == "record") {
+    if (!value.is_boolean()) return bad(key + " must be true or false");
+    (key == "home" ? request.home : request.record.emplace()) = value.get<bool>();
+  } else {
+    return bad("unknown key '" + key + "'; allowed are view, orbit_deg, zoom, home and record");
+  }
+  return core::Status::ok();
+}
+
+}  // namespace
+
+core::Expected<CarryRequest> parse_carry_request(const std::string& text) {
+  const Json json = Json::parse(text, nullptr, false);
+  if (!json.is_object() || json.size() != 2 || !json.contains("object") || !json.contains("attach"))
+    return bad(R"(a JSON object {"object": …, "attach": …} is expected)");
+  const Json &object = json["object"], &attach = json["attach"];
+  constexpr std::size_t kLongestName = 64;
+  if (!object.is_string() || object.get_ref<const std::string&>().empty() ||
+      object.get_ref<const std::string&>().size() > kLongestName)
+    return bad("object must be a name of 1 to 64 bytes");
+  if (!attach.is_boolean()) return bad("attach must be true or false");
+  return CarryRequest{object.get<std::string>(), attach.get<bool>()};
+}
+
+core::Expected<ViewRequest> parse_view_request(const std::string& text) {
+  const Json json = Json::parse(text, nullptr, false);
+  if (!json.is_object() || !json.contains("view")) return bad(R"(a JSON object {"view": …} is expected)");
+  ViewRequest request;
+  for (const auto& item : json.items()) {
+    if (core::Status status = read_key(item.key(), item.value(), request); !status.is_ok()) return status;
+  }
+  return request;
+}
+
+}  // namespace phantom::synthetic_viewer

@@ -1,0 +1,261 @@
+#include "components/synthetic_viewer/page/page_state.hpp"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "common/geometry/implicit/primitives.hpp"
+#include "components/synthetic_viewer/state/inbox.hpp"
+#include "components/synthetic_viewer/stream/page_board.hpp"
+
+namespace phantom::synthetic_viewer {
+namespace {
+
+constexpr core::Nanoseconds kPage_ns = 20 * core::kNsPerSecond;
+
+CellScene make_scene() {
+  // Tests run side by side: a file of this process's own.
+  const std::filesystem::path file =
+      std::filesystem::path(::testing::TempDir()) / ("viewer_page_arm_" + std::to_string(getpid()) + ".urdf");
+  std::ofstream(file) << R"(<robot name="a"><link name="base"/><link name="one"/>
+    <joint name="lift" type="prismatic"><parent link="base"/><child link="one"/><axis xyz="0 0 1"/>
+    <limit lower="-0.4" upper="0.6" velocity="1" effort="1"/></joint></robot>)";
+  auto arm = robot::SerialArm::from_urdf(file, "one", {});
+  if (!arm) throw std::runtime_error(arm.status().message());
+  return {std::move(arm).value(), {0, 0, 0}, {1, 1, 1}, "left"};
+}
+
+nlohmann::json page(const ViewerState& state, const HitView& view = {}) {
+  const PageFacts facts{"test cell", true, false, 9.9, "none", kPage_ns - 7 * core::kNsPerSecond, {}};
+  return page_state(state, make_scene(), view, {}, facts, kPage_ns);
+}
+
+TEST(PageState, SaysThatNothingIsKnownAtTheStart) {
+  const auto json = page({});
+  EXPECT_EQ(json.at("t"), 7.0);
+  EXPECT_EQ(json.at("link").at("slave"), "NONE");
+  EXPECT_TRUE(json.at("link").at("slave_age_s").is_null());
+  EXPECT_TRUE(json.at("percept").at("closeness").is_null());
+  EXPECT_FALSE(json.at("percept").at("known"));
+  EXPECT_EQ(json.at("joints").at("name").dump(), R"(["lift"])");
+  EXPECT_TRUE(json.at("joints").at("prismatic")[0]);
+  EXPECT_NE(json.at("banner").get<std::string>(), "");
+}
+
+TEST(PageState, StalePerceptIsNotShownAsAValue) {
+  ViewerState state;
+  state.percept.received_ns = kPage_ns - 5 * core::kNsPerSecond;
+  state.percept.valid = true;
+  state.percept.closeness = 0.7;
+  EXPECT_TRUE(page(state).at("percept").at("closeness").is_null());
+  state.percept.received_ns = kPage_ns;
+  EXPECT_EQ(page(state).at("percept").at("closeness"), 0.7);
+}
+
+TEST(PageState, SaysInPlainWordsWhatTheGripperDoes) {
+  ViewerState state;
+  EXPECT_TRUE(page(state).at("gripper").is_null()) << "there is none";
+  GripperSample& gripper = state.gripper;
+  gripper.received_ns = kPage_ns;
+  gripper.sense = {true, 0.0418, 0.0, 29.6, true, false};
+  gripper.widest_m = 0.1;
+  gripper.requested_force_N = 30.0;
+  gripper.holds = true;
+  const auto words = [&] { return page(state).at("gripper").at("words").get<std::string>(); };
+  EXPECT_EQ(words(), "holds something 42 mm wide with 30 N");
+  EXPECT_EQ(page(state).at("gripper").at("width_m"), 0.0418);
+  EXPECT_EQ(page(state).at("gripper").at("requested_force_N"), 30.0);
+  gripper.received_ns = kPage_ns - 3 * core::kNsPerSecond;
+  EXPECT_EQ(words(), "not heard for 3.0 s; it held something, and holds by itself");
+  EXPECT_TRUE(page(state).at("gripper").at("width_m").is_null());
+  gripper.received_ns = kPage_ns;
+  gripper.sense.fault = true;
+  EXPECT_EQ(words(), "its drive is in fault; it held something");
+  gripper.holds = false;
+  gripper.sense = {true, 0.063, -0.1, 1.0, true, false};
+  gripper.moves = true;
+  EXPECT_EQ(words(), "closes, at 63 mm");
+  gripper.sense.velocity_m_s = 0.1;
+  EXPECT_EQ(words(), "opens, at 63 mm");
+  gripper.moves = false;
+  EXPECT_EQ(words(), "at rest, 63 mm open");
+  gripper.closed = true;
+  EXPECT_EQ(words(), "closed");
+  gripper.open = true;
+  EXPECT_EQ(words(), "open, 63 mm");
+  gripper.sense.follows = false;
+  EXPECT_EQ(words(), "its drive is not ready yet, at 63 mm");
+  gripper.sense.known = false;
+  EXPECT_EQ(words(), "its drive has not reported yet");
+}
+
+/// The pump stands at x = 0.7 m, and the arm stands lifted by `lift_m`.
+ViewerState state_with_pump(double lift_m, bool carried, const std::string& arm = "left") {
+  ViewerState state;
+  state.objects[3] = {
+      .id = 3, .name = "pump", .mesh_hash = 9, .X_WO = {Eigen::Matrix3d::Identity(), {0.7, 0, 0}}};
+  state.arm.received_ns = kPage_ns;
+  state.arm.position[0] = lift_m;
+  if (!carried) return state;
+  messages::CarriedObject pump{.id = 3, .arm = arm, .frame = "one"};
+  pump.X_FO.translation_m = {0.2, 0.0, -0.1};
+  state.workspace.carried = {pump};
+  return state;
+}
+
+TEST(CellScene, WhatTheArmCarriesMovesWithItsHandAndStandsInTheCellOtherwise) {
+  CellScene scene = make_scene();
+  scene.meshes[9] = {kFirstFreeHandle, std::make_shared<RayMesh>(geometry::make_box({0.1, 0.1, 0.1})), 12, 0};
+  const auto drawn_at = [&](const ViewerState& state) {
+    const Frame frame = scene.frame(state, {}, kPage_ns);
+    EXPECT_EQ(frame.items.size(), 1U) << "once, wherever it is";
+    return frame.items.empty() ? Eigen::Vector3f::Constant(9.0F)
+                               : Eigen::Vector3f(frame.items[0].W_from_mesh.block<3, 1>(0, 3));
+  };
+  EXPECT_TRUE(drawn_at(state_with_pump(0.3, false)).isApprox(Eigen::Vector3f(0.7F, 0, 0)));
+  EXPECT_TRUE(drawn_at(state_with_pump(0.3, true)).isApprox(Eigen::Vector3f(0.2F, 0, 0.2F)));
+  EXPECT_TRUE(drawn_at(state_with_pump(0.5, true)).isApprox(Eigen::Vector3f(0.2F, 0, 0.4F)));
+  ViewerState old = state_with_pump(0.3, true);
+  old.arm.received_ns -= 5 * core::kNsPerSecond;
+  EXPECT_LT(scene.frame(old, {}, kPage_ns).items.at(0).opacity, 1.0F) << "as the arm, whose pose is old";
+  EXPECT_TRUE(scene.frame(state_with_pump(0.3, true, "right"), {}, kPage_ns).items.empty())
+      << "where another arm has it is not known";
+  EXPECT_EQ(scene.obstacles(state_with_pump(0.3, true), false).bodies.size(), 0U)
+      << "it is a part of the arm";
+  EXPECT_EQ(scene.obstacles(state_with_pump(0.3, true), true).bodies.size(), 1U);
+  EXPECT_EQ(scene.obstacles(state_with_pump(0.3, false), false).bodies.size(), 1U);
+}
+
+TEST(PageState, SaysWhatIsCarriedByWhom) {
+  EXPECT_EQ(page(state_with_pump(0.0, false)).at("carried"), "");
+  EXPECT_EQ(page(state_with_pump(0.0, true)).at("carried"), "arm left carries pump");
+  EXPECT_EQ(page(state_with_pump(0.0, true)).at("objects").dump(), R"([{"carried":true,"name":"pump"}])");
+  EXPECT_EQ(page(state_with_pump(0.0, false)).at("objects")[0].at("carried"), false);
+}
+
+TEST(PageState, ASilentComponentIsSaidToBeSilent) {
+  ViewerState state;
+  ComponentSample component;
+  component.component = "slave_io";
+  component.received_ns = kPage_ns - core::kNsPerSecond / 2;
+  component.state = core::ComponentState::kRunning;
+  state.take(component);
+  component.topics = {{.topic = "percept", .refused = 2}, {.topic = "hit_alert", .refused = 3}};
+  state.take(component);
+  const auto shown = [&] { return page(state).at("components").at("slave_io@"); };
+  EXPECT_EQ(shown().at("state"), "RUNNING");
+  EXPECT_EQ(shown().at("refused"), 5);
+  component.received_ns = kPage_ns - 3 * core::kNsPerSecond;
+  state.take(component);
+  EXPECT_EQ(shown().at("state"), "SILENT");
+}
+
+TEST(PageState, TheRowOfTheTableIsSaidInWordsAndTheChoiceInSwitches) {
+  ViewerState state;
+  EXPECT_EQ(page(state).at("link").at("percepts"), "") << "no master";
+  state.master.received_ns = kPage_ns;
+  state.master.law = teleop::BilateralLaw::kSctfb;
+  state.master.percept_enabled = true;
+  state.master.views_enabled = false;
+  state.arm.counterbalance = teleop::Counterbalance::kNone;
+  EXPECT_EQ(page(state).at("link").at("percepts"), "b2: SCTFB, weight felt: drag and tone");
+  EXPECT_EQ(page(state).at("link").at("counterbalance"), "none");
+  EXPECT_FALSE(page(state).at("link").at("views_enabled"));
+  state.arm.counterbalance = teleop::Counterbalance::kAutomatic;
+  state.master.views_enabled = true;
+  EXPECT_EQ(page(state).at("link").at("percepts"), "b2: SCTFB, counterbalanced: drag, tone and views");
+  EXPECT_EQ(page(state).at("link").at("counterbalance"), "automatic");
+}
+
+TEST(PageState, HitsAreNumberedAsTheyCameAndToldWithTheirEnd) {
+  ViewerState state;
+  HitSample hit;
+  hit.received_ns = kPage_ns - core::kNsPerSecond;
+  hit.alert = 1;
+  hit.link = 1;
+  state.take(hit);
+  hit.alert = 2;
+  state.take(hit);
+  hit.alert = 1;
+  hit.cleared = true;
+  hit.received_ns = kPage_ns;
+  state.take(hit);
+  const auto hits = page(state).at("hits");
+  ASSERT_EQ(hits.size(), 2U);
+  EXPECT_EQ(hits.at("2").at("alert"), 2);
+  EXPECT_EQ(hits.at("2").at("number"), 2);
+  EXPECT_TRUE(hits.at("2").at("cleared_after_s").is_null());
+  EXPECT_EQ(hits.at("1").at("cleared_after_s"), 1.0);
+  EXPECT_EQ(hits.at("1").at("link"), "one");
+}
+
+TEST(PageState, TheListOfHitsIsBounded) {
+  ViewerState state;
+  HitSample hit;
+  for (std::uint32_t alert = 1; alert <= 500; ++alert) {
+    hit.alert = alert;
+    state.take(hit);
+  }
+  EXPECT_EQ(state.hits.size(), ViewerState::kMaxHits);
+  EXPECT_EQ(state.total_hits, 500U);
+  const auto told = page(state);
+  EXPECT_EQ(told.at("total_hits"), 500);
+  std::set<int> numbers;
+  for (const auto& one : told.at("hits")) numbers.insert(one.at("number").get<int>());
+  EXPECT_EQ(numbers.size(), ViewerState::kMaxHits);
+  EXPECT_EQ(*numbers.rbegin(), 500);
+  EXPECT_EQ(*numbers.begin(), 461) << "the newest ones";
+}
+
+TEST(PageState, NamesFromOutsideCannotBreakTheJson) {
+  ViewerState state;
+  ComponentSample component;
+  component.component = "a\"b\n<script>\xFF";
+  component.received_ns = kPage_ns;
+  state.take(component);
+  std::uint64_t seen = 0;
+  PageBoard board;
+  EXPECT_NO_THROW(board.put(page(state)));
+  EXPECT_TRUE(nlohmann::json::accept(board.since(seen)));
+}
+
+// Tries synthetic_viewer: component_status under more than 256
+TEST(ViewerStateBounds, TheComponentThatIsSilentLongestMakesRoom) {
+  ViewerState state;
+  ComponentSample sample;
+  sample.component = "slave_io";
+  for (int i = 0; i < 10'000; ++i) {
+    sample.host = "invented_" + std::to_string(i);
+    sample.received_ns = i + 1;
+    state.take(sample);
+    ASSERT_LE(state.components.size(), ViewerState::kMaxComponents);
+  }
+  EXPECT_TRUE(state.components.contains("slave_io@invented_9999"));
+  EXPECT_FALSE(state.components.contains("slave_io@invented_0"));
+  EXPECT_EQ(state.forgotten, 10'000 - ViewerState::kMaxComponents);
+}
+
+// Tries synthetic_viewer: more events come
+TEST(InboxBounds, WhatWaitsIsBoundedByNumberAndMemoryAndTheRestIsCounted) {
+  Inbox inbox;
+  ComponentSample status;
+  for (std::size_t i = 0; i < 2 * Inbox::kMaxStatuses; ++i)
+    EXPECT_EQ(inbox.put(status), i < Inbox::kMaxStatuses);
+  MeshChunkSample chunk;
+  chunk.data.assign(std::size_t{256} << 10, 1);
+  const std::size_t fit = Inbox::kMaxMeshBytes / chunk.data.size();
+  for (std::size_t i = 0; i < fit + 100; ++i) ASSERT_EQ(inbox.put(chunk), i < fit);
+  EXPECT_EQ(inbox.lost(), Inbox::kMaxStatuses + 100);
+  HitSample hit;
+  EXPECT_TRUE(inbox.put(hit));  // an alert is not behind any of them
+  EXPECT_TRUE(inbox.urgent());
+  EXPECT_EQ(inbox.take_hits().size(), 1U);
+  EXPECT_EQ(inbox.take_events().size(), Inbox::kMaxStatuses + fit);
+  EXPECT_TRUE(inbox.put(chunk));
+}
+
+}  // namespace
+}  // namespace phantom::synthetic_viewer

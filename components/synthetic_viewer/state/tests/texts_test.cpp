@@ -1,0 +1,154 @@
+// The files of texts: complete in each language, each text used, and no sentence beside them.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <regex>
+#include <set>
+
+#include "common/teleop/rendering/percept_set.hpp"
+#include "components/synthetic_viewer/state/state.hpp"
+#include "components/synthetic_viewer/stream/headset_hand.hpp"
+
+namespace phantom::synthetic_viewer::texts_test {
+namespace {
+
+using Texts = std::map<std::string, std::string>;
+
+const std::filesystem::path kRoom = PHANTOM_SOURCE_DIR "/components/synthetic_viewer";
+
+std::string content(const std::filesystem::path& path) {
+  std::ifstream file(path);
+  return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+}
+
+Texts texts(const std::string& language) {
+  return nlohmann::json::parse(content(kRoom / "web" / ("texts." + language + ".json"))).get<Texts>();
+}
+
+std::multiset<std::string> matches(const std::string& text, const std::string& pattern) {
+  const std::regex regex(pattern);
+  std::multiset<std::string> found;
+  for (std::sregex_iterator match(text.begin(), text.end(), regex), end; match != end; ++match)
+    found.insert((*match)[match->size() - 1].str());
+  return found;
+}
+
+/// Everything that may name a text: the page's files and the viewer's sources that know Words.
+std::string users() {
+  std::string all;
+  for (const auto& folder : {kRoom / "web", kRoom / "web/scene", kRoom}) {
+    for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+      const std::string kind = entry.path().extension();
+      if (kind != ".html" && kind != ".js" && kind != ".cpp") continue;
+      const std::string text = content(entry.path());
+      if (kind != ".cpp" || text.find("Words") != std::string::npos) all += text;
+    }
+  }
+  return all;
+}
+
+TEST(PageTexts, EveryLanguageHasEveryTextWithTheSamePlaces) {
+  const Texts english = texts("en"), german = texts("de");
+  ASSERT_GT(english.size(), 200U);
+  for (const auto& [key, text] : english) {
+    ASSERT_TRUE(german.contains(key)) << key;
+    EXPECT_FALSE(german.at(key).empty()) << key;
+    const std::string places = R"((\{[^}]*\}))";
+    EXPECT_EQ(matches(text, places), matches(german.at(key), places)) << key;
+    EXPECT_EQ((text + german.at(key)).find('<'), std::string::npos)
+        << key << ": the page brings them as data";
+  }
+  EXPECT_EQ(german.size(), english.size());
+}
+
+TEST(PageTexts, EveryTextIsUsedAndEveryUsedTextIsThere) {
+  const std::string all = users();
+  const Texts english = texts("en");
+  const auto names = matches(all, R"([\"'`]([a-z_]+\.[A-Za-z0-9_]*)[\"'`])");
+  std::set<std::string> groups;  // "state." + something
+  for (const std::string& name : names)
+    if (name.ends_with('.')) groups.insert(name);
+  for (const std::string& group : matches(all, R"(data-options=\"([a-z_]+)\")")) groups.insert(group + ".");
+  for (const auto& [key, text] : english) {
+    const std::string group = key.substr(0, key.find('.') + 1);
+    const bool silent = key.ends_with("_silent") && names.contains(key.substr(0, key.size() - 7));
+    EXPECT_TRUE(names.contains(key) || groups.contains(group) || silent) << key << " is used nowhere";
+  }
+  std::set<std::string> known;  // groups of texts
+  for (const auto& [key, text] : english) known.insert(key.substr(0, key.find('.')));
+  const std::set<std::string> files{"hits.jpg",  "page.css",   "page.js",     "stop.js",
+                                    "views.js",  "choice.js",  "session.js",  "scene.js",
+                                    "review.js", "review.css", "calibrate.js"};
+  for (const std::string& name : names) {
+    const std::string group = name.substr(0, name.find('.'));
+    if (name.ends_with('.') || !known.contains(group) || files.contains(name)) continue;
+    EXPECT_TRUE(english.contains(name)) << name << " is missing";
+  }
+}
+
+TEST(PageTexts, EveryNameOfAStateHasAText) {
+  const Texts english = texts("en");
+  for (int i = 0; i < 6; ++i)
+    EXPECT_TRUE(english.contains("link_state." + label_of(static_cast<LinkState>(i)))) << i;
+  for (int i = 0; i < 6; ++i)
+    EXPECT_TRUE(
+        english.contains(std::string("component_state.") + label_of(static_cast<core::ComponentState>(i))))
+        << i;
+  for (int i = 0; i < 4; ++i) {
+    EXPECT_TRUE(english.contains(std::string("motion.") + name_of(static_cast<MotionClass>(i)))) << i;
+    EXPECT_TRUE(english.contains(std::string("rule.") + name_of(static_cast<HitRule>(i)))) << i;
+  }
+  for (int i = 0; i <= static_cast<int>(HandWord::kEnd); ++i)
+    EXPECT_TRUE(english.contains(std::string("hand.") + name_of(static_cast<HandWord>(i)))) << i;
+  for (int i = 0; i <= 14; ++i) EXPECT_TRUE(english.contains("node." + std::to_string(i))) << i;
+}
+
+TEST(PageTexts, ThePageItselfHoldsNoSentence) {
+  const std::string html =
+      std::regex_replace(content(kRoom / "web/index.html"), std::regex("\\{texts\\}"), "");
+  EXPECT_EQ(matches(html, R"( (title|aria-label|alt|placeholder)=\")"), std::multiset<std::string>());
+  for (const std::string& between : matches(html, ">([^<>]*[A-Za-z][A-Za-z]+[^<>]*)<"))
+    EXPECT_THAT(between, testing::AnyOf("Phantom ", "N S E W T B"));
+  for (const auto& entry : std::filesystem::directory_iterator(kRoom / "web")) {
+    if (entry.path().extension() != ".js") continue;
+    const std::string code = std::regex_replace(content(entry.path()), std::regex("//[^\n]*"), "");
+    for (const std::string& literal : matches(code, "['`]([A-Z]?[a-z]+,? [a-z]+ [a-z][^'`\n]*)['`]"))
+      ADD_FAILURE() << entry.path().filename() << ": " << literal;
+  }
+}
+
+TEST(PageTexts, TheRowsOfTheTableAreThoseOfTheLaw) {
+  using enum teleop::BilateralLaw;
+  using teleop::Counterbalance;
+  ViewerState state;
+  for (const auto law : {kPf, kSctfb, kPfff, kPe, kPeff}) {
+    for (const auto balance :
+         {Counterbalance::kNone, Counterbalance::kMechanical, Counterbalance::kAutomatic}) {
+      for (int chosen = 0; chosen < 8; ++chosen) {
+        state.master.law = law;
+        state.arm.counterbalance = balance;
+        const teleop::PerceptChoice choice = teleop::percepts_of(chosen, law);
+        state.master.percept_enabled = choice.drag;
+        state.master.tone_enabled = choice.tone;
+        state.master.views_enabled = choice.views;
+        EXPECT_EQ(in_english(percepts_words(state)),
+                  std::string(teleop::percept_set(law, balance).row) + ": " + teleop::words_of(choice));
+      }
+    }
+  }
+}
+
+TEST(PageTexts, AWordThatIsFilledInIsNoPattern) {
+  EXPECT_EQ(in_english({"stop_side.refused", {{"message", "{0} {x:.1f} }{"}}}),
+            "REFUSED THE STOP: {0} {x:.1f} }{");
+  EXPECT_EQ(in_english({}), "");
+  EXPECT_EQ(in_english({"no_such.text", {}}), "no_such.text");
+}
+
+}  // namespace
+}  // namespace phantom::synthetic_viewer::texts_test

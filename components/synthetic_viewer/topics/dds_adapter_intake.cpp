@@ -1,0 +1,167 @@
+#include "components/synthetic_viewer/topics/dds_adapter_intake.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "common/messages/codecs/percept_codec.hpp"
+#include "common/messages/codecs/status_codec.hpp"
+#include "common/messages/codecs/teleoperation_codec.hpp"
+#include "common/messages/codecs/workspace_codec.hpp"
+#include "components/synthetic_viewer/state/state.hpp"
+
+namespace phantom::synthetic_viewer {
+namespace {
+
+// Samples are kept for so long that older pictures cannot be drawn over; so much may clocks differ that are
+// kept in step.
+constexpr double kOldestPicture_s = 5.0, kClocksDiffer_s = 0.1;
+
+/// Returns whether only one such component may run; viewers, recorders and audio components may be several.
+bool may_run_once(const std::string& component) {
+  return component == "master_io" || component == "slave_io" || component == "phantom_sensing" ||
+         component == "wva_server";
+}
+
+/// Takes down whether a side is stopped.
+void show_side(teleop::Side side, const auto& sample, StopBoard& board) {
+  board.take_state(side, sample.state, sample.stop.cause, sample.stop.id, sample.received_ns);
+}
+
+}  // namespace
+
+// ViewerState forgets the same ones, and counts them.
+const std::size_t TopicIntake::kMostComponentNames = ViewerState::kMaxComponents;
+
+SkinSample skin_of(const messages::SkinPercept& percept, core::Nanoseconds received_ns) {
+  SkinSample sample;
+  sample.received_ns = received_ns;
+  sample.valid = percept.valid && percept.greatest_mu_Pa_s_per_m > 0;
+  sample.patch_m = percept.patch_m;
+  if (!sample.valid) return sample;
+  for (const messages::SkinPatch& patch : percept.felt) {
+    const double share = static_cast<double>(patch.mu_Pa_s_per_m) / percept.greatest_mu_Pa_s_per_m;
+    sample.felt.push_back({patch.link, patch.middle_m, static_cast<float>(std::min(1.0, share))});
+  }
+  return sample;
+}
+
+/// Returns the sample if it is valid and newer than the last one of the followed process. Reports a second
+/// process.
+template <class Sample, class Message>
+std::optional<Sample> TopicIntake::newest(const Message& message, dds::SoleSource& source, const char* topic,
+                                          core::Nanoseconds at_ns, StopBoard& board) {
+  const auto sound = messages::from_idl(message, arm_);
+  if (!sound) return {};
+  const bool accepted = source.accept(message.stamp(), at_ns);
+  if (source.has_second(at_ns)) board.take_second(topic, at_ns);
+  if (!accepted) return {};
+  if constexpr (std::is_same_v<Sample, SkinSample>)
+    return skin_of(*sound, at_ns);
+  else
+    return Sample(*sound, at_ns);
+}
+
+std::optional<ArmSample> TopicIntake::take(const msg::SlaveState& message, core::Nanoseconds at_ns,
+                                           StopBoard& board) {
+  auto sample = newest<ArmSample>(message, arm_source_, dds::kSlaveState.name, at_ns, board);
+  if (!sample) return {};
+  sample->arrived = ++arm_arrived_;
+  sample->lost = arm_source_.lost();
+  show_side(teleop::Side::kSlave, *sample, board);
+  return sample;
+}
+
+std::optional<MasterSample> TopicIntake::take(const msg::MasterState& message, core::Nanoseconds at_ns,
+                                              StopBoard& board) {
+  auto sample = newest<MasterSample>(message, master_source_, dds::kMasterState.name, at_ns, board);
+  if (sample) show_side(teleop::Side::kMaster, *sample, board);
+  return sample;
+}
+
+std::optional<GripperSample> TopicIntake::take(const msg::GripperState& message, core::Nanoseconds at_ns,
+                                               StopBoard& board) {
+  return newest<GripperSample>(message, gripper_source_, dds::kGripperState.name, at_ns, board);
+}
+
+std::optional<PerceptSample> TopicIntake::take(const msg::Percept& message, core::Nanoseconds at_ns,
+                                               StopBoard& board) {
+  auto sample = newest<PerceptSample>(message, percept_source_, dds::kPercept.name, at_ns, board);
+  if (sample) phantom_.heard(message.stamp(), at_ns);
+  return sample;
+}
+
+std::optional<SkinSample> TopicIntake::take(const msg::SkinPercept& message, core::Nanoseconds at_ns,
+                                            StopBoard& board) {
+  return newest<SkinSample>(message, skin_source_, dds::kSkinPercept.name, at_ns, board);
+}
+
+std::optional<ComponentSample> TopicIntake::take(const msg::ComponentStatus& message, core::Nanoseconds at_ns,
+                                                 StopBoard& board) {
+  const auto component = messages::from_idl(message);
+  if (!component) return {};
+  const std::string key = component->component + "@" + component->host;
+  if (!names_.accept(key, message.stamp(), at_ns)) return {};
+  if (names_.has_second(key, at_ns) && may_run_once(component->component))
+    board.take_second("component_status as " + key, at_ns);
+  return ComponentSample(*component, at_ns);
+}
+
+std::optional<HitSample> TopicIntake::take(const msg::HitAlert& message, core::Nanoseconds at_ns,
+                                           StopBoard& /*board*/) {
+  const auto sound = messages::from_idl(message, arm_);
+  const bool foreign = phantom_.is_rival(message.stamp(), at_ns);
+  if (!sound || foreign || !hit_order_.accept(message.stamp())) return {};
+  return HitSample(*sound, at_ns);
+}
+
+core::Expected<std::optional<SentPicture>> TopicIntake::take(const msg::CameraPicture& message,
+                                                             const std::string& camera,
+                                                             core::Nanoseconds at_ns,
+                                                             core::Nanoseconds utc_ns, StopBoard& board) {
+  const auto refused = [](const std::string& why) {
+    return core::Status::invalid_argument("a camera_picture: " + why);
+  };
+  auto picture = messages::from_idl(message);
+  if (!picture) return refused(picture.status().message());
+  if (picture->camera != camera) return std::optional<SentPicture>();
+  const bool accepted = camera_source_.accept(message.stamp(), at_ns);
+  if (camera_source_.has_second(at_ns)) board.take_second("camera_picture of " + camera, at_ns);
+  if (!accepted) return refused("not newer than the last, or of a second process");
+  SentPicture sent{std::move(picture->jpeg), {}, at_ns};
+  if (picture->exposed_utc_ns == 0) return std::optional(std::move(sent));
+  const double age_s = core::seconds(utc_ns - picture->exposed_utc_ns);
+  if (!(age_s >= -kClocksDiffer_s && age_s <= kOldestPicture_s))
+    return refused(fmt::format(
+        "exposed {:.1f} s {}; allowed: at most {:.0f} s ago, by this host's clock. Are both hosts' clocks set?",
+        std::abs(age_s), age_s > 0 ? "ago" : "ahead", kOldestPicture_s));
+  sent.exposed_ns = at_ns - std::max<core::Nanoseconds>(0, utc_ns - picture->exposed_utc_ns);
+  return std::optional(std::move(sent));
+}
+
+messages::ObjectSources::Taken TopicIntake::take(const msg::WorkspaceObject& message,
+                                                 const dds::GuidPrefix& server) {
+  const auto object = messages::from_idl(message);
+  return object ? servers_.take(server, *object) : messages::ObjectSources::Taken();
+}
+
+TopicIntake::Version TopicIntake::take(const msg::WorkspaceVersion& message, const dds::GuidPrefix& server) {
+  const auto version = messages::from_idl(message);
+  if (!version) return {};
+  auto taken = servers_.commit(server);
+  Version result{taken.accepted, std::move(taken.changes), {}};
+  if (taken.accepted)
+    result.workspace = {version->description.version,
+                        version->description.grid.voxel_size_m.half_diagonal_m(), version->carried};
+  return result;
+}
+
+core::Expected<std::optional<Command>> TopicIntake::view_command(const msg::OperatorCommand& message) {
+  // Several processes may write commands, so their sequence numbers do not order them.
+  const auto command = messages::from_idl(message);
+  if (!command) return command.status();
+  return is_for_views(command->kind) ? std::optional(*command) : std::nullopt;
+}
+
+}  // namespace phantom::synthetic_viewer
