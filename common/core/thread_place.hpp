@@ -36,7 +36,7 @@ enum class ThreadRole {
   kOutput,
 };
 
-/// A thread's row in the scheduling scheme of all processes, which ARCHITECTURE.md shows as a table.
+/// A thread's row in the scheduling scheme of all processes, which docs/threads.md shows as a table.
 struct ThreadPlace {
   ThreadRole role;
   const char* name;  ///< as the kernel shows it (at most 15 characters); "": the name of the executable

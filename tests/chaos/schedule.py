@@ -10,7 +10,7 @@ SIDES = ("master_io", "slave_io")
 DRIVES = ("master_drives_a", "master_drives_b", "slave_drives_a", "slave_drives_b")
 OTHERS = ("wva_server", "phantom_sensing", "audio_percept", "synthetic_viewer")
 PROCESSES = SIDES + OTHERS
-# Threads by their names (ARCHITECTURE.md, Threads). "main" is the thread that has the executable's name.
+# Threads by their names (docs/threads.md). "main" is the thread that has the executable's name.
 THREADS = {"master_io": ("servo", "publisher", "receiver", "dds", "main", "output"), "slave_io": ("servo", "publisher", "receiver", "dds", "main", "output"),
            "phantom_sensing": ("sensing", "receiver", "workspace", "alerts", "main"), "wva_server": ("receiver", "main"),
            "audio_percept": ("audio", "main"), "synthetic_viewer": ("viewer", "main", "receiver")}

@@ -1,4 +1,4 @@
-// Every thread of running processes against the scheme of core/thread_place.hpp, which ARCHITECTURE.md shows.
+// Every thread of running processes against the scheme of core/thread_place.hpp, which docs/threads.md shows.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <pthread.h>
@@ -91,7 +91,7 @@ class ThreadTable : public testing::TestWithParam<Expected> {
       if (!known && std::string_view(GetParam().component) == "audio_percept" && of_the_sound_system(seen))
         continue;
       if (!known) {
-        problems << seen.name << " is not in the table (ARCHITECTURE.md, Threads)\n";
+        problems << seen.name << " is not in the table (docs/threads.md)\n";
         continue;
       }
       const bool asks = GetParam().haptic() || known->role == core::ThreadRole::kAudio;

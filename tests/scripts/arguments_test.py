@@ -12,6 +12,7 @@ REFUSED = {
     "bench": ["no-such-table"],
     "bill_of_materials": ["--staged", "nowhere", "--build", "nowhere", "--output", "none"],
     "check_layers": ["--nonsense"],
+    "check_links": ["--nonsense"],
     "demo": ["--nonsense"],
     "doctor": ["--topology", "no-such-file.yaml"],
     "experiments": ["--nonsense"],

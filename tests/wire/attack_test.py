@@ -20,7 +20,7 @@ MOST_PARTICIPANTS = 8
 DATAGRAMS = {"bare": 10_000_000, "participants": 160_000, "components": 280_000, "secured": 280_000}
 SERVOS = ("slave_io", "master_io")
 START_S = 120  # only bounds a failing test
-PLACES_BACK_S = 151  # after a stranger's last word, all places that it took at an address of ours are free again (ARCHITECTURE, decision 20)
+PLACES_BACK_S = 151  # after a stranger's last word, all places that it took at an address of ours are free again (docs/decisions, 20)
 # Everything at a participant's two ports: discovery, and its readers and writers (DDSI-RTPS 9.6.1.1).
 PORTS = {number: [7400 + 250 * DOMAIN + 10 + 2 * number + offset for offset in (0, 1)] for number in range(MOST_PARTICIPANTS)}
 

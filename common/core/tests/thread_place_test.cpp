@@ -77,8 +77,8 @@ std::string table() {
   return text.str();
 }
 
-TEST(ThreadPlace, TheArchitectureShowsTheScheme) {
-  EXPECT_NE(test::text_of(PHANTOM_SOURCE_DIR "/ARCHITECTURE.md").find(table()), std::string::npos)
+TEST(ThreadPlace, TheDocumentShowsTheScheme) {
+  EXPECT_NE(test::text_of(PHANTOM_SOURCE_DIR "/docs/threads.md").find(table()), std::string::npos)
       << "put this table there:\n"
       << table();
 }
