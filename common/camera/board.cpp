@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kUnsureFocalLength = 0.02;
 constexpr double kReachForAllTerms = 0.85;
-constexpr double kLeastTilt_rad = 0.17;  // between two of the boards
+constexpr double kMinTilt_rad = 0.17;  // between two of the boards
 
 /// Returns the mean grey around the middle of the square beyond an end corner: opposite to `next` and
 /// `below`.
@@ -134,11 +134,11 @@ core::Expected<LensFit> fit_lens(int width_px, int height_px, const Board& board
     return core::Status::invalid_argument(core::formatted(
         "the board does not fit: residual %.2f px; allowed: %.2f px. Is it flat, and its number of corners right?",
         fit.rms_px, largest_rms_px));
-  if (!(tilt_rad(fit.X_CB) > kLeastTilt_rad))
+  if (!(tilt_rad(fit.X_CB) > kMinTilt_rad))
     return core::Status::invalid_argument(core::formatted(
         "no two pictures show the board tilted by more than %.0f degrees to each other: tilt the board by 20 to 45 "
         "degrees, in other ways in each picture",
-        kLeastTilt_rad * 180 / 3.14159));
+        kMinTilt_rad * 180 / 3.14159));
   if (!(fit.focal_sigma_px < kUnsureFocalLength * std::min(fit.lens.fx_px, fit.lens.fy_px)))
     return core::Status::invalid_argument(core::formatted(
         "the focal length is unsure by %.1f px of %.0f px: tilt the board by 20 to 45 degrees, in other ways in "

@@ -10,7 +10,7 @@ namespace {
 
 constexpr double kWidestRadius = 10.0;  // |n| of 84° off the line of sight
 constexpr double kRadiusStep = 1e-3;
-constexpr int kMostNewtonSteps = 60;
+constexpr int kMaxNewtonSteps = 60;
 
 /// Returns the radius at which the distorted radius stops to grow.
 double folding_radius(const Lens& lens) {
@@ -66,7 +66,7 @@ std::optional<Eigen::Vector2d> LensModel::direction(const Eigen::Vector2d& pixel
                                (pixel.y() - lens_.cy_px) / lens_.fy_px);
   if (!wanted.allFinite()) return std::nullopt;
   Eigen::Vector2d n = Eigen::Vector2d::Zero();
-  for (int step = 0; step < kMostNewtonSteps; ++step) {
+  for (int step = 0; step < kMaxNewtonSteps; ++step) {
     const Eigen::Vector2d off = wanted - distorted(n);
     if (off.norm() < 1e-13) break;
     const Eigen::Matrix2d by = distorted_by(n);

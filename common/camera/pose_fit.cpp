@@ -19,9 +19,9 @@ using geometry::Pose;
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
-constexpr double kLeastSpread = 0.01;  // of points: second singular value over the first
+constexpr double kMinSpread = 0.01;  // of points: second singular value over the first
 constexpr double kSamePosition = 1e-3, kSameTurn_rad = 1e-3;  // of two solutions; position over the distance
-constexpr std::size_t kMostStarts = 8;                        // points of which all triples are tried
+constexpr std::size_t kMaxStarts = 8;                         // points of which all triples are tried
 constexpr double kExact_px2 = 1e-6;
 constexpr double kWorstCondition = 1e13;
 
@@ -105,16 +105,16 @@ bool in_line(std::span<const SeenPoint> points) {
   for (const SeenPoint& point : points)
     scatter += (point.position_W_m - middle) * (point.position_W_m - middle).transpose();
   const Eigen::Vector3d square = geometry::symmetric_eigenvalues(scatter);
-  return !(square(2) > 0.0) || square(1) < kLeastSpread * kLeastSpread * square(2);
+  return !(square(2) > 0.0) || square(1) < kMinSpread * kMinSpread * square(2);
 }
 
 /// Returns the points of which triples give starting poses: all, or some that lie far apart.
 std::vector<SeenPoint> far_apart(std::span<const SeenPoint> points) {
   std::vector<SeenPoint> chosen(points.begin(), points.end());
-  if (chosen.size() <= kMostStarts) return chosen;
+  if (chosen.size() <= kMaxStarts) return chosen;
   chosen.clear();
   const Eigen::Vector3d middle = middle_of(points);
-  while (chosen.size() < kMostStarts) {
+  while (chosen.size() < kMaxStarts) {
     const auto distance = [&](const SeenPoint& point) {
       double least =
           chosen.empty() ? (point.position_W_m - middle).norm() : std::numeric_limits<double>::infinity();

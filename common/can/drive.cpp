@@ -15,7 +15,7 @@ namespace {
 constexpr int kHeldUp = 4;
 constexpr int kSurplusSyncs = 12;       // of the last 32
 constexpr double kHeartbeatCost = 0.8;  // share of the heartbeat's period: a drive's clock may run fast
-constexpr int kLeastOwed = 64;          // answers to SYNCs: about the capacity of a drive's queue
+constexpr int kMinOwed = 64;            // answers to SYNCs: about the capacity of a drive's queue
 constexpr int kSurplusSdoReplies = 3;
 constexpr int kStaleSyncs = 3;  // SYNCs without an answer, after which loops on old data would wind up
 constexpr int kCountedSyncs = 1 << 20;  // above any limit: a drive may be silent for months
@@ -45,7 +45,7 @@ Drive::Drive(const AxisConfig& axis, const DriveGroupConfig& config)
       setup_(setup_steps(axis, config)),
       sdo_(static_cast<std::uint8_t>(axis.node), core::from_seconds(config.timing.sdo_timeout_s)),
       controlword_(stop_word_),
-      most_owed_(std::max(kLeastOwed, kHeldUp * (config.timing.most_missed + 1))) {
+      most_owed_(std::max(kMinOwed, kHeldUp * (config.timing.most_missed + 1))) {
   report_.has_reference = !homing_;
 }
 

@@ -10,7 +10,7 @@ namespace {
 
 constexpr int kAttempts = 3;         // of an SDO transfer, because frames may be lost
 constexpr double kAskAgain_s = 0.1;  // NMT commands are not acknowledged, so they are repeated
-constexpr int kMostSdoOwed = 8;
+constexpr int kMaxSdoOwed = 8;
 
 }  // namespace
 
@@ -71,7 +71,7 @@ bool Drive::send_request(core::Nanoseconds now_ns, Outbox& out) noexcept {
   const auto frame = sdo_.poll(now_ns);
   if (!frame) return false;
   out.add(*frame);
-  if (sdo_.state() == SdoClient::State::kBusy) owed_sdo_ = std::min(owed_sdo_ + 1, kMostSdoOwed);
+  if (sdo_.state() == SdoClient::State::kBusy) owed_sdo_ = std::min(owed_sdo_ + 1, kMaxSdoOwed);
   return true;  // an abort is not answered
 }
 

@@ -8,7 +8,7 @@
 namespace phantom::can {
 namespace {
 
-constexpr int kMostFramesPerCycle = 512;  // of one bus: four milliseconds of the shortest frames at 1 Mbit/s
+constexpr int kMaxFramesPerCycle = 512;  // of one bus: four milliseconds of the shortest frames at 1 Mbit/s
 
 constexpr double kApproach_s = 0.2;  // an axis in velocity mode slows down this long before its range ends
 
@@ -42,7 +42,7 @@ DriveGroup::DriveGroup(const DriveGroupConfig& config, std::vector<std::unique_p
 
 void DriveGroup::take_frames(Bus& bus) noexcept {
   Received received;
-  for (int i = 0; i < kMostFramesPerCycle && bus.port->receive(received); ++i) {
+  for (int i = 0; i < kMaxFramesPerCycle && bus.port->receive(received); ++i) {
     if (!received.is_frame() || received.frame.extended) continue;
     const std::int8_t axis = bus.axis_of_node[received.frame.id & 0x7F];
     if (axis >= 0) drives_[static_cast<std::size_t>(axis)].on_frame(received.frame, received.time_ns);

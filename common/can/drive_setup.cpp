@@ -94,11 +94,11 @@ void set_homing(Steps& steps, const AxisConfig& axis) {
 }
 
 void map_targets(Steps& steps, const AxisConfig& axis, std::uint32_t cob) {
-  constexpr std::uint32_t kControlword = 0x60400010, kTorqueOffset = 0x60B20010, kGreatestTorque = 0x60720010;
+  constexpr std::uint32_t kControlword = 0x60400010, kTorqueOffset = 0x60B20010, kMaxTorque = 0x60720010;
   switch (axis.mode) {
     case DriveMode::kPosition:
       return map_pdo(steps, 0x1400, cob, 1,
-                     {kControlword, 0x607A0020, axis.limits_force ? kGreatestTorque : kTorqueOffset});
+                     {kControlword, 0x607A0020, axis.limits_force ? kMaxTorque : kTorqueOffset});
     case DriveMode::kVelocity:
       return map_pdo(steps, 0x1400, cob, 1, {kControlword, 0x60FF0020, kTorqueOffset});
     case DriveMode::kTorque:

@@ -79,8 +79,8 @@ class UserBus final : public CanBus {
       count(received);
       return true;
     }
-    constexpr int kMostPassedOver = 4096;  // bounds the loop, however many frames the filters reject
-    for (int i = 0; i < kMostPassedOver; ++i) {
+    constexpr int kMaxPassedOver = 4096;  // bounds the loop, however many frames the filters reject
+    for (int i = 0; i < kMaxPassedOver; ++i) {
       Packet packet;
       const ssize_t size = recv(socket_, &packet, sizeof packet, MSG_DONTWAIT);
       if (size < 0 && (errno == EAGAIN || errno == EINTR)) return false;

@@ -21,9 +21,9 @@ core::Status check(const WrenchFrames& frames) {
   if (frames.bytes < 1 || frames.bytes > 4 || (frames.kind == NumberKind::kFloat && frames.bytes != 4))
     return refuse("numbers of " + std::to_string(frames.bytes) + " bytes; allowed: 1 to 4, of a float 4");
   const std::vector<std::uint32_t> ids = ids_of(frames);
-  if (ids.size() > WrenchFrames::kMost)
+  if (ids.size() > WrenchFrames::kMax)
     return refuse(std::to_string(ids.size()) + " frames; allowed: at most " +
-                  std::to_string(WrenchFrames::kMost));
+                  std::to_string(WrenchFrames::kMax));
   const std::uint32_t highest = frames.extended ? (1U << 29) - 1 : (1U << 11) - 1;
   if (ids.back() > highest)
     return refuse("id " + std::to_string(ids.back()) + "; allowed: 0 to " + std::to_string(highest));

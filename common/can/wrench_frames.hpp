@@ -28,7 +28,7 @@ struct StatusBits {
 
 /// Frames in which a force/torque sensor sends one wrench: each of the identifiers once, within `set_s`.
 struct WrenchFrames {
-  static constexpr std::size_t kMost = 6;
+  static constexpr std::size_t kMax = 6;
   bool extended = false;  ///< 29-bit identifiers
   bool big_endian = false;
   NumberKind kind = NumberKind::kSigned;
@@ -40,7 +40,7 @@ struct WrenchFrames {
 
 /// Returns the identifiers of `frames`, each once. Not real-time safe.
 std::vector<std::uint32_t> ids_of(const WrenchFrames& frames);
-/// Checks the frames: identifiers of their format, at most WrenchFrames::kMost, numbers and status within
+/// Checks the frames: identifiers of their format, at most WrenchFrames::kMax, numbers and status within
 /// eight bytes. The message names what is wrong and what is allowed.
 core::Status check(const WrenchFrames& frames);
 

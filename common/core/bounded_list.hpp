@@ -11,7 +11,7 @@ namespace phantom::core {
 template <class T, std::size_t Most>
 class BoundedList {
  public:
-  static constexpr std::size_t kMost = Most;
+  static constexpr std::size_t kMax = Most;
 
   /// Adds an item at the end. Returns false, and changes nothing, if there is no room.
   bool push_back(const T& item) noexcept {

@@ -4,7 +4,7 @@
 #include <deque>
 #include <thread>
 
-#include "common/core/thread_place.hpp"
+#include "common/core/thread_config.hpp"
 
 namespace phantom::core::detail {
 namespace {
@@ -36,7 +36,7 @@ class Helpers {
 
  private:
   void serve() {
-    take_place(ThreadRole::kHelper);
+    apply_thread_config(ThreadRole::kHelper);
     std::unique_lock lock(mutex_);
     for (;;) {
       posted_.wait(lock, [this] { return !jobs_.empty(); });

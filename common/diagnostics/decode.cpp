@@ -16,9 +16,9 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr std::size_t kHeader = 4;       // encapsulation kind and options
-constexpr std::size_t kMostPadding = 3;  // to a whole word (4 octets), after the last member
-constexpr int kDeepest = 64;             // greatest nesting; a deeper type is a mistake
+constexpr std::size_t kHeader = 4;      // encapsulation kind and options
+constexpr std::size_t kMaxPadding = 3;  // to a whole word (4 octets), after the last member
+constexpr int kDeepest = 64;            // greatest nesting; a deeper type is a mistake
 
 /// What is wrong with a payload; caught by decode().
 struct Fault {
@@ -94,7 +94,7 @@ class Cursor {
   }
 
   void end() const {
-    if (left() > kMostPadding)
+    if (left() > kMaxPadding)
       throw Fault{fmt::format(
           "{} octets follow the last member, which ends at {}: the sender's type has more members", left(),
           at_)};

@@ -98,7 +98,7 @@ const EndpointInfo* Graph::endpoint(const Guid& guid) const {
 
 void Graph::put_nodes(const Guid& participant, std::vector<NodeInfo> nodes) {
   if (!participants_.contains(participant)) return;
-  if (nodes.size() > kMostNodes) nodes.resize(kMostNodes);
+  if (nodes.size() > kMaxNodes) nodes.resize(kMaxNodes);
   nodes_[participant] = std::move(nodes);
 }
 
@@ -135,7 +135,7 @@ std::vector<Disagreement> Graph::disagreements() const {
     Meetings of_writers(ends.second), of_readers(ends.first);
     for (const EndpointInfo* writer : ends.first) {
       for (const EndpointInfo* reader : ends.second) {
-        if (++pairs > kMostPairs || found.size() == kMostDisagreements) return found;
+        if (++pairs > kMaxPairs || found.size() == kMaxDisagreements) return found;
         auto reasons = mismatches(*writer, *reader);
         if (apart_by_partition_alone(reasons) && of_writers.has(*writer) && of_readers.has(*reader)) continue;
         if (!reasons.empty()) found.push_back({writer, reader, std::move(reasons)});

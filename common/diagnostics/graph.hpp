@@ -72,11 +72,11 @@ struct Disagreement {
 /// All participants and endpoints that were discovered and are still present. Not thread-safe.
 class Graph {
  public:
-  static constexpr std::size_t kMostPairs = 1 << 18, kMostDisagreements = 1024, kMostNodes = 256;
+  static constexpr std::size_t kMaxPairs = 1 << 18, kMaxDisagreements = 1024, kMaxNodes = 256;
 
   void put(const ParticipantInfo& participant) { participants_[participant.guid] = participant; }
   void put(const EndpointInfo& endpoint) { endpoints_[endpoint.guid] = endpoint; }
-  /// Replaces the nodes of a participant that was put, kMostNodes at most; does nothing for another.
+  /// Replaces the nodes of a participant that was put, kMaxNodes at most; does nothing for another.
   void put_nodes(const Guid& participant, std::vector<NodeInfo> nodes);
   /// Removes a participant with its endpoints, also if it was never put, or an endpoint.
   void remove(const Guid& guid);
@@ -94,8 +94,8 @@ class Graph {
   std::string who(const Guid& guid) const;
   /// Returns every pair of a writer and a reader of one topic that do not communicate. A pair whose only
   /// difference is the partition is included only if one of the two meets nobody in its own partition: cells
-  /// that share a domain are separate on purpose, a mistyped name is not. Looks at kMostPairs pairs and
-  /// returns kMostDisagreements of those, because both numbers grow with the square of the endpoints. Valid
+  /// that share a domain are separate on purpose, a mistyped name is not. Looks at kMaxPairs pairs and
+  /// returns kMaxDisagreements of those, because both numbers grow with the square of the endpoints. Valid
   /// until the next change.
   std::vector<Disagreement> disagreements() const;
 

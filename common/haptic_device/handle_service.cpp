@@ -8,7 +8,7 @@ namespace phantom::haptic_device {
 namespace {
 
 constexpr std::chrono::microseconds kHandlePeriod{2000};
-constexpr double kLongestStep_s = 0.05;  // after a hold-up the handle does not leap
+constexpr double kMaxStep_s = 0.05;  // after a hold-up the handle does not leap
 
 messages::HapticAbilities abilities_of(const teleop::FreeHandleParameters& handle) {
   return {.measured_axes = messages::kAllAxes,
@@ -39,7 +39,7 @@ void HandleService::run(const std::stop_token& stop) {
     due = std::max(due + kHandlePeriod, std::chrono::steady_clock::now());
     std::this_thread::sleep_until(due);
     const core::Nanoseconds now_ns = core::monotonic_ns();
-    turn(std::min(core::seconds(now_ns - last_ns), kLongestStep_s), now_ns);
+    turn(std::min(core::seconds(now_ns - last_ns), kMaxStep_s), now_ns);
     last_ns = now_ns;
   }
 }

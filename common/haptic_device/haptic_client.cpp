@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "common/core/thread_place.hpp"
+#include "common/core/thread_config.hpp"
 
 namespace phantom::haptic_device {
 
@@ -22,7 +22,7 @@ HapticClient::~HapticClient() {
 }
 
 void HapticClient::send_all(const std::stop_token& stop) {
-  core::take_place(core::ThreadRole::kPublisher, participant_.servo_priority());
+  core::apply_thread_config(core::ThreadRole::kPublisher, participant_.servo_priority());
   messages::HapticDevice state;
   while (!stop.stop_requested()) {
     wake_.wait(0.1);

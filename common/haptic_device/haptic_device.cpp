@@ -4,7 +4,7 @@
 #include <span>
 #include <string>
 
-#include "common/core/thread_place.hpp"
+#include "common/core/thread_config.hpp"
 #include "common/haptic_device/haptic_client.hpp"
 #include "common/haptic_device/phantom_haptic_device.h"
 #include "common/runtime/configuration/deployment.hpp"

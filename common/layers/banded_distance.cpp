@@ -43,10 +43,10 @@ HWY_INLINE std::uint16_t squares_of_columns(const Extent& e, const BandedDistanc
 /// Returns the least of the centre and the neighbours at ±k·stride plus k², for k in `offsets`. Up to
 /// kMoreOffsets more neighbours are read, which does not change the result. Stops as soon as no farther
 /// neighbour can be nearer. Saturation keeps large sums from wrapping. `squares`: k² as a vector,
-/// kLongestVector bytes each.
+/// kMaxVector bytes each.
 HWY_INLINE hn::Vec<decltype(kShorts)> nearest(const std::uint16_t* centre, std::ptrdiff_t stride,
                                               Offsets offsets, const std::uint16_t* squares) {
-  constexpr std::size_t kStep = kLongestVector / sizeof(std::uint16_t);
+  constexpr std::size_t kStep = kMaxVector / sizeof(std::uint16_t);
   auto best = hn::LoadU(kShorts, centre);
   const std::uint16_t *before = centre - offsets.first * stride, *behind = centre + offsets.first * stride;
   squares += static_cast<std::size_t>(offsets.first) * kStep;
@@ -97,7 +97,7 @@ HWY_INLINE std::uint16_t least_around(const std::uint16_t* centre, std::size_t r
 /// Computes the orders of a row from its distances in the plane y, z.
 void orders_along_x(const Extent& e, std::int8_t* const* bricks, BandedDistance& work, SolidSpan along_x) {
   const hn::Rebind<std::uint8_t, decltype(kShorts)> half_bytes;
-  constexpr std::size_t kStep = kLongestVector / sizeof(std::uint16_t);
+  constexpr std::size_t kStep = kMaxVector / sizeof(std::uint16_t);
   const std::uint16_t* changes = work.changes.data();
   const std::size_t borders = work.steps().above.size();
   for (std::size_t x = 0; x < e.nx; x += hn::Lanes(kShorts)) {
@@ -243,7 +243,7 @@ void run_block_in_bytes(const Extent& e, const BrickBlock& block, BandedDistance
 #endif
 
 void run_block(const BrickBlock& block, BandedDistance& work) {
-  assert(block.nx <= static_cast<std::int32_t>(kMostBricksAlongX));
+  assert(block.nx <= static_cast<std::int32_t>(kMaxBricksAlongX));
   const Extent e(block, work.steps().reach);
   work.proximity.resize(e.nz * e.slice);
   work.orders.resize(e.length);
@@ -280,7 +280,7 @@ namespace phantom::layers::detail {
 
 BandedDistance::BandedDistance(const SolidRows& solid, const OrderSteps& steps)
     : ranks(steps), solid_(solid), steps_(steps) {
-  constexpr std::size_t kStep = kLongestVector / sizeof(std::uint16_t);
+  constexpr std::size_t kStep = kMaxVector / sizeof(std::uint16_t);
   const auto add = [](LineVector<std::uint16_t>& vectors, int value) {
     vectors.insert(vectors.end(), kStep, static_cast<std::uint16_t>(value));
   };
@@ -303,7 +303,7 @@ BandedDistance::Ranks::Ranks(const OrderSteps& steps) {
   }
   std::sort(greatest.begin(), greatest.end());
   greatest.erase(std::unique(greatest.begin(), greatest.end()), greatest.end());
-  fit = reach + 2 <= 64 && reach <= static_cast<int>(kLongestVector) && greatest.size() < 128 &&
+  fit = reach + 2 <= 64 && reach <= static_cast<int>(kMaxVector) && greatest.size() < 128 &&
         steps.order.size() <= 64;
   if (!fit) return;
   far = static_cast<std::uint8_t>(greatest.size());

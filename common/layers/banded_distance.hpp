@@ -16,7 +16,7 @@
 namespace phantom::layers::detail {
 
 /// Bytes of the longest vector; rows are padded to multiples of it.
-inline constexpr std::size_t kLongestVector = 64;
+inline constexpr std::size_t kMaxVector = 64;
 
 template <class T>
 using LineVector = workspace::AlignedVector<T>;  // a whole vector loads from a single line
@@ -30,9 +30,9 @@ struct OrderSteps {
   std::vector<std::int8_t> order;
 };
 
-inline constexpr std::size_t kMostBricksAlongX = 8;
+inline constexpr std::size_t kMaxBricksAlongX = 8;
 
-/// A block of nx × ny × nz bricks, with nx ≤ kMostBricksAlongX.
+/// A block of nx × ny × nz bricks, with nx ≤ kMaxBricksAlongX.
 struct BrickBlock {
   workspace::Index3 min;  ///< first voxel of the block, which is a brick's corner
   std::int32_t nx = 0, ny = 1, nz = 1;

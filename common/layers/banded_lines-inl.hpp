@@ -16,7 +16,7 @@ namespace hn = hwy::HWY_NAMESPACE;
 
 constexpr hn::ScalableTag<std::uint8_t> kBytes;
 constexpr hn::ScalableTag<std::uint16_t> kShorts;
-constexpr std::size_t kPad = kLongestVector;
+constexpr std::size_t kPad = kMaxVector;
 constexpr std::size_t kMoreOffsets = 3;  // neighbours are read in groups of one more
 static_assert(kMoreOffsets < kPad);
 static_assert(kPad == 64, "a word of bits");

@@ -26,7 +26,7 @@ HWY_INLINE std::uint8_t least_of(Bytes bytes) {
 /// Number of neighbouring rows along y that are processed together: the rows of a tile of the workspace's
 /// bricks. Each look-up and decision then serves all of them.
 constexpr std::size_t kRowsAtOnce = 4;
-constexpr std::size_t kLeastOf = 16;  // number of columns that share one least rank
+constexpr std::size_t kMinOf = 16;  // number of columns that share one least rank
 template <std::size_t kCount>
 using Vectors = Bytes[kCount];
 
@@ -170,8 +170,8 @@ HWY_INLINE void put_orders(const Columns& orders, std::int8_t* brick, std::size_
 /// `column`. Reads single words as they were written: loading them as a vector would stall on the pending
 /// stores.
 HWY_INLINE std::uint8_t least_around(const Extent& e, const BandedDistance& work, std::size_t column) {
-  const std::size_t first = (column - e.reach) / kLeastOf,
-                    last = (column + workspace::kBrickEdge - 1 + e.reach) / kLeastOf;
+  const std::size_t first = (column - e.reach) / kMinOf,
+                    last = (column + workspace::kBrickEdge - 1 + e.reach) / kMinOf;
   const std::uint32_t* const words = work.least_ranks.data() + first / 4;
   const auto word = [words](std::size_t i) HWY_ATTR { return static_cast<int>(words[i]); };
   const __m128i all = _mm_setr_epi32(word(0), word(1), word(2), word(3));

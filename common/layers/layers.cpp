@@ -94,7 +94,7 @@ struct BlockShape {
   std::int32_t along_x, across;
 };
 BlockShape shape_for(int reach) {
-  constexpr auto kAlong = static_cast<std::int32_t>(detail::kMostBricksAlongX);
+  constexpr auto kAlong = static_cast<std::int32_t>(detail::kMaxBricksAlongX);
   return {kAlong, reach <= 32 ? 1 : reach <= 96 ? 2 : 4};
 }
 

@@ -35,8 +35,8 @@ struct CommandRules {
 ///
 /// A command is identified by its stamp (session and number). Its sender repeats it if it has received no
 /// reply; the queue then repeats the newest reply and does not carry the command out again. The queue is
-/// bounded. If kMostOpen commands wait or are being carried out, the next one is refused. If more than
-/// kMostRemembered commands have been answered, the replies to the oldest are forgotten; such a command is
+/// bounded. If kMaxOpen commands wait or are being carried out, the next one is refused. If more than
+/// kMaxRemembered commands have been answered, the replies to the oldest are forgotten; such a command is
 /// refused if it comes again.
 ///
 /// Thread-safe; no caller waits for longer than it takes to move a command or a reply. Real-time safe: no,
@@ -46,7 +46,7 @@ struct CommandRules {
 template <class Command, class Reply>
 class CommandQueue {
  public:
-  static constexpr std::size_t kMostOpen = 64, kMostRemembered = 256, kMostReplies = 256;
+  static constexpr std::size_t kMaxOpen = 64, kMaxRemembered = 256, kMaxReplies = 256;
 
   explicit CommandQueue(CommandRules<Command, Reply> rules) : rules_(std::move(rules)) {}
 
@@ -63,7 +63,7 @@ class CommandQueue {
     }
     if (why.empty() && was_forgotten(id))
       why = "stamp.sequence_number is one that was carried out long ago; allowed: a new one";
-    if (why.empty() && open_ >= kMostOpen)
+    if (why.empty() && open_ >= kMaxOpen)
       why = std::to_string(open_) + " commands are waiting already; send it again later";
     if (!why.empty()) {
       // Not remembered, so that it can be sent again when there is room.
@@ -161,11 +161,11 @@ class CommandQueue {
     reply.command = id;
     replies_.push_back(std::move(reply));
     // A sender that misses a reply repeats its command.
-    if (replies_.size() > kMostReplies) replies_.pop_front();
+    if (replies_.size() > kMaxReplies) replies_.pop_front();
     replied_.notify_one();
   }
   void forget_oldest() {
-    if (known_.size() - open_ <= kMostRemembered) return;
+    if (known_.size() - open_ <= kMaxRemembered) return;
     const auto oldest =
         std::find_if(known_.begin(), known_.end(), [](const Known& known) { return !known.open; });
     const core::SampleId gone = oldest->id;
@@ -177,7 +177,7 @@ class CommandQueue {
       same->sequence_number = std::max(same->sequence_number, gone.sequence_number);
     } else {
       forgotten_.push_back(gone);
-      if (forgotten_.size() > kMostRemembered) forgotten_.pop_front();
+      if (forgotten_.size() > kMaxRemembered) forgotten_.pop_front();
     }
   }
   /// Returns whether the command's reply was forgotten. A sender's numbers rise, so every number below a

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "common/core/status.hpp"
-#include "common/core/thread_place.hpp"
+#include "common/core/thread_config.hpp"
 #include "common/dds/endpoints/endpoint.hpp"
 #include "common/messages/command_queue.hpp"
 #include "common/messages/publisher.hpp"
@@ -43,7 +43,7 @@ class CommandService {
                   if (queue_.receive(command, status.message()) && on_queued_) on_queued_();
                 }),
         sender_([this, servo_priority = participant.servo_priority()] {
-          core::take_place(core::ThreadRole::kReplies, servo_priority);
+          core::apply_thread_config(core::ThreadRole::kReplies, servo_priority);
           send_replies();
         }) {}
   /// Sends the replies that are still queued, then ends.

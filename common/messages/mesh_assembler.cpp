@@ -48,7 +48,7 @@ void MeshAssembler::forget(Meshes::iterator mesh) {
 
 /// Gives up the oldest meshes, but not the one that a chunk has just come for, while there are too many.
 void MeshAssembler::make_room(std::uint64_t newest) {
-  while (pending_.size() > 1 && (pending_.size() > kMostPending || bytes_ > kMostBytes)) {
+  while (pending_.size() > 1 && (pending_.size() > kMaxPending || bytes_ > kMaxBytes)) {
     auto oldest = pending_.end();
     for (auto mesh = pending_.begin(); mesh != pending_.end(); ++mesh) {
       if (mesh->first == newest) continue;
@@ -57,7 +57,7 @@ void MeshAssembler::make_room(std::uint64_t newest) {
     forget(oldest);
     ++given_up_;
   }
-  if (bytes_ > kMostBytes) {
+  if (bytes_ > kMaxBytes) {
     forget(pending_.begin());
     ++given_up_;
   }

@@ -18,9 +18,9 @@ namespace phantom::messages {
 class MeshAssembler {
  public:
   /// Greatest number of incomplete meshes.
-  static constexpr std::size_t kMostPending = 64;
+  static constexpr std::size_t kMaxPending = 64;
   /// Greatest memory of all incomplete meshes: room for the largest mesh that the topic carries.
-  static constexpr std::size_t kMostBytes = std::size_t{512} << 20;
+  static constexpr std::size_t kMaxBytes = std::size_t{512} << 20;
 
   /// Adds a chunk and returns the mesh if that completes it. Returns an error if the chunk or the whole mesh
   /// is not what it claims to be. All its chunks are then discarded, so that it can be sent again.

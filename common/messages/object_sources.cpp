@@ -31,7 +31,7 @@ ObjectSources::Source* ObjectSources::find_or_add(const workspace::SourceId& ser
   auto found = std::find_if(sources_.begin(), sources_.end(),
                             [&](const Source& source) { return source.server == server; });
   if (found == sources_.end()) {
-    if (sources_.size() >= kMost) return nullptr;
+    if (sources_.size() >= kMax) return nullptr;
     found = sources_.insert(sources_.end(), Source{.server = server});
   }
   found->gone = false;
@@ -45,7 +45,7 @@ ObjectSources::Taken ObjectSources::take(const workspace::SourceId& server, cons
   if (object.removed()) {
     source->objects.erase(object.id);
   } else {
-    const std::size_t most = std::max(kLeastObjects, 2 * sources_.front().objects.size());
+    const std::size_t most = std::max(kMinObjects, 2 * sources_.front().objects.size());
     const bool is_new = !source->objects.contains(object.id);
     if (!is_in_force && is_new && source->objects.size() >= most) return {};
     source->objects.insert_or_assign(object.id, object);

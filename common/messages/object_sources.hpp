@@ -20,9 +20,9 @@ class ObjectSources {
  public:
   using Objects = std::map<std::uint16_t, WorkspaceObject>;  ///< by id
   /// Greatest number of servers at a time; samples of further ones are refused.
-  static constexpr std::size_t kMost = workspace::WorkspaceSources::kMost;
+  static constexpr std::size_t kMax = workspace::WorkspaceSources::kMax;
   /// Beside the server in force one may announce twice as many objects, and at least so many.
-  static constexpr std::size_t kLeastObjects = 4096;
+  static constexpr std::size_t kMinObjects = 4096;
 
   /// The result of one sample.
   struct Taken {

@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "common/core/thread_place.hpp"
+#include "common/core/thread_config.hpp"
 
 namespace phantom::messages {
 
@@ -20,7 +20,7 @@ OperatorClient::OperatorClient(dds::Participant& participant, OnStop on_stop)
                  if (const auto reply = from_idl(message)) take_reply(*reply, info.received_ns);
                }),
       thread_([this] {
-        core::take_place(core::ThreadRole::kRequests);
+        core::apply_thread_config(core::ThreadRole::kRequests);
         repeat();
       }) {}
 

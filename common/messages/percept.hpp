@@ -63,7 +63,7 @@ struct Threat {
 
   friend bool operator==(const Threat&, const Threat&) = default;
 };
-inline constexpr std::size_t kMostThreats = 16;  ///< as in the IDL
+inline constexpr std::size_t kMaxThreats = 16;  ///< as in the IDL
 
 /// Topic percept: the percept of the most urgent threat or, where none threatens, of the worst sensor.
 /// Trivially copyable.
@@ -87,9 +87,9 @@ struct Percept {
   double tick_s = 0.0;
   std::uint32_t muted_sensors = 0;
   std::uint16_t allowed_contacts = 0;
-  double greatest_mu_Pa_s_per_m = 0.0;              ///< at the worst sensor
-  double greatest_closeness = 0.0;                  ///< 0…1, there
-  core::BoundedList<Threat, kMostThreats> threats;  ///< most urgent first
+  double greatest_mu_Pa_s_per_m = 0.0;             ///< at the worst sensor
+  double greatest_closeness = 0.0;                 ///< 0…1, there
+  core::BoundedList<Threat, kMaxThreats> threats;  ///< most urgent first
 
   friend bool operator==(const Percept&, const Percept&) = default;
 };

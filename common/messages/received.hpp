@@ -29,14 +29,14 @@ template <class Sample>
 struct Answer : Received<Sample> {
   /// When this process made the sample that this one answers; 0: it answers none of this process.
   core::Nanoseconds answers_ns = 0;
-  bool answers_another = false;  ///< it answers another process that runs in place of this one
+  bool echoes_other_session = false;  ///< it answers another process that runs in place of this one
 
   Answer() = default;
   /// `echo`: the sample's echo. `own_session`: the session that the echo must name to count as an answer.
   Answer(const Sample& sample, const core::SampleId& echo, core::Nanoseconds at_ns, std::uint64_t own_session)
       : Received<Sample>(sample, at_ns),
         answers_ns(core::answered_ns(echo, own_session, at_ns)),
-        answers_another(echo.session != 0 && echo.session != own_session) {}
+        echoes_other_session(echo.session != 0 && echo.session != own_session) {}
 };
 
 }  // namespace phantom::messages

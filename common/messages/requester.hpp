@@ -47,7 +47,7 @@ class Requester {
           if (!reply) return;
           {
             const std::lock_guard lock(mutex_);
-            if (replies_.size() < kMostWaiting) replies_.push_back(std::move(*reply));
+            if (replies_.size() < kMaxWaiting) replies_.push_back(std::move(*reply));
           }
           changed_.notify_one();
         }) {}
@@ -87,7 +87,7 @@ class Requester {
  private:
   using Clock = std::chrono::steady_clock;
   static constexpr std::chrono::milliseconds kLook{20};
-  static constexpr std::size_t kRemembered = 64, kMostWaiting = 1024;  // replies
+  static constexpr std::size_t kRemembered = 64, kMaxWaiting = 1024;  // replies
 
   std::deque<Reply> wait_until(Clock::time_point until) {
     std::unique_lock lock(mutex_);

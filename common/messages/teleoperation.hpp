@@ -102,9 +102,9 @@ struct SensorPoints {
   friend bool operator==(const SensorPoints&, const SensorPoints&) = default;
 };
 /// Greatest number of points of a sample.
-inline constexpr std::uint64_t kMostSensorPoints = 1'000'000;
+inline constexpr std::uint64_t kMaxSensorPoints = 1'000'000;
 /// Longest name of a sensor's frame.
-inline constexpr std::size_t kLongestFrame = 255;
+inline constexpr std::size_t kMaxFrame = 255;
 
 /// Topic operator_command: a command from a person or a script to the running system.
 struct OperatorCommand {
@@ -149,7 +149,7 @@ struct ViewPicture {
   friend bool operator==(const ViewPicture&, const ViewPicture&) = default;
 };
 /// Greatest size of a picture.
-inline constexpr std::size_t kMostPictureBytes = std::size_t{4} << 20;
+inline constexpr std::size_t kMaxPictureBytes = std::size_t{4} << 20;
 
 /// Topic camera_picture: a camera's newest picture as it was taken.
 struct CameraPicture {
@@ -162,7 +162,7 @@ struct CameraPicture {
   friend bool operator==(const CameraPicture&, const CameraPicture&) = default;
 };
 /// Least and greatest size of a camera's pictures.
-inline constexpr std::uint32_t kLeastPictureSide_px = 16, kMostPictureSide_px = 8192;
-inline constexpr std::uint64_t kMostPicturePixels = std::uint64_t{1} << 24;
+inline constexpr std::uint32_t kMinPictureSide_px = 16, kMaxPictureSide_px = 8192;
+inline constexpr std::uint64_t kMaxPicturePixels = std::uint64_t{1} << 24;
 
 }  // namespace phantom::messages

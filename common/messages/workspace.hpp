@@ -40,7 +40,7 @@ struct CarriedObject {
   Eigen::Vector3d products_kg_m2 = Eigen::Vector3d::Zero();    ///< and xy, xz, yz
 };
 /// Greatest number of objects that the arms of a cell carry at a time.
-inline constexpr std::size_t kMostCarried = 16;
+inline constexpr std::size_t kMaxCarried = 16;
 
 /// Topic workspace_version: commits the bricks of a whole version, and what arms carry in it.
 struct WorkspaceVersion {

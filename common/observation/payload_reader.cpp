@@ -9,7 +9,7 @@
 #include <fastdds/dds/topic/TypeSupport.hpp>
 #include <optional>
 
-#include "common/dds/arbitration/reader_census.hpp"
+#include "common/dds/arbitration/reader_quota.hpp"
 #include "common/dds/endpoints/cdr.hpp"
 #include "common/dds/endpoints/participant_impl.hpp"
 #include "common/dds/endpoints/qos.hpp"
@@ -35,7 +35,7 @@ std::size_t instances_of(edds::Subscriber& subscriber, const PayloadTopic& topic
   if (own == nullptr) return PayloadReader::kForeignInstances;
   try {
     const int profile = dds::reader_qos(subscriber, *own).resource_limits().max_instances;
-    return std::max(PayloadReader::kLeastInstances, static_cast<std::size_t>(std::max(0, profile)));
+    return std::max(PayloadReader::kMinInstances, static_cast<std::size_t>(std::max(0, profile)));
   } catch (const dds::DdsError&) {  // the profiles lack it: an ill for those who use the topic
     return PayloadReader::kForeignInstances;
   }
@@ -68,16 +68,16 @@ struct PayloadReader::Impl : edds::DataReaderListener {
   SerializedSample sample;  // reused: DDS calls a reader's listener from one thread at a time
   std::atomic<std::uint32_t> matched{0};
   std::atomic<std::uint64_t> rejected{0}, lost{0};
-  std::unique_ptr<dds::ReaderCensus> census;  // of a keyed topic
-  std::optional<dds::CdrCodec> codec;         // likewise, if it is the project's
+  std::unique_ptr<dds::ReaderQuota> census;  // of a keyed topic
+  std::optional<dds::CdrCodec> codec;        // likewise, if it is the project's
 
   void open(const PayloadTopic& described, const diagnostics::EndpointQos& qos, int depth) {
     auto* of = participant->participant;
     std::size_t instances = 1;
     if (described.keyed) {
       instances = instances_of(*participant->subscriber, described);
-      census = std::make_unique<dds::ReaderCensus>(
-          participant->component, described.name, dds::ReaderCensus::most_keys(instances), participant->bans);
+      census = std::make_unique<dds::ReaderQuota>(participant->component, described.name,
+                                                  dds::ReaderQuota::most_keys(instances), participant->bans);
       if (const auto* own = own_topic(described)) codec.emplace(*own);
     }
     edds::SubscriberQos where = edds::SUBSCRIBER_QOS_DEFAULT;

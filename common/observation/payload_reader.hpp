@@ -48,11 +48,11 @@ class PayloadListener {
 /// information.
 ///
 /// Nobody can make it grow: of a keyed topic it takes note of the keys, and bans the participant that brings
-/// too many, as the project's own readers do (dds::ReaderCensus): three quarters of the instances that these
-/// may have, or of kLeastInstances if that is more, because an observer may see several cells at once.
+/// too many, as the project's own readers do (dds::ReaderQuota): three quarters of the instances that these
+/// may have, or of kMinInstances if that is more, because an observer may see several cells at once.
 class PayloadReader {
  public:
-  static constexpr std::size_t kLeastInstances = 8192;     ///< of a topic of the project, at least
+  static constexpr std::size_t kMinInstances = 8192;       ///< of a topic of the project, at least
   static constexpr std::size_t kForeignInstances = 65536;  ///< of any other topic
 
   /// Requests `qos`. By default it disturbs a writer least: the writer waits for no acknowledgement and keeps

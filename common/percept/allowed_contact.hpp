@@ -13,13 +13,13 @@ namespace phantom::percept {
 /// copying uses no heap.
 class AllowedContact {
  public:
-  static constexpr std::size_t kMost = 16;
+  static constexpr std::size_t kMax = 16;
   /// Link number that means the whole arm; it is free because link 0, the base, does not move.
   static constexpr std::size_t kWholeArm = 0;
 
   /// Mutes `object` (1 or more) on link `link`, or on the whole arm. Returns false if there is no room.
   bool add(std::uint16_t object, std::size_t link) noexcept {
-    if (count_ == kMost) return false;
+    if (count_ == kMax) return false;
     entries_[count_++] = {object, link};
     return true;
   }
@@ -49,7 +49,7 @@ class AllowedContact {
     bool is_on(std::size_t l) const noexcept { return link == kWholeArm || link == l; }
     friend bool operator==(const Entry&, const Entry&) = default;
   };
-  std::array<Entry, kMost> entries_{};
+  std::array<Entry, kMax> entries_{};
   std::size_t count_ = 0;
 };
 

@@ -37,7 +37,7 @@ double level_of_row_dB(const Row& row, double phon) noexcept {
 }  // namespace
 
 double equal_loudness_level_dB(double frequency_Hz, double phon) noexcept {
-  phon = std::clamp(phon, kLeastPhon, kMostPhon);
+  phon = std::clamp(phon, kMinPhon, kMaxPhon);
   frequency_Hz = std::clamp(frequency_Hz, kTable.front().frequency_Hz, kTable.back().frequency_Hz);
   const auto above = std::find_if(kTable.begin() + 1, kTable.end() - 1,
                                   [&](const Row& row) { return row.frequency_Hz >= frequency_Hz; });
@@ -51,7 +51,7 @@ double greatest_equal_loudness_level_dB(double low_Hz, double high_Hz, double ph
   double greatest = std::max(equal_loudness_level_dB(low_Hz, phon), equal_loudness_level_dB(high_Hz, phon));
   for (const Row& row : kTable) {
     if (row.frequency_Hz > low_Hz && row.frequency_Hz < high_Hz)
-      greatest = std::max(greatest, level_of_row_dB(row, std::clamp(phon, kLeastPhon, kMostPhon)));
+      greatest = std::max(greatest, level_of_row_dB(row, std::clamp(phon, kMinPhon, kMaxPhon)));
   }
   return greatest;
 }

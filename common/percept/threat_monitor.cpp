@@ -6,7 +6,7 @@ namespace phantom::percept {
 
 ThreatMonitor::ThreatMonitor(const HitThresholds& thresholds, const AlertTiming& timing)
     : thresholds_(thresholds), blank_(thresholds, timing) {
-  for (std::size_t i = 0; i < kMost; ++i) followed_.push_back({blank_});
+  for (std::size_t i = 0; i < kMax; ++i) followed_.push_back({blank_});
 }
 
 ThreatMonitor::Followed* ThreatMonitor::find(std::uint32_t link, std::uint16_t object) noexcept {

@@ -11,17 +11,17 @@ namespace phantom::percept {
 
 /// Turns the threats of an arm into alerts: one alert for each link near each object, several at once. They
 /// share one running number. Each threat has the hysteresis, the least interval and the replacement of
-/// HitMonitor, of its own. At most kMost threats are followed at once, the most urgent first: one more is
+/// HitMonitor, of its own. At most kMax threats are followed at once, the most urgent first: one more is
 /// taken in place of one that rests between two alerts, or else of one whose rule no longer holds (its alert
 /// then ends early), or else not until there is room. Real-time safe: yes.
 class ThreatMonitor {
  public:
-  static constexpr std::size_t kMost = 16;
+  static constexpr std::size_t kMax = 16;
 
   /// What changed in a step. Those that ended come before those that were raised, and of these the most
   /// urgent comes last: who follows the newest alert follows it.
   struct Changes {
-    core::BoundedList<Alert, kMost> cleared, raised;
+    core::BoundedList<Alert, kMax> cleared, raised;
     bool empty() const noexcept { return cleared.empty() && raised.empty(); }
   };
 
@@ -51,7 +51,7 @@ class ThreatMonitor {
 
   HitThresholds thresholds_;
   HitMonitor blank_;  // with these thresholds and timing
-  core::BoundedList<Followed, kMost> followed_;
+  core::BoundedList<Followed, kMax> followed_;
   std::uint32_t raised_ = 0;
 };
 

@@ -3,7 +3,7 @@
 namespace phantom::percept {
 namespace {
 
-constexpr int kMostSteps = 256;            // more than a profile reaches (workspace::kMaxReach_vox)
+constexpr int kMaxSteps = 256;             // more than a profile reaches (workspace::kMaxReach_vox)
 constexpr double kShareOfDirection = 0.1;  // of the way, by which the PGV's direction may make it wrong
 enum class Along { kFluid, kSurface, kOutside };
 
@@ -23,7 +23,7 @@ Way way_to_surface(const workspace::Workspace& workspace, const Eigen::Vector3d&
                    const Eigen::Vector3d& direction, double step_m) noexcept {
   Way way;
   std::uint8_t greatest = 0;
-  for (int step = 0; step <= kMostSteps; ++step) {
+  for (int step = 0; step <= kMaxSteps; ++step) {
     const double length_m = step * step_m;
     const workspace::Index3 voxel = workspace.grid().index_of(from_m + length_m * direction);
     const Along along = what_is(workspace, voxel);

@@ -26,7 +26,7 @@ struct TimeToContact {
 /// voxels: the boundary is known to a diagonal of a voxel, and the PGV's direction to about a voxel in its
 /// reach, which makes the way longer by a tenth at most on surfaces that are flat at that scale. Slower than
 /// `least_speed_m_s` along the PGV is no nearing. Cost: one look-up for each voxel of the way, at most
-/// kMostSteps. Real-time safe: yes.
+/// kMaxSteps. Real-time safe: yes.
 TimeToContact time_to_contact(const workspace::Workspace& workspace, const Eigen::Vector3d& position_m,
                               const Eigen::Vector3d& pgv_m, const Eigen::Vector3d& velocity_m_s,
                               double least_speed_m_s) noexcept;

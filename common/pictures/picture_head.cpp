@@ -6,7 +6,7 @@
 namespace phantom::pictures {
 namespace {
 
-constexpr std::uint32_t kMostSide_px = 1U << 30;
+constexpr std::uint32_t kMaxSide_px = 1U << 30;
 
 std::uint32_t big_endian(std::span<const std::uint8_t> octets) noexcept {
   std::uint32_t value = 0;
@@ -15,7 +15,7 @@ std::uint32_t big_endian(std::span<const std::uint8_t> octets) noexcept {
 }
 
 int side_px(std::span<const std::uint8_t> octets) noexcept {
-  return static_cast<int>(std::min(big_endian(octets), kMostSide_px));
+  return static_cast<int>(std::min(big_endian(octets), kMaxSide_px));
 }
 
 bool is_png(std::span<const std::uint8_t> file) noexcept {

@@ -8,7 +8,7 @@
 namespace phantom::recording {
 namespace {
 
-constexpr std::size_t kMostProblems = 100;
+constexpr std::size_t kMaxProblems = 100;
 
 /// One pass over the data section. At the end it compares the result with the summary (from the reader).
 class Walk {
@@ -18,7 +18,7 @@ class Walk {
 
  private:
   void problem(std::uint64_t offset, const std::string& what) {
-    if (report_.problems.size() < kMostProblems)
+    if (report_.problems.size() < kMaxProblems)
       report_.problems.push_back("byte " + std::to_string(offset) + ": " + what);
   }
   template <class Record>

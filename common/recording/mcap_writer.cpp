@@ -6,11 +6,11 @@
 namespace phantom::recording {
 namespace {
 
-constexpr std::size_t kMostIds = std::numeric_limits<std::uint16_t>::max();
+constexpr std::size_t kMaxIds = std::numeric_limits<std::uint16_t>::max();
 
 core::Status too_many(const char* what) {
   return {core::ErrorCode::kResourceExhausted,
-          std::string("a file holds at most ") + std::to_string(kMostIds) + " " + what};
+          std::string("a file holds at most ") + std::to_string(kMaxIds) + " " + what};
 }
 
 }  // namespace
@@ -40,7 +40,7 @@ core::Status McapWriter::put_record(const Record& record) {
 }
 
 core::Expected<std::uint16_t> McapWriter::add_schema(Schema record) {
-  if (schemas_.size() == kMostIds) return too_many("schemas");
+  if (schemas_.size() == kMaxIds) return too_many("schemas");
   record.id = static_cast<std::uint16_t>(schemas_.size() + 1);
   if (core::Status status = put_record(record); !status) return status;
   schemas_.push_back(std::move(record));
@@ -49,7 +49,7 @@ core::Expected<std::uint16_t> McapWriter::add_schema(Schema record) {
 }
 
 core::Expected<std::uint16_t> McapWriter::add_channel(Channel record) {
-  if (channels_.size() == kMostIds) return too_many("channels");
+  if (channels_.size() == kMaxIds) return too_many("channels");
   if (record.schema_id > schemas_.size())
     return core::Status::invalid_argument("channel " + record.topic +
                                           " names a schema that is not in the file");

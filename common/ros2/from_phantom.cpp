@@ -196,7 +196,7 @@ tf2_msgs::msg::dds_::TFMessage_ FromPhantom::fixed_transforms(core::Nanoseconds 
 }
 
 void Diagnostics::hear(const messages::ComponentStatus& status, core::Nanoseconds at_ns) {
-  if (heard_.size() < kMostComponents || heard_.contains(status.component))
+  if (heard_.size() < kMaxComponents || heard_.contains(status.component))
     heard_[status.component] = {status, at_ns};
 }
 

@@ -91,10 +91,10 @@ class FromPhantom {
 };
 
 /// Keeps what the components said of themselves, and the last alert, and says them as diagnostics. Of names
-/// beyond kMostComponents nothing is kept. Not thread-safe.
+/// beyond kMaxComponents nothing is kept. Not thread-safe.
 class Diagnostics {
  public:
-  static constexpr std::size_t kMostComponents = 64;
+  static constexpr std::size_t kMaxComponents = 64;
   /// Who was not heard for so long is reported as stale.
   static constexpr core::Nanoseconds kSilent = 2 * core::kNsPerSecond;
 

@@ -29,10 +29,10 @@ std::uint32_t fields_of(std::span<const std::uint8_t> cdr) noexcept {
 
 bool is_plausible(std::string_view dds_type_name, std::span<const std::uint8_t> cdr) noexcept {
   if (dds_type_name == "sensor_msgs::msg::dds_::PointCloud2_")
-    return cdr.size() <= kMostDataOctets && fields_of(cdr) <= kMostFields;
+    return cdr.size() <= kMaxDataOctets && fields_of(cdr) <= kMaxFields;
   const bool has_data = dds_type_name == "sensor_msgs::msg::dds_::Image_" ||
                         dds_type_name == "sensor_msgs::msg::dds_::CompressedImage_";
-  return cdr.size() <= (has_data ? kMostDataOctets : kMostOctets);
+  return cdr.size() <= (has_data ? kMaxDataOctets : kMaxOctets);
 }
 
 }  // namespace phantom::ros2

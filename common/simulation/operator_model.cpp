@@ -67,7 +67,7 @@ Progress OperatorModel::tremor(std::size_t joint) const noexcept {
 double OperatorModel::felt_load(double load, double dt_s) noexcept {
   newest_load_ = (newest_load_ + 1) % loads_.size();
   loads_[newest_load_] = static_cast<float>(load);
-  const double ticks = std::min(parameters_.reaction_delay_s, kLongestReaction_s) / dt_s;
+  const double ticks = std::min(parameters_.reaction_delay_s, kMaxReaction_s) / dt_s;
   const auto late = static_cast<std::size_t>(std::clamp(ticks, 0.0, static_cast<double>(loads_.size() - 1)));
   return static_cast<double>(loads_[(newest_load_ + loads_.size() - late) % loads_.size()]);
 }

@@ -40,7 +40,7 @@ struct OperatorParameters {
       1.0;  ///< share at which the operator waits, above yield_share; a cautious operator stops early
   double yield_bandwidth_Hz = 5;     ///< of the pace's fall with the load (voluntary motion: 5–10 Hz)
   double recovery_bandwidth_Hz = 5;  ///< of the pace's rise afterwards
-  double reaction_delay_s = 0.0;     ///< from a load to its first effect on the pace, 0…kLongestReaction_s
+  double reaction_delay_s = 0.0;     ///< from a load to its first effect on the pace, 0…kMaxReaction_s
   core::JointArray tremor_rms{};     ///< RMS value of the reference's tremor, rad or m
   double tremor_Hz = 10.0;           ///< centre of the tremor's band (physiological tremor: 8–12 Hz)
   std::uint32_t seed = 1;            ///< seed of the tremor's phases
@@ -48,7 +48,7 @@ struct OperatorParameters {
   double velocity_ramp_share = 0.1;  ///< share of the reach for acceleration, and the same for deceleration
 };
 
-inline constexpr double kLongestReaction_s = 0.5;
+inline constexpr double kMaxReaction_s = 0.5;
 
 /// Simulates the hand on the master: a spring and damper of limited force that pull the device along a
 /// reference.

@@ -11,7 +11,7 @@
 #include <limits>
 
 #include "common/can/user_bus_wire.hpp"
-#include "common/core/thread_place.hpp"
+#include "common/core/thread_config.hpp"
 
 namespace phantom::simulation {
 
@@ -39,7 +39,7 @@ core::Expected<std::unique_ptr<UserBusHub>> UserBusHub::serve(const std::string&
 
 UserBusHub::UserBusHub(int listener, int waker, const BusModelOptions& options)
     : listener_(listener), waker_(waker), model_(options), thread_([this] {
-        core::take_place(core::ThreadRole::kCanBus, core::kServoPriority);
+        core::apply_thread_config(core::ThreadRole::kCanBus, core::kServoPriority);
         run();
       }) {}
 

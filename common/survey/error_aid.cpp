@@ -13,7 +13,7 @@ namespace {
 
 using core::formatted;
 
-constexpr std::size_t kMostSuspects = 3;
+constexpr std::size_t kMaxSuspects = 3;
 
 /// Calls `take` with every choice of `count` of the indices 0 … n − 1.
 template <class Take>
@@ -133,7 +133,7 @@ FaceCheck check_face(const Measurement& measurement, const MeasuredFace& face) {
   if (check.redundant) {
     check.plane_probability = chi_square_tail(plane.chi2, plane.degrees);
     for (std::size_t count = 1;
-         check.plane_probability < kSuspicion && count <= std::min(kMostSuspects, n - 3); ++count) {
+         check.plane_probability < kSuspicion && count <= std::min(kMaxSuspects, n - 3); ++count) {
       auto sets = explanations(measurement, face, count);
       if (sets.empty()) continue;
       suspects = sets.front();

@@ -16,7 +16,7 @@ namespace {
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 
-constexpr int kMostRounds = 50;
+constexpr int kMaxRounds = 50;
 constexpr int kRandomPoses = 4000;
 
 Eigen::Matrix<double, 3, 6> lever(const Eigen::Vector3d& from_centre) {
@@ -135,7 +135,7 @@ core::Expected<PoseFit> refine(const PartModel& part, const Measurement& measure
         "allowed: a node beside the line");
   for (const std::size_t node : fit.nodes)
     fit.centre_W_m += measurement.nodes[node].p_W_m / static_cast<double>(fit.nodes.size());
-  for (int round = 0; round < kMostRounds; ++round) {
+  for (int round = 0; round < kMaxRounds; ++round) {
     const Equations e = equations_at(part, measurement, map, fit, weights);
     const Vector6 step = geometry::solve_symmetric(e.information, e.pull);
     if (!step.allFinite()) return core::Status::invalid_argument("the nodes do not determine a pose");

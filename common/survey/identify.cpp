@@ -304,7 +304,7 @@ std::vector<Alternative> alternatives_of(const Identification& identification) {
 
 std::optional<NextEdge> next_edge(const std::vector<PartModel>& library, const Measurement& measurement,
                                   const Identification& identification, const IdentifyOptions& options) {
-  constexpr std::size_t kMostCompared = 8;
+  constexpr std::size_t kMaxCompared = 8;
   const Choice choice = open_choices(identification, options);
   std::vector<std::pair<const PartModel*, const NodeMap*>> alternatives;
   for (const std::size_t c : choice.parts) {
@@ -316,7 +316,7 @@ std::optional<NextEdge> next_edge(const std::vector<PartModel>& library, const M
     alternatives.emplace_back(&library[best.part], &best.placements[choice.placements[i]].map);
   }
   if (alternatives.size() < 2) return std::nullopt;
-  alternatives.resize(std::min(alternatives.size(), kMostCompared));
+  alternatives.resize(std::min(alternatives.size(), kMaxCompared));
   std::optional<NextEdge> best;
   std::size_t most_told = 0;
   for (std::size_t node = 0; node < measurement.nodes.size(); ++node) {

@@ -15,8 +15,8 @@ namespace hn = hwy::HWY_NAMESPACE;
 constexpr hn::ScalableTag<std::int32_t> kInts;
 
 /// Greatest number of triangles per vector, for array sizes; the actual number is Lanes(kInts).
-constexpr std::size_t kMostLanes = hn::MaxLanes(kInts);
-using CornerLanes = std::int32_t[3][3][kMostLanes];  // [corner][axis], each one aligned vector
+constexpr std::size_t kMaxLanes = hn::MaxLanes(kInts);
+using CornerLanes = std::int32_t[3][3][kMaxLanes];  // [corner][axis], each one aligned vector
 
 /// Loads the corners of triangle(0), triangle(1), …
 template <class TriangleAt>

@@ -18,14 +18,14 @@ namespace hn = hwy::HWY_NAMESPACE;
 class FewLines {
  public:
   static constexpr int kFew = 4;  ///< lines along u, and along v
-  static constexpr std::size_t kMostCrossings = kMostLanes * kFew * kFew;
+  static constexpr std::size_t kMaxCrossings = kMaxLanes * kFew * kFew;
 
   FewLines(const SnappedMesh& mesh, const Axes& axes, const Lines& lines)
       : mesh_(mesh), axes_(axes), lines_(lines) {}
 
   static std::size_t at_once() { return hn::Lanes(kInts); }
 
-  /// Writes the crossings of the first `valid` of at_once() triangles, at most kMostCrossings, and returns
+  /// Writes the crossings of the first `valid` of at_once() triangles, at most kMaxCrossings, and returns
   /// the first place after them. Calls other(triangle) for triangles that reach over many lines. `number`:
   /// returns a triangle's number by lane.
   template <class NumberAt, class Other>
@@ -164,7 +164,7 @@ class FewLines {
         hn::And(hn::Gt(above_it, hn::Set(kDoubles, 1e-6)), hn::Lt(above_it, hn::Set(kDoubles, 1.0 - 1e-6)));
     const auto behind = hn::Add(below, hn::Set(kDoubles, 1.0));
     const auto in_box = hn::Min(hn::Max(behind, hn::Zero(kDoubles)), hn::Set(kDoubles, lines_.size_a));
-    alignas(64) std::int32_t at[kMostLanes];
+    alignas(64) std::int32_t at[kMaxLanes];
     hn::Store(hn::DemoteTo(kHalfInts, in_box), kHalfInts, at);
     std::uint32_t hits = bits_of(kDoubles, hit);
     if (const std::uint32_t doubtful = hits & ~bits_of(kDoubles, clear); doubtful != 0) [[unlikely]]
@@ -184,7 +184,7 @@ class FewLines {
   /// Decides crossings that are very close to a voxel's centre, in integers.
   void decide(std::size_t lane, std::uint32_t doubtful, Doubles w1, Doubles w2, Doubles area,
               std::int32_t* at) const {
-    alignas(64) double e1[kMostLanes], e2[kMostLanes], areas[kMostLanes];
+    alignas(64) double e1[kMaxLanes], e2[kMaxLanes], areas[kMaxLanes];
     hn::Store(w1, kDoubles, e1);
     hn::Store(w2, kDoubles, e2);
     hn::Store(area, kDoubles, areas);
@@ -202,10 +202,10 @@ class FewLines {
   Axes axes_;
   Lines lines_;
   alignas(64) CornerLanes at_;
-  alignas(64) std::int32_t first_[2][kMostLanes],
-      beyond_[2][kMostLanes];                   // lines along u and v: the first one, and how many follow
-  alignas(64) std::uint32_t line_[kMostLanes];  // number of the first line
-  alignas(64) std::int32_t step_[kMostLanes];
+  alignas(64) std::int32_t first_[2][kMaxLanes],
+      beyond_[2][kMaxLanes];                   // lines along u and v: the first one, and how many follow
+  alignas(64) std::uint32_t line_[kMaxLanes];  // number of the first line
+  alignas(64) std::int32_t step_[kMaxLanes];
 };
 
 }  // namespace phantom::voxelise::detail::HWY_NAMESPACE

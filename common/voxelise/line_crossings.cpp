@@ -28,8 +28,8 @@ void CrossFew(const SnappedMesh& mesh, const std::vector<std::uint32_t>* over, c
     for (std::size_t i = first + step; i < std::min(first + 2 * step, count); ++i) {
       for (const std::uint32_t corner : mesh.triangles[number(i)]) hwy::Prefetch(&mesh.points[corner]);
     }
-    if (crossings.size() < found + FewLines::kMostCrossings)
-      crossings.resize(2 * found + 64 * FewLines::kMostCrossings);
+    if (crossings.size() < found + FewLines::kMaxCrossings)
+      crossings.resize(2 * found + 64 * FewLines::kMaxCrossings);
     const Crossing* const end =
         few.cross([&](std::size_t lane) { return number(std::min(first + lane, count - 1)); },
                   std::min(step, count - first), crossings.data() + found,

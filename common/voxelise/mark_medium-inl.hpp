@@ -128,7 +128,7 @@ class MediumTriangles {
   static constexpr hn::CappedTag<double, 8> kRow{};  // its masks fit in a byte
   using Doubles = hn::Vec<decltype(kDoubles)>;
   struct Edge {
-    alignas(64) double step_u[kMostLanes], step_v[kMostLanes], at_origin[kMostLanes];
+    alignas(64) double step_u[kMaxLanes], step_v[kMaxLanes], at_origin[kMaxLanes];
   };
   struct Projection {
     Edge edges[3];
@@ -175,7 +175,7 @@ class MediumTriangles {
   }
 
   Projection projections_[3];
-  alignas(64) double step_[3][kMostLanes], low_[kMostLanes], span_[kMostLanes];
+  alignas(64) double step_[3][kMaxLanes], low_[kMaxLanes], span_[kMaxLanes];
 };
 
 }  // namespace phantom::voxelise::detail::HWY_NAMESPACE

@@ -30,8 +30,8 @@ class SmallTriangles {
         layer_words_(row_words_ * static_cast<std::size_t>(size_[1])),
         counted_in_32_bits_(boundary.words().size() <= 0xffffffffU) {}
 
-  static constexpr std::size_t kMost = kMostLanes;
-  static std::size_t at_once() { return hn::Lanes(kInts); }  ///< number of triangles per call, at most kMost
+  static constexpr std::size_t kMax = kMaxLanes;
+  static std::size_t at_once() { return hn::Lanes(kInts); }  ///< number of triangles per call, at most kMax
 
   /// Marks the voxels of the small ones among at_once() triangles. For triangles that span up to eight voxels
   /// along each axis, calls tile(bits, x, y, z) with the voxels that they meet in the tile at (x, y, z).
@@ -61,7 +61,7 @@ class SmallTriangles {
   static constexpr hn::ScalableTag<double> kDoubles{};
   using Ints = hn::Vec<hn::ScalableTag<std::int32_t>>;
   static constexpr std::int32_t kOther = 0, kMedium = 1, kSmall = 2, kOutside = 3;
-  static_assert(kMostLanes <= 64);
+  static_assert(kMaxLanes <= 64);
 
   /// Processes one kind after the other, because branches on the kind of each triangle are unpredictable.
   template <class Visit>
@@ -289,9 +289,9 @@ class SmallTriangles {
                              // other
   MediumTriangles medium_;
   alignas(64) CornerLanes at_;
-  alignas(64) std::int32_t first_[3][kMost], last_[3][kMost], met_[kMost] = {};
+  alignas(64) std::int32_t first_[3][kMax], last_[3][kMax], met_[kMax] = {};
   std::uint64_t lanes_of_[3] = {};  // by kind, one bit per lane
-  alignas(64) std::uint32_t word_[kMost];
+  alignas(64) std::uint32_t word_[kMax];
 };
 
 }  // namespace phantom::voxelise::detail::HWY_NAMESPACE

@@ -299,7 +299,7 @@ void MarkAll(const SnappedMesh& mesh, Slab z, workspace::BitVolume& boundary,
     mark_some(&mesh.triangles[i], i, step);
   }
   if (i < count) {
-    Corners rest[SmallTriangles::kMost];
+    Corners rest[SmallTriangles::kMax];
     for (std::size_t lane = 0; lane < step; ++lane)
       rest[lane] = mesh.triangles[std::min(i + lane, count - 1)];
     mark_some(rest, i, count - i);

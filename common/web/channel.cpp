@@ -16,7 +16,7 @@ namespace phantom::web {
 namespace {
 
 // Octets that are read before the handshake is over: a browser's are below 2,000.
-constexpr std::uint64_t kMostOfHandshake = 32768;
+constexpr std::uint64_t kMaxOfHandshake = 32768;
 
 EndPoint end_point_of(const sockaddr_storage& address) {
   EndPoint end;
@@ -72,7 +72,7 @@ Channel::Step Channel::step_of(int result) {
       return Step::kNoTls;
   }
   const bool endless =
-      !SSL_is_init_finished(ssl_.get()) && BIO_number_read(SSL_get_rbio(ssl_.get())) > kMostOfHandshake;
+      !SSL_is_init_finished(ssl_.get()) && BIO_number_read(SSL_get_rbio(ssl_.get())) > kMaxOfHandshake;
   failed_ = failed_ || endless;
   return endless ? Step::kClosed : Step::kWantsRead;
 }

@@ -14,7 +14,7 @@ std::optional<PageSessions::Opened> PageSessions::open(std::string_view secret, 
   if (!role) return std::nullopt;
   Opened opened{runtime::random_hex(kTokenOctets), *role};
   const std::lock_guard lock(mutex_);
-  if (sessions_.size() == kMost) sessions_.pop_front();
+  if (sessions_.size() == kMax) sessions_.pop_front();
   sessions_.push_back({opened, now_ns + kLife_ns});
   return opened;
 }

@@ -16,7 +16,7 @@ using runtime::Role;
 /// The sessions of those who have logged in on the page. Time comes in. Thread-safe.
 class PageSessions {
  public:
-  static constexpr std::size_t kMost = 64;
+  static constexpr std::size_t kMax = 64;
   static constexpr core::Nanoseconds kLife_ns = 12LL * 3600 * core::kNsPerSecond;
 
   struct Opened {

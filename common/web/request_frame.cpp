@@ -11,7 +11,7 @@
 namespace phantom::web {
 namespace {
 
-constexpr std::size_t kMostHeaders = 64;
+constexpr std::size_t kMaxHeaders = 64;
 constexpr int kBadRequest = 400;
 
 constexpr std::array<std::string_view, 12> kUsed{
@@ -52,7 +52,7 @@ class HeadReader {
     if (has_control(head)) return refuse(kBadRequest, "the head of the request has a control character");
     request_line(take_line(head));
     for (std::size_t count = 0; frame_.status == 0 && head != "\r\n"; ++count) {
-      if (count == kMostHeaders) return refuse(431, "at most 64 headers are taken");
+      if (count == kMaxHeaders) return refuse(431, "at most 64 headers are taken");
       header(take_line(head));
     }
     if (frame_.status == 0) check();

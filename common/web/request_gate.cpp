@@ -15,7 +15,7 @@
 #include <utility>
 
 #include "common/core/errors.hpp"
-#include "common/core/thread_place.hpp"
+#include "common/core/thread_config.hpp"
 #include "common/web/request_origin.hpp"
 
 namespace phantom::web {
@@ -157,7 +157,7 @@ void RequestGate::start() {
   if (wake_ < 0) throw core::MissingError("the operator's page cannot be served: no file descriptor is free");
   const auto in_thread = [this](core::ThreadRole role, auto work) {
     threads_.emplace_back([role, work] {
-      core::take_place(role);
+      core::apply_thread_config(role);
       work();
     });
   };

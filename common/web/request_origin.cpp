@@ -9,7 +9,7 @@
 namespace phantom::web {
 namespace {
 
-constexpr std::size_t kLongestName = 253;  // of a DNS name, RFC 1035
+constexpr std::size_t kMaxName = 253;  // of a DNS name, RFC 1035
 
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
 bool is_name_octet(char c) { return is_digit(c) || (c >= 'a' && c <= 'z') || c == '-' || c == '_'; }
@@ -17,7 +17,7 @@ bool is_name_octet(char c) { return is_digit(c) || (c >= 'a' && c <= 'z') || c =
 /// Returns whether a text in lower case is a DNS name whose last label is no number: browsers read such a
 /// name as an IPv4 address, in one of many spellings (URL standard, "ends in a number").
 bool is_name(const std::string& host) {
-  if (host.empty() || host.size() > kLongestName) return false;
+  if (host.empty() || host.size() > kMaxName) return false;
   std::size_t begin = 0;
   std::string label;
   while (begin <= host.size()) {

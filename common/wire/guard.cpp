@@ -6,9 +6,9 @@
 namespace phantom::wire {
 namespace {
 
-constexpr std::size_t kRewrittenBytes = 65536 + kMostGrown;
+constexpr std::size_t kRewrittenBytes = 65536 + kMaxGrown;
 constexpr std::size_t kDataHead = kHeaderBytes + kSubmessageHeader + 20;
-constexpr std::size_t kAssembledBytes = kDataHead + SampleAssembly::kMostBytes;
+constexpr std::size_t kAssembledBytes = kDataHead + SampleAssembly::kMaxBytes;
 
 /// Writes an RTPS message with one DATA of that payload; returns its octets.
 std::span<std::uint8_t> data_message(std::span<std::uint8_t> into, const FragmentFact& fragment,
@@ -46,9 +46,9 @@ std::int64_t longest_step(EntityId writer) {
     case kSubscriptionWriter:
     case kSecurePublicationWriter:
     case kSecureSubscriptionWriter:
-      return Guard::kLongestStepOfDiscovery;
+      return Guard::kMaxStepOfDiscovery;
     default:
-      return Guard::kLongestStep;
+      return Guard::kMaxStep;
   }
 }
 
@@ -60,9 +60,9 @@ Guard::Guard(const GuardOptions& options)
                      options.discovery_per_s, options.discovery_burst, options.unannounced_per_s,
                      options.unannounced_burst, options.counted_per_s, options.counted_burst}),
       assembled_facts_(std::make_unique<MessageFacts>()),
-      assembled_octets_(std::make_unique_for_overwrite<std::uint8_t[]>(kMostAssembled * kAssembledBytes)) {
-  if (!options.ends_by_mixed_samples) return;
-  whole_samples_ = std::make_unique<WholeSamples>();
+      assembled_octets_(std::make_unique_for_overwrite<std::uint8_t[]>(kMaxAssembled * kAssembledBytes)) {
+  if (!options.crashes_on_interleaved_fragments) return;
+  whole_samples_ = std::make_unique<FragmentReassembler>();
   rewritten_octets_ = std::make_unique_for_overwrite<std::uint8_t[]>(kRewrittenBytes);
 }
 
@@ -255,7 +255,7 @@ Fault Guard::assemble(std::span<std::uint8_t> datagram, const FragmentFact& frag
   if (refused) return Fault::kSampleSize;
   blank(datagram, fragment.place);
   if (payload.empty()) return Fault::kNone;
-  if (assembled_count_ == kMostAssembled) return Fault::kFragment;
+  if (assembled_count_ == kMaxAssembled) return Fault::kFragment;
   const std::span<std::uint8_t> into(assembled_octets_.get() + assembled_count_ * kAssembledBytes,
                                      kAssembledBytes);
   const std::span<std::uint8_t> message = data_message(into, fragment, vendor, payload);

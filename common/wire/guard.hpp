@@ -24,10 +24,11 @@ struct Network {
 /// What the guard keeps of others, and from whom it accepts anything.
 struct GuardOptions {
   Receiver receiver;
-  bool relayed = false;                ///< discovery servers speak for others
-  bool forgets_by_silence = false;     ///< Fast DDS heeds no departure, only a lease that has run out
-  bool ends_by_mixed_samples = false;  ///< Fast DDS does, after a lost fragment (WholeSamples)
-  std::vector<Network> networks;       ///< senders are in one of these; empty: anywhere
+  bool relayed = false;             ///< discovery servers speak for others
+  bool forgets_by_silence = false;  ///< Fast DDS heeds no departure, only a lease that has run out
+  bool crashes_on_interleaved_fragments =
+      false;                      ///< Fast DDS does, after a lost fragment (FragmentReassembler)
+  std::vector<Network> networks;  ///< senders are in one of these; empty: anywhere
   std::size_t participants = 1024, participants_per_source = 128;
   std::size_t endpoints_per_participant = 512;
   std::uint32_t sample_bytes = 64 << 20;  ///< the largest sample that any endpoint carries
@@ -73,9 +74,9 @@ class Guard {
   static constexpr core::Nanoseconds kForgetting = 500 * core::kNsPerMillisecond;
 
   /// Greatest step of a writer's first sample: two years of a writer of one sample a second.
-  static constexpr std::int64_t kLongestStep = 1 << 26;
+  static constexpr std::int64_t kMaxStep = 1 << 26;
   /// The same of writers that announce endpoints: each number is an endpoint that came or went.
-  static constexpr std::int64_t kLongestStepOfDiscovery = 1 << 16;
+  static constexpr std::int64_t kMaxStepOfDiscovery = 1 << 16;
   /// A number that a GAP declares missing costs as much as so many that are counted: it takes memory.
   static constexpr double kCostOfMissing = 16.0;
 
@@ -95,8 +96,8 @@ class Guard {
   std::span<const std::span<const std::uint8_t>> assembled() const {
     return {assembled_.data(), assembled_count_};
   }
-  /// With `ends_by_mixed_samples`: what is to be handed on in place of the datagram just checked
-  /// (WholeSamples); empty: the datagram itself. Valid until the next check().
+  /// With `crashes_on_interleaved_fragments`: what is to be handed on in place of the datagram just checked
+  /// (FragmentReassembler); empty: the datagram itself. Valid until the next check().
   std::span<const std::uint8_t> rewritten() const { return rewritten_; }
   /// With `forgets_by_silence`: Fast DDS has not heard a participant for its lease, and has forgotten it. If
   /// that returns, it is handled as one that leaves with its first datagram: it may not have forgotten us,
@@ -129,11 +130,11 @@ class Guard {
   Participants participants_;
   SampleAssembly assembly_;
   std::unique_ptr<MessageFacts> assembled_facts_;
-  static constexpr std::size_t kMostAssembled = 4;  // of one datagram
+  static constexpr std::size_t kMaxAssembled = 4;  // of one datagram
   std::unique_ptr<std::uint8_t[]> assembled_octets_;
-  std::array<std::span<const std::uint8_t>, kMostAssembled> assembled_;
+  std::array<std::span<const std::uint8_t>, kMaxAssembled> assembled_;
   std::size_t assembled_count_ = 0;
-  std::unique_ptr<WholeSamples> whole_samples_;
+  std::unique_ptr<FragmentReassembler> whole_samples_;
   std::unique_ptr<std::uint8_t[]> rewritten_octets_;
   std::span<const std::uint8_t> rewritten_;
   bool to_hold_ = false, returned_ = false;

@@ -9,14 +9,14 @@ namespace {
 
 using detail::Submessage;
 
-constexpr std::uint32_t kMostBits = 256;
+constexpr std::uint32_t kMaxBits = 256;
 constexpr std::size_t kCryptoHeader = 20, kMac = 16, kReceiverMac = 20;
 
 /// A set of numbers from `base` on, of 256 at most (9.4.2.6, 9.4.2.8). An empty one may have any base: Fast
 /// DDS sends base 0 before it knows a writer.
 bool number_set(OctetReader& reader, std::int64_t base) {
   const std::uint32_t bits = reader.u32();
-  return reader.good() && bits <= kMostBits && (base >= 1 || (base == 0 && bits == 0)) &&
+  return reader.good() && bits <= kMaxBits && (base >= 1 || (base == 0 && bits == 0)) &&
          reader.skip((bits + 31) / 32 * 4);
 }
 
@@ -53,7 +53,7 @@ Fault check_gap(const Submessage& submessage, const GuidPrefix& sender, MessageF
   const std::int64_t start = reader.i64_as_two(), base = reader.i64_as_two();
   if (!reader.good()) return Fault::kSubmessage;
   if (start < 1 || base < 1) return Fault::kSequence;
-  if (base > start && base - start > kLongestGap) return Fault::kSequence;
+  if (base > start && base - start > kMaxGap) return Fault::kSequence;
   const std::size_t before = reader.left();
   if (!number_set(reader, base)) return Fault::kNumberSet;
   const auto listed = static_cast<std::int64_t>(8 * (before - reader.left()));

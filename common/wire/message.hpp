@@ -56,13 +56,13 @@ struct SequenceFact {
 /// What the state of the guard depends on, of one datagram. More than the limits: Fault::kSubmessage. It is
 /// large: keep one for each thread that receives.
 struct MessageFacts {
-  static constexpr std::size_t kMost = 128;
+  static constexpr std::size_t kMax = 128;
   GuidPrefix sender{};  ///< of the header
   std::uint16_t vendor = 0;
   std::array<ParticipantFact, 64> participants;
-  std::array<EndpointFact, kMost> endpoints;
-  std::array<FragmentFact, kMost> fragments;
-  std::array<SequenceFact, kMost> sequences;
+  std::array<EndpointFact, kMax> endpoints;
+  std::array<FragmentFact, kMax> fragments;
+  std::array<SequenceFact, kMax> sequences;
   std::size_t participant_count = 0, endpoint_count = 0, fragment_count = 0, sequence_count = 0;
   bool handshake = false;    ///< holds a message of the security handshake
   bool described = false;    ///< the receiver asks for descriptions of types
@@ -79,7 +79,7 @@ struct Receiver {
 };
 
 /// Greatest span of one GAP. Fast DDS walks through it number by number.
-inline constexpr std::int64_t kLongestGap = 1 << 22;
+inline constexpr std::int64_t kMaxGap = 1 << 22;
 
 /// Checks one RTPS message, the whole content of a datagram, before Fast DDS parses it (OMG DDSI-RTPS 2.5,
 /// 8.3.4 to 8.3.8, 9.4; DDS Security 1.1, 7.3.6): header, each submessage's length against the datagram, each

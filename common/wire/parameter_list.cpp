@@ -224,10 +224,10 @@ void note(Pid pid, std::span<std::uint8_t> value, bool little_endian, bool disco
     case Pid::kLeaseDuration: {
       OctetReader lease(value, little_endian);
       const std::uint32_t seconds = lease.u32();
-      if (discovery && seconds > kLongestLease_s) {  // infinity, and what is negative, too
-        write_u32(value, kLongestLease_s, little_endian);
+      if (discovery && seconds > kMaxLease_s) {  // infinity, and what is negative, too
+        write_u32(value, kMaxLease_s, little_endian);
         write_u32(value.subspan(4), 0, little_endian);
-        facts.lease_s = kLongestLease_s;
+        facts.lease_s = kMaxLease_s;
       } else {
         facts.lease_s = seconds + lease.u32() / 4294967296.0;
       }

@@ -21,7 +21,7 @@ struct ListFacts {
 
 /// Longest lease that a participant is granted. A longer one is shortened in place: what strangers announce
 /// is forgotten in bounded time. Known implementations announce themselves every 30 s or more often.
-inline constexpr std::uint32_t kLongestLease_s = 120;
+inline constexpr std::uint32_t kMaxLease_s = 120;
 
 /// What a parameter list stands in. kDescribedDiscovery: discovery data for a participant that asks for
 /// descriptions of types.
@@ -35,7 +35,7 @@ enum class ListPlace { kInlineQos, kDiscovery, kDescribedDiscovery };
 ///
 /// In discovery data it changes three things in place, so that Fast DDS does not read them: descriptions of
 /// types (Fast DDS 2.9.1 ends with some of them; only kDescribedDiscovery keeps TypeInformation) and, from
-/// other vendors, numbers that mean something else there become PID_PAD; a lease longer than kLongestLease_s
+/// other vendors, numbers that mean something else there become PID_PAD; a lease longer than kMaxLease_s
 /// becomes that. In inline QoS it changes another vendor's 0x800f, which Fast DDS reads there.
 ///
 /// Returns kNone, kParameterList or kParameter. Real-time safe: yes.

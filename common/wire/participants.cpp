@@ -33,7 +33,7 @@ bool Participant::hear(const Source& source, core::Nanoseconds now) {
   if (!owns(source)) {
     const bool learning = now - first_ <= kLearning || now - own_last_ > kSilence;
     if (!learning || is_held()) return false;
-    if (socket_count_ == kMostSockets) {  // the eldest goes: its network is another by now
+    if (socket_count_ == kMaxSockets) {  // the eldest goes: its network is another by now
       std::rotate(sockets_.begin(), sockets_.begin() + 1, sockets_.end());
       --socket_count_;
     }
@@ -59,7 +59,7 @@ std::int64_t* Participant::first_sample(EntityId writer, std::size_t most) {
   const auto known = std::find_if(first_samples_.begin(), first_samples_.end(),
                                   [&](const auto& one) { return one.first == writer; });
   if (known != first_samples_.end()) return &known->second;
-  if (first_samples_.size() >= most + kMostBuiltIn) return nullptr;
+  if (first_samples_.size() >= most + kMaxBuiltIn) return nullptr;
   return &first_samples_.emplace_back(writer, 1).second;
 }
 
@@ -67,7 +67,7 @@ bool Participant::keeps_fragment_size(EntityId writer, std::uint16_t bytes) {
   const auto known = std::find_if(fragment_sizes_.begin(), fragment_sizes_.end(),
                                   [&](const auto& one) { return one.first == writer; });
   if (known != fragment_sizes_.end()) return known->second == bytes;
-  if (fragment_sizes_.size() >= kMostFragmenting) return false;
+  if (fragment_sizes_.size() >= kMaxFragmenting) return false;
   fragment_sizes_.emplace_back(writer, bytes);
   return true;
 }
@@ -112,7 +112,7 @@ Participants::Address& Participants::address_of(std::uint32_t address, core::Nan
     known->second.last = now;
     return known->second;
   }
-  if (addresses_.size() >= kMostAddresses) {
+  if (addresses_.size() >= kMaxAddresses) {
     addresses_.erase(std::min_element(addresses_.begin(), addresses_.end(), [](const auto& a, const auto& b) {
       return a.second.last < b.second.last;
     }));

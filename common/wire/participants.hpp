@@ -37,7 +37,7 @@ class Participant {
   static constexpr core::Nanoseconds kLearning = 2 * core::kNsPerSecond;
   /// Another socket is learnt once none of the known ones has been heard for this time: its network changed.
   static constexpr core::Nanoseconds kSilence = 3 * core::kNsPerSecond;
-  static constexpr std::size_t kMostSockets = 8, kMostFragmenting = 64, kMostBuiltIn = 16;
+  static constexpr std::size_t kMaxSockets = 8, kMaxFragmenting = 64, kMaxBuiltIn = 16;
   /// What each participant may make readers count without its sender's budget.
   static constexpr double kCountedPerS = 64.0, kCountedBurst = 1024.0;
 
@@ -98,7 +98,7 @@ class Participant {
   TokenBucket discovery_, counting_{kCountedPerS, kCountedBurst};
   core::Nanoseconds first_, last_, own_last_ = 0, passed_ = 0, held_ = 0, left_ = 0, lease_ = 0;
   bool lost_ = false;
-  std::array<Source, kMostSockets> sockets_;
+  std::array<Source, kMaxSockets> sockets_;
   std::size_t socket_count_ = 0;
   std::vector<EntityId> endpoints_;
   std::vector<std::pair<EntityId, std::uint16_t>> fragment_sizes_;
@@ -131,7 +131,7 @@ class Participants {
                        core::Nanoseconds now);
 
  private:
-  static constexpr std::size_t kMostAddresses = 1024;
+  static constexpr std::size_t kMaxAddresses = 1024;
   struct Hash {
     std::size_t operator()(const GuidPrefix& prefix) const noexcept;
   };

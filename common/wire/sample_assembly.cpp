@@ -6,7 +6,7 @@
 namespace phantom::wire {
 
 SampleAssembly::SampleAssembly()
-    : octets_(std::make_unique_for_overwrite<std::uint8_t[]>(kSamples * kMostBytes)) {}
+    : octets_(std::make_unique_for_overwrite<std::uint8_t[]>(kSamples * kMaxBytes)) {}
 
 std::size_t SampleAssembly::place_of(const FragmentFact& fragment, core::Nanoseconds now) {
   std::size_t oldest = 0;
@@ -29,15 +29,15 @@ std::size_t SampleAssembly::place_of(const FragmentFact& fragment, core::Nanosec
 std::span<std::uint8_t> SampleAssembly::add(std::span<const std::uint8_t> datagram,
                                             const FragmentFact& fragment, core::Nanoseconds now,
                                             bool& refused) {
-  refused = fragment.sample_bytes > kMostBytes ||
-            fragment.sample_bytes > kMostFragments * std::size_t{fragment.fragment_bytes};
+  refused = fragment.sample_bytes > kMaxBytes ||
+            fragment.sample_bytes > kMaxFragments * std::size_t{fragment.fragment_bytes};
   if (refused) return {};
   const std::size_t place = place_of(fragment, now);
   Sample& sample = samples_[place];
   refused = sample.sample_bytes != fragment.sample_bytes || sample.fragment_bytes != fragment.fragment_bytes;
   if (refused) return {};
   sample.last = now;
-  const std::span<std::uint8_t> whole(octets_.get() + place * kMostBytes, sample.sample_bytes);
+  const std::span<std::uint8_t> whole(octets_.get() + place * kMaxBytes, sample.sample_bytes);
   const std::size_t from = std::size_t{fragment.first - 1} * fragment.fragment_bytes;
   std::memcpy(whole.data() + from, datagram.data() + fragment.at, fragment.size);
   for (std::size_t i = fragment.first - 1; i < fragment.first - 1 + fragment.count; ++i) {

@@ -17,8 +17,8 @@ namespace phantom::wire {
 class SampleAssembly {
  public:
   static constexpr std::size_t kSamples = 16;
-  static constexpr std::size_t kMostBytes = 60000;  ///< a sample must fit into one datagram
-  static constexpr std::size_t kMostFragments = 1024;
+  static constexpr std::size_t kMaxBytes = 60000;  ///< a sample must fit into one datagram
+  static constexpr std::size_t kMaxFragments = 1024;
 
   SampleAssembly();
 
@@ -36,12 +36,12 @@ class SampleAssembly {
     std::uint16_t fragment_bytes = 0;
     std::size_t missing = 0;
     core::Nanoseconds last = 0;
-    std::array<std::uint64_t, kMostFragments / 64> have{};
+    std::array<std::uint64_t, kMaxFragments / 64> have{};
   };
   std::size_t place_of(const FragmentFact& fragment, core::Nanoseconds now);
 
   std::array<Sample, kSamples> samples_;
-  std::unique_ptr<std::uint8_t[]> octets_;  // kMostBytes for each
+  std::unique_ptr<std::uint8_t[]> octets_;  // kMaxBytes for each
 };
 
 }  // namespace phantom::wire

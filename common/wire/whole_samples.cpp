@@ -86,31 +86,31 @@ bool is_keyless(EntityId writer) { return (writer & 0xff) == 0x03; }
 
 }  // namespace
 
-bool WholeSamples::awaits(const GuidPrefix& participant) const {
+bool FragmentReassembler::awaits(const GuidPrefix& participant) const {
   return pending_count_ > 0 && std::any_of(pending_.begin(), pending_.end(), [&](const Pending& one) {
            return one.writer && one.writer->prefix == participant;
          });
 }
 
-WholeSamples::Pending* WholeSamples::of(const Guid& writer) {
+FragmentReassembler::Pending* FragmentReassembler::of(const Guid& writer) {
   if (pending_count_ == 0) return nullptr;
   const auto found = std::find_if(pending_.begin(), pending_.end(),
                                   [&](const Pending& one) { return one.writer && *one.writer == writer; });
   return found == pending_.end() ? nullptr : &*found;
 }
 
-void WholeSamples::forget(Pending& pending) {
+void FragmentReassembler::forget(Pending& pending) {
   pending.writer.reset();
   --pending_count_;
 }
 
-void WholeSamples::note(const Fragment& fragment) {
+void FragmentReassembler::note(const Fragment& fragment) {
   Pending* pending = of(fragment.writer);
   if (pending != nullptr && fragment.sequence < pending->sequence) return;  // Fast DDS heeds none of these
   if (pending == nullptr) {
     const auto free =
         std::find_if(pending_.begin(), pending_.end(), [](const Pending& one) { return !one.writer; });
-    pending = free != pending_.end() ? &*free : &pending_[next_++ % kMostWriters];
+    pending = free != pending_.end() ? &*free : &pending_[next_++ % kMaxWriters];
     if (!pending->writer) ++pending_count_;
     pending->writer = fragment.writer;
     pending->sequence = fragment.sequence - 1;
@@ -120,20 +120,20 @@ void WholeSamples::note(const Fragment& fragment) {
     pending->fragments = fragment.fragments;
     pending->heard.reset();
   }
-  for (std::size_t i = fragment.first; i < fragment.first + fragment.count && i <= kMostFragments; ++i)
+  for (std::size_t i = fragment.first; i < fragment.first + fragment.count && i <= kMaxFragments; ++i)
     pending->heard.set(i - 1);
   if (pending->heard.count() >= pending->fragments) forget(*pending);
 }
 
-bool WholeSamples::ends_pending(const Guid& writer, std::int64_t sequence) {
+bool FragmentReassembler::ends_pending(const Guid& writer, std::int64_t sequence) {
   Pending* const pending = of(writer);
   if (pending == nullptr || sequence <= pending->sequence) return false;
   forget(*pending);
   return true;
 }
 
-std::span<std::uint8_t> WholeSamples::rewrite(std::span<const std::uint8_t> message,
-                                              std::span<std::uint8_t> into) {
+std::span<std::uint8_t> FragmentReassembler::rewrite(std::span<const std::uint8_t> message,
+                                                     std::span<std::uint8_t> into) {
   Guid writer;
   std::copy_n(message.begin() + 8, writer.prefix.size(), writer.prefix.begin());
   OctetWriter out(into);

@@ -10,8 +10,9 @@
 
 namespace phantom::wire {
 
-/// Octets by which a message may grow in WholeSamples::rewrite(): 12 for each DATA, of at least 28 octets.
-inline constexpr std::size_t kMostGrown = 65536 / 28 * 12;
+/// Octets by which a message may grow in FragmentReassembler::rewrite(): 12 for each DATA, of at least 28
+/// octets.
+inline constexpr std::size_t kMaxGrown = 65536 / 28 * 12;
 
 /// Keeps Fast DDS 3.1 from ending the process by an assertion (StatelessReader::process_data_frag_msg): a
 /// best-effort reader that lacks a fragment of a sample, gets a later sample in one DATA and then a fragment
@@ -19,10 +20,10 @@ inline constexpr std::size_t kMostGrown = 65536 / 28 * 12;
 /// fragment (OMG DDSI-RTPS 2.5, 9.4.5.4 and 9.4.5.5), which Fast DDS takes for what follows a lost sample.
 /// Writers with keys are left alone: a DATA that disposes of an instance has no form in fragments.
 /// Thread safety: none. Real-time safe: yes; all memory is its own.
-class WholeSamples {
+class FragmentReassembler {
  public:
   /// Writers of which it knows at a time that a fragment is missing; of further ones the oldest is forgotten.
-  static constexpr std::size_t kMostWriters = 64;
+  static constexpr std::size_t kMaxWriters = 64;
 
   /// Whether a sample of some writer of this participant lacks a fragment: only then may a message of it that
   /// holds no fragments have to be rewritten.
@@ -30,17 +31,17 @@ class WholeSamples {
 
   /// Goes through an RTPS message in which check_message() has found no fault. Returns the octets of `into`
   /// that hold what is to be read in its place; none: the message itself. `into` has room for the message and
-  /// kMostGrown more.
+  /// kMaxGrown more.
   std::span<std::uint8_t> rewrite(std::span<const std::uint8_t> message, std::span<std::uint8_t> into);
 
  private:
   /// Samples of more fragments than this count as never complete.
-  static constexpr std::size_t kMostFragments = 4096;
+  static constexpr std::size_t kMaxFragments = 4096;
   struct Pending {
     std::optional<Guid> writer;  ///< none: a free place
     std::int64_t sequence = 0;
     std::size_t fragments = 0;
-    std::bitset<kMostFragments> heard;
+    std::bitset<kMaxFragments> heard;
   };
   struct Fragment {
     Guid writer;
@@ -53,7 +54,7 @@ class WholeSamples {
   bool ends_pending(const Guid& writer, std::int64_t sequence);
   void forget(Pending& pending);
 
-  std::array<Pending, kMostWriters> pending_;
+  std::array<Pending, kMaxWriters> pending_;
   std::size_t pending_count_ = 0, next_ = 0;
 };
 

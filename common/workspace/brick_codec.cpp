@@ -13,8 +13,8 @@ namespace {
 constexpr std::size_t kPlainBytes = kBrickVoxels * 4;
 static_assert(sizeof(BrickData) == kPlainBytes, "a brick's memory is its plain form");
 
-using TiledBytes = std::array<std::uint8_t, kMostTiledBytes>;
-static_assert(kMostTiledBytes < kPlainBytes, "sizes tell the forms apart");
+using TiledBytes = std::array<std::uint8_t, kMaxTiledBytes>;
+static_assert(kMaxTiledBytes < kPlainBytes, "sizes tell the forms apart");
 
 core::Status decompress_brick(std::span<const std::uint8_t> bytes, void* to, std::size_t size) {
   const core::Status status = decompress(bytes, {static_cast<std::uint8_t*>(to), size});
@@ -40,10 +40,10 @@ core::Status decode_brick(std::span<const std::uint8_t> bytes, BrickContent& con
     content.facts = facts_of(content.voxels);
     return core::Status::ok();
   }
-  if (size > kMostTiledBytes) {
+  if (size > kMaxTiledBytes) {
     return core::Status::invalid_argument("brick: is not a zstd frame of a brick: its content is neither " +
                                           std::to_string(kPlainBytes) + " bytes nor at most " +
-                                          std::to_string(kMostTiledBytes));
+                                          std::to_string(kMaxTiledBytes));
   }
   TiledBytes tiled;
   if (core::Status status = decompress_brick(bytes, tiled.data(), size); !status) return status;

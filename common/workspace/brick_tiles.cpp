@@ -34,7 +34,7 @@ struct Kinds {
 struct Tiles {
   std::array<std::uint8_t, kTiles> kinds;  // number of kinds of each tile
   std::array<std::uint8_t, kBrickVoxels> kind;
-  std::array<std::uint64_t, kMostTiledBytes / 8> mask;
+  std::array<std::uint64_t, kMaxTiledBytes / 8> mask;
   std::size_t all_kinds = 0, masks = 0;
 };
 
@@ -215,7 +215,7 @@ bool all_occur(const Kinds& kinds, const Tiles& tiles) {
          std::find(end_of_kinds, occurs.end(), true) == occurs.end();
 }
 
-std::size_t write(const Kinds& kinds, const Tiles& tiles, std::span<std::uint8_t, kMostTiledBytes> to) {
+std::size_t write(const Kinds& kinds, const Tiles& tiles, std::span<std::uint8_t, kMaxTiledBytes> to) {
   if (2 + 4 * kinds.count + kTiles + tiles.all_kinds + 8 * tiles.masks > to.size()) return 0;
   std::uint8_t* end = to.data();
   *end++ = kTiledForm;
@@ -239,7 +239,7 @@ std::size_t write(const Kinds& kinds, const Tiles& tiles, std::span<std::uint8_t
 static_assert(std::endian::native == std::endian::little,
               "bricks cross hosts: big-endian hosts need a conversion here");
 
-std::size_t tile_brick(const Workspace::BrickView& brick, std::span<std::uint8_t, kMostTiledBytes> to) {
+std::size_t tile_brick(const Workspace::BrickView& brick, std::span<std::uint8_t, kMaxTiledBytes> to) {
   using namespace detail;
   Tiles& tiles = scratch();
   tiles.all_kinds = tiles.masks = 0;

@@ -25,11 +25,11 @@ namespace phantom::workspace {
 ///
 /// Every kind occurs in the brick, and every kind that a tile names occurs in that tile.
 inline constexpr std::uint8_t kTiledForm = 1;
-inline constexpr std::size_t kMostTiledBytes = 65536;
+inline constexpr std::size_t kMaxTiledBytes = 65536;
 
 /// Writes a brick in the tiled form. Returns the number of bytes, or 0 if the brick has more than 256 kinds
 /// or does not fit in `to`. Not real-time safe.
-std::size_t tile_brick(const Workspace::BrickView& brick, std::span<std::uint8_t, kMostTiledBytes> to);
+std::size_t tile_brick(const Workspace::BrickView& brick, std::span<std::uint8_t, kMaxTiledBytes> to);
 
 /// Decodes the bytes of tile_brick(). Refuses any other form, and bytes that break the rules above; `content`
 /// is then undefined. Not real-time safe.

@@ -62,9 +62,9 @@ class VoxelSize {
 
 /// How many times as long as its shortest side a voxel may be. Beyond that, the long side would decide what
 /// is felt, and a mistake in unit is likelier than a wish.
-inline constexpr double kMostStretch = 8.0;
+inline constexpr double kMaxStretch = 8.0;
 
-/// Refuses sides that are not above 0 and finite, and voxels longer than kMostStretch times their shortest
+/// Refuses sides that are not above 0 and finite, and voxels longer than kMaxStretch times their shortest
 /// side.
 core::Status check_voxel_size(const VoxelSize& size);
 

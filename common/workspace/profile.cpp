@@ -196,7 +196,7 @@ core::Expected<NextPalette> next_palette(const std::vector<LayerProfile>& profil
   const std::vector<float> values(tight->begin() + 1, tight->end());
   if (std::includes(present_Pa_s_per_m.begin(), present_Pa_s_per_m.end(), values.begin(), values.end()))
     return NextPalette{present_Pa_s_per_m, true};
-  // Up to 32 codes the kernels are at their fastest (ClusterStencil::kMostCounted).
+  // Up to 32 codes the kernels are at their fastest (ClusterStencil::kMaxCounted).
   const std::size_t gap = std::max<std::size_t>(std::max<std::size_t>(1, 32 / (values.size() + 1)),
                                                 std::min<std::size_t>(2, 256 / (values.size() + 1)));
   for (const bool keeps_codes : {true, false}) {

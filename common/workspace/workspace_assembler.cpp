@@ -12,7 +12,7 @@
 namespace phantom::workspace {
 namespace {
 
-constexpr VoxelBox kPossibleBricks{{}, {kMostBricks, kMostBricks, kMostBricks}};
+constexpr VoxelBox kPossibleBricks{{}, {kMaxBricks, kMaxBricks, kMaxBricks}};
 
 bool same_grid(const GridSpec& a, const GridSpec& b) {
   return a.origin_m == b.origin_m && a.voxel_size_m == b.voxel_size_m && a.size_vox == b.size_vox;
@@ -41,7 +41,7 @@ void store_brick(BrickKey key, const BrickContent& content, Workspace& workspace
   std::copy(brick.mu_code.begin(), brick.mu_code.end(), workspace.make_brick(key, std::move(labels)));
 }
 
-constexpr std::size_t kMostReserved =
+constexpr std::size_t kMaxReserved =
     32768;  // bricks: 1 GiB of addresses, of which only what is used becomes memory
 
 constexpr std::size_t kCodeBytes = kBrickVoxels, kOrderBytes = kBrickVoxels, kObjectBytes = 2 * kBrickVoxels;
@@ -82,7 +82,7 @@ core::Status check(const VersionDescription& description) {
   if (core::Status checked = check_voxel_size(grid.voxel_size_m); !checked)
     return core::Status::invalid_argument("workspace version: voxel size " + checked.message());
   for (const std::int32_t size : grid.size_vox) {
-    if (size < 1 || size > kMostBricks * kBrickEdge) {
+    if (size < 1 || size > kMaxBricks * kBrickEdge) {
       return core::Status::invalid_argument("workspace version: size of " + std::to_string(size) +
                                             " voxels; allowed: 1 to 8192");
     }
@@ -137,9 +137,9 @@ core::Status WorkspaceAssembler::put_brick(BrickKey key, std::uint64_t version,
 core::Status WorkspaceAssembler::check_room(BrickKey key, const Held& held) const {
   const auto present = held_.find(key);
   const bool is_new = present == held_.end();
-  if (is_new && held_.size() >= kMostBricksInAll)
+  if (is_new && held_.size() >= kMaxBricksInAll)
     return {core::ErrorCode::kResourceExhausted,
-            "more bricks than a workspace can have; allowed: " + std::to_string(kMostBricksInAll)};
+            "more bricks than a workspace can have; allowed: " + std::to_string(kMaxBricksInAll)};
   std::size_t after = bytes_ + held.bytes - (is_new ? 0 : present->second.bytes);
   if (!kinds_.contains(held.kind)) after += shared_bytes(held.kind);
   const std::size_t received =
@@ -189,9 +189,9 @@ void WorkspaceAssembler::forget(BrickKey key) {
 
 core::Status WorkspaceAssembler::commit(const VersionDescription& description) {
   if (core::Status checked = check(description); !checked) return checked;
-  if (description.brick_count > kMostBricksInAll)
+  if (description.brick_count > kMaxBricksInAll)
     return core::Status::invalid_argument("workspace version: " + std::to_string(description.brick_count) +
-                                          " bricks; allowed: at most " + std::to_string(kMostBricksInAll));
+                                          " bricks; allowed: at most " + std::to_string(kMaxBricksInAll));
   pending_ = description;
   if (!packed_) take_up(description);
   return core::Status::ok();
@@ -220,7 +220,7 @@ void WorkspaceAssembler::begin_forming(const VersionDescription& description) {
   if (forming_ && same_grid(forming_->grid(), description.grid)) return;
   end_forming();
   forming_ = std::make_shared<Workspace>(description.grid, description.palette_Pa_s_per_m);
-  forming_->reserve_more(with_room(std::min<std::size_t>(description.brick_count, kMostReserved)));
+  forming_->reserve_more(with_room(std::min<std::size_t>(description.brick_count, kMaxReserved)));
 }
 
 void WorkspaceAssembler::end_forming() {

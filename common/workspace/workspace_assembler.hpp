@@ -15,9 +15,9 @@
 namespace phantom::workspace {
 
 /// Greatest number of bricks along an axis: 8192 voxels.
-inline constexpr std::int32_t kMostBricks = 8192 / kBrickEdge;
+inline constexpr std::int32_t kMaxBricks = 8192 / kBrickEdge;
 /// Greatest number of bricks of a workspace: as many as topic workspace_brick holds.
-inline constexpr std::size_t kMostBricksInAll = 262144;
+inline constexpr std::size_t kMaxBricksInAll = 262144;
 
 /// Holds the content of a WorkspaceVersion sample.
 struct VersionDescription {
@@ -50,7 +50,7 @@ core::Status check(const VersionDescription& description);
 /// its bricks arrive, once the version has been committed; it stays invisible until it is complete.
 ///
 /// Bounded in memory: a brick is refused if the workspace of all bricks would have more than
-/// kMostBricksInAll bricks or take more than `most_bytes`, or if the bricks as received take too much.
+/// kMaxBricksInAll bricks or take more than `most_bytes`, or if the bricks as received take too much.
 ///
 /// Not thread-safe: samples arrive on middleware threads, so lock around every call. Not real-time safe.
 class WorkspaceAssembler {

@@ -9,7 +9,7 @@ namespace {
 
 core::Status too_many() {
   return {core::ErrorCode::kResourceExhausted,
-          "more than " + std::to_string(WorkspaceSources::kMost) +
+          "more than " + std::to_string(WorkspaceSources::kMax) +
               " processes send a workspace; allowed: one, and its successor"};
 }
 
@@ -23,7 +23,7 @@ WorkspaceSources::Source* WorkspaceSources::find(const SourceId& id) {
 
 WorkspaceSources::Source* WorkspaceSources::find_or_add(const SourceId& id) {
   Source* source = find(id);
-  if (source == nullptr && sources_.size() < kMost) {
+  if (source == nullptr && sources_.size() < kMax) {
     sources_.push_back(std::make_unique<Source>(Source{.id = id}));
     source = sources_.back().get();
   }
@@ -79,7 +79,7 @@ void WorkspaceSources::allow(Source& source) const {
   const bool beside = attended() && in_force_ != &source;
   source.assembler.allow(
       most_bytes_,
-      beside ? std::max(kLeastReceivedBytes, 2 * in_force_->assembler.received_bytes()) : SIZE_MAX);
+      beside ? std::max(kMinReceivedBytes, 2 * in_force_->assembler.received_bytes()) : SIZE_MAX);
 }
 
 void WorkspaceSources::gone(const SourceId& id) {

@@ -20,14 +20,14 @@ using SourceId = std::array<std::uint8_t, 12>;
 /// workspace stays in force until that of another source is complete. A description is checked before it is
 /// used. Each source's workspace may take `most_bytes`. While the source in force is present, nothing is
 /// built for the others: each keeps its bricks as they came, and these may take twice as much as those of the
-/// one in force, and kLeastReceivedBytes at least. Whoever sends more meanwhile, or is one source too many,
+/// one in force, and kMinReceivedBytes at least. Whoever sends more meanwhile, or is one source too many,
 /// is forgotten and has to send its workspace again once attended() is false. Not thread-safe. Real-time
 /// safe: no.
 class WorkspaceSources {
  public:
   /// Greatest number of sources at a time; samples of further sources are refused (kResourceExhausted).
-  static constexpr std::size_t kMost = 3;
-  static constexpr std::size_t kLeastReceivedBytes = std::size_t{16} << 20;
+  static constexpr std::size_t kMax = 3;
+  static constexpr std::size_t kMinReceivedBytes = std::size_t{16} << 20;
 
   explicit WorkspaceSources(std::size_t most_bytes = SIZE_MAX) : most_bytes_(most_bytes) {}
 

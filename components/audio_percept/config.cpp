@@ -37,7 +37,7 @@ void read_level(const Fields& level, percept::ToneLaw& law) {
               "is below rest_gain; allowed: at least that, up to 1");
   level.number("full_speed_m_s", law.full_speed_m_s);
   level.number("loudness_phon", law.loudness_phon);
-  level.check(law.loudness_phon <= 0.0 || law.loudness_phon >= percept::kLeastPhon, "loudness_phon",
+  level.check(law.loudness_phon <= 0.0 || law.loudness_phon >= percept::kMinPhon, "loudness_phon",
               "is outside of ISO 226; allowed: 20 to 80 phon, or 0 for no compensation");
 }
 

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <optional>
 
-#include "common/core/thread_place.hpp"
+#include "common/core/thread_config.hpp"
 #include "components/audio_percept/audio_percept.hpp"
 #include "components/audio_percept/openal.hpp"
 #include "components/audio_percept/sink.hpp"

@@ -13,7 +13,7 @@
 namespace phantom::audio_percept {
 namespace {
 
-constexpr double kTail_s = 0.25, kLongest_s = 3600.0;
+constexpr double kTail_s = 0.25, kMax_s = 3600.0;
 
 }  // namespace
 
@@ -55,7 +55,7 @@ int run_render(const RenderRequest& request, AudioPerceptConfig config) {
   }
   const Track track = read_track(request.input);
   const double length_s = core::seconds(track.back().now_ns - track.front().now_ns);
-  if (length_s > kLongest_s)
+  if (length_s > kMax_s)
     throw core::ConfigError(request.input.string() + ": is longer than an hour; allowed: up to 3600 s");
   const auto samples = render_track(track, config, kTail_s);
   WavFile wav(request.out, config.layout);

@@ -22,9 +22,9 @@ struct Column {
   double low, high;  // allowed numbers
   double fallback;   // value if the column is missing
 };
-constexpr double kLongest_s = 3600.0, kFar_m = 1000.0;
+constexpr double kMax_s = 3600.0, kFar_m = 1000.0;
 enum Place { kTime, kCloseness, kSpeed, kX, kY, kZ, kValid, kMuted, kAlert, kLink };
-constexpr std::array<Column, 10> kColumns{{{"t", true, 0, kLongest_s, 0},
+constexpr std::array<Column, 10> kColumns{{{"t", true, 0, kMax_s, 0},
                                            {"closeness", true, 0, 1, 0},
                                            {"speed_m_s", true, 0, 100, 0},
                                            {"x_m", false, -kFar_m, kFar_m, 0},

@@ -46,7 +46,7 @@ std::vector<TopicLosses> Recorder::losses_of_file() const {
 }
 
 void Recorder::note(std::string notice) {
-  if (notices_.size() < kMostNotices) {
+  if (notices_.size() < kMaxNotices) {
     notices_.push_back(std::move(notice));
   } else {
     ++notices_left_out_;
@@ -232,8 +232,8 @@ void Recorder::trigger(const std::string& reason, core::Nanoseconds now_ns) {
       }
     }
   }
-  if (!file_ || triggers_noted_ == kMostTriggers) return;
-  if (++triggers_noted_ == kMostTriggers) note("further events are counted, not noted in this file");
+  if (!file_ || triggers_noted_ == kMaxTriggers) return;
+  if (++triggers_noted_ == kMaxTriggers) note("further events are counted, not noted in this file");
   const recording::StringMap record{{"reason", reason},
                                     {"log_time_ns", std::to_string(clocks_.utc_of(now_ns))}};
   if (core::Status status = file_->note(kTriggerRecord, record); !status) fail(status, now_ns);

@@ -74,8 +74,8 @@ struct RecorderFigures {
 /// thread-safe.
 class Recorder {
  public:
-  static constexpr std::size_t kMostNotices = 256;    ///< between two calls of take_notices()
-  static constexpr std::size_t kMostTriggers = 1024;  ///< that a file notes; further ones are counted
+  static constexpr std::size_t kMaxNotices = 256;    ///< between two calls of take_notices()
+  static constexpr std::size_t kMaxTriggers = 1024;  ///< that a file notes; further ones are counted
 
   Recorder(RecorderSettings settings, RecordingContext context, RecorderPorts ports, ClockPair clocks);
   ~Recorder();
@@ -100,7 +100,7 @@ class Recorder {
   const std::string& ended() const { return ended_; }
   RecorderFigures figures() const;
   const std::vector<TopicLosses>& losses() const { return losses_; }
-  /// Returns messages for the log since the last call: kMostNotices of them, and how many more there were.
+  /// Returns messages for the log since the last call: kMaxNotices of them, and how many more there were.
   std::vector<std::string> take_notices();
 
  private:

@@ -15,7 +15,7 @@
 namespace phantom::dds_recorder {
 namespace {
 
-constexpr std::size_t kMostEvents = 8;  // shown in the table
+constexpr std::size_t kMaxEvents = 8;  // shown in the table
 
 std::string utc_text(std::uint64_t ns) {
   const auto seconds = static_cast<std::time_t>(ns / core::kNsPerSecond);
@@ -117,10 +117,10 @@ void print(const FileFigures& figures, std::ostream& out) {
                        value_of(about, "host"), value_of(about, "domain"), value_of(about, "mode"),
                        value_of(about, "number"), figures.ended.empty() ? "" : "; ended: " + figures.ended);
   }
-  for (std::size_t i = 0; i < std::min(figures.triggers.size(), kMostEvents); ++i)
+  for (std::size_t i = 0; i < std::min(figures.triggers.size(), kMaxEvents); ++i)
     out << "  event: " << value_of(figures.triggers[i], "reason") << '\n';
-  if (figures.triggers.size() > kMostEvents)
-    out << "  … and " << figures.triggers.size() - kMostEvents << " more events (--json lists all)\n";
+  if (figures.triggers.size() > kMaxEvents)
+    out << "  … and " << figures.triggers.size() - kMaxEvents << " more events (--json lists all)\n";
   if (!figures.complete)
     out << "  not finished (still being written, or its recorder was killed): read as far as it is whole\n";
   for (const std::string& problem : figures.problems) out << "  problem: " << problem << '\n';

@@ -34,15 +34,15 @@ inline TopicLosses& TopicLosses::operator-=(const TopicLosses& other) {
   return *this;
 }
 
-/// Counts the gaps in the sequence numbers of every writer, of the kMost heard last. Not thread-safe.
+/// Counts the gaps in the sequence numbers of every writer, of the kMax heard last. Not thread-safe.
 class GapCounter {
  public:
-  static constexpr std::size_t kMost = 16384;
+  static constexpr std::size_t kMax = 16384;
   /// Returns how many samples of this writer are missing before this one; 0 for its first.
   std::uint64_t gap_before(const SampleHead& sample);
 
  private:
-  core::RecentMap<std::pair<TopicNumber, Guid>, std::uint64_t> last_{kMost};
+  core::RecentMap<std::pair<TopicNumber, Guid>, std::uint64_t> last_{kMax};
 };
 
 }  // namespace phantom::dds_recorder

@@ -9,11 +9,11 @@
 namespace phantom::dds_recorder {
 
 /// Who wrote a sample, as discovery tells: all processes that are there (the guard bounds their number,
-/// common/wire/guard.hpp), and the kMostGone that were there last, whose samples may not be written yet. Not
+/// common/wire/guard.hpp), and the kMaxGone that were there last, whose samples may not be written yet. Not
 /// thread-safe.
 class Processes {
  public:
-  static constexpr std::size_t kMostGone = 1024;
+  static constexpr std::size_t kMaxGone = 1024;
 
   void put(const diagnostics::ParticipantInfo& info) {
     WriterInfo& known = present_[info.guid];
@@ -44,7 +44,7 @@ class Processes {
 
  private:
   std::map<Guid, WriterInfo> present_;
-  core::RecentMap<Guid, WriterInfo> gone_{kMostGone};
+  core::RecentMap<Guid, WriterInfo> gone_{kMaxGone};
 };
 
 }  // namespace phantom::dds_recorder

@@ -36,7 +36,7 @@ core::Expected<std::uint16_t> RecordingFile::schema(const TopicInfo& topic) {
 core::Expected<std::uint16_t> RecordingFile::channel(const SampleHead& sample, bool carried_over) {
   const std::tuple key(sample.topic, sample.writer, carried_over);
   if (const auto known = channels_.find(key); known != channels_.end()) return known->second;
-  if (channels_.size() >= (carried_over ? kMostChannels / 2 : kMostChannels))
+  if (channels_.size() >= (carried_over ? kMaxChannels / 2 : kMaxChannels))
     return core::Status(core::ErrorCode::kResourceExhausted, "the file has as many channels as it may");
   const TopicInfo& topic = topics_[sample.topic];
   const auto schema_id = schema(topic);

@@ -33,7 +33,7 @@ class RecordingFile {
  public:
   /// A file has so many channels: each keeps about 2 kB until the file ends, and who comes and goes brings
   /// new ones. Half of them at most are of samples that were there before the file began.
-  static constexpr std::size_t kMostChannels = 16384;
+  static constexpr std::size_t kMaxChannels = 16384;
 
   /// All arguments but `sink` outlive this object.
   RecordingFile(std::filesystem::path path, std::unique_ptr<recording::ByteSink> sink,

@@ -207,7 +207,7 @@ class RecordSession {
     const std::uint64_t left_out = adapter_.topics_left_out();
     if (left_out > 0 && !std::exchange(told_left_out_, true))
       spdlog::warn("there are more than {} topics of others; further ones are not recorded",
-                   KnownTopics::kMostForeign);
+                   KnownTopics::kMaxForeign);
     return health_of(figures, recorder_, on_event_, left_out);
   }
 

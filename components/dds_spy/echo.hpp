@@ -25,8 +25,8 @@ class Echo {
   bool json_;
   core::Nanoseconds every_ns_;
   std::uint64_t most_, shown_ = 0;
-  static constexpr std::size_t kMost = 65536;  // instances that are remembered
-  core::RecentMap<std::pair<diagnostics::Guid, std::string>, core::Nanoseconds> last_ns_{kMost};
+  static constexpr std::size_t kMax = 65536;  // instances that are remembered
+  core::RecentMap<std::pair<diagnostics::Guid, std::string>, core::Nanoseconds> last_ns_{kMax};
 };
 
 }  // namespace phantom::dds_spy

@@ -74,7 +74,7 @@ void EventLog::add(Event event) {
   totals_[event.kind] += event.count;
   if (!kind_of(event.kind).bursts) return report(event);
   const Key key{event.kind, event.topic, event.who};
-  if (held_.size() >= kMostHeld && !held_.contains(key)) make_room();
+  if (held_.size() >= kMaxHeld && !held_.contains(key)) make_room();
   Held& held = held_[key];
   if (held.reported_ns != 0 && event.utc_ns - held.reported_ns < quiet_ns_) {
     held.count += event.count;

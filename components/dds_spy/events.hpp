@@ -55,10 +55,10 @@ nlohmann::ordered_json event_json(const Event& event);
 /// Reports events. Of those that can come at a topic's rate (gaps, deadlines …), it reports the first of each
 /// kind, topic and participant at once. Those that follow within the quiet time are counted, and reported
 /// together after it with the newest one's text. Keeps the newest `most` reported events, and at most
-/// kMostHeld of those that are held back: for a further one the longest held goes out early. Not thread-safe.
+/// kMaxHeld of those that are held back: for a further one the longest held goes out early. Not thread-safe.
 class EventLog {
  public:
-  static constexpr std::size_t kMostHeld = 4096;
+  static constexpr std::size_t kMaxHeld = 4096;
 
   using Report = std::function<void(const Event&)>;
   EventLog(std::size_t most, double quiet_s, Report report);

@@ -23,7 +23,7 @@ namespace {
 using diagnostics::to_line;
 
 constexpr double kLook_s = 0.02;  // between two checks for new writers and missed deadlines
-constexpr std::size_t kMostLines = 20'000, kMostLineOctets = 16 << 20;
+constexpr std::size_t kMaxLines = 20'000, kMaxLineOctets = 16 << 20;
 
 // Returns whether the patterns name a type: by its full name, its name without modules, or its topic's name.
 bool is_requested(const std::string& topic, const std::string& type,
@@ -122,7 +122,7 @@ class Session {
       view_.look(core::monotonic_ns(), core::utc_ns());
       if (view_.samples_left_out() > 0 && !std::exchange(told_left_out_, true))
         spdlog::warn("there are more than {} writers; further ones are not measured",
-                     SystemView::kMostWriters);
+                     SystemView::kMaxWriters);
     }
     return print_lines() && elapsed_s() < limit_s_ && runtime::sleep_unless_stopped(kLook_s);
   }
@@ -311,7 +311,7 @@ class Session {
   const core::Nanoseconds start_ns_ = core::monotonic_ns();
   double limit_s_ = 0.0;
   bool told_left_out_ = false;
-  LineQueue lines_{kMostLines, kMostLineOctets};
+  LineQueue lines_{kMaxLines, kMaxLineOctets};
   Echo echo_;
   SystemView view_;
   DdsAdapter adapter_;  // last: its threads use the other members

@@ -21,7 +21,7 @@ class StatusWatch {
   std::vector<Event> take(const nlohmann::ordered_json& status);
 
  private:
-  static constexpr std::size_t kMost = 256;  // components that are remembered
+  static constexpr std::size_t kMax = 256;  // components that are remembered
   using Counters =
       std::map<std::tuple<std::string, bool, std::string>, std::uint64_t>;  // topic, writer, name
   struct Known {
@@ -32,7 +32,7 @@ class StatusWatch {
                                     const Known& known, bool first_look, Counters& counters,
                                     std::vector<Event>& events);
 
-  core::RecentMap<std::string, Known> known_{kMost};  // by component and host
+  core::RecentMap<std::string, Known> known_{kMax};  // by component and host
 };
 
 }  // namespace phantom::dds_spy

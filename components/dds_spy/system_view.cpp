@@ -101,10 +101,10 @@ void SystemView::forget_writers(Predicate which) {
 
 /// Returns null if there is no room for another one.
 ObservedWriter* SystemView::writer(const Guid& guid, const std::string& topic) {
-  if (writers_.size() >= kMostWriters && !writers_.contains(guid)) {
+  if (writers_.size() >= kMaxWriters && !writers_.contains(guid)) {
     // Samples may come after the end of their writer.
     forget_writers([&](const Guid& known) { return graph_.endpoint(known) == nullptr; });
-    if (writers_.size() >= kMostWriters) return nullptr;
+    if (writers_.size() >= kMaxWriters) return nullptr;
   }
   ObservedWriter& observed = writers_[guid];
   observed.topic = topic;
@@ -127,7 +127,7 @@ void SystemView::on_sample(const ReceivedSample& sample) {
   }
   report_arrival(sample, observed.stream.take(sample.facts));
   const std::size_t before = observed.instances.size();
-  const bool told_apart = (before < ObservedWriter::kMostInstances && told_apart_ < kMostInstances) ||
+  const bool told_apart = (before < ObservedWriter::kMaxInstances && told_apart_ < kMaxInstances) ||
                           before == 0 || observed.instances.contains(sample.instance);
   ++observed.instances[told_apart ? sample.instance : ObservedWriter::kOthers];
   told_apart_ += observed.instances.size() - before;

@@ -31,8 +31,8 @@ struct ObservedWriter {
   std::string topic;
   Stream stream;
   /// Greatest number of instances that are told apart; what comes of further ones, here or in all
-  /// (SystemView::kMostInstances), is counted as kOthers, and their deadlines are not watched.
-  static constexpr std::size_t kMostInstances = 4096;
+  /// (SystemView::kMaxInstances), is counted as kOthers, and their deadlines are not watched.
+  static constexpr std::size_t kMaxInstances = 4096;
   static constexpr const char* kOthers = "(others)";
 
   std::map<std::string, std::uint64_t> instances;  ///< number of samples by instance; empty name: no key
@@ -43,11 +43,11 @@ struct ObservedWriter {
 
 /// Holds everything that was discovered and received: participants and endpoints, the samples of each writer,
 /// and events. Pure: the adapter passes it everything, with times. What is kept of others is bounded: the
-/// guard bounds who is there (common/wire/guard.hpp), kMostWriters are measured, and of the instances of all
-/// of them together kMostInstances are told apart. Not thread-safe.
+/// guard bounds who is there (common/wire/guard.hpp), kMaxWriters are measured, and of the instances of all
+/// of them together kMaxInstances are told apart. Not thread-safe.
 class SystemView {
  public:
-  static constexpr std::size_t kMostWriters = 8192, kMostInstances = 65536;
+  static constexpr std::size_t kMaxWriters = 8192, kMaxInstances = 65536;
 
   SystemView(std::size_t most_events, double quiet_s, EventLog::Report report)
       : events_(most_events, quiet_s, std::move(report)) {}

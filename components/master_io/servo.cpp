@@ -94,7 +94,7 @@ bool Servo::step(MasterReport& report, double dt_s, core::Nanoseconds now_ns) no
   }
   inputs_.position = sense.position;
   inputs_.velocity = sense.velocity;
-  inputs_.drives_follow = sense.follows;
+  inputs_.drives_operational = sense.follows;
   inputs_.drive_fault = sense.fault;
   inputs_.enabling = enabling.step(sense.inputs, now_ns, dt_s);
   inputs_.device_longer_s = sense.longer_s;

@@ -22,7 +22,7 @@ class Servo {
         teleop::StopStore& stops);
 
   /// Runs one tick of `dt_s`, a whole multiple of the period, at `now_ns` on the monotonic clock. Makes up
-  /// for up to teleop::kMostMadeUp missed periods, so that a simulated hand keeps real time; real drives get
+  /// for up to teleop::kMaxMadeUp missed periods, so that a simulated hand keeps real time; real drives get
   /// one command for all of them. Publishes nothing before the device's position is known. Real-time safe:
   /// yes.
   void tick(double dt_s, core::Nanoseconds now_ns) noexcept;

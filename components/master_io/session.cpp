@@ -37,13 +37,14 @@ std::string sentence(const MasterOutputs& now) {
   if (teleop::waits_for_switch(now)) return teleop::switch_sentence(now, "slave");
   switch (now.state) {
     case LinkState::kInit:
-      return now.partner_elsewhere ? "the slave answers another master_io: waiting" : "waiting for the slave";
+      return now.peer_bound_elsewhere ? "the slave answers another master_io: waiting"
+                                      : "waiting for the slave";
     case LinkState::kReady:
       return now.slave_touches ? "the slave touches something and may not come: bring the master to its pose"
                                : "waiting for the slave to come to the master's pose";
     case LinkState::kDegraded:
-      return now.partner_elsewhere ? "the slave answers another master_io: torques off"
-                                   : "the slave is not heard or holds: torques off";
+      return now.peer_bound_elsewhere ? "the slave answers another master_io: torques off"
+                                      : "the slave is not heard or holds: torques off";
     case LinkState::kStopped:
       return std::string(name_of(now.stop.cause)) + ": torques off until reset" +
              (now.partner_unconfirmed ? "; THE SLAVE HAS NOT CONFIRMED THAT IT IS STOPPED" : "");
@@ -124,15 +125,15 @@ std::unique_ptr<Device> make_device(const ArmModel& model, const Config& config,
 }
 
 // Returns the input of the operator's desk; null for another driver.
-std::unique_ptr<DeskInput> make_desk(const Config& config, Servo& servo, DdsAdapter& adapter) {
+std::unique_ptr<ManualInput> make_desk(const Config& config, Servo& servo, DdsAdapter& adapter) {
   if (!uses_desk(config)) return nullptr;
-  auto desk = std::make_unique<DeskInput>(
+  auto desk = std::make_unique<ManualInput>(
       config.desk, servo.desk,
-      DeskInput::Listener{[&adapter] { adapter.emergency_stop("desk"); },
-                          [&adapter] { adapter.reset("desk"); },
-                          [](const std::string& what) { spdlog::info("desk: {}", what); },
-                          [&adapter](bool open) { adapter.ask_gripper(open ? 1.0 : 0.0, "desk"); },
-                          [&adapter](PerceptKey key) { adapter.choose_percepts(key, "desk"); }},
+      ManualInput::Listener{[&adapter] { adapter.emergency_stop("desk"); },
+                            [&adapter] { adapter.reset("desk"); },
+                            [](const std::string& what) { spdlog::info("desk: {}", what); },
+                            [&adapter](bool open) { adapter.ask_gripper(open ? 1.0 : 0.0, "desk"); },
+                            [&adapter](PerceptKey key) { adapter.choose_percepts(key, "desk"); }},
       config.scheduling.servo_priority);
   spdlog::info(
       "desk: {}; {}", desk->name(),

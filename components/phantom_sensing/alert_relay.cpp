@@ -2,13 +2,13 @@
 
 #include <spdlog/spdlog.h>
 
-#include "common/core/thread_place.hpp"
+#include "common/core/thread_config.hpp"
 
 namespace phantom::phantom_sensing {
 
 AlertRelay::AlertRelay(PerceptSink& next, int servo_priority)
     : next_(next), thread_([this, servo_priority] {
-        core::take_place(core::ThreadRole::kAlerts, servo_priority);
+        core::apply_thread_config(core::ThreadRole::kAlerts, servo_priority);
         work();
       }) {}
 

@@ -15,7 +15,7 @@ namespace phantom::phantom_sensing {
 /// write can block while a reader joins, and the haptic loop must not wait for it.
 class AlertRelay : public PerceptSink {
  public:
-  static constexpr std::size_t kMostWaiting = 256;  ///< more than the monitors raise and clear in a second
+  static constexpr std::size_t kMaxWaiting = 256;  ///< more than the monitors raise and clear in a second
 
   /// `next` must outlive this; its on_alert() is called on the relay's thread. The priority of that thread is
   /// relative to `servo_priority`.
@@ -44,7 +44,7 @@ class AlertRelay : public PerceptSink {
   void work();
 
   PerceptSink& next_;
-  core::EventRing<Event, kMostWaiting> waiting_;
+  core::EventRing<Event, kMaxWaiting> waiting_;
   std::atomic<std::uint64_t> left_out_{0};
   std::atomic<bool> stop_{false};
   runtime::WakeSignal wake_;

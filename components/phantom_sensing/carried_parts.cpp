@@ -3,14 +3,14 @@
 #include <algorithm>
 #include <iterator>
 
-#include "common/core/thread_place.hpp"
+#include "common/core/thread_config.hpp"
 
 namespace phantom::phantom_sensing {
 namespace {
 
 using core::Status;
 
-constexpr std::size_t kMostBodies = 32;  // laid out and kept: an object is often taken again
+constexpr std::size_t kMaxBodies = 32;  // laid out and kept: an object is often taken again
 
 std::size_t bytes_of(const geometry::TriangleMesh& mesh) {
   return 12 * (mesh.vertices_m.size() + mesh.triangles.size());
@@ -37,10 +37,10 @@ Status CarriedParts::put(messages::MeshChunk chunk) {
   auto mesh = assembler_.add(std::move(chunk));
   if (!mesh) return mesh.status();
   if (!*mesh) return Status::ok();
-  if (mesh_bytes_ + bytes_of(**mesh) > kMostMeshBytes)
+  if (mesh_bytes_ + bytes_of(**mesh) > kMaxMeshBytes)
     return {core::ErrorCode::kResourceExhausted,
             "a mesh is not kept, and its object cannot be carried: all take more than " +
-                std::to_string(kMostMeshBytes >> 20) + " MiB"};
+                std::to_string(kMaxMeshBytes >> 20) + " MiB"};
   mesh_bytes_ += bytes_of(**mesh);
   meshes_.emplace(hash, **std::move(mesh));
   return Status::ok();
@@ -74,7 +74,7 @@ core::Expected<std::shared_ptr<CarryingSkin>> CarriedParts::skin_with(
 
 core::Expected<std::shared_ptr<CarryingSkin>> CarriedParts::make(
     std::span<const messages::CarriedObject> own) {
-  if (bodies_.size() > kMostBodies) bodies_.clear();
+  if (bodies_.size() > kMaxBodies) bodies_.clear();
   std::vector<robot::CarriedBody> bodies;
   std::vector<std::uint16_t> ids;
   for (const messages::CarriedObject& object : own) {

@@ -30,7 +30,7 @@ struct CarryingSkin {
 class CarriedParts {
  public:
   /// Greatest memory of all meshes; those that come beyond are not kept, and cannot be carried.
-  static constexpr std::size_t kMostMeshBytes = std::size_t{512} << 20;
+  static constexpr std::size_t kMaxMeshBytes = std::size_t{512} << 20;
 
   /// The model must outlive this.
   CarriedParts(const PhantomModel& model, const PerceptSettings& settings, int servo_priority = 0);

@@ -20,10 +20,10 @@ double as_in_workspace(double mu) { return static_cast<double>(static_cast<float
 void read_memory(const Fields& fields, robot::MemoryWeights& weights) {
   fields.numbers("memory_weights", weights);
   if (weights.empty()) return;
-  fields.check(weights.size() <= robot::MuMemory::kMostDepth && weights.front() > 0.0, "memory_weights",
+  fields.check(weights.size() <= robot::ViscosityFilter::kMaxDepth && weights.front() > 0.0, "memory_weights",
                "has " + std::to_string(weights.size()) + " weights, the first " +
                    std::to_string(weights.front()) + "; allowed: up to " +
-                   std::to_string(robot::MuMemory::kMostDepth) + ", the first above 0; or none, []");
+                   std::to_string(robot::ViscosityFilter::kMaxDepth) + ", the first above 0; or none, []");
 }
 
 void read_response(const Fields& section, robot::ResponseCurve& response) {
@@ -58,10 +58,10 @@ void read_speed_limit(const Fields& section, percept::SpeedLimit& limit) {
   std::vector<double> mu, speed;
   section.numbers("speed_limit_mu_Pa_s_per_m", mu);
   section.numbers("speed_limit_m_s", speed);
-  constexpr std::size_t kMost = percept::SpeedLimit::kMaxPoints;
-  section.check(mu.size() == speed.size() && !mu.empty() && mu.size() <= kMost, "speed_limit_m_s",
+  constexpr std::size_t kMax = percept::SpeedLimit::kMaxPoints;
+  section.check(mu.size() == speed.size() && !mu.empty() && mu.size() <= kMax, "speed_limit_m_s",
                 "has " + std::to_string(speed.size()) + " values for " + std::to_string(mu.size()) +
-                    " of speed_limit_mu_Pa_s_per_m; allowed: as many, 1 to " + std::to_string(kMost));
+                    " of speed_limit_mu_Pa_s_per_m; allowed: as many, 1 to " + std::to_string(kMax));
   limit = {.points = mu.size(), .shape = limit.shape};
   std::copy(mu.begin(), mu.end(), limit.mu.begin());
   std::copy(speed.begin(), speed.end(), limit.speed_m_s.begin());
@@ -126,9 +126,9 @@ void read_sharing(const Fields& file, Config& config) {
     read_own_workspace(fields, config, share);
     config.shares.push_back(std::move(share));
   }
-  sharing.check(!config.shares.empty() && config.shares.size() <= kMostShares, "shares",
-                "has " + std::to_string(config.shares.size()) + " shares; allowed: 1 to " +
-                    std::to_string(kMostShares));
+  sharing.check(
+      !config.shares.empty() && config.shares.size() <= kMaxShares, "shares",
+      "has " + std::to_string(config.shares.size()) + " shares; allowed: 1 to " + std::to_string(kMaxShares));
   file.check(config.percept.memory.empty(), "memory_weights",
              "does not go with sharing: what a sensor remembers is in the process that senses it; allowed: "
              "[], or no sharing");

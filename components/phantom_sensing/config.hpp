@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "common/core/thread_place.hpp"
+#include "common/core/thread_config.hpp"
 #include "common/runtime/cell/other_arms.hpp"
 #include "components/phantom_sensing/phantom_sensing.hpp"
 
@@ -18,7 +18,7 @@ struct ShareConfig {
   std::string partition;           ///< DDS partition in which a wva_server sends those; empty: no such cell
 };
 
-using runtime::kMostOtherArms, runtime::OtherArmConfig;
+using runtime::kMaxOtherArms, runtime::OtherArmConfig;
 
 /// The checked content of phantom_sensing.yaml.
 struct Config {
@@ -31,7 +31,7 @@ struct Config {
   double workspace_behind_after_s = 1.0;  ///< an announced version incomplete for this long marks the percept
   double workspace_stale_after_s = 5.0;   ///< and for this long ends it
   std::uint64_t workspace_max_bytes = 0;  ///< of one server's workspace
-  std::vector<OtherArmConfig> other_arms;  ///< at most kMostOtherArms
+  std::vector<OtherArmConfig> other_arms;  ///< at most kMaxOtherArms
   std::vector<ShareConfig> shares;
   double share_wait_s = 0.0005;  ///< for what others have sensed; then it is sensed here
   std::string own_share;         ///< by the command line: the share that this process senses; empty: none

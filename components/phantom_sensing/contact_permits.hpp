@@ -22,7 +22,7 @@ struct ContactPermit {
 /// The permits in force, with their ends. Bounded; copying uses no heap.
 class ContactPermits {
  public:
-  static constexpr std::size_t kMost = percept::AllowedContact::kMost;
+  static constexpr std::size_t kMax = percept::AllowedContact::kMax;
 
   /// Adds a permit, or replaces the one for the same object and link. Returns false if the list is full.
   bool allow(const ContactPermit& permit) noexcept {
@@ -31,7 +31,7 @@ class ContactPermits {
       permits_[i] = permit;
       return true;
     }
-    if (count_ == kMost) return false;
+    if (count_ == kMax) return false;
     permits_[count_++] = permit;
     return true;
   }
@@ -75,7 +75,7 @@ class ContactPermits {
     count_ = kept;
     return removed;
   }
-  std::array<ContactPermit, kMost> permits_{};
+  std::array<ContactPermit, kMax> permits_{};
   std::size_t count_ = 0;
 };
 

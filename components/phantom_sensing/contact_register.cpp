@@ -27,7 +27,7 @@ Answer ContactRegister::allow(const messages::SensingCommand& request, std::uint
   ContactPermit permit{id, link};
   if (request.duration_s > 0.0) permit.until_ns = now_ns + core::from_seconds(request.duration_s);
   if (!permits_.allow(permit)) {
-    return refused("there are " + std::to_string(ContactPermits::kMost) +
+    return refused("there are " + std::to_string(ContactPermits::kMax) +
                    " allowed contacts already; allowed: no more, forbid one first");
   }
   return {true, "contact allowed: " + describe(permit) +

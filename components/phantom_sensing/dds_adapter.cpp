@@ -35,7 +35,7 @@ messages::SensingReply reply_to(const messages::SensingCommand& command, const A
 
 struct DdsAdapter::Impl {
   struct WorkspaceReaders {
-    WorkspaceReaders(Impl& owner, WorkspaceKeeper& workspace);
+    WorkspaceReaders(Impl& owner, WorkspaceSubscriber& workspace);
     dds::Reader<msg::MeshChunk> mesh;  // before the version that needs it
     dds::Reader<msg::WorkspaceVersion> version;
     dds::Reader<msg::WorkspaceBrick> brick;
@@ -54,7 +54,7 @@ struct DdsAdapter::Impl {
     messages::CheckedReader<msg::Percept> percept;
   };
   struct Readers {
-    Readers(Impl& owner, SensingLoop& loop, WorkspaceKeeper& keeper);
+    Readers(Impl& owner, SensingLoop& loop, WorkspaceSubscriber& keeper);
     messages::CheckedReader<msg::SlaveState> slave;
     std::optional<messages::CheckedReader<msg::GripperState>> gripper;  // of an arm with fingers
     std::unique_ptr<WorkspaceReaders> workspace;
@@ -102,8 +102,8 @@ struct DdsAdapter::Impl {
   }
 
   bool second_server(core::Nanoseconds now_ns);
-  void refuse_for_now(const workspace::SourceId& source);
-  void admit_all();
+  void suspend(const workspace::SourceId& source);
+  void resume();
 
   using Participants = std::vector<std::unique_ptr<dds::Participant>>;
   /// The process of a share has a name of its own in component_status.
@@ -140,7 +140,7 @@ struct DdsAdapter::Impl {
   dds::RefusalLog workspace_refusals{"workspace_brick, workspace_version"};
   std::mutex readers_mutex;  // shared by stop_reading() and the keeper's thread
   std::unique_ptr<Readers> readers;
-  WorkspaceKeeper* keeper = nullptr;         // set while there are readers; guarded by readers_mutex
+  WorkspaceSubscriber* keeper = nullptr;     // set while there are readers; guarded by readers_mutex
   core::Nanoseconds contested_since_ns = 0;  // used in publish_status() only; 0: at most one server
   bool contest_logged = false;
   messages::CommandService<messages::SensingCommand, messages::SensingReply> commands;
@@ -189,7 +189,7 @@ DdsAdapter::Impl::ShareReaders::ShareReaders(Impl& owner, SensingLoop& loop, std
                 loop.offer_share(share, sample);
               }) {}
 
-DdsAdapter::Impl::Readers::Readers(Impl& owner, SensingLoop& loop, WorkspaceKeeper& keeper)
+DdsAdapter::Impl::Readers::Readers(Impl& owner, SensingLoop& loop, WorkspaceSubscriber& keeper)
     : slave(owner.participant, dds::kSlaveState, messages::bounds_of(owner.model.arm),
             [&owner, &loop](const messages::SlaveState& state, core::Nanoseconds received_ns) {
               const SlaveSample sample(state, received_ns);
@@ -216,7 +216,7 @@ DdsAdapter::Impl::Readers::Readers(Impl& owner, SensingLoop& loop, WorkspaceKeep
                   });
 }
 
-DdsAdapter::Impl::WorkspaceReaders::WorkspaceReaders(Impl& owner, WorkspaceKeeper& workspace)
+DdsAdapter::Impl::WorkspaceReaders::WorkspaceReaders(Impl& owner, WorkspaceSubscriber& workspace)
     : mesh(owner.of_workspace, dds::kMeshChunk,
            [&workspace](const msg::MeshChunk& message, const dds::SampleInfo& info) {
              auto received = messages::from_idl(message);
@@ -274,17 +274,17 @@ DdsAdapter::Impl::ObjectReaders::ObjectReaders(Impl& owner)
                return owner.objects_of_arm.take(info.writer, *sample).accepted;
              }) {}
 
-void DdsAdapter::Impl::refuse_for_now(const workspace::SourceId& source) {
+void DdsAdapter::Impl::suspend(const workspace::SourceId& source) {
   workspace_refusals.refused(
       "a participant sends more of a workspace than is kept beside the one in force; no more is taken from it "
       "until that server has gone");
-  of_workspace.refuse_for_now(source);
+  of_workspace.suspend(source);
 }
 
 /// Some of what was refused had arrived already. DDS sends it once more only to a new reader, unless the
 /// participant was discovered anew, which discovery servers do not bring about.
-void DdsAdapter::Impl::admit_all() {
-  if (!of_workspace.admit_all()) return;
+void DdsAdapter::Impl::resume() {
+  if (!of_workspace.resume()) return;
   const std::lock_guard lock(readers_mutex);
   if (!readers) return;
   readers->workspace.reset();  // first: its end reports that all writers have gone
@@ -315,7 +315,7 @@ DdsAdapter::DdsAdapter(const core::NetworkOptions& network, const PhantomModel& 
     : impl_(std::make_unique<Impl>(network, model, shares, other_arms)) {}
 DdsAdapter::~DdsAdapter() = default;
 
-void DdsAdapter::start_reading(SensingLoop& loop, WorkspaceKeeper& workspace) {
+void DdsAdapter::start_reading(SensingLoop& loop, WorkspaceSubscriber& workspace) {
   const std::lock_guard lock(impl_->readers_mutex);
   impl_->readers = std::make_unique<Impl::Readers>(*impl_, loop, workspace);
   impl_->keeper = &workspace;
@@ -330,15 +330,15 @@ void DdsAdapter::stop_reading() {
   }
 }
 
-WorkspaceKeeper::Callbacks DdsAdapter::workspace_callbacks() {
+WorkspaceSubscriber::Callbacks DdsAdapter::workspace_callbacks() {
   return {.refused =
               [this](const std::string& why) {
                 impl_->workspace_refusals.refused(why);
                 const std::lock_guard lock(impl_->readers_mutex);
                 if (impl_->readers) impl_->readers->workspace->brick.count_refused();
               },
-          .excess = [this](const workspace::SourceId& source) { impl_->refuse_for_now(source); },
-          .unattended = [this] { impl_->admit_all(); }};
+          .excess = [this](const workspace::SourceId& source) { impl_->suspend(source); },
+          .unattended = [this] { impl_->resume(); }};
 }
 
 bool DdsAdapter::workspace_attended() const {
@@ -346,7 +346,7 @@ bool DdsAdapter::workspace_attended() const {
   return impl_->readers && impl_->readers->workspace->version.matched() > 0;
 }
 
-ObjectsApart::Objects DdsAdapter::objects() const {
+SecondaryWorkspace::Objects DdsAdapter::objects() const {
   std::optional<workspace::SourceId> in_force;
   {
     const std::lock_guard lock(impl_->readers_mutex);
@@ -356,7 +356,7 @@ ObjectsApart::Objects DdsAdapter::objects() const {
   return in_force ? impl_->objects.of(*in_force) : impl_->objects.in_force();
 }
 
-ObjectsApart::Objects DdsAdapter::objects_of_arm() const {
+SecondaryWorkspace::Objects DdsAdapter::objects_of_arm() const {
   const std::lock_guard lock(impl_->objects_mutex);
   return impl_->objects_of_arm.in_force();
 }

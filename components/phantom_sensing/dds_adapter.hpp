@@ -11,8 +11,8 @@
 #include "common/messages/percept.hpp"
 #include "components/phantom_sensing/contact_register.hpp"
 #include "components/phantom_sensing/sensing_loop.hpp"
-#include "components/phantom_sensing/workspace/objects_apart.hpp"
-#include "components/phantom_sensing/workspace/workspace_keeper.hpp"
+#include "components/phantom_sensing/workspace/secondary_workspace.hpp"
+#include "components/phantom_sensing/workspace/workspace_subscriber.hpp"
 
 namespace phantom::phantom_sensing {
 
@@ -31,20 +31,20 @@ class DdsAdapter : public PerceptSink {
   ~DdsAdapter() override;
 
   /// Passes received samples to `loop` and `workspace` until stop_reading(). Both must live until then.
-  void start_reading(SensingLoop& loop, WorkspaceKeeper& workspace);
+  void start_reading(SensingLoop& loop, WorkspaceSubscriber& workspace);
   void stop_reading();
   /// Returns whether a wva_server is present now. Thread-safe.
   bool workspace_attended() const;
   /// Returns the objects announced by the wva_server whose workspace is in use. Thread-safe.
-  ObjectsApart::Objects objects() const;
+  SecondaryWorkspace::Objects objects() const;
   /// Returns those of the arm's workspace where this senses a share in another one; else none. Thread-safe.
-  ObjectsApart::Objects objects_of_arm() const;
+  SecondaryWorkspace::Objects objects_of_arm() const;
   /// Carries out the commands received so far, on the calling thread, and answers them. A repeated command is
   /// answered again but not carried out again.
   void handle_commands(const std::function<Answer(const messages::SensingCommand&)>& carry_out);
   /// Returns what the workspace keeper tells this: each brick or version that it refused is counted, and
   /// logged with the reason; from sources in excess nothing is taken meanwhile. Valid as long as this.
-  WorkspaceKeeper::Callbacks workspace_callbacks();
+  WorkspaceSubscriber::Callbacks workspace_callbacks();
   /// Reads the newest valid slave_state. Returns false if none came since the last call. One thread.
   bool newest_slave(SlaveSample& sample);
   /// Likewise the newest valid gripper_state.

@@ -20,7 +20,7 @@ Message of_tick(const StepOutputs& outputs, const TickInfo& info) {
 
 /// Fills the fields of a place's percept: of the whole skin or of an interest point.
 template <class Message>
-void take_place(const PlacePercept& place, Message& message) {
+void apply_thread_config(const PlacePercept& place, Message& message) {
   message.mu_Pa_s_per_m = place.mu;
   message.closeness = place.closeness;
   message.speed_m_s = place.velocity_W_m_s.norm();
@@ -34,7 +34,7 @@ void take_place(const PlacePercept& place, Message& message) {
 
 messages::Threat threat_of(const Threat& threat) {
   messages::Threat message;
-  take_place(threat, message);
+  apply_thread_config(threat, message);
   message.rule = threat.rule;
   message.raises = threat.raises;
   message.link = static_cast<std::uint32_t>(threat.link);
@@ -59,7 +59,7 @@ messages::DragField drag_field_of(const StepOutputs& outputs, const TickInfo& in
 
 messages::Percept percept_of(const StepOutputs& outputs, const TickInfo& info, std::size_t joint_count) {
   auto percept = of_tick<messages::Percept>(outputs, info);
-  take_place(outputs.percept, percept);
+  apply_thread_config(outputs.percept, percept);
   percept.link = static_cast<std::uint32_t>(outputs.percept.link);
   percept.sensor = static_cast<std::uint32_t>(outputs.percept.sensor);
   percept.joint_count = static_cast<std::uint32_t>(joint_count);
@@ -79,7 +79,7 @@ messages::InterestPoints interest_points_of(const StepOutputs& outputs, const Ti
   message.points.resize(outputs.interest.size());
   for (std::size_t i = 0; i < outputs.interest.size(); ++i) {
     messages::InterestPoint& point = message.points[i];
-    take_place(outputs.interest[i], point);
+    apply_thread_config(outputs.interest[i], point);
     point.name = model.interest_points[i].name;
     point.link = static_cast<std::uint32_t>(model.interest_points[i].link);
     point.rule = outputs.interest[i].rule;

@@ -94,9 +94,9 @@ std::vector<OtherArm> load_other_arms(const runtime::CellConfig& cell, const Con
     if (others.back().link_count() == 0)
       throw ConfigError(place + "nothing is seen of its links; allowed: an arm by a URDF with visuals");
   }
-  if (links_of(others) > kMostOtherLinks)
+  if (links_of(others) > kMaxOtherLinks)
     throw ConfigError(config.file.string() + ": other_arms: have " + std::to_string(links_of(others)) +
-                      " links in all; allowed: " + std::to_string(kMostOtherLinks));
+                      " links in all; allowed: " + std::to_string(kMaxOtherLinks));
   return others;
 }
 

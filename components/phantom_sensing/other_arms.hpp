@@ -45,7 +45,7 @@ class OtherArm {
 
 /// Loads the arms of config.other_arms and activates their links by the cell's profile. Throws ConfigError
 /// naming the file, the arm and what is allowed: an arm of the cell, not this one, each once, with links that
-/// are seen (a URDF's visuals), no more than kMostOtherLinks in all.
+/// are seen (a URDF's visuals), no more than kMaxOtherLinks in all.
 std::vector<OtherArm> load_other_arms(const runtime::CellConfig& cell, const Config& config);
 /// Returns the number of links of all of them.
 std::size_t links_of(const std::vector<OtherArm>& others);

@@ -126,10 +126,10 @@ percept::HitSituation PhantomSensing::situation_of(const PlacePercept& place) co
 void PhantomSensing::perceive_worst(const StepInputs& inputs, StepOutputs& outputs) const noexcept {
   SensorPercept& percept = outputs.worst;
   const robot::WorstSensor& worst = sensing_->worst();
-  if (worst_elsewhere_ != nullptr && (!worst.found || worst_elsewhere_->mu > worst.mu)) {
-    static_cast<PlacePercept&>(percept) = worst_elsewhere_->place;
-    percept.link = worst_elsewhere_->link;
-    percept.sensor = worst_elsewhere_->sensor;
+  if (worst_remote_ != nullptr && (!worst.found || worst_remote_->mu > worst.mu)) {
+    static_cast<PlacePercept&>(percept) = worst_remote_->place;
+    percept.link = worst_remote_->link;
+    percept.sensor = worst_remote_->sensor;
     classify(percept);
   } else if (worst.found) {
     percept.mu = static_cast<double>(worst.mu);
@@ -205,7 +205,7 @@ void PhantomSensing::mute(const percept::AllowedContact& allowed) noexcept {
   muted_ = allowed;
 }
 
-void PhantomSensing::wear(robot::SkinSensing* carrying) noexcept {
+void PhantomSensing::set_active_skin(robot::SkinSensing* carrying) noexcept {
   robot::SkinSensing* const next = carrying != nullptr ? carrying : &own_sensing_;
   if (next == sensing_) return;
   set_muted(muted_, false);  // it may be worn again
@@ -237,7 +237,7 @@ bool PhantomSensing::take_share(const StepInputs& inputs, std::size_t which, con
                                 StepOutputs& outputs) noexcept {
   if (model_.shares[which].has_own_workspace()) {
     if (inputs.workspace.carrying != nullptr) return false;
-    if (share.mu > (worst_elsewhere_ != nullptr ? worst_elsewhere_->mu : 0.0F)) worst_elsewhere_ = &share;
+    if (share.mu > (worst_remote_ != nullptr ? worst_remote_->mu : 0.0F)) worst_remote_ = &share;
   } else if (share.mu > 0.0F &&
              !sensing_->consider(X_WL_, *inputs.workspace.voxels, share.sensor, share.mu)) {
     return false;
@@ -253,9 +253,9 @@ void PhantomSensing::begin(const StepInputs& inputs, StepOutputs& outputs) noexc
   outputs.drag_mode = settings_.mode;
   outputs.interest = interest_;
   muted_elsewhere_ = 0;
-  worst_elsewhere_ = nullptr;
+  worst_remote_ = nullptr;
   sensed_elsewhere_ = {};
-  wear(inputs.workspace.carrying);
+  set_active_skin(inputs.workspace.carrying);
   const bool known = inputs.workspace.voxels != nullptr;
   if (known) outputs.workspace_version = inputs.workspace.voxels->version;
   if (!known || !inputs.state_valid) return forget(outputs);

@@ -69,10 +69,10 @@ struct OtherLink {
     return linear_W_m_s + angular_W_rad_s.cross(position_W_m - X_WL.translation_m);
   }
 };
-inline constexpr std::size_t kMostOtherLinks = robot::SkinSensing::kMostFluids;
+inline constexpr std::size_t kMaxOtherLinks = robot::SkinSensing::kMaxFluids;
 
 /// Greatest number of shares of a skin that other processes sense.
-inline constexpr std::size_t kMostShares = 4;
+inline constexpr std::size_t kMaxShares = 4;
 
 /// Links whose skin a process of its own senses.
 struct SkinShare {
@@ -92,11 +92,11 @@ struct PhantomModel {
   robot::SkinOptions skin_options = {};  ///< from which `skin` was laid out
   robot::Medium medium = {};             ///< that fills the space around the cell's objects
   std::vector<robot::SoftBody> soft_bodies = {};
-  std::vector<SkinShare> shares = {};    ///< at most kMostShares; no link is in two
+  std::vector<SkinShare> shares = {};    ///< at most kMaxShares; no link is in two
   std::optional<std::size_t> own_share;  ///< the one that this process senses, and nothing else; none: it is
                                          ///< the arm's process
 
-  std::size_t other_links = 0;  ///< greatest number of StepInputs::others, at most kMostOtherLinks
+  std::size_t other_links = 0;  ///< greatest number of StepInputs::others, at most kMaxOtherLinks
 
   /// Returns whether the arm has a gripper that moves what is sensed.
   bool has_fingers() const noexcept {
@@ -162,7 +162,7 @@ struct Threat : SensorPercept {
 bool more_urgent(const Threat& a, const Threat& b) noexcept;
 
 /// The most urgent threats, each link and object once. Real-time safe: yes.
-class ThreatList : public core::BoundedList<Threat, percept::ThreatMonitor::kMost> {
+class ThreatList : public core::BoundedList<Threat, percept::ThreatMonitor::kMax> {
  public:
   /// Keeps a threat, unless a more urgent one of the same link and object is there, or as many more urgent
   /// ones as there is room for. What is kept does not depend on the order of the offers.
@@ -213,7 +213,7 @@ struct SensedShare {
   std::size_t link = 0;
 };
 /// By the model's shares; null: this process senses them.
-using SensedShares = std::array<const SensedShare*, kMostShares>;
+using SensedShares = std::array<const SensedShare*, kMaxShares>;
 
 /// Computes one tick of the phantom: kinematics, all sensors, drag coefficients, worst sensor, gradient,
 /// motion, the same for each interest point, and which links threaten to hit which objects. The same inputs
@@ -243,7 +243,7 @@ class PhantomSensing {
   /// Senses with that skin from now on, as SensedWorkspace names it, until the next call; what it senses with
   /// now must live until this returns. step() calls it, too. Real-time safe: yes (no heap, lock, clock or
   /// file).
-  void wear(robot::SkinSensing* carrying) noexcept;
+  void set_active_skin(robot::SkinSensing* carrying) noexcept;
 
  private:
   void add_drag_of(const robot::LinkSet& links, const StepInputs& inputs, StepOutputs& outputs) noexcept;
@@ -300,11 +300,11 @@ class PhantomSensing {
   robot::LinkSums sums_of_links_;
   robot::DragCoefficients drag_of_links_;
   std::size_t muted_elsewhere_ = 0;
-  const SensedShare* worst_elsewhere_ = nullptr;  // of shares with workspaces of their own, in this step
-  SensedShares sensed_elsewhere_{};               // that were taken in this step
-  std::vector<LinkBox> boxes_;                    // of the own share, if it has a workspace of its own
-  std::array<robot::MovingFluid, kMostOtherLinks> fluids_;
-  std::array<robot::MovingSums, kMostOtherLinks> flows_;
+  const SensedShare* worst_remote_ = nullptr;  // of shares with workspaces of their own, in this step
+  SensedShares sensed_elsewhere_{};            // that were taken in this step
+  std::vector<LinkBox> boxes_;                 // of the own share, if it has a workspace of its own
+  std::array<robot::MovingFluid, kMaxOtherLinks> fluids_;
+  std::array<robot::MovingSums, kMaxOtherLinks> flows_;
 };
 
 }  // namespace phantom::phantom_sensing

@@ -21,10 +21,10 @@ struct Prospect {
 
 /// What may threaten one link: for each object the sensor in the thickest fluid (rule 1), the one that
 /// exceeds the speed limit most (rule 2), and those above it, or else near it, that near fastest (rule 3). At
-/// most kMostObjects; of more, those in the thickest fluid. Real-time safe: yes.
+/// most kMaxObjects; of more, those in the thickest fluid. Real-time safe: yes.
 class Prospects {
  public:
-  static constexpr std::size_t kMostObjects = 12, kNearing = 3;
+  static constexpr std::size_t kMaxObjects = 12, kNearing = 3;
 
   struct OfObject {
     std::uint16_t object = 0;
@@ -42,7 +42,7 @@ class Prospects {
 
  private:
   OfObject* place_of(std::uint16_t object, const Prospect& prospect) noexcept;
-  core::BoundedList<OfObject, kMostObjects> objects_;
+  core::BoundedList<OfObject, kMaxObjects> objects_;
 };
 
 }  // namespace phantom::phantom_sensing

@@ -5,17 +5,17 @@
 #include <ctime>
 
 #include "common/core/elapsed.hpp"
-#include "common/core/thread_place.hpp"
+#include "common/core/thread_config.hpp"
 
 namespace phantom::phantom_sensing {
 namespace {
 
-constexpr core::Nanoseconds kLongestWatchdog_ns = 10 * core::kNsPerMillisecond;
+constexpr core::Nanoseconds kMaxWatchdog_ns = 10 * core::kNsPerMillisecond;
 constexpr core::Nanoseconds kFiguresPeriod_ns = 400 * core::kNsPerMillisecond;
 
 }  // namespace
 
-SensingLoop::SensingLoop(const PhantomModel& model, const Config& config, WorkspaceKeeper& workspace,
+SensingLoop::SensingLoop(const PhantomModel& model, const Config& config, WorkspaceSubscriber& workspace,
                          PerceptSink& sink, std::span<const OtherArm> other_arms)
     : config_(config),
       workspace_(workspace),
@@ -24,7 +24,7 @@ SensingLoop::SensingLoop(const PhantomModel& model, const Config& config, Worksp
       shares_(model.own_share ? std::span<const SkinShare>() : model.shares, config.share_wait_s),
       other_arms_(other_arms),
       staleness_ns_(core::from_seconds(config.staleness_s)),
-      watchdog_ns_(std::min(kLongestWatchdog_ns, staleness_ns_ / 2)),
+      watchdog_ns_(std::min(kMaxWatchdog_ns, staleness_ns_ / 2)),
       // The worst sensor of a share belongs to its coefficients.
       percept_period_ns_(model.own_share ? 0 : core::from_seconds(1.0 / config.percept_rate_hz)),
       watch_(config.workspace_behind_after_s, config.workspace_stale_after_s) {
@@ -44,7 +44,7 @@ void SensingLoop::stop() noexcept {
 }
 
 void SensingLoop::run() {
-  core::take_place(core::ThreadRole::kSensing, config_.servo_priority);
+  core::apply_thread_config(core::ThreadRole::kSensing, config_.servo_priority);
   progress_.begin();
   while (!stop_.load(std::memory_order_relaxed)) {
     const core::Nanoseconds until = core::monotonic_ns() + watchdog_ns_;
@@ -118,8 +118,8 @@ void SensingLoop::turn(core::Nanoseconds now_ns) {
   if (fresh) counted_.state_seen = true;
   permits_inbox_.read(permits_);
   const SensedWorkspace workspace = workspace_.look();
-  sensing_.wear(workspace.carrying);  // while the skin before is still there
-  workspace_.let_go_of_older();
+  sensing_.set_active_skin(workspace.carrying);  // while the skin before is still there
+  workspace_.release_older();
   watch_.announced(workspace_.announced());
   const PerceptCondition condition =
       assess(workspace.voxels != nullptr ? workspace.voxels->version : 0, now_ns);

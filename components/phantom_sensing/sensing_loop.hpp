@@ -17,7 +17,7 @@
 #include "components/phantom_sensing/other_arms.hpp"
 #include "components/phantom_sensing/phantom_sensing.hpp"
 #include "components/phantom_sensing/workspace/share_inbox.hpp"
-#include "components/phantom_sensing/workspace/workspace_keeper.hpp"
+#include "components/phantom_sensing/workspace/workspace_subscriber.hpp"
 #include "components/phantom_sensing/workspace/workspace_watch.hpp"
 
 namespace phantom::phantom_sensing {
@@ -68,12 +68,12 @@ struct LoopFigures {
   std::uint64_t workspace_version = 0;
   double greatest_neighbour_mu = 0.0;  ///< Pa·s/m, of that workspace
   std::size_t active_sensors = 0;
-  std::size_t muted_sensors = 0;              ///< in the newest tick
-  std::bitset<kMostShares> shares_resting;    ///< shares that do not come in time, and are sensed here
-  std::bitset<kMostOtherArms> others_silent;  ///< other arms whose state is stale, or has never come
-  std::uint64_t shares_sensed_here = 0;       ///< in all ticks, of shares that others sense
-  bool outside = false;                       ///< StepOutputs::outside, in the newest tick
-  bool state_seen = false;                    ///< a slave_state has come since the start
+  std::size_t muted_sensors = 0;             ///< in the newest tick
+  std::bitset<kMaxShares> shares_resting;    ///< shares that do not come in time, and are sensed here
+  std::bitset<kMaxOtherArms> others_silent;  ///< other arms whose state is stale, or has never come
+  std::uint64_t shares_sensed_here = 0;      ///< in all ticks, of shares that others sense
+  bool outside = false;                      ///< StepOutputs::outside, in the newest tick
+  bool state_seen = false;                   ///< a slave_state has come since the start
   PerceptCondition condition = PerceptCondition::kNoWorkspace;  ///< of the newest result
 };
 
@@ -84,8 +84,8 @@ struct LoopFigures {
 class SensingLoop {
  public:
   /// All arguments must outlive this.
-  SensingLoop(const PhantomModel& model, const Config& config, WorkspaceKeeper& workspace, PerceptSink& sink,
-              std::span<const OtherArm> other_arms = {});
+  SensingLoop(const PhantomModel& model, const Config& config, WorkspaceSubscriber& workspace,
+              PerceptSink& sink, std::span<const OtherArm> other_arms = {});
   ~SensingLoop();
 
   /// Passes a new state to the loop. One thread. Real-time safe: yes.
@@ -129,7 +129,7 @@ class SensingLoop {
   void publish_figures();
 
   const Config& config_;
-  WorkspaceKeeper& workspace_;
+  WorkspaceSubscriber& workspace_;
   PerceptSink& sink_;
   PhantomSensing sensing_;
   ShareInbox shares_;
@@ -139,8 +139,8 @@ class SensingLoop {
     SlaveSample newest;
   };
   const std::span<const OtherArm> other_arms_;
-  std::array<Other, kMostOtherArms> others_;
-  std::array<OtherLink, kMostOtherLinks> other_links_;
+  std::array<Other, kMaxOtherArms> others_;
+  std::array<OtherLink, kMaxOtherLinks> other_links_;
   percept::AllowedContact contacts_of_shares_;
   core::Nanoseconds staleness_ns_, watchdog_ns_, percept_period_ns_;
 

@@ -55,7 +55,7 @@ constexpr std::array<ConditionReport, 8> kReports{{
 }};
 static_assert(static_cast<std::size_t>(PerceptCondition::kSelfTestFailed) + 1 == kReports.size());
 
-std::string names_of(const std::bitset<kMostShares>& shares, const PhantomModel& model) {
+std::string names_of(const std::bitset<kMaxShares>& shares, const PhantomModel& model) {
   std::string names;
   for (std::size_t i = 0; i < model.shares.size(); ++i)
     if (shares[i]) core::add_to_list(names, model.shares[i].name);
@@ -163,7 +163,7 @@ void write_report(const std::filesystem::path& folder, const Situation& now, con
 class Service {
  public:
   Service(const runtime::CellConfig& cell, const Config& config, const PhantomModel& model,
-          const std::vector<OtherArm>& others, DdsAdapter& adapter, WorkspaceKeeper& workspace,
+          const std::vector<OtherArm>& others, DdsAdapter& adapter, WorkspaceSubscriber& workspace,
           SensingLoop& loop)
       : cell_(cell),
         config_(config),
@@ -284,11 +284,11 @@ class Service {
   const PhantomModel& model_;
   const std::vector<OtherArm>& others_;
   DdsAdapter& adapter_;
-  WorkspaceKeeper& workspace_;
+  WorkspaceSubscriber& workspace_;
   SensingLoop& loop_;
   ContactRegister contacts_;
   robot::SkinPatches patches_;
-  ObjectsApart apart_;
+  SecondaryWorkspace apart_;
   std::vector<std::string> reported_apart_;
   SlaveSample slave_;  // the newest state
   GripperSample gripper_;
@@ -306,7 +306,7 @@ class Sensing {
   Sensing(DdsAdapter& adapter, SensingLoop& loop) : adapter_(adapter), loop_(loop) {}
   ~Sensing() { end(); }
 
-  void begin(WorkspaceKeeper& workspace) {
+  void begin(WorkspaceSubscriber& workspace) {
     thread_ = std::jthread([this] { loop_.run(); });
     adapter_.start_reading(loop_, workspace);
   }
@@ -333,7 +333,7 @@ int run_service(const runtime::ProcessOptions& options, const runtime::Deploymen
       share_partitions(deployment.network.partition, config, model, allowed_contact(cell, config, model));
   DdsAdapter adapter(core::in_haptic_path(deployment.network, config.servo_priority), model, shares, others);
   CarriedParts parts(model, config.percept, config.servo_priority);
-  WorkspaceKeeper workspace(adapter.workspace_callbacks(), config.workspace_max_bytes, &parts);
+  WorkspaceSubscriber workspace(adapter.workspace_callbacks(), config.workspace_max_bytes, &parts);
   HitLog hits(adapter, model);
   AlertRelay relay(hits, config.servo_priority);
   // Made here because its workers inherit their scheduling from the thread that creates them.
@@ -349,7 +349,8 @@ int run_service(const runtime::ProcessOptions& options, const runtime::Deploymen
   const core::Nanoseconds start_ns = core::monotonic_ns();
   Sensing sensing(adapter, loop);
   sensing.begin(workspace);
-  if (const std::string refused = core::take_place(core::ThreadRole::kControl, config.servo_priority);
+  if (const std::string refused =
+          core::apply_thread_config(core::ThreadRole::kControl, config.servo_priority);
       !refused.empty())
     spdlog::warn("{}", refused);
 

@@ -10,7 +10,7 @@ namespace phantom::phantom_sensing {
 namespace {
 
 /// Greatest number of sensors of one link, beside one for each block of its skin, that are looked at.
-constexpr std::size_t kMostPlaces = 64;
+constexpr std::size_t kMaxPlaces = 64;
 /// By how much a central difference of μ may understate the cosine of PGV and motion: sensors farther below
 /// the rule's are not looked at more closely.
 constexpr double kCosineSlack = 0.7;
@@ -123,7 +123,7 @@ void PhantomSensing::search(const StepInputs& inputs, std::size_t link, std::siz
     if (mu >= settings_.hit.mu_unsafe || share > least_share)
       found.offer_worst(worst.object, {worst.sensor, fluid, worst.voxel, mu, share, 0.0});
   }
-  skin.for_each_place(link, kMostPlaces, [&](std::size_t sensor, std::uint8_t code) {
+  skin.for_each_place(link, kMaxPlaces, [&](std::size_t sensor, std::uint8_t code) {
     const auto mu = static_cast<double>(voxels.palette()[code]);
     const Eigen::Vector3d v_m_s = velocity_of(sensor);
     const double speed_m_s = v_m_s.norm(), share = share_of_limit(speed_m_s, mu);
@@ -197,7 +197,7 @@ void PhantomSensing::lead(StepOutputs& outputs) const noexcept {
 
 /// Raises and clears alerts, and says which rule holds where the percept is and at the interest points.
 void PhantomSensing::alert(double dt_s, StepOutputs& outputs) noexcept {
-  core::BoundedList<percept::HitCandidate, percept::ThreatMonitor::kMost> candidates;
+  core::BoundedList<percept::HitCandidate, percept::ThreatMonitor::kMax> candidates;
   for (const Threat& threat : outputs.threats) {
     percept::HitCandidate candidate;
     candidate.situation = situation_of(threat);

@@ -63,7 +63,7 @@ std::string Collector::object_name(int object) const {
 }
 
 void Collector::begin_reach(const MasterSample& sample) {
-  if (reaches_.size() >= kMostEvents) {
+  if (reaches_.size() >= kMaxEvents) {
     forgotten_.reaches += sample.reach == forgotten_reach_ ? 0 : 1;
     forgotten_reach_ = sample.reach;
     return;
@@ -90,7 +90,7 @@ void Collector::on_master(const MasterSample& sample) {
 
 void Collector::on_percepts(double t_s, const PerceptsInForce& percepts) {
   const bool same = !percept_periods_.empty() && percept_periods_.back().percepts == percepts;
-  if (same || percept_periods_.size() >= kMostEvents) return;
+  if (same || percept_periods_.size() >= kMaxEvents) return;
   percept_periods_.push_back({t_s, percepts});
   narrate(t_s, percepts.words());
 }
@@ -142,7 +142,7 @@ std::string Collector::live_line() const {
 
 void Collector::on_hit(const HitSample& sample) {
   if (sample.cleared) return;
-  if (hits_.size() < kMostEvents) {
+  if (hits_.size() < kMaxEvents) {
     hits_.push_back(sample);
   } else {
     ++forgotten_.hits;
@@ -164,7 +164,7 @@ void Collector::on_status(const StatusSample& sample) {
   }
   narrate_until(sample.t_s);
   statuses_[sample.component] = sample;
-  if (statuses_.size() <= kMostComponents) return;
+  if (statuses_.size() <= kMaxComponents) return;
   const auto oldest = std::min_element(statuses_.begin(), statuses_.end(), [](const auto& a, const auto& b) {
     return a.second.t_s < b.second.t_s;
   });

@@ -111,7 +111,7 @@ class Collector {
   using Narrate = std::function<void(const std::string&)>;
   /// Greatest numbers of components, and of reaches and hits that are kept. Further hits are told, not kept;
   /// of the components the one that was silent longest is forgotten.
-  static constexpr std::size_t kMostComponents = 256, kMostEvents = 100'000;
+  static constexpr std::size_t kMaxComponents = 256, kMaxEvents = 100'000;
   static constexpr double kSameHit_s = 0.25;
 
   /// What came beyond these numbers, and is in no figure.
@@ -178,7 +178,7 @@ class Collector {
   SlaveSample slave_;
   PerceptSample percept_;
   std::vector<Reach> reaches_;
-  std::vector<PerceptPeriod> percept_periods_;  // up to kMostEvents
+  std::vector<PerceptPeriod> percept_periods_;  // up to kMaxEvents
   std::vector<Row> rows_;
   std::vector<HitSample> hits_;
   std::deque<Line> waiting_;  // the first one is a hit's

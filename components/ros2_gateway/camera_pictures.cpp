@@ -12,8 +12,8 @@ core::Status not_taken(const std::string& why) { return core::Status::invalid_ar
 
 core::Status check_picture_size(std::uint64_t width, std::uint64_t height) {
   using namespace messages;
-  const auto side = [](std::uint64_t px) { return px >= kLeastPictureSide_px && px <= kMostPictureSide_px; };
-  if (side(width) && side(height) && width * height <= kMostPicturePixels) return core::Status::ok();
+  const auto side = [](std::uint64_t px) { return px >= kMinPictureSide_px && px <= kMaxPictureSide_px; };
+  if (side(width) && side(height) && width * height <= kMaxPicturePixels) return core::Status::ok();
   return not_taken("has " + std::to_string(width) + " x " + std::to_string(height) +
                    " px; allowed: 16 to 8192 each, 16777216 in all");
 }
@@ -29,9 +29,9 @@ core::Expected<messages::CameraPicture> encoded(const cv::Mat& pixels, int jpeg_
     picture.jpeg.clear();
   }
   if (picture.jpeg.empty()) return not_taken("cannot be encoded as JPEG");
-  if (picture.jpeg.size() > messages::kMostPictureBytes)
+  if (picture.jpeg.size() > messages::kMaxPictureBytes)
     return not_taken("has " + std::to_string(picture.jpeg.size()) + " octets as JPEG; allowed: " +
-                     std::to_string(messages::kMostPictureBytes) + ". Lower camera.jpeg_quality");
+                     std::to_string(messages::kMaxPictureBytes) + ". Lower camera.jpeg_quality");
   return picture;
 }
 
@@ -62,9 +62,9 @@ core::Expected<messages::CameraPicture> picture_of(const CompressedMessage& imag
                                                  static_cast<std::uint64_t>(head->height_px));
   if (!status) return status;
   if (head->kind == pictures::PictureKind::kJpeg) {
-    if (image.data.size() > messages::kMostPictureBytes)
+    if (image.data.size() > messages::kMaxPictureBytes)
       return not_taken("has " + std::to_string(image.data.size()) +
-                       " octets; allowed: " + std::to_string(messages::kMostPictureBytes));
+                       " octets; allowed: " + std::to_string(messages::kMaxPictureBytes));
     messages::CameraPicture picture;
     picture.width = static_cast<std::uint32_t>(head->width_px);
     picture.height = static_cast<std::uint32_t>(head->height_px);

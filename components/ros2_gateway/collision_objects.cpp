@@ -9,8 +9,8 @@
 namespace phantom::ros2_gateway {
 namespace {
 
-constexpr std::size_t kLongestName = 64, kLongestDescription = 16384;
-constexpr double kLeast_m = 1e-6, kGreatest_m = 1e4;
+constexpr std::size_t kMaxName = 64, kMaxDescription = 16384;
+constexpr double kMin_m = 1e-6, kMax_m = 1e4;
 
 core::Status no_object(const std::string& what) { return core::Status::invalid_argument(what); }
 
@@ -46,7 +46,7 @@ core::Expected<std::string> shape(const CollisionObject::Solid& solid) {
     return no_object("a primitive of type " + std::to_string(solid.type) +
                      "; allowed: 1 box, 2 sphere, 3 cylinder, 4 cone; others as a mesh");
   const Kind& kind = kinds[static_cast<std::size_t>(solid.type)];
-  const auto fits = [](double d) { return d >= kLeast_m && d <= kGreatest_m; };
+  const auto fits = [](double d) { return d >= kMin_m && d <= kMax_m; };
   if (solid.dimensions.size() != kind.count ||
       !std::all_of(solid.dimensions.begin(), solid.dimensions.end(), fits))
     return no_object("a " + std::string(kind.name) + " of dimensions " + list(solid.dimensions) +
@@ -67,7 +67,7 @@ core::Expected<std::string> polyhedron(const CollisionObject::Mesh& mesh) {
   std::vector<std::uint32_t> corners;
   for (const auto& vertex : mesh.vertices_m) {
     const Eigen::Vector3d p = mesh.X_OS * Eigen::Vector3d(vertex[0], vertex[1], vertex[2]);
-    if (!p.allFinite() || p.cwiseAbs().maxCoeff() > kGreatest_m)
+    if (!p.allFinite() || p.cwiseAbs().maxCoeff() > kMax_m)
       return no_object("a mesh with a vertex that is no number, or farther than 10000 m");
     vertices.insert(vertices.end(), {p.x(), p.y(), p.z()});
   }
@@ -86,7 +86,7 @@ core::Expected<std::string> solid_of(const CollisionObject& object) {
   const std::size_t count = object.solids.size() + object.meshes.size();
   if (object.planes) return no_object("a plane: it has no inside; allowed: primitives, or one mesh");
   if (count == 0) return no_object("no shape; allowed: primitives, or one mesh");
-  if (count > kMostShapes) return no_object(std::to_string(count) + " shapes; allowed: at most 32");
+  if (count > kMaxShapes) return no_object(std::to_string(count) + " shapes; allowed: at most 32");
   if (!object.meshes.empty()) {
     if (count > 1) return no_object("a mesh beside other shapes; allowed: each as an object of its own");
     auto mesh = polyhedron(object.meshes.front());
@@ -109,7 +109,7 @@ core::Expected<geometry::Pose> pose_of(const std::array<double, 3>& position_m,
   const Eigen::Vector3d p(position_m[0], position_m[1], position_m[2]);
   Eigen::Vector4d q(orientation_xyzw[0], orientation_xyzw[1], orientation_xyzw[2], orientation_xyzw[3]);
   if (q == Eigen::Vector4d::Zero()) q.w() = 1.0;
-  if (!p.allFinite() || p.cwiseAbs().maxCoeff() > kGreatest_m)
+  if (!p.allFinite() || p.cwiseAbs().maxCoeff() > kMax_m)
     return no_object("a position that is no number, or farther than 10000 m");
   if (!q.allFinite() || std::abs(q.norm() - 1.0) > 1e-3)
     return no_object("an orientation that is no unit quaternion");
@@ -121,7 +121,7 @@ core::Expected<std::vector<messages::WorkspaceCommand>> commands_of(const Collis
   const bool plain = std::all_of(object.id.begin(), object.id.end(), [](unsigned char c) {
     return c >= 0x20 && c != 0x7f && c != '"' && c != '\\';
   });
-  if (object.id.empty() || object.id.size() > kLongestName || !plain)
+  if (object.id.empty() || object.id.size() > kMaxName || !plain)
     return no_object("an id of " + std::to_string(object.id.size()) +
                      " bytes; allowed: 1 to 64 in one line, without quotes and backslashes");
   messages::WorkspaceCommand remove{.operation = messages::WorkspaceOperation::kRemove, .object = object.id};
@@ -140,7 +140,7 @@ core::Expected<std::vector<messages::WorkspaceCommand>> commands_of(const Collis
   if (!solid) return solid.status();
   messages::WorkspaceCommand add{.operation = messages::WorkspaceOperation::kAdd};
   add.description = "name: \"" + object.id + "\"\n" + *solid + "\npose: " + pose(object.X_FO) + "\n";
-  if (add.description.size() > kLongestDescription)
+  if (add.description.size() > kMaxDescription)
     return no_object("a mesh whose description takes " + std::to_string(add.description.size()) +
                      " bytes; allowed: 16384; a coarser one, or a file of the cell");
   return std::vector{remove, add};

@@ -32,7 +32,7 @@ struct CollisionObject {
 };
 
 /// Greatest number of shapes of one object that is accepted.
-inline constexpr std::size_t kMostShapes = 32;
+inline constexpr std::size_t kMaxShapes = 32;
 
 /// Returns the pose of a geometry_msgs/msg/Pose. Errors: a number that is none, a quaternion that is not of
 /// unit length within 1e-3. One of four zeros, which programs leave unset, is no rotation.

@@ -24,13 +24,13 @@ using WrenchStamped = geometry_msgs::msg::dds_::WrenchStamped_PubSubType;
 constexpr dds::QosContract kNewest{.reliability = dds::Reliability::kBestEffort, .history_depth = 1};
 
 // A topic of Phantom's is not written more often than this, whatever floods the ROS 2 domain.
-constexpr core::Nanoseconds kLeastInterval = core::kNsPerMillisecond / 2;
+constexpr core::Nanoseconds kMinInterval = core::kNsPerMillisecond / 2;
 
 class Pace {
  public:
   bool due() {
     const core::Nanoseconds now_ns = core::monotonic_ns();
-    if (now_ns - last_ns_ < kLeastInterval) return false;
+    if (now_ns - last_ns_ < kMinInterval) return false;
     last_ns_ = now_ns;
     return true;
   }

@@ -42,11 +42,11 @@ struct CameraInput::Impl {
   bool take(const Message& message, const dds::SampleInfo& info) {
     if (!stream.accept(message, info)) return false;
     if (info.received_ns < due_ns) return true;
-    stream.put([this, message, at_ns = info.received_ns] { hand_on(message, at_ns); });
+    stream.put([this, message, at_ns = info.received_ns] { forward(message, at_ns); });
     return true;
   }
   template <class Message>
-  void hand_on(const Message& message, core::Nanoseconds received_ns) {
+  void forward(const Message& message, core::Nanoseconds received_ns) {
     auto picture = picture_of(message_of(message), rules.jpeg_quality);
     if (!picture) return void(stream.refuse(picture.status().message()));
     picture->camera = rules.name;

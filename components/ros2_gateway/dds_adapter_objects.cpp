@@ -34,9 +34,9 @@ core::Status read_shapes(const Shapes& shapes, const Poses& poses, const Take& t
   if (shapes.size() != poses.size())
     return core::Status::invalid_argument(std::to_string(shapes.size()) + " shapes with " +
                                           std::to_string(poses.size()) + " poses; allowed: one for each");
-  if (shapes.size() > kMostShapes)
+  if (shapes.size() > kMaxShapes)
     return core::Status::invalid_argument(std::to_string(shapes.size()) + " shapes; allowed: at most " +
-                                          std::to_string(kMostShapes));
+                                          std::to_string(kMaxShapes));
   for (std::size_t i = 0; i < shapes.size(); ++i) {
     const auto X = read_pose(poses[i]);
     if (!X) return X.status();
@@ -122,7 +122,7 @@ struct CollisionObjects::Impl {
       *last = std::move(request);
       return true;
     }
-    if (waiting.size() >= kMostWaiting) return false;
+    if (waiting.size() >= kMaxWaiting) return false;
     waiting.push_back(std::move(request));
     changed.notify_one();
     return true;
@@ -133,7 +133,7 @@ struct CollisionObjects::Impl {
     const core::Nanoseconds now_ns = core::monotonic_ns();
     const std::lock_guard lock(mutex);
     if (now_ns - logged_since_ns > dds::RefusalLog::kEvery_ns) logged_since_ns = now_ns, logged = 0;
-    if (++logged <= kMostLogged) {
+    if (++logged <= kMaxLogged) {
       spdlog::warn("collision object '{:.64}' is refused: {}", id, why);
     } else {
       refusals.refused(why, now_ns);
@@ -180,7 +180,7 @@ struct CollisionObjects::Impl {
   std::condition_variable changed;
   std::deque<Request> waiting;
   // A scene that is refused is logged object by object; what floods, at intervals.
-  static constexpr int kMostLogged = 32;
+  static constexpr int kMaxLogged = 32;
   int logged = 0;
   core::Nanoseconds logged_since_ns = 0;
   dds::RefusalLog refusals{"collision_object"};

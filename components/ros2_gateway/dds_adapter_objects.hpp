@@ -12,11 +12,11 @@ class Participant;
 namespace phantom::ros2_gateway {
 
 /// Hands collision objects of the ROS 2 domain on to wva_server, in the order of their arrival, in a thread
-/// of its own. What is refused, here or there, is logged with its reason. At most kMostWaiting wait; more are
+/// of its own. What is refused, here or there, is logged with its reason. At most kMaxWaiting wait; more are
 /// refused.
 class CollisionObjects {
  public:
-  static constexpr std::size_t kMostWaiting = 64;
+  static constexpr std::size_t kMaxWaiting = 64;
 
   /// Throws dds::DdsError. `world`: the frame in which objects are given. `timeout_s`: for wva_server's
   /// answer.

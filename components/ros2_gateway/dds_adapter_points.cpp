@@ -62,7 +62,7 @@ struct SensorPointsInput::Impl {
   template <class Message>
   bool take(const Message& message, const dds::SampleInfo& info) {
     if (!stream.accept(message, info)) return false;
-    stream.put([this, message] { hand_on(points_of(message), message.header()); });
+    stream.put([this, message] { forward(points_of(message), message.header()); });
     return true;
   }
   bool take(const sensor::CameraInfo_& message) {
@@ -86,7 +86,7 @@ struct SensorPointsInput::Impl {
     return ros2_gateway::points_of(message_of(from), *its_camera);
   }
 
-  void hand_on(core::Expected<messages::SensorPoints> points, const std_msgs::msg::dds_::Header_& from) {
+  void forward(core::Expected<messages::SensorPoints> points, const std_msgs::msg::dds_::Header_& from) {
     if (!points) return void(stream.refuse(points.status().message()));
     points->measured_utc_ns = std::max<core::Nanoseconds>(0, ros2::nanoseconds_of(from.stamp()));
     if (writer.publish(*points)) stream.count_handed_on();

@@ -23,11 +23,11 @@ namespace {
 namespace vis = visualization_msgs::msg::dds_;
 namespace sensor = sensor_msgs::msg::dds_;
 constexpr std::int32_t kTriangleList = 11, kAddMarker = 0, kDeleteMarker = 2, kDeleteAllMarkers = 3;
-constexpr int kMostUpdates = 16;  // between two whole clouds; so many are kept for who comes late
+constexpr int kMaxUpdates = 16;  // between two whole clouds; so many are kept for who comes late
 constexpr dds::QosContract kLatchedUpdates{.durability = dds::Durability::kTransientLocal,
-                                           .history_depth = kMostUpdates};
-constexpr std::size_t kMostWorkspaceBytes = std::size_t{4} << 30;
-constexpr std::size_t kMostCloudPoints = 4'000'000;  // of a message: 80 MB
+                                           .history_depth = kMaxUpdates};
+constexpr std::size_t kMaxWorkspaceBytes = std::size_t{4} << 30;
+constexpr std::size_t kMaxCloudPoints = 4'000'000;  // of a message: 80 MB
 constexpr double kTurn_s = 0.1;
 
 vis::Marker_ marker_of(const ObjectMarker& from, const OutputRules& rules) {
@@ -87,7 +87,7 @@ class WholeAgain {
   bool due(core::Nanoseconds now_ns) const {
     if (first_ns_ == 0) return false;
     return core::seconds(now_ns - last_ns_) >= WorkspaceOutputs::kSettle_s ||
-           core::seconds(now_ns - first_ns_) >= WorkspaceOutputs::kLongest_s || count_ >= kMostUpdates;
+           core::seconds(now_ns - first_ns_) >= WorkspaceOutputs::kMax_s || count_ >= kMaxUpdates;
   }
   bool pending() const { return first_ns_ != 0; }
   void sent() { *this = {}; }
@@ -104,8 +104,8 @@ struct CloudTopic {
 
   void send(std::vector<std::uint8_t> points, ros2::Publisher<sensor::PointCloud2_PubSubType>& to,
             const std::string& frame) {
-    if (points.size() / LayerCloud::kPointStep > kMostCloudPoints)
-      return refusals.refused("it has more than " + std::to_string(kMostCloudPoints) + " points");
+    if (points.size() / LayerCloud::kPointStep > kMaxCloudPoints)
+      return refusals.refused("it has more than " + std::to_string(kMaxCloudPoints) + " points");
     to.publish(cloud_of(std::move(points), frame));
   }
   void take(const workspace::Workspace& workspace, const std::string& frame, core::Nanoseconds now_ns) {
@@ -143,7 +143,7 @@ struct WorkspaceOutputs::Impl {
     }
     for (const std::int8_t order : its_rules.clouds)
       clouds.emplace_back(node, rules.prefix + "/" + topic_of(order), order);
-    if (!clouds.empty()) bricks.emplace(phantom, kMostWorkspaceBytes);
+    if (!clouds.empty()) bricks.emplace(phantom, kMaxWorkspaceBytes);
     versions.emplace(
         phantom, dds::kWorkspaceVersion,
         [this](const msg::WorkspaceVersion& message, const dds::SampleInfo& info) {

@@ -24,12 +24,12 @@ struct WorkspaceRules {
 
 /// Publishes the workspace, latched, in a thread of its own. Objects are markers of triangles; each change is
 /// sent by itself, and all of them again, beginning with DELETEALL, once nothing has changed for kSettle_s,
-/// at the latest kLongest_s after the first change, and when a reader has come. A cloud is sent whole at the
+/// at the latest kMax_s after the first change, and when a reader has come. A cloud is sent whole at the
 /// first version and likewise after changes; each change is sent at once on TOPIC_updates, by changed bricks
 /// (LayerCloud).
 class WorkspaceOutputs {
  public:
-  static constexpr double kSettle_s = 1.0, kLongest_s = 10.0;
+  static constexpr double kSettle_s = 1.0, kMax_s = 10.0;
 
   /// `out`: how topics and frames are called. Throws dds::DdsError.
   WorkspaceOutputs(dds::Participant& phantom, ros2::Node& node, const robot::SerialArm& arm,

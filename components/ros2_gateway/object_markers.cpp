@@ -31,7 +31,7 @@ core::Status ObjectMarkers::take(messages::MeshChunk chunk) {
   if (!make_room(triangles))
     return core::Status(core::ErrorCode::kResourceExhausted,
                         "a mesh of " + std::to_string(triangles) + " triangles; there is room for " +
-                            std::to_string(kMostTriangles - triangles_) + " more");
+                            std::to_string(kMaxTriangles - triangles_) + " more");
   triangles_ += triangles;
   meshes_[hash] = std::make_shared<const geometry::TriangleMesh>(std::move(**mesh));
   change_all_of(hash);
@@ -40,7 +40,7 @@ core::Status ObjectMarkers::take(messages::MeshChunk chunk) {
 
 /// Forgets meshes that no object names until there is room.
 bool ObjectMarkers::make_room(std::size_t triangles) {
-  for (auto at = meshes_.begin(); at != meshes_.end() && triangles_ + triangles > kMostTriangles;) {
+  for (auto at = meshes_.begin(); at != meshes_.end() && triangles_ + triangles > kMaxTriangles;) {
     if (named(at->first)) {
       ++at;
       continue;
@@ -48,7 +48,7 @@ bool ObjectMarkers::make_room(std::size_t triangles) {
     triangles_ -= at->second->triangles.size();
     at = meshes_.erase(at);
   }
-  return triangles_ + triangles <= kMostTriangles;
+  return triangles_ + triangles <= kMaxTriangles;
 }
 
 bool ObjectMarkers::named(std::uint64_t mesh_hash) const {

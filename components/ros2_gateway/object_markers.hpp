@@ -25,10 +25,10 @@ struct ObjectMarker {
 
 /// Keeps objects and meshes as they come in any order, and says which markers change. An object that the arm
 /// carries stands in its link; one that another arm carries is not shown. Not thread-safe. Bounded: at most
-/// kMostTriangles; meshes beyond are refused.
+/// kMaxTriangles; meshes beyond are refused.
 class ObjectMarkers {
  public:
-  static constexpr std::size_t kMostTriangles = 2'000'000;
+  static constexpr std::size_t kMaxTriangles = 2'000'000;
 
   /// `arm_name`: in the cell file.
   ObjectMarkers(const robot::SerialArm& arm, std::string arm_name)

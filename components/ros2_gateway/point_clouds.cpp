@@ -25,16 +25,16 @@ T read(const std::uint8_t* from, bool big_endian) {
 }
 
 core::Status check_size(std::uint64_t width, std::uint64_t height) {
-  if (width * height == 0 || width * height > messages::kMostSensorPoints)
+  if (width * height == 0 || width * height > messages::kMaxSensorPoints)
     return invalid(text(width) + " x " + text(height) + " points; allowed: 1 to " +
-                   text(messages::kMostSensorPoints));
+                   text(messages::kMaxSensorPoints));
   return core::Status::ok();
 }
 
 core::Status check_frame(const std::string& frame) {
-  if (frame.empty() || frame.size() > messages::kLongestFrame)
+  if (frame.empty() || frame.size() > messages::kMaxFrame)
     return invalid("frame_id has " + text(frame.size()) + " octets; allowed: 1 to " +
-                   text(messages::kLongestFrame));
+                   text(messages::kMaxFrame));
   return core::Status::ok();
 }
 

@@ -59,10 +59,10 @@ core::Status check_rows(std::uint64_t row, std::uint64_t step, std::uint64_t hei
 /// than 10 km, is one where nothing was measured. Everything is checked before anything is allocated: errors
 /// say what is not as the message's definition has it, and what is allowed: fields x, y, z of one float32 or
 /// float64 each within point_step, rows of at least width points, data of height rows, at most
-/// messages::kMostSensorPoints points.
+/// messages::kMaxSensorPoints points.
 core::Expected<messages::SensorPoints> points_of(const CloudMessage& cloud);
 
-/// Returns the camera. Errors: no focal length, binning, a region, sizes beyond kMostSensorPoints.
+/// Returns the camera. Errors: no focal length, binning, a region, sizes beyond kMaxSensorPoints.
 core::Expected<Pinhole> pinhole_of(const CameraMessage& camera);
 
 /// Returns the depths as points in the camera's optical frame (x right, y down, z forward). Depths are 16UC1,

@@ -8,7 +8,7 @@
 namespace phantom::simulated_drive {
 namespace {
 
-constexpr double kShortestLever_m = 0.001;
+constexpr double kMinLever_m = 0.001;
 
 void read_drive(const runtime::Fields& drive, DriveOptions& options) {
   MotorParameters& motor = options.motor;
@@ -86,7 +86,7 @@ void read_force_sensor(const runtime::Fields& section, const Config& config, For
                 "or normal has no direction; allowed: vectors other than 0");
   sensor.axis.normalize();
   sensor.normal.normalize();
-  section.check(std::abs(sensor.lever_m()) >= kShortestLever_m, "normal",
+  section.check(std::abs(sensor.lever_m()) >= kMinLever_m, "normal",
                 "acts nearly through the joint's axis; allowed: a lever of at least 0.001 m");
   section.vector3("weight_N", sensor.weight_N);
   section.vector3("weight_at_m", sensor.weight_at_m);

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "common/can/user_bus.hpp"
-#include "common/core/thread_place.hpp"
+#include "common/core/thread_config.hpp"
 #include "common/runtime/process/process.hpp"
 #include "common/simulation/user_bus_hub.hpp"
 #include "components/simulated_drive/config.hpp"
@@ -134,7 +134,7 @@ int run(const runtime::ProcessOptions& options, Options o) {
   auto drives = make_drives(config, o);
   const auto sensor = make_sensor(config, drives);
   spdlog::info("{} drives on {}", drives.size(), config.bus);
-  if (const std::string refused = core::take_place(core::ThreadRole::kDrives, core::kServoPriority);
+  if (const std::string refused = core::apply_thread_config(core::ThreadRole::kDrives, core::kServoPriority);
       !refused.empty())
     spdlog::warn("{}", refused);
   const core::Nanoseconds start_ns = core::monotonic_ns();

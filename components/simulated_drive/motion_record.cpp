@@ -21,7 +21,7 @@ void MotionRecord::note(std::size_t index, const SimulatedDrive& drive, core::Na
   if (index >= last_.size()) last_.resize(index + 1);
   Last& last = last_[index];
   const bool changed = last.torque_mille != drive.torque_mille() || last.power != drive.power();
-  if (!changed && now_ns - last.time_ns < kLongest_ns) return;
+  if (!changed && now_ns - last.time_ns < kMax_ns) return;
   last = {now_ns, drive.torque_mille(), drive.power()};
   const MotorParameters& motor = drive.motor().parameters();
   std::fprintf(file_.get(), "%lld,%d,%s,%.6g,%.6f,%.6g\n", static_cast<long long>(now_ns), drive.node(),

@@ -17,11 +17,11 @@ const char* name_of(SimulatedDrive::Power power) noexcept;
 ///
 /// A row: CLOCK_MONOTONIC in ns, node, power state, torque of the motor at the joint (N·m, behind the gear),
 /// the joint's angle (rad) and speed (rad/s). A drive has a row whenever its torque or power state changed
-/// since its last one, and every kLongest_ns in any case. A row is written with the drive's next step: a
+/// since its last one, and every kMax_ns in any case. A row is written with the drive's next step: a
 /// longer gap means that the process did not run. Not real-time safe.
 class MotionRecord {
  public:
-  static constexpr core::Nanoseconds kLongest_ns = 20 * core::kNsPerMillisecond;
+  static constexpr core::Nanoseconds kMax_ns = 20 * core::kNsPerMillisecond;
 
   /// Errors: kNotFound if the file cannot be opened.
   static core::Expected<MotionRecord> open(const std::filesystem::path& path);

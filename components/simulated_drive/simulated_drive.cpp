@@ -6,7 +6,7 @@
 namespace phantom::simulated_drive {
 namespace {
 
-constexpr double kMostMadeUp_s = 0.05;  // a process that was suspended does not make up for the time
+constexpr double kMaxMadeUp_s = 0.05;  // a process that was suspended does not make up for the time
 
 HomingSwitches switches_of(const DriveOptions& options) {
   HomingSwitches switches = options.switches;
@@ -309,7 +309,7 @@ void SimulatedDrive::step(core::Nanoseconds now_ns) {
     moved_ns_ = now_ns;
     boot();
   }
-  double behind_s = std::min(core::seconds(now_ns - moved_ns_), kMostMadeUp_s);
+  double behind_s = std::min(core::seconds(now_ns - moved_ns_), kMaxMadeUp_s);
   for (; behind_s >= kSubStep_s; behind_s -= kSubStep_s) move(kSubStep_s);
   moved_ns_ = now_ns - core::from_seconds(behind_s);
   can::Received received;

@@ -36,7 +36,7 @@ void Servo::tick(double dt_s, core::Nanoseconds now_ns) noexcept {
     inputs_.velocity = sense.velocity;
     inputs_.gravity_Nm = sense.gravity_Nm;
     inputs_.counterbalance = inbox_.counterbalance.on();
-    inputs_.drives_follow = sense.follows;
+    inputs_.drives_operational = sense.follows;
     inputs_.drive_fault = sense.fault;
     inputs_.enabling = enabling.step(sense.inputs, now_ns, steps.step_s);
     known = sense.known;
@@ -49,7 +49,7 @@ void Servo::tick(double dt_s, core::Nanoseconds now_ns) noexcept {
     const Homing homing = whole ? gripper_->homing() : sense.homing;
     const bool possible = homing == Homing::kPossible;
     // Homing moves the arm, too.
-    const bool withheld = !teleop::permits(inputs_.enabling) || report.outputs.partner_withholds;
+    const bool withheld = !teleop::permits(inputs_.enabling) || report.outputs.peer_motion_inhibited;
     inbox_.homing.report(possible && stopped    ? Homing::kStopped
                          : possible && withheld ? Homing::kWithheld
                                                 : homing);

@@ -11,7 +11,7 @@
 #include <string>
 
 #include "common/core/random.hpp"
-#include "common/core/thread_place.hpp"
+#include "common/core/thread_config.hpp"
 #include "common/runtime/process/process.hpp"
 #include "common/runtime/servo/loop_json.hpp"
 #include "common/runtime/servo/servo_session.hpp"
@@ -36,15 +36,15 @@ std::string sentence(const SlaveOutputs& now, const robot::SerialArm& arm) {
   if (teleop::waits_for_switch(now)) return teleop::switch_sentence(now, "master");
   switch (now.state) {
     case LinkState::kInit:
-      return now.partner_elsewhere ? "the master answers another slave_io: waiting"
-                                   : "waiting for the master";
+      return now.peer_bound_elsewhere ? "the master answers another slave_io: waiting"
+                                      : "waiting for the master";
     case LinkState::kReady:
       if (now.far_joint < 0) return "coming to the master's pose";
       return "too far from the master to come by itself: bring the master nearer with " +
              arm.joints()[static_cast<std::size_t>(now.far_joint)].name;
     case LinkState::kDegraded:
-      return now.partner_elsewhere ? "the master answers another slave_io: holding position"
-                                   : "the master is not heard: holding position";
+      return now.peer_bound_elsewhere ? "the master answers another slave_io: holding position"
+                                      : "the master is not heard: holding position";
     case LinkState::kStopped:
       return std::string(name_of(now.stop.cause)) + ": holding position until reset" +
              (now.partner_unconfirmed ? "; THE MASTER HAS NOT CONFIRMED THAT IT IS STOPPED" : "");
@@ -185,14 +185,14 @@ std::vector<core::LoopStatistics> run_servo(const ArmModel& model, const Config&
 // waits for a word. After ten minutes it hangs and reports no more.
 SimulatedWorld make_world(const runtime::CellConfig& cell, const ArmModel& model, const ContactConfig& config,
                           DdsAdapter& adapter) {
-  constexpr core::Nanoseconds kLongest_ns = core::from_seconds(600.0);
+  constexpr core::Nanoseconds kMax_ns = core::from_seconds(600.0);
   auto making = std::async(std::launch::async, [&] {
-    core::take_place(core::ThreadRole::kHelper);
+    core::apply_thread_config(core::ThreadRole::kHelper);
     return load_world(cell, model, config);
   });
   const auto begun_ns = core::monotonic_ns();
   do {
-    if (core::monotonic_ns() - begun_ns < kLongest_ns)
+    if (core::monotonic_ns() - begun_ns < kMax_ns)
       adapter.publish_health({core::ComponentState::kStarting, "placing the bodies", {}, {}});
   } while (making.wait_for(std::chrono::milliseconds(500)) != std::future_status::ready);
   return making.get();

@@ -16,7 +16,7 @@ core::JointArray limits_of(const robot::SerialArm& arm, double robot::Joint::*li
 }
 
 // Longest time for which the reference continues by itself: bridges a late sample, not a lost link.
-constexpr double kLongestHold_s = 0.003;
+constexpr double kMaxHold_s = 0.003;
 
 bool holds(LinkState state) {
   return state == LinkState::kInit || state == LinkState::kDegraded || state == LinkState::kStopped;
@@ -43,7 +43,7 @@ SlaveIo::SlaveIo(const robot::SerialArm& arm, const Config& config, const core::
 SlaveOutputs SlaveIo::step(const SlaveInputs& in, double dt_s) noexcept {
   const LinkState before = link_.state();
   SlaveOutputs out{teleop::step_link(link_, in, in.master, align_tolerance_, count_, dt_s)};
-  if ((holds(out.state) && !holds(before)) || !in.drives_follow) limiter_.reset(in.position);
+  if ((holds(out.state) && !holds(before)) || !in.drives_operational) limiter_.reset(in.position);
   const bool comes = out.state == LinkState::kReady || out.state == LinkState::kAligned;
   out.far_joint = comes ? far_joint(in.master.position) : std::int8_t{-1};
   out.reference_velocity = lead_reference(in, out.far_joint < 0, dt_s);
@@ -80,7 +80,7 @@ core::JointArray SlaveIo::lead_reference(const SlaveInputs& in, bool master_near
       // Between samples the reference continues at the master's velocity. The two loops run unsynchronised,
       // and a reference that waited for the next sample would jitter with their phase.
       core::JointArray target = in.master.position;
-      const double hold_s = std::clamp(in.partner_age_s, 0.0, kLongestHold_s);
+      const double hold_s = std::clamp(in.partner_age_s, 0.0, kMaxHold_s);
       for (std::size_t j = 0; j < count_; ++j) {
         // At a limit the reference stands still, whatever the master's velocity is.
         const bool free = target[j] > lower_[j] && target[j] < upper_[j];

@@ -7,7 +7,7 @@
 namespace phantom::slave_io {
 namespace {
 
-constexpr int kMostFramesPerTick = 64;
+constexpr int kMaxFramesPerTick = 64;
 
 // Events after which frames of the sensor may be missing or wrong. Others concern what this host sends.
 constexpr std::uint16_t kDamaging =
@@ -66,7 +66,7 @@ void WristInput::read_topic() noexcept {
 void WristInput::read_bus() noexcept {
   can::Received received;
   bool damaged = false;
-  for (int i = 0; i < kMostFramesPerTick && bus_->receive(received); ++i) {
+  for (int i = 0; i < kMaxFramesPerTick && bus_->receive(received); ++i) {
     if (!received.is_frame()) {
       if ((received.errors & kDamaging) == 0) continue;
       assembly_->drop();

@@ -112,7 +112,7 @@ void run_session(ViewerConfig config, const runtime::CellConfig& cell, const cor
     if (due.view_pose) adapter.publish(view);
     adapter.publish_pictures(content, config.pictures_Hz);
     if (due.status) {
-      adapter.let_go_of_workspace();
+      adapter.release_workspace();
       core::Health health = viewer.health();
       health.page = url;
       if (server)

@@ -21,12 +21,12 @@ constexpr double kTurn_s = 0.1;
 /// Warns if the recording was made with another cell file than the one that is used.
 void compare_cells(const std::vector<recording::OpenedRecording>& recordings,
                    const std::filesystem::path& cell) {
-  constexpr std::uint64_t kLongest = 16U << 20;
+  constexpr std::uint64_t kMax = 16U << 20;
   std::ifstream stream(cell, std::ios::binary);
   const std::string text((std::istreambuf_iterator<char>(stream)), {});
   for (const recording::OpenedRecording& opened : recordings) {
     for (const auto& index : opened.reader.attachment_indexes()) {
-      if (index.name != cell.filename().string() || index.data_size > kLongest) continue;
+      if (index.name != cell.filename().string() || index.data_size > kMax) continue;
       const auto recorded = opened.reader.read(index);
       if (recorded && !std::ranges::equal(text, recorded->data, {}, {},
                                           [](std::uint8_t byte) { return static_cast<char>(byte); }))

@@ -73,14 +73,14 @@ int run_sheet(const SheetRequest& request, const ViewerConfig& config) {
     const auto chosen = static_cast<ViewNode>(number);
     const HitView view = viewer.step(false, chosen, seen_from, 0.0);
     Compositor::Picture picture = compositor.hit_picture(moment, view);
-    const Words from{number == 0 ? "hud.automatic" : "hud.from",
-                     {{"node", std::string(percept::node_name(view.node))}}},
+    const LocalizedText from{number == 0 ? "hud.automatic" : "hud.from",
+                             {{"node", std::string(percept::node_name(view.node))}}},
         seen{"hud.sees", {{"percent", 100 * seen_from(view.situation, view.eye_m)}}};
     picture.hud.title = in(config.language, from);
     picture.hud.subtitle = in(config.language, seen);
     picture.hud.alarm = number == 0;
     std::printf("%-4s %s %s\n", number == 0 ? "auto" : percept::node_name(chosen),
-                number == 0 ? percept::node_name(view.node) : "", in_english(seen).c_str());
+                number == 0 ? percept::node_name(view.node) : "", english_text(seen).c_str());
     add(picture);
   }
   std::ofstream file(request.out, std::ios::binary);

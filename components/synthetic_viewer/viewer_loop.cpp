@@ -8,7 +8,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "common/core/thread_place.hpp"
+#include "common/core/thread_config.hpp"
 #include "components/synthetic_viewer/page/page_state.hpp"
 
 namespace phantom::synthetic_viewer {
@@ -86,7 +86,7 @@ core::Health ViewerLoop::health() const {
 }
 
 void ViewerLoop::run() {
-  core::take_place(core::ThreadRole::kViewer);
+  core::apply_thread_config(core::ThreadRole::kViewer);
   progress_.begin();
   // Set before the driver starts its own threads, which inherit it.
   setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), config_.niceness);
@@ -145,7 +145,7 @@ void ViewerLoop::serve_calibration() {
 void ViewerLoop::work() {
   open_camera();
   drawing_ =
-      std::make_unique<Drawing>(config_, cell_, std::move(arm_), arm_meshes_, state_, Drawing::kMostTriangles,
+      std::make_unique<Drawing>(config_, cell_, std::move(arm_), arm_meshes_, state_, Drawing::kMaxTriangles,
                                 config_.page.enabled ? &page_.meshes : nullptr);
   arm_meshes_.clear();
   if (camera_view_) drawing_->attach(*camera_view_);
@@ -306,7 +306,7 @@ core::Health ViewerLoop::health_now() const {
   health.state =
       scene.complete(state_) && fresh ? core::ComponentState::kRunning : core::ComponentState::kReady;
   if (state_.arm.received_ns != 0 && !fresh) health.state = core::ComponentState::kDegraded;
-  health.message = in_english(missing_words(state_, scene, config_.staleness, shown_ns_));
+  health.message = english_text(missing_words(state_, scene, config_.staleness, shown_ns_));
   const auto us = [](core::Nanoseconds ns) { return static_cast<double>(ns) / 1e3; };
   const auto ms = [](core::Nanoseconds ns) { return static_cast<double>(ns) / 1e6; };
   const core::DurationHistogram& alert_to_picture = publisher_.alert_to_picture();

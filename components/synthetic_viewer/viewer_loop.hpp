@@ -84,7 +84,7 @@ class ViewerLoop {
   std::unique_ptr<CameraView> camera_view_;
   std::unique_ptr<Drawing> drawing_;
   std::deque<Event> backlog_;
-  GiveUp views_give_up_;  // a round that must not be given up again ends with the process only
+  CancelCheck views_give_up_;  // a round that must not be given up again ends with the process only
   core::Nanoseconds interactive_until_ns_ = 0, now_ns_ = 0;
   // The time of what is shown, and how far it has gone since the last round: live those of the round itself.
   core::Nanoseconds shown_ns_ = 0, recorded_ns_ = 0;

@@ -16,8 +16,8 @@ namespace {
 
 using nlohmann::json;
 
-constexpr std::size_t kMostCards = 24;
-constexpr std::size_t kMostImageBytes = 8 << 20;
+constexpr std::size_t kMaxCards = 24;
+constexpr std::size_t kMaxImageBytes = 8 << 20;
 
 std::string base64(const std::string& bytes) {
   constexpr const char* kDigits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
@@ -45,7 +45,7 @@ std::string image_address(const std::filesystem::path& file) {
   if (!stream) throw core::MissingError(file.string() + ": cannot be read");
   const std::string bytes{std::istreambuf_iterator<char>(stream), {}};
   const bool png = bytes.starts_with("\x89PNG"), jpeg = bytes.starts_with("\xFF\xD8\xFF");
-  if (!(png || jpeg) || bytes.size() > kMostImageBytes)
+  if (!(png || jpeg) || bytes.size() > kMaxImageBytes)
     throw core::ConfigError(file.string() + ": is not a picture; allowed: PNG or JPEG of at most 8 MiB");
   return data_address(bytes);
 }
@@ -78,7 +78,7 @@ class Page {
 
   json cards() {
     const auto all = survey::alternatives_of(report_.result.identification);
-    for (std::size_t i = 0; i < std::min(all.size(), kMostCards); ++i) {
+    for (std::size_t i = 0; i < std::min(all.size(), kMaxCards); ++i) {
       const survey::Candidate& candidate = found_[all[i].candidate];
       const survey::PoseFit& fit = *candidate.placements[all[i].placement].fit;
       add(candidate, fit.X_WO, i + 1, fmt::format("chi2 {:.1f} of {} degrees", fit.chi2, fit.degrees));
@@ -86,7 +86,7 @@ class Page {
     for (const survey::Candidate& candidate : found_) {
       const bool posed =
           std::ranges::any_of(candidate.placements, [](const auto& p) { return p.fit.has_value(); });
-      if (posed || cards_.size() >= kMostCards) continue;
+      if (posed || cards_.size() >= kMaxCards) continue;
       geometry::Pose upright;
       upright.rotation.setIdentity();
       upright.translation_m = report_.measurement.nodes.front().p_W_m;
@@ -133,7 +133,7 @@ std::string candidates_page(const SurveyReport& report, const std::string& pick,
       {"title",
        fmt::format("What was measured? {} of {} parts agree, in {} poses{}",
                    report.result.identification.candidates.size(), report.library.parts.size(), all,
-                   all > kMostCards ? fmt::format(", of which the best {} are shown", kMostCards) : "")},
+                   all > kMaxCards ? fmt::format(", of which the best {} are shown", kMaxCards) : "")},
       {"eye", numbers(report.measurement.eye_W_m)},
       {"measured", measured},
       {"pick", pick},

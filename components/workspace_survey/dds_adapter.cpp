@@ -15,7 +15,7 @@
 namespace phantom::workspace_survey {
 namespace {
 
-constexpr std::size_t kMostTriangles = std::size_t{1} << 25;  // as the viewer takes
+constexpr std::size_t kMaxTriangles = std::size_t{1} << 25;  // as the viewer takes
 
 }  // namespace
 
@@ -50,7 +50,7 @@ struct SystemListener::Impl {
                         if (!mesh) spdlog::warn("{}", mesh.status().message());
                         if (!mesh || !*mesh) return static_cast<bool>(mesh);
                         triangles += (*mesh)->triangles.size();
-                        if (triangles > kMostTriangles) return false;
+                        if (triangles > kMaxTriangles) return false;
                         meshes[hash] = **std::move(mesh);
                         return true;
                       }),

@@ -19,7 +19,7 @@ namespace {
 
 using core::ConfigError;
 
-constexpr std::size_t kMostLines = 10'000, kLongestName = 64;
+constexpr std::size_t kMaxLines = 10'000, kMaxName = 64;
 
 /// A column's content, and the factor of its unit to SI.
 struct Column {
@@ -51,7 +51,7 @@ class Table {
     std::istringstream lines(text);
     std::vector<survey::Targeting> targetings;
     for (std::string line; std::getline(lines, line);) {
-      if (++line_ > kMostLines) throw error(fmt::format("is one too many; allowed: {} lines", kMostLines));
+      if (++line_ > kMaxLines) throw error(fmt::format("is one too many; allowed: {} lines", kMaxLines));
       line = core::trimmed(line);
       if (line_ == 1 && line.starts_with("\xEF\xBB\xBF"))
         line = core::trimmed(line.substr(3));  // byte order mark
@@ -133,12 +133,12 @@ class Table {
 
   std::string name_of(const Column& column, const std::string& cell) const {
     const bool fine =
-        !cell.empty() && cell.size() <= kLongestName && cell.front() != '#' &&
+        !cell.empty() && cell.size() <= kMaxName && cell.front() != '#' &&
         std::all_of(cell.begin(), cell.end(), [](char c) { return c > ' ' && c < 127 && c != '"'; });
     if (!fine)
       throw error(
           fmt::format("{} is {}; allowed: a name of 1 to {} letters, digits and signs, without # in front",
-                      column.name, shown(cell), kLongestName));
+                      column.name, shown(cell), kMaxName));
     return cell;
   }
 
@@ -167,11 +167,11 @@ std::vector<survey::Targeting> read_measurements_text(const std::string& text, c
 }
 
 std::vector<survey::Targeting> read_measurements(const std::filesystem::path& file) {
-  constexpr std::uintmax_t kMostBytes = 4 << 20;
+  constexpr std::uintmax_t kMaxBytes = 4 << 20;
   std::error_code problem;
   if (!std::filesystem::is_regular_file(file, problem))
     throw core::MissingError(file.string() + ": no such file of measurements");
-  if (std::filesystem::file_size(file, problem) > kMostBytes)
+  if (std::filesystem::file_size(file, problem) > kMaxBytes)
     throw ConfigError(file.string() + ": is larger than 4 MiB; allowed: a table of measurements");
   std::ifstream stream(file, std::ios::binary);
   std::ostringstream text;

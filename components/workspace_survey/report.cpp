@@ -16,7 +16,7 @@ using survey::FaceMetrics;
 using survey::MeasuredFace;
 using survey::Placement;
 
-constexpr std::size_t kMostPoses = 12;
+constexpr std::size_t kMaxPoses = 12;
 
 std::string poses_line(const SurveyReport& report, const survey::Candidate& candidate,
                        const Placement& placement) {
@@ -115,12 +115,12 @@ std::string alternatives_text(const SurveyReport& report) {
   const auto all = survey::alternatives_of(report.result.identification);
   if (report.result.object || all.size() < 2) return "";
   std::string text = "alternatives, which a person may pick:\n";
-  for (std::size_t i = 0; i < std::min(kMostPoses, all.size()); ++i) {
+  for (std::size_t i = 0; i < std::min(kMaxPoses, all.size()); ++i) {
     const survey::Candidate& candidate = report.result.identification.candidates[all[i].candidate];
     text += fmt::format("  {:>2}  {:<18}{}", i + 1, report.library.parts[candidate.part].name,
                         poses_line(report, candidate, candidate.placements[all[i].placement]));
   }
-  if (all.size() > kMostPoses) text += fmt::format("  and {} more\n", all.size() - kMostPoses);
+  if (all.size() > kMaxPoses) text += fmt::format("  and {} more\n", all.size() - kMaxPoses);
   return text;
 }
 

@@ -27,7 +27,7 @@ using core::ConfigError;
 
 constexpr double kInside_sigmas = 5.0;    // a place without touch that is so far inside the model is evidence
 constexpr double kPlacesApart_m = 0.005;  // such places that lie closer together are one
-constexpr std::size_t kMostPlaces = 50;
+constexpr std::size_t kMaxPlaces = 50;
 constexpr double kLook_s = 0.05;  // between looks for what DDS has brought
 
 /// What the arm felt, from the middleware's thread to the command's.
@@ -73,7 +73,7 @@ class Gathering {
  private:
   bool note_free_place() {
     const auto place = watch_.free_place();
-    if (!place || seen_.size() >= kMostPlaces) return false;
+    if (!place || seen_.size() >= kMaxPlaces) return false;
     const double gap_m = surface_->nearest(X_OW_ * place->p_W_m).distance_m - place->radius_m;
     if (gap_m > -kInside_sigmas * place->sigma_m) return false;
     for (const Eigen::Vector3d& seen : seen_)

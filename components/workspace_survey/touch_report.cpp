@@ -13,7 +13,7 @@
 namespace phantom::workspace_survey {
 namespace {
 
-constexpr int kMostGuard_vox = 100;  // that a command may ask for
+constexpr int kMaxGuard_vox = 100;  // that a command may ask for
 
 std::string vector_text(const Eigen::Vector3d& v, int digits) {
   const double unit = std::pow(10.0, -digits);
@@ -58,12 +58,12 @@ nlohmann::json json_of(const std::vector<survey::TouchDirection>& directions) {
 
 int guard_before(const TouchFindings& findings) {
   return std::clamp(survey::guard_voxels(findings.correction.worst_before_m, findings.voxel_size_m),
-                    findings.least_guard_vox, kMostGuard_vox);
+                    findings.least_guard_vox, kMaxGuard_vox);
 }
 
 int guard_after(const TouchFindings& findings) {
   return std::clamp(survey::guard_voxels(findings.correction.worst_after_m, findings.voxel_size_m),
-                    findings.least_guard_vox, kMostGuard_vox);
+                    findings.least_guard_vox, kMaxGuard_vox);
 }
 
 std::string touch_line(const TouchFindings& findings) {

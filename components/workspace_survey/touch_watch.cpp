@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kFree_s = 0.1;        // so long without contact, and the next one is a new touch
 constexpr double kBeginning_s = 0.03;  // of a contact, over which the force's direction is averaged
-constexpr double kLeastForce_N = 0.5;  // of the mean: less has no direction
+constexpr double kMinForce_N = 0.5;    // of the mean: less has no direction
 constexpr double kUnexplained = 0.2;   // share of the torques that a force at the place may leave unexplained
 constexpr double kBesideTip_m =
     0.01;  // a contact farther from the ball's surface than this is not the ball's
@@ -78,7 +78,7 @@ std::optional<FeltContact> TouchWatch::take(const messages::SlaveState& state, d
   }
   if (!beginning_ || now_s - beginning_->since_s < kBeginning_s) return std::nullopt;
   FeltContact felt{beginning_->touch, beginning_->refusal};
-  if (beginning_->force_sum_N.norm() > kLeastForce_N)
+  if (beginning_->force_sum_N.norm() > kMinForce_N)
     felt.touch->normal_W = beginning_->force_sum_N.normalized();
   if (!felt.refusal.empty()) felt.touch.reset();
   beginning_.reset();

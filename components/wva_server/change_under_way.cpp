@@ -2,7 +2,7 @@
 
 #include <chrono>
 
-#include "common/core/thread_place.hpp"
+#include "common/core/thread_config.hpp"
 
 namespace phantom::wva_server {
 
@@ -16,7 +16,7 @@ ChangeUnderWay::ChangeUnderWay(LiveCell& cell, WorkspaceCommand command, std::ui
   options.keep_going = [this, must_end] { return !was_ended() && !must_end(); };
   options.on_progress = [this](double share) { share_.store(share, std::memory_order_relaxed); };
   thread_ = std::jthread([this, &cell, version, options = std::move(options)] {
-    core::take_place(core::ThreadRole::kHelper);
+    core::apply_thread_config(core::ThreadRole::kHelper);
     change_.emplace(cell.apply(command_, version, options));
     done_.release();
   });

@@ -8,9 +8,9 @@
 namespace phantom::wva_server {
 namespace {
 
-constexpr int kSteps = 12;            // of the fingers' way until they meet
-constexpr double kLeastShare = 0.02;  // of all places: less is a touch, not a grasp
-constexpr double kSame_m = 0.002;     // by which the width of what is held may change
+constexpr int kSteps = 12;          // of the fingers' way until they meet
+constexpr double kMinShare = 0.02;  // of all places: less is a touch, not a grasp
+constexpr double kSame_m = 0.002;   // by which the width of what is held may change
 
 bool is_body(std::int8_t order) { return order >= workspace::kOrderBoundary || order < 0; }
 
@@ -32,7 +32,7 @@ std::optional<std::uint16_t> object_between(const std::vector<robot::FingerPoint
   const auto most = std::max_element(found.begin(), found.end(),
                                      [](const auto& a, const auto& b) { return a.second < b.second; });
   const double all = static_cast<double>(fingers.size()) * kSteps;
-  if (most == found.end() || static_cast<double>(most->second) < kLeastShare * all) return std::nullopt;
+  if (most == found.end() || static_cast<double>(most->second) < kMinShare * all) return std::nullopt;
   return most->first;
 }
 

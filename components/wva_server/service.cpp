@@ -20,8 +20,8 @@
 namespace phantom::wva_server {
 namespace {
 
-constexpr double kLongestWait_s = 0.2;  // bounds the delay of a requested stop
-constexpr double kLook_s = 0.02;        // at commands and the clock, while a change is under way
+constexpr double kMaxWait_s = 0.2;  // bounds the delay of a requested stop
+constexpr double kLook_s = 0.02;    // at commands and the clock, while a change is under way
 
 double now_s() { return core::seconds(core::monotonic_ns()); }
 
@@ -90,7 +90,7 @@ class Service {
  private:
   bool activate(std::vector<runtime::CellBody> bodies);
   void take(const WorkspaceCommand& command);
-  double longest_wait_s() const { return grasps_.has_gripper() ? kLook_s : kLongestWait_s; }
+  double longest_wait_s() const { return grasps_.has_gripper() ? kLook_s : kMaxWait_s; }
   std::optional<WorkspaceCommand> watch_gripper();
   void look_at_arm();
   void end_add(const WorkspaceCommand& add, const std::string& doing, const WorkspaceCommand& later);

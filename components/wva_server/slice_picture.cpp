@@ -16,7 +16,7 @@ using workspace::Index3;
 using workspace::VoxelBox;
 using workspace::Workspace;
 
-constexpr int kMargin = 70, kGap = 80, kLongest = 620, kLegend = 190, kTop = 64;
+constexpr int kMargin = 70, kGap = 80, kMax = 620, kLegend = 190, kTop = 64;
 const cv::Scalar kInk(40, 40, 40), kPaper(255, 255, 255), kLine(170, 170, 170);
 
 /// Interpolates between colours (blue, green, red: OpenCV's order of channels); `share` is 0…1.
@@ -123,7 +123,7 @@ class Drawing {
         middle_(middle_of(workspace)) {
     const workspace::GridSpec& grid = workspace.grid();
     const double extent_m = std::max(grid.extent_m().maxCoeff(), grid.voxel_size_m.greatest_m());
-    pixels_per_m_ = kLongest / extent_m;
+    pixels_per_m_ = kMax / extent_m;
     for (std::size_t axis = 0; axis < 3; ++axis)
       pixels_[axis] =
           std::max(1, static_cast<int>(std::lround(grid.size_vox[axis] * pixels_per_voxel(axis))));

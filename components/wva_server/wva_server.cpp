@@ -15,7 +15,7 @@ namespace {
 using core::ConfigError;
 using core::MissingError;
 
-constexpr std::uint32_t kGreatestId = 65534;
+constexpr std::uint32_t kMaxId = 65534;
 
 template <class T>
 T value_or_throw(core::Expected<T> made) {
@@ -197,7 +197,7 @@ CellChange LiveCell::add(const WorkspaceCommand& command, std::uint64_t version,
                         " is there already; move it, or give the new one another name");
   }
   if (!config.mesh.empty()) check_within(config.mesh, cell_.file.parent_path());
-  if (changes_.next_id > kGreatestId)
+  if (changes_.next_id > kMaxId)
     throw ConfigError("all 65534 object ids were given away; start wva_server anew");
   const auto id = config.id = static_cast<std::uint16_t>(changes_.next_id);
   geometry::MeshImportOptions import = limits_.mesh;
@@ -258,9 +258,9 @@ CellChange LiveCell::attach(const WorkspaceCommand& command, std::uint64_t versi
                             const layers::ActivationOptions& options) {
   ServedObject& object = objects_.at(value_or_throw(find(command)));
   if (object.carrier) throw ConfigError(carried_text(object) + " already; release it there first");
-  if (carried().size() >= messages::kMostCarried)
+  if (carried().size() >= messages::kMaxCarried)
     throw ConfigError(
-        fmt::format("the arms carry {} objects already; allowed: no more", messages::kMostCarried));
+        fmt::format("the arms carry {} objects already; allowed: no more", messages::kMaxCarried));
   layers::WorkspaceChange change = value_or_throw(live_.remove(object.id, version, options));
   object.carrier = Carrier{command.arm, command.frame, command.X_FO};
   changes_.note_attached(object.id, object.config.name, *object.carrier);

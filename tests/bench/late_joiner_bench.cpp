@@ -18,7 +18,7 @@
 #include "common/core/clock.hpp"
 #include "common/dds/endpoints/endpoint.hpp"
 #include "common/messages/codecs/workspace_codec.hpp"
-#include "components/phantom_sensing/workspace/workspace_keeper.hpp"
+#include "components/phantom_sensing/workspace/workspace_subscriber.hpp"
 #include "tests/bench/repetitions.hpp"
 
 namespace phantom::bench {
@@ -113,7 +113,7 @@ class Joiner {
 
  private:
   static constexpr workspace::SourceId kServer{1};  // there is but one
-  phantom_sensing::WorkspaceKeeper workspace_{
+  phantom_sensing::WorkspaceSubscriber workspace_{
       {.refused = [](const std::string& problem) { std::cerr << "late_joiner_bench: " << problem << '\n'; }}};
   dds::Participant participant_;
   dds::Reader<msg::WorkspaceVersion> versions_{participant_, dds::kWorkspaceVersion,

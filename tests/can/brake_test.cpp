@@ -21,7 +21,7 @@ using testing::HasSubstr;
 using Power = simulated_drive::SimulatedDrive::Power;
 
 constexpr double kRelease_s = 0.12, kEngage_s = 0.05;  // as configured; the brake itself takes 0.05 s each
-constexpr double kMostSag_rad = 0.00175;               // a tenth of a degree
+constexpr double kMaxSag_rad = 0.00175;                // a tenth of a degree
 constexpr double kStart_rad = 0.4;
 
 simulated_drive::DriveOptions braked(double load_Nm) {
@@ -90,10 +90,10 @@ TEST_P(Brakes, SR04_NoWeightSagsWhenPowerComesOrGoes) {
       SCOPED_TRACE(std::string(ending.name) + " under " + std::to_string(load_Nm) + " N·m");
       Rig rig(with_brake(GetParam().mode, 2, GetParam().reaction), braked(load_Nm));
       ASSERT_TRUE(hold_up(rig, load_Nm));
-      EXPECT_LT(farthest_rad(rig, kStart_rad, 0.3), kMostSag_rad) << "coming up";
+      EXPECT_LT(farthest_rad(rig, kStart_rad, 0.3), kMaxSag_rad) << "coming up";
       const double from_rad = rig.drives[0]->motor().joint_rad();
       ending.begin(rig);
-      EXPECT_LT(farthest_rad(rig, from_rad, 1.0), kMostSag_rad);
+      EXPECT_LT(farthest_rad(rig, from_rad, 1.0), kMaxSag_rad);
       for (const auto& drive : rig.drives) {
         EXPECT_TRUE(drive->power() == Power::kSwitchOnDisabled || drive->power() == Power::kFault);
         EXPECT_EQ(drive->torque_mille(), 0.0);
@@ -112,7 +112,7 @@ TEST(Brake, WithoutTheOrderTheWeightSagsUntilTheBrakeHolds) {
   rig.run(0.3);
   const double from_rad = rig.drives[0]->motor().joint_rad();
   rig.command.enable = false;
-  EXPECT_GT(farthest_rad(rig, from_rad, 1.0), 3.0 * kMostSag_rad);
+  EXPECT_GT(farthest_rad(rig, from_rad, 1.0), 3.0 * kMaxSag_rad);
 }
 
 // A power stage that loses its supply can keep no order: the weight falls while the spring closes the brake,
@@ -157,7 +157,7 @@ TEST_P(Brakes, ComesUpAgainHoweverSoonAfterAStop) {
     rig.command.quick_stop = false;
     double farthest = farthest_rad(rig, kStart_rad, 1.0);
     EXPECT_EQ(rig.state(), DriveGroupState::kEnabled) << rig.group->sentence();
-    EXPECT_LT(farthest, 2.0 * kMostSag_rad);
+    EXPECT_LT(farthest, 2.0 * kMaxSag_rad);
   }
 }
 

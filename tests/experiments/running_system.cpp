@@ -25,7 +25,7 @@ constexpr double kEnd_deg = 44.0, kSpeed_deg_s = 8.0, kRampShare = 0.1, kGain = 
 constexpr double kFrom_deg = 6.0, kTo_deg = 38.0;  // where the feedback is compared, without start and stop
 constexpr double kBin_deg = 0.5;
 constexpr std::size_t kBins = 64;
-constexpr std::size_t kLeastInBin = 10;
+constexpr std::size_t kMinInBin = 10;
 
 /// Cell, arm and parameters of the swing, from the shipped ones: the bar stands in the model only ("no object
 /// is placed in workspace to avoid robot damage"), the skin is that of the link under test.
@@ -186,7 +186,7 @@ void run(Report& report, const Settings& settings) {
   report.check("greatest power of the drag on the hand: it never pushes", measured.greatest_power_W,
                -INFINITY, 1e-9, "W");
   report.check("ticks of the way in, fewest in half a degree", static_cast<double>(measured.fewest),
-               static_cast<double>(kLeastInBin), INFINITY, "");
+               static_cast<double>(kMinInBin), INFINITY, "");
   report.check("exit code of dds_recorder check", checked, 0, 0, "");
   report.difference(
       "The thesis shows the swing on its rig; ours is made by wva_server, slave_io, "

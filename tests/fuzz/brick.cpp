@@ -28,9 +28,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t siz
   if (workspace::decode_brick({bytes, size}, *brick))
     expect_again(workspace::decode_brick(workspace::encode_brick(brick->voxels.view()), *again));
   if (workspace::untile_brick({bytes, size}, *brick)) {  // what lies behind the checksum
-    std::vector<std::uint8_t> tiled(workspace::kMostTiledBytes);
+    std::vector<std::uint8_t> tiled(workspace::kMaxTiledBytes);
     tiled.resize(workspace::tile_brick(brick->voxels.view(),
-                                       std::span<std::uint8_t, workspace::kMostTiledBytes>(tiled)));
+                                       std::span<std::uint8_t, workspace::kMaxTiledBytes>(tiled)));
     expect_again(workspace::untile_brick(tiled, *again));
   }
   if (size < 8) return 0;

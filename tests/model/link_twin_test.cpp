@@ -223,14 +223,14 @@ class Twins {
   template <class Inputs, class Partner>
   void give(const Tick& t, const teleop::StopReset& reset, Inputs& in, Partner& partner) const {
     if (t.heard != 0) in.partner_age_s = t.age * kTick_s;
-    partner.answers_another = t.answers == 2;
+    partner.echoes_other_session = t.answers == 2;
     partner.state = static_cast<LinkState>(t.partner);
     partner.stop.id = ids_.at(1 - t.side).of(t.partner_stop);
     in.position = partner.position = q_;
     if (t.agree == 0) partner.position[0] += 1.0;
     in.stop_requests = requests_.at(t.side);
     in.reset = t.has_reset != 0 ? &reset : nullptr;
-    in.drives_follow = t.follows != 0;
+    in.drives_operational = t.follows != 0;
     in.drive_fault = t.fault != 0;
     in.loop.starved = t.starved != 0;
     in.enabling = t.permits != 0 ? teleop::SwitchState::kHeld : teleop::SwitchState::kReleased;

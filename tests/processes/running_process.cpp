@@ -20,7 +20,7 @@
 #include <stdexcept>
 
 #include "common/core/clock.hpp"
-#include "common/core/thread_place.hpp"
+#include "common/core/thread_config.hpp"
 #include "fast_dds/threads.hpp"
 #include "tests/support/files.hpp"
 

@@ -12,7 +12,7 @@
 #include <thread>
 
 #include "common/core/clock.hpp"
-#include "common/core/thread_place.hpp"
+#include "common/core/thread_config.hpp"
 #include "tests/processes/running_process.hpp"
 #include "tests/support/files.hpp"
 #include "tests/support/own_domain.hpp"
@@ -22,7 +22,9 @@ namespace {
 
 bool may_be_real_time() {
   bool may = false;
-  std::thread([&] { may = core::take_place(core::ThreadRole::kServo, core::kServoPriority).empty(); }).join();
+  std::thread([&] {
+    may = core::apply_thread_config(core::ThreadRole::kServo, core::kServoPriority).empty();
+  }).join();
   return may;
 }
 
@@ -68,9 +70,9 @@ class ThreadTable : public testing::TestWithParam<Expected> {
   std::string main_name() const { return std::string(GetParam().component).substr(0, 15); }
 
   // The place of a thread that is seen; none: the table does not know it.
-  std::optional<core::ThreadPlace> place(const ThreadSeen& seen) const {
+  std::optional<core::ThreadConfig> place(const ThreadSeen& seen) const {
     if (seen.name == main_name()) return core::place_of(GetParam().main);
-    for (const core::ThreadPlace& known : core::thread_scheme()) {
+    for (const core::ThreadConfig& known : core::thread_scheme()) {
       if (known.name[0] != '\0' && seen.name == known.name) return known;
     }
     return std::nullopt;

@@ -258,16 +258,16 @@ TEST(Subscription, HearsNothingOfWhatIsNotPlausible) {
   using Text = std_msgs::msg::dds_::String_PubSubType;
   std::atomic<int> heard{0};
   Subscription<Text> texts(node, "text", kDefault, [&](const Text::type& text, const dds::SampleInfo&) {
-    EXPECT_LE(text.data().size(), kMostOctets);
+    EXPECT_LE(text.data().size(), kMaxOctets);
     ++heard;
   });
   Publisher<Text> publisher(other, "text", kDefault);
   ASSERT_TRUE(dds::eventually([&] { return publisher.matched() == 1; }));
   Text::type text;
   for (int k = 0; k < 3; ++k) {
-    text.data(std::string(kMostOctets + 1, 'x'));
+    text.data(std::string(kMaxOctets + 1, 'x'));
     publisher.publish(text);
-    text.data(std::string(kMostOctets - 100, 'y'));
+    text.data(std::string(kMaxOctets - 100, 'y'));
     publisher.publish(text);
   }
   EXPECT_TRUE(dds::eventually([&] { return heard == 3; })) << heard;
@@ -290,8 +290,8 @@ TEST(Plausible, CloudsAnnounceNoMoreFieldsThanCanBe) {
       return cdr;
     };
     for (const std::string frame : {"", "a", "ab", "abc", "abcd", "lidar_link"}) {
-      EXPECT_TRUE(is_plausible(kCloud, octets(frame, kMostFields))) << frame;
-      EXPECT_FALSE(is_plausible(kCloud, octets(frame, kMostFields + 1))) << frame;
+      EXPECT_TRUE(is_plausible(kCloud, octets(frame, kMaxFields))) << frame;
+      EXPECT_FALSE(is_plausible(kCloud, octets(frame, kMaxFields + 1))) << frame;
       EXPECT_FALSE(is_plausible(kCloud, octets(frame, 4'000'000'000))) << frame;
       const auto whole = octets(frame, 3);
       for (std::size_t size = 0; size < whole.size(); ++size)

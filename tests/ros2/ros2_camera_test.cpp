@@ -30,7 +30,7 @@ using end_to_end::RunningSystem;
 using phantom::test::eventually;
 
 constexpr std::uint32_t kWidth = 640, kHeight = 360;
-constexpr double kLongest_s = 180.0;  // only bounds a failing test
+constexpr double kMax_s = 180.0;  // only bounds a failing test
 
 /// A process that publishes pictures, red on the left and blue on the right, ten a second.
 class CameraNode {
@@ -79,9 +79,9 @@ class CameraStream {
   }
   /// Follows the pictures until one is as it must be. False if none was.
   bool until(const std::function<bool(const cv::Mat&)>& wanted) {
-    const core::Nanoseconds end_ns = core::monotonic_ns() + core::from_seconds(kLongest_s);
+    const core::Nanoseconds end_ns = core::monotonic_ns() + core::from_seconds(kMax_s);
     httplib::Client client("127.0.0.1", port_);
-    client.set_read_timeout(static_cast<time_t>(kLongest_s));
+    client.set_read_timeout(static_cast<time_t>(kMax_s));
     std::string bytes;
     bool seen = false;
     const auto take = [&](const char* data, std::size_t size) {
@@ -154,11 +154,11 @@ TEST(Ros2Camera, IsOnThePageAndItsSilenceIsShownWithinASecond) {
           "jpeg_quality: 90\n  largest_stamp_age_s: 5"}}},
        {"synthetic_viewer", {{"camera: \"\"", "camera: " + camera.string()}}}});
   ASSERT_TRUE(
-      eventually([&] { return system.output().find("Operator's page: ") != std::string::npos; }, kLongest_s))
+      eventually([&] { return system.output().find("Operator's page: ") != std::string::npos; }, kMax_s))
       << system.output();
   const std::string said = system.output();
   CameraStream stream(said.substr(said.find("Operator's page: ")));
-  double quickest_s = kLongest_s;
+  double quickest_s = kMax_s;
   for (int round = 0; round < 3; ++round) {
     CameraNode node(ros_domain);
     ASSERT_TRUE(stream.until(is_live)) << "round " << round << ": no picture came\n" << system.output();

@@ -23,7 +23,7 @@ namespace {
 using phantom::dds::GuidPrefix;
 using std::chrono::steady_clock;
 
-constexpr int kMostParticipants = 8;
+constexpr int kMaxParticipants = 8;
 constexpr std::chrono::milliseconds kBetween{100};
 
 sockaddr_in at(std::uint32_t address, int port) {
@@ -81,7 +81,7 @@ int main(int argc, char** argv) {
   while (steady_clock::now() < end) {
     listen_until(steady_clock::now() + kBetween, in, heard);
     for (const GuidPrefix& named : heard) {
-      for (int number = 0; number < kMostParticipants; ++number) {
+      for (int number = 0; number < kMaxParticipants; ++number) {
         const auto message = phantom::dds::departure(named, GuidPrefix{}, phantom::dds::kDepartureSequence);
         const sockaddr_in to = at(INADDR_LOOPBACK, base + 10 + 2 * number);
         sent += sendto(out, message.data(), message.size(), 0, reinterpret_cast<const sockaddr*>(&to),

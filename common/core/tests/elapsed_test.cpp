@@ -7,19 +7,19 @@
 namespace phantom::core {
 namespace {
 
-constexpr Nanoseconds kLeast = std::numeric_limits<Nanoseconds>::min();
-constexpr Nanoseconds kGreatest = std::numeric_limits<Nanoseconds>::max();
+constexpr Nanoseconds kMin = std::numeric_limits<Nanoseconds>::min();
+constexpr Nanoseconds kMax = std::numeric_limits<Nanoseconds>::max();
 
 TEST(ElapsedNs, IsTheDifferenceWhereItFitsAndElseTheNearestThatDoes) {
   EXPECT_EQ(elapsed_ns(3, 10), 7);
   EXPECT_EQ(elapsed_ns(10, 3), -7);
-  EXPECT_EQ(elapsed_ns(kLeast, -1), kGreatest);
-  EXPECT_EQ(elapsed_ns(kLeast, 0), kGreatest);
-  EXPECT_EQ(elapsed_ns(kLeast, kGreatest), kGreatest);
-  EXPECT_EQ(elapsed_ns(kGreatest, -1), kLeast);
-  EXPECT_EQ(elapsed_ns(kGreatest, -2), kLeast);
-  EXPECT_EQ(elapsed_ns(kGreatest, kLeast), kLeast);
-  EXPECT_EQ(elapsed_ns(kLeast, kLeast), 0);
+  EXPECT_EQ(elapsed_ns(kMin, -1), kMax);
+  EXPECT_EQ(elapsed_ns(kMin, 0), kMax);
+  EXPECT_EQ(elapsed_ns(kMin, kMax), kMax);
+  EXPECT_EQ(elapsed_ns(kMax, -1), kMin);
+  EXPECT_EQ(elapsed_ns(kMax, -2), kMin);
+  EXPECT_EQ(elapsed_ns(kMax, kMin), kMin);
+  EXPECT_EQ(elapsed_ns(kMin, kMin), 0);
 }
 
 }  // namespace

@@ -15,19 +15,19 @@ namespace phantom::dds {
 /// Thread-safe.
 class Bans {
  public:
-  static constexpr std::size_t kMost = 1024;
+  static constexpr std::size_t kMax = 1024;
 
   /// For good.
   void ban(const GuidPrefix& participant) { add(banned_, participant); }
   /// Ends with lift().
-  void ban_for_now(const GuidPrefix& participant) { add(banned_for_now_, participant); }
+  void suspend(const GuidPrefix& participant) { add(banned_for_now_, participant); }
   /// Ends all bans by ban_for_now(); returns whether there were any. Fast DDS discovers those participants
   /// again by their next announcement.
   bool lift() {
     const std::lock_guard lock(mutex_);
     const bool any = banned_for_now_.size() > 0;
     forgotten_before_ += banned_for_now_.dropped();
-    banned_for_now_ = Banned{kMost};
+    banned_for_now_ = Banned{kMax};
     return any;
   }
   /// Cheap while nobody is banned.
@@ -59,7 +59,7 @@ class Bans {
 
   std::atomic<bool> any_{false};
   mutable std::mutex mutex_;
-  Banned banned_{kMost}, banned_for_now_{kMost};
+  Banned banned_{kMax}, banned_for_now_{kMax};
   std::uint64_t forgotten_before_ = 0;  // of bans that were lifted since
   std::vector<GuidPrefix> fresh_;
 };

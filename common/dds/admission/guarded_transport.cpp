@@ -77,7 +77,7 @@ class GuardedTransport final : public fast_dds::MessageTransport {
     const auto lock =
         discovery || memory.of_discovery ? std::unique_lock(discovery_) : std::unique_lock<std::mutex>();
     if (discovery) forget_banned(above, local, remote);
-    if (pass) hand_on(datagram, above, local, remote, memory);
+    if (pass) forward(datagram, above, local, remote, memory);
     for (const auto& whole : memory.assembled)
       above->OnDataReceived(whole.data(), static_cast<std::uint32_t>(whole.size()), local, remote);
     for (const Held& held : memory.due)
@@ -86,7 +86,7 @@ class GuardedTransport final : public fast_dds::MessageTransport {
   }
 
  private:
-  static constexpr std::size_t kMostHeld = 16;
+  static constexpr std::size_t kMaxHeld = 16;
   static constexpr GuidPrefix kWhoeverReads{};
   struct Way {
     rtps::TransportReceiverInterface* above;
@@ -140,7 +140,7 @@ class GuardedTransport final : public fast_dds::MessageTransport {
   }
 
   void hold(std::span<const std::uint8_t> datagram, const Way& way, const Receiving& memory) {
-    if (held_.size() == kMostHeld) {
+    if (held_.size() == kMaxHeld) {
       descriptor_.refused->add(wire::Fault::kDeparture, source_of(held_.front().remote));
       held_.erase(held_.begin());
     }
@@ -177,7 +177,7 @@ class GuardedTransport final : public fast_dds::MessageTransport {
   }
 
   /// Fragments are handed on where Guard::kSlack octets behind them may be read.
-  static void hand_on(std::span<const std::uint8_t> datagram, rtps::TransportReceiverInterface* above,
+  static void forward(std::span<const std::uint8_t> datagram, rtps::TransportReceiverInterface* above,
                       const rtps::Locator_t& local, const rtps::Locator_t& remote, Receiving& memory) {
     const rtps::octet* octets = datagram.data();
     std::size_t size = datagram.size();

@@ -12,14 +12,15 @@
 namespace phantom::dds {
 
 /// Describes a transport that checks every datagram before Fast DDS parses it (common/wire), counts what it
-/// refuses, and sends what Readmission leaves in the outbox. Nothing of a banned participant passes; Fast DDS
-/// forgets it at once.
+/// refuses, and sends what RediscoveryManager leaves in the outbox. Nothing of a banned participant passes;
+/// Fast DDS forgets it at once.
 ///
 /// It passes on messages of discovery and handshakes one at a time, from however many sockets they come, and
 /// samples as they come. If two threads of Fast DDS 2.9.1, one at a multicast and one at a unicast socket,
 /// discover two secured participants at once, they overwrite each other's state
 /// (SecurityManager::match_builtin_endpoints), and one of the two participants is admitted only when its
-/// handshake restarts (Readmission); and many that come and go at once make threads wait for each other.
+/// handshake restarts (RediscoveryManager); and many that come and go at once make threads wait for each
+/// other.
 ///
 /// Discovery is distinguished from samples by the port, which is even for discovery and odd for samples (OMG
 /// DDSI-RTPS 2.3, 9.6.1.1, with the standard's offsets), and by what a message holds.

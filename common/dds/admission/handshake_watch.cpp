@@ -31,7 +31,7 @@ bool HandshakeWatch::left(const GuidPrefix& peer, core::Nanoseconds now) {
 void HandshakeWatch::forget(core::Nanoseconds now) {
   for (auto entry = peers_.begin(); entry != peers_.end();) {
     const Peer& peer = entry->second;
-    const bool gone = peer.present == 0 && (peer.attempts == 0 || now - peer.last > kMostPatience);
+    const bool gone = peer.present == 0 && (peer.attempts == 0 || now - peer.last > kMaxPatience);
     entry = gone ? peers_.erase(entry) : std::next(entry);
   }
 }
@@ -42,12 +42,12 @@ std::vector<HandshakeWatch::Attempt> HandshakeWatch::overdue(const GuidPrefix& o
   for (auto& entry : peers_) {
     const Peer& peer = entry.second;
     const core::Nanoseconds first = own < entry.first ? kPatience : kPatienceOfGreater;
-    const core::Nanoseconds patience = std::min(first << std::min(peer.attempts, 8), kMostPatience);
+    const core::Nanoseconds patience = std::min(first << std::min(peer.attempts, 8), kMaxPatience);
     if (peer.waiting && now - peer.last >= patience) due.push_back(&entry);
   }
   std::stable_sort(due.begin(), due.end(),
                    [](const auto* one, const auto* other) { return one->second.last < other->second.last; });
-  if (due.size() > kMostAtOnce) due.resize(kMostAtOnce);
+  if (due.size() > kMaxAtOnce) due.resize(kMaxAtOnce);
   std::vector<Attempt> attempts;
   for (auto* entry : due) {
     Peer& peer = entry->second;

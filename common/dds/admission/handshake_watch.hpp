@@ -21,10 +21,10 @@ class HandshakeWatch {
   /// Each attempt waits twice as long as the one before, up to this limit: on an overloaded machine a
   /// handshake takes its time, and a participant without valid documents never succeeds. A peer that leaves
   /// and returns within this time does not count as new.
-  static constexpr core::Nanoseconds kMostPatience = 60 * core::kNsPerSecond;
+  static constexpr core::Nanoseconds kMaxPatience = 60 * core::kNsPerSecond;
   /// Number of attempts that one call of overdue() returns at most, the longest waiting first: there may be
   /// many participants without valid documents.
-  static constexpr std::size_t kMostAtOnce = 8;
+  static constexpr std::size_t kMaxAtOnce = 8;
 
   struct Attempt {
     GuidPrefix peer{};

@@ -19,16 +19,16 @@ struct Sender {
   std::uint64_t count = 0;
 };
 
-/// Counts datagrams by their senders' addresses, in memory for kMost of them, however many there are
+/// Counts datagrams by their senders' addresses, in memory for kMax of them, however many there are
 /// (Space-Saving; Metwally, Agrawal and El Abbadi 2005): one that is new takes the place of the least, and
-/// who sends more than a kMost-th of all has a place. Not thread-safe. Real-time safe: yes.
+/// who sends more than a kMax-th of all has a place. Not thread-safe. Real-time safe: yes.
 class SenderCounts {
  public:
-  static constexpr std::size_t kMost = 16;
+  static constexpr std::size_t kMax = 16;
 
   void add(std::uint32_t address);
   /// Returns the greatest sender, and how many came from it at least: exactly, if there were no more than
-  /// kMost senders. {0, 0} before the first.
+  /// kMax senders. {0, 0} before the first.
   Sender greatest() const;
 
  private:
@@ -36,7 +36,7 @@ class SenderCounts {
     std::uint32_t address = 0;
     std::uint64_t count = 0, inherited = 0;  // of the count: from others that had this place before
   };
-  std::array<Place, kMost> places_;
+  std::array<Place, kMax> places_;
 };
 
 /// Datagrams that a participant has refused for one reason.

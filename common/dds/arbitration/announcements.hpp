@@ -14,11 +14,11 @@ namespace phantom::dds {
 
 /// Who has announced itself of late, and where it takes announcements, as the transport saw it. Fast DDS 3
 /// reports a participant of a secured site only after its handshake, so that this alone shows one whose
-/// handshake does not succeed. It also carries who was lost from Readmission to the transport, and who of
-/// them has returned. Bounded; thread-safe.
+/// handshake does not succeed. It also carries who was lost from RediscoveryManager to the transport, and who
+/// of them has returned. Bounded; thread-safe.
 class Announcements {
  public:
-  static constexpr std::size_t kMost = 1024;
+  static constexpr std::size_t kMax = 1024;
   struct Announced {
     GuidPrefix participant{};
     wire::Source listens{};  ///< port 0: it has not said where
@@ -46,7 +46,7 @@ class Announcements {
   /// Reports to the transport that Fast DDS has forgotten a participant whose lease ran out.
   void lose(const GuidPrefix& participant) {
     const std::lock_guard lock(mutex_);
-    if (lost_.size() < kMost) lost_.push_back(participant);
+    if (lost_.size() < kMax) lost_.push_back(participant);
   }
   /// Returns those that were lost since the last call.
   std::vector<GuidPrefix> take_lost() {
@@ -57,7 +57,7 @@ class Announcements {
   void returns(const GuidPrefix& participant) {
     const std::lock_guard lock(mutex_);
     const Heard* heard = heard_.find(participant);
-    if (heard != nullptr && returned_.size() < kMost) returned_.push_back({participant, heard->listens});
+    if (heard != nullptr && returned_.size() < kMax) returned_.push_back({participant, heard->listens});
   }
   /// Returns those that have returned since the last call, with where they listened before.
   std::vector<Announced> take_returned() {
@@ -71,7 +71,7 @@ class Announcements {
     core::Nanoseconds until = 0;
   };
   mutable std::mutex mutex_;
-  core::RecentMap<GuidPrefix, Heard> heard_{kMost};
+  core::RecentMap<GuidPrefix, Heard> heard_{kMax};
   std::vector<GuidPrefix> lost_;
   std::vector<Announced> returned_;
 };

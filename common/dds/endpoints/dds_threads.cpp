@@ -4,7 +4,7 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
-#include "common/core/thread_place.hpp"
+#include "common/core/thread_config.hpp"
 #include "fast_dds/threads.hpp"
 
 namespace phantom::dds {
@@ -25,7 +25,7 @@ void take_receivers_place(int servo_priority) noexcept {
   pthread_getname_np(pthread_self(), name, sizeof name);
   // A writer in the same process calls its readers on its own thread, which keeps its place.
   if (fast_dds::is_own_thread(name, core::place_of(core::ThreadRole::kDds).name))
-    core::take_place(core::ThreadRole::kReceiver, servo_priority);
+    core::apply_thread_config(core::ThreadRole::kReceiver, servo_priority);
 }
 
 }  // namespace phantom::dds

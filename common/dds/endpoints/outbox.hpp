@@ -16,7 +16,7 @@ namespace phantom::dds {
 /// believes no other one (wire::Guard). Thread-safe.
 class Outbox {
  public:
-  static constexpr std::size_t kMostOpened = 8192;
+  static constexpr std::size_t kMaxOpened = 8192;
 
   /// Fast DDS has opened the way to that address. Debian's Fast DDS 2.9.1 aborts when it sends to another
   /// (OutputTrafficManager::set_statistics_message_data), as to one that a stranger has invented. Of too many
@@ -50,7 +50,7 @@ class Outbox {
   std::atomic<bool> any_{false};
   mutable std::mutex mutex_;
   std::vector<Letter> letters_;
-  core::RecentMap<fast_dds::rtps::Locator_t, bool> opened_{kMostOpened};
+  core::RecentMap<fast_dds::rtps::Locator_t, bool> opened_{kMaxOpened};
 };
 
 }  // namespace phantom::dds

@@ -16,7 +16,7 @@
 #include "common/dds/endpoints/security.hpp"
 #include "common/dds/endpoints/topic_list.hpp"
 #include "common/dds/endpoints/transport.hpp"
-#include "common/dds/recovery/readmission.hpp"
+#include "common/dds/recovery/rediscovery_manager.hpp"
 #include "fast_dds/discovery.hpp"
 #include "fast_dds/endpoints.hpp"
 #include "fast_dds/participants.hpp"
@@ -166,7 +166,7 @@ Participant::Participant(const std::string& component, const core::NetworkOption
   impl_->outbox = transport->outbox;
   impl_->bans = transport->bans;
   if (network.discovery_servers.empty()) {  // with discovery servers, a peer's end is reported by others
-    discovery = impl_->readmission = std::make_shared<Readmission>(
+    discovery = impl_->readmission = std::make_shared<RediscoveryManager>(
         component, !network.security.empty(), transport->outbox, transport->announcements, discovery);
   }
   if (discovery) impl_->listener = std::make_shared<fast_dds::DiscoveryListener>(std::move(discovery));
@@ -216,12 +216,12 @@ std::vector<Refused> Participant::refused_datagrams() const { return impl_->refu
 
 void Participant::log_refused_datagrams() { impl_->refused->log(impl_->component, core::monotonic_ns()); }
 
-void Participant::refuse_for_now(const GuidPrefix& other) {
+void Participant::suspend(const GuidPrefix& other) {
   if (impl_->bans->holds(other)) return;
   if (impl_->readmission) impl_->readmission->leave(other);
-  impl_->bans->ban_for_now(other);
+  impl_->bans->suspend(other);
 }
-bool Participant::admit_all() { return impl_->bans->lift(); }
+bool Participant::resume() { return impl_->bans->lift(); }
 
 std::uint64_t Participant::forgotten() const {
   return impl_->outbox->forgotten() + impl_->bans->forgotten() +

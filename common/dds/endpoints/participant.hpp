@@ -52,9 +52,9 @@ class Participant {
   /// Logs them now and then, while more come. Not real-time safe; call it from one thread.
   void log_refused_datagrams();
   /// Takes nothing more from another participant, and forgets it, until admit_all(). Thread-safe.
-  void refuse_for_now(const GuidPrefix& other);
+  void suspend(const GuidPrefix& other);
   /// Takes again from everybody that refuse_for_now() named; returns whether there was anybody. Thread-safe.
-  bool admit_all();
+  bool resume();
   /// Returns how many addresses of peers, lost peers and bans were forgotten for others: 0, unless there are
   /// very many or somebody invents them. Thread-safe.
   std::uint64_t forgotten() const;

@@ -33,7 +33,7 @@ struct EndpointCounters {
 };
 
 class Bans;
-class Readmission;
+class RediscoveryManager;
 class Outbox;
 class RefusedDatagrams;
 
@@ -55,7 +55,7 @@ struct Participant::Impl {
   std::shared_ptr<RefusedDatagrams> refused;              // shared with the transport
   std::shared_ptr<Outbox> outbox;                         // shared with the transport
   std::shared_ptr<Bans> bans;                             // shared with the transport
-  std::shared_ptr<Readmission> readmission;               // null where there are discovery servers
+  std::shared_ptr<RediscoveryManager> readmission;        // null where there are discovery servers
   eprosima::fastdds::dds::DomainParticipant* participant = nullptr;
   eprosima::fastdds::dds::Publisher* publisher = nullptr;
   eprosima::fastdds::dds::Subscriber* subscriber = nullptr;

@@ -6,7 +6,7 @@
 #include <fastdds/dds/topic/Topic.hpp>
 #include <fastdds/dds/topic/TypeSupport.hpp>
 
-#include "common/dds/arbitration/reader_census.hpp"
+#include "common/dds/arbitration/reader_quota.hpp"
 #include "common/dds/endpoints/dds_threads.hpp"
 #include "common/dds/endpoints/endpoint.hpp"
 #include "common/dds/endpoints/participant_impl.hpp"
@@ -38,7 +38,7 @@ struct RawReader::Impl : edds::DataReaderListener {
   void* sample = nullptr;  // reused for every take: DDS calls a reader's listener from one thread at a time
   OnSample on_sample;
   OnWriterGone on_writer_gone;
-  std::unique_ptr<ReaderCensus> census;  // of a keyed topic
+  std::unique_ptr<ReaderQuota> census;  // of a keyed topic
   edds::DataReader* reader = nullptr;
 
   ~Impl() override {
@@ -62,7 +62,7 @@ struct RawReader::Impl : edds::DataReaderListener {
     }
   }
   void note_key(const GuidPrefix& writer, const edds::InstanceHandle_t& handle) {
-    KeyCensus::Key key;
+    KeyQuota::Key key;
     std::copy_n(static_cast<const std::uint8_t*>(handle.value), key.size(), key.begin());
     census->note(writer, key);
   }
@@ -103,8 +103,8 @@ RawReader::RawReader(Participant& participant, const TopicDescription& topic, On
   const edds::DataReaderQos qos = reader_qos(*subscriber, topic);
   if (fast_dds::is_keyed(*impl_->type)) {
     const auto instances = static_cast<std::size_t>(std::max(4, qos.resource_limits().max_instances));
-    impl_->census = std::make_unique<ReaderCensus>(
-        participant.component(), topic.name, ReaderCensus::most_keys(instances), participant.impl()->bans);
+    impl_->census = std::make_unique<ReaderQuota>(
+        participant.component(), topic.name, ReaderQuota::most_keys(instances), participant.impl()->bans);
   }
   impl_->reader = subscriber->create_datareader(participant.impl()->topic(topic), qos, impl_.get());
   if (impl_->reader == nullptr)

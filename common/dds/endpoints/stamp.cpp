@@ -28,7 +28,7 @@ msg::Echo echo_of(const core::SampleId& id) noexcept {
 
 bool SequenceGuard::accept(const msg::Stamp& stamp) noexcept {
   const auto follows = [](std::uint64_t number, std::uint64_t one) {
-    return number > one && number - one <= kGreatestStep;
+    return number > one && number - one <= kMaxStep;
   };
   const std::uint64_t number = stamp.sequence_number();
   if (number == 0) return false;

@@ -32,7 +32,7 @@ msg::Echo echo_of(const core::SampleId& id) noexcept;
 class SequenceGuard {
  public:
   /// Greatest accepted step from one sample to the next: at 1 kHz, an outage of a quarter of an hour.
-  static constexpr std::uint64_t kGreatestStep = 1'000'000;
+  static constexpr std::uint64_t kMaxStep = 1'000'000;
   /// Number of refused samples in a row, each newer than the one before, after which their numbers are
   /// accepted.
   static constexpr int kRun = 8;

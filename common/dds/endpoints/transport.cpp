@@ -75,7 +75,7 @@ std::shared_ptr<GuardedTransportDescriptor> transport_of(const core::NetworkOpti
     guarded->guard.forgets_by_silence = true;
     guarded->announcements = std::make_shared<Announcements>();
   }
-  guarded->guard.ends_by_mixed_samples = fast_dds::kEndsByMixedSamples;
+  guarded->guard.crashes_on_interleaved_fragments = fast_dds::kEndsByMixedSamples;
   guarded->guard.receiver.asks_for_types = asks_for_types;
   guarded->guard.relayed = !network.discovery_servers.empty();
   guarded->guard.networks = networks_of(network);

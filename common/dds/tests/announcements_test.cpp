@@ -42,12 +42,12 @@ TEST(Announcements, EndWithADeparture) {
 
 TEST(Announcements, StrangersTakeLimitedMemory) {
   Announcements announcements;
-  for (int i = 0; i < 3 * static_cast<int>(Announcements::kMost); ++i) {
+  for (int i = 0; i < 3 * static_cast<int>(Announcements::kMax); ++i) {
     wire::ParticipantFact fact = announcement(0, 100);
     fact.announced = {static_cast<std::uint8_t>(i % 256), static_cast<std::uint8_t>(i / 256)};
     announcements.note(fact, kSecond);
   }
-  EXPECT_EQ(announcements.present(kSecond).size(), Announcements::kMost);
+  EXPECT_EQ(announcements.present(kSecond).size(), Announcements::kMax);
 }
 
 }  // namespace

@@ -78,9 +78,9 @@ TEST(HandshakeWatch, StaysSeldomForDays) {
   core::Nanoseconds last = 0;
   for (core::Nanoseconds now = 0; now < 2 * 86400 * kS; now += 10 * kS) {
     if (watch.overdue(kSelf, now).empty()) continue;
-    EXPECT_LE(now - last, HandshakeWatch::kMostPatience);
+    EXPECT_LE(now - last, HandshakeWatch::kMaxPatience);
     if (now > 130 * kS) {
-      EXPECT_EQ(now - last, HandshakeWatch::kMostPatience);
+      EXPECT_EQ(now - last, HandshakeWatch::kMaxPatience);
     }
     last = now;
   }
@@ -135,7 +135,7 @@ TEST(HandshakeWatch, ACrowdOfStrangersIsServedInTurns) {
   std::set<GuidPrefix> asked;
   for (core::Nanoseconds now = 15 * kS; now < 28 * kS; now += kS) {  // the first ones are due again by then
     const auto due = watch.overdue(kSelf, now);
-    EXPECT_LE(due.size(), HandshakeWatch::kMostAtOnce);
+    EXPECT_LE(due.size(), HandshakeWatch::kMaxAtOnce);
     for (const auto& attempt : due) asked.insert(attempt.peer);
   }
   EXPECT_EQ(asked.size(), 100u);

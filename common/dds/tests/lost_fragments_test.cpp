@@ -21,7 +21,7 @@ namespace {
 
 namespace edds = eprosima::fastdds::dds;
 
-constexpr std::uint32_t kMostOfMessage = 16000;
+constexpr std::uint32_t kMaxOfMessage = 16000;
 
 /// Loses the last fragment of each sample for as long as `losing`.
 test::MessageFilter losing_last_fragments(const std::atomic<bool>& losing) {
@@ -59,7 +59,7 @@ TEST_P(LostFragments, CostTheirSampleAlone) {
   std::atomic<bool> losing{false};
   auto* const factory = edds::DomainParticipantFactory::get_instance();
   auto* const server = factory->create_participant(
-      network.domain, test::filtered_participant(network, losing_last_fragments(losing), kMostOfMessage));
+      network.domain, test::filtered_participant(network, losing_last_fragments(losing), kMaxOfMessage));
   ASSERT_NE(server, nullptr);
   edds::TypeSupport type = topic.make_type();
   ASSERT_TRUE(fast_dds::ok(type.register_type(server)));
@@ -80,7 +80,7 @@ TEST_P(LostFragments, CostTheirSampleAlone) {
   for (int i = 0; i < 150; ++i) {
     losing = random() % 2 == 0;
     const std::size_t bytes = random() % 2 == 0 ? small(random) : large(random);
-    const bool is_lost = losing && bytes > kMostOfMessage;
+    const bool is_lost = losing && bytes > kMaxOfMessage;
     ASSERT_TRUE(send(bytes));
     if (is_lost) continue;
     ASSERT_TRUE(eventually([&] { return newest_bytes == bytes; }, std::chrono::seconds(60)))

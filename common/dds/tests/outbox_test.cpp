@@ -33,7 +33,7 @@ class OutboxTo : public ::testing::Test {
   fast_dds::KeepingSender socket_;
 
   void open_many() {  // twice as many as are known
-    for (std::uint32_t number = 1000; number < 1000 + 2 * Outbox::kMostOpened; ++number)
+    for (std::uint32_t number = 1000; number < 1000 + 2 * Outbox::kMaxOpened; ++number)
       outbox_.opened(address(number));
   }
   bool reaches(const rtps::Locator_t& peer) {
@@ -54,7 +54,7 @@ TEST_F(OutboxTo, ANewPeerIsReachedHoweverManyWereOpenedBefore) {
 
 TEST_F(OutboxTo, APeerThatIsPresentIsReachedHoweverManyWereOpenedSince) {
   outbox_.opened(address(1));
-  for (std::uint32_t number = 1000; number < 1000 + 4 * Outbox::kMostOpened; ++number) {
+  for (std::uint32_t number = 1000; number < 1000 + 4 * Outbox::kMaxOpened; ++number) {
     outbox_.opened(address(number));
     if (number % 4096 == 0) outbox_.keep(one(address(1)));
   }
@@ -65,7 +65,7 @@ TEST_F(OutboxTo, WhoIsNotKeptIsForgotten) {
   outbox_.opened(address(1));
   EXPECT_EQ(outbox_.forgotten(), 0U);
   open_many();
-  EXPECT_EQ(outbox_.forgotten(), Outbox::kMostOpened + 1);
+  EXPECT_EQ(outbox_.forgotten(), Outbox::kMaxOpened + 1);
   outbox_.keep(one(address(1)));  // too late: it may not be opened any more
   EXPECT_FALSE(reaches(address(1)));
 }

@@ -58,7 +58,7 @@ TEST(Graph, NodesNameTheirEndpointsUntilTheirParticipantGoes) {
   EXPECT_EQ(graph.who(guid(1, 2)), "/talker (process 42)");
   EXPECT_EQ(graph.who(guid(1, 4)), "/ (process 42)") << "none of its nodes'";
   graph.put_nodes(guid(1, 1), std::vector<NodeInfo>(1000));
-  EXPECT_EQ(graph.nodes(guid(1, 2)).size(), Graph::kMostNodes);
+  EXPECT_EQ(graph.nodes(guid(1, 2)).size(), Graph::kMaxNodes);
   graph.remove(guid(1, 1));
   EXPECT_TRUE(graph.nodes(guid(1, 1)).empty());
 }
@@ -119,7 +119,7 @@ TEST(Graph, DisagreementsAreFoundUpToANumber) {
     graph.put(end(1, i, true, "a"));
     graph.put(end(2, i, false, "a", "Other"));
   }
-  EXPECT_EQ(graph.disagreements().size(), Graph::kMostDisagreements);
+  EXPECT_EQ(graph.disagreements().size(), Graph::kMaxDisagreements);
 }
 
 TEST(Graph, AParticipantThatWasNeverPutTakesItsEndpointsAlong) {

@@ -5,8 +5,8 @@
 namespace phantom::geometry {
 namespace {
 
-/// The union of its parts, whose value is the least of theirs; or (if kGreatest) their intersection.
-template <bool kGreatest>
+/// The union of its parts, whose value is the least of theirs; or (if kMax) their intersection.
+template <bool kMax>
 class Combination final : public ImplicitSolid {
  public:
   explicit Combination(std::vector<ImplicitPtr> parts) : parts_(std::move(parts)) {
@@ -28,7 +28,7 @@ class Combination final : public ImplicitSolid {
     Box box{Eigen::Vector3d::Constant(kNothing), Eigen::Vector3d::Constant(-kNothing)};
     for (const auto& part : parts_) {
       const Box other = part->bounding_box();
-      if (kGreatest) {
+      if (kMax) {
         box = {box.min_m.cwiseMax(other.min_m), box.max_m.cwiseMin(other.max_m)};
       } else if (!other.empty()) {
         box = {box.min_m.cwiseMin(other.min_m), box.max_m.cwiseMax(other.max_m)};
@@ -42,12 +42,12 @@ class Combination final : public ImplicitSolid {
     double decides = kNothing;
     for (const ImplicitPtr& part : parts_) {
       bounds.push_back(part->bounds(region));
-      decides = decisive(decides, kGreatest ? bounds.back().lo : bounds.back().hi);
+      decides = decisive(decides, kMax ? bounds.back().lo : bounds.back().hi);
     }
     std::vector<ImplicitPtr> kept;
     bool changed = false;
     for (std::size_t i = 0; i < parts_.size(); ++i) {
-      const bool matters = kGreatest ? bounds[i].hi >= decides : bounds[i].lo <= decides;
+      const bool matters = kMax ? bounds[i].hi >= decides : bounds[i].lo <= decides;
       ImplicitPtr fewer = matters ? parts_[i]->within(region) : nullptr;
       changed = changed || !matters || fewer;
       if (matters) kept.push_back(fewer ? std::move(fewer) : parts_[i]);
@@ -57,11 +57,11 @@ class Combination final : public ImplicitSolid {
   }
 
  private:
-  static constexpr double kNothing = kGreatest ? -kInf : kInf;
+  static constexpr double kNothing = kMax ? -kInf : kInf;
   template <class T>
   static T decisive(const T& a, const T& b) {
     using std::max, std::min;
-    return kGreatest ? max(a, b) : min(a, b);
+    return kMax ? max(a, b) : min(a, b);
   }
 
   std::vector<ImplicitPtr> parts_;
@@ -89,10 +89,10 @@ class Complement final : public ImplicitSolid {
 };
 
 // One part is the whole, whose own tessellation is exact and costs nothing.
-template <bool kGreatest>
+template <bool kMax>
 ImplicitPtr combination(std::vector<ImplicitPtr> parts) {
   if (parts.size() == 1) return std::move(parts.front());
-  return std::make_shared<Combination<kGreatest>>(std::move(parts));
+  return std::make_shared<Combination<kMax>>(std::move(parts));
 }
 
 }  // namespace

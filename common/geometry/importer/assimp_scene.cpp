@@ -87,7 +87,7 @@ class ErrorLog : public Assimp::Logger {
   bool detachStream(Assimp::LogStream*, unsigned) override { return false; }
 
  private:
-  static constexpr std::size_t kMost = 5;  // enough: a damaged file repeats its errors
+  static constexpr std::size_t kMax = 5;  // enough: a damaged file repeats its errors
 
   void OnDebug(const char*) override {}
   void OnVerboseDebug(const char*) override {}
@@ -99,7 +99,7 @@ class ErrorLog : public Assimp::Logger {
     constexpr std::string_view kLooksOrMotion[] = {"material", "texture",   "tangent",
                                                    "binormal", "Bone",      "light",
                                                    "camera",   "animation", "unsupported chunk"};
-    if (notes_.size() >= kMost || std::find(notes_.begin(), notes_.end(), note) != notes_.end() ||
+    if (notes_.size() >= kMax || std::find(notes_.begin(), notes_.end(), note) != notes_.end() ||
         std::any_of(std::begin(kLooksOrMotion), std::end(kLooksOrMotion),
                     [&](std::string_view word) { return note.find(word) != std::string::npos; }))
       return;

@@ -302,10 +302,10 @@ class Builder {
   Builder(Package& package, const Visit& visit) : package_(package), visit_(visit) {}
 
   void place(const Use& use, const Placement& outer, int depth) {
-    constexpr int kDeepest = 32, kMostUses = 1'000'000;
+    constexpr int kDeepest = 32, kMaxUses = 1'000'000;
     const std::string name = "object " + std::to_string(use.object) + " of its part " + use.part;
     if (depth > kDeepest) throw Refused{"has components within components without end, by " + name};
-    if (++uses_ > kMostUses) throw Refused{"has more than " + std::to_string(kMostUses) + " components"};
+    if (++uses_ > kMaxUses) throw Refused{"has more than " + std::to_string(kMaxUses) + " components"};
     const auto& objects = package_.model(use.part).objects;
     const auto found = objects.find(use.object);
     if (found == objects.end()) throw Refused{"builds " + name + ", which is not there"};

@@ -204,11 +204,11 @@ core::Expected<LoadedMesh> import_by_process(const std::filesystem::path& path,
 
 core::Expected<LoadedMesh> load_mesh(const std::filesystem::path& path, const MeshImportOptions& options) {
   if (Status checked = check_file(path, options); !checked) return checked;
-  constexpr std::uint64_t kMostHere = 1'000'000, kBytesEach = 256;  // triangles; memory per triangle
+  constexpr std::uint64_t kMaxHere = 1'000'000, kBytesEach = 256;  // triangles; memory per triangle
   LoadedMesh mesh;
   std::string problem;
   const auto read = detail::import_binary_stl(
-      path, options, std::min(kMostHere, options.max_memory_bytes / kBytesEach), mesh, problem);
+      path, options, std::min(kMaxHere, options.max_memory_bytes / kBytesEach), mesh, problem);
   if (!read) return import_by_process(path, options);
   if (!*read) return error_of(path, ErrorCode::kInvalidArgument, problem);
   return mesh;

@@ -135,11 +135,11 @@ std::string unit_name(double scale) {
 UnitGuess guess_unit(const std::array<double, 3>& extents) {
   const double greatest = std::max({extents[0], extents[1], extents[2]});
   const std::string size = text_of(extents[0]) + " × " + text_of(extents[1]) + " × " + text_of(extents[2]);
-  if (greatest <= kGreatestPlausibleExtent_m) {
+  if (greatest <= kMaxPlausibleExtent_m) {
     return {1.0, "metres are assumed, as its " + size + " units are then a plausible size"};
   }
   return {1e-3, "millimetres are assumed, as its " + size + " units would reach farther than " +
-                    text_of(kGreatestPlausibleExtent_m) + " m otherwise"};
+                    text_of(kMaxPlausibleExtent_m) + " m otherwise"};
 }
 
 UpAxis guess_up(std::string_view format) {

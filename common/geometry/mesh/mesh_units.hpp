@@ -27,10 +27,10 @@ struct UnitGuess {
 };
 
 /// Greatest extent, in m, that a guess accepts as plausible for an object of a manipulator's cell.
-inline constexpr double kGreatestPlausibleExtent_m = 20.0;
+inline constexpr double kMaxPlausibleExtent_m = 20.0;
 
 /// Guesses a mesh's unit: metres, or millimetres if the mesh would otherwise be larger than
-/// kGreatestPlausibleExtent_m. `extents`: of the mesh's box along x, y, z in its own units, finite. Pure; not
+/// kMaxPlausibleExtent_m. `extents`: of the mesh's box along x, y, z in its own units, finite. Pure; not
 /// real-time safe.
 UnitGuess guess_unit(const std::array<double, 3>& extents);
 

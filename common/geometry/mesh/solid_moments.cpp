@@ -38,8 +38,8 @@ SolidMoments solid_moments(const TriangleMesh& mesh) {
     second += d * corners * canonical * corners.transpose();
   }
   const double volume = six_volumes / 6.0;
-  constexpr double kLeastShare = 1e-3;  // of the box: an open sheet encloses less
-  if (!(std::abs(volume) > kLeastShare * box.volume())) return moments_of_box(box);
+  constexpr double kMinShare = 1e-3;  // of the box: an open sheet encloses less
+  if (!(std::abs(volume) > kMinShare * box.volume())) return moments_of_box(box);
   const Eigen::Vector3d centre = first / volume;
   const Eigen::Matrix3d spread = second / volume - centre * centre.transpose();
   if (!box.contains(origin + centre) || !(spread.diagonal().minCoeff() > 0.0)) return moments_of_box(box);

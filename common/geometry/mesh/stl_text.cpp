@@ -23,9 +23,9 @@ bool begins_with(std::string_view text, std::string_view word) {
 }
 
 /// Words of a text, one after the other.
-class Words {
+class LocalizedText {
  public:
-  explicit Words(std::string_view text) : text_(text) {
+  explicit LocalizedText(std::string_view text) : text_(text) {
     if (text_.starts_with(kByteOrderMark)) at_ = kByteOrderMark.size();
   }
 
@@ -189,15 +189,15 @@ class Reader {
     return holds ? Step::kRead : Step::kWrong;
   }
   void pass_over() {
-    constexpr std::size_t kMostNotes = 3;
-    if (++passed_ <= kMostNotes) {
+    constexpr std::size_t kMaxNotes = 3;
+    if (++passed_ <= kMaxNotes) {
       stl_.notes.push_back(words_.place() + " is passed over: '" + std::string(words_.word().substr(0, 40)) +
                            "' is no key word of a text STL");
     }
     words_.pass_line();
   }
 
-  Words words_;
+  LocalizedText words_;
   std::uint32_t most_, count_ = 0;
   TextStl& stl_;
   detail::VertexWelder corners_;

@@ -20,9 +20,9 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
-constexpr std::uint32_t kMost = 1'000'000;
+constexpr std::uint32_t kMax = 1'000'000;
 
-TextStl read(const std::string& text) { return read_text_stl(text, kMost); }
+TextStl read(const std::string& text) { return read_text_stl(text, kMax); }
 
 /// Writes a text STL as one of many programs might.
 class StlWriter {

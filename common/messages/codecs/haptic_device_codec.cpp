@@ -6,7 +6,7 @@ namespace phantom::messages {
 namespace {
 
 constexpr double kFarthestHandle_m = 10.0, kFastestHandle_m_s = 10.0, kFastestHandle_rad_s = 100.0;
-constexpr double kGreatestForce_N = 1000.0, kGreatestMoment_N_m = 100.0;
+constexpr double kMaxForce_N = 1000.0, kMaxMoment_N_m = 100.0;
 
 constexpr auto kHapticDevice = [](auto& codec, auto& m, auto& s) {
   codec.stamp(m.stamp(), s.stamp);
@@ -21,8 +21,8 @@ constexpr auto kHapticDevice = [](auto& codec, auto& m, auto& s) {
   codec.number("grip_opening", m.grip_opening(), s.grip_opening, -1.0, 1.0);
   codec.number("measured_axes", m.measured_axes(), s.able.measured_axes, kPositionAxes, kAllAxes);
   codec.number("actuated_axes", m.actuated_axes(), s.able.actuated_axes, 0.0, kAllAxes);
-  codec.number("max_force_N", m.max_force_N(), s.able.max_force_N, 0.0, kGreatestForce_N);
-  codec.number("max_moment_N_m", m.max_moment_N_m(), s.able.max_moment_N_m, 0.0, kGreatestMoment_N_m);
+  codec.number("max_force_N", m.max_force_N(), s.able.max_force_N, 0.0, kMaxForce_N);
+  codec.number("max_moment_N_m", m.max_moment_N_m(), s.able.max_moment_N_m, 0.0, kMaxMoment_N_m);
   codec.number("mass_kg", m.mass_kg(), s.able.mass_kg, 1e-3, 100.0);
   codec.number("inertia_kg_m2", m.inertia_kg_m2(), s.able.inertia_kg_m2, 1e-6, 10.0);
   codec.number("workspace_m", m.workspace_m(), s.able.workspace_m, 1e-3, 10.0);
@@ -33,8 +33,8 @@ constexpr auto kHapticDevice = [](auto& codec, auto& m, auto& s) {
 constexpr auto kHapticDeviceWrench = [](auto& codec, auto& m, auto& s) {
   codec.stamp(m.stamp(), s.stamp);
   codec.echo(m.device_echo(), s.device_echo);
-  codec.vector("force_N", m.force_N(), s.force_N, kGreatestForce_N);
-  codec.vector("moment_N_m", m.moment_N_m(), s.moment_N_m, kGreatestMoment_N_m);
+  codec.vector("force_N", m.force_N(), s.force_N, kMaxForce_N);
+  codec.vector("moment_N_m", m.moment_N_m(), s.moment_N_m, kMaxMoment_N_m);
   codec.any(m.valid(), s.valid);
   codec.any(m.leads(), s.leads);
   codec.number("time_to_live_s", m.time_to_live_s(), s.time_to_live_s, 0.001, 1.0);

@@ -11,9 +11,9 @@ namespace {
 using percept::HitRule;
 using percept::MotionClass;
 
-constexpr double kFastest_m_s = 100.0;                        // faster than any arm
-constexpr std::size_t kMostPoints = 32, kMostPatches = 1024;  // as in the IDL
-constexpr double kLongestPermit_s = 86400.0, kGreatestObjectId = 65534.0;
+constexpr double kFastest_m_s = 100.0;                      // faster than any arm
+constexpr std::size_t kMaxPoints = 32, kMaxPatches = 1024;  // as in the IDL
+constexpr double kMaxPermit_s = 86400.0, kMaxObjectId = 65534.0;
 constexpr double kFinestPatch_m = 1e-6, kWidestPatch_m = 10.0;
 
 /// The fields that all percepts of one tick share.
@@ -87,7 +87,7 @@ constexpr auto kPercept = [](auto& codec, auto& m, auto& s) {
   codec.any(m.allowed_contacts(), s.allowed_contacts);
   codec.number("greatest_mu", m.greatest_mu(), s.greatest_mu_Pa_s_per_m, 0.0);
   codec.number("greatest_closeness", m.greatest_closeness(), s.greatest_closeness, 0.0, 1.0);
-  codec.list(m.threats(), s.threats, kThreat, kMostThreats);
+  codec.list(m.threats(), s.threats, kThreat, kMaxThreats);
 };
 
 constexpr auto kInterestPoint = [](auto& codec, auto& m, auto& s) {
@@ -102,7 +102,7 @@ constexpr auto kInterestPoint = [](auto& codec, auto& m, auto& s) {
 constexpr auto kInterestPoints = [](auto& codec, auto& m, auto& s) {
   kTick(codec, m, s);
   codec.enumeration("condition", m.condition(), s.condition, PerceptCondition::kSelfTestFailed);
-  codec.list(m.points(), s.points, kInterestPoint, kMostPoints);
+  codec.list(m.points(), s.points, kInterestPoint, kMaxPoints);
 };
 
 constexpr auto kSkinPatch = [](auto& codec, auto& m, auto& s) {
@@ -118,7 +118,7 @@ constexpr auto kSkinPercept = [](auto& codec, auto& m, auto& s) {
   codec.number("patch_m", m.patch_m(), s.patch_m, kFinestPatch_m, kWidestPatch_m);
   codec.number("greatest_mu", m.greatest_mu(), s.greatest_mu_Pa_s_per_m);
   codec.any(m.patch_count(), s.patch_count);
-  codec.list(m.felt(), s.felt, kSkinPatch, kMostPatches);
+  codec.list(m.felt(), s.felt, kSkinPatch, kMaxPatches);
 };
 
 constexpr auto kHitAlert = [](auto& codec, auto& m, auto& s) {
@@ -144,9 +144,9 @@ constexpr auto kSensingCommand = [](auto& codec, auto& m, auto& s) {
   codec.any(m.requester(), s.requester);
   codec.enumeration("request", m.request(), s.request, SensingRequest::kListContacts);
   codec.whole_text("object", m.object(), s.object);
-  codec.number("id", m.id(), s.id, 0.0, kGreatestObjectId);
+  codec.number("id", m.id(), s.id, 0.0, kMaxObjectId);
   codec.whole_text("link", m.link(), s.link);
-  codec.number("duration_s", m.duration_s(), s.duration_s, 0.0, kLongestPermit_s);
+  codec.number("duration_s", m.duration_s(), s.duration_s, 0.0, kMaxPermit_s);
 };
 
 constexpr auto kSensingReply = [](auto& codec, auto& m, auto& s) {

@@ -5,7 +5,7 @@
 namespace phantom::messages {
 namespace {
 
-constexpr std::size_t kMostLoops = 8, kMostTopics = 32, kMostFigures = 32;  // as in the IDL
+constexpr std::size_t kMaxLoops = 8, kMaxTopics = 32, kMaxFigures = 32;  // as in the IDL
 
 constexpr auto kLoop = [](auto& codec, auto& m, auto& s) {
   codec.any(m.name(), s.name);
@@ -46,9 +46,9 @@ constexpr auto kComponentStatus = [](auto& codec, auto& m, auto& s) {
   codec.any(m.process_id(), s.process_id);
   codec.enumeration("state", m.state(), s.state, core::ComponentState::kFault);
   codec.any(m.message(), s.message);
-  codec.list(m.loops(), s.loops, kLoop, kMostLoops);
-  codec.list(m.topics(), s.topics, kTopic, kMostTopics);
-  codec.list(m.figures(), s.figures, kFigure, kMostFigures);
+  codec.list(m.loops(), s.loops, kLoop, kMaxLoops);
+  codec.list(m.topics(), s.topics, kTopic, kMaxTopics);
+  codec.list(m.figures(), s.figures, kFigure, kMaxFigures);
   codec.any(m.page(), s.page);
 };
 

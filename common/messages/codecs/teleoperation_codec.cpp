@@ -12,7 +12,7 @@ namespace {
 using teleop::LinkState;
 using teleop::StopCause;
 
-constexpr double kGreatestForce = 1e6;  // N or N·m
+constexpr double kMaxForce = 1e6;  // N or N·m
 
 /// The fields that both sides' states have.
 constexpr auto kSide = [](auto& codec, auto& m, auto& s) {
@@ -44,16 +44,16 @@ constexpr auto kSlaveState = [](auto& codec, auto& m, auto& s) {
 };
 
 constexpr auto kGripperState = [](auto& codec, auto& m, auto& s) {
-  constexpr double kWidest_m = 1.0, kBeyond_m = 0.01, kMost_N = 10'000.0, kAboveZero = 1e-9;
+  constexpr double kWidest_m = 1.0, kBeyond_m = 0.01, kMax_N = 10'000.0, kAboveZero = 1e-9;
   codec.stamp(m.stamp(), s.stamp);
   codec.number("width_m", m.width_m(), s.sense.width_m, -kBeyond_m, kWidest_m + kBeyond_m);
   codec.number("velocity_m_s", m.velocity_m_s(), s.sense.velocity_m_s);
   codec.number("force_N", m.force_N(), s.sense.force_N);
   codec.number("requested_width_m", m.requested_width_m(), s.requested_width_m, 0.0, kWidest_m);
-  codec.number("requested_force_N", m.requested_force_N(), s.requested_force_N, kAboveZero, kMost_N);
+  codec.number("requested_force_N", m.requested_force_N(), s.requested_force_N, kAboveZero, kMax_N);
   codec.number("widest_m", m.widest_m(), s.widest_m, kAboveZero, kWidest_m);
-  codec.number("least_force_N", m.least_force_N(), s.least_force_N, kAboveZero, kMost_N);
-  codec.number("greatest_force_N", m.greatest_force_N(), s.greatest_force_N, kAboveZero, kMost_N);
+  codec.number("least_force_N", m.least_force_N(), s.least_force_N, kAboveZero, kMax_N);
+  codec.number("greatest_force_N", m.greatest_force_N(), s.greatest_force_N, kAboveZero, kMax_N);
   codec.any(m.known(), s.sense.known);
   codec.any(m.follows(), s.sense.follows);
   codec.any(m.fault(), s.sense.fault);
@@ -89,8 +89,8 @@ constexpr auto kMasterState = [](auto& codec, auto& m, auto& s) {
 constexpr auto kWristWrench = [](auto& codec, auto& m, auto& s) {
   codec.stamp(m.stamp(), s.stamp);
   codec.any(m.valid(), s.valid);
-  codec.vector("force_N", m.force_N(), s.force_N, kGreatestForce);
-  codec.vector("torque_Nm", m.torque_Nm(), s.torque_Nm, kGreatestForce);
+  codec.vector("force_N", m.force_N(), s.force_N, kMaxForce);
+  codec.vector("torque_Nm", m.torque_Nm(), s.torque_Nm, kMaxForce);
 };
 
 constexpr auto kViewPose = [](auto& codec, auto& m, auto& s) {
@@ -112,8 +112,8 @@ constexpr auto kCameraPicture = [](auto& codec, auto& m, auto& s) {
   codec.stamp(m.stamp(), s.stamp);
   codec.whole_text("camera", m.camera(), s.camera);
   codec.number("exposed_utc_ns", m.exposed_utc_ns(), s.exposed_utc_ns, 0.0, 9.2e18);
-  codec.number("width", m.width(), s.width, kLeastPictureSide_px, kMostPictureSide_px);
-  codec.number("height", m.height(), s.height, kLeastPictureSide_px, kMostPictureSide_px);
+  codec.number("width", m.width(), s.width, kMinPictureSide_px, kMaxPictureSide_px);
+  codec.number("height", m.height(), s.height, kMinPictureSide_px, kMaxPictureSide_px);
   codec.any(m.jpeg(), s.jpeg);
 };
 
@@ -121,23 +121,23 @@ constexpr auto kSensorPoints = [](auto& codec, auto& m, auto& s) {
   codec.stamp(m.stamp(), s.stamp);
   codec.number("measured_utc_ns", m.measured_utc_ns(), s.measured_utc_ns, 0.0, 9.2e18);
   codec.whole_text("frame", m.frame(), s.frame);
-  codec.number("width", m.width(), s.width, 1.0, static_cast<double>(kMostSensorPoints));
-  codec.number("height", m.height(), s.height, 1.0, static_cast<double>(kMostSensorPoints));
+  codec.number("width", m.width(), s.width, 1.0, static_cast<double>(kMaxSensorPoints));
+  codec.number("height", m.height(), s.height, 1.0, static_cast<double>(kMaxSensorPoints));
   codec.any(m.xyz_m(), s.xyz_m);
 };
 
 core::Status check_jpeg(std::size_t octets) {
-  if (octets > 0 && octets <= kMostPictureBytes) return core::Status::ok();
+  if (octets > 0 && octets <= kMaxPictureBytes) return core::Status::ok();
   return core::Status::invalid_argument("jpeg has " + std::to_string(octets) + " octets; allowed: 1 to " +
-                                        std::to_string(kMostPictureBytes));
+                                        std::to_string(kMaxPictureBytes));
 }
 
 /// Returns why the points are none; empty if they are.
 std::string refusal(const SensorPoints& points) {
   const std::uint64_t count = std::uint64_t{points.width} * points.height;
-  if (count > kMostSensorPoints)
+  if (count > kMaxSensorPoints)
     return "width·height is " + std::to_string(count) + "; allowed: at most " +
-           std::to_string(kMostSensorPoints);
+           std::to_string(kMaxSensorPoints);
   if (points.xyz_m.size() != 3 * count)
     return "xyz_m has " + std::to_string(points.xyz_m.size()) + " values; allowed: 3·width·height";
   for (std::size_t i = 0; i < points.xyz_m.size(); i += 3) {
@@ -220,9 +220,9 @@ core::Expected<CameraPicture> from_idl(const msg::CameraPicture& message, const 
   if (!picture) return picture;
   if (picture->camera.empty()) return core::Status::invalid_argument("camera is empty; allowed: its name");
   const std::uint64_t pixels = std::uint64_t{picture->width} * picture->height;
-  if (pixels > kMostPicturePixels)
+  if (pixels > kMaxPicturePixels)
     return core::Status::invalid_argument("width·height is " + std::to_string(pixels) +
-                                          "; allowed: at most " + std::to_string(kMostPicturePixels));
+                                          "; allowed: at most " + std::to_string(kMaxPicturePixels));
   return picture;
 }
 core::Expected<SensorPoints> from_idl(const msg::SensorPoints& message, const ArmBounds& arm) {

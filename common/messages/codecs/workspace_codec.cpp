@@ -7,22 +7,22 @@
 namespace phantom::messages {
 namespace {
 
-constexpr double kGreatestId = 65534.0, kThickestGuard_vox = 100.0;
-constexpr double kMostChunks = 4096.0, kMostMeshParts = 2e7;
-constexpr std::size_t kMostChunkBytes = 256 * 1024;
+constexpr double kMaxId = 65534.0, kThickestGuard_vox = 100.0;
+constexpr double kMaxChunks = 4096.0, kMaxMeshParts = 2e7;
+constexpr std::size_t kMaxChunkBytes = 256 * 1024;
 
-constexpr double kMostMass_kg = 1e5, kMostInertia_kg_m2 = 1e9;
+constexpr double kMaxMass_kg = 1e5, kMaxInertia_kg_m2 = 1e9;
 
 constexpr auto kCarriedObject = [](auto& codec, auto& m, auto& s) {
-  codec.number("carried.id", m.id(), s.id, 1.0, kGreatestId);
+  codec.number("carried.id", m.id(), s.id, 1.0, kMaxId);
   codec.any(m.arm(), s.arm);
   codec.any(m.frame(), s.frame);
   codec.pose("carried.X_FO", m.X_FO(), s.X_FO);
   codec.any(m.mesh_hash(), s.mesh_hash);
-  codec.number("carried.mass_kg", m.mass_kg(), s.mass_kg, 0.0, kMostMass_kg);
+  codec.number("carried.mass_kg", m.mass_kg(), s.mass_kg, 0.0, kMaxMass_kg);
   codec.place("carried.centre_of_mass_m", m.centre_of_mass_m(), s.centre_of_mass_m);
-  codec.vector("carried.moments_kg_m2", m.moments_kg_m2(), s.moments_kg_m2, kMostInertia_kg_m2);
-  codec.vector("carried.products_kg_m2", m.products_kg_m2(), s.products_kg_m2, kMostInertia_kg_m2);
+  codec.vector("carried.moments_kg_m2", m.moments_kg_m2(), s.moments_kg_m2, kMaxInertia_kg_m2);
+  codec.vector("carried.products_kg_m2", m.products_kg_m2(), s.products_kg_m2, kMaxInertia_kg_m2);
 };
 
 void take_sides(Decoder& codec, const msg::Vector3& from, workspace::VoxelSize& to) {
@@ -46,11 +46,11 @@ constexpr auto kWorkspaceVersion = [](auto& codec, auto& m, auto& s) {
   codec.any(m.palette(), to.palette_Pa_s_per_m);
   codec.any(m.brick_count(), to.brick_count);
   codec.any(m.content_hash(), to.content_hash);
-  codec.list(m.carried(), s.carried, kCarriedObject, kMostCarried);
+  codec.list(m.carried(), s.carried, kCarriedObject, kMaxCarried);
 };
 
 constexpr auto kWorkspaceBrick = [](auto& codec, auto& m, auto& s) {
-  constexpr double kLast = workspace::kMostBricks - 1;
+  constexpr double kLast = workspace::kMaxBricks - 1;
   codec.number("bx", m.bx(), s.key.x, 0.0, kLast);
   codec.number("by", m.by(), s.key.y, 0.0, kLast);
   codec.number("bz", m.bz(), s.key.z, 0.0, kLast);
@@ -59,7 +59,7 @@ constexpr auto kWorkspaceBrick = [](auto& codec, auto& m, auto& s) {
 };
 
 constexpr auto kWorkspaceObject = [](auto& codec, auto& m, auto& s) {
-  codec.number("id", m.id(), s.id, 1.0, kGreatestId);
+  codec.number("id", m.id(), s.id, 1.0, kMaxId);
   codec.any(m.mesh_hash(), s.mesh_hash);
   if (s.removed()) return;
   codec.any(m.name(), s.name);
@@ -71,10 +71,10 @@ constexpr auto kWorkspaceObject = [](auto& codec, auto& m, auto& s) {
 
 constexpr auto kMeshChunk = [](auto& codec, auto& m, auto& s) {
   codec.any(m.mesh_hash(), s.mesh_hash);
-  codec.number("chunk_count", m.chunk_count(), s.chunk_count, 1.0, kMostChunks);
+  codec.number("chunk_count", m.chunk_count(), s.chunk_count, 1.0, kMaxChunks);
   codec.number("chunk", m.chunk(), s.chunk, 0.0, s.chunk_count - 1.0);
-  codec.number("vertex_count", m.vertex_count(), s.vertex_count, 1.0, kMostMeshParts);
-  codec.number("triangle_count", m.triangle_count(), s.triangle_count, 1.0, kMostMeshParts);
+  codec.number("vertex_count", m.vertex_count(), s.vertex_count, 1.0, kMaxMeshParts);
+  codec.number("triangle_count", m.triangle_count(), s.triangle_count, 1.0, kMaxMeshParts);
   codec.any(m.data(), s.data);
 };
 
@@ -89,7 +89,7 @@ constexpr auto kWorkspaceCommand = [](auto& codec, auto& m, auto& s) {
   codec.any(m.requester(), s.requester);
   codec.enumeration("operation", m.operation(), s.operation, WorkspaceOperation::kRelease);
   codec.whole_text("object", m.object(), s.object);
-  codec.number("id", m.id(), s.id, 0.0, kGreatestId);
+  codec.number("id", m.id(), s.id, 0.0, kMaxId);
   codec.whole_text("description", m.description(), s.description);
   codec.whole_text("arm", m.arm(), s.arm);
   codec.whole_text("frame", m.frame(), s.frame);
@@ -160,9 +160,9 @@ core::Expected<WorkspaceObject> from_idl(const msg::WorkspaceObject& message, co
 }
 core::Expected<MeshChunk> from_idl(const msg::MeshChunk& message, const ArmBounds& arm) {
   auto chunk = decoded<MeshChunk>(kMeshChunk, message, arm);
-  if (chunk && (chunk->data.empty() || chunk->data.size() > kMostChunkBytes))
+  if (chunk && (chunk->data.empty() || chunk->data.size() > kMaxChunkBytes))
     return core::Status::invalid_argument("data has " + std::to_string(chunk->data.size()) +
-                                          " bytes; allowed: 1 to " + std::to_string(kMostChunkBytes));
+                                          " bytes; allowed: 1 to " + std::to_string(kMaxChunkBytes));
   return chunk;
 }
 core::Expected<WorkspaceCommand> from_idl(const msg::WorkspaceCommand& message, const ArmBounds&) {

@@ -193,14 +193,14 @@ TEST(CommandQueue, RemembersABoundedNumberOfRepliesAndEveryCommandThatIsOpen) {
   Queue queue(rules());
   queue.receive(command(1));  // stays open throughout
   const auto open = queue.next();
-  for (std::uint64_t i = 2; i <= Queue::kMostRemembered + 2; ++i) {
+  for (std::uint64_t i = 2; i <= Queue::kMaxRemembered + 2; ++i) {
     ASSERT_TRUE(queue.receive(command(i)));
     ASSERT_TRUE(queue.complete(queue.next()->stamp, reply(true, std::to_string(i))));
   }
   EXPECT_FALSE(queue.receive(command(1)));
   EXPECT_TRUE(queue.complete(open->stamp, reply(true, "at last")));
-  EXPECT_EQ(replies(queue).size(), Queue::kMostReplies) << "what nobody fetches does not grow, either";
-  EXPECT_FALSE(queue.receive(command(Queue::kMostRemembered + 2)));
+  EXPECT_EQ(replies(queue).size(), Queue::kMaxReplies) << "what nobody fetches does not grow, either";
+  EXPECT_FALSE(queue.receive(command(Queue::kMaxRemembered + 2)));
   EXPECT_TRUE(replies(queue).back().done);
   EXPECT_FALSE(queue.receive(command(2))) << "its reply is forgotten; it is not carried out again";
   EXPECT_THAT(only_reply(queue), HasSubstr("carried out long ago; allowed: a new one"));

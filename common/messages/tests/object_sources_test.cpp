@@ -99,7 +99,7 @@ TEST(ObjectSources, BesideTheOneInForceObjectsAndServersAreBounded) {
   std::size_t accepted = 0;
   for (std::uint16_t id = 1; id < 30'000; ++id)
     accepted += sources.take(kSecond, object(id, "ghost")).accepted ? 1 : 0;
-  EXPECT_EQ(accepted, ObjectSources::kLeastObjects);
+  EXPECT_EQ(accepted, ObjectSources::kMinObjects);
   EXPECT_TRUE(sources.take(kSecond, object(5, "moved")).accepted) << "in place of one that is kept";
   EXPECT_TRUE(sources.take(kThird, object(1, "other")).accepted);
   EXPECT_FALSE(sources.take(kFourth, object(1, "one too many")).accepted);

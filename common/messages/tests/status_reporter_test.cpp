@@ -116,7 +116,7 @@ TEST(StatusReporter, TellsOfWhatWasForgottenOnceThereIsAny) {
     return forgotten.back();
   };
   EXPECT_EQ(reported({}), -1);
-  for (std::size_t i = 0; i < dds::Bans::kMost + 5; ++i)
+  for (std::size_t i = 0; i < dds::Bans::kMax + 5; ++i)
     there.impl()->bans->ban({9, static_cast<std::uint8_t>(i), static_cast<std::uint8_t>(i >> 8)});
   EXPECT_EQ(reported({}), 5);
   EXPECT_EQ(reported({.figures = {{kForgotten, 2, ""}}}), 7)

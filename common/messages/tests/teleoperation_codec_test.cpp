@@ -376,12 +376,12 @@ TEST(SlaveStateCodec, ASoundSampleTakesNoHeap) {
 
 TEST(Answer, OneThatFollowsAnotherIsToldFromOneThatFollowsNobodyYet) {
   const SlaveState state = a_slave_state();
-  const auto answers_another = [&](std::uint64_t session) {
-    return Answer<SlaveState>(state, {3, 1, session}, 77, 8).answers_another;
+  const auto echoes_other_session = [&](std::uint64_t session) {
+    return Answer<SlaveState>(state, {3, 1, session}, 77, 8).echoes_other_session;
   };
-  EXPECT_FALSE(answers_another(0)) << "no echo yet";
-  EXPECT_FALSE(answers_another(8));
-  EXPECT_TRUE(answers_another(9));
+  EXPECT_FALSE(echoes_other_session(0)) << "no echo yet";
+  EXPECT_FALSE(echoes_other_session(8));
+  EXPECT_TRUE(echoes_other_session(9));
   EXPECT_EQ((Answer<SlaveState>(state, {}, 77, 8).received_ns), 77);
 }
 

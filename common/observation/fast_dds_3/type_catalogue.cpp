@@ -55,7 +55,7 @@ class Description {
   /// `depth`: types around this one; `elements`: how often arrays around it repeat it.
   TypePtr of(const DynamicType& dynamic, int depth = 0, std::uint64_t elements = 1) {
     if (!dynamic) throw std::logic_error("a member without a type");
-    if (depth > kDeepest || ++members_ > kMostMembers)
+    if (depth > kDeepest || ++members_ > kMaxMembers)
       throw std::logic_error("more than 4,096 members, or 32 levels of types");
     const edds::TypeKind kind = dynamic->get_kind();
     if (const auto primitive = kPrimitives.find(kind); primitive != kPrimitives.end())
@@ -88,13 +88,13 @@ class Description {
 
  private:
   static constexpr int kDeepest = 32;
-  static constexpr std::size_t kMostMembers = 4096;
-  static constexpr std::uint64_t kMostElements = 1U << 24U;
+  static constexpr std::size_t kMaxMembers = 4096;
+  static constexpr std::uint64_t kMaxElements = 1U << 24U;
 
   // double x[2][3] is an array of two arrays of three.
   TypePtr array_of(const edds::TypeDescriptor& descriptor, int depth, std::uint64_t elements) {
     for (const std::uint64_t bound : descriptor.bound()) {
-      if (bound == 0 || bound > kMostElements / elements)
+      if (bound == 0 || bound > kMaxElements / elements)
         throw std::logic_error("arrays of no element, or of more than 2^24");
       elements *= bound;
     }
@@ -123,7 +123,7 @@ class Description {
         throw std::logic_error(type.name + ": a member without a description");
       const std::string name = checked(std::string(member->get_name()));
       if (type.kind == Kind::kEnum) {
-        if (++members_ > kMostMembers) throw std::logic_error(type.name + ": more than 4,096 members");
+        if (++members_ > kMaxMembers) throw std::logic_error(type.name + ": more than 4,096 members");
         type.literals.push_back({name, static_cast<std::uint32_t>(std::stoul(descriptor->default_value()))});
       } else {
         if (descriptor->is_optional())
@@ -203,7 +203,7 @@ class Catalogue {
   }
   void learn(const std::string& name, const fast_dds::DescribedType& described) {
     const std::lock_guard lock(mutex_);
-    if (learned_ == kMostLearned || !known_.try_emplace(name).second) return;
+    if (learned_ == kMaxLearned || !known_.try_emplace(name).second) return;
     ++learned_;
     try {
       edds::xtypes::TypeObject object;
@@ -216,7 +216,7 @@ class Catalogue {
   }
 
  private:
-  static constexpr std::size_t kMostLearned = 256;
+  static constexpr std::size_t kMaxLearned = 256;
 
   static edds::xtypes::ITypeObjectRegistry& registry() {
     return edds::DomainParticipantFactory::get_instance()->type_object_registry();

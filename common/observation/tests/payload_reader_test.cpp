@@ -204,15 +204,15 @@ TEST(PayloadReader, WhoBringsTooManyKeysOfATopicOfOursIsHeardNoMoreAndOthersAre)
       [&](std::span<const std::uint8_t> bytes, auto& key) { return codec.instance_of(bytes, key); });
   ASSERT_TRUE(dds::eventually([&] { return reader.matched() == 1 && writer.matched() == 1; }));
   std::vector<std::uint8_t> bytes;
-  constexpr std::size_t kMost = PayloadReader::kLeastInstances - PayloadReader::kLeastInstances / 4;
-  for (std::size_t number = 0; number < 2 * kMost && !refuses_a_flood(here); ++number) {
+  constexpr std::size_t kMax = PayloadReader::kMinInstances - PayloadReader::kMinInstances / 4;
+  for (std::size_t number = 0; number < 2 * kMax && !refuses_a_flood(here); ++number) {
     const msg::ComponentStatus status = status_of("invented_" + std::to_string(number));
     ASSERT_TRUE(codec.encode(&status, bytes));
     writer.write(bytes);
     if (number % kAtOnce == 0) writer.wait_until_received(core::kNsPerSecond);
   }
   EXPECT_TRUE(dds::eventually([&] { return refuses_a_flood(here) && reader.matched() == 0; }));
-  EXPECT_LE(notes.count(), kMost);
+  EXPECT_LE(notes.count(), kMax);
   dds::Participant honest("honest", dds::test_network());
   dds::Writer<msg::ComponentStatus> own(honest, dds::kComponentStatus);
   const std::size_t before = notes.count();
@@ -229,7 +229,7 @@ TEST(PayloadReader, AServerOfManyBricksStays) {
   dds::Writer<msg::WorkspaceBrick> writer(there, dds::kWorkspaceBrick);
   ASSERT_TRUE(dds::eventually([&] { return reader.matched() == 1 && writer.matched() == 1; }));
   msg::WorkspaceBrick brick;
-  constexpr int kBricks = 2 * static_cast<int>(PayloadReader::kLeastInstances);
+  constexpr int kBricks = 2 * static_cast<int>(PayloadReader::kMinInstances);
   for (int number = 0; number < kBricks; ++number) {
     brick.bx(number);
     ASSERT_TRUE(writer.write(brick));

@@ -24,10 +24,10 @@ TEST(AllowedContact, MutesOneObjectOnOneLinkOrOnTheWholeArm) {
 
 TEST(AllowedContact, IsBounded) {
   AllowedContact allowed;
-  for (std::size_t i = 0; i < AllowedContact::kMost; ++i)
+  for (std::size_t i = 0; i < AllowedContact::kMax; ++i)
     EXPECT_TRUE(allowed.add(static_cast<std::uint16_t>(i + 1), 0));
   EXPECT_FALSE(allowed.add(100, 0));
-  EXPECT_EQ(allowed.size(), AllowedContact::kMost);
+  EXPECT_EQ(allowed.size(), AllowedContact::kMax);
   EXPECT_FALSE(allowed.mutes(1, 100));
 }
 

@@ -90,10 +90,10 @@ TEST_F(Threats, RuleOneRenewsTheAlertOfItsThreatAlone) {
 
 TEST_F(Threats, SR20_AreBoundedAndTheMostUrgentComeFirst) {
   std::vector<HitCandidate> many;
-  for (std::uint32_t link = 1; link <= ThreatMonitor::kMost + 4; ++link) many.push_back(threat(link, 1));
+  for (std::uint32_t link = 1; link <= ThreatMonitor::kMax + 4; ++link) many.push_back(threat(link, 1));
   const Changes first = step(many);
-  EXPECT_EQ(first.raised.size(), ThreatMonitor::kMost);
-  EXPECT_EQ(monitor_.alert_of(ThreatMonitor::kMost + 1, 1), 0U);
+  EXPECT_EQ(first.raised.size(), ThreatMonitor::kMax);
+  EXPECT_EQ(monitor_.alert_of(ThreatMonitor::kMax + 1, 1), 0U);
   EXPECT_TRUE(step(many).empty()) << "those that hold keep their places";
   // One no longer holds: its place goes to the next, and its alert ends with it.
   many.erase(many.begin() + 2);
@@ -101,7 +101,7 @@ TEST_F(Threats, SR20_AreBoundedAndTheMostUrgentComeFirst) {
   ASSERT_EQ(second.cleared.size(), 1U);
   EXPECT_EQ(second.cleared[0].at.link, 3U);
   ASSERT_EQ(second.raised.size(), 1U);
-  EXPECT_EQ(second.raised[0].at.link, ThreatMonitor::kMost + 1);
+  EXPECT_EQ(second.raised[0].at.link, ThreatMonitor::kMax + 1);
 }
 
 TEST_F(Threats, AllEndAtOnceWhenNothingIsKnown) {
@@ -142,7 +142,7 @@ TEST_F(Threats, SR20_WhateverComesEveryAlertIsRaisedOnceAndClearedOnceAndNothing
       up.insert(alert.number);
     }
     ASSERT_EQ(up.size(), monitor_.active_count());
-    ASSERT_LE(up.size(), ThreatMonitor::kMost);
+    ASSERT_LE(up.size(), ThreatMonitor::kMax);
   }
   EXPECT_GT(newest, 100U);
 }

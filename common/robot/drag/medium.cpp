@@ -49,11 +49,11 @@ core::JointArray joint_push(const SerialArm& arm, const LinkPoses& X_WL,
 /// more on the diagonal keeps c finite.
 core::JointArray coupled_drift(const DragCoefficients& drag, const core::JointArray& push,
                                std::size_t count) noexcept {
-  constexpr int kMost = static_cast<int>(core::kMaxJoints);
+  constexpr int kMax = static_cast<int>(core::kMaxJoints);
   constexpr double kMore = 1.0 + 1e-6;
   const auto n = static_cast<Eigen::Index>(count);
-  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMost, kMost> d(n, n);
-  Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kMost, 1> b(n);
+  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMax, kMax> d(n, n);
+  Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kMax, 1> b(n);
   for (Eigen::Index i = 0; i < n; ++i) {
     b[i] = push[static_cast<std::size_t>(i)];
     for (Eigen::Index j = 0; j < n; ++j)

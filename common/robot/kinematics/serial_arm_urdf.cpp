@@ -34,8 +34,8 @@ class ErrorCapture : public console_bridge::OutputHandler {
   ErrorCapture() { console_bridge::useOutputHandler(this); }
   ~ErrorCapture() override { console_bridge::restorePreviousOutputHandler(); }
   void log(const std::string& text, console_bridge::LogLevel level, const char*, int) override {
-    constexpr std::size_t kMost = 8;
-    if (level >= console_bridge::CONSOLE_BRIDGE_LOG_ERROR && all_.size() < kMost &&
+    constexpr std::size_t kMax = 8;
+    if (level >= console_bridge::CONSOLE_BRIDGE_LOG_ERROR && all_.size() < kMax &&
         std::ranges::find(all_, text) == all_.end())
       all_.push_back(text);
   }
@@ -368,14 +368,14 @@ void note_mass(const std::vector<Link>& links, std::vector<std::string>& notices
   }
 }
 
-constexpr double kMostLength_m = 1e4;  // as of a cell's shapes
+constexpr double kMaxLength_m = 1e4;  // as of a cell's shapes
 
 /// Returns the mesh of a box, a cylinder or a sphere; without triangles if one of its lengths is 0.
 geometry::TriangleMesh body_of(const urdf::Geometry& shape, const std::string& place) {
   const auto lengths = [&](std::initializer_list<double> all) {
     for (const double length : all) {
-      if (!(length >= 0.0 && length <= kMostLength_m))
-        throw Fault{place + ": lengths of its geometry must be from 0 to " + text_of(kMostLength_m) + " m"};
+      if (!(length >= 0.0 && length <= kMaxLength_m))
+        throw Fault{place + ": lengths of its geometry must be from 0 to " + text_of(kMaxLength_m) + " m"};
     }
     return std::ranges::min(all) > 0.0;
   };
@@ -450,8 +450,8 @@ void add_meshes(const urdf::Link& source, const geometry::Pose& X_link_frame, Re
   }
 }
 
-constexpr double kRoundedInertia = 0.01;     // files give inertias with few digits
-constexpr double kGreatestGyration_m = 5.0;  // no link of a manipulator is larger
+constexpr double kRoundedInertia = 0.01;  // files give inertias with few digits
+constexpr double kMaxGyration_m = 5.0;    // no link of a manipulator is larger
 
 Eigen::Vector3d principal_moments(const Eigen::Matrix3d& inertia_kg_m2) {
   return Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(inertia_kg_m2, Eigen::EigenvaluesOnly).eigenvalues();
@@ -473,7 +473,7 @@ Eigen::Matrix3d inertia_of(const urdf::Inertial& body, const std::string& link,
                       ": the greatest may not exceed the sum of the others");
   }
   const double gyration_m = std::sqrt(greatest / body.mass);
-  if (gyration_m > kGreatestGyration_m) {
+  if (gyration_m > kMaxGyration_m) {
     notices.push_back("link '" + link + "': its inertia, " + moments + ", is that of a body with its " +
                       text_of(body.mass) + " kg " + text_of(gyration_m) +
                       " m from its middle: a URDF is in kg and m");

@@ -11,8 +11,8 @@
 namespace phantom::robot {
 namespace {
 
-constexpr std::size_t kMostTilesAlong = (2 * ClusterSpec::kMostReach_vox + 3) / 4 + 1;
-constexpr std::size_t kMostTiles = kMostTilesAlong * kMostTilesAlong * kMostTilesAlong;
+constexpr std::size_t kMaxTilesAlong = (2 * ClusterSpec::kMaxReach_vox + 3) / 4 + 1;
+constexpr std::size_t kMaxTiles = kMaxTilesAlong * kMaxTilesAlong * kMaxTilesAlong;
 
 // Gauss–Legendre quadrature with 16 nodes: those above 0, and their weights.
 constexpr double kNode[] = {0.095012509837637441, 0.28160355077925892, 0.45801677765722737,
@@ -110,7 +110,7 @@ void fill_response(const ResponseCurve& curve, const std::vector<float>& palette
 }
 
 ClusterStencil::ClusterStencil(const ClusterSpec& spec)
-    : reach_(std::clamp(spec.reach_vox, 1, ClusterSpec::kMostReach_vox)) {
+    : reach_(std::clamp(spec.reach_vox, 1, ClusterSpec::kMaxReach_vox)) {
   for (int z = -reach_; z <= reach_; ++z) {
     for (int y = -reach_; y <= reach_; ++y) {
       int reach = reach_;
@@ -187,8 +187,8 @@ ClusterReading ClusterStencil::count_inside(const workspace::Workspace& workspac
   const workspace::Index3 low = centre - workspace::Index3{reach_, reach_, reach_};
   const std::uint64_t* mask =
       tile_masks_[static_cast<std::size_t>((low.x & 3) | (low.y & 3) << 2 | (low.z & 3) << 4)].data();
-  std::array<const std::uint8_t*, kMostTiles> tile;
-  std::array<std::uint64_t, kMostTiles + 1> counting;
+  std::array<const std::uint8_t*, kMaxTiles> tile;
+  std::array<std::uint64_t, kMaxTiles + 1> counting;
   std::size_t n = 0;
   const int nx = tiles_along(low.x & 3), ny = tiles_along(low.y & 3), nz = tiles_along(low.z & 3);
   for (std::int32_t iz = 0, z = low.z & ~3; iz < nz; ++iz, z += 4) {
@@ -203,7 +203,7 @@ ClusterReading ClusterStencil::count_inside(const workspace::Workspace& workspac
       }
     }
   }
-  std::array<std::uint32_t, kMostCounted> counts;
+  std::array<std::uint32_t, kMaxCounted> counts;
   const std::size_t codes = workspace.palette().size();
   kernel::count_codes(tile.data(), counting.data(), n, codes, counts.data());
 
@@ -222,7 +222,7 @@ ClusterReading ClusterStencil::read(const workspace::Workspace& workspace, works
                                     const ResponseTable& response) const noexcept {
   const auto& grid = workspace.grid();
   const workspace::Index3 reach{reach_, reach_, reach_};
-  if (weights_.empty() && workspace.palette().size() <= kMostCounted && grid.contains(centre - reach) &&
+  if (weights_.empty() && workspace.palette().size() <= kMaxCounted && grid.contains(centre - reach) &&
       grid.contains(centre + reach))
     return count_inside(workspace, centre, response);
   ClusterReading reading;

@@ -52,7 +52,7 @@ class ClusterStencil {
   /// Reads the zone around voxel `centre`. Voxels outside the grid are free space. Real-time safe: yes.
   ///
   /// Cost of a binary shape: one SIMD comparison of each tile of 4³ voxels that the zone touches with each
-  /// code of the palette. A weighted shape, a palette of more than kMostCounted codes or a zone that reaches
+  /// code of the palette. A weighted shape, a palette of more than kMaxCounted codes or a zone that reaches
   /// over the grid's border costs more: a look-up for each voxel.
   ClusterReading read(const workspace::Workspace& workspace, workspace::Index3 centre,
                       const ResponseTable& response) const noexcept;
@@ -75,7 +75,7 @@ class ClusterStencil {
   double weight(const Row& row, int x) const noexcept {
     return weights_.empty() ? 1.0 : weights_[row.first_weight + static_cast<std::size_t>(x + row.reach)];
   }
-  static constexpr std::size_t kMostCounted = 32;
+  static constexpr std::size_t kMaxCounted = 32;
   struct Bricks;  // the bricks that a zone inside the grid lies in
   /// Number of tiles along an axis that the zone touches if its lowest voxel is voxel `place` (0…3) of its
   /// tile.

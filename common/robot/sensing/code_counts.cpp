@@ -34,7 +34,7 @@ CodeFigures FiguresOf(const std::uint8_t* codes, std::size_t n) {
 }
 
 /// Codes that are counted in one pass, each in its own vector of byte counts.
-constexpr std::size_t kMostTogether = 8;
+constexpr std::size_t kMaxTogether = 8;
 
 /// Sets counts[k], for k < kCodes, to the number of voxels that hold first_code + k.
 template <std::size_t kCodes>
@@ -76,7 +76,7 @@ void count_together(const std::uint8_t* const* tiles, const std::uint64_t* masks
   }
 }
 
-template <std::size_t kCodes = kMostTogether>
+template <std::size_t kCodes = kMaxTogether>
 void count_some(std::size_t codes, const std::uint8_t* const* tiles, const std::uint64_t* masks,
                 std::size_t n, std::size_t first_code, std::uint32_t* counts) {
   if constexpr (kCodes > 1) {
@@ -87,7 +87,7 @@ void count_some(std::size_t codes, const std::uint8_t* const* tiles, const std::
 
 void CountCodes(const std::uint8_t* const* tiles, const std::uint64_t* masks, std::size_t n,
                 std::size_t codes, std::uint32_t* counts) {
-  for (std::size_t first = 1; first < codes; first += kMostTogether)
+  for (std::size_t first = 1; first < codes; first += kMaxTogether)
     count_some(codes - first, tiles, masks, n, first, counts + first);
 }
 

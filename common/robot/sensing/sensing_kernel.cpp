@@ -22,14 +22,14 @@ void LookUp(const Field& field, const ToVoxels& to, const Points& points, std::u
     const VI low = hn::Set(di, 1023);
     const VI folded = hn::Or(hn::Or(hn::And(at.x, low), hn::ShiftLeft<10>(hn::And(at.y, low))),
                              hn::ShiftLeft<20>(hn::And(at.z, low)));
-    hn::StoreU(hn::BitCast(Words(), folded), Words(), voxels + i);
+    hn::StoreU(hn::BitCast(LocalizedText(), folded), LocalizedText(), voxels + i);
   }
 }
 
 void AddMoments(const Points& points, const double* mu, Moments& moments) {
   const Doubles d;
   const std::size_t half = hn::Lanes(d);
-  TenSums sums;
+  SpatialInertiaSums sums;
   for (std::size_t i = 0; i < points.count; i += half) add_points(points, i, hn::LoadU(d, mu + i), sums);
   sums.take(moments.sum);
 }
@@ -44,7 +44,7 @@ void Sense(const Field& field, const ToVoxels& to, const Points& points, const O
   const std::size_t half = hn::Lanes(d);
   Near near(to);
   with_palette(palette, palette_size, [&](const auto& mu_of) HWY_ATTR {
-    TenSums sums;
+    SpatialInertiaSums sums;
     const auto add_all = [&](std::size_t first, std::size_t end, const auto& add) HWY_ATTR {
       for (std::size_t i = first; i < end; i += lanes()) {
         const VI code = hn::PromoteTo(di, hn::LoadU(bytes, codes + i));
@@ -64,7 +64,7 @@ void Sense(const Field& field, const ToVoxels& to, const Points& points, const O
         continue;
       }
       near.look_up(field, to, points, offsets, first, end, codes);
-      TenSums part;
+      SpatialInertiaSums part;
       if (block->weight < 0.0) {
         add_all(first, end, [&](std::size_t i, VD mu) HWY_ATTR {
           add_steps(offsets, i, hn::Mul(mu, hn::LoadU(d, points.weight + i)), part);

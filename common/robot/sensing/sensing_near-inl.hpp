@@ -49,7 +49,7 @@ class Near {
                           std::uint8_t* out) const {
     const Floats df;
     const Ints di;
-    const Words dw;
+    const LocalizedText dw;
     const auto r0 = hn::Set(df, r_[0]), r1 = hn::Set(df, r_[1]), r2 = hn::Set(df, r_[2]),
                r3 = hn::Set(df, r_[3]), r4 = hn::Set(df, r_[4]), r5 = hn::Set(df, r_[5]),
                r6 = hn::Set(df, r_[6]), r7 = hn::Set(df, r_[7]), r8 = hn::Set(df, r_[8]),
@@ -132,7 +132,7 @@ class Near {
 
 /// Adds half a vector of points, from index `i` on, as steps from their block's centre, with μ (or μ·weight)
 /// `m`.
-HWY_INLINE void add_steps(const Offsets& offsets, std::size_t i, VD m, TenSums& sums) {
+HWY_INLINE void add_steps(const Offsets& offsets, std::size_t i, VD m, SpatialInertiaSums& sums) {
   const Doubles d;
   const HalfInts half;
   const VD x = hn::PromoteTo(d, hn::LoadU(half, offsets.x + i)),
@@ -143,7 +143,7 @@ HWY_INLINE void add_steps(const Offsets& offsets, std::size_t i, VD m, TenSums& 
 
 /// Adds a block's sums about its centre, in steps, to the sums about the link's origin. With p = c + d: Σm·pp
 /// = Σm·dd + cΣm·d + (Σm·p)c.
-HWY_INLINE void add_block(const Block& block, const TenSums& part, TenSums& sums) {
+HWY_INLINE void add_block(const Block& block, const SpatialInertiaSums& part, SpatialInertiaSums& sums) {
   const Doubles d;
   const double weight = block.weight < 0.0 ? 1.0 : block.weight;
   const VD step = hn::Set(d, weight * block.step_m),

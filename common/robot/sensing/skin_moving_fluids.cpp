@@ -8,13 +8,13 @@ namespace phantom::robot {
 namespace {
 
 /// How far a cluster sensor's zone reaches beyond its place, at most; and a voxel of reserve.
-constexpr double kZoneReach_vox = 1.8 * (ClusterSpec::kMostReach_vox + 1);
+constexpr double kZoneReach_vox = 1.8 * (ClusterSpec::kMaxReach_vox + 1);
 
 }  // namespace
 
 /// Leaves each sensor of the part in the fluid of greatest μ alone.
 void SkinSensing::prevail(Part& part) noexcept {
-  std::array<SkinSensing*, kMostFluids + 1> fluids;
+  std::array<SkinSensing*, kMaxFluids + 1> fluids;
   std::size_t count = 0;
   const std::size_t sensors = sensors_of(part), end = part.first + sensors;
   const auto add_if_met = [&](SkinSensing& fluid) {

@@ -29,7 +29,7 @@ bool SkinPatches::divide(double edge_m) {
                                                      static_cast<int>(cube.y()), static_cast<int>(cube.z())},
                                                     static_cast<std::uint16_t>(patches_.size()));
       if (fresh) {
-        if (patches_.size() == kMost) return false;
+        if (patches_.size() == kMax) return false;
         patches_.push_back({link});
         members.push_back(0.0);
       }

@@ -17,10 +17,10 @@ namespace phantom::robot {
 /// real-time safe.
 class SkinPatches {
  public:
-  static constexpr std::size_t kMost = 1024;  ///< patches; the same as in SkinPercept of the IDL
+  static constexpr std::size_t kMax = 1024;  ///< patches; the same as in SkinPercept of the IDL
 
   /// Divides the skin by cubes in its links' frames. The cubes' edge is 20 mm, or longer if that would give
-  /// more than kMost patches. `arm` and `layout` must outlive this object.
+  /// more than kMax patches. `arm` and `layout` must outlive this object.
   SkinPatches(const SerialArm& arm, const SkinLayout& layout);
 
   struct Patch {

@@ -13,8 +13,8 @@
 #include "common/robot/drag/drag.hpp"
 #include "common/robot/drag/medium.hpp"
 #include "common/robot/sensing/cluster_sensor.hpp"
-#include "common/robot/sensing/mu_memory.hpp"
 #include "common/robot/sensing/sensing_kernel.hpp"
+#include "common/robot/sensing/viscosity_filter.hpp"
 #include "common/robot/sensing/worker_team.hpp"
 #include "common/robot/skin/skin.hpp"
 #include "common/workspace/aligned.hpp"
@@ -60,7 +60,7 @@ struct SensingOptions {
   /// any number. More threads than the host has cores do not help.
   std::size_t threads = 1;
   Medium medium;  ///< that fills the space around the objects
-  /// Greatest number of moving fluids, at most SkinSensing::kMostFluids; each takes some 80 bytes a sensor.
+  /// Greatest number of moving fluids, at most SkinSensing::kMaxFluids; each takes some 80 bytes a sensor.
   std::size_t moving_fluids = 0;
 };
 
@@ -109,11 +109,11 @@ class SkinSensing {
   void close_gripper(double share) noexcept;
 
   /// Mutes an object for a link (intended contact): the link no longer feels the object's fluid, until it is
-  /// unmuted. A link can have at most kMostMuted muted objects; returns false if there is no room. Real-time
+  /// unmuted. A link can have at most kMaxMuted muted objects; returns false if there is no room. Real-time
   /// safe: yes.
   bool mute(std::size_t link, std::uint16_t object, bool muted) noexcept;
-  static constexpr std::size_t kMostMuted = 16;
-  static constexpr std::size_t kMostFluids = 64;
+  static constexpr std::size_t kMaxMuted = 16;
+  static constexpr std::size_t kMaxFluids = 64;
   /// Forgets the viscosities that sensors met before. Real-time safe: yes.
   void forget() noexcept;
   /// Gives the arm's own sensors, those of `own`, what they remember in `before`. Both must sense with the
@@ -164,7 +164,7 @@ class SkinSensing {
 
  private:
   struct MutedObjects {
-    std::array<std::uint16_t, kMostMuted> object{};
+    std::array<std::uint16_t, kMaxMuted> object{};
     std::size_t count = 0;
     bool has(std::uint16_t id) const noexcept;
   };
@@ -204,7 +204,7 @@ class SkinSensing {
   void start(const workspace::Workspace& workspace) noexcept;
   void enclose(const SkinLayout& layout) noexcept;
   /// The fluids that reach a link, as bits.
-  using Fluids = std::bitset<kMostFluids>;
+  using Fluids = std::bitset<kMaxFluids>;
   bool reaches(const MovingFluid& fluid, std::size_t link, const geometry::Pose& X_WL) const noexcept;
   void place_in_fluids(std::size_t link, const geometry::Pose& X_WL) noexcept;
   void take_fluids(std::size_t link, Part& first) noexcept;
@@ -233,7 +233,7 @@ class SkinSensing {
   double closed_ = 0.0;  // share by which the gripper is closed in it
   SensingOptions options_;
   std::vector<ClusterStencil> stencils_;  // for each kind of cluster
-  std::optional<MuMemory> memory_;
+  std::optional<ViscosityFilter> memory_;
 
   // Point sensors, link by link in whole groups (kernel::kGroup).
   std::array<std::size_t, core::kMaxJoints + 2> packed_first_{};

@@ -75,7 +75,7 @@ SkinSensing::SkinSensing(const SkinLayout& layout, const SensingOptions& options
     if (!layout.closing_m[i].isZero(0.0)) moving_.push_back(i);
   if (!moving_.empty()) layout_ = &moved_.emplace(layout);
   enclose(layout);
-  for (std::size_t k = 0; k < std::min(options.moving_fluids, kMostFluids); ++k) {
+  for (std::size_t k = 0; k < std::min(options.moving_fluids, kMaxFluids); ++k) {
     SensingOptions alone = options;
     alone.threads = 1;
     alone.moving_fluids = 0;
@@ -139,7 +139,7 @@ bool SkinSensing::mute(std::size_t link, std::uint16_t object, bool muted) noexc
   MutedObjects& list = muted_objects_[link];
   if (list.has(object) == muted) return true;
   if (muted) {
-    if (list.count == kMostMuted) return false;
+    if (list.count == kMaxMuted) return false;
     list.object[list.count++] = object;
   } else {
     *std::find(list.object.begin(), list.object.end(), object) = list.object[list.count - 1];

@@ -6,7 +6,7 @@ namespace phantom::robot {
 namespace {
 
 constexpr unsigned kPartBits = 20;
-constexpr std::uint64_t kPartMask = WorkerTeam::kMostParts;
+constexpr std::uint64_t kPartMask = WorkerTeam::kMaxParts;
 /// Number of checks before a thread parks: some tens of microseconds. That is longer than a worker lags
 /// behind the others at the end of a job, and much shorter than the time between two ticks.
 constexpr int kSpins = 1000;
@@ -68,7 +68,7 @@ void WorkerTeam::serve() noexcept {
 }
 
 void WorkerTeam::run(std::size_t parts, Call call, const void* job) noexcept {
-  if (workers_.empty() || parts < 2 || parts > kMostParts) {
+  if (workers_.empty() || parts < 2 || parts > kMaxParts) {
     for (std::size_t part = 0; part < parts; ++part) call(job, part);
     return;
   }

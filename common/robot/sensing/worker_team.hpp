@@ -14,7 +14,7 @@ namespace phantom::robot {
 class WorkerTeam {
  public:
   /// A job of more parts runs on the caller's thread alone.
-  static constexpr std::size_t kMostParts = (std::size_t{1} << 20U) - 1;
+  static constexpr std::size_t kMaxParts = (std::size_t{1} << 20U) - 1;
 
   /// Creates a team of `threads` including the caller's, so it starts one thread fewer. Throws
   /// std::system_error.

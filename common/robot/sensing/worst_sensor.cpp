@@ -17,9 +17,9 @@ constexpr std::size_t kFirstSamples = 3;
 
 /// Steps of 1…reach voxels along the axes and the space diagonals, as points to look up.
 struct SkinSensing::Neighbourhood {
-  static constexpr int kMostReach_vox = 16;
-  static constexpr std::size_t kMost = kernel::whole_groups(14 * kMostReach_vox);
-  alignas(64) std::array<double, kMost> x{}, y{}, z{}, weight{};
+  static constexpr int kMaxReach_vox = 16;
+  static constexpr std::size_t kMax = kernel::whole_groups(14 * kMaxReach_vox);
+  alignas(64) std::array<double, kMax> x{}, y{}, z{}, weight{};
   std::size_t count = 0;
 
   explicit Neighbourhood(int reach) {
@@ -27,7 +27,7 @@ struct SkinSensing::Neighbourhood {
       const int dx = direction % 3 - 1, dy = direction / 3 % 3 - 1, dz = direction / 9 - 1;
       const int axes = std::abs(dx) + std::abs(dy) + std::abs(dz);
       if (axes != 1 && axes != 3) continue;
-      for (int step = 1; step <= std::min(reach, kMostReach_vox); ++step, ++count)
+      for (int step = 1; step <= std::min(reach, kMaxReach_vox); ++step, ++count)
         x[count] = step * dx, y[count] = step * dy, z[count] = step * dz;
     }
   }
@@ -39,8 +39,8 @@ std::shared_ptr<const SkinSensing::Neighbourhood> SkinSensing::make_neighbourhoo
 
 /// Sensors of one link that meet a given code, collected one after another.
 struct SkinSensing::WorstCandidates {
-  static constexpr std::size_t kMost = kCandidates * (kernel::kBlock + 1);
-  std::array<std::uint32_t, kMost> sensor;
+  static constexpr std::size_t kMax = kCandidates * (kernel::kBlock + 1);
+  std::array<std::uint32_t, kMax> sensor;
   std::size_t count = 0;
 };
 
@@ -90,7 +90,7 @@ SkinSensing::Surroundings SkinSensing::surroundings(workspace::Index3 at,
                                                     const workspace::Workspace& workspace) const noexcept {
   const Neighbourhood& near = *neighbourhood_;
   const kernel::ToVoxels shift{{1, 0, 0, 0, 1, 0, 0, 0, 1}, {at.x + 0.5, at.y + 0.5, at.z + 0.5}};
-  std::array<std::uint8_t, Neighbourhood::kMost> codes;
+  std::array<std::uint8_t, Neighbourhood::kMax> codes;
   kernel::look_up(
       kernel::field_of(workspace), shift,
       {near.x.data(), near.y.data(), near.z.data(), near.weight.data(), kernel::whole_groups(near.count)},

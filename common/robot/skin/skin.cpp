@@ -95,9 +95,9 @@ Status add_parts(const std::vector<Part>& parts, const char* kind, const LinkSki
 
 std::string detail::check_sensor(double gain, const std::optional<ClusterSpec>& cluster) {
   if (!(gain >= 0.0) || !std::isfinite(gain)) return "gain must be 0 or more";
-  if (cluster && (cluster->reach_vox < 1 || cluster->reach_vox > ClusterSpec::kMostReach_vox)) {
+  if (cluster && (cluster->reach_vox < 1 || cluster->reach_vox > ClusterSpec::kMaxReach_vox)) {
     return "cluster: reach_vox: " + std::to_string(cluster->reach_vox) + "; allowed: 1 to " +
-           std::to_string(ClusterSpec::kMostReach_vox);
+           std::to_string(ClusterSpec::kMaxReach_vox);
   }
   return {};
 }

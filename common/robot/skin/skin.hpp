@@ -25,7 +25,7 @@ enum class ClusterShape {
 
 /// A cluster sensor (the thesis's enhanced sensor, 6.2–6.4): reads a zone of voxels instead of a single one.
 struct ClusterSpec {
-  static constexpr int kMostReach_vox = 15;
+  static constexpr int kMaxReach_vox = 15;
   int reach_vox = 3;  ///< m, 1…15
   ClusterShape shape = ClusterShape::kSphere;
   friend bool operator==(const ClusterSpec&, const ClusterSpec&) = default;

@@ -14,7 +14,7 @@ using core::Status;
 
 constexpr double kApart = 0.7;      // least distance between sensors, as a share of the pitch
 constexpr double kPieceEdge = 0.3;  // longest edge of the surface pieces, as a share of the pitch
-constexpr double kMostPieces = 5e7;
+constexpr double kMaxPieces = 5e7;
 
 struct Piece {
   Eigen::Vector3d centre_m;
@@ -82,7 +82,7 @@ core::Expected<std::vector<Piece>> pieces_of(const geometry::TriangleMesh& mesh,
   if (!(area > 0.0)) return Status::invalid_argument("has no surface");
   // A piece's area is at most half of edge_m². Pieces come from halving, so it is seldom less than an eighth
   // of it.
-  if (area / (0.125 * edge_m * edge_m) + static_cast<double>(mesh.triangles.size()) > kMostPieces) {
+  if (area / (0.125 * edge_m * edge_m) + static_cast<double>(mesh.triangles.size()) > kMaxPieces) {
     return Status::invalid_argument("its surface of " + std::to_string(area) +
                                     " m² is too large for the pitch; widen the pitch");
   }

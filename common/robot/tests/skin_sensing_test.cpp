@@ -241,8 +241,8 @@ TEST(SkinSensing, MutedObjectsAreNotFeltByThatLinkUntilTheyAreAgain) {
   EXPECT_EQ(sensing.muted(), 0U);
   EXPECT_EQ(sensing.active(), active);
 
-  for (std::uint16_t id = 1; id <= SkinSensing::kMostMuted; ++id) EXPECT_TRUE(sensing.mute(3, id, true));
-  EXPECT_FALSE(sensing.mute(3, SkinSensing::kMostMuted + 1, true));
+  for (std::uint16_t id = 1; id <= SkinSensing::kMaxMuted; ++id) EXPECT_TRUE(sensing.mute(3, id, true));
+  EXPECT_FALSE(sensing.mute(3, SkinSensing::kMaxMuted + 1, true));
   EXPECT_TRUE(sensing.mute(3, 1, true)) << "muted already";
   EXPECT_FALSE(sensing.mute(100, 1, true));
 }

@@ -74,9 +74,9 @@ TEST(WorkerTeam, AJobOfTooManyPartsIsDoneByTheCallerAlone) {
   WorkerTeam team(2);
   std::size_t calls = 0;
   const auto caller = std::this_thread::get_id();
-  team.run(WorkerTeam::kMostParts + 1,
+  team.run(WorkerTeam::kMaxParts + 1,
            [&](std::size_t) { calls += std::this_thread::get_id() == caller ? 1U : 0U; });
-  EXPECT_EQ(calls, WorkerTeam::kMostParts + 1);
+  EXPECT_EQ(calls, WorkerTeam::kMaxParts + 1);
 }
 
 TEST(WorkerTeam, UsesNoHeapInAJob) {

@@ -64,9 +64,9 @@ void read_interest_points(const Fields& fields, ArmConfig& arm) {
     point.check(names.insert(arm.interest_points.back().name).second, "name",
                 "stands twice; allowed: each interest point once");
   }
-  fields.check(arm.interest_points.size() <= kMostInterestPoints, "interest_points",
+  fields.check(arm.interest_points.size() <= kMaxInterestPoints, "interest_points",
                "has " + std::to_string(arm.interest_points.size()) + " entries; allowed: up to " +
-                   std::to_string(kMostInterestPoints));
+                   std::to_string(kMaxInterestPoints));
 }
 
 /// Reads the description of the arm itself, which does not depend on its mounting.

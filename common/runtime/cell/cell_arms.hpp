@@ -43,7 +43,7 @@ struct LinkSkinConfig {
 };
 
 /// Greatest number of interest points of an arm.
-inline constexpr std::size_t kMostInterestPoints = 32;
+inline constexpr std::size_t kMaxInterestPoints = 32;
 
 /// An interest point: a named point of the arm that is watched (spec 2.5), such as an elbow or a motor body.
 struct InterestPointConfig {

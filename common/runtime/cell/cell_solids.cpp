@@ -7,7 +7,7 @@ namespace {
 
 using geometry::ImplicitPtr;
 
-constexpr int kMaxNesting = 24, kMostShapes = 4096;
+constexpr int kMaxNesting = 24, kMaxShapes = 4096;
 
 ImplicitPtr read_box(const Fields& box) {
   std::vector<double> size_m;
@@ -60,9 +60,9 @@ ImplicitPtr read_part(const Fields& fields, int nesting, int& shapes) {
   if (nesting > kMaxNesting)
     throw ConfigError(fields.place() +
                       ": shapes are nested too deeply; allowed: " + std::to_string(kMaxNesting) + " levels");
-  if (++shapes > kMostShapes)
+  if (++shapes > kMaxShapes)
     throw ConfigError(fields.place() +
-                      ": is one shape too many of this object; allowed: " + std::to_string(kMostShapes));
+                      ": is one shape too many of this object; allowed: " + std::to_string(kMaxShapes));
   ImplicitPtr solid = read_kind(fields, fields.one_of("sphere", "shape"), nesting, shapes);
   return fields.has("pose") ? geometry::implicit_placed(std::move(solid), fields.pose("pose")) : solid;
 }

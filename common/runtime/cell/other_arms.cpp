@@ -23,9 +23,8 @@ std::vector<OtherArmConfig> read_other_arms(const Fields& file) {
     arms.push_back({other.text("arm"), other.text("partition")});
     check_partition(other, arms.back().partition);
   }
-  file.check(
-      arms.size() <= kMostOtherArms, "other_arms",
-      "has " + std::to_string(arms.size()) + " arms; allowed: up to " + std::to_string(kMostOtherArms));
+  file.check(arms.size() <= kMaxOtherArms, "other_arms",
+             "has " + std::to_string(arms.size()) + " arms; allowed: up to " + std::to_string(kMaxOtherArms));
   return arms;
 }
 

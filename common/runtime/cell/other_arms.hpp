@@ -14,7 +14,7 @@ struct OtherArmConfig {
   std::string arm;
   std::string partition;  ///< DDS partition of its slave_state; empty: the default one
 };
-inline constexpr std::size_t kMostOtherArms = 4;
+inline constexpr std::size_t kMaxOtherArms = 4;
 /// Stands for the first of them where samples name an object; those of further ones follow. Objects of a cell
 /// have the low numbers.
 inline constexpr std::uint16_t kFirstOtherArmId = 65'000;

@@ -56,11 +56,11 @@ std::string text_of_file(const std::filesystem::path& path) {
     throw core::MissingError(path.string() + ": cannot be read; check that the file exists and may be read");
   if (std::filesystem::is_directory(path))
     throw ConfigError(path.string() + ": is a folder; allowed: a file");
-  constexpr std::size_t kMost = 64 << 20, kBlock = 1 << 16;  // a longer file must be a device
+  constexpr std::size_t kMax = 64 << 20, kBlock = 1 << 16;  // a longer file must be a device
   std::string text;
   for (std::string block(kBlock, '\0'); stream;
        text.append(block, 0, static_cast<std::size_t>(stream.gcount()))) {
-    if (text.size() > kMost)
+    if (text.size() > kMax)
       throw ConfigError(path.string() + ": has more than 64 MiB; allowed: at most that");
     stream.read(block.data(), static_cast<std::streamsize>(kBlock));
   }
@@ -74,12 +74,12 @@ std::string show(const YAML::Node& value) {
 
 // Every value takes a byte of text at least; only aliases make more of it.
 constexpr std::size_t kNodesPerByte = 2, kNodesMore = 1024;
-constexpr int kMostDepth = 128;
+constexpr int kMaxDepth = 128;
 
 /// Counts the values in `node` into `left`, each as often as aliases repeat it. Returns false once there are
 /// more, or lie deeper (an alias within what it names lies endlessly deep).
 bool count_expanded(const YAML::Node& node, std::size_t& left, int depth = 0) {
-  if (left == 0 || depth > kMostDepth) return false;
+  if (left == 0 || depth > kMaxDepth) return false;
   --left;
   if (node.IsSequence()) {
     return std::all_of(node.begin(), node.end(),
@@ -94,7 +94,7 @@ void check_expanded(const YAML::Node& node, std::size_t most, const std::string&
   std::size_t left = most;
   if (!count_expanded(node, left))
     throw ConfigError(name + ": with its aliases (*name) it has more than " + std::to_string(most) +
-                      " values, or more than " + std::to_string(kMostDepth) +
+                      " values, or more than " + std::to_string(kMaxDepth) +
                       " levels; allowed: at most that");
 }
 

@@ -18,7 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kSecretOctets = 16, kLeastLength = 16, kGreatestLength = 128;
+constexpr std::size_t kSecretOctets = 16, kMinLength = 16, kMaxLength = 128;
 
 std::string read_secret(const fs::path& file) {
   const auto fault = [&](const std::string& problem) {
@@ -31,11 +31,11 @@ std::string read_secret(const fs::path& file) {
   if (!S_ISREG(state.st_mode) || (state.st_mode & 077) != 0)
     throw fault("a secret must be a file of mode 0600, which its owner alone may read");
   std::ifstream in(file);
-  std::string secret(kGreatestLength + 2, '\0');
+  std::string secret(kMaxLength + 2, '\0');
   in.read(secret.data(), static_cast<std::streamsize>(secret.size()));
   secret.resize(static_cast<std::size_t>(in.gcount()));
   if (secret.ends_with('\n')) secret.pop_back();
-  bool readable = secret.size() >= kLeastLength && secret.size() <= kGreatestLength;
+  bool readable = secret.size() >= kMinLength && secret.size() <= kMaxLength;
   for (const char c : secret) readable = readable && c > ' ' && c < 0x7F;
   if (!readable) throw fault("a secret has 16 to 128 visible ASCII characters in one line");
   return secret;

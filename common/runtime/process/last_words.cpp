@@ -20,7 +20,7 @@
 namespace phantom::runtime {
 namespace {
 
-constexpr int kMostCalls = 32;
+constexpr int kMaxCalls = 32;
 constexpr unsigned kGrace_s = 2;
 
 struct Fatal {
@@ -58,8 +58,8 @@ void on_fatal(int number) {
   say(" in thread '");
   say(ThreadName().text.data());
   say("', called from:\n");
-  std::array<void*, kMostCalls> calls{};
-  backtrace_symbols_fd(calls.data(), backtrace(calls.data(), kMostCalls), STDERR_FILENO);
+  std::array<void*, kMaxCalls> calls{};
+  backtrace_symbols_fd(calls.data(), backtrace(calls.data(), kMaxCalls), STDERR_FILENO);
   raise(number);
 }
 

@@ -15,7 +15,7 @@
 #include <mutex>
 
 #include "common/core/clock.hpp"
-#include "common/core/thread_place.hpp"
+#include "common/core/thread_config.hpp"
 #include "common/runtime/process/wake_signal.hpp"
 
 namespace phantom::runtime {
@@ -155,7 +155,7 @@ bool LineWriter::flush(double limit_s) {
 }
 
 void LineWriter::work(const std::shared_ptr<State>& state) {
-  core::take_place(core::ThreadRole::kOutput);
+  core::apply_thread_config(core::ThreadRole::kOutput);
   while (!state->stop.load()) {
     state->wake.wait(1.0);
     for (;;) {

@@ -12,11 +12,11 @@ namespace phantom::runtime {
 /// number is written in their place once the reader continues.
 class LineWriter {
  public:
-  static constexpr std::size_t kMostWaiting = 1024;
+  static constexpr std::size_t kMaxWaiting = 1024;
   static constexpr double kGrace_s = 0.2;  ///< time given to the reader at the end
 
   /// Keeps a copy of `descriptor`. Throws std::system_error if no thread can be started.
-  explicit LineWriter(int descriptor, std::size_t most_waiting = kMostWaiting);
+  explicit LineWriter(int descriptor, std::size_t most_waiting = kMaxWaiting);
   /// Writes the waiting lines if the reader takes them within kGrace_s; else drops them.
   ~LineWriter();
   LineWriter(const LineWriter&) = delete;

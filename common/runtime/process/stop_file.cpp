@@ -20,7 +20,7 @@ namespace phantom::runtime {
 namespace {
 
 constexpr std::array<char, 8> kMagic{'P', 'H', 'S', 'T', 'O', 'P', '1', '\0'};
-constexpr int kMostProcesses = 8;
+constexpr int kMaxProcesses = 8;
 
 std::string stem(const std::string& component, const core::NetworkOptions& network) {
   std::string name = component;
@@ -69,7 +69,7 @@ StopFile::StopFile(const std::filesystem::path& folder, const std::string& compo
   std::error_code problem;
   std::filesystem::create_directories(folder, problem);
   const std::string name = stem(component, network);
-  for (int process = 1; process <= kMostProcesses && content_ == nullptr; ++process) {
+  for (int process = 1; process <= kMaxProcesses && content_ == nullptr; ++process) {
     if (open(numbered(folder, name, process)) && process > 1)
       add_notice("another " + component + " of this cell runs on this host; stops are kept in " +
                  file_.string());
@@ -80,7 +80,7 @@ StopFile::StopFile(const std::filesystem::path& folder, const std::string& compo
     write({core::random_number(), teleop::StopCause::kEmergency});
   }
   content_->magic = kMagic;
-  for (int process = 1; process <= kMostProcesses; ++process) adopt_from(numbered(folder, name, process));
+  for (int process = 1; process <= kMaxProcesses; ++process) adopt_from(numbered(folder, name, process));
   flushed_ = 0;  // the adopted stop is not on the disk yet
   if (const teleop::StopRecord kept = read(); kept.id != 0)
     add_notice(std::string("stopped since before this start (") + name_of(kept.cause) + "), until a reset");

@@ -34,7 +34,7 @@ PeriodicLoop::PeriodicLoop(std::string name, double period_s, core::ThreadRole r
                     : std::max(core::Progress::kHangsAfter_s, kPeriodsToHang * period_s)) {}
 
 void PeriodicLoop::set_up_thread() {
-  notice_ = core::take_place(role_, scheduling_.servo_priority);
+  notice_ = core::apply_thread_config(role_, scheduling_.servo_priority);
   if (scheduling_.lock_memory && mlockall(MCL_CURRENT | MCL_FUTURE) != 0) {
     notice_ +=
         (notice_.empty() ? "" : "; ") + std::string("memory not locked (") + std::strerror(errno) + ")";

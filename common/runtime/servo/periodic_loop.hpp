@@ -9,7 +9,7 @@
 #include "common/core/histogram.hpp"
 #include "common/core/progress.hpp"
 #include "common/core/snapshot.hpp"
-#include "common/core/thread_place.hpp"
+#include "common/core/thread_config.hpp"
 
 namespace phantom::runtime {
 

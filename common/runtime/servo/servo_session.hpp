@@ -9,7 +9,7 @@
 
 #include "common/core/health.hpp"
 #include "common/core/progress.hpp"
-#include "common/core/thread_place.hpp"
+#include "common/core/thread_config.hpp"
 #include "common/runtime/process/process.hpp"
 #include "common/runtime/process/stop_file.hpp"
 #include "common/runtime/servo/periodic_loop.hpp"
@@ -142,7 +142,7 @@ std::vector<core::LoopStatistics> run_servo_session(const ServoTiming& timing, S
   Report latest;  // guarded by the mutex
   core::Progress publishing("publisher");
   std::jthread publisher([&](const std::stop_token& stop) {
-    core::take_place(core::ThreadRole::kPublisher, timing.scheduling.servo_priority);
+    core::apply_thread_config(core::ThreadRole::kPublisher, timing.scheduling.servo_priority);
     Report report;
     std::uint32_t signals = 0;
     while (!stop.stop_requested()) {
@@ -161,7 +161,7 @@ std::vector<core::LoopStatistics> run_servo_session(const ServoTiming& timing, S
                     [&servo](double dt_s) { servo.tick(dt_s, core::monotonic_ns()); });
   loops.watch(publishing);
   for (const core::Progress* thread : callbacks.watched) loops.watch(*thread);
-  core::take_place(core::ThreadRole::kControl, timing.scheduling.servo_priority);
+  core::apply_thread_config(core::ThreadRole::kControl, timing.scheduling.servo_priority);
   ActuatorLogger actuators;
   const auto health = [&] {
     const core::ActuatorHealth driver = actuator.health();

@@ -11,7 +11,7 @@
 #include <thread>
 
 #include "common/core/errors.hpp"
-#include "common/core/thread_place.hpp"
+#include "common/core/thread_config.hpp"
 #include "common/runtime/process/input_device.hpp"
 
 namespace phantom::runtime {
@@ -147,7 +147,7 @@ void check_switch(const std::optional<EnablingSwitchConfig>& config) {
 struct SwitchInput::Impl {
   Impl(const SwitchKeys& keys, core::Snapshot<SwitchReading>& into, int servo_priority) {
     thread = std::jthread([this, keys, &into, servo_priority](const std::stop_token& stop) {
-      core::take_place(core::ThreadRole::kSwitch, servo_priority);
+      core::apply_thread_config(core::ThreadRole::kSwitch, servo_priority);
       progress.begin();
       run(keys, into, stop);
       progress.end();

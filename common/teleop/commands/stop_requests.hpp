@@ -64,7 +64,7 @@ class StopRequests {
   std::uint32_t reset(const StopReset& names) noexcept {
     const std::lock_guard lock(mutex_);
     const std::uint32_t unanswered = resets_made_ - results_taken_.load(std::memory_order_acquire);
-    if (unanswered == kMostUnanswered || !resets_.put({resets_made_ + 1, names})) return 0;
+    if (unanswered == kMaxUnanswered || !resets_.put({resets_made_ + 1, names})) return 0;
     return ++resets_made_;
   }
   /// Takes the result of a reset; returns false if there is no new one. Always from the same thread.
@@ -82,12 +82,12 @@ class StopRequests {
   void give_result(const Result& result) noexcept { results_.put(result); }
 
  private:
-  static constexpr std::uint32_t kMostUnanswered = 64;  // resets whose results nobody has taken
+  static constexpr std::uint32_t kMaxUnanswered = 64;  // resets whose results nobody has taken
   std::atomic<std::uint32_t> stops_{0};
   std::mutex mutex_;  // guards the writing end of resets_
   std::uint32_t resets_made_ = 0;
   core::EventRing<Reset, 16> resets_;
-  core::EventRing<Result, kMostUnanswered> results_;  // has room for the result of every reset
+  core::EventRing<Result, kMaxUnanswered> results_;  // has room for the result of every reset
   std::atomic<std::uint32_t> results_taken_{0};
 };
 

@@ -9,10 +9,10 @@ namespace {
 // Of a joint's speed, what the hand may use; the rest works off what integration loses.
 constexpr double kHandsShare = 0.9;
 constexpr double kWorkOff_per_s = 5.0;
-constexpr double kMostLost_m = 0.005, kMostLost_rad = 0.02;
+constexpr double kMaxLost_m = 0.005, kMaxLost_rad = 0.02;
 // A joint's use falls towards a limit over the way that it runs in kZone_s, at most a tenth of its range. The
 // last of its use is kept, so that it can leave the limit.
-constexpr double kZone_s = 0.1, kZoneShare = 0.1, kLeastUse = 0.02;
+constexpr double kZone_s = 0.1, kZoneShare = 0.1, kMinUse = 0.02;
 
 using JointVector = Eigen::Matrix<double, static_cast<int>(core::kMaxJoints), 1>;
 
@@ -91,7 +91,7 @@ double CartesianHand::use(std::size_t joint) const noexcept {
   const robot::Joint& limits = arm_.joints()[joint];
   const double zone =
       std::min(kZone_s * parameters_.max_speed[joint], kZoneShare * (limits.upper - limits.lower));
-  return std::clamp(std::sqrt(std::min(room(joint, 1.0), room(joint, -1.0)) / zone), kLeastUse, 1.0);
+  return std::clamp(std::sqrt(std::min(room(joint, 1.0), room(joint, -1.0)) / zone), kMinUse, 1.0);
 }
 
 // Returns the share, 0…1, of the velocities at which no joint is faster than share `of` of its greatest
@@ -185,12 +185,12 @@ void CartesianHand::advance(bool lead, double dt_s) noexcept {
   move_reference(dt_s);
   move_joints(work_off, dt_s);
   const Eigen::Vector3d lost_m = reference_.translation_m - X_WT_.translation_m;
-  reference_.translation_m = X_WT_.translation_m + within(lost_m, kMostLost_m);
+  reference_.translation_m = X_WT_.translation_m + within(lost_m, kMaxLost_m);
   const Eigen::Vector3d lost_rad =
       geometry::rotation_vector(reference_.rotation * X_WT_.rotation.transpose());
   reference_.rotation =
       parameters_.map.orientation
-          ? Eigen::Matrix3d(geometry::rotation_from_vector(within(lost_rad, kMostLost_rad)) * X_WT_.rotation)
+          ? Eigen::Matrix3d(geometry::rotation_from_vector(within(lost_rad, kMaxLost_rad)) * X_WT_.rotation)
           : X_WT_.rotation;
   clutch_.step(lead && hand_.valid && hand_.clutch, dt_s);
 }

@@ -78,7 +78,7 @@ LinkDecision LinkMonitor::step(const LinkObservation& seen, double dt_s) noexcep
                                             .reset = seen.reset});
   const bool in_time = seen.partner_age_s <= timing_.staleness_s;  // false for NaN too
   const bool permitted = seen.permitted && seen.partner_permitted;
-  const bool fresh = !seen.loop_starved && seen.drives_follow && !seen.answers_another && in_time &&
+  const bool fresh = !seen.loop_starved && seen.drives_operational && !seen.echoes_other_session && in_time &&
                      permitted && seen.round_trip_s <= timing_.round_trip_limit_s;
   const bool usable = fresh && !partner_stopped;
   fresh_s_ = usable ? fresh_s_ + dt_s : 0.0;

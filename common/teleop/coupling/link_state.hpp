@@ -56,14 +56,14 @@ struct LinkObservation {
   double partner_age_s = std::numeric_limits<double>::infinity();  ///< age of the partner's newest valid
                                                                    ///< sample since its receipt; ∞: none yet
   double round_trip_s = 0.0;  ///< age of our newest sample that the partner echoes; 0: it echoes none yet
-  bool answers_another =
+  bool echoes_other_session =
       false;  ///< the partner answers another process in our place, so it is not our partner
   LinkState partner = LinkState::kInit;
   StopId partner_stop = 0;  ///< identifies the partner's stop while it is stopped
   bool poses_agree = false;
   std::uint32_t stop_requests = 0;   ///< emergency stops requested so far
   const StopReset* reset = nullptr;  ///< the reset that arrived since the last tick; null: none
-  bool drives_follow =
+  bool drives_operational =
       true;  ///< false: this side's drives do not follow their commands, so nothing is coupled
   bool drive_fault = false;
   bool permitted = true;          ///< this side permits motion: its enabling switch is held, or it has none
@@ -84,7 +84,7 @@ struct LinkDecision {
   /// it is stopped. For a stop that was kept from before the start, the time counts only while the partner is
   /// fresh.
   bool partner_unconfirmed = false;
-  bool partner_withholds = false;  ///< the partner is heard in time and does not permit motion
+  bool peer_motion_inhibited = false;  ///< the partner is heard in time and does not permit motion
 };
 
 inline constexpr double kConfirmWithin_s = core::seconds(teleop::kStopConfirmedWithin_ns);

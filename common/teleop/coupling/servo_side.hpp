@@ -27,8 +27,9 @@ struct SideInputs {
   const StopReset* reset = nullptr;   ///< the reset that arrived since the last tick; null: none
   core::JointArray position{};        ///< as measured by the encoders
   core::JointArray velocity{};
-  bool drives_follow = true;  ///< false: they do not follow their commands (power off, starting, stopped)
-  bool drive_fault = false;   ///< they need a reset
+  bool drives_operational =
+      true;                  ///< false: they do not follow their commands (power off, starting, stopped)
+  bool drive_fault = false;  ///< they need a reset
   SwitchState enabling = SwitchState::kNotFitted;  ///< this side's enabling switch
   LoopPace loop;  ///< how regularly this side's ticks come, if its drives are real
 };
@@ -38,10 +39,10 @@ struct SideOutputs {
   LinkState state = LinkState::kInit;
   StopRecord stop;  ///< in force
   ResetOutcome reset = ResetOutcome::kNone;
-  bool power = false;                ///< the drives may have power
-  bool partner_unconfirmed = false;  ///< stopped for a while without the partner's report that it is stopped
-  bool partner_elsewhere = false;    ///< the partner is heard but answers another process in our place
-  bool partner_withholds = false;    ///< the partner is heard and does not permit motion
+  bool power = false;                 ///< the drives may have power
+  bool partner_unconfirmed = false;   ///< stopped for a while without the partner's report that it is stopped
+  bool peer_bound_elsewhere = false;  ///< the partner is heard but answers another process in our place
+  bool peer_motion_inhibited = false;              ///< the partner is heard and does not permit motion
   SwitchState enabling = SwitchState::kNotFitted;  ///< as it was given
   LoopPace loop;                                   ///< as it was given
 };
@@ -49,7 +50,7 @@ struct SideOutputs {
 /// Returns whether the link waits for an enabling switch, of this side or of the partner.
 inline bool waits_for_switch(const SideOutputs& now) noexcept {
   const bool waits = now.state == LinkState::kInit || now.state == LinkState::kDegraded;
-  return waits && (!permits(now.enabling) || now.partner_withholds);
+  return waits && (!permits(now.enabling) || now.peer_motion_inhibited);
 }
 
 /// Returns the component's state: that of the link, or of the enabling switch that the link waits for.
@@ -74,13 +75,13 @@ SideOutputs step_link(LinkMonitor& link, const SideInputs& in, const Partner& pa
   const auto decision = link.step(
       {.partner_age_s = in.partner_age_s,
        .round_trip_s = in.partner_round_trip_s,
-       .answers_another = partner.answers_another,
+       .echoes_other_session = partner.echoes_other_session,
        .partner = partner.state,
        .partner_stop = partner.stop.id,
        .poses_agree = pose_difference(partner.position, in.position, align_tolerance, joint_count) <= 1.0,
        .stop_requests = in.stop_requests,
        .reset = in.reset,
-       .drives_follow = in.drives_follow,
+       .drives_operational = in.drives_operational,
        .drive_fault = in.drive_fault,
        .permitted = permits(in.enabling),
        .partner_permitted = partner.motion_permitted,
@@ -91,8 +92,8 @@ SideOutputs step_link(LinkMonitor& link, const SideInputs& in, const Partner& pa
           .reset = decision.reset,
           .power = decision.power,
           .partner_unconfirmed = decision.partner_unconfirmed,
-          .partner_elsewhere = partner.answers_another,
-          .partner_withholds = decision.partner_withholds,
+          .peer_bound_elsewhere = partner.echoes_other_session,
+          .peer_motion_inhibited = decision.peer_motion_inhibited,
           .enabling = in.enabling,
           .loop = in.loop};
 }
@@ -139,7 +140,7 @@ void age_partner(SideInputs& in, const Partner& partner, core::Nanoseconds now_n
 }
 
 /// Greatest number of missed periods that a loop makes up for, so that a simulation keeps real time.
-inline constexpr int kMostMadeUp = 10;
+inline constexpr int kMaxMadeUp = 10;
 
 /// Number and length of the steps in one tick.
 struct TickSteps {
@@ -149,7 +150,7 @@ struct TickSteps {
 /// Returns the steps of a tick of `dt_s`. `one_by_one`: each missed period is one step; else all are one
 /// step. Real-time safe: yes.
 inline TickSteps steps_of_tick(double dt_s, double period_s, bool one_by_one) noexcept {
-  const int missed = static_cast<int>(std::clamp(std::round(dt_s / period_s), 1.0, double{kMostMadeUp}));
+  const int missed = static_cast<int>(std::clamp(std::round(dt_s / period_s), 1.0, double{kMaxMadeUp}));
   const int count = one_by_one ? missed : 1;
   return {count, period_s * missed / count};
 }

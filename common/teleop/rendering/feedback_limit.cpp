@@ -124,8 +124,7 @@ double feedback_limit(BilateralLaw law, const FeedbackLoop& loop, double round_t
 }
 
 double FeedbackLimits::node_s(std::size_t node) noexcept {
-  return kShortest_s *
-         std::pow(kLongest_s / kShortest_s, static_cast<double>(node) / static_cast<double>(kNodes - 1));
+  return kMin_s * std::pow(kMax_s / kMin_s, static_cast<double>(node) / static_cast<double>(kNodes - 1));
 }
 
 FeedbackLimits::FeedbackLimits(const std::vector<FeedbackLoop>& joints)
@@ -150,10 +149,10 @@ FeedbackLimits::FeedbackLimits(const std::vector<FeedbackLoop>& joints)
 
 double FeedbackLimits::usable(BilateralLaw law, std::size_t joint, double round_trip_s) const noexcept {
   if (joint >= joints_ || law == BilateralLaw::kPf) return kInfinity;
-  if (!(round_trip_s <= kLongest_s)) return 0.0;
+  if (!(round_trip_s <= kMax_s)) return 0.0;
   const auto& usable = usable_[static_cast<std::size_t>(law)][joint];
-  const double place = std::log(std::max(round_trip_s, kShortest_s) / kShortest_s) /
-                       std::log(kLongest_s / kShortest_s) * static_cast<double>(kNodes - 1);
+  const double place = std::log(std::max(round_trip_s, kMin_s) / kMin_s) / std::log(kMax_s / kMin_s) *
+                       static_cast<double>(kNodes - 1);
   const auto node = std::min(static_cast<std::size_t>(std::max(place, 0.0)), kNodes - 2);
   if (!std::isfinite(usable[node]) || usable[node + 1] == 0.0) return usable[node + 1];
   const double share = std::clamp(place - static_cast<double>(node), 0.0, 1.0);

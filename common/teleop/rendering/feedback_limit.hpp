@@ -51,11 +51,11 @@ class FeedbackLimits {
   /// Computes the table of at most kMaxJoints loops, which takes some tens of milliseconds.
   explicit FeedbackLimits(const std::vector<FeedbackLoop>& joints);
 
-  /// Returns the usable 1/A. It never rises with the round trip and is 0 beyond kLongest_s. A round trip of
+  /// Returns the usable 1/A. It never rises with the round trip and is 0 beyond kMax_s. A round trip of
   /// NaN counts as too long. Real-time safe: yes.
   double usable(BilateralLaw law, std::size_t joint, double round_trip_s) const noexcept;
 
-  static constexpr double kShortest_s = 0.0005, kLongest_s = 0.25;
+  static constexpr double kMin_s = 0.0005, kMax_s = 0.25;
 
  private:
   static constexpr std::size_t kNodes = 64;

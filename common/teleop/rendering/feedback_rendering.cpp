@@ -17,7 +17,7 @@ FeedbackRenderer::FeedbackRenderer(const FeedbackParameters& parameters)
 // Ignores a single late sample, but follows a link that has become slower.
 void FeedbackRenderer::follow_delay(double measured_s, double dt_s) noexcept {
   if (!(measured_s > 0.0)) return;
-  const double seen_s = std::min(measured_s, FeedbackLimits::kLongest_s);
+  const double seen_s = std::min(measured_s, FeedbackLimits::kMax_s);
   const double constant_s = seen_s > round_trip_s_ ? kDelayRise_s : kDelayFall_s;
   round_trip_s_ += dt_s / (dt_s + constant_s) * (seen_s - round_trip_s_);
 }

@@ -183,7 +183,7 @@ TEST(FeedbackLimits, TheTableIsHalfTheLimitAndNeverRisesWithTheDelay) {
         EXPECT_LE(usable, before) << name_of(law) << j << ' ' << s;
         before = usable;
         least = std::min(least, feedback_limit(law, loops[j], s));
-        if (s > FeedbackLimits::kLongest_s) {
+        if (s > FeedbackLimits::kMax_s) {
           EXPECT_EQ(usable, 0.0);
         } else {
           EXPECT_LE(usable, 0.5 * least * 1.2) << name_of(law) << j << ' ' << s;

@@ -261,11 +261,11 @@ TEST(LinkMonitor, SR19_WithoutPermissionOfBothSidesNothingIsCoupledAndCouplingNe
     permitted = false;
     run(1.0);
     EXPECT_EQ(now.state, kInit) << "not even aligned: the arm does not come to the master either";
-    EXPECT_EQ(now.partner_withholds, !own);
+    EXPECT_EQ(now.peer_motion_inhibited, !own);
     permitted = true;
     run(0.1);
     ASSERT_EQ(now.state, kCoupled);
-    EXPECT_FALSE(now.partner_withholds);
+    EXPECT_FALSE(now.peer_motion_inhibited);
     permitted = false;
     run(0.001);
     EXPECT_EQ(now.state, kDegraded) << "in the same tick";
@@ -338,12 +338,12 @@ TEST(LinkMonitor, SR19_NoSequenceOfInputsCouplesWithoutPermissionOfEverySwitch) 
 TEST(LinkMonitor, SR06_NothingIsCoupledWhileTheDrivesDoNotFollow) {
   LinkMonitor monitor{LinkTiming{}, StopLatch(1, {})};
   LinkObservation seen{
-      .partner_age_s = 0.001, .partner = kCoupled, .poses_agree = true, .drives_follow = false};
+      .partner_age_s = 0.001, .partner = kCoupled, .poses_agree = true, .drives_operational = false};
   for (int i = 0; i < 500; ++i) EXPECT_EQ(monitor.step(seen, 0.001).state, kInit);
-  seen.drives_follow = true;
+  seen.drives_operational = true;
   for (int i = 0; i < 500; ++i) monitor.step(seen, 0.001);
   ASSERT_EQ(monitor.state(), kCoupled);
-  seen.drives_follow = false;
+  seen.drives_operational = false;
   EXPECT_EQ(monitor.step(seen, 0.001).state, LinkState::kDegraded);
 }
 
@@ -371,7 +371,7 @@ TEST(LinkMonitor, SR05_AFaultOfTheDrivesStopsUntilItIsGoneAndResetAndPosesAreAli
 // Tries slave_io: master stopped
 TEST(LinkMonitor, SR04_PowerIsForASideWhosePartnerIsHeardAndNotStopped) {
   LinkMonitor monitor{LinkTiming{}, StopLatch(1, {})};
-  LinkObservation seen{.partner = kInit, .drives_follow = false};
+  LinkObservation seen{.partner = kInit, .drives_operational = false};
   EXPECT_FALSE(monitor.step(seen, 0.001).power) << "nobody is heard";
   seen.partner_age_s = 0.001;
   EXPECT_TRUE(monitor.step(seen, 0.001).power);
@@ -433,12 +433,12 @@ TEST(LinkMonitor, SR15_AStopThatThePartnerDoesNotConfirmIsTold) {
 TEST(LinkMonitor, SR11_WhoAnswersAnotherIsNoPartner) {
   LinkMonitor monitor{LinkTiming{}, StopLatch(1, {})};
   LinkObservation seen{
-      .partner_age_s = 0.001, .answers_another = true, .partner = kCoupled, .poses_agree = true};
+      .partner_age_s = 0.001, .echoes_other_session = true, .partner = kCoupled, .poses_agree = true};
   for (int i = 0; i < 500; ++i) EXPECT_EQ(monitor.step(seen, 0.001).state, kInit);
-  seen.answers_another = false;
+  seen.echoes_other_session = false;
   for (int i = 0; i < 500; ++i) monitor.step(seen, 0.001);
   ASSERT_EQ(monitor.state(), kCoupled);
-  seen.answers_another = true;
+  seen.echoes_other_session = true;
   EXPECT_EQ(monitor.step(seen, 0.001).state, LinkState::kDegraded);
 }
 

@@ -39,7 +39,7 @@ TEST(StepsOfTick, MissedPeriodsAreMadeUpForUpToABound) {
   EXPECT_EQ(one_by_one(0.001).count, 1);
   EXPECT_EQ(one_by_one(0.003).count, 3);
   EXPECT_DOUBLE_EQ(one_by_one(0.003).step_s, 0.001);
-  EXPECT_EQ(one_by_one(1.0).count, kMostMadeUp);
+  EXPECT_EQ(one_by_one(1.0).count, kMaxMadeUp);
   EXPECT_EQ(one_by_one(0.0).count, 1);
   const TickSteps at_once = steps_of_tick(0.003, 0.001, false);
   EXPECT_EQ(at_once.count, 1);

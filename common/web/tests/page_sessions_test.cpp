@@ -36,7 +36,7 @@ TEST(Sessions, AreOpenedByASecretAndEndByTimeAndByHand) {
 TEST(Sessions, AreBoundedAndEachHasItsOwnName) {
   PageSessions sessions(three_secrets());
   std::vector<std::string> tokens;
-  for (std::size_t i = 0; i <= PageSessions::kMost; ++i)
+  for (std::size_t i = 0; i <= PageSessions::kMax; ++i)
     tokens.push_back(sessions.open("configure-config", 0)->token);
   EXPECT_EQ(std::set(tokens.begin(), tokens.end()).size(), tokens.size());
   EXPECT_FALSE(sessions.role_of(tokens.front(), 0));

@@ -29,9 +29,9 @@ struct Counting : GuardTest {
 
 TEST_F(Counting, RefusesFirstSamplesThatCannotBe) {
   EXPECT_EQ(begins(std::int64_t{1} << 62), Fault::kCounting);
-  EXPECT_EQ(begins(Guard::kLongestStep + 2), Fault::kCounting);
-  EXPECT_EQ(begins(Guard::kLongestStepOfDiscovery + 2, kPublicationWriter), Fault::kCounting);
-  EXPECT_EQ(begins(Guard::kLongestStepOfDiscovery + 1, kPublicationWriter), Fault::kNone);
+  EXPECT_EQ(begins(Guard::kMaxStep + 2), Fault::kCounting);
+  EXPECT_EQ(begins(Guard::kMaxStepOfDiscovery + 2, kPublicationWriter), Fault::kCounting);
+  EXPECT_EQ(begins(Guard::kMaxStepOfDiscovery + 1, kPublicationWriter), Fault::kNone);
 }
 
 // A writer that has been up for long is joined late: one long step passes, and the next must wait for it.
@@ -92,8 +92,7 @@ TEST_F(Counting, BoundsWhatAnySequenceOfHeartbeatsCosts) {
     low_mark = std::max(low_mark, first);
   }
   const double participants = 128 + 16 * 60, own = participants * (1024 + 64 * 60);
-  EXPECT_LT(static_cast<double>(counted),
-            100'000 + 1000 * 60 + static_cast<double>(Guard::kLongestStep) + own);
+  EXPECT_LT(static_cast<double>(counted), 100'000 + 1000 * 60 + static_cast<double>(Guard::kMaxStep) + own);
 }
 
 TEST_F(Counting, HidesThoseOfWhoHasLeft) {

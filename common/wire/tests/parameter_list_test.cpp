@@ -172,10 +172,10 @@ TEST(ParameterList, TellsWhereAnnouncementsAreTaken) {
 }
 
 TEST(ParameterList, ShortensLeasesThatAreTooLong) {
-  for (const std::uint32_t seconds : {kLongestLease_s + 1, 0x7fffffffu, 0xffffffffu}) {
+  for (const std::uint32_t seconds : {kMaxLease_s + 1, 0x7fffffffu, 0xffffffffu}) {
     const Checked checked = check(test::participant_list(test::kPeer, seconds).sentinel());
-    EXPECT_DOUBLE_EQ(checked.facts.lease_s, kLongestLease_s);
-    EXPECT_EQ(checked.after, test::participant_list(test::kPeer, kLongestLease_s).sentinel().bytes);
+    EXPECT_DOUBLE_EQ(checked.facts.lease_s, kMaxLease_s);
+    EXPECT_EQ(checked.after, test::participant_list(test::kPeer, kMaxLease_s).sentinel().bytes);
   }
 }
 

@@ -57,7 +57,7 @@ struct WholeSamplesTest : ::testing::Test {
   std::vector<std::uint8_t> in_place_of(const std::vector<std::vector<std::uint8_t>>& parts,
                                         const GuidPrefix& from = peer(1)) {
     const auto datagram = message({joined(parts)}, from);
-    std::vector<std::uint8_t> room(datagram.size() + kMostGrown);
+    std::vector<std::uint8_t> room(datagram.size() + kMaxGrown);
     const auto used = samples->rewrite(datagram, room);
     return {used.begin(), used.end()};
   }
@@ -65,7 +65,7 @@ struct WholeSamplesTest : ::testing::Test {
     return !in_place_of({whole_sample(writer, sequence)}).empty();
   }
 
-  std::unique_ptr<WholeSamples> samples = std::make_unique<WholeSamples>();
+  std::unique_ptr<FragmentReassembler> samples = std::make_unique<FragmentReassembler>();
 };
 
 struct WholeSamplesInOrder : WholeSamplesTest, ::testing::WithParamInterface<bool> {};  // little-endian
@@ -168,15 +168,17 @@ TEST_F(WholeSamplesTest, ASampleOfMoreFragmentsThanAreCountedIsNeverComplete) {
 
 TEST_F(WholeSamplesTest, ForgetTheOldestOfTooManyWriters) {
   const auto writer = [](std::size_t i) { return static_cast<EntityId>((i + 1) << 8U | 0x03U); };
-  for (std::size_t i = 0; i <= WholeSamples::kMostWriters; ++i) in_place_of({half_sample(writer(i), 1, 1)});
+  for (std::size_t i = 0; i <= FragmentReassembler::kMaxWriters; ++i)
+    in_place_of({half_sample(writer(i), 1, 1)});
   EXPECT_FALSE(is_rewritten(writer(0), 2));
-  for (std::size_t i = 1; i <= WholeSamples::kMostWriters; ++i) EXPECT_TRUE(is_rewritten(writer(i), 2)) << i;
+  for (std::size_t i = 1; i <= FragmentReassembler::kMaxWriters; ++i)
+    EXPECT_TRUE(is_rewritten(writer(i), 2)) << i;
   EXPECT_FALSE(samples->awaits(peer(1)));
 }
 
 struct GuardAgainstMixedSamples : GuardTest {
   explicit GuardAgainstMixedSamples(bool secured = false)
-      : GuardTest({.receiver = {.secured = secured}, .ends_by_mixed_samples = true}) {}
+      : GuardTest({.receiver = {.secured = secured}, .crashes_on_interleaved_fragments = true}) {}
 };
 
 TEST_F(GuardAgainstMixedSamples, HandsOnTheNextWholeOneAsAFragment) {

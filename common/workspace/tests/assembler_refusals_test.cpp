@@ -59,17 +59,17 @@ std::vector<std::uint8_t> uniform_brick(std::uint8_t code, std::uint16_t object)
 }
 
 BrickKey key_number(std::int32_t i) {
-  return {i % kMostBricks, i / kMostBricks % kMostBricks, i / (kMostBricks * kMostBricks)};
+  return {i % kMaxBricks, i / kMaxBricks % kMaxBricks, i / (kMaxBricks * kMaxBricks)};
 }
 
 TEST(WorkspaceAssembler, BricksThatNoVersionNamesAreBoundedByMemory) {
-  constexpr std::size_t kMost = std::size_t{4} << 20;
-  WorkspaceAssembler assembler(kMost);
+  constexpr std::size_t kMax = std::size_t{4} << 20;
+  WorkspaceAssembler assembler(kMax);
   std::size_t refused = 0;
   const auto bricks = std::array{uniform_brick(1, 1), uniform_brick(2, 1), uniform_brick(1, 2)};
   for (std::int32_t i = 0; i < 30'000; ++i) {
     refused += assembler.put_brick(key_number(i), 1 + i, bricks[i % 3]) ? 0 : 1;
-    ASSERT_LE(assembler.bytes(), kMost);
+    ASSERT_LE(assembler.bytes(), kMax);
   }
   EXPECT_GT(refused, 0U);
   EXPECT_LT(assembler.bricks_held(), 15'000U);
@@ -82,7 +82,7 @@ TEST(WorkspaceAssembler, BricksThatNoVersionNamesAreBoundedByMemory) {
 TEST(WorkspaceAssembler, RefusesAVersionOfMoreBricksThanTheTopicHolds) {
   WorkspaceAssembler assembler;
   VersionDescription description{1, {Eigen::Vector3d::Zero(), 0.01, {64, 64, 64}}, {0.0F, 1.0F}, 0, 0};
-  description.brick_count = kMostBricksInAll + 1;
+  description.brick_count = kMaxBricksInAll + 1;
   EXPECT_FALSE(assembler.commit(description));
 }
 

@@ -63,8 +63,8 @@ Bytes tiled_literally(const BrickData& brick) {
 }
 
 Bytes tiled(const Workspace::BrickView& brick) {
-  Bytes bytes(kMostTiledBytes);
-  bytes.resize(tile_brick(brick, std::span<std::uint8_t, kMostTiledBytes>(bytes)));
+  Bytes bytes(kMaxTiledBytes);
+  bytes.resize(tile_brick(brick, std::span<std::uint8_t, kMaxTiledBytes>(bytes)));
   return bytes;
 }
 
@@ -261,9 +261,9 @@ TEST(BrickCodec, RefusesWhatIsNoBrick) {
       EXPECT_EQ(encode_brick(content->voxels.view()), bytes);
     }
   }
-  const Bytes nothing(kMostTiledBytes + 1);
+  const Bytes nothing(kMaxTiledBytes + 1);
   for (const std::size_t size :
-       {std::size_t{0}, std::size_t{1}, std::size_t{600}, kMostTiledBytes, nothing.size()}) {
+       {std::size_t{0}, std::size_t{1}, std::size_t{600}, kMaxTiledBytes, nothing.size()}) {
     const core::Status status = decode_brick(compressed(nothing.data(), size), *content);
     EXPECT_FALSE(status) << size;
     EXPECT_NE(status.message().find("brick: "), std::string::npos);

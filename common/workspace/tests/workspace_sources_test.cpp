@@ -183,7 +183,7 @@ TEST(WorkspaceSources, BesidesTheOneInForceBricksTakeALimitedAmountOfMemory) {
   const Workspace ours = world(1);
   send(sources, kFirst, ours);
   const auto brick = encode_brick(ours.brick(ours.bricks().front()));
-  const auto most = static_cast<std::int32_t>(WorkspaceSources::kLeastReceivedBytes / brick.size());
+  const auto most = static_cast<std::int32_t>(WorkspaceSources::kMinReceivedBytes / brick.size());
   ASSERT_LT(most, 65536) << "the places below are distinct";
   std::int32_t taken = 0;
   while (taken <= most && sources.put_brick(kSecond, {taken % 256, taken / 256, 0}, 1, brick)) ++taken;

@@ -30,9 +30,9 @@ bool InstanceFinder::find(const std::string& type, std::span<const std::uint8_t>
 
 struct EventWatch::Impl {
   Triggers triggers;
-  static constexpr std::size_t kMost = 256;                             // senders that are remembered
-  core::RecentMap<std::uint64_t, std::uint64_t> newest_command{kMost};  // sequence number, by session
-  core::RecentMap<std::string, core::ComponentState> states{kMost};     // by component and host
+  static constexpr std::size_t kMax = 256;                             // senders that are remembered
+  core::RecentMap<std::uint64_t, std::uint64_t> newest_command{kMax};  // sequence number, by session
+  core::RecentMap<std::string, core::ComponentState> states{kMax};     // by component and host
 
   template <class Message>
   static auto decoded(const dds::TopicSpec<Message>& topic, std::span<const std::uint8_t> bytes)

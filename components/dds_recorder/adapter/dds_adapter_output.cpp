@@ -16,7 +16,7 @@
 namespace phantom::dds_recorder {
 namespace {
 
-constexpr core::Nanoseconds kLongestHold_ns = 2 * core::kNsPerSecond;
+constexpr core::Nanoseconds kMaxHold_ns = 2 * core::kNsPerSecond;
 constexpr double kDiscovery_s = 1.0;  // until then every participant of the same network has announced itself
 
 /// The other processes that write topics now.
@@ -140,7 +140,7 @@ class DdsOutput : public ReplaySink {
   /// the first event that a reader may not have. A topic whose readers do not answer is not waited for again.
   static void hold_for_readers(Output& output) {
     output.since_hold = 1;
-    if (output.writer->wait_until_received(kLongestHold_ns)) return;
+    if (output.writer->wait_until_received(kMaxHold_ns)) return;
     output.readers_answer = false;
     spdlog::warn("a reader of {} does not take its samples; from now on it is not waited for",
                  output.info.name);

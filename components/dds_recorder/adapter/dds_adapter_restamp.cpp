@@ -64,9 +64,9 @@ std::uint64_t Restamper::added(const Session& session) const {
 std::uint64_t Restamper::renamed(std::uint64_t session) const { return mixed(session ^ session_) | 1U; }
 
 core::Nanoseconds Restamper::moved(const Session& session, core::Nanoseconds recorded_ns) const {
-  constexpr double kMost_ns = 4e18;  // a recorded reading may be anything; this plus a clock reading fits
+  constexpr double kMax_ns = 4e18;  // a recorded reading may be anything; this plus a clock reading fits
   const double apart_ns = static_cast<double>(core::elapsed_ns(session.recorded_ns, recorded_ns)) / rate_;
-  return session.now_ns + std::llround(std::clamp(apart_ns, -kMost_ns, kMost_ns));
+  return session.now_ns + std::llround(std::clamp(apart_ns, -kMax_ns, kMax_ns));
 }
 
 void Restamper::move(msg::Stamp& stamp) {

@@ -16,11 +16,11 @@ namespace phantom::dds_recorder {
 /// number. Its clock readings move together, so that differences stay as recorded (÷ rate). Its sample
 /// numbers stay as recorded in the first turn of a loop and continue to rise in the next. Echoes move like
 /// the stamps that they answer; echoes of stamps that are not in the recording stay. It remembers the
-/// kMostSessions that were used last: the numbers of one that is forgotten begin again in the next turn. Not
+/// kMaxSessions that were used last: the numbers of one that is forgotten begin again in the next turn. Not
 /// thread-safe.
 class Restamper {
  public:
-  static constexpr std::size_t kMostSessions = 16384;
+  static constexpr std::size_t kMaxSessions = 16384;
 
   /// `session`: a random number for this replay. `rate` > 0.
   Restamper(std::uint64_t session, double rate) : session_(session), rate_(rate) {}
@@ -53,7 +53,7 @@ class Restamper {
   double rate_;
   std::uint64_t turn_ = 0;
   core::Nanoseconds utc_minus_monotonic_ns_ = 0, due_ns_ = 0;
-  core::RecentMap<std::uint64_t, Session> sessions_{kMostSessions};
+  core::RecentMap<std::uint64_t, Session> sessions_{kMaxSessions};
 };
 
 }  // namespace phantom::dds_recorder

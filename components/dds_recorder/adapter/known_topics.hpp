@@ -10,14 +10,14 @@ namespace phantom::dds_recorder {
 /// a reader until the end, so that of topics that are not the project's only so many are. Not thread-safe.
 class KnownTopics {
  public:
-  static constexpr std::size_t kMostForeign = 256;
+  static constexpr std::size_t kMaxForeign = 256;
 
   /// Notes a topic of the project.
   void add_own(const std::string& name) { own_.insert(name); }
   /// Returns whether that topic, of somebody else, is new and there is room for it.
   bool is_fresh(const std::string& name) {
     if (own_.contains(name) || foreign_.contains(name)) return false;
-    if (foreign_.size() == kMostForeign) {
+    if (foreign_.size() == kMaxForeign) {
       ++left_out_;
       return false;
     }

@@ -104,10 +104,10 @@ TEST(DurableStateOf, KeepsTheNewestOfEachInstanceWithinItsMemory) {
 
 TEST(DurableStateOf, SmallSamplesCountWithWhatKeepsThem) {
   FakeWorld world;
-  constexpr std::size_t kLimit = 1'000'000, kLeastOfOne = 250;  // of two nodes, a block and the sample itself
+  constexpr std::size_t kLimit = 1'000'000, kMinOfOne = 250;  // of two nodes, a block and the sample itself
   DurableState state([](auto, auto, auto&) { return false; }, kLimit);
   for (std::uint64_t i = 1; i <= 100'000; ++i) state.put(owned(world.sample(0, i, 0, {1})), true);
-  EXPECT_LE(state.size(), kLimit / kLeastOfOne);
+  EXPECT_LE(state.size(), kLimit / kMinOfOne);
   EXPECT_EQ(state.size() + state.forgotten(), 100'000u) << "what is forgotten is counted";
 }
 
@@ -115,10 +115,10 @@ TEST(KnownTopicsOf, EachIsFreshOnceAndOfThoseOfOthersThereAreSoMany) {
   KnownTopics known;
   known.add_own("percept");
   EXPECT_FALSE(known.is_fresh("percept"));
-  for (std::size_t i = 0; i < 2 * KnownTopics::kMostForeign; ++i)
-    EXPECT_EQ(known.is_fresh("t" + std::to_string(i)), i < KnownTopics::kMostForeign);
+  for (std::size_t i = 0; i < 2 * KnownTopics::kMaxForeign; ++i)
+    EXPECT_EQ(known.is_fresh("t" + std::to_string(i)), i < KnownTopics::kMaxForeign);
   EXPECT_FALSE(known.is_fresh("t0"));
-  EXPECT_EQ(known.left_out(), KnownTopics::kMostForeign);
+  EXPECT_EQ(known.left_out(), KnownTopics::kMaxForeign);
 }
 
 TEST(ProcessesOf, ThoseThatAreThereAreKnownHoweverManyCameAndWent) {
@@ -131,11 +131,11 @@ TEST(ProcessesOf, ThoseThatAreThereAreKnownHoweverManyCameAndWent) {
     return info;
   };
   processes.put(process(7));
-  for (std::uint64_t number = 100; number < 100 + 10 * Processes::kMostGone; ++number) {
+  for (std::uint64_t number = 100; number < 100 + 10 * Processes::kMaxGone; ++number) {
     processes.put(process(number));
     processes.leave(process(number).guid);
   }
-  EXPECT_EQ(processes.size(), 1 + Processes::kMostGone);
+  EXPECT_EQ(processes.size(), 1 + Processes::kMaxGone);
   Guid writer = process(7).guid;
   writer[15] = 0x02;
   EXPECT_EQ(processes.describe(writer).component, "p7");
@@ -146,7 +146,7 @@ TEST(ProcessesOf, ThoseThatAreThereAreKnownHoweverManyCameAndWent) {
   processes.put(endpoint);
   processes.put(process(7));  // announced again
   EXPECT_EQ(processes.describe(writer).partition, "cell/a");
-  const std::uint64_t last = 99 + 10 * Processes::kMostGone;
+  const std::uint64_t last = 99 + 10 * Processes::kMaxGone;
   EXPECT_EQ(processes.describe(process(last).guid).component, "p" + std::to_string(last))
       << "its samples may not be written yet";
   EXPECT_EQ(processes.describe(process(100).guid).component, "");

@@ -255,12 +255,12 @@ TEST(Bounds, AFileHasSoManyChannelsAndTheNextGoesOn) {
   FakeWorld world;
   const auto owner = world.recorder(continuous());
   owner->tick(0);
-  for (std::uint64_t writer = 0; writer < RecordingFile::kMostChannels + 10; ++writer)
+  for (std::uint64_t writer = 0; writer < RecordingFile::kMaxChannels + 10; ++writer)
     owner->take(of_writer(world, world.state, writer, 1000));
   owner->finish(2000);
   ASSERT_EQ(world.files.size(), 2u);
   const auto names = world.names();
-  EXPECT_EQ(world.open(names[0]).channels().size(), RecordingFile::kMostChannels);
+  EXPECT_EQ(world.open(names[0]).channels().size(), RecordingFile::kMaxChannels);
   EXPECT_EQ(all_messages(world.open(names[1])).size(), 10u);
   EXPECT_EQ(owner->figures().losses.unwritten, 0u);
 }
@@ -275,7 +275,7 @@ TEST(Bounds, DurableSamplesOfTooManyWritersDoNotEndARecording) {
   Recorder recorder(settings, RecordingContext{}, ports, ClockPair{0, FakeWorld::kUtc});
   const TopicNumber topic = recorder.add_topic({"brick", "B", true, true, "omgidl", "struct B {};", {}});
   recorder.tick(0);
-  constexpr std::uint64_t kWriters = RecordingFile::kMostChannels / 2 + 100;
+  constexpr std::uint64_t kWriters = RecordingFile::kMaxChannels / 2 + 100;
   for (std::uint64_t writer = 0; writer < kWriters; ++writer)
     recorder.take(of_writer(world, topic, writer, 1000));
   recorder.tick(2 * FakeWorld::kSecond);
@@ -293,16 +293,16 @@ TEST(Bounds, EventsAreCountedAndSoManyNotedInAFile) {
   const auto owner = world.recorder(continuous());
   owner->tick(0);
   owner->take_notices();
-  constexpr std::size_t kEvents = 3 * Recorder::kMostTriggers;
+  constexpr std::size_t kEvents = 3 * Recorder::kMaxTriggers;
   for (std::size_t i = 0; i < kEvents; ++i) owner->trigger("again", 1000);
   const auto notices = owner->take_notices();
-  EXPECT_EQ(notices.size(), Recorder::kMostNotices + 1);
+  EXPECT_EQ(notices.size(), Recorder::kMaxNotices + 1);
   EXPECT_THAT(notices.back(), HasSubstr("more like these"));
   EXPECT_THAT(owner->take_notices(), IsEmpty());
   owner->finish(2000);
   EXPECT_EQ(owner->figures().events, kEvents);
   const auto reader = world.open(world.names()[0]);
-  EXPECT_EQ(reader.metadata(kTriggerRecord).size(), Recorder::kMostTriggers);
+  EXPECT_EQ(reader.metadata(kTriggerRecord).size(), Recorder::kMaxTriggers);
 }
 
 // Tries dds_recorder: the margin is reached

@@ -251,11 +251,11 @@ TEST(RestamperOf, RemembersTheSessionsThatWereUsedLast) {
     return stamp.sequence_number();
   };
   EXPECT_EQ(moved(1, 10), 10u);
-  for (std::uint64_t session = 2; session < 3 * Restamper::kMostSessions; ++session) {
+  for (std::uint64_t session = 2; session < 3 * Restamper::kMaxSessions; ++session) {
     moved(session, 1);
     if (session % 1000 == 0) moved(1, 10);
   }
-  EXPECT_EQ(restamper.sessions(), Restamper::kMostSessions);
+  EXPECT_EQ(restamper.sessions(), Restamper::kMaxSessions);
   restamper.begin(1000, 0);
   restamper.begin(2000, 0);  // a turn in which it is silent
   EXPECT_EQ(moved(1, 10), 12u) << "one that was used goes on";
@@ -263,8 +263,8 @@ TEST(RestamperOf, RemembersTheSessionsThatWereUsedLast) {
 }
 
 TEST(RestamperOf, ClocksThatLeapFromEndToEndKeepTheirDirection) {
-  constexpr auto kLeast = std::numeric_limits<core::Nanoseconds>::min();
-  constexpr auto kGreatest = std::numeric_limits<core::Nanoseconds>::max();
+  constexpr auto kMin = std::numeric_limits<core::Nanoseconds>::min();
+  constexpr auto kMax = std::numeric_limits<core::Nanoseconds>::max();
   for (const double rate : {0.01, 1.0, 100.0}) {
     Restamper restamper(99, rate);
     auto moved = [&restamper, number = 0U](core::Nanoseconds at_ns) mutable {
@@ -276,11 +276,11 @@ TEST(RestamperOf, ClocksThatLeapFromEndToEndKeepTheirDirection) {
       return stamp.monotonic_ns();
     };
     restamper.begin(1000, 1'800'000'000'000'000'000);
-    EXPECT_EQ(moved(kLeast), 1000);
-    EXPECT_GT(moved(kGreatest), 1000);
+    EXPECT_EQ(moved(kMin), 1000);
+    EXPECT_GT(moved(kMax), 1000);
     restamper.begin(2000, 1'800'000'000'000'000'000);
-    EXPECT_EQ(moved(kGreatest), 2000);
-    EXPECT_LT(moved(kLeast), 2000);
+    EXPECT_EQ(moved(kMax), 2000);
+    EXPECT_LT(moved(kMin), 2000);
   }
 }
 

@@ -56,14 +56,14 @@ TEST_F(EventLogTest, OnlyTheNewestAreKept) {
 }
 
 TEST_F(EventLogTest, SoManyAreHeldBackTheLongestHeldGoesOutEarly) {
-  for (std::size_t i = 0; i < 3 * EventLog::kMostHeld; ++i) {
+  for (std::size_t i = 0; i < 3 * EventLog::kMaxHeld; ++i) {
     const std::string topic = "t" + std::to_string(i);
     log.add(gap(static_cast<core::Nanoseconds>(1 + i), "first", topic));
     log.add(gap(static_cast<core::Nanoseconds>(1 + i), "second", topic));
   }
-  EXPECT_EQ(log.held(), EventLog::kMostHeld);
+  EXPECT_EQ(log.held(), EventLog::kMaxHeld);
   log.flush();
-  EXPECT_EQ(reported.size(), 6 * EventLog::kMostHeld) << "none is lost";
+  EXPECT_EQ(reported.size(), 6 * EventLog::kMaxHeld) << "none is lost";
 }
 
 TEST(Event, EveryKindHasItsOwnName) {

@@ -41,18 +41,18 @@ TEST(ForeignTopicsOf, SoManyAreReadAndThoseThatNobodyWritesMakeRoom) {
         topic, [&](const std::string& known) { return written.contains(known); },
         [&](const std::string& known) { dropped.push_back(known); });
   };
-  for (std::size_t i = 0; i < ForeignTopics::kMost; ++i) EXPECT_TRUE(admit("t" + std::to_string(i)));
+  for (std::size_t i = 0; i < ForeignTopics::kMax; ++i) EXPECT_TRUE(admit("t" + std::to_string(i)));
   EXPECT_EQ(topics.take_problem(), "");
   for (int i = 0; i < 1000; ++i) EXPECT_FALSE(admit("further_" + std::to_string(i)));
   EXPECT_TRUE(admit("t7")) << "one that is read stays so";
-  EXPECT_EQ(topics.size(), ForeignTopics::kMost);
+  EXPECT_EQ(topics.size(), ForeignTopics::kMax);
   EXPECT_NE(topics.take_problem(), "");
   EXPECT_EQ(topics.take_problem(), "") << "told once";
   written.erase("t3");
   written.erase("t200");
   EXPECT_TRUE(admit("further_0"));
   EXPECT_EQ(dropped, (std::vector<std::string>{"t200", "t3"}));
-  EXPECT_EQ(topics.size(), ForeignTopics::kMost - 1);
+  EXPECT_EQ(topics.size(), ForeignTopics::kMax - 1);
 }
 
 TEST(ReadingPlan, NobodyWaitsForTheSpyUnlessAsked) {

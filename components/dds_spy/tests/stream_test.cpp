@@ -150,24 +150,24 @@ TEST(Stream, AcrossHostsUtcClocksAreComparedAndANegativeAgeIsKept) {
 }
 
 TEST(Stream, TimesThatCannotBeAreToldAsTheyAre) {
-  constexpr auto kLeast = std::numeric_limits<core::Nanoseconds>::min();
+  constexpr auto kMin = std::numeric_limits<core::Nanoseconds>::min();
   Stream stream;
   SampleFacts odd = sample(1, 100 * core::kNsPerMillisecond);
   odd.stamp = SampleStamp{};
   for (const bool same_host : {true, false}) {
     odd.same_host = same_host;
-    odd.stamp->monotonic_ns = odd.stamp->utc_ns = kLeast;
+    odd.stamp->monotonic_ns = odd.stamp->utc_ns = kMin;
     stream.take(odd);
     EXPECT_GT(stream.figures().latency_max_s, 9e9);
     ++odd.sequence_number;
   }
   odd.stamp.reset();
-  odd.source_ns = kLeast;
+  odd.source_ns = kMin;
   stream.take(odd);
   EXPECT_GT(stream.figures().latency_min_s, 9e9);
 
   DeadlineWatch watch(20 * core::kNsPerMillisecond);
-  watch.take(100 * core::kNsPerMillisecond, kLeast);
+  watch.take(100 * core::kNsPerMillisecond, kMin);
   const auto miss = watch.take(200 * core::kNsPerMillisecond, 1);
   ASSERT_TRUE(miss);
   EXPECT_GT(miss->made_apart_ns, 0);

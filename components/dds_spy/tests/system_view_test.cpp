@@ -250,15 +250,15 @@ TEST_F(SystemViewTest, CountsCanBeSetToZero) {
 }
 
 TEST_F(SystemViewTest, InstancesOfAWriterAreToldApartUpToANumber) {
-  for (std::uint64_t i = 0; i < 3 * ObservedWriter::kMostInstances; ++i) {
+  for (std::uint64_t i = 0; i < 3 * ObservedWriter::kMaxInstances; ++i) {
     ReceivedSample received = sample(i + 1, 1'000'000 * static_cast<core::Nanoseconds>(i), 0);
     received.instance = "id=" + std::to_string(i);
     view.on_sample(received);
   }
   const ObservedWriter& writer = view.writers().at(guid(1, 2));
-  EXPECT_EQ(writer.instances.size(), ObservedWriter::kMostInstances + 1);
-  EXPECT_EQ(writer.instances.at(ObservedWriter::kOthers), 2 * ObservedWriter::kMostInstances);
-  EXPECT_LE(writer.deadlines.size(), ObservedWriter::kMostInstances);
+  EXPECT_EQ(writer.instances.size(), ObservedWriter::kMaxInstances + 1);
+  EXPECT_EQ(writer.instances.at(ObservedWriter::kOthers), 2 * ObservedWriter::kMaxInstances);
+  EXPECT_LE(writer.deadlines.size(), ObservedWriter::kMaxInstances);
 }
 
 Guid numbered(std::size_t participant, std::uint8_t entity) {
@@ -271,7 +271,7 @@ Guid numbered(std::size_t participant, std::uint8_t entity) {
 }
 
 TEST_F(SystemViewTest, OfAllWritersTogetherInstancesAreToldApartUpToANumber) {
-  constexpr std::size_t kEach = 4000, kWriters = 2 * SystemView::kMostInstances / kEach;
+  constexpr std::size_t kEach = 4000, kWriters = 2 * SystemView::kMaxInstances / kEach;
   std::size_t kept = 0, counted = 0;
   for (std::size_t w = 0; w < kWriters; ++w) {
     ReceivedSample received = sample(1, 1, 0);
@@ -286,7 +286,7 @@ TEST_F(SystemViewTest, OfAllWritersTogetherInstancesAreToldApartUpToANumber) {
     kept += writer.instances.size();
     for (const auto& [instance, samples] : writer.instances) counted += samples;
   }
-  EXPECT_LE(kept, SystemView::kMostInstances + 2 * kWriters) << "besides, one and all others for each";
+  EXPECT_LE(kept, SystemView::kMaxInstances + 2 * kWriters) << "besides, one and all others for each";
   EXPECT_EQ(counted, kWriters * kEach) << "all are counted";
   view.reset_counts();
   ReceivedSample again = sample(1, 1, 0);
@@ -307,8 +307,8 @@ TEST_F(SystemViewTest, SoManyWritersAreMeasuredAndThoseThatWentMakeRoom) {
     received.writer = end.guid;
     view.on_sample(received);
   };
-  for (std::size_t number = 0; number < SystemView::kMostWriters + 100; ++number) come(number);
-  EXPECT_EQ(view.writers().size(), SystemView::kMostWriters);
+  for (std::size_t number = 0; number < SystemView::kMaxWriters + 100; ++number) come(number);
+  EXPECT_EQ(view.writers().size(), SystemView::kMaxWriters);
   EXPECT_EQ(view.samples_left_out(), 100u);
   for (std::size_t number = 0; number < 10; ++number) {
     end.guid = numbered(number, 2);
@@ -317,9 +317,9 @@ TEST_F(SystemViewTest, SoManyWritersAreMeasuredAndThoseThatWentMakeRoom) {
     late.writer = end.guid;
     view.on_sample(late);  // it came before its writer's end and is taken after it
   }
-  come(SystemView::kMostWriters + 200);
-  EXPECT_TRUE(view.writers().contains(numbered(SystemView::kMostWriters + 200, 2)));
-  EXPECT_LE(view.writers().size(), SystemView::kMostWriters);
+  come(SystemView::kMaxWriters + 200);
+  EXPECT_TRUE(view.writers().contains(numbered(SystemView::kMaxWriters + 200, 2)));
+  EXPECT_LE(view.writers().size(), SystemView::kMaxWriters);
 }
 
 TEST_F(SystemViewTest, EndpointsThatAreAnnouncedBeforeTheirParticipantGoWithIt) {

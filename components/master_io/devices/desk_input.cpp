@@ -15,7 +15,7 @@
 
 #include "common/core/clock.hpp"
 #include "common/core/errors.hpp"
-#include "common/core/thread_place.hpp"
+#include "common/core/thread_config.hpp"
 #include "common/runtime/process/input_device.hpp"
 #include "components/master_io/devices/desk_decode.hpp"
 #include "components/master_io/devices/spacenav.hpp"
@@ -189,7 +189,7 @@ void check_device(const DeskConfig& config) {
   if (fd != STDIN_FILENO) close(fd);
 }
 
-struct DeskInput::Impl {
+struct ManualInput::Impl {
   Impl(const DeskConfig& config, core::Snapshot<DeskState>& into, Listener listens, int servo_priority)
       : state(into), listener(std::move(listens)), spacenav(open_spacenav(config)) {
     if (spacenav) {
@@ -199,7 +199,7 @@ struct DeskInput::Impl {
     }
     thread =
         std::jthread([this, servo_priority, space_mouse = config.space_mouse](const std::stop_token& stop) {
-          core::take_place(core::ThreadRole::kDesk, servo_priority);
+          core::apply_thread_config(core::ThreadRole::kDesk, servo_priority);
           progress.begin();
           if (spacenav) {
             read_spacenav(stop);
@@ -311,12 +311,12 @@ struct DeskInput::Impl {
   std::jthread thread;
 };
 
-DeskInput::DeskInput(const DeskConfig& config, core::Snapshot<DeskState>& state, Listener listener,
-                     int servo_priority)
+ManualInput::ManualInput(const DeskConfig& config, core::Snapshot<DeskState>& state, Listener listener,
+                         int servo_priority)
     : impl_(std::make_unique<Impl>(config, state, std::move(listener), servo_priority)) {}
-DeskInput::~DeskInput() = default;
-void DeskInput::rumble(double strength) { impl_->strength.store(strength, std::memory_order_relaxed); }
-const core::Progress& DeskInput::progress() const { return impl_->progress; }
-const std::string& DeskInput::name() const { return impl_->name; }
+ManualInput::~ManualInput() = default;
+void ManualInput::rumble(double strength) { impl_->strength.store(strength, std::memory_order_relaxed); }
+const core::Progress& ManualInput::progress() const { return impl_->progress; }
+const std::string& ManualInput::name() const { return impl_->name; }
 
 }  // namespace phantom::master_io

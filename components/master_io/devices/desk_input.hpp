@@ -10,12 +10,13 @@
 
 namespace phantom::master_io {
 
-/// Checks that the device that DeskInput would open is there. Throws core::MissingError as DeskInput does.
+/// Checks that the device that ManualInput would open is there. Throws core::MissingError as ManualInput
+/// does.
 void check_device(const DeskConfig& config);
 
 /// Reads a stick, gamepad or keyboard on a thread of its own and drives its rumble motors. Not for the servo
 /// thread, which reads the snapshot.
-class DeskInput {
+class ManualInput {
  public:
   struct Listener {
     std::function<void()> on_stop, on_reset;
@@ -26,9 +27,9 @@ class DeskInput {
 
   /// Opens the device. The thread's priority is relative to `servo_priority`. Throws core::MissingError
   /// naming the device if it is missing or may not be read.
-  DeskInput(const DeskConfig& config, core::Snapshot<DeskState>& state, Listener listener,
-            int servo_priority);
-  ~DeskInput();
+  ManualInput(const DeskConfig& config, core::Snapshot<DeskState>& state, Listener listener,
+              int servo_priority);
+  ~ManualInput();
 
   /// Sets the rumble's strength, 0…1, if the device can rumble. May be called by any thread but the servo's.
   void rumble(double strength);

@@ -21,9 +21,9 @@ Spacenav::~Spacenav() { spnav_close(); }
 bool Spacenav::read(int wait_ms, double now_s, SpacenavDecoder& decoder) {
   pollfd wait{spnav_fd(), POLLIN | POLLRDHUP, 0};
   if (poll(&wait, 1, wait_ms) <= 0) return true;
-  constexpr int kMostAtOnce = 64;  // whoever floods is read on in the next turn
+  constexpr int kMaxAtOnce = 64;  // whoever floods is read on in the next turn
   spnav_event event;
-  for (int i = 0; i < kMostAtOnce && spnav_poll_event(&event) != 0; ++i) {
+  for (int i = 0; i < kMaxAtOnce && spnav_poll_event(&event) != 0; ++i) {
     if (event.type == SPNAV_EVENT_MOTION) {
       const spnav_event_motion& m = event.motion;
       decoder.deflect({m.x, m.y, m.z, m.rx, m.ry, m.rz}, now_s);

@@ -205,7 +205,7 @@ TEST(Desk, AMissingDeviceIsNamed) {
     DeskConfig config = three_joints();
     config.device = device;
     try {
-      DeskInput input(config, state, {[] {}, [] {}, [](const std::string&) {}, [](bool) {}}, 0);
+      ManualInput input(config, state, {[] {}, [] {}, [](const std::string&) {}, [](bool) {}}, 0);
     } catch (const core::MissingError& missing) {
       return missing.what();
     }
@@ -228,11 +228,11 @@ TEST(Desk, ReadsEventsAndTellsWhenTheDeviceIsGone) {
   config.device = path.string();
   DeskState now;
   {
-    DeskInput input(config, state,
-                    {[&] { ++stops; }, [] {}, [](const std::string&) {},
-                     [&](bool open) { gripper += open ? "open " : "closed "; },
-                     [&](PerceptKey key) { percepts = static_cast<int>(key); }},
-                    0);
+    ManualInput input(config, state,
+                      {[&] { ++stops; }, [] {}, [](const std::string&) {},
+                       [&](bool open) { gripper += open ? "open " : "closed "; },
+                       [&](PerceptKey key) { percepts = static_cast<int>(key); }},
+                      0);
     std::ofstream device(path, std::ios::binary);
     for (const auto& e : {event(EV_KEY, KEY_2, 1), event(EV_KEY, KEY_C, 1), event(EV_KEY, KEY_UP, 1),
                           event(EV_KEY, KEY_ESC, 1)})

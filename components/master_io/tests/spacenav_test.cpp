@@ -86,13 +86,13 @@ class SpacenavInput : public testing::Test {
   ~SpacenavInput() override { unsetenv("SPNAV_SOCKET"); }
 
   void open() {
-    input_ = std::make_unique<DeskInput>(config_, state_,
-                                         DeskInput::Listener{[this] { ++stops_; }, [] {},
-                                                             [this](const std::string& words) {
-                                                               const std::lock_guard lock(mutex_);
-                                                               notices_ += words + "\n";
-                                                             }},
-                                         0);
+    input_ = std::make_unique<ManualInput>(config_, state_,
+                                           ManualInput::Listener{[this] { ++stops_; }, [] {},
+                                                                 [this](const std::string& words) {
+                                                                   const std::lock_guard lock(mutex_);
+                                                                   notices_ += words + "\n";
+                                                                 }},
+                                           0);
   }
   template <class Condition>
   bool shows(Condition condition) {
@@ -115,7 +115,7 @@ class SpacenavInput : public testing::Test {
   std::atomic<int> stops_{0};
   std::mutex mutex_;
   std::string notices_;
-  std::unique_ptr<DeskInput> input_;
+  std::unique_ptr<ManualInput> input_;
 };
 
 TEST_F(SpacenavInput, WhatTheDaemonReportsMovesAndItsButtonsAreClutchAndStop) {

@@ -112,13 +112,13 @@ TEST(Uinput, AGamepadIsFoundReadAndRumblesUntilItIsPulledOut) {
   std::atomic<int> stops{0}, resets{0};
   std::mutex mutex;
   std::string reported;
-  DeskInput input(first_joints(), state,
-                  {[&] { ++stops; }, [&] { ++resets; },
-                   [&](const std::string& what) {
-                     const std::lock_guard lock(mutex);
-                     reported += what + '\n';
-                   }},
-                  0);
+  ManualInput input(first_joints(), state,
+                    {[&] { ++stops; }, [&] { ++resets; },
+                     [&](const std::string& what) {
+                       const std::lock_guard lock(mutex);
+                       reported += what + '\n';
+                     }},
+                    0);
   EXPECT_EQ(input.name().rfind("Test gamepad (/dev/input/event", 0), 0U) << input.name();
   DeskState now;
   const auto axis_is = [&](std::size_t axis, double value) {

@@ -63,12 +63,12 @@ TEST(AlertRelay, WhatFindsNoRoomIsCountedAndTheRestComes) {
   AlertRelay relay(sink);
   relay.on_alert(alert(0), false);
   sink.entered.get_future().wait();
-  for (std::uint32_t i = 1; i <= AlertRelay::kMostWaiting + 3; ++i) relay.on_alert(alert(i), false);
+  for (std::uint32_t i = 1; i <= AlertRelay::kMaxWaiting + 3; ++i) relay.on_alert(alert(i), false);
   EXPECT_EQ(relay.left_out(), 3U);
   sink.let_go.set_value();
   relay.end();
-  ASSERT_EQ(sink.alerts.size(), AlertRelay::kMostWaiting + 1);
-  EXPECT_EQ(sink.alerts.back().first, AlertRelay::kMostWaiting);
+  ASSERT_EQ(sink.alerts.size(), AlertRelay::kMaxWaiting + 1);
+  EXPECT_EQ(sink.alerts.back().first, AlertRelay::kMaxWaiting);
 }
 
 }  // namespace

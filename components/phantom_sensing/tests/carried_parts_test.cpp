@@ -183,8 +183,8 @@ TEST_F(Carried, TheSkinIsChangedWithoutTheHeapAndKeepsWhatMayBeTouched) {
 TEST_F(Carried, AVersionWhoseMeshIsMissingComesIntoUseOnceItIsThere) {
   std::vector<std::string> refused;
   std::atomic<int> problems = 0;
-  WorkspaceKeeper keeper({.refused = [&](const std::string& why) { refused.push_back(why), ++problems; }},
-                         SIZE_MAX, &parts_);
+  WorkspaceSubscriber keeper({.refused = [&](const std::string& why) { refused.push_back(why), ++problems; }},
+                             SIZE_MAX, &parts_);
   const workspace::Workspace world = world_with({});
   rig::send(world, 1, keeper);
   ASSERT_TRUE(eventually([&] { return keeper.version() == 1; }));
@@ -230,7 +230,7 @@ TEST_F(Carried, ARandomSequenceOfAttachAndReleaseNeverLeavesTwoOfItOrNone) {
         {empty, {carried_at({geometry::rotation_from_rpy(share(random), 0.0, share(random)), held})}});
   }
   const PhantomModel& model = model_;
-  WorkspaceKeeper keeper({[](const std::string& why) { ADD_FAILURE() << why; }}, SIZE_MAX, &parts_);
+  WorkspaceSubscriber keeper({[](const std::string& why) { ADD_FAILURE() << why; }}, SIZE_MAX, &parts_);
   Results results;
   SensingLoop loop(model, config_, keeper, results);
   CarriedParts oracle_parts(model_, config_.percept);  // none of the loop's skins

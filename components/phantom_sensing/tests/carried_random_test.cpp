@@ -22,7 +22,7 @@ namespace phantom::phantom_sensing {
 namespace {
 
 constexpr std::uint16_t kValve = 9;
-constexpr double kValveRadius_m = 0.07, kCoarseVoxel_m = 0.02, kGreatestMu = 100.0;
+constexpr double kValveRadius_m = 0.07, kCoarseVoxel_m = 0.02, kMaxMu = 100.0;
 constexpr double kTick_s = 0.001, kCap_Nm = 30.0, kRate_Nm_per_s = 200.0;
 
 enum class Place { kStands, kInThisHand, kInAnotherHand };
@@ -273,7 +273,7 @@ class Handling {
     const auto own = oracle_weight(truth);
     const double added = got.drag.coupled[0] - neither.drag.coupled[0];
     EXPECT_GE(added, -1e-9);
-    EXPECT_LE(added, kGreatestMu * own + 1e-9);
+    EXPECT_LE(added, kMaxMu * own + 1e-9);
     if (truth.place == Place::kInAnotherHand) {
       EXPECT_EQ(got.drag, neither.drag) << "what another arm carries";
     }
@@ -311,7 +311,7 @@ class Handling {
   bool known_ = false;               // the mesh has come once
   std::vector<Whereabouts> truths_;  // of version i + 1
   NewestOutputs sink_;
-  WorkspaceKeeper keeper_{
+  WorkspaceSubscriber keeper_{
       {[](const std::string& why) { EXPECT_THAT(why, testing::HasSubstr("its mesh has not come yet")); }},
       SIZE_MAX,
       &parts_};

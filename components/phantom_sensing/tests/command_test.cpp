@@ -51,7 +51,7 @@ class Answering {
   PhantomModel model_ = rig::suspended_model();
   Config config_;
   DdsAdapter adapter_;
-  WorkspaceKeeper keeper_{{[](const std::string&) {}}};
+  WorkspaceSubscriber keeper_{{[](const std::string&) {}}};
   SensingLoop loop_;
   ContactRegister contacts_;
   std::jthread thread_;

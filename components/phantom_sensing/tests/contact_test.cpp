@@ -29,7 +29,7 @@ TEST(ContactPermits, AreRenewedNotDoubledAndBounded) {
   for (int i = 0; i < 100; ++i) ASSERT_TRUE(permits.allow({3, 2, 1000 + i}));
   EXPECT_EQ(permits.size(), 1U);
   EXPECT_TRUE(permits.at(1098).mutes(2, 3));
-  for (std::uint16_t i = 0; permits.size() < ContactPermits::kMost; ++i)
+  for (std::uint16_t i = 0; permits.size() < ContactPermits::kMax; ++i)
     ASSERT_TRUE(permits.allow({static_cast<std::uint16_t>(100 + i)}));
   EXPECT_FALSE(permits.allow({99}));
   EXPECT_TRUE(permits.forbid(3, 2));

@@ -94,7 +94,7 @@ TEST(OverDds, CommandsAreCarriedOutOnceAndAnsweredEachTime) {
   const PhantomModel model = rig::suspended_model();
   const Config config;
   DdsAdapter adapter(network, model);
-  WorkspaceKeeper keeper({[](const std::string&) {}});
+  WorkspaceSubscriber keeper({[](const std::string&) {}});
   SensingLoop loop(model, config, keeper, adapter);
   adapter.start_reading(loop, keeper);
   EXPECT_FALSE(adapter.workspace_attended());
@@ -187,7 +187,7 @@ TEST(OverDds, ASecondSlaveIsToldInTheStatus) {
   const PhantomModel model = rig::suspended_model();
   const Config config;
   DdsAdapter adapter(network, model);
-  WorkspaceKeeper keeper({[](const std::string&) {}});
+  WorkspaceSubscriber keeper({[](const std::string&) {}});
   SensingLoop loop(model, config, keeper, adapter);
   adapter.start_reading(loop, keeper);
 
@@ -265,7 +265,7 @@ TEST(OverDds, StatesBecomeDragAndBadOnesAreCounted) {
   const PhantomModel model = rig::suspended_model();
   Config config;
   DdsAdapter adapter(network, model);
-  WorkspaceKeeper keeper(adapter.workspace_callbacks());
+  WorkspaceSubscriber keeper(adapter.workspace_callbacks());
   SensingLoop loop(model, config, keeper, adapter);
   std::thread thread([&] { loop.run(); });
   adapter.start_reading(loop, keeper);

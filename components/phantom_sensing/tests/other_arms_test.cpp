@@ -234,7 +234,7 @@ struct Heard : PerceptSink {
 TEST(OtherArms, AreFeltWhereTheyWereWhileTheyAreSilentAndThenThereIsNoPercept) {
   Side a("a");
   Heard heard;
-  WorkspaceKeeper keeper({[](const std::string&) {}});
+  WorkspaceSubscriber keeper({[](const std::string&) {}});
   SensingLoop loop(a.model, a.config, keeper, heard, a.others);
   rig::send(nothing(), 1, keeper);
   ASSERT_TRUE(test::eventually([&] { return keeper.version() == 1; }));

@@ -81,7 +81,7 @@ class RecordedSession : public testing::Test {
   void SetUp() override { std::filesystem::remove(path); }
   void TearDown() override { std::filesystem::remove(path); }
 
-  void put_workspace(Tape& tape, WorkspaceKeeper& keeper) {
+  void put_workspace(Tape& tape, WorkspaceSubscriber& keeper) {
     const workspace::Workspace& world = rig::wall();
     for (const auto& key : world.bricks()) {
       const std::vector<std::uint8_t> voxels = workspace::encode_brick(world.brick(key));
@@ -96,7 +96,7 @@ class RecordedSession : public testing::Test {
     while (keeper.version() == 0) usleep(1000);
   }
   /// The same workspace again, with or without a pump in the hand.
-  void put_pump(Tape& tape, WorkspaceKeeper& keeper, std::uint64_t number, bool carried) {
+  void put_pump(Tape& tape, WorkspaceSubscriber& keeper, std::uint64_t number, bool carried) {
     const geometry::TriangleMesh mesh = geometry::make_sphere(0.08, 2);
     const messages::MeshChunk chunk{.mesh_hash = mesh.content_hash(),
                                     .chunk = 0,
@@ -126,7 +126,7 @@ class RecordedSession : public testing::Test {
     TapeSink sink(tape, model);
     sink.lose = lose;
     CarriedParts parts(model, config.percept);
-    WorkspaceKeeper keeper({[](const std::string& why) { ADD_FAILURE() << why; }}, SIZE_MAX, &parts);
+    WorkspaceSubscriber keeper({[](const std::string& why) { ADD_FAILURE() << why; }}, SIZE_MAX, &parts);
     SensingLoop loop(model, config, keeper, sink);
     core::Nanoseconds now_ns = 5'000'000'000;
     for (std::uint64_t i = 1; i <= 500; ++i) {

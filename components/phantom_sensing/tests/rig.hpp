@@ -7,7 +7,7 @@
 #include "common/workspace/brick_codec.hpp"
 #include "components/phantom_sensing/config.hpp"
 #include "components/phantom_sensing/phantom_sensing.hpp"
-#include "components/phantom_sensing/workspace/workspace_keeper.hpp"
+#include "components/phantom_sensing/workspace/workspace_subscriber.hpp"
 
 namespace phantom::phantom_sensing::rig {
 
@@ -41,7 +41,7 @@ inline StepInputs hanging(double x_m, double speed_m_s, double dt_s = 0.001) {
 }
 
 /// Sends a workspace as its topics would.
-inline void send(const workspace::Workspace& world, std::uint64_t version, WorkspaceKeeper& keeper,
+inline void send(const workspace::Workspace& world, std::uint64_t version, WorkspaceSubscriber& keeper,
                  const workspace::SourceId& source = {}) {
   for (const workspace::BrickKey key : world.bricks()) {
     keeper.put_brick(source, key, version, workspace::encode_brick(world.brick(key)));

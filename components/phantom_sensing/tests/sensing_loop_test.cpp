@@ -70,7 +70,7 @@ class Loop : public testing::Test {
   PhantomModel model_ = rig::suspended_model();
   Config config_;
   Seen seen_;
-  WorkspaceKeeper keeper_{{[this](const std::string&) { ++refused_; }}};
+  WorkspaceSubscriber keeper_{{[this](const std::string&) { ++refused_; }}};
   SensingLoop loop_{model_, config_, keeper_, seen_};
 };
 
@@ -276,16 +276,16 @@ TEST_F(Loop, RunsOnItsOwnThreadAndEnds) {
 }
 
 TEST(ElapsedS, StaysWithinASecondWhateverTheWriterSays) {
-  constexpr auto kLeast = std::numeric_limits<std::int64_t>::min();
-  constexpr auto kGreatest = std::numeric_limits<std::int64_t>::max();
+  constexpr auto kMin = std::numeric_limits<std::int64_t>::min();
+  constexpr auto kMax = std::numeric_limits<std::int64_t>::max();
   const auto at = [](std::uint64_t number, std::int64_t monotonic_ns, std::uint64_t session = 5) {
     SlaveSample sample;
     sample.stamp = {number, monotonic_ns, session};
     return sample;
   };
   EXPECT_DOUBLE_EQ(elapsed_s(at(1, 1'000'000), at(2, 3'000'000)), 0.002);
-  EXPECT_EQ(elapsed_s(at(1, kLeast), at(2, kGreatest)), 1.0);
-  EXPECT_EQ(elapsed_s(at(1, kGreatest), at(2, kLeast)), 0.0);
+  EXPECT_EQ(elapsed_s(at(1, kMin), at(2, kMax)), 1.0);
+  EXPECT_EQ(elapsed_s(at(1, kMax), at(2, kMin)), 0.0);
   EXPECT_EQ(elapsed_s(at(1, 1'000'000), at(2, 3'000'000, 6)), 0.0) << "the writer was restarted";
 }
 

@@ -29,7 +29,7 @@ TEST(OverDds, TheWorkspaceIsThatOfOneServerAndASecondIsTold) {
   const Config config;
   DdsAdapter adapter(network, model);
   std::atomic<int> refused{0};
-  WorkspaceKeeper keeper({[&](const std::string&) { ++refused; }});
+  WorkspaceSubscriber keeper({[&](const std::string&) { ++refused; }});
   SensingLoop loop(model, config, keeper, adapter);
   adapter.start_reading(loop, keeper);
   std::atomic<bool> sound{false}, reported{false};
@@ -92,12 +92,12 @@ void expect_a_large_one_succeeds(const core::NetworkOptions& network) {
   const Config config;
   DdsAdapter adapter(network, model);
   std::atomic<int> excess{0};
-  WorkspaceKeeper::Callbacks callbacks = adapter.workspace_callbacks();
+  WorkspaceSubscriber::Callbacks callbacks = adapter.workspace_callbacks();
   callbacks.excess = [&, pass_on = callbacks.excess](const workspace::SourceId& source) {
     ++excess;
     pass_on(source);
   };
-  WorkspaceKeeper keeper(callbacks);
+  WorkspaceSubscriber keeper(callbacks);
   SensingLoop loop(model, config, keeper, adapter);
   adapter.start_reading(loop, keeper);
   auto first = std::make_unique<Server>(network, 10, "vice");

@@ -21,7 +21,7 @@ class Patches : public testing::Test {
 
 TEST_F(Patches, CoverTheSkinAndStayWithinTheirBound) {
   EXPECT_GT(patches_.count(), 10U);
-  EXPECT_LE(patches_.count(), robot::SkinPatches::kMost);
+  EXPECT_LE(patches_.count(), robot::SkinPatches::kMax);
   EXPECT_GE(patches_.edge_m(), 0.02);
 }
 
@@ -83,8 +83,8 @@ TEST(SkinPatchesOfAFineSkin, AreCoarserRatherThanMore) {
   }
   const robot::SkinPatches patches(model.arm, model.skin);
   EXPECT_GT(patches.edge_m(), 0.02);
-  EXPECT_LE(patches.count(), robot::SkinPatches::kMost);
-  EXPECT_GT(patches.count(), robot::SkinPatches::kMost / 8);
+  EXPECT_LE(patches.count(), robot::SkinPatches::kMax);
+  EXPECT_GT(patches.count(), robot::SkinPatches::kMax / 8);
 }
 
 }  // namespace

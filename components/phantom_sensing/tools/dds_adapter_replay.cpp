@@ -20,7 +20,7 @@
 namespace phantom::phantom_sensing {
 namespace {
 
-constexpr std::size_t kMostStates = 5000, kMostVersions = 4, kMostDifferences = 10;
+constexpr std::size_t kMaxStates = 5000, kMaxVersions = 4, kMaxDifferences = 10;
 // Topics are recorded independently: an output can be recorded before its inputs.
 constexpr std::uint64_t kPatience_ns = 500'000'000;
 
@@ -103,7 +103,7 @@ class Replay {
     if (const auto sample = messages::from_idl(*recorded)) use(*sample);
   }
 
-  /// The newest kMostStates samples of a topic, by their names.
+  /// The newest kMaxStates samples of a topic, by their names.
   template <class Sample>
   struct Kept {
     std::map<Name, messages::Received<Sample>> samples;
@@ -114,7 +114,7 @@ class Replay {
   static void keep(const Sample& sample, Kept<Sample>& kept) {
     const Name name{sample.stamp.session, sample.stamp.sequence_number};
     if (kept.samples.emplace(name, messages::Received<Sample>(sample, 0)).second) kept.order.push_back(name);
-    if (kept.order.size() <= kMostStates) return;
+    if (kept.order.size() <= kMaxStates) return;
     kept.samples.erase(kept.order.front());
     kept.order.pop_front();
   }
@@ -126,7 +126,7 @@ class Replay {
     if (!skin) return;  // a mesh is still to come
     carried_.erase(carried_.begin(), carried_.find(current->version));
     versions_.push_back({current, assembler_.greatest_neighbour_mu(), *skin});
-    if (versions_.size() > kMostVersions) versions_.pop_front();
+    if (versions_.size() > kMaxVersions) versions_.pop_front();
   }
 
   template <class T>
@@ -260,7 +260,7 @@ class Replay {
       ++counts.equal;
       return;
     }
-    if (counts.different++ > 0 || report_.differences.size() >= kMostDifferences) return;
+    if (counts.different++ > 0 || report_.differences.size() >= kMaxDifferences) return;
     const std::size_t common = std::min(bytes.size(), recorded.bytes.size());
     const auto at = std::mismatch(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(common),
                                   recorded.bytes.begin());

@@ -8,13 +8,13 @@
 namespace phantom::phantom_sensing {
 namespace {
 
-constexpr std::size_t kMostRecords = 10'000;
+constexpr std::size_t kMaxRecords = 10'000;
 constexpr std::size_t kOpenSearched = 64;  // more than the alerts that can be active at once
 
 }  // namespace
 
 HitLog::HitLog(PerceptSink& next, const PhantomModel& model) : next_(next), model_(model) {
-  records_.reserve(kMostRecords);
+  records_.reserve(kMaxRecords);
 }
 
 void HitLog::on_alert(const percept::Alert& alert, bool cleared) {
@@ -22,7 +22,7 @@ void HitLog::on_alert(const percept::Alert& alert, bool cleared) {
   const double now_s = core::seconds(core::monotonic_ns() - start_ns_);
   const std::lock_guard lock(mutex_);
   if (!cleared) {
-    if (records_.size() < kMostRecords) records_.push_back({alert, now_s});
+    if (records_.size() < kMaxRecords) records_.push_back({alert, now_s});
     return;
   }
   for (std::size_t back = 1; back <= std::min(records_.size(), kOpenSearched); ++back) {

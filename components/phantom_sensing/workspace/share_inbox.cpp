@@ -155,8 +155,8 @@ SensedShares ShareInbox::await(const ShareBasis& basis) noexcept {
   return sensed;
 }
 
-std::bitset<kMostShares> ShareInbox::resting() const noexcept {
-  std::bitset<kMostShares> resting;
+std::bitset<kMaxShares> ShareInbox::resting() const noexcept {
+  std::bitset<kMaxShares> resting;
   for (std::size_t i = 0; i < count_; ++i) resting[i] = shares_[i].rests();
   return resting;
 }

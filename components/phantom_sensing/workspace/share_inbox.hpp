@@ -53,7 +53,7 @@ class ShareInbox {
   /// Valid until the next call. One thread. Real-time safe: no lock, no heap; waits that long at most.
   SensedShares await(const ShareBasis& basis) noexcept;
   /// Returns which shares are no longer waited for. The thread of await().
-  std::bitset<kMostShares> resting() const noexcept;
+  std::bitset<kMaxShares> resting() const noexcept;
 
  private:
   struct Share {
@@ -71,7 +71,7 @@ class ShareInbox {
     bool declines(const ShareBasis& basis) const noexcept;
   };
 
-  std::array<Share, kMostShares> shares_;
+  std::array<Share, kMaxShares> shares_;
   const std::size_t count_;
   const core::Nanoseconds wait_ns_;
   std::uint32_t ticks_ = 0;

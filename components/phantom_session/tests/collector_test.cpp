@@ -150,17 +150,17 @@ TEST(Collector, InventedComponentsReachesAndHitsDoNotMakeItGrow) {
     status.message = "is here";
     status.t_s = 1e-3 * i;
     collector.on_status(status);
-    ASSERT_LE(collector.statuses().size(), Collector::kMostComponents);
+    ASSERT_LE(collector.statuses().size(), Collector::kMaxComponents);
   }
   EXPECT_TRUE(collector.statuses().contains("invented_4999"));
-  for (int i = 0; i < static_cast<int>(Collector::kMostEvents) + 100; ++i) {
+  for (int i = 0; i < static_cast<int>(Collector::kMaxEvents) + 100; ++i) {
     collector.on_master(master(5.0 + 1e-3 * i, i, false, 0.0));
     collector.on_master(master(5.0 + 1e-3 * i, i, false, 0.0));  // a state of the same reach
     collector.on_hit({.t_s = 5.0 + 1e-3 * i, .alert = static_cast<std::uint32_t>(i)});
   }
-  EXPECT_EQ(collector.reaches().size(), Collector::kMostEvents);
-  EXPECT_EQ(collector.hits().size(), Collector::kMostEvents);
-  EXPECT_EQ(collector.forgotten().components, 5000 - Collector::kMostComponents);
+  EXPECT_EQ(collector.reaches().size(), Collector::kMaxEvents);
+  EXPECT_EQ(collector.hits().size(), Collector::kMaxEvents);
+  EXPECT_EQ(collector.forgotten().components, 5000 - Collector::kMaxComponents);
   EXPECT_EQ(collector.forgotten().reaches, 100U);
   EXPECT_EQ(collector.forgotten().hits, 100U);
 }

@@ -71,7 +71,7 @@ TEST(PictureOfARosCamera, WhatIsNotTakenIsRefusedWithWhatIsAllowed) {
   cut.resize(cut.size() / 8);
   EXPECT_EQ(refusal(cut), "PNG is damaged");
   std::vector<std::uint8_t> long_jpeg = file_of(".jpg");
-  long_jpeg.resize(messages::kMostPictureBytes + 1);
+  long_jpeg.resize(messages::kMaxPictureBytes + 1);
   EXPECT_EQ(refusal(long_jpeg), "has 4194305 octets; allowed: 4194304");
 }
 
@@ -89,8 +89,8 @@ TEST(PictureOfARosCamera, WhateverIsDoneToItsOctetsItIsAPictureOfItsSizeOrRefuse
       const auto picture = picture_of(CompressedMessage{"png", octets}, 90);
       ++(picture ? taken : refused);
       if (!picture) continue;
-      EXPECT_LE(std::uint64_t{picture->width} * picture->height, messages::kMostPicturePixels);
-      EXPECT_LE(picture->jpeg.size(), messages::kMostPictureBytes);
+      EXPECT_LE(std::uint64_t{picture->width} * picture->height, messages::kMaxPicturePixels);
+      EXPECT_LE(picture->jpeg.size(), messages::kMaxPictureBytes);
     }
   }
   EXPECT_GT(taken, 50);

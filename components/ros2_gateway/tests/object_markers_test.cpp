@@ -106,7 +106,7 @@ TEST(ObjectMarkers, StandInTheLinkThatCarriesThem) {
 }
 
 TEST(ObjectMarkers, AreBoundedInTrianglesAndForgetMeshesThatNobodyNames) {
-  constexpr std::size_t kHalf = ObjectMarkers::kMostTriangles / 2;
+  constexpr std::size_t kHalf = ObjectMarkers::kMaxTriangles / 2;
   ObjectMarkers markers(phantom::test::one_joint(), "left");
   const auto first = a_mesh(kHalf), second = a_mesh(kHalf, 2.0F), third = a_mesh(kHalf, 3.0F);
   EXPECT_TRUE(markers.take(chunk_of(first)));

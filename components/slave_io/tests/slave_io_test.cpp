@@ -310,14 +310,14 @@ struct CoupledSlave {
 
 TEST(SlaveIo, WhileTheDrivesDoNotFollowTheReferenceIsWhereTheArmIs) {
   CoupledSlave slave;
-  slave.in.drives_follow = false;
+  slave.in.drives_operational = false;
   for (int i = 0; i < 200; ++i) {  // somebody moves it, or it sinks
     slave.in.position[3] += 0.001;
     slave.out = slave.controller.step(slave.in, kDt);
     ASSERT_EQ(slave.out.reference, slave.in.position);
     ASSERT_NE(slave.out.state, LinkState::kCoupled);
   }
-  slave.in.drives_follow = true;
+  slave.in.drives_operational = true;
   slave.out = slave.controller.step(slave.in, kDt);
   EXPECT_EQ(slave.out.torque.loop_Nm[3], 0.0) << "nothing jumps when they do again";
 }
@@ -325,11 +325,11 @@ TEST(SlaveIo, WhileTheDrivesDoNotFollowTheReferenceIsWhereTheArmIs) {
 // Tries slave_io: the master answers another slave_io
 TEST(SlaveIo, AMasterThatAnswersAnotherIsNotCoupledWithAndThatIsSaid) {
   CoupledSlave slave;
-  EXPECT_FALSE(slave.out.partner_elsewhere);
-  slave.in.master.answers_another = true;
+  EXPECT_FALSE(slave.out.peer_bound_elsewhere);
+  slave.in.master.echoes_other_session = true;
   slave.out = slave.controller.step(slave.in, kDt);
   EXPECT_EQ(slave.out.state, LinkState::kDegraded);
-  EXPECT_TRUE(slave.out.partner_elsewhere);
+  EXPECT_TRUE(slave.out.peer_bound_elsewhere);
   EXPECT_EQ(sentence(slave.out, shipped_arm().arm), "the master answers another slave_io: holding position");
   EXPECT_EQ(teleop::component_state(slave.out), core::ComponentState::kDegraded);
   EXPECT_EQ(slave.out.reference, slave.in.position) << "it holds";
@@ -410,8 +410,8 @@ TEST(SlaveIo, MissedPeriodsCostABoundedNumberOfStepsAndRealDrivesGetOneCommand) 
     EXPECT_NEAR(arm.passed_s, 0.005, 1e-12);
     for (const double frozen_s : {30.0, 3e6, 1e12}) {
       tick(frozen_s);
-      EXPECT_EQ(arm.moves, simulated ? teleop::kMostMadeUp : 1);
-      EXPECT_NEAR(arm.passed_s, teleop::kMostMadeUp * kDt, 1e-12);
+      EXPECT_EQ(arm.moves, simulated ? teleop::kMaxMadeUp : 1);
+      EXPECT_NEAR(arm.passed_s, teleop::kMaxMadeUp * kDt, 1e-12);
     }
   }
 }

@@ -13,7 +13,7 @@ namespace phantom::synthetic_viewer {
 class FramePace {
  public:
   /// A backlog longer than this is dropped: the video then plays faster at that point.
-  static constexpr double kMostBehind_s = 2.0;
+  static constexpr double kMaxBehind_s = 2.0;
 
   /// `rate_hz`: frames per second of the video, above 0.
   explicit FramePace(double rate_hz) : rate_hz_(rate_hz) {}
@@ -24,7 +24,7 @@ class FramePace {
     if (!begun_) start_ = now;
     begun_ = true;
     double owed = core::seconds(now - start_) * rate_hz_ + 1.0 - static_cast<double>(written_);
-    if (owed > kMostBehind_s * rate_hz_ + 2.0) {
+    if (owed > kMaxBehind_s * rate_hz_ + 2.0) {
       const double given_up = std::floor(owed - 1.0);
       start_ += core::from_seconds(given_up / rate_hz_);
       owed -= given_up;

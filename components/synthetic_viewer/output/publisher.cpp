@@ -7,7 +7,7 @@ namespace phantom::synthetic_viewer {
 constexpr int kFirstPicturesARound = 3;
 
 bool ViewPainter::draw(Renderer& renderer, const Compositor::Picture& picture, const PictureFormat& format,
-                       const GiveUp& give_up) {
+                       const CancelCheck& give_up) {
   const bool other = !last_ || !same_picture(last_->frame, picture.frame);
   if (other) {
     auto drawn = renderer.render_unless(picture.frame, format, give_up);
@@ -127,7 +127,7 @@ void Publisher::show_threats(Drawing& drawing) {
 }
 
 /// Publishes a view's newest picture, after drawing it if `drawn`. Returns false if drawing was given up.
-bool Publisher::show(Drawing& drawing, View view, bool drawn, const GiveUp& give_up) {
+bool Publisher::show(Drawing& drawing, View view, bool drawn, const CancelCheck& give_up) {
   if (drawn &&
       !painter(view).draw(drawing.renderer(), drawing.picture(view), drawing.format(view), give_up)) {
     return false;
@@ -137,7 +137,7 @@ bool Publisher::show(Drawing& drawing, View view, bool drawn, const GiveUp& give
 }
 
 /// Publishes a real camera's picture, with another view in its corner. Returns false if drawing was given up.
-bool Publisher::show_camera(Drawing& drawing, const GiveUp& give_up) {
+bool Publisher::show_camera(Drawing& drawing, const CancelCheck& give_up) {
   ViewOutput& output = page_.view(View::kCamera);
   if (output.followed() && drawing.take_video(core::monotonic_ns())) {
     Compositor::Picture picture = drawing.picture(View::kCamera);
@@ -151,7 +151,7 @@ bool Publisher::show_camera(Drawing& drawing, const GiveUp& give_up) {
   return true;
 }
 
-bool Publisher::show_views(Drawing& drawing, bool arm_known, const GiveUp& give_up) {
+bool Publisher::show_views(Drawing& drawing, bool arm_known, const CancelCheck& give_up) {
   const bool inset = config_.camera_view.inset == View::kMain && page_.view(View::kCamera).followed();
   return show(drawing, View::kMain, page_.view(View::kMain).followed() || inset, give_up) &&
          show_camera(drawing, give_up) &&

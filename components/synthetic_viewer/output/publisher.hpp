@@ -24,7 +24,7 @@ class ViewPainter {
   /// Makes the newest picture, with its HUD. Returns false and changes nothing if `give_up` returned true
   /// meanwhile.
   bool draw(Renderer& renderer, const Compositor::Picture& picture, const PictureFormat& format,
-            const GiveUp& give_up = {});
+            const CancelCheck& give_up = {});
   /// Returns the newest picture; null: none yet.
   const std::shared_ptr<const Image>& image() const { return image_; }
   /// Returns the newest picture as JPEG; null: none yet.
@@ -56,7 +56,7 @@ class Publisher {
   void show_threats(Drawing& drawing);
   /// Makes the views that can wait. Returns false if `give_up` returned true meanwhile; views completed
   /// before that are published.
-  bool show_views(Drawing& drawing, bool arm_known, const GiveUp& give_up);
+  bool show_views(Drawing& drawing, bool arm_known, const CancelCheck& give_up);
 
   /// Makes the first picture of the newest alert of a list that has none yet, if there is such a one, and
   /// forgets those of alerts that are not in it. For alerts that are not taken when they come.
@@ -73,8 +73,8 @@ class Publisher {
 
  private:
   void show_first(Drawing& drawing, const HitSample& hit);
-  bool show(Drawing& drawing, View view, bool drawn, const GiveUp& give_up);
-  bool show_camera(Drawing& drawing, const GiveUp& give_up);
+  bool show(Drawing& drawing, View view, bool drawn, const CancelCheck& give_up);
+  bool show_camera(Drawing& drawing, const CancelCheck& give_up);
   std::string snapshot();
   ViewPainter& painter(View view) { return painters_[static_cast<std::size_t>(view)]; }
 

@@ -10,7 +10,7 @@
 #include <ctime>
 #include <opencv2/videoio.hpp>
 
-#include "common/core/thread_place.hpp"
+#include "common/core/thread_config.hpp"
 #include "components/synthetic_viewer/output/frame_pace.hpp"
 
 namespace phantom::synthetic_viewer {
@@ -65,7 +65,7 @@ void Recorder::begin(View view, web::Broadcast<Image>& source) {
   }
   source.followers.fetch_add(1);
   thread_ = std::thread([this, view, &source] {
-    core::take_place(core::ThreadRole::kFilm);
+    core::apply_thread_config(core::ThreadRole::kFilm);
     setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), kNiceness);
     try {
       work(view, source);

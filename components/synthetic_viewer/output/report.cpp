@@ -8,7 +8,7 @@
 #include <thread>
 
 #include "common/core/errors.hpp"
-#include "common/core/thread_place.hpp"
+#include "common/core/thread_config.hpp"
 
 namespace phantom::synthetic_viewer {
 namespace {
@@ -41,7 +41,7 @@ class Report::Writer {
  private:
   static constexpr std::size_t kMaxWaiting = 8;
   void work() {
-    core::take_place(core::ThreadRole::kPictures);
+    core::apply_thread_config(core::ThreadRole::kPictures);
     std::unique_lock lock(mutex_);
     while (true) {
       changed_.wait(lock, [this] { return ended_ || !waiting_.empty(); });
@@ -83,7 +83,7 @@ void Report::take(const HitSample& alert) {
   if (wants_hit_pictures()) alerts_.push_back(alert);
 }
 
-bool Report::make_alert_picture(Drawing& drawing, const GiveUp& give_up) {
+bool Report::make_alert_picture(Drawing& drawing, const CancelCheck& give_up) {
   if (!wants_hit_pictures()) alerts_.clear();
   if (alerts_.empty()) return true;
   const HitSample& hit = alerts_.front();
@@ -103,7 +103,7 @@ bool Report::make_alert_picture(Drawing& drawing, const GiveUp& give_up) {
   return true;
 }
 
-bool Report::make_main_picture(Drawing& drawing, const char* name, const GiveUp& give_up) {
+bool Report::make_main_picture(Drawing& drawing, const char* name, const CancelCheck& give_up) {
   auto image = drawing.report_picture(drawing.picture(View::kMain), give_up);
   if (!image) return false;
   const std::string file = std::string(name) + ".png";
@@ -112,7 +112,8 @@ bool Report::make_main_picture(Drawing& drawing, const char* name, const GiveUp&
   return true;
 }
 
-bool Report::make_pictures(Drawing& drawing, const ArmSample& arm, bool complete, const GiveUp& give_up) {
+bool Report::make_pictures(Drawing& drawing, const ArmSample& arm, bool complete,
+                           const CancelCheck& give_up) {
   if (!wanted()) return true;
   if (!make_alert_picture(drawing, give_up)) return false;
   const std::array<bool, 3> reached{complete && arm.received_ns != 0, drawing.hit_view().alert != 0,
@@ -132,7 +133,7 @@ void Report::make_remaining_pictures(Drawing& drawing) {
   const auto later_than = [begin_ns](double s) {
     return [until_ns = begin_ns + core::from_seconds(s)] { return core::monotonic_ns() > until_ns; };
   };
-  const GiveUp alerts_late = later_than(1.0), late = later_than(2.0);
+  const CancelCheck alerts_late = later_than(1.0), late = later_than(2.0);
   while (!alerts_.empty() && make_alert_picture(drawing, alerts_late)) {
   }
   make_main_picture(drawing, "main", late);

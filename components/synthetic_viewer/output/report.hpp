@@ -28,7 +28,7 @@ class Report {
   /// Makes this round's pictures: at most one alert's, and one for each milestone reached for the first time:
   /// everything is there (`complete`), a hit threatens, a contact. Returns false if `give_up` returned true
   /// meanwhile; the missing pictures follow in a later round.
-  bool make_pictures(Drawing& drawing, const ArmSample& arm, bool complete, const GiveUp& give_up);
+  bool make_pictures(Drawing& drawing, const ArmSample& arm, bool complete, const CancelCheck& give_up);
   /// Makes the remaining pictures at the session's end: those of alerts, as far as time allows, and the main
   /// view as it is.
   void make_remaining_pictures(Drawing& drawing);
@@ -37,8 +37,8 @@ class Report {
 
  private:
   bool wanted() const { return !folder_.empty(); }
-  bool make_alert_picture(Drawing& drawing, const GiveUp& give_up);
-  bool make_main_picture(Drawing& drawing, const char* name, const GiveUp& give_up);
+  bool make_alert_picture(Drawing& drawing, const CancelCheck& give_up);
+  bool make_main_picture(Drawing& drawing, const char* name, const CancelCheck& give_up);
 
   struct Milestone {
     const char* name;

@@ -200,7 +200,7 @@ bool Window::Impl::update_banner() {
   const StopView view = content.stops();
   std::string words =
       view.in_force ? in(language, view.headline_words) + "\n" + sides_text(view, language, "\n") : "";
-  for (const Words& notice : view.notice_words) {
+  for (const LocalizedText& notice : view.notice_words) {
     if (!words.empty()) words += '\n';
     words += in(language, notice);
   }

@@ -90,9 +90,9 @@ core::Expected<CarryRequest> parse_carry_request(const std::string& text) {
   if (!json.is_object() || json.size() != 2 || !json.contains("object") || !json.contains("attach"))
     return bad(R"(a JSON object {"object": …, "attach": …} is expected)");
   const Json &object = json["object"], &attach = json["attach"];
-  constexpr std::size_t kLongestName = 64;
+  constexpr std::size_t kMaxName = 64;
   if (!object.is_string() || object.get_ref<const std::string&>().empty() ||
-      object.get_ref<const std::string&>().size() > kLongestName)
+      object.get_ref<const std::string&>().size() > kMaxName)
     return bad("object must be a name of 1 to 64 bytes");
   if (!attach.is_boolean()) return bad("attach must be true or false");
   return CarryRequest{object.get<std::string>(), attach.get<bool>()};

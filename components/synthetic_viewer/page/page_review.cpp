@@ -15,7 +15,7 @@ namespace {
 
 using Json = nlohmann::json;
 
-constexpr double kLongest_s = 1e9;  // of any recording
+constexpr double kMax_s = 1e9;  // of any recording
 
 std::string dumped(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
 
@@ -69,17 +69,16 @@ core::Expected<SeriesRequest> parse_series_request(const std::string& names, con
   for (std::string name; std::getline(list, name, ',');) {
     if (std::ranges::find(request.names, name) == request.names.end()) request.names.push_back(name);
   }
-  constexpr std::size_t kMostNames = 64;
-  if (request.names.empty() || request.names.size() > kMostNames)
+  constexpr std::size_t kMaxNames = 64;
+  if (request.names.empty() || request.names.size() > kMaxNames)
     return core::Status::invalid_argument(
         "names must be 1 to 64 names of series, separated by commas; GET /review lists them");
   const auto begin = runtime::number_of(from), end = runtime::number_of(to);
-  if (!begin || !end || !(std::abs(*begin) <= kLongest_s) || !(std::abs(*end) <= kLongest_s) ||
-      !(*begin < *end))
+  if (!begin || !end || !(std::abs(*begin) <= kMax_s) || !(std::abs(*end) <= kMax_s) || !(*begin < *end))
     return core::Status::invalid_argument(
         "from and to must be numbers, in s from the recording's beginning, to above from");
   const auto count = runtime::number_of(columns);
-  if (!count || !(*count >= 1 && *count <= SeriesRequest::kMostColumns) || *count != std::floor(*count))
+  if (!count || !(*count >= 1 && *count <= SeriesRequest::kMaxColumns) || *count != std::floor(*count))
     return core::Status::invalid_argument("columns must be a whole number from 1 to 4000");
   request.from_s = *begin;
   request.to_s = *end;

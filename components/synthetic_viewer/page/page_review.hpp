@@ -16,7 +16,7 @@ struct SeriesRequest {
   std::vector<std::string> names;
   double from_s = 0.0, to_s = 0.0;
   std::size_t columns = 0;
-  static constexpr std::size_t kMostColumns = 4000;
+  static constexpr std::size_t kMaxColumns = 4000;
 };
 /// Parses the parameters of GET /review/series: names (separated by commas), from, to, columns. An empty text
 /// is a missing one. The error message says what is wrong and what is allowed.

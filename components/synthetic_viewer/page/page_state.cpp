@@ -37,7 +37,7 @@ Json link_json(const ViewerState& state, core::Nanoseconds now_ns) {
           {"views_enabled", master.views_enabled},
           {"percept_set_automatic", master.percept_set_automatic},
           {"counterbalance", kCounterbalanceNames[static_cast<std::size_t>(state.arm.counterbalance)]},
-          {"percepts", master_known ? in_english(percepts_words(state)) : ""},
+          {"percepts", master_known ? english_text(percepts_words(state)) : ""},
           {"percepts_words", master_known ? json_of(percepts_words(state)) : Json()},
           {"percept_limited", master.percept_limited},
           {"law", master_known ? Json(static_cast<int>(master.law)) : Json()},
@@ -45,7 +45,7 @@ Json link_json(const ViewerState& state, core::Nanoseconds now_ns) {
           {"force_missing", master.force_missing},
           {"reach", master.reach},
           {"contact", state.arm.contact},
-          {"contact_object", in_english(touched_object(state))},
+          {"contact_object", english_text(touched_object(state))},
           {"contact_object_words", json_of(touched_object(state))},
           {"contact_force_N", number_or_null(state.arm.contact_force_N, state.arm.contact_force_N >= 0)},
           {"tool_speed_m_s", number_or_null(state.arm.tool_speed_m_s)}};
@@ -110,8 +110,8 @@ Json gripper_json(const ViewerState& state, const Staleness& staleness, core::Na
   if (gripper.received_ns == 0) return {};
   const double age = age_s(gripper.received_ns, now_ns);
   const bool known = gripper.sense.known && age <= staleness.gripper_s;
-  const Words words = gripper_words(state, staleness, now_ns);
-  return {{"words", in_english(words)},
+  const LocalizedText words = gripper_words(state, staleness, now_ns);
+  return {{"words", english_text(words)},
           {"state_words", json_of(words)},
           {"age_s", number_or_null(age)},
           {"width_m", number_or_null(gripper.sense.width_m, known)},
@@ -203,10 +203,10 @@ namespace {
 
 // What may be taken, and what is carried.
 Json objects_json(const ViewerState& state) {
-  constexpr std::size_t kMost = 256;
+  constexpr std::size_t kMax = 256;
   Json list = Json::array();
   for (const auto& [id, object] : state.objects) {
-    if (list.size() < kMost && !object.name.empty())
+    if (list.size() < kMax && !object.name.empty())
       list.push_back({{"name", object.name}, {"carried", state.carried(id) != nullptr}});
   }
   return list;
@@ -225,17 +225,17 @@ Json review_json(const PageFacts& facts) {
 
 nlohmann::json page_state(const ViewerState& state, const CellScene& scene, const HitView& view,
                           const Staleness& staleness, const PageFacts& facts, core::Nanoseconds now_ns) {
-  const Words condition = condition_words(state, staleness, now_ns);
-  const std::vector<Words> carried = carried_words(state);
+  const LocalizedText condition = condition_words(state, staleness, now_ns);
+  const std::vector<LocalizedText> carried = carried_words(state);
   return {{"t", number_or_null(core::seconds(now_ns - facts.start_ns))},
           {"cell", facts.cell},
-          {"banner", in_english(condition)},
+          {"banner", english_text(condition)},
           {"banner_words", json_of(condition)},
           {"link", link_json(state, now_ns)},
           {"percept", percept_json(state, scene, staleness, now_ns)},
           {"joints", joints_json(state, scene)},
           {"gripper", gripper_json(state, staleness, now_ns)},
-          {"carried", core::listed(carried, in_english)},
+          {"carried", core::listed(carried, english_text)},
           {"carried_words", json_of(carried)},
           {"objects", objects_json(state)},
           {"hits", hits_json(state, scene, facts.start_ns)},
@@ -254,7 +254,7 @@ nlohmann::json page_state(const ViewerState& state, const CellScene& scene, cons
             {"allow_commands", facts.allow_commands},
             {"tool_view", facts.tool_view},
             {"camera", facts.camera},
-            {"message", in_english(facts.message)},
+            {"message", english_text(facts.message)},
             {"message_words", json_of(facts.message)}}},
           {"model",
            {{"voxel_error_m", number_or_null(state.workspace.voxel_error_m, state.workspace.version != 0)},

@@ -19,7 +19,7 @@ struct PageFacts {
   double frames_per_s = 0.0;
   std::string graphics;
   core::Nanoseconds start_ns = 0;
-  Words message;                           ///< what is missing; empty: nothing
+  LocalizedText message;                   ///< what is missing; empty: nothing
   std::optional<Review::Position> review;  ///< of the recording that is shown; none: live
   std::string camera = {};                 ///< name of the real camera; empty: there is none
 };

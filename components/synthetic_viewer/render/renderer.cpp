@@ -17,11 +17,11 @@ namespace {
 
 constexpr int kPartSides = 32;          // sides of the round shapes of arrows and marks
 constexpr double kDiscHeight_m = 1e-4;  // the disc has two faces
-// Each call of GiveUp costs about a millisecond in software rendering, because the driver must first finish
-// what it was given.
+// Each call of CancelCheck costs about a millisecond in software rendering, because the driver must first
+// finish what it was given.
 constexpr int kTrianglesBetweenQuestions = 8000;
 
-bool given_up(const GiveUp& give_up) {
+bool given_up(const CancelCheck& give_up) {
   if (!give_up) return false;
   glFinish();
   return give_up();
@@ -146,7 +146,7 @@ Image Renderer::render(const Frame& frame, const PictureFormat& format) {
 }
 
 std::optional<Image> Renderer::render_unless(const Frame& frame, const PictureFormat& format,
-                                             const GiveUp& give_up) {
+                                             const CancelCheck& give_up) {
   gl::Target& target = parts_->target_for(format);
   const double aspect = static_cast<double>(format.width_px) / format.height_px;
   // OpenGL's rows run upwards. The picture is drawn upside down (with the sense of front faces turned), so
@@ -292,7 +292,7 @@ void Renderer::draw_lines(const Frame& frame, const Shot& view) const {
 }
 
 /// Draws the items. Returns false if that was given up.
-bool Renderer::draw_items(const Frame& frame, const Shot& view, const GiveUp& give_up) const {
+bool Renderer::draw_items(const Frame& frame, const Shot& view, const CancelCheck& give_up) const {
   if (given_up(give_up)) return false;
   glEnable(GL_DEPTH_TEST);
   for (const GLuint program : {parts_->plain, parts_->painted}) {

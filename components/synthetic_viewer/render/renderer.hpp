@@ -29,7 +29,7 @@ struct PictureFormat {
 };
 
 /// Returns true if more urgent work is waiting than the picture that is being drawn.
-using GiveUp = std::function<bool()>;
+using CancelCheck = std::function<bool()>;
 
 /// Renders frames to pictures with OpenGL, without a window. Created, used and destroyed on one thread.
 class Renderer {
@@ -51,7 +51,8 @@ class Renderer {
   Image render(const Frame& frame, const PictureFormat& format);
   /// Renders a frame like render(), but calls `give_up` from time to time and returns nothing once that
   /// returns true.
-  std::optional<Image> render_unless(const Frame& frame, const PictureFormat& format, const GiveUp& give_up);
+  std::optional<Image> render_unless(const Frame& frame, const PictureFormat& format,
+                                     const CancelCheck& give_up);
 
   const std::string& description() const { return context_.description(); }
 
@@ -64,7 +65,7 @@ class Renderer {
   void draw_over_video(const Frame& frame, const Shot& view) const;
   void draw_floor(const Frame& frame, const Shot& view) const;
   void draw_shadows(const Frame& frame, const Shot& view) const;
-  bool draw_items(const Frame& frame, const Shot& view, const GiveUp& give_up) const;
+  bool draw_items(const Frame& frame, const Shot& view, const CancelCheck& give_up) const;
   int draw_item(const DrawItem& item, const Shot& view) const;
   int draw_item(const DrawItem& item, const Shot& view, unsigned program) const;
   void draw_lines(const Frame& frame, const Shot& view) const;

@@ -6,7 +6,7 @@
 namespace phantom::synthetic_viewer {
 namespace {
 
-constexpr float kMostCubes = 64.0F;
+constexpr float kMaxCubes = 64.0F;
 
 std::size_t place(const PaintVolume& volume, int x, int y, int z) {
   return static_cast<std::size_t>(x + volume.size[0] * (y + volume.size[1] * z));
@@ -45,7 +45,7 @@ PaintVolume paint_link(const geometry::BoundingBox& box, double patch_m,
   if (box.empty() || !(patch_m > 0)) return volume;
   const auto reach_m = static_cast<float>(patch_m);
   const Eigen::Vector3f extent = box.max_m - box.min_m + Eigen::Vector3f::Constant(2 * reach_m);
-  volume.edge_m = std::max(reach_m / 2, extent.maxCoeff() / kMostCubes);
+  volume.edge_m = std::max(reach_m / 2, extent.maxCoeff() / kMaxCubes);
   volume.corner_m = box.min_m - Eigen::Vector3f::Constant(reach_m);
   std::size_t cubes = 1;
   for (int axis = 0; axis < 3; ++axis) {

@@ -19,7 +19,7 @@ void ReducedSeries::take(core::Nanoseconds at_ns, double value) {
   const auto shown = static_cast<float>(value);
   if (at_ns < begin_ns_ || !std::isfinite(shown)) return;
   const core::Nanoseconds since_ns = at_ns - begin_ns_;
-  while (static_cast<std::size_t>(since_ns / step_ns_) >= kMost) {
+  while (static_cast<std::size_t>(since_ns / step_ns_) >= kMax) {
     for (std::size_t i = 0; i < steps_.size(); ++i) {
       const Span step = steps_[i];
       if (i % 2 == 0)

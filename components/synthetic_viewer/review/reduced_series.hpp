@@ -9,11 +9,11 @@
 namespace phantom::synthetic_viewer {
 
 /// A number over time, reduced to the least and the greatest value in each of equally long steps, so that a
-/// plot of it needs no samples. Of bounded memory: when there would be more than kMost steps, two become one.
+/// plot of it needs no samples. Of bounded memory: when there would be more than kMax steps, two become one.
 /// A plain value; pure.
 class ReducedSeries {
  public:
-  static constexpr std::size_t kMost = 65536;
+  static constexpr std::size_t kMax = 65536;
   static constexpr core::Nanoseconds kFinest_ns = core::kNsPerMillisecond;  ///< length of a step at first
 
   /// The values in a stretch of time. Both are NaN if there is none.

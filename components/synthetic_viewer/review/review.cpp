@@ -106,7 +106,7 @@ void Review::mark(const HitSample& hit, const ViewerState& state) {
     return;
   }
   if (open != open_marks_.end()) return;
-  if (marks_.size() >= kMostMarks) {
+  if (marks_.size() >= kMaxMarks) {
     ++marks_left_out_;
     return;
   }
@@ -139,7 +139,7 @@ const RecordedTopics::Source& Review::source_of(const recording::SeriesCursor::N
 void Review::keep(core::Nanoseconds before_ns, const RecordedMoment& moment) {
   moments_.push_back({before_ns, moment});
   moment_bytes_ += moment.bytes();
-  while (moments_.size() > 2 && (moments_.size() > kMostMoments || moment_bytes_ > kMostMomentBytes)) {
+  while (moments_.size() > 2 && (moments_.size() > kMaxMoments || moment_bytes_ > kMaxMomentBytes)) {
     std::vector<Kept> fewer;
     moment_bytes_ = 0;
     for (std::size_t i = 0; i < moments_.size(); i += 2) {
@@ -153,7 +153,7 @@ void Review::keep(core::Nanoseconds before_ns, const RecordedMoment& moment) {
 
 /// Queues a part of a mesh that has not come before.
 void Review::keep_mesh(MeshChunkSample chunk) {
-  if (mesh_bytes_ + chunk.data.size() > kMostMeshBytes ||
+  if (mesh_bytes_ + chunk.data.size() > kMaxMeshBytes ||
       !mesh_parts_.emplace(chunk.mesh_hash, chunk.chunk).second)
     return;
   mesh_bytes_ += chunk.data.size() + sizeof chunk + 64;
@@ -212,8 +212,7 @@ core::Status Review::control(const ReviewRequest& request, core::Nanoseconds now
   if (request.t_s && !(*request.t_s >= 0.0 && *request.t_s <= duration_s + kRounded_s))
     return core::Status::invalid_argument(
         fmt::format("t must be a number from 0 to {:.3f}, the recording's length in s", duration_s));
-  if (request.rate &&
-      !(*request.rate >= ReviewRequest::kLeastRate && *request.rate <= ReviewRequest::kMostRate))
+  if (request.rate && !(*request.rate >= ReviewRequest::kMinRate && *request.rate <= ReviewRequest::kMaxRate))
     return core::Status::invalid_argument("rate must be a number from 0.1 to 10");
   const std::lock_guard lock(mutex_);
   position_.at_ns = std::min(end_ns_, played_to(position_, since_ns_, now_ns));
@@ -275,7 +274,7 @@ void Review::go_to(core::Nanoseconds at_ns, std::vector<HitSample>* hits) {
 }
 
 Review::Shown Review::advance(core::Nanoseconds now_ns, ViewerState& state) {
-  constexpr core::Nanoseconds kLongestStep_ns = 5 * core::kNsPerSecond;
+  constexpr core::Nanoseconds kMaxStep_ns = 5 * core::kNsPerSecond;
   Shown shown;
   std::optional<ViewNode> node;
   std::optional<bool> hold;
@@ -286,7 +285,7 @@ Review::Shown Review::advance(core::Nanoseconds now_ns, ViewerState& state) {
     since_ns_ = now_ns;
     shown.at_ns = position_.at_ns;
     shown.jumped = std::exchange(jump_, false) || !moment_ || shown.at_ns < reached_ns_ ||
-                   shown.at_ns - reached_ns_ > kLongestStep_ns;
+                   shown.at_ns - reached_ns_ > kMaxStep_ns;
     node = node_;
     hold = hold_;
   }

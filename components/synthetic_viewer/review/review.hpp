@@ -21,7 +21,7 @@ struct ReviewRequest {
   std::optional<double> t_s;   ///< go there; from the recording's beginning
   std::optional<bool> play;    ///< go on by itself, or stand still
   std::optional<double> rate;  ///< seconds of the recording in a second
-  static constexpr double kLeastRate = 0.1, kMostRate = 10.0;
+  static constexpr double kMinRate = 0.1, kMaxRate = 10.0;
 };
 
 /// An alert of the recording, as a mark on its time line.
@@ -48,13 +48,13 @@ struct ReviewSeries {
 ///
 /// The recording is read once in whole when it is opened. Of it stay the reduced series, the marks, the
 /// meshes until they are taken, and moments at certain times, from which any other is reached by reading the
-/// file on from there: memory is bounded however long the recording is (kMostMoments, kMostMomentBytes), and
+/// file on from there: memory is bounded however long the recording is (kMaxMoments, kMaxMomentBytes), and
 /// so is the time to reach a moment for a recording of minutes.
 class Review {
  public:
-  static constexpr std::size_t kMostMoments = 512, kMostMomentBytes = std::size_t{96} << 20,
-                               kMostMarks = 10'000, kMostMeshBytes = std::size_t{512} << 20;
-  static constexpr core::Nanoseconds kLeastSpacing_ns = core::kNsPerSecond;  ///< of moments that stay
+  static constexpr std::size_t kMaxMoments = 512, kMaxMomentBytes = std::size_t{96} << 20, kMaxMarks = 10'000,
+                               kMaxMeshBytes = std::size_t{512} << 20;
+  static constexpr core::Nanoseconds kMinSpacing_ns = core::kNsPerSecond;  ///< of moments that stay
   /// Limits for the reading of files that may be hostile.
   static constexpr recording::ReaderLimits kLimits{256U << 20, 128U << 20, 512U << 20};
 
@@ -139,7 +139,7 @@ class Review {
 
   std::vector<Kept> moments_;
   std::size_t moment_bytes_ = 0;
-  core::Nanoseconds spacing_ns_ = kLeastSpacing_ns;
+  core::Nanoseconds spacing_ns_ = kMinSpacing_ns;
 
   // The moment that is shown, and how it goes on; the viewer's thread alone.
   std::optional<RecordedMoment> moment_;

@@ -11,7 +11,7 @@ namespace phantom::synthetic_viewer {
 /// What came over the topics in the last seconds. Any thread.
 struct RecentSamples {
   Past<ArmSample> arms;
-  std::array<Past<ArmSample>, runtime::kMostOtherArms>
+  std::array<Past<ArmSample>, runtime::kMaxOtherArms>
       others;  ///< other arms, as the configuration lists them
   Past<PerceptSample> percepts;
   Past<GripperSample> grippers;

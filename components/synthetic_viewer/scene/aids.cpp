@@ -55,17 +55,17 @@ int motion_heads(MotionClass motion) {
 }
 
 double pgv_arrow_m(const Aids& aids, const PgvArrow& arrow) {
-  constexpr double kGreatest_m = 0.15, kLeast_m = 0.03;
+  constexpr double kMax_m = 0.15, kMin_m = 0.03;
   if (!aids.pgs_Pa_s_per_m || arrow.length == PgvLength::kGap) return std::clamp(aids.gap_m, 0.05, 0.12);
   const double s = *aids.pgs_Pa_s_per_m / arrow.half_strength_Pa_s_per_m;
   const double share = (arrow.length == PgvLength::kStrength ? s : 1.0) / (1.0 + s);
-  return std::max(kLeast_m, kGreatest_m * share);
+  return std::max(kMin_m, kMax_m * share);
 }
 
 void add_arrows(Frame& frame, const Aids& aids, const PgvArrow& arrow) {
-  constexpr double kLookAhead_s = 0.5, kLeast_m_s = 0.005;
+  constexpr double kLookAhead_s = 0.5, kMin_m_s = 0.005;
   const double speed = aids.velocity_m_s.norm();
-  if (speed > kLeast_m_s) {
+  if (speed > kMin_m_s) {
     const double length_m = std::clamp(speed * kLookAhead_s, 0.06, 0.30);
     add_arrow(frame, aids.position_m, aids.velocity_m_s / speed * length_m, 0.006, motion_colour(aids.motion),
               motion_heads(aids.motion));

@@ -5,10 +5,10 @@
 namespace phantom::synthetic_viewer {
 namespace {
 
-constexpr std::size_t kMostSkins = 128;  // skin_percept comes at 20 Hz, video is at most 5 s late
+constexpr std::size_t kMaxSkins = 128;  // skin_percept comes at 20 Hz, video is at most 5 s late
 constexpr double kDarkened = 0.3;
 
-Words calibration_words(const Calibration& calibration) {
+LocalizedText calibration_words(const Calibration& calibration) {
   if (!calibration.has_figures) return {};
   if (calibration.pose_residual_px > 0.0)
     return {"video.calibrated", {{"px", calibration.pose_residual_px}, {"mm", calibration.pose_residual_mm}}};
@@ -35,7 +35,7 @@ void CameraView::stand(const Calibration& calibration, bool on_trial) {
 
 void CameraView::take(const SkinSample& skin) {
   skins_.push_back(skin);
-  if (skins_.size() > kMostSkins) skins_.pop_front();
+  if (skins_.size() > kMaxSkins) skins_.pop_front();
 }
 
 void CameraView::straighten(const VideoStatus& status) {

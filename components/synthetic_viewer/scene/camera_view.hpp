@@ -6,8 +6,8 @@
 
 #include "components/synthetic_viewer/render/renderer.hpp"
 #include "components/synthetic_viewer/samples/recent_samples.hpp"
+#include "components/synthetic_viewer/state/localized_text.hpp"
 #include "components/synthetic_viewer/state/state.hpp"
-#include "components/synthetic_viewer/state/words.hpp"
 #include "components/synthetic_viewer/video/picture_warp.hpp"
 #include "components/synthetic_viewer/video/video_feed.hpp"
 
@@ -25,9 +25,9 @@ struct VideoMoment {
       picture;    ///< without distortion, of the view's size; darkened if not live; null: none
   Camera camera;  ///< sees the world as the picture does
   std::string name;
-  Words calibration;  ///< how good it is; empty: not told
-  bool live = false;  ///< false: nothing may be drawn over the picture
-  Words problem;      ///< what must be said in large letters if it is not live
+  LocalizedText calibration;  ///< how good it is; empty: not told
+  bool live = false;          ///< false: nothing may be drawn over the picture
+  LocalizedText problem;      ///< what must be said in large letters if it is not live
   bool latency_known = false;
   core::Nanoseconds exposed_ns = 0;  ///< if the latency is not known: when the picture came
   double age_s = 0.0;                ///< since then
@@ -55,7 +55,7 @@ class CameraView {
 
  private:
   void straighten(const VideoStatus& status);
-  Words fault(const VideoStatus& status, core::Nanoseconds now_ns) const;
+  LocalizedText fault(const VideoStatus& status, core::Nanoseconds now_ns) const;
 
   const VideoCamera& camera_;
   Calibration calibration_;

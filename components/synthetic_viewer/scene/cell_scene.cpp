@@ -334,7 +334,7 @@ std::vector<std::string> CellScene::missing(const ViewerState& state) const {
 namespace {
 
 /// Returns the first names: "a, b, c, d and 3 more".
-Words some_of(const std::vector<std::string>& names) {
+LocalizedText some_of(const std::vector<std::string>& names) {
   constexpr std::size_t kNamed = 4;
   const std::string text = core::listed(names | std::views::take(kNamed));
   if (names.size() <= kNamed) return {"missing.names", {{"names", text}}};
@@ -343,15 +343,15 @@ Words some_of(const std::vector<std::string>& names) {
 
 }  // namespace
 
-Words missing_words(const ViewerState& state, const CellScene& scene, const Staleness& staleness,
-                    core::Nanoseconds now_ns) {
+LocalizedText missing_words(const ViewerState& state, const CellScene& scene, const Staleness& staleness,
+                            core::Nanoseconds now_ns) {
   if (state.arm.received_ns == 0) return {"missing.slave", {}};
   if (age_s(state.arm.received_ns, now_ns) > staleness.slave_s) return {"missing.slave_silent", {}};
   if (state.objects.empty()) return {"missing.objects", {}};
   const std::vector<std::string> missing = scene.missing(state);
   if (missing.empty()) {
     const std::string& problem = state.recording.problem;
-    return problem.empty() ? Words() : Words{"missing.recording", {{"problem", problem}}};
+    return problem.empty() ? LocalizedText() : LocalizedText{"missing.recording", {{"problem", problem}}};
   }
   const bool awaited = core::seconds(now_ns - state.first_object_ns) < staleness.meshes_s;
   return {awaited ? "missing.meshes_awaited" : "missing.meshes", {{"names", some_of(missing)}}};

@@ -158,7 +158,7 @@ class CellScene {
 };
 
 /// Returns one sentence about what is missing; empty if nothing is.
-Words missing_words(const ViewerState& state, const CellScene& scene, const Staleness& staleness,
-                    core::Nanoseconds now_ns);
+LocalizedText missing_words(const ViewerState& state, const CellScene& scene, const Staleness& staleness,
+                            core::Nanoseconds now_ns);
 
 }  // namespace phantom::synthetic_viewer

@@ -36,8 +36,8 @@ std::string voxel_error_text(const WorkspaceSample& workspace) {
 /// Returns how old the video is, and what is drawn over it.
 std::string video_text(const VideoMoment& video, bool arm_known, Language language) {
   const double age_ms = std::floor(video.age_s * 100) * 10;
-  std::string text = in(language, video.latency_known ? Words{"video.age", {{"age_ms", age_ms}}}
-                                                      : Words{"video.age_unknown", {}});
+  std::string text = in(language, video.latency_known ? LocalizedText{"video.age", {{"age_ms", age_ms}}}
+                                                      : LocalizedText{"video.age_unknown", {}});
   if (!arm_known) text += " - " + in(language, {"video.arm_unknown", {}});
   return text + (video.calibration.empty() ? "" : " - " + in(language, video.calibration));
 }
@@ -181,7 +181,8 @@ Compositor::Homes Compositor::homes(const Moment& moment, const HitView& hit) co
   if (hit.alert == 0) return homes;
   homes.hit = unobstructed(hit_home(hit), moment.bodies);
   homes.title = hit_title(moment.state, hit);
-  if (Words note = note_of(moment.state, homes.hit); !note.empty()) homes.title.push_back(std::move(note));
+  if (LocalizedText note = note_of(moment.state, homes.hit); !note.empty())
+    homes.title.push_back(std::move(note));
   for (int number = 1; number <= percept::kNodeCount; ++number) {
     HitView from = hit;
     double& free_m = homes.free_m[static_cast<std::size_t>(number - 1)];
@@ -281,8 +282,8 @@ Hud Compositor::main_hud(const Moment& moment) const {
 }
 
 /// Returns from where the zone is seen, and of an alert that is known what threatens to hit what.
-std::vector<Words> Compositor::hit_title(const ViewerState& state, const HitView& hit) const {
-  std::vector<Words> title{
+std::vector<LocalizedText> Compositor::hit_title(const ViewerState& state, const HitView& hit) const {
+  std::vector<LocalizedText> title{
       {state.hold ? "hud.hit_held" : "hud.hit", {{"node", std::string(percept::node_name(hit.node))}}}};
   const auto record = std::find_if(state.hits.rbegin(), state.hits.rend(),
                                    [&hit](const HitRecord& one) { return one.raised.alert == hit.alert; });
@@ -297,7 +298,7 @@ std::vector<Words> Compositor::hit_title(const ViewerState& state, const HitView
 
 Hud Compositor::hit_hud(const Moment& moment, const HitView& hit) const {
   const ViewerState& state = moment.state;
-  const std::vector<Words> title = hit_title(state, hit);
+  const std::vector<LocalizedText> title = hit_title(state, hit);
   Hud hud;
   hud.title = said(title.front());
   if (title.size() > 1) hud.subtitle = said(title.back());

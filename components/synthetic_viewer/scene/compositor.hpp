@@ -44,9 +44,9 @@ class Compositor {
   /// Where the cameras stand by themselves, whatever the operator has turned.
   struct Homes {
     UnobstructedCamera main, hit;                    ///< `hit` of a zone that is shown
-    Words main_note;                                 ///< what was in the main camera's way; empty: nothing
+    LocalizedText main_note;                         ///< what was in the main camera's way; empty: nothing
     std::array<double, percept::kNodeCount> free_m;  ///< from the look-at point to the camera at each node
-    std::vector<Words> title;                        ///< of the hit zone's view, a line each
+    std::vector<LocalizedText> title;                ///< of the hit zone's view, a line each
   };
   Homes homes(const Moment& moment, const HitView& hit) const;
   /// Returns the share of the way from the point that the camera on the arm looks at to that camera which is
@@ -74,9 +74,9 @@ class Compositor {
   Camera main_home() const;
   Camera hit_home(const HitView& hit) const;
   Camera tool_home(const ViewerState& state) const;
-  std::string said(const Words& words) const { return in(config_.language, words); }
-  Words note_of(const ViewerState& state, const UnobstructedCamera& place) const;
-  std::vector<Words> hit_title(const ViewerState& state, const HitView& hit) const;
+  std::string said(const LocalizedText& words) const { return in(config_.language, words); }
+  LocalizedText note_of(const ViewerState& state, const UnobstructedCamera& place) const;
+  std::vector<LocalizedText> hit_title(const ViewerState& state, const HitView& hit) const;
   Hud main_hud(const Moment& moment) const;
   Hud hit_hud(const Moment& moment, const HitView& hit) const;
   bool percept_known(const Moment& moment) const;

@@ -41,7 +41,7 @@ core::Status Drawing::take(MeshChunkSample chunk) {
     return core::Status(
         core::ErrorCode::kResourceExhausted,
         "the meshes of all objects have too many triangles; allowed: " + std::to_string(most_triangles_) +
-            " in " + std::to_string(kMostMeshes) + " meshes");
+            " in " + std::to_string(kMaxMeshes) + " meshes");
   MeshBody& body = scene_.meshes[hash] = uploaded(**mesh, renderer_, config_.camera_view.camera.has_value());
   if (kept_ != nullptr) kept_->put(hash, std::move(**mesh));
   scene_copy_.reset();
@@ -52,7 +52,7 @@ core::Status Drawing::take(MeshChunkSample chunk) {
 
 /// Returns whether one more mesh of so many triangles has room.
 bool Drawing::make_room(std::size_t triangles) {
-  while (scene_.meshes.size() >= kMostMeshes || triangles_ + triangles > most_triangles_) {
+  while (scene_.meshes.size() >= kMaxMeshes || triangles_ + triangles > most_triangles_) {
     const auto oldest = scene_.oldest_unnamed(state_);
     if (oldest == scene_.meshes.end()) return false;
     renderer_.drop(oldest->second.picture);
@@ -70,7 +70,7 @@ void Drawing::take(const HitSample& hit) {
 }
 
 void Drawing::resume(core::Nanoseconds now_ns) {
-  constexpr core::Nanoseconds kStep_ns = core::kNsPerSecond / 10, kLongest_ns = 120 * core::kNsPerSecond;
+  constexpr core::Nanoseconds kStep_ns = core::kNsPerSecond / 10, kMax_ns = 120 * core::kNsPerSecond;
   struct Change {
     core::Nanoseconds at_ns;
     AlertUpdate update;
@@ -88,7 +88,7 @@ void Drawing::resume(core::Nanoseconds now_ns) {
   viewer_ = SyntheticViewer(config_.hit_view.rule);
   hit_ = {};
   const VisibleShare all = [](const ViewSituation&, const Eigen::Vector3d&) { return 1.0; };
-  core::Nanoseconds at_ns = changes.empty() ? now_ns : std::max(changes.front().at_ns, now_ns - kLongest_ns);
+  core::Nanoseconds at_ns = changes.empty() ? now_ns : std::max(changes.front().at_ns, now_ns - kMax_ns);
   auto next = changes.begin();
   // What is shown for how long does not depend on what is visible; the node is chosen at the end.
   for (;; at_ns += kStep_ns) {
@@ -229,7 +229,7 @@ const PictureFormat& Drawing::format(View view) const {
                                : config_.camera_view.format;
 }
 
-std::optional<Image> Drawing::report_picture(Compositor::Picture picture, const GiveUp& give_up) {
+std::optional<Image> Drawing::report_picture(Compositor::Picture picture, const CancelCheck& give_up) {
   PictureFormat format = config_.main_view.format;
   format.samples = config_.report_samples;
   picture.hud.recording = false;

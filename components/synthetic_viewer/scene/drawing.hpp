@@ -23,10 +23,10 @@ class Drawing {
   /// Throws core::MissingError if there is no OpenGL, and as load_other_arms() for those of `config`.
   Drawing(const SceneConfig& config, const runtime::CellConfig& cell, robot::SerialArm arm,
           const std::vector<LinkMeshData>& arm_meshes, const ViewerState& state,
-          std::size_t most_triangles = kMostTriangles, MeshStore* kept = nullptr);
+          std::size_t most_triangles = kMaxTriangles, MeshStore* kept = nullptr);
 
   /// Greatest number of meshes, and of their triangles in all.
-  static constexpr std::size_t kMostMeshes = 65536, kMostTriangles = std::size_t{1} << 25;
+  static constexpr std::size_t kMaxMeshes = 65536, kMaxTriangles = std::size_t{1} << 25;
 
   /// Takes a part of a mesh. Returns an error if it is refused; a part of a complete mesh is ignored. If
   /// there is no room for a mesh, those that no object names are given up for it, the oldest first.
@@ -78,7 +78,7 @@ class Drawing {
   const PictureFormat& format(View view) const;
   /// Renders a picture for the report at its higher quality. Returns nothing if `give_up` returned true
   /// meanwhile.
-  std::optional<Image> report_picture(Compositor::Picture picture, const GiveUp& give_up);
+  std::optional<Image> report_picture(Compositor::Picture picture, const CancelCheck& give_up);
 
   Renderer& renderer() { return renderer_; }
 

@@ -103,7 +103,7 @@ void draw_gauges(Brush& brush, const Hud& hud) {
   const cv::Scalar motion_colour = known && hud.motion == MotionClass::kDangerous ? kRed
                                    : known && hud.motion == MotionClass::kNeutral ? kAmber
                                                                                   : kText;
-  const Words motion{std::string("motion.") + name_of(hud.motion), {}};
+  const LocalizedText motion{std::string("motion.") + name_of(hud.motion), {}};
   x = std::max(x, brush.px(375));  // keeps the columns in place when the numbers' widths change
   write_pair(brush, x, in(hud.language, {"hud.motion", {}}), known ? in(hud.language, motion) : "-",
              motion_colour);

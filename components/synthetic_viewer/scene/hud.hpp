@@ -5,7 +5,7 @@
 
 #include "components/synthetic_viewer/render/image.hpp"
 #include "components/synthetic_viewer/samples/samples.hpp"
-#include "components/synthetic_viewer/state/words.hpp"
+#include "components/synthetic_viewer/state/localized_text.hpp"
 
 namespace phantom::synthetic_viewer {
 

@@ -81,9 +81,9 @@ core::Expected<CalibrationRequest> parse_calibration_request(const std::string& 
   }
   if (!json.contains("try") || !json["try"].is_array()) return refuse(allowed);
   const Json& picks = json["try"];
-  if (picks.size() > CalibrationRequest::kMostPicks)
+  if (picks.size() > CalibrationRequest::kMaxPicks)
     return refuse("there are " + std::to_string(picks.size()) + " picks; allowed: 3 to " +
-                  std::to_string(CalibrationRequest::kMostPicks));
+                  std::to_string(CalibrationRequest::kMaxPicks));
   for (std::size_t i = 0; i < picks.size(); ++i) {
     auto pick = parse_page_pick(picks[i], i + 1);
     if (!pick) return pick.status();

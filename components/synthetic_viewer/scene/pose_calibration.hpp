@@ -33,7 +33,7 @@ struct CalibrationRequest {
     std::string corner;
     double u = 0.0, v = 0.0;  ///< 0…1 of the picture's width and height, from its upper left
   };
-  static constexpr std::size_t kMostPicks = 32;
+  static constexpr std::size_t kMaxPicks = 32;
   Act act = Act::kTry;
   std::vector<Pick> picks;
   std::uint64_t trial = 0;  ///< which pose is kept or discarded: two pages may be at it

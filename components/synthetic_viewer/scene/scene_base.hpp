@@ -27,7 +27,7 @@ struct LiveSamples {
   MasterSample master;
   GripperSample gripper;
   StopView stops;
-  std::array<ArmSample, runtime::kMostOtherArms> others;  ///< in the order of ViewerState::others
+  std::array<ArmSample, runtime::kMaxOtherArms> others;  ///< in the order of ViewerState::others
 };
 
 }  // namespace phantom::synthetic_viewer

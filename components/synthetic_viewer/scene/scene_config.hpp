@@ -59,7 +59,7 @@ struct SceneConfig {
   GraphicsPlatform graphics = GraphicsPlatform::kAuto;
   int report_samples = 4;                           ///< samples per pixel in the report's pictures
   std::string arm;                                  ///< arm of the cell; empty: the only one
-  std::vector<runtime::OtherArmConfig> other_arms;  ///< drawn as they move; at most runtime::kMostOtherArms
+  std::vector<runtime::OtherArmConfig> other_arms;  ///< drawn as they move; at most runtime::kMaxOtherArms
 };
 
 }  // namespace phantom::synthetic_viewer

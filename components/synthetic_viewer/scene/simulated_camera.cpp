@@ -16,10 +16,10 @@ namespace phantom::synthetic_viewer {
 namespace {
 
 constexpr core::Nanoseconds kSlaveSilence_ns = core::kNsPerSecond / 4;
-constexpr core::Nanoseconds kMostWait_ns = core::kNsPerSecond / 20;
+constexpr core::Nanoseconds kMaxWait_ns = core::kNsPerSecond / 20;
 constexpr int kSmearPictures = 5;
 constexpr double kStillAngle_rad = 1e-5;
-constexpr std::size_t kMostUnderWay = 600;  // pictures that are exposed and have not arrived
+constexpr std::size_t kMaxUnderWay = 600;  // pictures that are exposed and have not arrived
 
 /// Returns a lens without distortion that images all that `lens` does, at its sharpness in the middle, as far
 /// as its picture then is not larger than twice as wide and high.
@@ -78,14 +78,14 @@ class SimulatedCamera : public VideoSource {
 
   core::Expected<std::optional<VideoPicture>> next() override {
     const core::Nanoseconds now_ns = core::monotonic_ns();
-    if (now_ns >= exposure_due_ns_ && under_way_.size() < kMostUnderWay) {
+    if (now_ns >= exposure_due_ns_ && under_way_.size() < kMaxUnderWay) {
       expose(now_ns);
       // A picture that took longer than its period makes the rate lower, not a queue.
       exposure_due_ns_ = std::max(exposure_due_ns_, now_ns) + core::from_seconds(1 / rate_hz_);
     }
     const core::Nanoseconds arrival_ns = under_way_.empty() ? exposure_due_ns_ : due_ns(under_way_.front());
     const core::Nanoseconds until_ns =
-        std::min({exposure_due_ns_, arrival_ns, core::monotonic_ns() + kMostWait_ns});
+        std::min({exposure_due_ns_, arrival_ns, core::monotonic_ns() + kMaxWait_ns});
     std::this_thread::sleep_for(std::chrono::nanoseconds(until_ns - core::monotonic_ns()));
     if (under_way_.empty() || core::monotonic_ns() < due_ns(under_way_.front()))
       return std::optional<VideoPicture>();

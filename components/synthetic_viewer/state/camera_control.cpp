@@ -32,7 +32,7 @@ void CameraControl::take(const ViewRequest& request) noexcept {
   offset.azimuth_rad = std::remainder(offset.azimuth_rad + request.azimuth_rad, 2 * std::numbers::pi);
   offset.elevation_rad =
       std::clamp(offset.elevation_rad + request.elevation_rad, -2 * kSteepest_rad, 2 * kSteepest_rad);
-  offset.zoom = std::clamp(offset.zoom * request.zoom, kLeastZoom, kMostZoom);
+  offset.zoom = std::clamp(offset.zoom * request.zoom, kMinZoom, kMaxZoom);
 }
 
 Camera CameraControl::moved(const Camera& camera, View view) const {

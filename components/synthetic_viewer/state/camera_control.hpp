@@ -36,7 +36,7 @@ class CameraControl {
     double azimuth_rad = 0.0, elevation_rad = 0.0, zoom = 1.0;
     bool at_home() const noexcept { return azimuth_rad == 0.0 && elevation_rad == 0.0 && zoom == 1.0; }
   };
-  static constexpr double kLeastZoom = 0.1, kMostZoom = 4.0;
+  static constexpr double kMinZoom = 0.1, kMaxZoom = 4.0;
 
   /// A real camera's view stands where that camera stands: requests to move it are ignored.
   void take(const ViewRequest& request) noexcept;

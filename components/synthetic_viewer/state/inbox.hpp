@@ -13,7 +13,7 @@
 #include "components/synthetic_viewer/samples/recent_samples.hpp"
 #include "components/synthetic_viewer/samples/samples.hpp"
 #include "components/synthetic_viewer/state/camera_control.hpp"
-#include "components/synthetic_viewer/state/stop_board.hpp"
+#include "components/synthetic_viewer/state/stop_status.hpp"
 #include "components/synthetic_viewer/video/video_source.hpp"
 
 namespace phantom::synthetic_viewer {
@@ -36,9 +36,9 @@ class Inbox {
   core::Snapshot<PerceptSample> percept;
   core::Snapshot<MasterSample> master;
   core::Snapshot<GripperSample> gripper;
-  std::array<core::Snapshot<ArmSample>, runtime::kMostOtherArms> others;  ///< of other arms
-  StopBoard stops;                                                        ///< any thread
-  RecentSamples past;                                                     ///< any thread
+  std::array<core::Snapshot<ArmSample>, runtime::kMaxOtherArms> others;  ///< of other arms
+  StopStatus stops;                                                      ///< any thread
+  RecentSamples past;                                                    ///< any thread
   PictureInbox video;  ///< of a camera whose pictures come over a topic
   /// The same values for the scene stream: a snapshot has one reader.
   struct {
@@ -46,7 +46,7 @@ class Inbox {
     core::Snapshot<PerceptSample> percept;
     core::Snapshot<MasterSample> master;
     core::Snapshot<GripperSample> gripper;
-    std::array<core::Snapshot<ArmSample>, runtime::kMostOtherArms> others;
+    std::array<core::Snapshot<ArmSample>, runtime::kMaxOtherArms> others;
   } scene;
 
   /// Queues an event. Any thread. A raised alert is urgent. Returns false if the queue is full: the event is

@@ -82,7 +82,7 @@ double age_s(core::Nanoseconds received_ns, core::Nanoseconds now_ns) noexcept {
   return received_ns == 0 ? std::numeric_limits<double>::infinity() : core::seconds(now_ns - received_ns);
 }
 
-Words banner_words(const ViewerState& state, const Staleness& staleness, core::Nanoseconds now_ns) {
+LocalizedText banner_words(const ViewerState& state, const Staleness& staleness, core::Nanoseconds now_ns) {
   const StopView& stops = state.stops;
   if (stops.in_force) return stops.headline_words;
   return stops.notice_words.empty() ? condition_words(state, staleness, now_ns) : stops.notice_words.front();
@@ -94,7 +94,8 @@ std::string banner_text(const ViewerState& state, const Staleness& staleness, co
   return state.stops.in_force ? said + "\n" + sides_text(state.stops, language) : said;
 }
 
-Words condition_words(const ViewerState& state, const Staleness& staleness, core::Nanoseconds now_ns) {
+LocalizedText condition_words(const ViewerState& state, const Staleness& staleness,
+                              core::Nanoseconds now_ns) {
   const double slave_age_s = age_s(state.arm.received_ns, now_ns);
   if (state.arm.received_ns == 0) return {"banner.no_slave", {}};
   if (slave_age_s > staleness.slave_s)
@@ -137,16 +138,16 @@ const char* percept_row_key(teleop::BilateralLaw law, teleop::Counterbalance cou
 
 }  // namespace
 
-Words percepts_words(const ViewerState& state) {
+LocalizedText percepts_words(const ViewerState& state) {
   const MasterSample& master = state.master;
   const int chosen = (master.percept_enabled ? 1 : 0) + (master.tone_enabled ? 2 : 0) +
                      (master.views_enabled ? 4 : 0);  // the bits of set_percepts
   return {"percept.in_force",
-          {{"row", Words{percept_row_key(master.law, state.arm.counterbalance), {}}},
-           {"chosen", Words{"percept_chosen." + std::to_string(chosen), {}}}}};
+          {{"row", LocalizedText{percept_row_key(master.law, state.arm.counterbalance), {}}},
+           {"chosen", LocalizedText{"percept_chosen." + std::to_string(chosen), {}}}}};
 }
 
-Words object_words(const ViewerState& state, std::uint16_t id) {
+LocalizedText object_words(const ViewerState& state, std::uint16_t id) {
   if (id == 0) return {"object.free_space", {}};
   const auto found = state.objects.find(id);
   if (const auto other = static_cast<std::size_t>(id - runtime::kFirstOtherArmId);
@@ -161,20 +162,20 @@ std::string object_name(const ViewerState& state, std::uint16_t id, Language lan
   return in(language, object_words(state, id));
 }
 
-Words touched_object(const ViewerState& state) {
+LocalizedText touched_object(const ViewerState& state) {
   if (!state.arm.contact) return object_words(state, 0);
-  return state.arm.contact_object == 0 ? Words{"object.unknown", {}}
+  return state.arm.contact_object == 0 ? LocalizedText{"object.unknown", {}}
                                        : object_words(state, state.arm.contact_object);
 }
 
-std::vector<Words> carried_words(const ViewerState& state) {
-  std::vector<Words> words;
+std::vector<LocalizedText> carried_words(const ViewerState& state) {
+  std::vector<LocalizedText> words;
   for (const messages::CarriedObject& carried : state.workspace.carried)
     words.push_back({"carry.carries", {{"arm", carried.arm}, {"object", object_words(state, carried.id)}}});
   return words;
 }
 
-Words gripper_words(const ViewerState& state, const Staleness& staleness, core::Nanoseconds now_ns) {
+LocalizedText gripper_words(const ViewerState& state, const Staleness& staleness, core::Nanoseconds now_ns) {
   const GripperSample& gripper = state.gripper;
   if (gripper.received_ns == 0) return {};
   if (const double age = age_s(gripper.received_ns, now_ns); age > staleness.gripper_s)

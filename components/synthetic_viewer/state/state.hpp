@@ -7,9 +7,9 @@
 
 #include "components/synthetic_viewer/samples/samples.hpp"
 #include "components/synthetic_viewer/state/camera_control.hpp"
-#include "components/synthetic_viewer/state/stop_board.hpp"
+#include "components/synthetic_viewer/state/localized_text.hpp"
+#include "components/synthetic_viewer/state/stop_status.hpp"
 #include "components/synthetic_viewer/state/synthetic_viewer.hpp"
-#include "components/synthetic_viewer/state/words.hpp"
 
 namespace phantom::synthetic_viewer {
 
@@ -102,7 +102,7 @@ double age_s(core::Nanoseconds received_ns, core::Nanoseconds now_ns) noexcept;
 
 /// Returns what must not be missed; empty if all is well: a stop, else two processes that send the same
 /// topic, else condition_words().
-Words banner_words(const ViewerState& state, const Staleness& staleness, core::Nanoseconds now_ns);
+LocalizedText banner_words(const ViewerState& state, const Staleness& staleness, core::Nanoseconds now_ns);
 /// Returns what a picture must say in large letters: banner_words(), and of a stop in a second line who has
 /// not confirmed it.
 std::string banner_text(const ViewerState& state, const Staleness& staleness, core::Nanoseconds now_ns,
@@ -110,28 +110,28 @@ std::string banner_text(const ViewerState& state, const Staleness& staleness, co
 
 /// Returns the most urgent of: slave lost or missing, an enabling switch released, link degraded, phantom
 /// silent or without a valid model. Empty if none applies.
-Words condition_words(const ViewerState& state, const Staleness& staleness, core::Nanoseconds now_ns);
+LocalizedText condition_words(const ViewerState& state, const Staleness& staleness, core::Nanoseconds now_ns);
 
 /// Returns whether hit zones are shown by themselves: not while a master that is heard says that the operator
 /// works without these views.
 bool shows_hits(const ViewerState& state, const Staleness& staleness, core::Nanoseconds now_ns);
 /// Returns row and column of Table 6.1 that are in force: "b1: SCTFB, balanced arm: drag and tone".
-Words percepts_words(const ViewerState& state);
+LocalizedText percepts_words(const ViewerState& state);
 
 /// Returns the object's name, such as "table"; "object 7" if the name is not known; "free space" for 0; of
 /// what is another arm, that arm's name.
-Words object_words(const ViewerState& state, std::uint16_t id);
+LocalizedText object_words(const ViewerState& state, std::uint16_t id);
 /// object_words() in English.
 std::string object_name(const ViewerState& state, std::uint16_t id, Language language = Language::kEnglish);
 /// Returns what the arm touches; "something unknown" if only its force is felt.
-Words touched_object(const ViewerState& state);
+LocalizedText touched_object(const ViewerState& state);
 
 /// Returns what arms carry, a sentence each: "arm left carries pump".
-std::vector<Words> carried_words(const ViewerState& state);
+std::vector<LocalizedText> carried_words(const ViewerState& state);
 
 /// Returns what the gripper does, in a few plain words: "holds something 42 mm wide with 30 N"; empty if
 /// there is no gripper.
-Words gripper_words(const ViewerState& state, const Staleness& staleness, core::Nanoseconds now_ns);
+LocalizedText gripper_words(const ViewerState& state, const Staleness& staleness, core::Nanoseconds now_ns);
 
 std::string label_of(LinkState state);  ///< "COUPLED"
 const char* name_of(MotionClass motion) noexcept;

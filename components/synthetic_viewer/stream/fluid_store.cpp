@@ -77,8 +77,8 @@ core::Expected<std::string> packed_shell(const Workspace& of, const ObjectFluid&
   if (std::ranges::none_of(fluid.mu_code, [order](const auto& layer) { return layer.first == order; }))
     return core::Status::not_found(fmt::format("object {} has no layer {}", fluid.object, order));
   const auto faces = workspace::shell_of(of, fluid.box, fluid.object, static_cast<std::int8_t>(order),
-                                         FluidStore::kMostFaces);
-  if (!faces) return too_large(faces.status().message(), FluidStore::kMostFaces);
+                                         FluidStore::kMaxFaces);
+  if (!faces) return too_large(faces.status().message(), FluidStore::kMaxFaces);
   std::string octets = placed(of.grid());
   append_numbers(octets, static_cast<std::uint32_t>(faces->size()), std::uint32_t{0});
   octets.append(reinterpret_cast<const char*>(faces->data()), faces->size() * sizeof faces->front());
@@ -95,8 +95,8 @@ core::Expected<std::string> packed_section(const Workspace& of, const ObjectFlui
   const std::size_t along = (axis + 1) % 3, across = (axis + 2) % 3;
   const std::size_t cells =
       static_cast<std::size_t>(box.size[along]) * static_cast<std::size_t>(box.size[across]);
-  if (cells > FluidStore::kMostCells)
-    return too_large(fmt::format("the section has {} cells", cells), FluidStore::kMostCells);
+  if (cells > FluidStore::kMaxCells)
+    return too_large(fmt::format("the section has {} cells", cells), FluidStore::kMaxCells);
   const std::vector<std::int8_t> orders = workspace::section_of(of, box, fluid.object, axis, at);
   std::string octets = placed(of.grid());
   append_numbers(octets, static_cast<std::uint32_t>(axis), at, box.min[along], box.min[across],
@@ -112,15 +112,15 @@ core::Expected<std::string> made_of(const Workspace& of, const std::vector<Objec
   std::smatch words;
   if (!std::regex_match(path, words, paths)) return core::Status::not_found("unknown path");
   const bool shell = words[1].matched;
-  if (!shell && !words[4].matched) return described(of, fluids, FluidStore::kMostObjects);
+  if (!shell && !words[4].matched) return described(of, fluids, FluidStore::kMaxObjects);
   const int object = std::stoi(words[shell ? 2 : 5]);
   const auto found =
       std::ranges::find_if(fluids, [object](const ObjectFluid& fluid) { return fluid.object == object; });
   if (found == fluids.end() || found->box.empty())
     return core::Status::not_found(fmt::format("object {} has no fluid in the workspace", object));
   if (const std::size_t bricks = workspace::bricks_of(found->box).voxel_count();
-      bricks > FluidStore::kMostBricks)
-    return too_large(fmt::format("it reaches over {} bricks of voxels", bricks), FluidStore::kMostBricks);
+      bricks > FluidStore::kMaxBricks)
+    return too_large(fmt::format("it reaches over {} bricks of voxels", bricks), FluidStore::kMaxBricks);
   if (shell) return packed_shell(of, *found, std::stoi(words[3]));
   return packed_section(of, *found, static_cast<std::size_t>(words[6].str()[0] - 'x'), std::stoi(words[7]));
 }
@@ -158,7 +158,7 @@ FluidStore::Answer FluidStore::kept(const std::string& path, const Content& cont
                     path == "/fluid" ? "application/json" : "application/octet-stream"};
   const std::lock_guard lock(mutex_);
   if (!is_newest()) return found;
-  if (kept_octets_ + found.octets->size() > kMostKept) kept_.clear(), kept_octets_ = 0;
+  if (kept_octets_ + found.octets->size() > kMaxKept) kept_.clear(), kept_octets_ = 0;
   if (kept_.emplace(path, found).second) kept_octets_ += found.octets->size();
   return found;
 }
@@ -166,7 +166,7 @@ FluidStore::Answer FluidStore::kept(const std::string& path, const Content& cont
 FluidStore::Answer FluidStore::find(const std::string& path) {
   struct Place {
     std::atomic<int>& asking;
-    const bool free = asking.fetch_add(1) < kMostAtOnce;
+    const bool free = asking.fetch_add(1) < kMaxAtOnce;
     ~Place() { asking.fetch_sub(1); }
   } const place{asking_};
   if (!place.free)

@@ -21,9 +21,9 @@ namespace phantom::synthetic_viewer {
 /// bricks that one is made of, in what it may have, and in what is kept.
 class FluidStore {
  public:
-  static constexpr std::size_t kMostBricks = 16384, kMostFaces = 500'000, kMostCells = std::size_t{1} << 22,
-                               kMostObjects = 2048, kMostKept = std::size_t{64} << 20;
-  static constexpr int kMostAtOnce = 2;
+  static constexpr std::size_t kMaxBricks = 16384, kMaxFaces = 500'000, kMaxCells = std::size_t{1} << 22,
+                               kMaxObjects = 2048, kMaxKept = std::size_t{64} << 20;
+  static constexpr int kMaxAtOnce = 2;
   /// The paths of the page that are about the fluid, as a regular expression.
   static constexpr const char* kPaths =
       R"(/fluid(?:/(shell)/(\d{1,5})/(-?\d{1,3})|/(section)/(\d{1,5})/([xyz])/(\d{1,4}))?)";

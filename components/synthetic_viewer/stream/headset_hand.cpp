@@ -17,7 +17,7 @@ constexpr double kFarthest_m = 10.0, kUnitWithin = 0.01;  // what is a pose at a
 // What a hand does not do between two poses.
 constexpr double kFastest_m_s = 5.0, kJump_m = 0.02, kFastest_rad_s = 30.0, kJump_rad = 0.1;
 constexpr double kAhead_m = 0.05, kAhead_rad = 0.3;
-constexpr double kBandwidth_rad_s = 40.0, kLongestStep_s = 0.002;
+constexpr double kBandwidth_rad_s = 40.0, kMaxStep_s = 0.002;
 constexpr double kClocksApart = 1e-3;  // s per s, by which two clocks drift apart at most
 
 template <class T>
@@ -147,7 +147,7 @@ bool HeadsetHand::jumped(const ControllerPose& pose) const {
 // What the hand has done since the last pose, the handle is to do until the next.
 void HeadsetHand::follow(const ControllerPose& pose) {
   if (gripping_ && last_) {
-    const double dt_s = std::clamp(pose.page_s - last_->page_s, kLongestStep_s, core::seconds(silent_ns_));
+    const double dt_s = std::clamp(pose.page_s - last_->page_s, kMaxStep_s, core::seconds(silent_ns_));
     target_.translation_m += R_BW_ * (pose.position_m - last_->position_m);
     target_.rotation = R_BW_ * pose.R_WC * last_->R_WC.transpose() * R_BW_.transpose() * target_.rotation;
     aim_twist_ << (target_.translation_m - aim_.translation_m) / dt_s,
@@ -187,8 +187,8 @@ HeadsetHand::Handle HeadsetHand::step(const Felt& felt, double dt_s, core::Nanos
 }
 
 void HeadsetHand::move(const robot::Spatial& wrench, double dt_s) {
-  for (double left_s = dt_s; left_s > 1e-9; left_s -= kLongestStep_s) {
-    const double h_s = std::min(left_s, kLongestStep_s), moved_s = std::min(h_s, aim_left_s_);
+  for (double left_s = dt_s; left_s > 1e-9; left_s -= kMaxStep_s) {
+    const double h_s = std::min(left_s, kMaxStep_s), moved_s = std::min(h_s, aim_left_s_);
     aim_.translation_m += moved_s * aim_twist_.head<3>();
     aim_.rotation = geometry::rotation_from_vector(moved_s * aim_twist_.tail<3>()) * aim_.rotation;
     aim_left_s_ -= moved_s;

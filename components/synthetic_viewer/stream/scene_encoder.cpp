@@ -23,8 +23,8 @@ constexpr int kProtocol = 2;
 constexpr core::Nanoseconds kHeartbeat_ns = core::kNsPerSecond / 5;
 // Paint comes no more often than what a viewer is allowed allows beside the poses and the page's numbers:
 // octets a second of both, and of paint at least and at most.
-constexpr double kOctets_s = 48000.0, kLeastPaint_s = 3000.0, kMostPaint_s = 12000.0;
-constexpr std::size_t kMostPatches = 65535, kMostMarks = 255;
+constexpr double kOctets_s = 48000.0, kMinPaint_s = 3000.0, kMaxPaint_s = 12000.0;
+constexpr std::size_t kMaxPatches = 65535, kMaxMarks = 255;
 constexpr double kLargest = 32767.0;  // of an int16
 
 enum : std::uint8_t { kPosesKind = 1, kPaintKind = 2 };  // and SceneFeed's kAliveKind
@@ -283,7 +283,7 @@ void SceneEncoder::put_view(core::Nanoseconds at_ns) {
 void SceneEncoder::put_paint(core::Nanoseconds now_ns) {
   if (!new_paint_ || now_ns < paint_due_ns_) return;
   const SkinSample& skin = state_.skin;
-  const std::size_t count = std::min(kMostPatches, skin.felt.size());
+  const std::size_t count = std::min(kMaxPatches, skin.felt.size());
   float greatest = 1e-6F;
   for (const SkinPatchSample& patch : skin.felt)
     for (const float place_m : patch.middle_m) greatest = std::max(greatest, std::abs(place_m));
@@ -302,7 +302,7 @@ void SceneEncoder::put_paint(core::Nanoseconds now_ns) {
       to.put(static_cast<std::int16_t>(std::lround(place_m / unit_m)));
   }
   const double poses_s = poses_ ? static_cast<double>(poses_->octets.size()) * std::min(60.0, rate_Hz_) : 0.0;
-  const double paint_s = std::clamp(kOctets_s - poses_s, kLeastPaint_s, kMostPaint_s);
+  const double paint_s = std::clamp(kOctets_s - poses_s, kMinPaint_s, kMaxPaint_s);
   paint_due_ns_ = now_ns + core::from_seconds(static_cast<double>(to.octets.size()) / paint_s);
   told_skin_ns_ = skin.received_ns;
   new_paint_ = false;
@@ -322,7 +322,7 @@ std::string SceneEncoder::marks(std::size_t& count, const Compositor::Moment& mo
           shown, [&](const auto& one) { return (one.second & bit) == 0 && same_mark(one.first, mark); });
       if (known != shown.end()) {
         known->second |= bit;
-      } else if (shown.size() < kMostMarks) {
+      } else if (shown.size() < kMaxMarks) {
         shown.emplace_back(mark, bit);
       }
     }

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "components/synthetic_viewer/scene/scene_base.hpp"
-#include "components/synthetic_viewer/stream/scene_board.hpp"
+#include "components/synthetic_viewer/stream/scene_message_log.hpp"
 
 namespace phantom::synthetic_viewer {
 
@@ -27,10 +27,10 @@ class SceneEncoder {
   void compose(const LiveSamples& live, core::Nanoseconds now_ns);
 
   /// The messages but `poses`.
-  SceneBoard& board() { return board_; }
+  SceneMessageLog& board() { return board_; }
   /// Returns the newest `poses`; null: none yet. It is another one than before only if something moves, or
   /// the last one is 0.2 s old.
-  const SceneBoard::Content& poses() const { return poses_; }
+  const SceneMessageLog::Content& poses() const { return poses_; }
 
  private:
   void put_cell();
@@ -54,14 +54,14 @@ class SceneEncoder {
     std::uint64_t mesh_hash = 0;
     std::string name;
   };
-  std::map<std::uint64_t, KnownItem> items_;      // as they were told
-  std::optional<std::pair<Words, bool>> banner_;  // as it was told, and whether it is an alarm
+  std::map<std::uint64_t, KnownItem> items_;              // as they were told
+  std::optional<std::pair<LocalizedText, bool>> banner_;  // as it was told, and whether it is an alarm
   core::Nanoseconds told_skin_ns_ = 0, paint_due_ns_ = 0;
   std::uint32_t paint_number_ = 0, poses_number_ = 0;
   core::Nanoseconds poses_ns_ = 0;
   std::string poses_content_;  // but number, time and ages
-  SceneBoard board_;
-  SceneBoard::Content poses_;
+  SceneMessageLog board_;
+  SceneMessageLog::Content poses_;
 };
 
 }  // namespace phantom::synthetic_viewer

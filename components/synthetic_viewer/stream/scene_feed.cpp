@@ -17,18 +17,18 @@
 #include <utility>
 
 #include "common/core/errors.hpp"
-#include "common/core/thread_place.hpp"
+#include "common/core/thread_config.hpp"
 
 namespace phantom::synthetic_viewer {
 namespace {
 
-constexpr std::size_t kMostText = 128;                           // octets of a client's message
-constexpr std::uint64_t kMostFrames_s = 30, kMostHands_s = 150;  // of a client; more of one that leads
+constexpr std::size_t kMaxText = 128;                          // octets of a client's message
+constexpr std::uint64_t kMaxFrames_s = 30, kMaxHands_s = 150;  // of a client; more of one that leads
 constexpr std::size_t kDelivery = 65536;  // octets that are made ready for a client at once
-constexpr int kMostUnsent = 8192;         // that wait in the kernel before more is made ready
+constexpr int kMaxUnsent = 8192;          // that wait in the kernel before more is made ready
 constexpr int kSendBuffer = 65536;
-constexpr double kLeastRate_Hz = 1.0, kMostRate_Hz = 120.0;  // or 0: no scene
-constexpr std::uint8_t kAliveKind = 3;                       // beside those of SceneEncoder
+constexpr double kMinRate_Hz = 1.0, kMaxRate_Hz = 120.0;  // or 0: no scene
+constexpr std::uint8_t kAliveKind = 3;                    // beside those of SceneEncoder
 constexpr core::Nanoseconds kStalled_ns = 3 * core::kNsPerSecond, kFarewell_ns = core::kNsPerSecond,
                             kSession_ns = core::kNsPerSecond / 5, kStops_ns = core::kNsPerSecond / 10,
                             kAlive_ns = core::kNsPerSecond / 5, kNumbers_ns = core::kNsPerSecond / 30;
@@ -52,7 +52,7 @@ struct SceneFeed::Client {
   Client(Follower&& taken, std::uint64_t its_number, bool may_send_hands, core::Nanoseconds now_ns)
       : follower(std::move(taken)),
         number(its_number),
-        socket(kMostText, may_send_hands),
+        socket(kMaxText, may_send_hands),
         drained_ns(now_ns),
         second_ns(now_ns) {
     const int descriptor = follower.channel.descriptor();
@@ -64,7 +64,7 @@ struct SceneFeed::Client {
   bool drained() {
     int unsent = 0;
     return socket.output().empty() &&
-           (ioctl(follower.channel.descriptor(), SIOCOUTQNSD, &unsent) != 0 || unsent <= kMostUnsent);
+           (ioctl(follower.channel.descriptor(), SIOCOUTQNSD, &unsent) != 0 || unsent <= kMaxUnsent);
   }
 
   Follower follower;
@@ -73,7 +73,7 @@ struct SceneFeed::Client {
   std::optional<HandWord> told;  // of the hand, last
   bool has_led = false;          // poses may be on their way after it was told that it does not any more
   std::uint64_t seen = 0, numbers_seen = 0;  // of the scene's board, and of the numbers'
-  SceneBoard::Content poses;                 // the last ones sent
+  SceneMessageLog::Content poses;            // the last ones sent
   core::Nanoseconds period_ns = 0;           // of poses at least; 0: it does not follow the scene
   core::Nanoseconds poses_due_ns = 0, numbers_due_ns = 0, alive_due_ns = 0;
   core::Nanoseconds drained_ns;  // when all was last with the network
@@ -121,7 +121,7 @@ void SceneFeed::end() {
 }
 
 void SceneFeed::run() {
-  core::take_place(core::ThreadRole::kScene);
+  core::apply_thread_config(core::ThreadRole::kScene);
   progress_.begin();
   const core::Nanoseconds period_ns = core::from_seconds(1.0 / rate_Hz_);
   core::Nanoseconds due_ns = core::monotonic_ns();
@@ -269,7 +269,7 @@ void SceneFeed::read(Client& client, core::Nanoseconds now_ns) {
   for (const std::string& message : client.socket.binaries())
     if (const core::Status taken = hand_->take(client.number, message, now_ns); !taken)
       client.socket.close(web::WebSocket::kNoSense, taken.message());
-  const std::uint64_t most = kMostFrames_s + (client.has_led ? kMostHands_s : 0);
+  const std::uint64_t most = kMaxFrames_s + (client.has_led ? kMaxHands_s : 0);
   if (client.socket.frames() - client.frames_before > most && !client.socket.closing())
     client.socket.close(web::WebSocket::kPolicy, "too many messages");
 }
@@ -283,7 +283,7 @@ void SceneFeed::obey(Client& client, const std::string& text) {
   if (json.contains("echo"))
     return client.socket.send(false, R"({"type":"echo","echo":)" + json["echo"].dump() + "}");
   if (json.contains("hand") && hand_ != nullptr) return ask_for_hand(client, value != 0.0);
-  if (!json.contains("rate_Hz") || !(value == 0 || (value >= kLeastRate_Hz && value <= kMostRate_Hz)))
+  if (!json.contains("rate_Hz") || !(value == 0 || (value >= kMinRate_Hz && value <= kMaxRate_Hz)))
     return client.socket.close(web::WebSocket::kNoSense, "rate_Hz: 0, or 1 to 120; echo: any number");
   let_follow_scene(client, value == 0 ? 0 : core::from_seconds(1.0 / value));
 }

@@ -14,9 +14,9 @@
 #include "common/web/web_socket.hpp"
 #include "components/synthetic_viewer/state/inbox.hpp"
 #include "components/synthetic_viewer/stream/headset_hand.hpp"
-#include "components/synthetic_viewer/stream/page_board.hpp"
 #include "components/synthetic_viewer/stream/page_content.hpp"
 #include "components/synthetic_viewer/stream/scene_encoder.hpp"
+#include "components/synthetic_viewer/stream/state_delta.hpp"
 
 namespace phantom::synthetic_viewer {
 
@@ -77,7 +77,7 @@ class SceneFeed {
   HeadsetHand* const hand_;
   std::uint64_t clients_so_far_ = 0;
   SceneEncoder encoder_;
-  PageBoard numbers_;
+  StateDelta numbers_;
   std::uint64_t numbers_seen_ = 0;  // of page_.state
   LiveSamples live_;
   std::uint64_t base_seen_ = 0;

@@ -180,7 +180,7 @@ constexpr core::Nanoseconds kS = core::kNsPerSecond;
 
 TEST_F(AgeOfVideo, IsThatOfTheExposureByTheStampOrByTheKnownLatency) {
   EXPECT_FALSE(view_->at(10 * kS).live);
-  EXPECT_EQ(in_english(view_->at(10 * kS).problem), "NO VIDEO from gate: no picture has come");
+  EXPECT_EQ(english_text(view_->at(10 * kS).problem), "NO VIDEO from gate: no picture has come");
   send(10 * kS, 90);
   VideoMoment moment = view_->at(10 * kS + kS / 10);
   EXPECT_TRUE(moment.live);
@@ -204,7 +204,7 @@ TEST_F(AgeOfVideo, OverAnOldPictureNothingIsDrawnAndItIsDarkAndSaid) {
   EXPECT_TRUE(view_->at(10 * kS + kS / 2).live);
   VideoMoment moment = view_->at(10 * kS + 6 * kS / 10);
   EXPECT_FALSE(moment.live);
-  EXPECT_EQ(in_english(moment.problem), "VIDEO LOST 1 s ago");
+  EXPECT_EQ(english_text(moment.problem), "VIDEO LOST 1 s ago");
   EXPECT_LT(cv::mean(*moment.picture)[0], 0.5 * cv::mean(*bright)[0]);
   // Arm and objects are there, but nothing of them is drawn.
   ViewerConfig config;
@@ -230,7 +230,7 @@ TEST_F(AgeOfVideo, OverAnOldPictureNothingIsDrawnAndItIsDarkAndSaid) {
     hand_.lost = true;
   }
   ASSERT_TRUE(test::eventually([&] { return !feed_->status().problem.empty(); }));
-  EXPECT_EQ(in_english(view_->at(13 * kS).problem), "VIDEO LOST 3 s ago: the cable is out");
+  EXPECT_EQ(english_text(view_->at(13 * kS).problem), "VIDEO LOST 3 s ago: the cable is out");
 }
 
 // Tries synthetic_viewer: video that stops; a picture that stays the same
@@ -240,7 +240,8 @@ TEST_F(AgeOfVideo, ACameraThatSendsOnePictureAgainAndAgainIsSeenToStandStill) {
     EXPECT_TRUE(view_->at(10 * kS + k * kS / 2).live);
   }
   send(12 * kS + kS / 4, 100);
-  EXPECT_EQ(in_english(view_->at(12 * kS + kS / 4).problem), "VIDEO STANDS STILL: the same picture for 2 s");
+  EXPECT_EQ(english_text(view_->at(12 * kS + kS / 4).problem),
+            "VIDEO STANDS STILL: the same picture for 2 s");
   send(12 * kS + kS / 2, 101);
   EXPECT_TRUE(view_->at(12 * kS + kS / 2).live);
 }

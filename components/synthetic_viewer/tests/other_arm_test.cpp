@@ -113,7 +113,7 @@ TEST_F(PairOfArms, BrowsersGetItAsTheServerDrawsIt) {
   SceneEncoder encoder(config_, config_.page.scene_Hz, "pair");
   test::DecodedScene scene;
   std::uint64_t seen = 0;
-  SceneBoard::Content poses;
+  SceneMessageLog::Content poses;
   const auto pass_on = [&](const ArmSample& live_other) {
     drawing_.advance(now_ns_, 0.1);
     encoder.take(std::make_shared<const SceneBase>(drawing_.scene_base()));

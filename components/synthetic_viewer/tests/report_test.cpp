@@ -13,7 +13,7 @@ namespace {
 class PicturesOfAReport : public test::DrawnCell {
  protected:
   PicturesOfAReport() { state_.arm = pose(); }
-  bool round(bool complete, const GiveUp& give_up = {}) {
+  bool round(bool complete, const CancelCheck& give_up = {}) {
     advance();
     return report_.make_pictures(drawing_, state_.arm, complete, give_up);
   }

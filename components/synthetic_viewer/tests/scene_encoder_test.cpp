@@ -10,7 +10,7 @@
 #include "common/geometry/implicit/primitives.hpp"
 #include "components/synthetic_viewer/page/page_state.hpp"
 #include "components/synthetic_viewer/samples/tests/mesh_chunks.hpp"
-#include "components/synthetic_viewer/stream/page_board.hpp"
+#include "components/synthetic_viewer/stream/state_delta.hpp"
 #include "components/synthetic_viewer/stream/tests/scene_decoder.hpp"
 #include "components/synthetic_viewer/tests/loop_rig.hpp"
 
@@ -134,7 +134,7 @@ class SceneOfACell : public test::DrawnCell {
   SceneEncoder encoder_{config_, config_.page.scene_Hz, "two plates"};
   test::DecodedScene scene_;
   std::uint64_t seen_ = 0;
-  SceneBoard::Content poses_;
+  SceneMessageLog::Content poses_;
 };
 
 TEST_F(SceneOfACell, IsWhatTheServerDrawsInEveryView) {
@@ -315,7 +315,7 @@ TEST_F(SceneOfACell, AViewerCostsLessThanSixtyThousandOctetsASecond) {
   read();
   constexpr int kTicks = 600;
   std::size_t octets = 0, numbers_octets = 0;
-  PageBoard numbers;
+  StateDelta numbers;
   std::uint64_t seen = 0;
   const PageFacts facts{"hot cell", true, true, 10.0, "llvmpipe (LLVM 15.0.6, 256 bits)", 0, {}, {}};
   const int before = scene_.poses_count;

@@ -111,7 +111,7 @@ class SceneInChromium : public ::testing::Test {
   }
   /// Waits until the browser draws the whole cell.
   bool drawn() {
-    constexpr double kLongest_s = 180;  // software draws, of a machine that may be busy
+    constexpr double kMax_s = 180;  // software draws, of a machine that may be busy
     const std::size_t meshes = drawing_->scene().meshes.size();
     const auto whole = [&] {
       return truth(
@@ -120,7 +120,7 @@ class SceneInChromium : public ::testing::Test {
           " && [...phantomScene.stage.items.values()].every(i => phantomScene.stage.meshes.has(i.mesh))"
           " && phantomScene.firstPicture_ms > 0");
     };
-    return eventually(whole, kLongest_s);
+    return eventually(whole, kMax_s);
   }
   void turn_arm(double angle_rad) { turned_rad_ = angle_rad; }
 
@@ -162,7 +162,7 @@ class SceneInChromium : public ::testing::Test {
     const robot::SerialArm arm = runtime::load_arm(cell_.arm());
     drawing_ = std::make_unique<Drawing>(config_, cell_, arm,
                                          load_arm_meshes(arm, runtime::load_skin(cell_.arm(), arm)), state_,
-                                         Drawing::kMostTriangles, &content_.meshes);
+                                         Drawing::kMaxTriangles, &content_.meshes);
     now_ns_ = core::monotonic_ns();
     for (const runtime::CellBody& body : runtime::load_bodies(cell_)) {
       const runtime::ObjectConfig& object = cell_.objects[body.body.id - 1U];

@@ -299,7 +299,7 @@ TEST_F(Loop, WithoutOpenGlTheReasonReachesTheCaller) {
 // What the pictures say.
 class Words : public Loop {
  protected:
-  Words()
+  LocalizedText()
       : scene_(runtime::load_arm(cell_.arm()), cell_.min_m, cell_.max_m),
         compositor_(config_, "cell", scene_) {
     const geometry::TriangleMesh wall = geometry::make_box({0.4, 0.4, 0.4});
@@ -320,7 +320,7 @@ class Words : public Loop {
 };
 
 // Tries synthetic_viewer: a view into a wall
-TEST_F(Words, AViewIntoAWallIsSaidAndTakenFromTheNearestFreePlace) {
+TEST_F(LocalizedText, AViewIntoAWallIsSaidAndTakenFromTheNearestFreePlace) {
   hit_.eye_m = {0.6, 0.6, 1.0};  // in the middle of the bellows, which begin at y = 0.4
   const auto into = picture();
   EXPECT_THAT(into.hud.subtitle, HasSubstr("bellows is in the way at 0.60 m: seen from 0.37 m"));
@@ -332,7 +332,7 @@ TEST_F(Words, AViewIntoAWallIsSaidAndTakenFromTheNearestFreePlace) {
   EXPECT_THAT(picture().hud.subtitle, HasSubstr("bellows is in the way at 0.50 m"));
 }
 
-TEST_F(Words, TheHudTellsLinkQualityModelAgeAndVoxelError) {
+TEST_F(LocalizedText, TheHudTellsLinkQualityModelAgeAndVoxelError) {
   state_.workspace = {3, workspace::VoxelSize(0.005).half_diagonal_m()};
   core::Nanoseconds now_ns = core::kNsPerSecond;
   for (const std::uint64_t second : {0U, 1U, 2U}) {
@@ -351,7 +351,7 @@ TEST_F(Words, TheHudTellsLinkQualityModelAgeAndVoxelError) {
   EXPECT_EQ(hud.voxel_error, "4.3 mm");
 }
 
-TEST_F(Words, TheHudTellsClosenessSpeedMotionAndWhatIsNearestWhileThePerceptCounts) {
+TEST_F(LocalizedText, TheHudTellsClosenessSpeedMotionAndWhatIsNearestWhileThePerceptCounts) {
   constexpr core::Nanoseconds kNow_ns = 10 * core::kNsPerSecond;
   state_.percept = {};
   state_.percept.received_ns = kNow_ns;
@@ -376,7 +376,7 @@ TEST_F(Words, TheHudTellsClosenessSpeedMotionAndWhatIsNearestWhileThePerceptCoun
   EXPECT_FALSE(hud(kNow_ns).closeness_known);
 }
 
-TEST_F(Words, AreOfTheLanguageOfTheConfiguration) {
+TEST_F(LocalizedText, AreOfTheLanguageOfTheConfiguration) {
   ViewerConfig config = config_;
   config.language = Language::kGerman;
   const Compositor german(config, "cell", scene_);
@@ -396,7 +396,7 @@ TEST_F(Words, AreOfTheLanguageOfTheConfiguration) {
   EXPECT_EQ(compositor_.tool_picture(now).hud.title, "END EFFECTOR");
 }
 
-TEST_F(Words, WhatIsNotKnownIsNotShownAsANumber) {
+TEST_F(LocalizedText, WhatIsNotKnownIsNotShownAsANumber) {
   const Hud hud = compositor_.main_picture({state_, objects_, objects_, core::kNsPerSecond}, {}).hud;
   EXPECT_EQ(hud.link_quality, "-");
   EXPECT_EQ(hud.model_age, "-");

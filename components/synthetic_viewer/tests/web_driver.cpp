@@ -19,7 +19,7 @@ using nlohmann::json;
 constexpr const char* kDriver = "/usr/bin/chromedriver";
 constexpr const char* kBrowser = "/usr/bin/chromium";
 constexpr const char* kReady = "started successfully on port ";
-constexpr int kMostOfScript_s =
+constexpr int kMaxOfScript_s =
     120;  // only bounds a failing test: software that draws on a loaded machine takes its time
 
 }  // namespace
@@ -62,7 +62,7 @@ Browser::Browser(const std::vector<std::string>& more) {
     said.append(piece, static_cast<std::size_t>(size));
   }
   client_.emplace("127.0.0.1", std::atoi(said.c_str() + said.find(kReady) + std::string_view(kReady).size()));
-  client_->set_read_timeout(2 * kMostOfScript_s);
+  client_->set_read_timeout(2 * kMaxOfScript_s);
   json options{{"binary", kBrowser},
                {"args",
                 {"--headless", "--no-sandbox", "--disable-quic", "--no-first-run",
@@ -76,7 +76,7 @@ Browser::Browser(const std::vector<std::string>& more) {
   // free connection would hold up the end of loading for ever.
   const json wanted{{"browserName", "chrome"},
                     {"pageLoadStrategy", "eager"},
-                    {"timeouts", {{"script", kMostOfScript_s * 1000}}},
+                    {"timeouts", {{"script", kMaxOfScript_s * 1000}}},
                     {"goog:chromeOptions", options}};
   session_ = "/session/" + begin(wanted).at("sessionId").get<std::string>();
 }

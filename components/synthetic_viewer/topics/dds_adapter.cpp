@@ -26,7 +26,7 @@ namespace {
 // The time in which a stop is confirmed, plus two network delays.
 constexpr double kStopAnswer_s = core::seconds(teleop::kStopConfirmedWithin_ns) + 0.05;
 constexpr double kAnswer_s = 0.5;
-constexpr std::size_t kMostWorkspaceBytes = std::size_t{2} << 30;
+constexpr std::size_t kMaxWorkspaceBytes = std::size_t{2} << 30;
 
 }  // namespace
 
@@ -44,7 +44,7 @@ struct DdsAdapter::Impl {
   core::Nanoseconds pictures_due_ns = 0;
   messages::StatusReporter status;
 
-  TopicIntake intake;                              // each topic's on the thread of its reader's callbacks
+  SampleFilter intake;                             // each topic's on the thread of its reader's callbacks
   std::mutex servers_mutex;                        // for the intake of workspace_object and workspace_version
   core::Snapshot<ArmSample> arm_for_hits;          // read only by the callback thread of hit alerts
   core::Snapshot<PerceptSample> percept_for_hits;  // likewise
@@ -178,7 +178,7 @@ void DdsAdapter::Impl::open_events() {
                      });
   view_commands.emplace(participant, dds::kOperatorCommand,
                         [this](const msg::OperatorCommand& message, const dds::SampleInfo&) {
-                          auto command = TopicIntake::view_command(message);
+                          auto command = SampleFilter::view_command(message);
                           if (!command) return false;
                           if (command->has_value()) inbox.put(std::move(**command));
                           return true;
@@ -284,13 +284,13 @@ void DdsAdapter::send(const Command& command) {
 std::shared_ptr<const workspace::Workspace> DdsAdapter::workspace() {
   const std::lock_guard lock(impl_->follower_mutex);
   if (!impl_->follower)
-    impl_->follower = std::make_unique<messages::WorkspaceFollower>(impl_->participant, kMostWorkspaceBytes);
+    impl_->follower = std::make_unique<messages::WorkspaceFollower>(impl_->participant, kMaxWorkspaceBytes);
   auto newest = impl_->follower->take();
   impl_->workspace_asked_ns = core::monotonic_ns();
   return newest;
 }
 
-void DdsAdapter::let_go_of_workspace() {
+void DdsAdapter::release_workspace() {
   const std::unique_lock lock(impl_->follower_mutex, std::try_to_lock);
   if (lock && core::monotonic_ns() - impl_->workspace_asked_ns > core::from_seconds(kWorkspaceKept_s))
     impl_->follower.reset();
@@ -315,7 +315,7 @@ void DdsAdapter::publish_pictures(PageContent& page, double rate_Hz) {
   impl_->follows_pictures = wanted;
   for (std::size_t view = 0; wanted && view < kViews.size(); ++view) {
     const auto newest = page.views[view].jpeg.newest();
-    if (!newest || newest == impl_->published[view] || newest->size() > messages::kMostPictureBytes) continue;
+    if (!newest || newest == impl_->published[view] || newest->size() > messages::kMaxPictureBytes) continue;
     impl_->published[view] = newest;
     impl_->pictures->publish({.stamp = {},
                               .view = static_cast<messages::PictureView>(view),

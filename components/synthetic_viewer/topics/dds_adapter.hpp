@@ -34,15 +34,15 @@ class DdsAdapter {
   /// Asks wva_server that the arm takes or puts down an object, and waits half a second for its reply.
   /// Thread-safe.
   CommandOutcome carry(const CarryRequest& request);
-  /// Sends a command in the same way without waiting. The inbox's StopBoard shows what becomes of a stop.
+  /// Sends a command in the same way without waiting. The inbox's StopStatus shows what becomes of a stop.
   /// Thread-safe.
   void send(const Command& command);
   /// Returns the newest whole workspace; null: none has come yet. Its bricks are read from the first call on,
-  /// as long as there are calls: see let_go_of_workspace(). Takes as long as building it takes. Thread-safe.
+  /// as long as there are calls: see release_workspace(). Takes as long as building it takes. Thread-safe.
   std::shared_ptr<const workspace::Workspace> workspace();
   /// Reads no bricks any more, and keeps none, if nobody has asked for the workspace for kWorkspaceKept_s.
   /// Does not wait.
-  void let_go_of_workspace();
+  void release_workspace();
   static constexpr double kWorkspaceKept_s = 30.0;
   /// Publishes view_pose. One thread.
   void publish(const ViewPoseSample& view);

@@ -25,14 +25,14 @@ bool may_run_once(const std::string& component) {
 }
 
 /// Takes down whether a side is stopped.
-void show_side(teleop::Side side, const auto& sample, StopBoard& board) {
+void show_side(teleop::Side side, const auto& sample, StopStatus& board) {
   board.take_state(side, sample.state, sample.stop.cause, sample.stop.id, sample.received_ns);
 }
 
 }  // namespace
 
 // ViewerState forgets the same ones, and counts them.
-const std::size_t TopicIntake::kMostComponentNames = ViewerState::kMaxComponents;
+const std::size_t SampleFilter::kMaxComponentNames = ViewerState::kMaxComponents;
 
 SkinSample skin_of(const messages::SkinPercept& percept, core::Nanoseconds received_ns) {
   SkinSample sample;
@@ -50,8 +50,8 @@ SkinSample skin_of(const messages::SkinPercept& percept, core::Nanoseconds recei
 /// Returns the sample if it is valid and newer than the last one of the followed process. Reports a second
 /// process.
 template <class Sample, class Message>
-std::optional<Sample> TopicIntake::newest(const Message& message, dds::SoleSource& source, const char* topic,
-                                          core::Nanoseconds at_ns, StopBoard& board) {
+std::optional<Sample> SampleFilter::newest(const Message& message, dds::SoleSource& source, const char* topic,
+                                           core::Nanoseconds at_ns, StopStatus& board) {
   const auto sound = messages::from_idl(message, arm_);
   if (!sound) return {};
   const bool accepted = source.accept(message.stamp(), at_ns);
@@ -63,8 +63,8 @@ std::optional<Sample> TopicIntake::newest(const Message& message, dds::SoleSourc
     return Sample(*sound, at_ns);
 }
 
-std::optional<ArmSample> TopicIntake::take(const msg::SlaveState& message, core::Nanoseconds at_ns,
-                                           StopBoard& board) {
+std::optional<ArmSample> SampleFilter::take(const msg::SlaveState& message, core::Nanoseconds at_ns,
+                                            StopStatus& board) {
   auto sample = newest<ArmSample>(message, arm_source_, dds::kSlaveState.name, at_ns, board);
   if (!sample) return {};
   sample->arrived = ++arm_arrived_;
@@ -73,32 +73,32 @@ std::optional<ArmSample> TopicIntake::take(const msg::SlaveState& message, core:
   return sample;
 }
 
-std::optional<MasterSample> TopicIntake::take(const msg::MasterState& message, core::Nanoseconds at_ns,
-                                              StopBoard& board) {
+std::optional<MasterSample> SampleFilter::take(const msg::MasterState& message, core::Nanoseconds at_ns,
+                                               StopStatus& board) {
   auto sample = newest<MasterSample>(message, master_source_, dds::kMasterState.name, at_ns, board);
   if (sample) show_side(teleop::Side::kMaster, *sample, board);
   return sample;
 }
 
-std::optional<GripperSample> TopicIntake::take(const msg::GripperState& message, core::Nanoseconds at_ns,
-                                               StopBoard& board) {
+std::optional<GripperSample> SampleFilter::take(const msg::GripperState& message, core::Nanoseconds at_ns,
+                                                StopStatus& board) {
   return newest<GripperSample>(message, gripper_source_, dds::kGripperState.name, at_ns, board);
 }
 
-std::optional<PerceptSample> TopicIntake::take(const msg::Percept& message, core::Nanoseconds at_ns,
-                                               StopBoard& board) {
+std::optional<PerceptSample> SampleFilter::take(const msg::Percept& message, core::Nanoseconds at_ns,
+                                                StopStatus& board) {
   auto sample = newest<PerceptSample>(message, percept_source_, dds::kPercept.name, at_ns, board);
   if (sample) phantom_.heard(message.stamp(), at_ns);
   return sample;
 }
 
-std::optional<SkinSample> TopicIntake::take(const msg::SkinPercept& message, core::Nanoseconds at_ns,
-                                            StopBoard& board) {
+std::optional<SkinSample> SampleFilter::take(const msg::SkinPercept& message, core::Nanoseconds at_ns,
+                                             StopStatus& board) {
   return newest<SkinSample>(message, skin_source_, dds::kSkinPercept.name, at_ns, board);
 }
 
-std::optional<ComponentSample> TopicIntake::take(const msg::ComponentStatus& message, core::Nanoseconds at_ns,
-                                                 StopBoard& board) {
+std::optional<ComponentSample> SampleFilter::take(const msg::ComponentStatus& message,
+                                                  core::Nanoseconds at_ns, StopStatus& board) {
   const auto component = messages::from_idl(message);
   if (!component) return {};
   const std::string key = component->component + "@" + component->host;
@@ -108,18 +108,18 @@ std::optional<ComponentSample> TopicIntake::take(const msg::ComponentStatus& mes
   return ComponentSample(*component, at_ns);
 }
 
-std::optional<HitSample> TopicIntake::take(const msg::HitAlert& message, core::Nanoseconds at_ns,
-                                           StopBoard& /*board*/) {
+std::optional<HitSample> SampleFilter::take(const msg::HitAlert& message, core::Nanoseconds at_ns,
+                                            StopStatus& /*board*/) {
   const auto sound = messages::from_idl(message, arm_);
   const bool foreign = phantom_.is_rival(message.stamp(), at_ns);
   if (!sound || foreign || !hit_order_.accept(message.stamp())) return {};
   return HitSample(*sound, at_ns);
 }
 
-core::Expected<std::optional<SentPicture>> TopicIntake::take(const msg::CameraPicture& message,
-                                                             const std::string& camera,
-                                                             core::Nanoseconds at_ns,
-                                                             core::Nanoseconds utc_ns, StopBoard& board) {
+core::Expected<std::optional<SentPicture>> SampleFilter::take(const msg::CameraPicture& message,
+                                                              const std::string& camera,
+                                                              core::Nanoseconds at_ns,
+                                                              core::Nanoseconds utc_ns, StopStatus& board) {
   const auto refused = [](const std::string& why) {
     return core::Status::invalid_argument("a camera_picture: " + why);
   };
@@ -140,13 +140,14 @@ core::Expected<std::optional<SentPicture>> TopicIntake::take(const msg::CameraPi
   return std::optional(std::move(sent));
 }
 
-messages::ObjectSources::Taken TopicIntake::take(const msg::WorkspaceObject& message,
-                                                 const dds::GuidPrefix& server) {
+messages::ObjectSources::Taken SampleFilter::take(const msg::WorkspaceObject& message,
+                                                  const dds::GuidPrefix& server) {
   const auto object = messages::from_idl(message);
   return object ? servers_.take(server, *object) : messages::ObjectSources::Taken();
 }
 
-TopicIntake::Version TopicIntake::take(const msg::WorkspaceVersion& message, const dds::GuidPrefix& server) {
+SampleFilter::Version SampleFilter::take(const msg::WorkspaceVersion& message,
+                                         const dds::GuidPrefix& server) {
   const auto version = messages::from_idl(message);
   if (!version) return {};
   auto taken = servers_.commit(server);
@@ -157,7 +158,7 @@ TopicIntake::Version TopicIntake::take(const msg::WorkspaceVersion& message, con
   return result;
 }
 
-core::Expected<std::optional<Command>> TopicIntake::view_command(const msg::OperatorCommand& message) {
+core::Expected<std::optional<Command>> SampleFilter::view_command(const msg::OperatorCommand& message) {
   // Several processes may write commands, so their sequence numbers do not order them.
   const auto command = messages::from_idl(message);
   if (!command) return command.status();

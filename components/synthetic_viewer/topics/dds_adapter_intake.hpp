@@ -10,7 +10,7 @@
 #include "common/messages/arm_bounds.hpp"
 #include "common/messages/object_sources.hpp"
 #include "components/synthetic_viewer/samples/samples.hpp"
-#include "components/synthetic_viewer/state/stop_board.hpp"
+#include "components/synthetic_viewer/state/stop_status.hpp"
 #include "components/synthetic_viewer/topics/dds_adapter_names.hpp"
 #include "components/synthetic_viewer/video/video_source.hpp"
 
@@ -23,29 +23,29 @@ namespace phantom::synthetic_viewer {
 /// A plain value: a copy goes on by itself. Samples of one topic come on one thread, those of
 /// workspace_object and workspace_version on one thread, too; different topics may come on different ones. To
 /// be copied while none comes.
-class TopicIntake {
+class SampleFilter {
  public:
-  explicit TopicIntake(messages::ArmBounds arm) : arm_(std::move(arm)) {}
+  explicit SampleFilter(messages::ArmBounds arm) : arm_(std::move(arm)) {}
 
   /// Each returns the sample, or nothing if it is refused, and tells `board` which side is stopped and which
   /// topics a second process sends. A HitSample comes without arm and percept.
-  std::optional<ArmSample> take(const msg::SlaveState& message, core::Nanoseconds at_ns, StopBoard& board);
+  std::optional<ArmSample> take(const msg::SlaveState& message, core::Nanoseconds at_ns, StopStatus& board);
   std::optional<MasterSample> take(const msg::MasterState& message, core::Nanoseconds at_ns,
-                                   StopBoard& board);
+                                   StopStatus& board);
   std::optional<GripperSample> take(const msg::GripperState& message, core::Nanoseconds at_ns,
-                                    StopBoard& board);
-  std::optional<PerceptSample> take(const msg::Percept& message, core::Nanoseconds at_ns, StopBoard& board);
-  std::optional<SkinSample> take(const msg::SkinPercept& message, core::Nanoseconds at_ns, StopBoard& board);
+                                    StopStatus& board);
+  std::optional<PerceptSample> take(const msg::Percept& message, core::Nanoseconds at_ns, StopStatus& board);
+  std::optional<SkinSample> take(const msg::SkinPercept& message, core::Nanoseconds at_ns, StopStatus& board);
   std::optional<ComponentSample> take(const msg::ComponentStatus& message, core::Nanoseconds at_ns,
-                                      StopBoard& board);
-  std::optional<HitSample> take(const msg::HitAlert& message, core::Nanoseconds at_ns, StopBoard& board);
+                                      StopStatus& board);
+  std::optional<HitSample> take(const msg::HitAlert& message, core::Nanoseconds at_ns, StopStatus& board);
 
   /// Returns the picture of the camera called `camera`, with the time of its exposure by this host's clocks;
   /// `utc_ns`: the same moment as `at_ns`, since 1970. Returns nothing if it is of another camera; an error
   /// that says why it is refused.
   core::Expected<std::optional<SentPicture>> take(const msg::CameraPicture& message,
                                                   const std::string& camera, core::Nanoseconds at_ns,
-                                                  core::Nanoseconds utc_ns, StopBoard& board);
+                                                  core::Nanoseconds utc_ns, StopStatus& board);
 
   /// Takes an object that a server announces.
   messages::ObjectSources::Taken take(const msg::WorkspaceObject& message, const dds::GuidPrefix& server);
@@ -65,7 +65,7 @@ class TopicIntake {
  private:
   template <class Sample, class Message>
   std::optional<Sample> newest(const Message& message, dds::SoleSource& source, const char* topic,
-                               core::Nanoseconds at_ns, StopBoard& board);
+                               core::Nanoseconds at_ns, StopStatus& board);
 
   messages::ArmBounds arm_;
   dds::SoleSource arm_source_, master_source_, percept_source_, gripper_source_, skin_source_{kSkinHold_ns},
@@ -73,12 +73,12 @@ class TopicIntake {
   dds::FollowedSource phantom_;  // the process that percept is taken from
   dds::SequenceGuard hit_order_;
   std::uint64_t arm_arrived_ = 0;
-  ComponentNames names_{kMostComponentNames};
+  ComponentNames names_{kMaxComponentNames};
   messages::ObjectSources servers_;
 
   // skin_percept comes at 20 Hz, pictures of a camera as often or less
   static constexpr core::Nanoseconds kSkinHold_ns = core::kNsPerSecond;
-  static const std::size_t kMostComponentNames;
+  static const std::size_t kMaxComponentNames;
 };
 
 /// Returns the skin's percept in the form used for painting.

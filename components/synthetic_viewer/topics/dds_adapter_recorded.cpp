@@ -10,7 +10,7 @@
 namespace phantom::synthetic_viewer {
 namespace {
 
-constexpr std::size_t kMostServers = 64;
+constexpr std::size_t kMaxServers = 64;
 
 /// Returns the participant that the text of a writer's GUID names ("01.0f.….3c|00.00.07.03"); other texts
 /// stand for themselves.
@@ -73,7 +73,7 @@ std::size_t bytes_of(const ComponentSample& component) {
 RecordedMoment::RecordedMoment(messages::ArmBounds arm, const std::vector<OtherArmSource>& other_arms)
     : intake(std::move(arm)) {
   for (const OtherArmSource& other : other_arms) {
-    others.push_back({TopicIntake(other.bounds), {}});
+    others.push_back({SampleFilter(other.bounds), {}});
     state.others.push_back({other.name, {}});
   }
 }
@@ -148,7 +148,7 @@ struct RecordedTopics::Impl {
   }
 
   static void remember(const Source& source, RecordedMoment& moment) {
-    if (moment.servers.size() < kMostServers) moment.servers.try_emplace(source.writer, 0);
+    if (moment.servers.size() < kMaxServers) moment.servers.try_emplace(source.writer, 0);
   }
 
   bool take_object(const Source& source, recording::ByteView bytes, core::Nanoseconds at_ns,
@@ -195,7 +195,7 @@ struct RecordedTopics::Impl {
   bool take_command(recording::ByteView bytes, RecordedMoment& moment) {
     const msg::OperatorCommand* message = command.decode(bytes);
     if (message == nullptr) return false;
-    const auto for_views = TopicIntake::view_command(*message);
+    const auto for_views = SampleFilter::view_command(*message);
     if (for_views && for_views->has_value()) moment.state.take(**for_views);
     return for_views.has_value();
   }

@@ -18,11 +18,11 @@ namespace phantom::synthetic_viewer {
 struct RecordedMoment {
   explicit RecordedMoment(messages::ArmBounds arm, const std::vector<OtherArmSource>& other_arms = {});
 
-  TopicIntake intake;
-  StopBoard stops;
+  SampleFilter intake;
+  StopStatus stops;
   struct Other {
-    TopicIntake intake;
-    StopBoard stops;  ///< of that arm's session: not shown
+    SampleFilter intake;
+    StopStatus stops;  ///< of that arm's session: not shown
   };
   std::vector<Other> others;  ///< as state.others
   /// With what comes over topics; cameras, video recording and graphics stay as they are at first.

@@ -7,7 +7,7 @@
 #include <chrono>
 #include <opencv2/core.hpp>
 
-#include "common/core/thread_place.hpp"
+#include "common/core/thread_config.hpp"
 
 namespace phantom::synthetic_viewer {
 constexpr int kFeedNiceness = 15;
@@ -31,7 +31,7 @@ VideoStatus VideoFeed::status() const {
 }
 
 void VideoFeed::work() {
-  core::take_place(core::ThreadRole::kFilm);
+  core::apply_thread_config(core::ThreadRole::kFilm);
   setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), kFeedNiceness);
   while (!stop_) {
     try {

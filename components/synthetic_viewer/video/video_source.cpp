@@ -22,8 +22,8 @@
 namespace phantom::synthetic_viewer {
 namespace {
 
-constexpr std::size_t kMostPicturesInAFolder = 100000;
-constexpr int kMostFaultsInARow = 50;
+constexpr std::size_t kMaxPicturesInAFolder = 100000;
+constexpr int kMaxFaultsInARow = 50;
 constexpr core::Nanoseconds kDeviceSilent_ns = 5 * core::kNsPerSecond;  // then it is opened anew
 constexpr core::Nanoseconds kOldestStamp_ns = core::kNsPerSecond;
 
@@ -37,9 +37,9 @@ class Metronome {
   bool wait() {
     const core::Nanoseconds now_ns = core::monotonic_ns();
     const core::Nanoseconds left_ns = due_ns_ - now_ns;
-    constexpr core::Nanoseconds kMost_ns = core::kNsPerSecond / 4;
-    if (left_ns > 0) std::this_thread::sleep_for(std::chrono::nanoseconds(std::min(left_ns, kMost_ns)));
-    if (left_ns > kMost_ns) return false;
+    constexpr core::Nanoseconds kMax_ns = core::kNsPerSecond / 4;
+    if (left_ns > 0) std::this_thread::sleep_for(std::chrono::nanoseconds(std::min(left_ns, kMax_ns)));
+    if (left_ns > kMax_ns) return false;
     due_ns_ = std::max(due_ns_ + period_ns_, now_ns);
     return true;
   }
@@ -56,7 +56,7 @@ class PicturesSource : public VideoSource {
     std::error_code problem;
     for (const auto& entry : std::filesystem::directory_iterator(camera.path, problem)) {
       const std::string ending = entry.path().extension();
-      if (files_.size() < kMostPicturesInAFolder &&
+      if (files_.size() < kMaxPicturesInAFolder &&
           (ending == ".png" || ending == ".jpg" || ending == ".jpeg"))
         files_.push_back(entry.path());
     }
@@ -72,11 +72,11 @@ class PicturesSource : public VideoSource {
     const auto refused = [&](const std::string& why) { return no(path.filename().string() + " " + why); };
     std::error_code problem;
     if (!std::filesystem::is_regular_file(path, problem)) return refused("is no file");
-    std::vector<std::uint8_t> octets(kMostPictureFileBytes + 1);
+    std::vector<std::uint8_t> octets(kMaxPictureFileBytes + 1);
     std::ifstream file(path, std::ios::binary);
     file.read(reinterpret_cast<char*>(octets.data()), static_cast<std::streamsize>(octets.size()));
     octets.resize(static_cast<std::size_t>(file.gcount()));
-    if (octets.size() > kMostPictureFileBytes) return refused("is larger than 16 MiB");
+    if (octets.size() > kMaxPictureFileBytes) return refused("is larger than 16 MiB");
     auto image = decode_picture(octets, width_px_, height_px_);
     if (!image) return refused(image.status().message());
     return std::optional(VideoPicture{std::move(*image), std::nullopt, core::monotonic_ns()});
@@ -148,7 +148,7 @@ class CaptureSource : public VideoSource {
   core::Expected<std::optional<VideoPicture>> missed() {
     if (device_ && access(place_.c_str(), F_OK) != 0) throw core::MissingError(place_ + ": was unplugged");
     const bool silent = device_ && core::monotonic_ns() - last_ns_ > kDeviceSilent_ns;
-    if (silent || ++faults_ > kMostFaultsInARow || (!device_ && !pictures_))
+    if (silent || ++faults_ > kMaxFaultsInARow || (!device_ && !pictures_))
       throw core::MissingError(
           place_ + (device_ ? ": gives no pictures any more" : ": holds no picture that decodes"));
     if (!device_) {

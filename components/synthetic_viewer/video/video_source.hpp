@@ -34,7 +34,7 @@ class VideoSource {
 };
 
 /// Greatest number of octets of a picture's file.
-inline constexpr std::size_t kMostPictureFileBytes = std::size_t{16} << 20;
+inline constexpr std::size_t kMaxPictureFileBytes = std::size_t{16} << 20;
 
 /// Returns the picture that a PNG or JPEG file holds. Its size is read from its head before anything is
 /// decoded. Refuses other formats, other sizes than `width_px` × `height_px`, and what does not decode as a

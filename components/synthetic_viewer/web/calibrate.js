@@ -3,7 +3,7 @@
 // tried, and then kept or discarded. What the viewer answers: pose_calibration.cpp.
 
 (() => {
-const kAsk_ms = 700, kLeastPicks = 3;
+const kAsk_ms = 700, kMinPicks = 3;
 let facts = null;          // newest answer of GET /calibration
 let chosen = '';           // the corner that is picked next
 let overlay = false;       // what is shown: the model over the picture, or the bare picture
@@ -172,7 +172,7 @@ function draw() {
   const { pose, points } = facts;
   put('calibration-result', !pose ? text('calibrate.no_figures')
     : text(facts.on_trial ? 'calibrate.trial' : 'calibrate.kept', { px: pose.residual_px, mm: pose.residual_mm, sigma_mm: pose.sigma_mm, sigma_deg: pose.sigma_deg })
-      + (facts.on_trial ? ' ' + text(points > kLeastPicks ? 'calibrate.worst' : 'calibrate.three', { points, worst: facts.worst_px, moved: facts.moved_mm }) : ''));
+      + (facts.on_trial ? ' ' + text(points > kMinPicks ? 'calibrate.worst' : 'calibrate.three', { points, worst: facts.worst_px, moved: facts.moved_mm }) : ''));
   byId('calibration-try').disabled = !mayCalibrate();
   for (const id of ['keep', 'discard']) byId(`calibration-${id}`).disabled = !mayCalibrate() || !facts.on_trial;
   drawMarks();

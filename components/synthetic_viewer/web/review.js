@@ -6,7 +6,7 @@
 const kKeys = [['space', 'play'], [', .', 'step'], ['[ ]', 'alert'], ['< >', 'rate'], ['← →', 'arrows'], ['+ −', 'zoom'], ['|← →|', 'ends']];
 const kRates = [0.1, 0.2, 0.5, 1, 2, 5, 10];
 const kAlertEntered_s = 0.02;  // after an alert came, the percept that it rests on is there, too
-const kShortest_s = 0.2;
+const kMin_s = 0.2;
 
 let facts = null;        // newest answer of GET /review; null: not asked yet
 let position = null;     // newest position of the viewer
@@ -102,7 +102,7 @@ const askColumns = newestOf(async () => {
 
 function moveStretch(from, length = stretch[1] - stretch[0]) {
   const whole = facts.duration_s;
-  const long = Math.max(Math.min(kShortest_s, whole), Math.min(whole, length));
+  const long = Math.max(Math.min(kMin_s, whole), Math.min(whole, length));
   const begin = Math.max(0, Math.min(whole - long, from));
   stretch = [begin, begin + long];
   askColumns();

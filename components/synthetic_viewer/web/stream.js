@@ -2,14 +2,14 @@
 // The WebSocket over which the page is told all that changes (README.md, "Scene stream"): numbers and alerts and, where scene.js draws, what
 // is in the scene. It is opened again when it breaks, and says when nothing comes, and how old what comes is.
 
-const kLeastWait_ms = 250, kMostWait_ms = 4000, kEcho_ms = 1000, kClockWindow_s = 20;
+const kMinWait_ms = 250, kMaxWait_ms = 4000, kEcho_ms = 1000, kClockWindow_s = 20;
 const kSceneRate_Hz = 120;  // at most; the viewer's page.scene_Hz may be less
 const kPosesKind = 1, kAliveKind = 3, kTimeAt = 8;  // of binary messages; web/scene/protocol.js reads the rest
 const kStill_ms = 440;  // a stream that stands still is told within half a second of its last message, drawing included
-const kMostWaiting = 1024;  // octets
+const kMaxWaiting = 1024;  // octets
 // A timer that comes so late tells that the browser was busy: what came meanwhile is read first. That lasts a while at most, as a browser
 // that is always busy must tell, too.
-const kBusy_ms = 50, kReading_ms = 80, kMostReadings = 5;
+const kBusy_ms = 50, kReading_ms = 80, kMaxReadings = 5;
 const kDead_ms = 10000;  // so long without a word, and a connection is given up: the host may be gone
 
 // When the viewer's clock says what ours says. Messages tell its time, echoes how long they are on their way at least.
@@ -43,7 +43,7 @@ function merged(state, message) {
 class Stream {
   // `page`: state(state) with the numbers and alerts, heard() when anything came, closed(code), still(yes or no: whether nothing came for a while).
   constructor(url, page) {
-    Object.assign(this, { url, page, scene: null, socket: null, wanted: false, wait_ms: kLeastWait_ms, still: false, bytes: 0, echoes: new Map(),
+    Object.assign(this, { url, page, scene: null, socket: null, wanted: false, wait_ms: kMinWait_ms, still: false, bytes: 0, echoes: new Map(),
       echo: 0, state: null, hand: null, handState: null, heard: -Infinity, since: performance.now() });
     this.clock = new ClockOffset();
   }
@@ -92,7 +92,7 @@ class Stream {
   hurry() {
     if (!this.wanted || this.socket) return;
     clearTimeout(this.retry);
-    this.wait_ms = kLeastWait_ms;
+    this.wait_ms = kMinWait_ms;
     this.connect();
   }
 
@@ -113,7 +113,7 @@ class Stream {
       this.page.closed(code);
       if (!this.wanted) return;
       this.retry = setTimeout(() => this.connect(), this.wait_ms);
-      this.wait_ms = Math.min(kMostWait_ms, 2 * this.wait_ms);
+      this.wait_ms = Math.min(kMaxWait_ms, 2 * this.wait_ms);
     };
   }
 
@@ -126,7 +126,7 @@ class Stream {
 
   // Sends it, unless what was sent before still waits. Returns whether it was sent.
   send(data) {
-    if (!this.open || this.socket.bufferedAmount > kMostWaiting) return false;
+    if (!this.open || this.socket.bufferedAmount > kMaxWaiting) return false;
     this.socket.send(data);
     return true;
   }
@@ -134,7 +134,7 @@ class Stream {
   take(data) {
     this.bytes += typeof data === 'string' ? data.length : data.byteLength;
     this.heard = performance.now();
-    this.wait_ms = kLeastWait_ms;
+    this.wait_ms = kMinWait_ms;
     this.page.heard();
     if (typeof data === 'string') {
       const message = JSON.parse(data);
@@ -170,7 +170,7 @@ class Stream {
     clearTimeout(this.alarm);
     const due_ms = performance.now() + wait_ms;
     this.alarm = setTimeout(() => {
-      if (performance.now() - due_ms > kBusy_ms && this.readings++ < kMostReadings) this.judgeAfter(kReading_ms);
+      if (performance.now() - due_ms > kBusy_ms && this.readings++ < kMaxReadings) this.judgeAfter(kReading_ms);
       else { this.setStill(true); this.giveUpAfter(kDead_ms); }
     }, wait_ms);
   }

@@ -46,17 +46,17 @@ class DiscoveryListener final : public eprosima::fastdds::dds::DomainParticipant
   }
   void on_subscriber_discovery(Participant* own, rtps::ReaderDiscoveryInfo&& info) override {
     using Status = rtps::ReaderDiscoveryInfo;
-    hand_on(own, info.info, false, info.status == Status::DISCOVERED_READER,
+    forward(own, info.info, false, info.status == Status::DISCOVERED_READER,
             info.status == Status::CHANGED_QOS_READER);
   }
   void on_publisher_discovery(Participant* own, rtps::WriterDiscoveryInfo&& info) override {
     using Status = rtps::WriterDiscoveryInfo;
-    hand_on(own, info.info, true, info.status == Status::DISCOVERED_WRITER,
+    forward(own, info.info, true, info.status == Status::DISCOVERED_WRITER,
             info.status == Status::CHANGED_QOS_WRITER);
   }
 
   template <class Data>
-  void hand_on(const Participant* own, const Data& data, bool writer, bool found, bool changed) {
+  void forward(const Participant* own, const Data& data, bool writer, bool found, bool changed) {
     if (own != nullptr && own->guid().guidPrefix == data.guid().guidPrefix) return;
     const auto& qos = data.m_qos;
     dds::FoundEndpoint endpoint;

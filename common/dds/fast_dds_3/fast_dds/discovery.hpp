@@ -48,17 +48,17 @@ class DiscoveryListener final : public eprosima::fastdds::dds::DomainParticipant
                                 const rtps::SubscriptionBuiltinTopicData& data, bool& ignore) override {
     using Status = rtps::ReaderDiscoveryStatus;
     ignore = false;
-    hand_on(own, data, false, status == Status::DISCOVERED_READER, status == Status::CHANGED_QOS_READER);
+    forward(own, data, false, status == Status::DISCOVERED_READER, status == Status::CHANGED_QOS_READER);
   }
   void on_data_writer_discovery(Participant* own, rtps::WriterDiscoveryStatus status,
                                 const rtps::PublicationBuiltinTopicData& data, bool& ignore) override {
     using Status = rtps::WriterDiscoveryStatus;
     ignore = false;
-    hand_on(own, data, true, status == Status::DISCOVERED_WRITER, status == Status::CHANGED_QOS_WRITER);
+    forward(own, data, true, status == Status::DISCOVERED_WRITER, status == Status::CHANGED_QOS_WRITER);
   }
 
   template <class Data>
-  void hand_on(const Participant* own, const Data& data, bool writer, bool found, bool changed) {
+  void forward(const Participant* own, const Data& data, bool writer, bool found, bool changed) {
     if (own != nullptr && own->guid().guidPrefix == data.guid.guidPrefix) return;
     dds::FoundEndpoint endpoint;
     endpoint.event = found     ? dds::Discovered::kFound

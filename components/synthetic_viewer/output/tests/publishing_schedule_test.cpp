@@ -49,12 +49,12 @@ TEST(PublishingSchedule, TellsTheViewTenTimesASecondAndTheStatusTwice) {
 // A window hands over whenever it likes.
 TEST(PublishingSchedule, IsNeverMoreThanATurnLateNorTooOftenHoweverShortTurnsAre) {
   std::mt19937 random(7);
-  constexpr Nanoseconds kLongestTurn_ns = 40 * kNsPerMillisecond;
-  std::uniform_int_distribution<Nanoseconds> turn(1, kLongestTurn_ns);
+  constexpr Nanoseconds kMaxTurn_ns = 40 * kNsPerMillisecond;
+  std::uniform_int_distribution<Nanoseconds> turn(1, kMaxTurn_ns);
   const Published all =
       published(PublishingSchedule(true, kRate_hz), 100 * kNsPerSecond, [&] { return turn(random); });
-  expect_gaps(all.views, 100 * kNsPerMillisecond, 100 * kNsPerMillisecond + kLongestTurn_ns);
-  expect_gaps(all.statuses, 500 * kNsPerMillisecond, 500 * kNsPerMillisecond + kLongestTurn_ns);
+  expect_gaps(all.views, 100 * kNsPerMillisecond, 100 * kNsPerMillisecond + kMaxTurn_ns);
+  expect_gaps(all.statuses, 500 * kNsPerMillisecond, 500 * kNsPerMillisecond + kMaxTurn_ns);
 }
 
 TEST(PublishingSchedule, WhatALateTurnMissedIsNotMadeUpFor) {

@@ -9,7 +9,7 @@
 
 #include "common/geometry/implicit/primitives.hpp"
 #include "components/synthetic_viewer/state/inbox.hpp"
-#include "components/synthetic_viewer/stream/page_board.hpp"
+#include "components/synthetic_viewer/stream/state_delta.hpp"
 
 namespace phantom::synthetic_viewer {
 namespace {
@@ -217,7 +217,7 @@ TEST(PageState, NamesFromOutsideCannotBreakTheJson) {
   component.received_ns = kPage_ns;
   state.take(component);
   std::uint64_t seen = 0;
-  PageBoard board;
+  StateDelta board;
   EXPECT_NO_THROW(board.put(page(state)));
   EXPECT_TRUE(nlohmann::json::accept(board.since(seen)));
 }

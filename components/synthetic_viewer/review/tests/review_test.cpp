@@ -196,9 +196,9 @@ TEST_F(Reviewed, SeriesAreTheNumbersOfTheRecording) {
 TEST_F(Reviewed, KeepsFewMomentsOfALongRecording) {
   write_session(3 * 3600.0, 1.0);
   const auto review = open();
-  EXPECT_LE(review->moments(), Review::kMostMoments);
-  EXPECT_GT(review->moments(), Review::kMostMoments / 3);
-  EXPECT_LE(review->moment_bytes(), Review::kMostMomentBytes);
+  EXPECT_LE(review->moments(), Review::kMaxMoments);
+  EXPECT_GT(review->moments(), Review::kMaxMoments / 3);
+  EXPECT_LE(review->moment_bytes(), Review::kMaxMomentBytes);
   for (const double share : {0.9, 0.1, 0.55}) {
     const auto at_ns = review->begin_ns() + core::from_seconds(share * review->duration_s());
     const ViewerState state = shown(*review, at_ns);
@@ -399,7 +399,7 @@ TEST_F(Reviewed, TimesFromTheEndsOfTheWorldDoNoHarm) {
     EXPECT_TRUE(review->control({.t_s = share * review->duration_s()}, now_ns_));
     review->advance(now_ns_, state);
   }
-  EXPECT_LE(review->moments(), Review::kMostMoments);
+  EXPECT_LE(review->moments(), Review::kMaxMoments);
 }
 
 }  // namespace

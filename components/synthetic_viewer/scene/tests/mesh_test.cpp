@@ -57,10 +57,10 @@ TEST_F(Assembler, DoesNotGrowWithTheNumberOfMeshesThatBegin) {
     chunk.mesh_hash = hash;
     chunk.chunk = static_cast<std::uint32_t>(hash % 4096);
     ASSERT_TRUE(assembler_.add(chunk));
-    ASSERT_LE(assembler_.pending(), MeshAssembler::kMostPending);
+    ASSERT_LE(assembler_.pending(), MeshAssembler::kMaxPending);
     ASSERT_LE(assembler_.bytes(), 16'384U);
   }
-  EXPECT_EQ(assembler_.given_up(), 20'000U - MeshAssembler::kMostPending);
+  EXPECT_EQ(assembler_.given_up(), 20'000U - MeshAssembler::kMaxPending);
   EXPECT_TRUE(add_all(assembler_, chunks_).second);  // others are still taken
 }
 
@@ -72,7 +72,7 @@ TEST_F(Assembler, GivesUpWhatBeganFirstWhenTheMemoryIsUsedUp) {
   for (std::uint64_t hash = 1; hash <= 9; ++hash) {
     chunk.mesh_hash = hash;
     for (chunk.chunk = 0; chunk.chunk < 255; ++chunk.chunk) ASSERT_TRUE(assembler_.add(chunk));
-    ASSERT_LE(assembler_.bytes(), MeshAssembler::kMostBytes);
+    ASSERT_LE(assembler_.bytes(), MeshAssembler::kMaxBytes);
   }
   EXPECT_EQ(assembler_.given_up(), 1U);
 }

@@ -136,7 +136,7 @@ TEST(PageTexts, TheRowsOfTheTableAreThoseOfTheLaw) {
         state.master.percept_enabled = choice.drag;
         state.master.tone_enabled = choice.tone;
         state.master.views_enabled = choice.views;
-        EXPECT_EQ(in_english(percepts_words(state)),
+        EXPECT_EQ(english_text(percepts_words(state)),
                   std::string(teleop::percept_set(law, balance).row) + ": " + teleop::words_of(choice));
       }
     }
@@ -144,10 +144,10 @@ TEST(PageTexts, TheRowsOfTheTableAreThoseOfTheLaw) {
 }
 
 TEST(PageTexts, AWordThatIsFilledInIsNoPattern) {
-  EXPECT_EQ(in_english({"stop_side.refused", {{"message", "{0} {x:.1f} }{"}}}),
+  EXPECT_EQ(english_text({"stop_side.refused", {{"message", "{0} {x:.1f} }{"}}}),
             "REFUSED THE STOP: {0} {x:.1f} }{");
-  EXPECT_EQ(in_english({}), "");
-  EXPECT_EQ(in_english({"no_such.text", {}}), "no_such.text");
+  EXPECT_EQ(english_text({}), "");
+  EXPECT_EQ(english_text({"no_such.text", {}}), "no_such.text");
 }
 
 }  // namespace

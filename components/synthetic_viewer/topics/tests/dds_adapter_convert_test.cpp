@@ -44,8 +44,8 @@ class PicturesOfATopic : public ::testing::Test {
 
   static constexpr core::Nanoseconds kAt_ns = 50 * core::kNsPerSecond, kUtc_ns = 1'800'000'000'000'000'000;
   std::uint64_t number_ = 0;
-  TopicIntake intake_{messages::ArmBounds{}};
-  StopBoard board_;
+  SampleFilter intake_{messages::ArmBounds{}};
+  StopStatus board_;
 };
 
 TEST_F(PicturesOfATopic, HaveTheTimeOfTheirExposureByThisHostsClock) {

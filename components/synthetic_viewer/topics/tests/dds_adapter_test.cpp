@@ -325,7 +325,7 @@ TEST_F(Adapter, ItsPicturesReachOthersWhileTheyAreFollowedAndEachOnce) {
     ASSERT_TRUE(send_until("abc", first));
     const int made_of_first = made;
     for (int k = 0; k < 50; ++k) publish();
-    tool.publish(std::string(messages::kMostPictureBytes + 1, 'x'));
+    tool.publish(std::string(messages::kMaxPictureBytes + 1, 'x'));
     publish();
     ASSERT_TRUE(send_until("def", last));
     EXPECT_LE(first, made_of_first) << "each is sent once";

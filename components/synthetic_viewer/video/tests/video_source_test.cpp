@@ -115,7 +115,7 @@ TEST_F(VideoOfACamera, AFolderIsPlayedOverAndOverAndWhatIsNoGoodInItIsToldAndLef
   put("2.jpg", std::vector<std::uint8_t>(200, 0xFF));
   put("3.jpg", encoded(".jpg", 80, 48));
   put("4.png", encoded(".png", 64, 48));
-  put("5.jpg", std::vector<std::uint8_t>(kMostPictureFileBytes + 100, 0));
+  put("5.jpg", std::vector<std::uint8_t>(kMaxPictureFileBytes + 100, 0));
   fs::create_symlink("/dev/zero", folder_ / "6.jpg");       // it would never end
   ASSERT_EQ(mkfifo((folder_ / "7.jpg").c_str(), 0600), 0);  // nobody writes to it
   start();

@@ -1,7 +1,7 @@
 // Cameras, and the viewer's own offsets of them: the laws of camera.cpp and camera_control.cpp. A camera is
 // { eye_m, target_m, fov_rad, near_m, far_m }. Pure.
 
-const kSteepest_rad = 89 * Math.PI / 180, kLeastZoom = 0.1, kMostZoom = 4;
+const kSteepest_rad = 89 * Math.PI / 180, kMinZoom = 0.1, kMaxZoom = 4;
 const kUsual = { near_m: 0.02, far_m: 20 };
 const clamp = (value, low, high) => Math.min(high, Math.max(low, value));
 const half_turn = angle_rad => angle_rad - 2 * Math.PI * Math.round(angle_rad / (2 * Math.PI));
@@ -15,7 +15,7 @@ export class CameraOffset {
     this.azimuth_rad = half_turn(this.azimuth_rad + azimuth_rad);
     this.elevation_rad = clamp(this.elevation_rad + elevation_rad, -2 * kSteepest_rad, 2 * kSteepest_rad);
   }
-  scale(zoom) { this.zoom = clamp(this.zoom * zoom, kLeastZoom, kMostZoom); }
+  scale(zoom) { this.zoom = clamp(this.zoom * zoom, kMinZoom, kMaxZoom); }
 
   // Returns the camera moved about what it looks at. It never turns over the top.
   apply(camera) {

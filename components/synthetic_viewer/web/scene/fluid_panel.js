@@ -4,9 +4,9 @@
 import { coloursOf, decodeSection, decodeShell, depthOf, kFaceNumbers } from './fluid.js';
 import { say } from './words.js';
 
-const kKept = 'phantom.fluid', kAsk_ms = 1000, kBusy_ms = 300, kMostShells = 16, kMostKept = 64, kEvery = 0, kAxes = ['x', 'y', 'z'];
+const kKept = 'phantom.fluid', kAsk_ms = 1000, kBusy_ms = 300, kMaxShells = 16, kMaxKept = 64, kEvery = 0, kAxes = ['x', 'y', 'z'];
 const kGuard = 99, kBoundary = 100, kInterior = 101;
-const kMostFaces = 1e6, kMostFacesInSoftware = 1e5;
+const kMaxFaces = 1e6, kMaxFacesInSoftware = 1e5;
 const kUsual = { on: false, object: '', shells: 'none', opacity: 0.35, plane: 'z', place_m: [null, null, null], cut: false };  // null: in the middle
 const kPlanes = { none: 'fluid.no_plane', x: 'fluid.plane_x', y: 'fluid.plane_y', z: 'fluid.plane_z' };
 
@@ -133,7 +133,7 @@ export class FluidPanel {
     const orders = this.layers().map(([order]) => order), { shells } = this.chosen;
     if (shells === 'none') return [];
     if (shells !== 'all' && shells !== 'outer') return orders.filter(order => String(order) === shells);
-    const fluid = orders.filter(order => order !== kBoundary).slice(0, shells === 'outer' ? 1 : kMostShells);
+    const fluid = orders.filter(order => order !== kBoundary).slice(0, shells === 'outer' ? 1 : kMaxShells);
     return fluid.reverse();
   }
   // The address of the plane that is chosen; null: there is none.
@@ -242,12 +242,12 @@ export class FluidPanel {
       const shown = [];
       for (const path of shells) {
         if (!this.shells.has(path)) {
-          if (this.shells.size >= kMostKept) this.shells.clear();
+          if (this.shells.size >= kMaxKept) this.shells.clear();
           this.shells.set(path, decodeShell(await (await this.ask(path)).arrayBuffer()));
         }
         shown.push(this.shells.get(path));
       }
-      const most = this.stage.software ? kMostFacesInSoftware : kMostFaces;
+      const most = this.stage.software ? kMaxFacesInSoftware : kMaxFaces;
       if (shown.reduce((sum, { faces }) => sum + faces.length / kFaceNumbers, 0) > most) throw new Refused(413, say('fluid.too_much'));
       fluid.showShells(shown);
       this.shellsShown = shellsKey;

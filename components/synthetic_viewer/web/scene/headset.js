@@ -6,7 +6,7 @@ import { SceneInHand } from './in_hand.js';
 import { say } from './words.js';
 
 const kSqueeze = 1, kSizeButtons = [4, 3];  // of xr-standard gamepads: the grip; what changes the size: A or X, else the thumbstick
-const kPulse_ms = 60, kLeastFelt = 0.02, kPanel_m = [0.2, 0.12], kPanel_px = [720, 432], kAlarm_px = 40, kAlarmLines = 2;
+const kPulse_ms = 60, kMinFelt = 0.02, kPanel_m = [0.2, 0.12], kPanel_px = [720, 432], kAlarm_px = 40, kAlarmLines = 2;
 const kGround = 0x14181d;
 
 // Returns whether this browser has a headset to show it in.
@@ -159,7 +159,7 @@ export class Headset {
   // The nearer, the stronger the controllers vibrate, for as long as that lasts; not at all where nothing is felt or known.
   feel({ known, closeness }) {
     const now = performance.now();
-    if (!known || closeness < kLeastFelt || now - this.felt_ms < kPulse_ms / 2 || !this.session) return;
+    if (!known || closeness < kMinFelt || now - this.felt_ms < kPulse_ms / 2 || !this.session) return;
     this.felt_ms = now;
     for (const source of this.session.inputSources) source.gamepad?.hapticActuators?.[0]?.pulse(Math.min(1, closeness), kPulse_ms);
   }

@@ -3,7 +3,7 @@
 
 import { Matrix4, Quaternion, Vector3 } from 'three';
 
-const kLeastScale = 0.05, kMostScale = 5;
+const kMinScale = 0.05, kMaxScale = 5;
 const kUpright = new Matrix4().makeRotationX(-Math.PI / 2);  // room ← W without turn
 const yawOf = v => Math.atan2(-v.z, v.x);
 
@@ -54,7 +54,7 @@ export class SceneInHand {
     if (hands.length === 1) { this.shift_m.add(hands[0]).sub(last[0]); return true; }
     const [now, then] = [hands, last].map(([a, b]) => ({ middle: a.clone().add(b).multiplyScalar(0.5), span: b.clone().sub(a) }));
     const wanted = this.scale * now.span.length() / Math.max(1e-3, then.span.length());
-    const scale = Math.min(kMostScale, Math.max(kLeastScale, wanted)), turn = yawOf(now.span) - yawOf(then.span);
+    const scale = Math.min(kMaxScale, Math.max(kMinScale, wanted)), turn = yawOf(now.span) - yawOf(then.span);
     // What was between the hands stays there.
     this.shift_m.sub(then.middle).multiplyScalar(scale / this.scale).applyAxisAngle(new Vector3(0, 1, 0), turn).add(now.middle);
     this.scale = scale;

@@ -2,12 +2,12 @@
 
 import { ClampToEdgeWrapping, Data3DTexture, LinearFilter, RedFormat, UnsignedByteType } from 'three';
 
-const kMostCubes = 64;
+const kMaxCubes = 64;
 
 // Returns the volume of a link's box ([min x, y, z, max x, y, z] in the link's frame), all in no fluid.
 function emptyVolume(box, patch_m) {
   const extents_m = [0, 1, 2].map(i => box[3 + i] - box[i] + 2 * patch_m);
-  const edge_m = Math.max(patch_m / 2, Math.max(...extents_m) / kMostCubes);
+  const edge_m = Math.max(patch_m / 2, Math.max(...extents_m) / kMaxCubes);
   const size = extents_m.map(extent_m => Math.max(1, Math.ceil(Math.fround(extent_m / edge_m))));
   return { edge_m, corner_m: [0, 1, 2].map(i => box[i] - patch_m), size };
 }

@@ -1,6 +1,6 @@
 // A mesh as the graphics card takes it: the twin of shade() in shaded_mesh.cpp. Pure.
 
-const kLeastCosine = Math.cos(0.6), kMostCorners = 512, kTries = 16;
+const kMinCosine = Math.cos(0.6), kMaxCorners = 512, kTries = 16;
 
 // Numbers the places of vertices: those at the same position have the same number.
 function weld(vertices_m) {
@@ -45,12 +45,12 @@ export function shade({ vertices_m, corners }) {
   for (let corner = 0; corner < triangles.length; ++corner) {
     const f = 4 * Math.floor(corner / 3), source = triangles[corner], place = placeOf[source];
     let [x, y, z] = [face[f], face[f + 1], face[f + 2]];
-    if (size[place] <= kMostCorners) {
+    if (size[place] <= kMaxCorners) {
       const [fx, fy, fz] = [x, y, z];
       x = y = z = 0;
       for (let other = first[place]; other >= 0; other = next[other]) {
         const g = 4 * Math.floor(other / 3);
-        if (face[g] * fx + face[g + 1] * fy + face[g + 2] * fz < kLeastCosine) continue;
+        if (face[g] * fx + face[g + 1] * fy + face[g + 2] * fz < kMinCosine) continue;
         x += face[g] * face[g + 3];
         y += face[g + 1] * face[g + 3];
         z += face[g + 2] * face[g + 3];

@@ -2,7 +2,7 @@
 
 import { CameraOffset } from './cameras.js';
 
-const kKeyTurn_deg = 5, kWheel = 0.9, kMostRatio = 2;
+const kKeyTurn_deg = 5, kWheel = 0.9, kMaxRatio = 2;
 const kArrows = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
 const radians = degrees => degrees * Math.PI / 180;
 
@@ -55,7 +55,7 @@ export class DrawnView {
   }
 
   resize() {
-    const ratio = Math.min(this.software ? 1 : kMostRatio, devicePixelRatio);
+    const ratio = Math.min(this.software ? 1 : kMaxRatio, devicePixelRatio);
     const width = Math.max(1, Math.round(this.canvas.clientWidth * ratio)), height = Math.max(1, Math.round(this.canvas.clientHeight * ratio));
     if (this.canvas.hidden || (this.canvas.width === width && this.canvas.height === height)) return;
     Object.assign(this.canvas, { width, height });
