@@ -27,8 +27,6 @@ CORES = os.cpu_count() or 2
 JOBS = CORES + 1
 # A stage of the gate that would begin after so many minutes is left out, and the table shows it: CI ends a run at 90.
 GATE_LIMIT_MIN = 75
-CHECKS = ["check_layers", "check_links", "check_words", "parameters --check", "rooms --check", "check_safety_case", "format --check",
-          "seeded_faults --check"]
 
 
 class Failed(Exception):
@@ -101,13 +99,13 @@ STAGES = [
     Stage("other_release", "the other release of Debian: the demo, the tests of DDS, a site of both releases", "40", needs=("root", "mirror"),
           targets=("all",), commands=("scripts/test_debian {other} --ci",)),
     ctest_stage("seeded_faults", "the tool that seeds faults works", "2"),
-    Stage("all_seeded_faults", "each fault that is seeded into the code is found by a test", "60", commands=("scripts/seeded_faults --all",)),
+    Stage("all_seeded_faults", "each fault that is seeded into the code is found by a test", "60", commands=("scripts/checks/seeded_faults --all",)),
     Stage("without_scene", "the operator's page of a viewer that is built without the browser's scene", "10",
           commands=("cmake --preset release -B build/noscene -DPHANTOM_BROWSER_SCENE=OFF", "cmake --build build/noscene --target operators_page_test",
                     "ctest --test-dir build/noscene --output-on-failure -R ^operators_page[.]")),
-    Stage("objects", "every source compiles alone", "25", commands=("scripts/check_objects --without-tests",)),
+    Stage("objects", "every source compiles alone", "25", commands=("scripts/checks/objects --without-tests",)),
     Stage("reproducible", "packages built twice are the same, byte by byte", "30", targets=("all",),
-          commands=("scripts/reproducible_packages --whole {build}",)),
+          commands=("scripts/checks/reproducible_packages --whole {build}",)),
 ]
 BY_NAME = {stage.name: stage for stage in STAGES}
 
@@ -122,15 +120,8 @@ def run(*command, **more):
 
 
 def check_sources():
-    """The checks of the sources, in turn, silent unless one fails: they run beside the build."""
-    licences = [["reuse", "lint", "--quiet"]] if shutil.which("reuse") else []
-    failed = False
-    for words in [["scripts/" + check.split()[0], *check.split()[1:]] for check in CHECKS] + licences:
-        done = subprocess.run(words, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
-        if done.returncode != 0:
-            print(f"test: {' '.join(words)} ended with {done.returncode}:\n{done.stdout[-4000:]}", file=sys.stderr, flush=True)
-            failed = True
-    return not failed
+    """The checks of the sources, silent unless one fails: they run beside the build."""
+    return subprocess.run(["scripts/checks/all"], cwd=ROOT).returncode == 0
 
 
 def build(stage):
@@ -226,7 +217,7 @@ def run_stages(stages, limit_min=None):
     failed = any(row.verdict == "FAILED" for row in rows)
     if not failed and any(row.cases for row in rows):
         try:
-            run("scripts/check_safety_case", BUILD, "--results")
+            run("scripts/checks/safety_case", BUILD, "--results")
         except Failed:
             failed = True
     show(rows)

@@ -83,8 +83,8 @@ class WidenedSlice {
   std::size_t place_words_;          // of m + 1 rows
   std::vector<std::size_t> loaded_;  // rows that hold any bit
   std::vector<std::uint8_t> near_;   // by row
-  LocalizedText rows_;               // [row][word], padded
-  LocalizedText words_;              // [place][half][word]: all rows, and m more before and after
+  Words rows_;                       // [row][word], padded
+  Words words_;                      // [place][half][word]: all rows, and m more before and after
   std::vector<std::vector<std::ptrdiff_t>> offsets_;  // by |dz|
 };
 
@@ -111,7 +111,7 @@ class GrownSlices {
 
   std::size_t row_count_, stride_, slots_, slot_words_;
   std::vector<std::uint8_t> written_;  // [slot][row]
-  LocalizedText words_;                // [slot][row][word]
+  Words words_;                        // [slot][row][word]
 };
 
 }  // namespace phantom::layers::detail

@@ -24,12 +24,12 @@ constexpr std::size_t kTileWords = SolidRows::kTile / 2;  // of 64 bits
 
 /// Returns words of 64 bits of a row that begins `shift` bits later, with zeros beyond its ends. `at`: index
 /// in the volume of the row's first word; `part`: index of the first wanted word in the row.
-HWY_INLINE hn::Vec<LocalizedText> words_at(const SolidRows::TileSource& from,
-                                           const workspace::LargeVector<std::uint64_t>& volume,
-                                           std::size_t at, std::size_t part) {
+HWY_INLINE hn::Vec<Words> words_at(const SolidRows::TileSource& from,
+                                   const workspace::LargeVector<std::uint64_t>& volume, std::size_t at,
+                                   std::size_t part) {
   const std::size_t lanes = hn::Lanes(kWords), left = from.words - std::min(from.words, part);
   const bool before = from.follows || part > 0;  // whether the row has a word before these
-  hn::Vec<LocalizedText> here, earlier;
+  hn::Vec<Words> here, earlier;
   if (at + part > 0 && at + part + lanes <= volume.size()) {
     const std::uint64_t* const words = volume.data() + at + part;
     here = hn::IfThenElseZero(hn::FirstN(kWords, left), hn::LoadU(kWords, words));
@@ -58,10 +58,10 @@ void TakeTile(const SolidRows::TileSource& from, SolidRows::Tile& tile, std::siz
   }
   for (std::size_t part = 0; part < kTileWords; part += hn::Lanes(kWords)) {
     // Words of 32 bits, two in each word of 64 bits.
-    const hn::Repartition<std::uint32_t, LocalizedText> halves;
+    const hn::Repartition<std::uint32_t, Words> halves;
     const auto load = [&](const std::uint32_t* words)
                           HWY_ATTR { return hn::BitCast(kWords, hn::Load(halves, words + 2 * part)); };
-    const auto store = [&](hn::Vec<LocalizedText> pairs, std::uint32_t* words)
+    const auto store = [&](hn::Vec<Words> pairs, std::uint32_t* words)
                            HWY_ATTR { hn::Store(hn::BitCast(halves, pairs), halves, words + 2 * part); };
     auto inner = load(tile.inner), any = load(tile.any);
     std::size_t at = from.at;

@@ -25,19 +25,19 @@ constexpr double kSlipLost = 0.5;
 // nm/s.
 constexpr double kHard = 0.9999;
 
-class LocalizedText {
+class Words {
  public:
-  LocalizedText() { text_.precision(17); }
-  LocalizedText& operator<<(const Eigen::Vector3d& v) {
+  Words() { text_.precision(17); }
+  Words& operator<<(const Eigen::Vector3d& v) {
     text_ << v.x() << ' ' << v.y() << ' ' << v.z();
     return *this;
   }
   template <class T>
-  LocalizedText& operator<<(const T& t) {
+  Words& operator<<(const T& t) {
     text_ << t;
     return *this;
   }
-  LocalizedText& pose(const geometry::Pose& X) {
+  Words& pose(const geometry::Pose& X) {
     const Eigen::Vector4d q = geometry::quaternion_xyzw(X.rotation);
     return *this << "pos='" << X.translation_m << "' quat='" << q[3] << ' ' << q[0] << ' ' << q[1] << ' '
                  << q[2] << "'";
@@ -54,8 +54,7 @@ class LocalizedText {
 constexpr const char* kBody =
     "<inertial pos='0.1 0.2 0.3' quat='1 2 3 4' mass='1' diaginertia='1 2 2.5'/><geom type='sphere' size='0.001' contype='0' conaffinity='0'/>";
 
-void open_slide(LocalizedText& xml, const char* type, const Eigen::Vector3d& axis,
-                const JointMechanics& joint) {
+void open_slide(Words& xml, const char* type, const Eigen::Vector3d& axis, const JointMechanics& joint) {
   xml << "<joint type='" << type << "' axis='" << axis << "'";
   if (std::isfinite(joint.lower) && std::isfinite(joint.upper) && joint.upper < 1e8)
     xml << " limited='true' range='" << joint.lower << ' ' << std::max(joint.upper, joint.lower + 1e-9)
@@ -66,7 +65,7 @@ void open_slide(LocalizedText& xml, const char* type, const Eigen::Vector3d& axi
 std::string model_text(const robot::SerialArm& arm, const ArmMechanics& joints,
                        std::span<const LooseBody> loose, double sub_step_s) {
   const std::size_t rows = 3 * Multibody::kMaxContacts + 4 * core::kMaxJoints;
-  LocalizedText xml;
+  Words xml;
   xml << "<mujoco><compiler angle='radian' boundmass='1e-9' boundinertia='1e-12'/><size njmax='" << rows
       << "' nconmax='" << Multibody::kMaxContacts << "'/><option timestep='" << sub_step_s
       << "' gravity='0 0 0' cone='elliptic' impratio='1e-5' iterations='30' tolerance='1e-10' noslip_iterations='10' noslip_tolerance='1e-12'/>"

@@ -13,9 +13,9 @@ namespace hn = hwy::HWY_NAMESPACE;
 using Ints = hn::CappedTag<std::int32_t, 16>;
 using Words = hn::Rebind<std::uint32_t, Ints>;
 
-HWY_INLINE hn::Vec<LocalizedText> bytes_at(const std::uint8_t* codes, hn::Vec<Ints> word,
-                                           const std::uint32_t* shift) {
-  const LocalizedText dw;
+HWY_INLINE hn::Vec<Words> bytes_at(const std::uint8_t* codes, hn::Vec<Ints> word,
+                                   const std::uint32_t* shift) {
+  const Words dw;
   const auto four = hn::GatherIndex(dw, reinterpret_cast<const std::uint32_t*>(codes), word);
   return hn::And(hn::Shr(four, hn::LoadU(dw, shift)), hn::Set(dw, 0xFF));
 }
@@ -23,7 +23,7 @@ HWY_INLINE hn::Vec<LocalizedText> bytes_at(const std::uint8_t* codes, hn::Vec<In
 std::uint64_t Gather(const std::uint32_t* directory, const std::uint8_t* codes, const std::int32_t* brick,
                      const std::int32_t* word, const std::uint32_t* shift, std::size_t n) {
   const Ints di;
-  const LocalizedText dw;
+  const Words dw;
   auto sum = hn::Zero(dw);
   for (std::size_t i = 0; i < n; i += hn::Lanes(di)) {
     const auto slot =
@@ -36,7 +36,7 @@ std::uint64_t Gather(const std::uint32_t* directory, const std::uint8_t* codes, 
 std::uint64_t Flat(const std::uint8_t* codes, const std::int32_t* word, const std::uint32_t* shift,
                    std::size_t n) {
   const Ints di;
-  const LocalizedText dw;
+  const Words dw;
   auto sum = hn::Zero(dw);
   for (std::size_t i = 0; i < n; i += hn::Lanes(di))
     sum = hn::Add(sum, bytes_at(codes, hn::LoadU(di, word + i), shift + i));

@@ -5,7 +5,7 @@ chaos --minutes N [--seed S] [--mode plain|secured] [--report DIR]
 
 A seed repeats the schedule: the same steps, each with the same actions at the same times within it; between two steps the system recovers by
 itself, which takes as long as it takes. What is printed is also kept, with the recordings' end, the logs, verdicts and plots, in DIR.
-What was recorded in a run of up to 5 minutes is also held against the model of the link (scripts/check_link_trace).
+What was recorded in a run of up to 5 minutes is also held against the model of the link (scripts/checks/link_trace).
 Exit code: 0 all held, 1 a violation, 2 wrong arguments, 3 something needed is missing, 77 without the rights of root.
 """
 import argparse
@@ -211,7 +211,7 @@ def main():
 def model_refuses(folder, say):
     """Whether a tap's recording is no behaviour of the model of the link."""
     traces = link_trace.write(folder, folder)
-    done = subprocess.run([sys.executable, SOURCE / "scripts/check_link_trace", *traces], capture_output=True, text=True, check=False)
+    done = subprocess.run([sys.executable, SOURCE / "scripts/checks/link_trace", *traces], capture_output=True, text=True, check=False)
     say(("the model of the link accepts the run: " if done.returncode == 0 else "VIOLATION: the model of the link refuses the run:\n") + (done.stdout + done.stderr).strip())
     return done.returncode != 0
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""A run's trace for scripts/check_link_trace, which holds it against the model of the link: one file for each tap.
+"""A run's trace for scripts/checks/link_trace, which holds it against the model of the link: one file for each tap.
 
 link_trace.py FOLDER [--out DIR]
 

@@ -334,7 +334,7 @@ TEST(FaultTable, SR01_SR02_AStopIsInForceInTheNextTickOfWhoIsAskedAndAtItsPartne
   }
 }
 
-// Leaves what master and slave say in each fault, for scripts/check_link_trace: the model of the link is
+// Leaves what master and slave say in each fault, for scripts/checks/link_trace: the model of the link is
 // their judge.
 TEST(FaultTable, WhatBothSaySpellsATraceForTheModel) {
   // CTest runs this twice, perhaps at once: by itself, and to leave what the model judges. By itself the

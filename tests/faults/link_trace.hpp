@@ -1,6 +1,6 @@
 #pragma once
 
-// What master and slave say, as lines of JSON that scripts/check_link_trace judges by the model of the link.
+// What master and slave say, as lines of JSON that scripts/checks/link_trace judges by the model of the link.
 
 #include <array>
 #include <cmath>

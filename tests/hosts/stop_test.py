@@ -73,7 +73,7 @@ class Record:
         assert done.returncode == 0, done.stdout + done.stderr
         # The shell's command may have ended before the recorder knew of it: its reset is then not in the trace.
         self.path.write_text(json.dumps({"event": "commands", "complete": False}) + "\n" + self.path.read_text())
-        done = subprocess.run([sys.executable, SOURCE / "scripts/check_link_trace", self.path], capture_output=True, text=True, check=False)
+        done = subprocess.run([sys.executable, SOURCE / "scripts/checks/link_trace", self.path], capture_output=True, text=True, check=False)
         assert done.returncode == 0, done.stdout + done.stderr
         print("the model accepts what was recorded:", done.stdout.strip())
 

@@ -6,19 +6,19 @@ import tempfile
 import unittest
 from pathlib import Path
 
-SCRIPT = Path(__file__).resolve().parents[2] / "scripts" / "check_layers"
+SCRIPT = Path(__file__).resolve().parents[2] / "scripts/checks/layers"
 
 
 class CheckLayers(unittest.TestCase):
     def check(self, path, include):
         with tempfile.TemporaryDirectory() as folder:
             root = Path(folder)
-            (root / "scripts").mkdir()
-            shutil.copy(SCRIPT, root / "scripts" / "check_layers")
+            (root / "scripts/checks").mkdir(parents=True)
+            shutil.copy(SCRIPT, root / "scripts/checks/layers")
             source = root / path
             source.parent.mkdir(parents=True)
             source.write_text(f"#pragma once\n#include {include}\n", encoding="utf-8")
-            return subprocess.run([sys.executable, root / "scripts" / "check_layers"], capture_output=True, text=True, check=False)
+            return subprocess.run([sys.executable, root / "scripts/checks/layers"], capture_output=True, text=True, check=False)
 
     def test_broken_rules_are_named_with_their_place(self):
         for path, include in [

@@ -6,7 +6,7 @@ import tempfile
 import unittest
 from pathlib import Path
 
-SCRIPT = Path(__file__).resolve().parents[2] / "scripts/check_link_trace"
+SCRIPT = Path(__file__).resolve().parents[2] / "scripts/checks/link_trace"
 STATES = ("INIT", "READY", "ALIGNED", "COUPLED", "DEGRADED", "STOPPED")
 STOP = {"master": 11, "slave": 22}
 

@@ -50,9 +50,9 @@ class CheckSafetyCase(unittest.TestCase):
         for name, text in {"docs/safety/hazards.md": HAZARDS, "docs/safety/requirements.md": REQUIREMENTS, "arm/arm_test.cpp": TESTS, "arm/README.md": README,
                            "CMakeLists.txt": CMAKE, "tests/hosts/stop_test.py": ""}.items():
             self.put(name, text)
-        (self.root / "scripts").mkdir()
-        for script in ("check_safety_case", "test_results.py"):
-            shutil.copy(SOURCE / "scripts" / script, self.root / "scripts")
+        (self.root / "scripts/checks").mkdir(parents=True)
+        for script in ("checks/safety_case", "test_results.py"):
+            shutil.copy(SOURCE / "scripts" / script, self.root / "scripts" / script)
         subprocess.run(["git", "init", "-q", self.root], check=True)
         self.check("--write")
 
@@ -61,7 +61,7 @@ class CheckSafetyCase(unittest.TestCase):
         (self.root / name).write_text(text, encoding="utf-8")
 
     def check(self, *words):
-        return subprocess.run([sys.executable, self.root / "scripts/check_safety_case", *words], capture_output=True, text=True, check=False)
+        return subprocess.run([sys.executable, self.root / "scripts/checks/safety_case", *words], capture_output=True, text=True, check=False)
 
     def run_tests(self, *stages):
         """Builds and runs the tests of these stages; returns the words by which they are checked."""

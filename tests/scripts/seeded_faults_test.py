@@ -1,4 +1,4 @@
-"""scripts/seeded_faults on a small project of its own: a fault that a test finds, one that survives, one whose place is gone, one that
+"""scripts/checks/seeded_faults on a small project of its own: a fault that a test finds, one that survives, one whose place is gone, one that
 does not build; and what it keeps of them."""
 import shutil
 import subprocess
@@ -7,7 +7,7 @@ import tempfile
 import unittest
 from pathlib import Path
 
-SCRIPT = Path(__file__).resolve().parents[2] / "scripts" / "seeded_faults"
+SCRIPT = Path(__file__).resolve().parents[2] / "scripts/checks/seeded_faults"
 
 PROJECT = {
     "CMakeLists.txt": """cmake_minimum_required(VERSION 3.25)
@@ -59,8 +59,8 @@ class SeededFaults(unittest.TestCase):
         for path, text in PROJECT.items():
             self.write(path, text)
         self.write(".gitignore", "/build/\n")
-        (self.root / "scripts").mkdir()
-        shutil.copy(SCRIPT, self.root / "scripts")
+        (self.root / "scripts/checks").mkdir(parents=True)
+        shutil.copy(SCRIPT, self.root / "scripts/checks")
         subprocess.run(["git", "init", "-q", self.root], check=True)
 
     def write(self, path, text):
@@ -70,7 +70,7 @@ class SeededFaults(unittest.TestCase):
     def seed(self, *words, faults=None):
         if faults is not None:
             self.write("tests/seeded_faults/limits.yaml", faults)
-        return subprocess.run([self.root / "scripts/seeded_faults", *words], capture_output=True, text=True, timeout=600, check=False)
+        return subprocess.run([self.root / "scripts/checks/seeded_faults", *words], capture_output=True, text=True, timeout=600, check=False)
 
     def kept(self):
         return (self.root / "docs/safety/seeded_faults.md").read_text()

@@ -19,11 +19,11 @@ class Bans {
 
   /// For good.
   void ban(const GuidPrefix& participant) { add(banned_, participant); }
-  /// Ends with lift().
+  /// Ends with resume().
   void suspend(const GuidPrefix& participant) { add(banned_for_now_, participant); }
   /// Ends all bans by ban_for_now(); returns whether there were any. Fast DDS discovers those participants
   /// again by their next announcement.
-  bool lift() {
+  bool resume() {
     const std::lock_guard lock(mutex_);
     const bool any = banned_for_now_.size() > 0;
     forgotten_before_ += banned_for_now_.dropped();

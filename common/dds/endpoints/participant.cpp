@@ -221,7 +221,7 @@ void Participant::suspend(const GuidPrefix& other) {
   if (impl_->readmission) impl_->readmission->leave(other);
   impl_->bans->suspend(other);
 }
-bool Participant::resume() { return impl_->bans->lift(); }
+bool Participant::resume() { return impl_->bans->resume(); }
 
 std::uint64_t Participant::forgotten() const {
   return impl_->outbox->forgotten() + impl_->bans->forgotten() +

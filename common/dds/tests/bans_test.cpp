@@ -18,8 +18,8 @@ TEST(Bans, HoldForGoodOrUntilTheyAreLifted) {
   EXPECT_TRUE(bans.holds(prefix(1)));
   EXPECT_TRUE(bans.holds(prefix(2)));
   EXPECT_FALSE(bans.holds(prefix(3)));
-  EXPECT_TRUE(bans.lift());
-  EXPECT_FALSE(bans.lift()) << "none are left";
+  EXPECT_TRUE(bans.resume());
+  EXPECT_FALSE(bans.resume()) << "none are left";
   EXPECT_TRUE(bans.holds(prefix(1)));
   EXPECT_FALSE(bans.holds(prefix(2)));
   bans.suspend(prefix(2));
@@ -31,7 +31,7 @@ TEST(Bans, InventedParticipantsTakeLimitedMemoryAndAreToldAsForgotten) {
   for (std::size_t i = 0; i < 2 * Bans::kMax; ++i)
     bans.suspend({static_cast<std::uint8_t>(i % 256), static_cast<std::uint8_t>(i / 256)});
   EXPECT_EQ(bans.forgotten(), Bans::kMax);
-  bans.lift();
+  bans.resume();
   EXPECT_EQ(bans.forgotten(), Bans::kMax) << "a count never falls";
 }
 

@@ -23,9 +23,9 @@ bool begins_with(std::string_view text, std::string_view word) {
 }
 
 /// Words of a text, one after the other.
-class LocalizedText {
+class Words {
  public:
-  explicit LocalizedText(std::string_view text) : text_(text) {
+  explicit Words(std::string_view text) : text_(text) {
     if (text_.starts_with(kByteOrderMark)) at_ = kByteOrderMark.size();
   }
 
@@ -197,7 +197,7 @@ class Reader {
     words_.pass_line();
   }
 
-  LocalizedText words_;
+  Words words_;
   std::uint32_t most_, count_ = 0;
   TextStl& stl_;
   detail::VertexWelder corners_;

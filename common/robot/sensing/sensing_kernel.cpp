@@ -22,7 +22,7 @@ void LookUp(const Field& field, const ToVoxels& to, const Points& points, std::u
     const VI low = hn::Set(di, 1023);
     const VI folded = hn::Or(hn::Or(hn::And(at.x, low), hn::ShiftLeft<10>(hn::And(at.y, low))),
                              hn::ShiftLeft<20>(hn::And(at.z, low)));
-    hn::StoreU(hn::BitCast(LocalizedText(), folded), LocalizedText(), voxels + i);
+    hn::StoreU(hn::BitCast(Words(), folded), Words(), voxels + i);
   }
 }
 

@@ -19,7 +19,7 @@ using HalfInts = hn::Half<Ints>;
 using HalfFloats = hn::Half<Floats>;
 using VD = hn::Vec<Doubles>;
 using VI = hn::Vec<Ints>;
-using VW = hn::Vec<LocalizedText>;
+using VW = hn::Vec<Words>;
 
 HWY_INLINE std::size_t lanes() { return hn::Lanes(Ints()); }
 
@@ -67,13 +67,13 @@ HWY_INLINE Indices indices(const ToVoxels& to, const Points& points, std::size_t
 /// the grid.
 struct AlongAxis {
   VI brick, word;
-  hn::Mask<LocalizedText> inside;
+  hn::Mask<Words> inside;
 };
 
 template <int kAxis>
 HWY_INLINE AlongAxis along_axis(const Field& field, VI v) {
   const Ints di;
-  const LocalizedText dw;
+  const Words dw;
   const auto inside =
       hn::Lt(hn::BitCast(dw, v), hn::Set(dw, static_cast<std::uint32_t>(field.size_vox[kAxis])));
   VI brick = hn::ShiftRight<5>(v), word;
@@ -95,7 +95,7 @@ HWY_INLINE AlongAxis along_axis(const Field& field, VI v) {
 HWY_INLINE VI codes_at(const Field& field, const AlongAxis& x, const AlongAxis& y, const AlongAxis& z,
                        VW byte_shift) {
   const Ints di;
-  const LocalizedText dw;
+  const Words dw;
   const auto inside = hn::And(hn::And(x.inside, y.inside), z.inside);
   const VI place = hn::Add(hn::Add(x.brick, y.brick), z.brick);
   const VI safe = hn::BitCast(di, hn::IfThenElseZero(inside, hn::BitCast(dw, place)));
@@ -112,7 +112,7 @@ HWY_INLINE VI codes_at(const Field& field, const AlongAxis& x, const AlongAxis& 
 
 HWY_INLINE VW byte_shift_of(VI x) {
   const VI in_word = hn::ShiftLeft<3>(hn::And(x, hn::Set(Ints(), 3)));
-  return hn::BitCast(LocalizedText(), in_word);
+  return hn::BitCast(Words(), in_word);
 }
 
 HWY_INLINE VI codes_of(const Field& field, const Indices& at) {
@@ -122,7 +122,7 @@ HWY_INLINE VI codes_of(const Field& field, const Indices& at) {
 
 HWY_INLINE void store_codes(VI codes, std::uint8_t* out) {
   const hn::Rebind<std::uint8_t, Ints> bytes;
-  hn::StoreU(hn::TruncateTo(bytes, hn::BitCast(LocalizedText(), codes)), bytes, out);
+  hn::StoreU(hn::TruncateTo(bytes, hn::BitCast(Words(), codes)), bytes, out);
 }
 
 /// Looks up μ for codes below kTables vectors' length, from registers: a permutation for each vector instead

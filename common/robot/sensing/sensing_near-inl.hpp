@@ -49,7 +49,7 @@ class Near {
                           std::uint8_t* out) const {
     const Floats df;
     const Ints di;
-    const LocalizedText dw;
+    const Words dw;
     const auto r0 = hn::Set(df, r_[0]), r1 = hn::Set(df, r_[1]), r2 = hn::Set(df, r_[2]),
                r3 = hn::Set(df, r_[3]), r4 = hn::Set(df, r_[4]), r5 = hn::Set(df, r_[5]),
                r6 = hn::Set(df, r_[6]), r7 = hn::Set(df, r_[7]), r8 = hn::Set(df, r_[8]),
