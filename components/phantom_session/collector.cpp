@@ -173,6 +173,19 @@ void Collector::on_status(const StatusSample& sample) {
   statuses_.erase(oldest);
 }
 
+void Collector::on_foreign_writer(double t_s, const std::string& topic, const std::string& process) {
+  const auto known = std::find_if(foreign_writers_.begin(), foreign_writers_.end(), [&](const auto& each) {
+    return each.topic == topic && each.process == process;
+  });
+  if (known != foreign_writers_.end()) {
+    ++known->samples;
+    return;
+  }
+  if (foreign_writers_.size() == kMaxComponents) return;
+  foreign_writers_.push_back({t_s, topic, process, 1});
+  narrate(t_s, "a second process writes " + topic + ": " + process + "; its samples are left out");
+}
+
 bool Collector::all_ready(const std::vector<std::string>& components, std::string* missing) const {
   std::string names;
   for (const auto& name : components) {

@@ -96,6 +96,15 @@ struct PerceptPeriod {
   PerceptsInForce percepts;
 };
 
+/// A process that wrote a topic while another one that writes it was followed. Its samples are in no figure.
+struct ForeignWriter {
+  double t_s = 0.0;   ///< when its first sample came
+  std::string topic;  ///< e.g. "master_state"
+  std::string
+      process;  ///< e.g. "master_io on console"; "a process without status": none of its own was heard
+  std::uint64_t samples = 0;
+};
+
 /// One row of the time series, which has the collector's own interval.
 struct Row {
   double t_s = 0.0;
@@ -134,6 +143,8 @@ class Collector {
   void on_percept(const PerceptSample& sample);
   void on_hit(const HitSample& sample);
   void on_status(const StatusSample& sample);
+  /// A sample of `topic` came from another process than the one that is followed, and was left out.
+  void on_foreign_writer(double t_s, const std::string& topic, const std::string& process);
 
   /// Narrates the lines that still wait.
   void narrate_rest() { narrate_until(std::numeric_limits<double>::infinity()); }
@@ -143,6 +154,9 @@ class Collector {
   const std::vector<Row>& rows() const { return rows_; }
   const std::vector<HitSample>& hits() const { return hits_; }  ///< raised alerts only
   const std::map<std::string, StatusSample>& statuses() const { return statuses_; }
+  const std::vector<ForeignWriter>& foreign_writers() const {
+    return foreign_writers_;
+  }  ///< up to kMaxComponents
   const Forgotten& forgotten() const { return forgotten_; }
   std::string object_name(int object) const;
   /// Returns what is felt now, in two lines: drag per joint; the percept, motion class and age of the model.
@@ -183,6 +197,7 @@ class Collector {
   std::vector<HitSample> hits_;
   std::deque<Line> waiting_;  // the first one is a hit's
   std::map<std::string, StatusSample> statuses_;
+  std::vector<ForeignWriter> foreign_writers_;
   Forgotten forgotten_;
   int forgotten_reach_ = -1;                  // number of the last one that was not kept
   std::map<std::string, double> narrated_s_;  // when a component's message was last narrated; of statuses_

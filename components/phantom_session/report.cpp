@@ -137,6 +137,14 @@ Json percept_sets_json(const Collector& collector) {
   return out;
 }
 
+Json foreign_writers_json(const Collector& collector) {
+  Json out = Json::array();
+  for (const ForeignWriter& each : collector.foreign_writers())
+    out.push_back(
+        {{"t", each.t_s}, {"topic", each.topic}, {"process", each.process}, {"samples", each.samples}});
+  return out;
+}
+
 Json forgotten_json(const Collector::Forgotten& forgotten) {
   return {{"components", forgotten.components}, {"reaches", forgotten.reaches}, {"hits", forgotten.hits}};
 }
@@ -170,6 +178,7 @@ Json summary(const ReportInputs& in) {
           {"percept_sets", percept_sets_json(in.collector)},
           {"reaches", reaches_json(in.collector)},
           {"hits", hits_json(in.collector)},
+          {"foreign_writers", foreign_writers_json(in.collector)},
           {"forgotten", forgotten_json(in.collector.forgotten())},
           {"views", views_json(viewer, in.start_utc_ns)},
           {"audio", member(audio, "wav")},

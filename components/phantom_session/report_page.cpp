@@ -148,6 +148,7 @@ const Fields kFelt{{"onset_distance_m", kToMilli},
                    {"contact_speed_with", kToMilli},
                    {"contact_speed_without", kToMilli}};
 const Fields kPerceptSets{{"t"}, {"set"}, {"automatic"}};
+const Fields kForeignWriters{{"t"}, {"topic"}, {"process"}, {"samples"}};
 const Fields kReaches{{"n"},
                       {"t"},
                       {"percept"},
@@ -241,6 +242,9 @@ std::string report_page(const std::string& summary_json, Language language) {
              : "<p>" + speech("value.not_measured") + "</p>\n";
   out += heading(speech, "loop") + grid_table(speech, summary["loops"], "loop", kLoops);
   out += heading(speech, "deadline") + counts_table(speech, summary["deadline_missed"]);
+  if (!summary["foreign_writers"].empty())
+    out += heading(speech, "foreign_writer") +
+           grid_table(speech, summary["foreign_writers"], "foreign_writer", kForeignWriters);
   out += heading(speech, "forgotten") + pairs_table(speech, summary["forgotten"], "forgotten", kForgotten);
   out += heading(speech, "workspace") + pairs_table(speech, summary["workspace"], "workspace", kWorkspace);
   out += heading(speech, "process") + grid_table(speech, summary["components"], "process", kProcesses);

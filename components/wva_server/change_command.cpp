@@ -21,10 +21,10 @@ using messages::WorkspaceCommand;
 using messages::WorkspaceOperation;
 
 std::string text_of(const std::string& file) {
-  constexpr std::size_t kMax = 1 << 20;  // bytes; far more than a command may hold
+  constexpr std::size_t kMaxBytes = 1 << 20;  // bytes; far more than a command may hold
   std::ifstream stream(file);
   std::istream& from = file == "-" ? std::cin : stream;
-  std::string text(kMax, '\0');
+  std::string text(kMaxBytes, '\0');
   from.read(text.data(), static_cast<std::streamsize>(text.size()));
   if (from.bad() || (file != "-" && (!stream.is_open() || std::filesystem::is_directory(file))))
     throw MissingError("command add: --file: " + file + " cannot be read");

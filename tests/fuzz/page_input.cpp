@@ -17,6 +17,7 @@
 
 namespace {
 
+using namespace phantom;
 using namespace phantom::synthetic_viewer;
 
 void need(bool holds) {

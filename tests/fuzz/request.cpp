@@ -14,7 +14,7 @@
 
 namespace {
 
-using namespace phantom::synthetic_viewer;
+using namespace phantom;
 using State = web::RequestFrame::State;
 
 void need(bool holds) {

@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "common/geometry/importer/importer.hpp"
+#include "common/geometry/importer/polygons.hpp"
 #include "common/geometry/importer/three_mf.hpp"
 #include "common/geometry/mesh/mesh_import.hpp"
 #include "common/geometry/mesh/stl_text.hpp"
@@ -129,6 +130,8 @@ bool import_stl_text(const std::filesystem::path& path, const MeshImportOptions&
 bool import_mesh(const std::filesystem::path& path, const MeshImportOptions& options, LoadedMesh& mesh,
                  std::string& problem) {
   if (extension_of(path) == "3mf") return import_3mf(path, options, mesh, problem);
+  if (extension_of(path) == "ply" || extension_of(path) == "obj")
+    return import_polygons(path, options, mesh, problem);
   if (extension_of(path) != "stl") return import_by_assimp(path, options, mesh, problem);
   if (const auto read = import_binary_stl(path, options, UINT32_MAX, mesh, problem)) return *read;
   return import_stl_text(path, options, mesh, problem);

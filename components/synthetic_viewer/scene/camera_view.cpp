@@ -46,7 +46,7 @@ void CameraView::straighten(const VideoStatus& status) {
 }
 
 /// Returns what is wrong with the video; empty: nothing.
-Words CameraView::fault(const VideoStatus& status, core::Nanoseconds now_ns) const {
+LocalizedText CameraView::fault(const VideoStatus& status, core::Nanoseconds now_ns) const {
   const bool told = !status.problem.empty();
   if (!status.newest) {
     if (!told) return {"video.none", {{"camera", camera_.name}}};
@@ -54,7 +54,7 @@ Words CameraView::fault(const VideoStatus& status, core::Nanoseconds now_ns) con
   }
   const double silent_s = core::seconds(now_ns - status.newest->arrived_ns);
   if (silent_s > staleness_.silent_s) {
-    const Words::Value seconds{"seconds", std::max(1.0, silent_s)};
+    const LocalizedText::Value seconds{"seconds", std::max(1.0, silent_s)};
     if (!told) return {"video.lost", {seconds}};
     return {"video.lost_because", {seconds, {"problem", status.problem}}};
   }

@@ -105,7 +105,7 @@ void Compositor::add_contact(Frame& frame, const Moment& moment) const {
 }
 
 /// Returns what was in a camera's way, in words; empty: nothing.
-Words Compositor::note_of(const ViewerState& state, const UnobstructedCamera& place) const {
+LocalizedText Compositor::note_of(const ViewerState& state, const UnobstructedCamera& place) const {
   if (!place.blocked_by) return {};
   return {"view_note.in_the_way",
           {{"body", scene_.body_name(state, *place.blocked_by)},

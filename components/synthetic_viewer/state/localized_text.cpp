@@ -22,7 +22,7 @@ std::string in(Language language, const LocalizedText& words) {
   const auto found = texts.find(words.key);
   if (found == texts.end()) return words.key;
   fmt::dynamic_format_arg_store<fmt::format_context> values;
-  for (const Words::Value& value : words.values) {
+  for (const LocalizedText::Value& value : words.values) {
     if (const auto* number = std::get_if<double>(&value.content)) {
       values.push_back(fmt::arg(value.name.c_str(), *number));
     } else if (const auto* text = std::get_if<std::string>(&value.content)) {
@@ -37,7 +37,7 @@ std::string in(Language language, const LocalizedText& words) {
 nlohmann::json json_of(const LocalizedText& words) {
   if (words.empty()) return {};
   nlohmann::json values = nlohmann::json::object();
-  for (const Words::Value& value : words.values) {
+  for (const LocalizedText::Value& value : words.values) {
     values[value.name] = std::visit(
         [](const auto& content) {
           if constexpr (std::is_same_v<std::decay_t<decltype(content)>, LocalizedText>)

@@ -23,7 +23,7 @@ struct LocalizedText {
 };
 
 /// What is filled into a sentence under `name`.
-struct Words::Value {
+struct LocalizedText::Value {
   std::string name;
   /// A number, rounded as the text asks for; a name or a message, as it is; another sentence.
   std::variant<double, std::string, LocalizedText> content;

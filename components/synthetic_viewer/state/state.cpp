@@ -181,7 +181,7 @@ LocalizedText gripper_words(const ViewerState& state, const Staleness& staleness
   if (const double age = age_s(gripper.received_ns, now_ns); age > staleness.gripper_s)
     return {gripper.holds ? "gripper_state.silent_holding" : "gripper_state.silent",
             {{"age_s", std::floor(age * 10) / 10}}};
-  const Words::Value width{"width_mm", std::abs(gripper.sense.width_m) * 1e3};
+  const LocalizedText::Value width{"width_mm", std::abs(gripper.sense.width_m) * 1e3};
   if (gripper.sense.fault) return {gripper.holds ? "gripper_state.fault_holding" : "gripper_state.fault", {}};
   if (!gripper.sense.known) return {"gripper_state.not_reported", {}};
   if (!gripper.sense.follows) return {"gripper_state.not_ready", {width}};

@@ -151,7 +151,7 @@ bool StopStatus::stopped_by(StopCause cause) const {
                      [cause](const State& state) { return state.stopped() && state.cause == cause; });
 }
 
-Words StopStatus::headline(const StopView& view) const {
+LocalizedText StopStatus::headline(const StopView& view) const {
   if (view.alarm && !request_) {
     const bool moves = std::any_of(view.sides.begin(), view.sides.end(), [](const SideView& side) {
       return side.level == Level::kAlarm && side.words.key == kMoves;

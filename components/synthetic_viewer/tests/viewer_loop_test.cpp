@@ -297,7 +297,7 @@ TEST_F(Loop, WithoutOpenGlTheReasonReachesTheCaller) {
 }
 
 // What the pictures say.
-class Words : public Loop {
+class LocalizedText : public Loop {
  protected:
   LocalizedText()
       : scene_(runtime::load_arm(cell_.arm()), cell_.min_m, cell_.max_m),

@@ -38,7 +38,7 @@ std::multiset<std::string> matches(const std::string& text, const std::string& p
   return found;
 }
 
-/// Everything that may name a text: the page's files and the viewer's sources that know Words.
+/// Everything that may name a text: the page's files and the viewer's sources that know LocalizedText.
 std::string users() {
   std::string all;
   for (const auto& folder : {kRoom / "web", kRoom / "web/scene", kRoom}) {
@@ -46,7 +46,7 @@ std::string users() {
       const std::string kind = entry.path().extension();
       if (kind != ".html" && kind != ".js" && kind != ".cpp") continue;
       const std::string text = content(entry.path());
-      if (kind != ".cpp" || text.find("Words") != std::string::npos) all += text;
+      if (kind != ".cpp" || text.find("LocalizedText") != std::string::npos) all += text;
     }
   }
   return all;

@@ -1,0 +1,142 @@
+#include <charconv>
+#include <cmath>
+
+#include "common/core/text.hpp"
+#include "common/geometry/importer/polygons.hpp"
+
+namespace phantom::geometry::detail {
+namespace {
+
+/// The statements of the file: a line that ends with a backslash goes on in the next one.
+class Lines {
+ public:
+  explicit Lines(std::string_view text) : rest_(text) {
+    if (rest_.starts_with("\xef\xbb\xbf")) rest_.remove_prefix(3);
+  }
+  /// Returns whether there is another statement; a view of it is valid until the next call.
+  bool next(std::string_view& statement) {
+    if (rest_.empty()) return false;
+    number_ = passed_ + 1;
+    std::string_view line = take_line();
+    if (!line.ends_with('\\')) {
+      statement = line;
+      return true;
+    }
+    joined_.clear();
+    while (line.ends_with('\\')) {
+      joined_.append(line.substr(0, line.size() - 1)).push_back(' ');
+      if (rest_.empty()) break;
+      line = take_line();
+      if (!line.ends_with('\\')) joined_.append(line);
+    }
+    statement = joined_;
+    return true;
+  }
+  [[noreturn]] void refuse(const std::string& why) const {
+    throw UnreadableMesh("line " + std::to_string(number_) + " " + why);
+  }
+  std::uint64_t number() const { return number_; }
+
+ private:
+  std::string_view take_line() {
+    ++passed_;
+    return detail::take_line(rest_);
+  }
+  std::string_view rest_;
+  std::string joined_;
+  std::uint64_t passed_ = 0, number_ = 0;
+};
+
+class ObjReader {
+ public:
+  explicit ObjReader(std::string_view text) : lines_(text) {}
+  Polygons read() {
+    std::string_view rest;
+    while (lines_.next(rest)) {
+      rest = rest.substr(0, rest.find('#'));
+      const std::string_view key = take_word(rest);
+      if (key == "v") vertex(rest);
+      if (key == "f" || key == "fo") face(rest);
+      if (key == "curv" || key == "surf") surfaces_ = true;
+      if (key == "call" || key == "csh") lines_.refuse("runs '" + std::string(key) + "', which is not done");
+    }
+    resolve();
+    if (surfaces_) polygons_.notes.push_back("its free-form curves and surfaces are left out");
+    if (thin_ > 0)
+      polygons_.notes.push_back(std::to_string(thin_) + " faces of fewer than three corners are left out");
+    return std::move(polygons_);
+  }
+
+ private:
+  struct Face {
+    std::uint64_t line = 0, vertices = 0;  ///< vertices that stood before it
+    std::size_t begin = 0, end = 0;        ///< of named_
+  };
+
+  void vertex(std::string_view rest) {
+    Eigen::Vector3d position;
+    for (double& coordinate : position) {
+      std::string_view word = take_word(rest);
+      if (word.empty()) lines_.refuse("has a vertex of fewer than three coordinates");
+      if (word.starts_with('+')) word.remove_prefix(1);
+      const auto [end, problem] = std::from_chars(word.data(), word.data() + word.size(), coordinate);
+      if ((problem != std::errc() && problem != std::errc::result_out_of_range) ||
+          end != word.data() + word.size())
+        lines_.refuse("has '" + std::string(word.substr(0, 40)) + "' as a coordinate");
+    }
+    if (!position.allFinite()) lines_.refuse("has a coordinate that is not finite");
+    polygons_.vertices.push_back(position);
+  }
+
+  void face(std::string_view rest) {
+    Face face{.line = lines_.number(), .vertices = polygons_.vertices.size(), .begin = named_.size()};
+    for (std::string_view word = take_word(rest); !word.empty(); word = take_word(rest)) {
+      const std::string_view vertex = word.substr(0, word.find('/'));
+      std::int64_t index = 0;
+      const auto [end, problem] = std::from_chars(vertex.data(), vertex.data() + vertex.size(), index);
+      if (problem != std::errc() || end != vertex.data() + vertex.size() || index == 0)
+        lines_.refuse("has a face with the corner '" + std::string(word.substr(0, 40)) +
+                      "'; allowed: vertex/texture/normal, numbered from 1 or from −1 backwards");
+      named_.push_back(index);
+    }
+    face.end = named_.size();
+    if (face.end - face.begin < 3) {
+      ++thin_;
+      named_.resize(face.begin);
+      return;
+    }
+    faces_.push_back(face);
+  }
+
+  /// A face may stand before its vertices; a negative index counts back from the face.
+  void resolve() {
+    const auto count = static_cast<std::int64_t>(polygons_.vertices.size());
+    std::vector<std::uint32_t> corners;
+    for (const Face& face : faces_) {
+      corners.clear();
+      for (std::size_t i = face.begin; i < face.end; ++i) {
+        const std::int64_t index =
+            named_[i] < 0 ? static_cast<std::int64_t>(face.vertices) + named_[i] : named_[i] - 1;
+        if (index < 0 || index >= count)
+          throw UnreadableMesh("line " + std::to_string(face.line) + " has a face that names vertex " +
+                               std::to_string(named_[i]) + "; the file has " + std::to_string(count) +
+                               " vertices");
+        corners.push_back(static_cast<std::uint32_t>(index));
+      }
+      polygons_.add_face(corners);
+    }
+  }
+
+  Lines lines_;
+  Polygons polygons_;
+  std::vector<Face> faces_;
+  std::vector<std::int64_t> named_;
+  std::uint64_t thin_ = 0;
+  bool surfaces_ = false;
+};
+
+}  // namespace
+
+Polygons read_obj(std::string_view text) { return ObjReader(text).read(); }
+
+}  // namespace phantom::geometry::detail
