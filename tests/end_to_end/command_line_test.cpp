@@ -124,8 +124,8 @@ TEST_P(Parameters, HelpTellsTheKeysOfTheFilesThatAreShared) {
   const auto text = [](const char* name) {
     return test::text_of(std::string(PHANTOM_SOURCE_DIR "/common/runtime/") + name);
   };
-  EXPECT_EQ(run(GetParam(), "--help-deployment").output, text("topology.yaml"));
-  EXPECT_EQ(run(GetParam(), "--help-cell").output, text("cell.yaml") + "\n" + text("arm.yaml"));
+  EXPECT_EQ(run(GetParam(), "--help-deployment").output, text("configuration/topology.yaml"));
+  EXPECT_EQ(run(GetParam(), "--help-cell").output, text("cell/cell.yaml") + "\n" + text("cell/arm.yaml"));
 }
 
 INSTANTIATE_TEST_SUITE_P(Every, Parameters,

@@ -26,8 +26,8 @@
 namespace phantom::end_to_end {
 namespace {
 
-using synthetic_viewer::test::client_frame;
 using synthetic_viewer::test::RawClient;
+using web::test::client_frame;
 
 constexpr double kSilent_s = 0.2;     // of the viewer, here: the host may be busy
 constexpr double kStaleness_s = 0.1;  // of master_io, in hot_cell_headset.yaml

@@ -41,13 +41,12 @@ std::multiset<std::string> matches(const std::string& text, const std::string& p
 /// Everything that may name a text: the page's files and the viewer's sources that know LocalizedText.
 std::string users() {
   std::string all;
-  for (const auto& folder : {kRoom / "web", kRoom / "web/scene", kRoom}) {
-    for (const auto& entry : std::filesystem::directory_iterator(folder)) {
-      const std::string kind = entry.path().extension();
-      if (kind != ".html" && kind != ".js" && kind != ".cpp") continue;
-      const std::string text = content(entry.path());
-      if (kind != ".cpp" || text.find("LocalizedText") != std::string::npos) all += text;
-    }
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(kRoom)) {
+    const std::string kind = entry.path().extension(), path = entry.path().string();
+    if ((kind != ".html" && kind != ".js" && kind != ".cpp") || path.find("/tests/") != std::string::npos)
+      continue;
+    const std::string text = content(entry.path());
+    if (kind != ".cpp" || text.find("LocalizedText") != std::string::npos) all += text;
   }
   return all;
 }
