@@ -11,6 +11,11 @@ using teleop::LinkState;
 
 namespace {
 
+// Drag never has to give energy: what its sum seems to give in free motion is the encoders' and filters'
+// error. A soft body gives back what it took: a deep press on it is a joule.
+constexpr double kPerceptAllowance_J = 0.02, kPerceptStore_J = 0.02;
+constexpr double kReactionAllowance_J = 0.05, kReactionStore_J = 1.0;
+
 double least(const core::JointArray& values, std::size_t count) noexcept {
   return *std::min_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(count));
 }
@@ -49,6 +54,8 @@ MasterIo::MasterIo(const Config& config, const teleop::StopLatch& latch)
                  .ramp_up_s = config.feedback.ramp_up_s,
                  .ramp_down_s = config.feedback.ramp_down_s}),
       feedback_(config.feedback),
+      percept_tank_({config.device.joint_count, kPerceptAllowance_J, kPerceptStore_J}),
+      reaction_tank_({config.device.joint_count, kReactionAllowance_J, kReactionStore_J}),
       slew_({.joint_count = config.device.joint_count,
              .mode = config.percept.mode,
              .percept_cap_Nm = config.percept.torque_cap_Nm,
@@ -64,6 +71,8 @@ MasterOutputs MasterIo::step(const MasterInputs& in, double dt_s) noexcept {
   out.percept_enabled = in.percept_wanted && out.percepts.drag;
   out.counterbalance = in.slave.counterbalance;
   feedback_.note_share(in.rendered_share);
+  percept_tank_.note_share(in.rendered_share);
+  reaction_tank_.note_share(in.rendered_share);
   const bool fresh = in.drag_age_s <= percept_staleness_s_ && in.drag_round_trip_s <= round_trip_limit_s_;
   const double limit_share = teleop::damping_share(delay_samples_, in.device_longer_s / period_s_);
   auto percept = percept_.step(in.drag.drag, fresh, coupled && out.percept_enabled, in.settings.percept_gain,
@@ -71,8 +80,13 @@ MasterOutputs MasterIo::step(const MasterInputs& in, double dt_s) noexcept {
   out.percept_gain = fresh ? percept.gain : least(in.settings.percept_gain, count_);
   out.damping_limited = percept.damping_limited;
   out.torque_limited = percept.torque_limited;
-  const auto reaction_Nm =
+  if (!coupled && percept.authority == 0.0) percept_tank_.reset();
+  percept.torque_Nm = percept_tank_.step(percept.torque_Nm, in.position, dt_s);
+  out.damping_limited = out.damping_limited || percept_tank_.active();
+  const auto asked_Nm =
       reaction_.step(in.drag.reaction, fresh && in.drag.drag.valid && coupled, in.position, dt_s);
+  if (!coupled && asked_Nm == core::JointArray{}) reaction_tank_.reset();
+  const auto reaction_Nm = reaction_tank_.step(asked_Nm, in.position, dt_s);
   render_feedback(in, reaction_Nm, limit_share, dt_s, out);
   // Stable gains are inversely proportional to the time that a torque acts unchanged.
   const double share = in.loop.share_within(teleop::kPunctual * period_s_);
@@ -85,6 +99,8 @@ MasterOutputs MasterIo::step(const MasterInputs& in, double dt_s) noexcept {
   out.feedback_Nm = felt.feedback_Nm;
   out.motor_Nm = felt.motor_Nm;
   feedback_.note_rendered(out.feedback_Nm);
+  percept_tank_.note_rendered(out.percept_Nm);
+  out.feedback_damped = out.feedback_damped || reaction_tank_.active();
   const auto some = [](double torque_Nm) { return torque_Nm != 0.0; };
   out.power = out.power || std::any_of(out.motor_Nm.begin(), out.motor_Nm.end(), some);
   return out;

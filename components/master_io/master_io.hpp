@@ -8,6 +8,7 @@
 #include "common/messages/percept.hpp"
 #include "common/messages/teleoperation.hpp"
 #include "common/teleop/coupling/servo_side.hpp"
+#include "common/teleop/guards/energy_tank.hpp"
 #include "common/teleop/rendering/feedback_rendering.hpp"
 #include "common/teleop/rendering/percept_rendering.hpp"
 #include "common/teleop/rendering/percept_set.hpp"
@@ -70,7 +71,7 @@ struct MasterOutputs : teleop::SideOutputs {
   teleop::Counterbalance counterbalance = teleop::Counterbalance::kMechanical;  ///< of the slave
   bool damping_limited = false, torque_limited = false;
   bool feedback_limited = false;  ///< 1/A of a joint is reduced to the stable value for the delay in force
-  bool feedback_damped = false;   ///< the passivity guard adds damping
+  bool feedback_damped = false;   ///< the passivity guard adds damping, or the reaction's energy is used up
   bool force_missing = false;     ///< the law needs a force sensor that the slave does not have
 };
 
@@ -78,8 +79,10 @@ struct MasterOutputs : teleop::SideOutputs {
 /// device.
 ///
 /// Torques exist only while coupled; they fade in and out, and the motors' torque changes at a bounded rate
-/// (TorqueSlew). The percept uses the velocity of the present tick. The device's drives get power once the
-/// slave is heard and reports that it is not stopped. In a stop they lose it when the torques have faded out.
+/// (TorqueSlew). Percept and reaction each give the hand no more energy than they took and a small allowance,
+/// by the device's positions alone (EnergyTank). The percept uses the velocity of the present tick. The
+/// device's drives get power once the slave is heard and reports that it is not stopped. In a stop they lose
+/// it when the torques have faded out.
 class MasterIo {
  public:
   /// `latch` holds the stop that was in force when the previous process ended, if there was one.
@@ -100,6 +103,7 @@ class MasterIo {
   teleop::PerceptRenderer percept_;
   teleop::ReactionRenderer reaction_;
   teleop::FeedbackRenderer feedback_;
+  teleop::EnergyTank percept_tank_, reaction_tank_;
   teleop::TorqueSlew slew_;
 };
 
