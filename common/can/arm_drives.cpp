@@ -88,6 +88,8 @@ core::ActuatorHealth ArmDrives::health(const char* reset) {
   }
   double missed = 0.0;
   for (const DriveReport& drive : read_.report.drives) missed += static_cast<double>(drive.missed);
+  const std::string warnings = warnings_of(read_.report, config_.axes);
+  health.message += (health.message.empty() || warnings.empty() ? "" : "; ") + warnings;
   health.figures = {{"bus_load_planned", worst_load_, ""},
                     {"sync_unanswered", missed, ""},
                     {"frames_not_sent", static_cast<double>(read_.report.not_sent), ""}};

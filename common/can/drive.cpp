@@ -95,6 +95,11 @@ void Drive::fail(DriveFault fault, core::Nanoseconds now_ns) noexcept {
   enter(DrivePhase::kFault, now_ns);
 }
 
+void Drive::fail_implausible(const ImplausibleMotion& motion, core::Nanoseconds now_ns) noexcept {
+  if (report_.phase != DrivePhase::kFault) report_.implausible = motion;
+  fail(DriveFault::kImplausible, now_ns);
+}
+
 // ---- received frames
 
 void Drive::on_frame(const CanFrame& frame, core::Nanoseconds time_ns) noexcept {
@@ -201,7 +206,16 @@ void Drive::on_heartbeat(const CanFrame& frame, core::Nanoseconds time_ns) noexc
 
 void Drive::on_emergency(const CanFrame& frame) noexcept {
   if (frame.length != 8) return;
-  report_.emergency_code = static_cast<std::uint16_t>(get_le(frame.data, 2));
+  const auto code = static_cast<std::uint16_t>(get_le(frame.data, 2));
+  // A device-specific code without the generic bit of the error register (CiA 301) is a warning: a drive
+  // that stops shows it in its statusword.
+  constexpr std::uint8_t kGenericError = 0x01;
+  if (code >> 8 == 0xFF && (frame.data[2] & kGenericError) == 0) {
+    report_.warning_code = code;
+    return;
+  }
+  if (code == 0) report_.warning_code = 0;
+  report_.emergency_code = code;
   if (report_.emergency_code != 0 && is_watched()) pending_ = DriveFault::kEmergency;
 }
 
@@ -242,7 +256,9 @@ DriveFault Drive::found_fault(core::Nanoseconds now_ns) const noexcept {
   const bool homes = report_.phase == DrivePhase::kReferencing || report_.phase == DrivePhase::kHoming ||
                      (homing_ && report_.phase == DrivePhase::kResetting);
   if (homes) return DriveFault::kNone;
-  if (report_.mode != static_cast<std::int8_t>(mode_)) return DriveFault::kModeMismatch;
+  // A drive may show its mode some time after it has power: control() waits for it.
+  const bool waits = report_.phase != DrivePhase::kEnabled && report_.mode == 0;
+  if (!shows_mode() && !waits) return DriveFault::kModeMismatch;
   return DriveFault::kNone;
 }
 
@@ -300,7 +316,12 @@ void Drive::control(DriveGoal goal, core::Nanoseconds now_ns) noexcept {
       // What closes its brake is waited for: it cannot be turned back.
       controlword_ =
           brake_ && power == PowerState::kQuickStopActive ? kCommandQuickStop : towards_enabled(power);
-      if (brake_is_open(now_ns)) return enter(DrivePhase::kEnabled, now_ns);
+      if (brake_is_open(now_ns) && shows_mode()) return enter(DrivePhase::kEnabled, now_ns);
+      if (enabled && !shows_mode()) {
+        if (phase_age_s(now_ns) > enable_timeout_s() + timing_.mode_timeout_s)
+          fail(DriveFault::kModeMismatch, now_ns);
+        return;
+      }
       if (phase_age_s(now_ns) > enable_timeout_s()) fail(DriveFault::kEnableTimeout, now_ns);
       return;
     case DrivePhase::kEnabled:

@@ -9,6 +9,7 @@
 #include "common/can/cia402.hpp"
 #include "common/can/drive_config.hpp"
 #include "common/can/drive_setup.hpp"
+#include "common/can/plausibility_monitor.hpp"
 #include "common/can/sdo_client.hpp"
 
 namespace phantom::can {
@@ -49,6 +50,7 @@ enum class DriveFault : std::uint8_t {
   kBrakeClosed,     ///< has not moved under its full torque since it got power
   kHomingError,     ///< found no home, as it says itself
   kHomingTimeout,   ///< found no home in time
+  kImplausible,     ///< its position, velocity and torque cannot belong to one motion
 };
 
 const char* name_of(DrivePhase phase) noexcept;
@@ -62,6 +64,7 @@ struct DriveReport {
   PowerState power = PowerState::kNotReady;
   std::uint16_t statusword = 0;
   std::uint16_t emergency_code = 0;  ///< the newest; 0: none, or cleared
+  std::uint16_t warning_code = 0;    ///< the newest device-specific one (0xFFxx) that is no fault; 0: none
   std::int8_t mode = 0;              ///< as the drive displays it
   std::uint16_t sdo_index = 0;       ///< the setting concerned by a setup fault
   std::uint8_t sdo_sub = 0;
@@ -75,6 +78,7 @@ struct DriveReport {
   bool unmoved = false;              ///< it has a brake and has not moved since it got power
   bool has_reference = true;         ///< false: its position means nothing, as it was not homed
   bool needs_homing = false;         ///< it says so itself
+  ImplausibleMotion implausible;     ///< of fault kImplausible
   std::uint64_t missed = 0;          ///< total number of SYNCs without an answer
   std::uint64_t surplus = 0;         ///< messages that show more than one node with this id
 };
@@ -132,6 +136,19 @@ class Drive {
   bool is_current() const noexcept {
     return missed_ + (answers_ == 0 ? 1 : 0) <= 1 && unmeasured_ <= timing_.measure_every;
   }
+  /// Returns whether the drive has answered the last SYNC.
+  bool answered_sync() const noexcept { return answers_ > 0; }
+  /// Returns whether its feedback is to be checked: it has power, or gets it, or stops.
+  bool is_powered_phase() const noexcept {
+    return follows() || report_.phase == DrivePhase::kEnabling || report_.phase == DrivePhase::kQuickStop;
+  }
+  /// Returns whether a torque has to move the joint: it has followed for a while, and its brake is open.
+  bool moves_freely(core::Nanoseconds now_ns) const noexcept {
+    constexpr double kSettling_s = 0.1;  // the torque that holds the weight comes with the power
+    return follows() && !report_.unmoved && phase_age_s(now_ns) > kSettling_s;
+  }
+  /// Puts the drive into fault, as its feedback cannot be true.
+  void fail_implausible(const ImplausibleMotion& motion, core::Nanoseconds now_ns) noexcept;
   /// Returns whether the drive follows the targets. Otherwise its actual position, zero velocity and zero
   /// torque are sent.
   bool follows() const noexcept { return report_.phase == DrivePhase::kEnabled; }
@@ -157,6 +174,11 @@ class Drive {
   void control(DriveGoal goal, core::Nanoseconds now_ns) noexcept;
   void reference(DriveGoal goal, core::Nanoseconds now_ns, Outbox& out) noexcept;
   void home(DriveGoal goal, core::Nanoseconds now_ns) noexcept;
+  /// Returns whether the displayed mode (0x6061) permits to go on. Without power a drive may show none.
+  bool may_show_mode() const noexcept {
+    return shows_mode() || (report_.mode == 0 && report_.power != PowerState::kOperationEnabled);
+  }
+  bool shows_mode() const noexcept { return report_.mode == static_cast<std::int8_t>(mode_); }
   bool has_mode(std::int8_t mode, core::Nanoseconds now_ns, Outbox& out) noexcept;
   DrivePhase connected_phase() const noexcept {
     return homing_ ? DrivePhase::kReferencing : DrivePhase::kReady;
@@ -190,6 +212,7 @@ class Drive {
   core::Nanoseconds wanted_ns_ = 0;     // since when
   bool homed_ = false, homes_ = false;  // it says that it knows its home; its search has begun
   std::size_t setup_next_ = 0;
+  std::uint32_t kept_bits_ = 0;  // of the last SetupStep::Kind::kKeep
   int attempts_ = 0;
   std::uint16_t controlword_;  // initially that of setup_steps(): a drive that still holds from an earlier
                                // process goes on holding

@@ -83,6 +83,7 @@ Status check_timing(const DriveTiming& t) {
                {"sdo_timeout_s", t.sdo_timeout_s, 0.005, 10},
                {"boot_timeout_s", t.boot_timeout_s, 0.05, 60},
                {"state_timeout_s", t.state_timeout_s, 0.01, 60},
+               {"mode_timeout_s", t.mode_timeout_s, 0.01, 60},
                {"measure_every", static_cast<double>(t.measure_every), 1, 240},
                {"most_missed", static_cast<double>(t.most_missed), 1, 1000}};
   for (const auto& time : times) {
@@ -151,6 +152,8 @@ Status check(const DriveGroupConfig& config) {
     return out_of_range("master_node", config.master_node, "1 to 127");
   if (!(config.load_budget > 0.0 && config.load_budget <= 1.0))
     return out_of_range("load_budget", config.load_budget, "greater than 0, at most 1");
+  if (!(config.overspeed_ratio >= 1.05 && config.overspeed_ratio <= 100.0))
+    return out_of_range("overspeed_ratio", config.overspeed_ratio, "1.05 to 100");
   if (Status timing = check_timing(config.timing); !timing) return timing;
   std::set<std::pair<std::size_t, int>> taken;
   for (const AxisConfig& axis : config.axes) {

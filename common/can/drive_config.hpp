@@ -67,6 +67,7 @@ struct DriveTiming {
   double sdo_timeout_s = 0.1;         ///< for one answer
   double boot_timeout_s = 2.0;        ///< from the reset to the boot-up message
   double state_timeout_s = 1.0;       ///< for a commanded change of state
+  double mode_timeout_s = 5.0;  ///< until the commanded mode is displayed, from its start or its power on
 };
 
 struct DriveGroupConfig {
@@ -76,6 +77,8 @@ struct DriveGroupConfig {
   /// Sends SYNC and the master's heartbeat. If not, another group on the same buses does: each cycle, this
   /// group is listened to before that one's step, and stepped after it.
   bool sends_sync = true;
+  /// Greatest speed of an axis by its position ÷ its max_speed: beyond it the drive is put into fault; > 1.
+  double overspeed_ratio = 2.0;
   int master_node = 127;                  ///< node id of the master, whose heartbeat the drives monitor
   std::vector<double> bit_rates = {1e6};  ///< per bus
   double load_budget = 0.85;              ///< greatest planned worst-case load of a bus, as a share

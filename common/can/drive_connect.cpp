@@ -25,7 +25,7 @@ void Drive::begin_setup_step(core::Nanoseconds now_ns) noexcept {
   const SetupStep& step = setup_[setup_next_];
   if (step.kind != SetupStep::Kind::kWrite) return sdo_.start_read(step.index, step.sub, now_ns);
   std::array<std::uint8_t, 4> bytes{};
-  put_le(bytes, step.value, step.size);
+  put_le(bytes, step.value | (step.keep ? kept_bits_ : 0U), step.size);
   sdo_.start_write(step.index, step.sub, std::span(bytes).first(step.size), now_ns);
 }
 
@@ -38,15 +38,18 @@ void Drive::finish_setup_step(core::Nanoseconds now_ns) noexcept {
     if (++attempts_ >= kAttempts) return fail(DriveFault::kSetupTimeout, now_ns);
     return begin_setup_step(now_ns);
   }
-  if (sdo_.state() == SdoClient::State::kAborted && !step.optional)
-    return fail(DriveFault::kSetupRefused, now_ns);
+  const bool aborted = sdo_.state() == SdoClient::State::kAborted;
+  const bool keeps = step.kind == SetupStep::Kind::kKeep;
+  if (aborted && !step.optional && !keeps) return fail(DriveFault::kSetupRefused, now_ns);
   if (step.kind != SetupStep::Kind::kWrite) {
-    const std::uint32_t read = sdo_.data().size() <= 4 ? get_le(sdo_.data(), sdo_.data().size()) : 0;
+    const bool fits_word = !aborted && sdo_.data().size() <= 4;
+    const std::uint32_t read = fits_word ? get_le(sdo_.data(), sdo_.data().size()) : 0;
+    if (keeps) kept_bits_ = read & step.mask;
     const std::uint32_t off = read > step.value ? read - step.value : step.value - read;
     const bool fits = step.kind == SetupStep::Kind::kExpect ? (read & step.mask) == step.value
                                                             : off <= step.value / 100 + 1;
     report_.sdo_value = read;
-    if (!fits) return fail(DriveFault::kSetupRefused, now_ns);
+    if (!fits && !keeps) return fail(DriveFault::kSetupRefused, now_ns);
   }
   attempts_ = 0;
   if (++setup_next_ == setup_.size()) return enter(DrivePhase::kStarting, now_ns);
@@ -77,12 +80,12 @@ bool Drive::send_request(core::Nanoseconds now_ns, Outbox& out) noexcept {
 
 void Drive::start(core::Nanoseconds now_ns, Outbox& out) noexcept {
   const bool connected = heartbeat_ns_ >= 0 && nmt_ == NmtState::kOperational;
-  const bool mode_agrees = report_.mode == static_cast<std::int8_t>(mode_);
-  if (connected && report_.has_position && measured_ && mode_agrees) {
+  const bool all_heard = connected && report_.has_position && measured_;
+  if (all_heard && may_show_mode()) {
     missed_ = 0;
     return enter(connected_phase(), now_ns);
   }
-  if (phase_age_s(now_ns) > timing_.state_timeout_s) {
+  if (phase_age_s(now_ns) > (all_heard ? timing_.mode_timeout_s : timing_.state_timeout_s)) {
     if (!connected) return fail(DriveFault::kNotOperational, now_ns);
     if (!report_.has_position) return fail(DriveFault::kFeedbackMissing, now_ns);
     return fail(measured_ ? DriveFault::kModeMismatch : DriveFault::kMeasurementMissing, now_ns);

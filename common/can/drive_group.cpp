@@ -19,6 +19,17 @@ bool is_ready(DrivePhase phase) noexcept {
 
 bool is_off(BusState state) noexcept { return state == BusState::kBusOff || state == BusState::kDown; }
 
+PlausibilityParameters plausibility_of(const AxisConfig& axis, const DriveGroupConfig& config) {
+  constexpr double kTurn_rad = 6.283185307179586;
+  return {.max_speed = axis.max_speed,
+          .max_torque = axis.max_torque,
+          .count = 1.0 / std::abs(axis.units.counts_per_unit()),
+          .period_s = config.timing.period_s,
+          .measure_every = config.timing.measure_every,
+          .overspeed_ratio = config.overspeed_ratio,
+          .sliding = axis.units.travel_per_turn != kTurn_rad};
+}
+
 }  // namespace
 
 const char* name_of(DriveGroupState state) noexcept {
@@ -33,9 +44,11 @@ DriveGroup::DriveGroup(const DriveGroupConfig& config, std::vector<std::unique_p
     buses_[b].axis_of_node.fill(-1);
   }
   drives_.reserve(config_.axes.size());
+  monitors_.reserve(config_.axes.size());
   for (std::size_t a = 0; a < config_.axes.size(); ++a) {
     const AxisConfig& axis = config_.axes[a];
     drives_.emplace_back(axis, config_);
+    monitors_.emplace_back(plausibility_of(axis, config_));
     buses_[axis.bus].axis_of_node[static_cast<std::size_t>(axis.node)] = static_cast<std::int8_t>(a);
   }
 }
@@ -84,6 +97,20 @@ void DriveGroup::choose_homing(const DriveCommand& command) noexcept {
   if (homing_) homing_axis_ = static_cast<std::size_t>(next - drives_.begin());
 }
 
+void DriveGroup::check_feedback(std::size_t a, core::Nanoseconds now_ns) noexcept {
+  Drive& drive = drives_[a];
+  if (!drive.is_powered_phase()) return monitors_[a].reset();
+  if (!drive.answered_sync()) return;
+  const DriveReport& r = drive.report();
+  const AxisUnits& units = config_.axes[a].units;
+  const ImplausibleMotion motion = monitors_[a].step({.at_ns = buses_[config_.axes[a].bus].sync_ns,
+                                                      .position = units.position(r.position_counts),
+                                                      .velocity = units.velocity(r.velocity_counts),
+                                                      .torque = units.torque(r.torque_mille),
+                                                      .moves_freely = drive.moves_freely(now_ns)});
+  if (motion.reason != Implausibility::kNone) drive.fail_implausible(motion, now_ns);
+}
+
 DriveGoal DriveGroup::goal_of(const DriveCommand& command, std::size_t axis) const noexcept {
   const Drive& drive = drives_[axis];
   if (fault_latched_)
@@ -115,6 +142,7 @@ const DriveGroupReport& DriveGroup::step(const DriveCommand& command, core::Nano
   choose_homing(command);
   for (std::size_t a = 0; a < drives_.size(); ++a) {
     Bus& bus = buses_[config_.axes[a].bus];
+    check_feedback(a, now_ns);
     drives_[a].step(goal_of(command, a), reset, bus.port->state(), now_ns, bus.others);
     fault_latched_ = fault_latched_ || drives_[a].report().phase == DrivePhase::kFault;
   }
@@ -178,6 +206,7 @@ void DriveGroup::send_sync(Bus& bus, std::size_t index) noexcept {
 }
 
 void DriveGroup::send(Bus& bus, std::size_t index, bool hasten, core::Nanoseconds now_ns) noexcept {
+  bus.sync_ns = now_ns;
   if (!hasten) send_sync(bus, index);
   for (const CanFrame& frame : bus.targets.frames()) put(bus, frame);
   if (hasten) send_sync(bus, index);
@@ -242,6 +271,16 @@ std::string describe(const DriveGroupReport& report, const std::vector<AxisConfi
     if (report.drives[a].needs_homing) core::add_to_list(unhomed, axes[a].name);
   if (!unhomed.empty()) return "to be homed, as their encoders are not absolute: " + unhomed;
   return report.state == DriveGroupState::kFault ? "drives wait for a reset" : "";
+}
+
+std::string warnings_of(const DriveGroupReport& report, const std::vector<AxisConfig>& axes) {
+  std::string warnings;
+  for (std::size_t a = 0; a < axes.size(); ++a) {
+    if (report.drives[a].warning_code != 0)
+      core::add_to_list(warnings, core::formatted("%s warns (0x%04X)", axes[a].name.c_str(),
+                                                  report.drives[a].warning_code));
+  }
+  return warnings;
 }
 
 }  // namespace phantom::can

@@ -53,6 +53,10 @@ struct DriveGroupReport {
 /// real-time safe.
 std::string describe(const DriveGroupReport& report, const std::vector<AxisConfig>& axes);
 
+/// Returns the device-specific warnings of the drives of `axes`, by name and code; empty if there is none.
+/// Not real-time safe.
+std::string warnings_of(const DriveGroupReport& report, const std::vector<AxisConfig>& axes);
+
 /// Runs all drives of an arm, on one or several CAN buses, with one step per period. Used by slave_io and
 /// master_io.
 ///
@@ -61,7 +65,8 @@ std::string describe(const DriveGroupReport& report, const std::vector<AxisConfi
 /// sent first, as nobody knows when that would be. For any command: torques stay
 /// within max_torque. Position targets start at the actual position, move at most at max_speed and stay in
 /// the joint's range. A value that is not finite leaves position targets unchanged and gives no velocity or
-/// torque. After a fault of any drive no drive follows until `reset`.
+/// torque. After a fault of any drive no drive follows until `reset`. Feedback that cannot be true
+/// (PlausibilityMonitor) puts its drive into fault.
 class DriveGroup {
  public:
   /// The configuration must have passed check(). `buses`: one open bus per bit rate in it.
@@ -87,9 +92,11 @@ class DriveGroup {
     std::array<std::int8_t, 128> axis_of_node{};
     Outbox targets, others;
     core::Nanoseconds heartbeat_ns = -1;
+    core::Nanoseconds sync_ns = 0;  // when the last SYNC was sent
   };
   void take_frames(Bus& bus) noexcept;
   bool take_reset(bool requested) noexcept;
+  void check_feedback(std::size_t axis, core::Nanoseconds now_ns) noexcept;
   DriveGoal goal_of(const DriveCommand& command, std::size_t axis) const noexcept;
   void choose_homing(const DriveCommand& command) noexcept;
   DriveTargets targets_of(const DriveCommand& command, std::size_t axis) noexcept;
@@ -104,6 +111,7 @@ class DriveGroup {
   DriveGroupConfig config_;
   std::vector<Bus> buses_;
   std::vector<Drive> drives_;
+  std::vector<PlausibilityMonitor> monitors_;  // of each drive
   core::JointArray reference_{};
   DriveGroupReport report_;
   bool fault_latched_ = false, reset_before_ = false, reset_pending_ = false;

@@ -12,14 +12,17 @@ bool Drive::has_mode(std::int8_t mode, core::Nanoseconds now_ns, Outbox& out) no
     asked_ns_ = -1;
   }
   // Whatever it shows: it is asked once at least.
-  if (asked_ns_ >= 0 && report_.mode == mode && sdo_.state() == SdoClient::State::kDone) return true;
+  const bool own = mode == static_cast<std::int8_t>(mode_);
+  if (asked_ns_ >= 0 && (own ? may_show_mode() : report_.mode == mode) &&
+      sdo_.state() == SdoClient::State::kDone)
+    return true;
   if (asked_ns_ < 0 || core::seconds(now_ns - asked_ns_) > timing_.sdo_timeout_s) {
     const std::array bytes{static_cast<std::uint8_t>(mode)};
     sdo_.start_write(0x6060, 0, bytes, now_ns);
     asked_ns_ = now_ns;
   }
   if (const auto frame = sdo_.poll(now_ns)) out.add(*frame);
-  if (core::seconds(now_ns - wanted_ns_) > timing_.state_timeout_s) fail(DriveFault::kModeMismatch, now_ns);
+  if (core::seconds(now_ns - wanted_ns_) > timing_.mode_timeout_s) fail(DriveFault::kModeMismatch, now_ns);
   return false;
 }
 

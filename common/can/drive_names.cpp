@@ -38,7 +38,33 @@ constexpr FaultText kFaults[] = {  // in the order of DriveFault
     {"left enabled", "switched its power off by itself"},
     {"brake closed", "has not moved under its full torque since it got power: its brake may be closed"},
     {"homing error", "found no home: it reports a homing error"},
-    {"homing timeout", "found no home in time"}};
+    {"homing timeout", "found no home in time"},
+    {"implausible feedback", ""}};
+
+std::string implausible_sentence(const ImplausibleMotion& m) {
+  const char* unit = m.sliding ? "m" : "rad";
+  switch (m.reason) {
+    case Implausibility::kJump:
+      return core::formatted(
+          "reports a position that jumped by %.4g %s; between two answers at most %.4g is possible", m.seen,
+          unit, m.allowed);
+    case Implausibility::kOverspeed:
+      return core::formatted("moves at %.4g %s/s by its position; allowed: at most %.4g", m.seen, unit,
+                             m.allowed);
+    case Implausibility::kVelocity:
+      return core::formatted(
+          "reports a velocity that does not fit its position: they differ by %.4g %s of way; allowed: at most %.4g",
+          m.seen, unit, m.allowed);
+    case Implausibility::kStuck:
+      return core::formatted(
+          "reports a position that stands still while its torque changed by %.3g of the greatest one; allowed: at "
+          "most %.3g. Its encoder may be stuck",
+          m.seen, m.allowed);
+    case Implausibility::kNone:
+      break;
+  }
+  return "reports a motion that cannot be true";
+}
 
 std::string setup_sentence(const DriveReport& r) {
   if (r.fault == DriveFault::kSetupTimeout)
@@ -60,6 +86,8 @@ std::string fault_sentence(const DriveReport& r) {
       return setup_sentence(r);
     case DriveFault::kModeMismatch:
       return "reports mode of operation " + std::to_string(r.mode) + ", which was not commanded";
+    case DriveFault::kImplausible:
+      return implausible_sentence(r.implausible);
     case DriveFault::kEmergency:
     case DriveFault::kDriveFault:
       return core::formatted(

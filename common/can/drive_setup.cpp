@@ -18,22 +18,39 @@ void add_write(Steps& steps, std::uint16_t index, std::uint8_t sub, std::uint8_t
 }
 
 constexpr std::uint32_t kPdoOff = 0x80000000;
+constexpr std::uint32_t kNoRemoteRequest = 0x40000000;  // no remote frame may ask for a TPDO (CiA 301)
+
+bool is_sent_by_drive(std::uint16_t communication) { return communication >= 0x1800; }
+
+// Many drives answer no remote request and refuse a TPDO's COB-ID without bit 30: it stays as the drive has
+// it.
+void read_remote_bit(Steps& steps, std::uint16_t communication) {
+  if (!is_sent_by_drive(communication)) return;
+  steps.push_back({.kind = Kind::kKeep, .index = communication, .sub = 1, .mask = kNoRemoteRequest});
+}
+
+void write_cob(Steps& steps, std::uint16_t communication, std::uint32_t value) {
+  add_write(steps, communication, 1, 4, value);
+  steps.back().keep = is_sent_by_drive(communication);
+}
 
 // The order is that of CiA 301: off, no mapping, the mapping, its count, the transmission type, on.
 void map_pdo(Steps& steps, std::uint16_t communication, std::uint32_t cob, std::uint32_t every_syncs,
              std::initializer_list<std::uint32_t> objects) {
   const auto mapping = static_cast<std::uint16_t>(communication + 0x200);
-  add_write(steps, communication, 1, 4, cob | kPdoOff);
+  read_remote_bit(steps, communication);
+  write_cob(steps, communication, cob | kPdoOff);
   add_write(steps, mapping, 0, 1, 0);
   std::uint8_t count = 0;
   for (const std::uint32_t object : objects) add_write(steps, mapping, ++count, 4, object);
   add_write(steps, mapping, 0, 1, count);
   add_write(steps, communication, 2, 1, every_syncs);
-  add_write(steps, communication, 1, 4, cob);
+  write_cob(steps, communication, cob);
 }
 
 void switch_pdo_off(Steps& steps, std::uint16_t communication, std::uint32_t cob) {
-  add_write(steps, communication, 1, 4, cob | kPdoOff);
+  read_remote_bit(steps, communication);
+  write_cob(steps, communication, cob | kPdoOff);
   steps.back().optional = true;
 }
 

@@ -12,6 +12,7 @@ struct SetupStep {
   enum class Kind : std::uint8_t {
     kExpect,  ///< read; (value read & mask) must equal value
     kNear,    ///< read; the value read must be within 1 % of value
+    kKeep,    ///< read; (value read & mask) is kept for the writes that have keep set; never refused
     kWrite,
   };
   Kind kind = Kind::kWrite;
@@ -21,6 +22,7 @@ struct SetupStep {
   std::uint32_t value = 0;
   std::uint32_t mask = 0xFFFFFFFF;
   bool optional = false;  ///< the drive may lack this object
+  bool keep = false;      ///< a write: the bits of the last kKeep are set in the value
 };
 
 /// Returns the SDO accesses that configure a drive in pre-operational state, in order. They check profile,

@@ -51,7 +51,7 @@ struct EndpointStatistics {
 struct ActuatorHealth {
   bool fault = false;   ///< stays true until a reset
   bool follows = true;  ///< whether the actuators follow their commands
-  std::string message;  ///< why they do not, in words for the operator; empty if they do
+  std::string message;  ///< why they do not, or what they warn of, for the operator; empty: nothing to say
   std::vector<HealthFigure> figures;
 };
 

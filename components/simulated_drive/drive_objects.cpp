@@ -6,13 +6,17 @@
 namespace phantom::simulated_drive {
 namespace {
 
-constexpr std::int64_t kOff = 0x80000000;
+constexpr std::int64_t kOff = 0x80000000, kNoRemoteRequest = 0x40000000;
 
 }  // namespace
 
 // Creates the communication objects, as after NMT reset communication: the profile's objects keep their
 // values.
-void SimulatedDrive::build_communication_objects() { od_.add_from_sheet(0x1000, 0x1FFF, options_.node); }
+void SimulatedDrive::build_communication_objects() {
+  od_.add_from_sheet(0x1000, 0x1FFF, options_.node);
+  if (!misbehaviour.keeps_remote_bit) return;
+  for (std::uint16_t i = 0x1800; i < 0x1804; ++i) od_.set(i, 1, od_.value(i, 1) | kNoRemoteRequest);
+}
 
 void SimulatedDrive::build_profile_objects() {
   od_.add_from_sheet(0x2000, 0xFFFF, options_.node);
@@ -69,6 +73,9 @@ AbortCode SimulatedDrive::write_object(std::uint16_t index, std::uint8_t sub,
                                        const std::vector<std::uint8_t>& bytes) {
   if (misbehaviour.refuse_sdo && index >= 0x1000 && index < 0x6040) return kAbortState;
   if (misbehaviour.lacks_object == index) return kAbortNoObject;
+  const bool is_tpdo_cob = index >= 0x1800 && index < 0x1804 && sub == 1 && bytes.size() == 4;
+  if (misbehaviour.keeps_remote_bit && is_tpdo_cob && (bytes[3] & 0x40) == 0) return kAbortRange;
+  if (index == 0x6060) mode_written_ns_ = now_ns_;
   const bool is_mapping = (index >= 0x1600 && index < 0x1604) || (index >= 0x1A00 && index < 0x1A04);
   if (is_mapping && od_.find(index, sub) != nullptr && bytes.size() == od_.find(index, sub)->bytes.size()) {
     std::uint32_t value = 0;

@@ -57,11 +57,11 @@ void SimulatedDrive::power_cycle() {
   boot();
 }
 
-void SimulatedDrive::warn(std::uint16_t code) {
+void SimulatedDrive::warn(std::uint16_t code, std::uint8_t error_register) {
   std::vector<std::uint8_t> bytes(8);
   bytes[0] = static_cast<std::uint8_t>(code);
   bytes[1] = static_cast<std::uint8_t>(code >> 8);
-  bytes[2] = code != 0 ? 1 : 0;
+  bytes[2] = code != 0 ? error_register : 0;
   if (nmt_ != Nmt::kStopped) send(0x80U + static_cast<std::uint32_t>(options_.node), bytes);
 }
 
@@ -172,13 +172,12 @@ void SimulatedDrive::on_sync() {
   }
   begin_interpolation();
   od_.set(0x6041, 0, statusword());
-  od_.set(0x6064, 0, counts());
-  od_.set(0x606C, 0, std::llround(motor().counts_per_s()));
+  report_motion();
   // Drives filter their current: the loops' ripple within a cycle, which keeps step with the SYNC, is not in
   // it.
   if (torque_sum_s_ > 0.0) od_.set(0x6077, 0, std::llround(torque_sum_mille_s_ / torque_sum_s_));
   torque_sum_mille_s_ = torque_sum_s_ = 0.0;
-  od_.set(0x6061, 0, misbehaviour.shown_mode != 0 ? misbehaviour.shown_mode : od_.value(0x6060));
+  od_.set(0x6061, 0, displayed_mode());
   od_.set(0x60FD, 0, (switch_held_ ? options_.enabling_inputs : 0U) | misbehaviour.stuck_inputs);
   for (std::uint16_t i = 0; i < 4; ++i) {
     const Pdo tpdo = pdo(static_cast<std::uint16_t>(0x1800 + i));
@@ -189,6 +188,33 @@ void SimulatedDrive::on_sync() {
                        (i == 2 && misbehaviour.mute_inputs);
     if (!muted) send_tpdo(static_cast<std::uint16_t>(0x1800 + i));
   }
+}
+
+// What the encoder says, lies included; the drive's own loops have the truth.
+void SimulatedDrive::report_motion() {
+  const bool lies = misbehaviour.stuck_encoder || misbehaviour.mirrored_encoder;
+  if (!lies) lie_began_counts_.reset();
+  if (lies && !lie_began_counts_) lie_began_counts_ = counts();
+  const std::int64_t began = lie_began_counts_.value_or(0);
+  std::int64_t position = counts();
+  double velocity = motor().counts_per_s();
+  if (misbehaviour.stuck_encoder) {
+    position = began;
+    velocity = 0.0;
+  }
+  if (misbehaviour.mirrored_encoder) {
+    position = 2 * began - position;
+    velocity = -velocity;
+  }
+  if (misbehaviour.negated_velocity) velocity = -velocity;
+  if (misbehaviour.garbage_speed_rad_s > 0.0) {
+    garbage_ = garbage_ * 1664525U + 1013904223U;
+    const double share = static_cast<double>(garbage_) / 2147483648.0 - 1.0;
+    velocity = share * misbehaviour.garbage_speed_rad_s * motor().parameters().counts_per_rad();
+  }
+  od_.set(0x6064, 0,
+          static_cast<std::int32_t>(static_cast<std::uint32_t>(position + misbehaviour.count_jump)));
+  od_.set(0x606C, 0, std::llround(velocity));
 }
 
 void SimulatedDrive::send_tpdo(std::uint16_t communication) {
@@ -204,6 +230,13 @@ void SimulatedDrive::send_tpdo(std::uint16_t communication) {
 }
 
 // ---- the power state machine (CiA 402)
+
+std::int64_t SimulatedDrive::displayed_mode() const {
+  if (misbehaviour.shown_mode != 0) return misbehaviour.shown_mode;
+  if (misbehaviour.hides_mode_unpowered && state_ != Power::kEnabled) return 0;
+  if (core::seconds(now_ns_ - mode_written_ns_) < misbehaviour.mode_late_s) return -1;
+  return od_.value(0x6060);
+}
 
 std::uint16_t SimulatedDrive::statusword() const {
   constexpr std::uint16_t kRemoteAndVoltage = 0x0210, kFollows = 0x1000, kTargetReached = 0x0400;

@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -46,6 +47,14 @@ struct Misbehaviour {
   bool ignore_max_speed = false;           ///< as a drive that has no object 0x6080
   bool mute_inputs = false;                ///< the third of its transmit PDOs: digital inputs
   std::uint32_t stuck_inputs = 0;          ///< digital inputs that stay closed
+  bool stuck_encoder = false;              ///< position and velocity stay as when it began
+  bool mirrored_encoder = false;           ///< it counts the other way from where it stood when it began
+  std::int64_t count_jump = 0;             ///< added to its position, modulo 2^32
+  double garbage_speed_rad_s = 0.0;        ///< amplitude of random velocity that it reports; 0: the true one
+  bool negated_velocity = false;           ///< of what it reports; its position is right
+  bool keeps_remote_bit = false;           ///< refuses a TPDO's COB-ID without bit 30, as many real drives do
+  bool hides_mode_unpowered = false;       ///< displays mode 0 unless operation is enabled
+  double mode_late_s = 0.0;                ///< for so long after 0x6060 was written, mode −1 is displayed
 };
 
 /// Simulates a CiA 402 servo drive as seen from the bus: CiA 301 services, the power state machine, cyclic
@@ -63,7 +72,7 @@ class SimulatedDrive {
   /// Puts the drive into fault, with an emergency code of CiA 402.
   void trip(std::uint16_t emergency_code);
   /// Sends an emergency message without going into fault.
-  void warn(std::uint16_t emergency_code);
+  void warn(std::uint16_t emergency_code, std::uint8_t error_register = 1);
   /// Interrupts the logic supply: the drive boots and has lost everything but the motor's position.
   void power_cycle();
   /// Holds the enabling switch on its terminals, or lets it go.
@@ -105,6 +114,7 @@ class SimulatedDrive {
   void take_nmt(std::uint8_t command);
   void take_rpdo(const Pdo& rpdo, const can::CanFrame& frame);
   void on_sync();
+  void report_motion();
   void send_tpdo(std::uint16_t communication);
   void send(std::uint32_t cob, const std::vector<std::uint8_t>& bytes);
   void leave_operational();
@@ -119,6 +129,7 @@ class SimulatedDrive {
   MotionDemand demand(double dt_s);
   void run_quick_stop(double dt_s);
   std::uint16_t statusword() const;
+  std::int64_t displayed_mode() const;
   void begin_interpolation();
   double within_limits(double counts);
   double velocity_within_limits();
@@ -140,6 +151,9 @@ class SimulatedDrive {
   std::array<std::vector<std::uint8_t>, 4> latched_;  // RPDOs waiting for the next SYNC
   std::array<int, 4> syncs_{};                        // SYNCs since each TPDO was sent
   std::array<core::Nanoseconds, 4> rpdo_ns_{};        // when each RPDO came last; 0: its timer does not run
+  core::Nanoseconds mode_written_ns_ = 0;
+  std::optional<std::int64_t> lie_began_counts_;  // where a stuck or mirrored encoder stood when that began
+  std::uint32_t garbage_ = 1;                     // state of a random number generator
   double demand_counts_ = 0.0,
          demand_speed_ = 0.0;  // interpolated position; velocity that is ramped down
   double torque_mille_ = 0.0;

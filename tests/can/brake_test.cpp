@@ -203,7 +203,10 @@ TEST(Brake, OneThatDoesNotOpenIsNamedByTheTorqueThatMovesNothing) {
 TEST(Brake, AJointThatIsHeldFastByWhatItTouchesIsNoFault) {
   for (const bool has_brake : {true, false}) {
     auto options = braked(0.0);
-    options.motor.joint.upper = has_brake ? 0.5 : kStart_rad;
+    // Also what is stiff yields by some counts: 0.5 mrad under the greatest torque.
+    options.motor.wall = {.at_rad = kStart_rad + (has_brake ? 0.1 : 1e-4),
+                          .stiffness_Nm_per_rad = 1e4,
+                          .damping_Nms_per_rad = 50.0};
     auto config = with_brake(DriveMode::kTorque);
     if (!has_brake) config.axes[0].brake.reset();
     Rig rig(config, options);

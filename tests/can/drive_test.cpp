@@ -271,7 +271,7 @@ TEST(Drives, MeasurementsMayComeSeldomer) {
   ASSERT_TRUE(rig.bring_up());
   rig.command.position[0] = 2.0;
   rig.run(0.5);
-  EXPECT_NEAR(rig.group->report().velocity[0], 1.0, 0.1);
+  EXPECT_NEAR(rig.group->report().velocity[0], 1.0, 0.1) << rig.group->sentence();
 }
 
 // Two drives, of which the second one sends its digital inputs: an enabling switch on its terminals.

@@ -106,6 +106,7 @@ void read_timing(const Fields& section, can::DriveTiming& t) {
   section.number("sdo_timeout_s", t.sdo_timeout_s);
   section.number("boot_timeout_s", t.boot_timeout_s);
   section.number("state_timeout_s", t.state_timeout_s);
+  section.number("mode_timeout_s", t.mode_timeout_s);
 }
 
 }  // namespace
@@ -162,6 +163,7 @@ DrivesConfig read_drives(const Fields& section, const robot::SerialArm& arm,
                  {{"hold", can::FaultReaction::kHold}, {"coast", can::FaultReaction::kCoast}});
   section.number("master_node", group.master_node);
   section.number("load_budget", group.load_budget);
+  section.number("overspeed_ratio", group.overspeed_ratio);
   read_timing(section, group.timing);
   const Fields drives = section.section("drives");
   for (std::size_t j = 0; j < arm.joint_count(); ++j) {

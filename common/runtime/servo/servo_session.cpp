@@ -53,7 +53,10 @@ core::Health with_actuator(core::Health health, const core::ActuatorHealth& actu
     health.message = held_up_sentence(now.loop);
     return health;
   }
-  if (!actuator.fault && actuator.follows) return health;
+  if (!actuator.fault && actuator.follows) {
+    health.message += (health.message.empty() || actuator.message.empty() ? "" : "; ") + actuator.message;
+    return health;
+  }
   health.state = actuator.fault ? core::ComponentState::kFault : core::ComponentState::kStarting;
   health.message = actuator.message;
   return health;

@@ -121,6 +121,28 @@ TEST(CanDevice, AFaultTakesTheTorquesUntilAReset) {
   EXPECT_TRUE(bench.reaches(LinkState::kCoupled)) << bench.device->health().message;
 }
 
+// Tries master_io: a drive of a master on CAN with feedback that cannot be true
+// Its drag would push the hand on. CiA 402 has separate polarity bits, so that a setting does it.
+TEST(CanDevice, SR14_ADriveWithANegatedVelocityFeedsTheHandUntilItIsFoundOnly) {
+  Bench bench;
+  ASSERT_TRUE(bench.reaches(LinkState::kCoupled)) << bench.device->health().message;
+  bench.drives[3]->misbehaviour.negated_velocity = true;
+  const double start_rad = bench.drives[3]->motor().joint_rad();
+  double given_J = 0.0, before_rad = start_rad;
+  int ticks = 0;
+  for (; ticks < 5000 && bench.last.outputs.state == LinkState::kCoupled; ++ticks) {
+    bench.tick();
+    const double now_rad = bench.drives[3]->motor().joint_rad();
+    given_J += bench.drives[3]->torque_mille() * 1e-3 * 2.0 * 5.0 * (now_rad - before_rad);
+    before_rad = now_rad;
+  }
+  EXPECT_EQ(bench.last.outputs.state, LinkState::kStopped);
+  EXPECT_THAT(bench.device->health().message,
+              HasSubstr("j4_elbow reports a velocity that does not fit its position"));
+  EXPECT_LT(std::abs(before_rad - start_rad), 0.05);
+  EXPECT_LT(given_J, 0.02);
+}
+
 // Tries master_io: the servo's loop is held up
 TEST(CanDevice, SR18_AfterAGapTheTorqueOnTheHandIsHeldDownAndAStarvedLoopLetsTheHandGo) {
   Bench bench;
