@@ -193,6 +193,8 @@ TEST_F(StopFileTest, SR03_AFileThatIsCutWhileItIsWrittenEndsNoProcess) {
   EXPECT_TRUE(file.trouble().empty());
 }
 
+// Tries slave_io: the file of the stop is empty
+// Tries master_io: the file of the stop is empty
 TEST_F(StopFileTest, SR03_AFileOfAnySizeButItsOwnIsAStop) {
   for (const std::string& content :
        {std::string(), std::string("PHSTOP1"), std::string("PHSTOP1\0", 8), std::string(32, '\0'),
