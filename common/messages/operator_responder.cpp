@@ -6,6 +6,8 @@
 #include <mutex>
 #include <vector>
 
+#include "common/core/clock.hpp"
+#include "common/core/log_rate.hpp"
 #include "common/dds/endpoints/topics.hpp"
 #include "common/messages/codecs/teleoperation_codec.hpp"
 #include "common/messages/command_service.hpp"
@@ -55,7 +57,7 @@ struct OperatorResponder::Impl {
   void carry_out(const OperatorCommand& command) {
     if (command.kind == CommandKind::kEmergencyStop) {
       wait_for({command, stops.stop()});
-      return spdlog::warn("emergency stop by {}", command.issuer);
+      return log_request(stop_rate, spdlog::level::warn, "emergency stop", command);
     }
     if (command.kind == CommandKind::kReset) return reset(command);
     const core::Status status = settings(command);
@@ -71,7 +73,16 @@ struct OperatorResponder::Impl {
     } else {
       wait_for({command, number});
     }
-    spdlog::info("reset by {}", command.issuer);
+    log_request(reset_rate, spdlog::level::info, "reset", command);
+  }
+
+  // At a rate of its own for each kind, so that a flood of one does not hide the other.
+  void log_request(core::LogRate& rate, spdlog::level::level_enum level, const char* what,
+                   const OperatorCommand& command) {
+    const auto answer = rate.admit(core::monotonic_ns());
+    if (!answer.log) return;
+    if (answer.left_out > 0) spdlog::warn("{}: {} more, not logged", what, answer.left_out);
+    spdlog::log(level, "{} by {}", what, command.issuer);
   }
 
   void wait_for(const Waiting& command) {
@@ -117,6 +128,7 @@ struct OperatorResponder::Impl {
   teleop::StopRequests& stops;
   const Settings settings;
   const std::uint64_t own_session;
+  core::LogRate stop_rate, reset_rate;
   std::mutex mutex;  // guards `waiting`
   std::vector<Waiting> waiting;
   std::atomic<bool> any_waits{false};

@@ -7,6 +7,7 @@
 #include <mutex>
 #include <utility>
 
+#include "common/core/log_rate.hpp"
 #include "common/dds/endpoints/participant.hpp"
 #include "common/messages/checked_reader.hpp"
 #include "common/messages/codecs/haptic_device_codec.hpp"
@@ -178,6 +179,9 @@ struct DdsAdapter::Impl {
   core::Status apply(const messages::OperatorCommand& command) {
     const core::Status applied = apply_setting(command, expected.gains, feedback_delay_s, settings);
     if (applied) inbox.settings.write(settings);
+    const auto rate = settings_rate.admit(core::monotonic_ns());
+    if (!rate.log) return applied;
+    if (rate.left_out > 0) spdlog::warn("settings: {} more requests, not logged", rate.left_out);
     if (!applied) {
       spdlog::warn("{} asked for what is refused: {}", command.issuer, applied.message());
     } else if (command.kind == teleop::CommandKind::kSetLaw) {
@@ -192,6 +196,7 @@ struct DdsAdapter::Impl {
   Inbox& inbox;
   std::mutex settings_mutex;
   Settings settings;
+  core::LogRate settings_rate;  // guarded by settings_mutex, as settings
   std::atomic<teleop::StopId> stop_in_force{0}, slave_stop{0};
   std::uint32_t gripper_asked = 0;            // of the simulated operator's requests, those passed on
   std::atomic<double> feedback_delay_s{0.0};  // delay in force in the servo

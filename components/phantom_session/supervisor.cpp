@@ -28,6 +28,13 @@ class SignalsHeld {
   ~SignalsHeld() { let_go(); }
   SignalsHeld(const SignalsHeld&) = delete;
   SignalsHeld& operator=(const SignalsHeld&) = delete;
+  /// Restores the mask and keeps SIGUSR1 blocked: one that arrives before the child has a handler waits for
+  /// it (runtime::install_signal_handlers()).
+  void keep_emergency_stop() const {
+    sigset_t mask = before_;
+    sigaddset(&mask, SIGUSR1);
+    pthread_sigmask(SIG_SETMASK, &mask, nullptr);
+  }
   void let_go() const { pthread_sigmask(SIG_SETMASK, &before_, nullptr); }
 
  private:
@@ -36,8 +43,9 @@ class SignalsHeld {
 
 // Runs between fork and exec: only async-signal-safe calls are allowed.
 [[noreturn]] void become(const ProcessSpec& spec, char* const* argv, int log, const SignalsHeld& held) {
-  for (const int handled : {SIGTERM, SIGINT, SIGUSR1, SIGPIPE}) signal(handled, SIG_DFL);
-  held.let_go();
+  for (const int handled : {SIGTERM, SIGINT, SIGHUP, SIGQUIT, SIGUSR1, SIGPIPE, SIGXFSZ})
+    signal(handled, SIG_DFL);
+  held.keep_emergency_stop();
   prctl(PR_SET_PDEATHSIG, SIGTERM);
   setpgid(0, 0);  // Ctrl-C reaches the supervisor alone, which ends its children in order
   if (spec.nice != 0) setpriority(PRIO_PROCESS, 0, spec.nice);

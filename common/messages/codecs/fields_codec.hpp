@@ -19,6 +19,7 @@
 #include <vector>
 
 #include "common/core/errors.hpp"
+#include "common/core/printable.hpp"
 #include "common/core/sample_id.hpp"
 #include "common/core/status.hpp"
 #include "common/dds/endpoints/stamp.hpp"
@@ -94,6 +95,14 @@ class Decoder {
   void whole_text(const char*, const From& from, std::string& to) {
     any(from, to);
   }
+  /// Reads a name as whole_text() does. Refuses one that is not core::is_printable(), because names stand in
+  /// logs and on terminals.
+  template <class From>
+  void name(const char* field, const From& from, std::string& to) {
+    any(from, to);
+    if (!core::is_printable(to))
+      refuse(std::string(field) + " has control characters; allowed: one line of text");
+  }
   /// Reads a list into a vector or a bounded list, of which it reads as many items as there is room for.
   template <class From, class To, class Fields>
   void list(const std::vector<From>& from, To& to, const Fields& fields, std::size_t = 0) {
@@ -164,6 +173,10 @@ class Encoder {
       throw core::ConfigError(std::string(field) + " has " + std::to_string(from.size()) +
                               " bytes; allowed: at most " + std::to_string(To::max_size));
     to = from;
+  }
+  template <class To>
+  void name(const char* field, To& to, const std::string& from) {
+    whole_text(field, to, from);
   }
   /// Leaves out the items beyond the `most` that the IDL allows.
   template <class To, class From, class Fields>

@@ -143,9 +143,9 @@ constexpr auto kSensingCommand = [](auto& codec, auto& m, auto& s) {
   codec.stamp(m.stamp(), s.stamp);
   codec.any(m.requester(), s.requester);
   codec.enumeration("request", m.request(), s.request, SensingRequest::kListContacts);
-  codec.whole_text("object", m.object(), s.object);
+  codec.name("object", m.object(), s.object);
   codec.number("id", m.id(), s.id, 0.0, kMaxObjectId);
-  codec.whole_text("link", m.link(), s.link);
+  codec.name("link", m.link(), s.link);
   codec.number("duration_s", m.duration_s(), s.duration_s, 0.0, kMaxPermit_s);
 };
 

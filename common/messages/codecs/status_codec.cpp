@@ -40,7 +40,7 @@ constexpr auto kFigure = [](auto& codec, auto& m, auto& s) {
 };
 
 constexpr auto kComponentStatus = [](auto& codec, auto& m, auto& s) {
-  codec.any(m.component_name(), s.component);
+  codec.name("component_name", m.component_name(), s.component);
   codec.any(m.host(), s.host);
   codec.stamp(m.stamp(), s.stamp);
   codec.any(m.process_id(), s.process_id);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/core/printable.hpp"
 #include "common/messages/codecs/fields_codec.hpp"
 #include "common/percept/view_node.hpp"
 
@@ -110,7 +111,7 @@ constexpr auto kViewPicture = [](auto& codec, auto& m, auto& s) {
 
 constexpr auto kCameraPicture = [](auto& codec, auto& m, auto& s) {
   codec.stamp(m.stamp(), s.stamp);
-  codec.whole_text("camera", m.camera(), s.camera);
+  codec.name("camera", m.camera(), s.camera);
   codec.number("exposed_utc_ns", m.exposed_utc_ns(), s.exposed_utc_ns, 0.0, 9.2e18);
   codec.number("width", m.width(), s.width, kMinPictureSide_px, kMaxPictureSide_px);
   codec.number("height", m.height(), s.height, kMinPictureSide_px, kMaxPictureSide_px);
@@ -120,7 +121,7 @@ constexpr auto kCameraPicture = [](auto& codec, auto& m, auto& s) {
 constexpr auto kSensorPoints = [](auto& codec, auto& m, auto& s) {
   codec.stamp(m.stamp(), s.stamp);
   codec.number("measured_utc_ns", m.measured_utc_ns(), s.measured_utc_ns, 0.0, 9.2e18);
-  codec.whole_text("frame", m.frame(), s.frame);
+  codec.name("frame", m.frame(), s.frame);
   codec.number("width", m.width(), s.width, 1.0, static_cast<double>(kMaxSensorPoints));
   codec.number("height", m.height(), s.height, 1.0, static_cast<double>(kMaxSensorPoints));
   codec.any(m.xyz_m(), s.xyz_m);
@@ -163,20 +164,22 @@ constexpr auto kOperatorCommand = [](auto& codec, auto& m, auto& s) {
 constexpr auto kOperatorReply = [](auto& codec, auto& m, auto& s) {
   codec.stamp(m.stamp(), s.stamp);
   codec.echo(m.command(), s.command);
-  codec.any(m.component_name(), s.component);
+  codec.name("component_name", m.component_name(), s.component);
   codec.enumeration("kind", m.kind(), s.kind, teleop::kLastCommandKind);
   codec.any(m.done(), s.done);
   codec.any(m.message(), s.message);
 };
 
 /// Returns why the command's fields do not fit together; empty if they do. A stop or a reset is never refused
-/// for a joint, which it does not use.
+/// for a joint, which it does not use, nor a stop for its issuer, which the log escapes.
 std::string refusal(const OperatorCommand& command) {
   using teleop::CommandKind;
   const bool sets_gain =
       command.kind == CommandKind::kSetPerceptGain || command.kind == CommandKind::kSetFeedbackGain;
   if (sets_gain && (command.joint < -1 || command.joint >= static_cast<int>(core::kMaxJoints)))
     return "joint is " + std::to_string(command.joint) + "; allowed: -1 (all) to 15";
+  if (command.kind != CommandKind::kEmergencyStop && !core::is_printable(command.issuer))
+    return "issuer has control characters; allowed: one line of text";
   return teleop::value_refusal(command.kind, command.value);
 }
 

@@ -88,11 +88,11 @@ constexpr auto kWorkspaceCommand = [](auto& codec, auto& m, auto& s) {
   codec.stamp(m.stamp(), s.stamp);
   codec.any(m.requester(), s.requester);
   codec.enumeration("operation", m.operation(), s.operation, WorkspaceOperation::kRelease);
-  codec.whole_text("object", m.object(), s.object);
+  codec.name("object", m.object(), s.object);
   codec.number("id", m.id(), s.id, 0.0, kMaxId);
   codec.whole_text("description", m.description(), s.description);
-  codec.whole_text("arm", m.arm(), s.arm);
-  codec.whole_text("frame", m.frame(), s.frame);
+  codec.name("arm", m.arm(), s.arm);
+  codec.name("frame", m.frame(), s.frame);
   codec.any(m.sets_pose(), s.sets_pose);
   if (sets_place(s)) codec.pose("X_WO", m.X_WO(), s.X_WO);
   if (s.operation == WorkspaceOperation::kAttach && s.sets_pose) codec.pose("X_FO", m.X_FO(), s.X_FO);

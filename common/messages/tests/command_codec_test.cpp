@@ -336,5 +336,16 @@ TEST(CommandCodecs, ATextThatNamesSomethingIsNeverCut) {
   EXPECT_EQ(from_idl(to_idl(contact))->requester, std::string(64, 'x')) << "for the log only";
 }
 
+TEST(OperatorCommandCodec, AnIssuerThatForgesALogIsRefusedButNeverItsStop) {
+  msg::OperatorCommand message = to_idl(a_gain());
+  for (const char* issuer : {"me\nslave_io: reset by you", "\x1b[2J", "\u202egnp", "\xff"}) {
+    message.issuer(issuer);
+    message.kind(msg::CommandKind::COMMAND_EMERGENCY_STOP);
+    EXPECT_TRUE(from_idl(message)) << issuer;
+    message.kind(msg::CommandKind::COMMAND_RESET);
+    EXPECT_FALSE(from_idl(message)) << issuer;
+  }
+}
+
 }  // namespace
 }  // namespace phantom::messages

@@ -10,6 +10,7 @@
 #include <iostream>
 #include <string_view>
 
+#include "common/core/printable.hpp"
 #include "common/runtime/process/line_writer.hpp"
 
 namespace phantom::runtime {
@@ -33,7 +34,8 @@ const char* colour_of(spdlog::level::level_enum level) {
   }
 }
 
-/// Formats a message and queues it. It needs no lock of its own.
+/// Formats a message as one line and queues it. Characters that would forge or hide text are escaped, because
+/// names and messages of other processes stand in the log. It needs no lock of its own.
 class QueueSink final : public spdlog::sinks::sink {
  public:
   explicit QueueSink(LineWriter& lines) : lines_(lines), coloured_(isatty(STDERR_FILENO) == 1) {}
@@ -50,7 +52,7 @@ class QueueSink final : public spdlog::sinks::sink {
                            local.tm_sec, ms % 1000, coloured_ ? colour_of(message.level) : "",
                            std::string_view(level.data(), level.size()), coloured_ ? kPlain : "",
                            std::string_view(message.logger_name.data(), message.logger_name.size()),
-                           std::string_view(message.payload.data(), message.payload.size())));
+                           core::printable({message.payload.data(), message.payload.size()})));
   }
   void flush() override {}  // the writer's thread writes at once
   void set_pattern(const std::string&) override {}

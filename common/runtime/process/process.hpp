@@ -8,6 +8,7 @@
 
 #include "common/core/errors.hpp"
 #include "common/runtime/process/command_line.hpp"
+#include "common/runtime/process/signals.hpp"
 #include "common/teleop/commands/operator_command.hpp"
 
 namespace phantom::runtime {
@@ -51,22 +52,15 @@ struct ProcessDescription {
   std::vector<const char*> parameters;  ///< tables of the parameters in --config (YAML), for --help-config
 };
 
-/// Parses the command line, sets up logging and signals, runs, and maps exceptions to exit codes: ConfigError
-/// and wrong arguments → 2, MissingError → 3, any other exception → 1, each with one line on stderr. Ends
-/// promptly even if nobody reads stderr. If it dies, it tells why (leave_last_words()).
+/// Sets up signals, parses the command line, sets up logging, runs, and maps exceptions to exit codes:
+/// ConfigError and wrong arguments → 2, MissingError → 3, any other exception → 1, each with one line on
+/// stderr. Ends promptly even if nobody reads stderr. If it dies, it tells why (leave_last_words()).
 int process_main(int argc, char** argv, const ProcessDescription& description);
 
-/// Returns true after SIGINT, SIGTERM or request_stop(). Real-time safe: yes.
-bool stop_requested() noexcept;
-/// Requests an orderly end of the process, as a signal does. Async-signal-safe.
-void request_stop() noexcept;
-/// Returns how many SIGUSR1 signals have arrived. Each one requests an emergency stop from a process that
-/// moves something, and from a recorder that it writes what it holds in memory. Real-time safe: yes.
-std::uint32_t emergency_stop_signals() noexcept;
-/// Lets SIGINT and SIGTERM end the process at once while an object of this class lives. For the part of a
-/// start that reads files and computes and has not begun anything that needs an orderly end (a participant, a
-/// bus, an open file), and for commands without anything of the kind. The constructor ends the process if
-/// such a signal arrived before.
+/// Lets a signal that ends the process (signals.hpp) end it at once while an object of this class lives. For
+/// the part of a start that reads files and computes and has not begun anything that needs an orderly end (a
+/// participant, a bus, an open file), and for commands without anything of the kind. The constructor ends the
+/// process if such a signal arrived before.
 class EndsAtOnce {
  public:
   /// `exit_code`: 0 for a service, which such a signal ends normally; a command that was interrupted has

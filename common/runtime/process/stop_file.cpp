@@ -1,25 +1,26 @@
 #include "common/runtime/process/stop_file.hpp"
 
 #include <fcntl.h>
+#include <spdlog/spdlog.h>
 #include <sys/file.h>
-#include <sys/mman.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <cerrno>
 #include <cstring>
+#include <utility>
 
 #include "common/core/errors.hpp"
 #include "common/core/file_sync.hpp"
 #include "common/core/random.hpp"
+#include "common/core/thread_config.hpp"
+#include "common/runtime/process/stop_file_image.hpp"
 
 namespace phantom::runtime {
 namespace {
 
-constexpr std::array<char, 8> kMagic{'P', 'H', 'S', 'T', 'O', 'P', '1', '\0'};
 constexpr int kMaxProcesses = 8;
 
 std::string stem(const std::string& component, const core::NetworkOptions& network) {
@@ -37,6 +38,15 @@ std::string stem(const std::string& component, const core::NetworkOptions& netwo
                            "--state-dir");
 }
 
+std::string because(const char* what) { return std::string(what) + " (" + std::strerror(errno) + ")"; }
+
+std::filesystem::path numbered(const std::filesystem::path& folder, std::string name, int process) {
+  if (process > 1) name.append(".").append(std::to_string(process));
+  return folder / name.append(".stop");
+}
+
+teleop::StopRecord a_stop() { return {core::random_number(), teleop::StopCause::kEmergency}; }
+
 }  // namespace
 
 struct StopFile::Content {
@@ -46,71 +56,29 @@ struct StopFile::Content {
   std::array<char, 12> zero;
 };
 
-namespace {
-
-std::filesystem::path numbered(const std::filesystem::path& folder, std::string name, int process) {
-  if (process > 1) name.append(".").append(std::to_string(process));
-  return folder / name.append(".stop");
-}
-
-bool is_fresh(const StopFile::Content& content) {
-  return content.id.load() == 0 &&
-         std::all_of(content.magic.begin(), content.magic.end(), [](char c) { return c == 0; });
-}
-bool is_damaged(const StopFile::Content& content) {
-  return !is_fresh(content) && (content.magic != kMagic || content.cause.load() >= teleop::kStopCauses);
-}
-
-}  // namespace
-
 StopFile::StopFile(const std::filesystem::path& folder, const std::string& component,
-                   const core::NetworkOptions& network) {
-  static_assert(sizeof(Content) == 32 && std::atomic<std::uint64_t>::is_always_lock_free);
-  std::error_code problem;
-  std::filesystem::create_directories(folder, problem);
-  const std::string name = stem(component, network);
-  for (int process = 1; process <= kMaxProcesses && content_ == nullptr; ++process) {
-    if (open(numbered(folder, name, process)) && process > 1)
-      add_notice("another " + component + " of this cell runs on this host; stops are kept in " +
-                 file_.string());
-  }
-  if (content_ == nullptr) refuse(numbered(folder, name, 1), "held by eight processes already");
-  if (is_damaged(*content_)) {
-    add_notice(file_.string() + ": damaged; taken for an emergency stop");
-    write({core::random_number(), teleop::StopCause::kEmergency});
-  }
-  content_->magic = kMagic;
-  for (int process = 1; process <= kMaxProcesses; ++process) adopt_from(numbered(folder, name, process));
-  flushed_ = 0;  // the adopted stop is not on the disk yet
+                   const core::NetworkOptions& network)
+    : folder_(folder), component_(component), name_(stem(component, network)) {
+  static_assert(sizeof(Content) == sizeof(StopImage) && std::atomic<std::uint64_t>::is_always_lock_free);
+  content_ = static_cast<Content*>(page_.address());
+  open_first_free(true);
+  for (int process = 1; process <= kMaxProcesses; ++process) adopt_from(numbered(folder_, name_, process));
   if (const teleop::StopRecord kept = read(); kept.id != 0)
     add_notice(std::string("stopped since before this start (") + name_of(kept.cause) + "), until a reset");
+  keeper_ = std::jthread([this](const std::stop_token& stop) {
+    core::apply_thread_config(core::ThreadRole::kHelper);
+    while (!stop.stop_requested()) {
+      written_.wait(kCheckPeriod_s);
+      flush();
+    }
+  });
 }
 
-// Adopts the stop from another process's file, and clears it there if no process holds that file any more.
-void StopFile::adopt_from(const std::filesystem::path& file) {
-  if (file == file_) return;
-  const int descriptor = ::open(file.c_str(), O_RDWR | O_CLOEXEC);
-  if (descriptor < 0) return;  // the file does not exist
-  struct stat about {};
-  void* mapped = fstat(descriptor, &about) == 0 && about.st_size > 0 &&
-                         posix_fallocate(descriptor, 0, sizeof(Content)) == 0
-                     ? mmap(nullptr, sizeof(Content), PROT_READ | PROT_WRITE, MAP_SHARED, descriptor, 0)
-                     : MAP_FAILED;
-  if (mapped != MAP_FAILED) {
-    auto& other = *static_cast<Content*>(mapped);
-    const bool damaged = is_damaged(other);
-    const std::uint64_t id = damaged ? core::random_number() : other.id.load();
-    if (id != 0 && read().id == 0)
-      write(
-          {id, damaged ? teleop::StopCause::kEmergency : static_cast<teleop::StopCause>(other.cause.load())});
-    if (flock(descriptor, LOCK_EX | LOCK_NB) == 0) {
-      other.cause.store(0);
-      other.magic = kMagic;
-      other.id.store(0);
-    }
-    munmap(mapped, sizeof(Content));
-  }
-  close(descriptor);
+StopFile::~StopFile() {
+  keeper_.request_stop();
+  written_.raise();
+  if (keeper_.joinable()) keeper_.join();
+  if (descriptor_ >= 0) close(descriptor_);
 }
 
 void StopFile::add_notice(const std::string& sentence) {
@@ -118,57 +86,167 @@ void StopFile::add_notice(const std::string& sentence) {
   notice_ += sentence;
 }
 
-// Returns false if another process holds the file.
-bool StopFile::open(const std::filesystem::path& file) {
-  const int descriptor = ::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
-  if (descriptor < 0) refuse(file, std::string("cannot be opened (") + std::strerror(errno) + ")");
-  if (flock(descriptor, LOCK_EX | LOCK_NB) != 0) {
-    close(descriptor);
-    return false;
+void StopFile::open_first_free(bool starting) {
+  std::error_code problem;
+  std::filesystem::create_directories(folder_, problem);
+  for (int process = 1; process <= kMaxProcesses; ++process) {
+    if (!open(numbered(folder_, name_, process), starting)) continue;
+    if (starting && process > 1)
+      add_notice("another " + component_ + " of this cell runs on this host; stops are kept in " +
+                 file_.string());
+    return;
   }
-  // Reserves all the space, because a store would kill the process where the disk is full.
-  if (const int error = posix_fallocate(descriptor, 0, sizeof(Content)); error != 0) {
-    close(descriptor);
-    refuse(file, std::string("cannot be written (") + std::strerror(error) + ")");
+  refuse(numbered(folder_, name_, 1), "held by eight processes already");
+}
+
+// Returns false if another process holds the file. Adopts the stop in the file at the start; later this
+// process knows what is in force.
+bool StopFile::open(const std::filesystem::path& file, bool starting) {
+  int descriptor = -1;
+  do {
+    descriptor = ::open(file.c_str(), O_RDWR | O_CLOEXEC);
+    if (descriptor < 0 && errno == ENOENT) descriptor = create_stop_image(file);
+    if (descriptor < 0 && errno != EEXIST) refuse(file, because("cannot be opened"));
+    if (descriptor >= 0 && flock(descriptor, LOCK_EX | LOCK_NB) != 0) {
+      close(descriptor);
+      return false;
+    }
+    if (descriptor >= 0 && !is_same_file(descriptor, file)) {  // replaced just now
+      close(descriptor);
+      descriptor = -1;
+    }
+  } while (descriptor < 0);
+  if (starting) {
+    const auto kept = stop_in(descriptor);
+    if (!kept) add_notice(file.string() + ": damaged; taken for an emergency stop");
+    const teleop::StopRecord record = kept ? *kept : a_stop();
+    cause_ = static_cast<std::uint32_t>(record.cause);
+    id_ = record.id;
   }
-  void* mapped =
-      mmap(nullptr, sizeof(Content), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_POPULATE, descriptor, 0);
-  if (mapped == MAP_FAILED) {
+  if (!write_stop_image(descriptor, read()) || !core::sync_folder_of(file)) {
+    const int error = errno;
     close(descriptor);
-    refuse(file, std::string("cannot be mapped (") + std::strerror(errno) + ")");
+    errno = error;
+    refuse(file, because("cannot be written"));
   }
-  mlock(mapped, sizeof(Content));  // if permitted: a servo must not wait for a page
-  if (!core::sync_folder_of(file)) {
-    munmap(mapped, sizeof(Content));
-    close(descriptor);
-    refuse(file, std::string("cannot be brought to the disk (") + std::strerror(errno) + ")");
-  }
-  descriptor_ = descriptor;
-  content_ = static_cast<Content*>(mapped);
-  file_ = file;
+  take(descriptor, file);
   return true;
 }
 
-StopFile::~StopFile() {
-  if (content_ != nullptr) munmap(content_, sizeof(Content));
-  if (descriptor_ >= 0) close(descriptor_);
+// The kernel's cache is shared, so a store through the old mapping of the same file is seen through the new.
+void StopFile::take(int descriptor, const std::filesystem::path& file) {
+  if (!page_.map(descriptor)) {
+    const int error = errno;
+    if (descriptor != descriptor_) close(descriptor);
+    errno = error;
+    refuse(file, because("cannot be mapped"));
+  }
+  if (descriptor != descriptor_ && descriptor_ >= 0) close(descriptor_);
+  descriptor_ = descriptor;
+  file_ = file;
+}
+
+// Adopts the stop from another process's file, and clears it there if no process holds that file any more.
+void StopFile::adopt_from(const std::filesystem::path& file) {
+  if (file == file_) return;
+  const int descriptor = ::open(file.c_str(), O_RDWR | O_CLOEXEC);
+  if (descriptor < 0 && errno == ENOENT) return;
+  if (descriptor < 0) refuse(file, because("cannot be read"));
+  const teleop::StopRecord kept = stop_in(descriptor).value_or(a_stop());
+  if (kept.id != 0 && read().id == 0) write(kept);
+  if (kept.id != 0 && flock(descriptor, LOCK_EX | LOCK_NB) == 0) {
+    flush();  // it is on the disk here before it goes there
+    write_stop_image(descriptor, {});
+  }
+  close(descriptor);
 }
 
 teleop::StopRecord StopFile::read() const noexcept {
-  const std::uint64_t id = content_->id.load(std::memory_order_acquire);
+  const std::uint64_t id = id_.load(std::memory_order_acquire);
   if (id == 0) return {};
-  return {id, static_cast<teleop::StopCause>(content_->cause.load(std::memory_order_relaxed))};
+  return {id, static_cast<teleop::StopCause>(cause_.load(std::memory_order_relaxed))};
 }
 
-void StopFile::write(const teleop::StopRecord& record) noexcept {
+void StopFile::store(const teleop::StopRecord& record) noexcept {
   if (record.id != 0)
     content_->cause.store(static_cast<std::uint32_t>(record.cause), std::memory_order_relaxed);
   content_->id.store(record.id, std::memory_order_release);
 }
 
+void StopFile::write(const teleop::StopRecord& record) noexcept {
+  writes_.fetch_add(1);
+  if (record.id != 0) cause_.store(static_cast<std::uint32_t>(record.cause), std::memory_order_relaxed);
+  id_.store(record.id, std::memory_order_release);
+  store(record);
+  writes_.fetch_add(1);
+  written_.raise();
+}
+
+std::filesystem::path StopFile::file() const {
+  const std::lock_guard lock(mutex_);
+  return file_;
+}
+
+std::string StopFile::trouble() const {
+  const std::lock_guard lock(mutex_);
+  return trouble_;
+}
+
+// Returns what is wrong with the file; empty if it keeps the stop in force.
+std::string StopFile::fault() const {
+  if (!is_same_file(descriptor_, file_)) return "removed or replaced while in use";
+  for (;;) {  // until no write() came between
+    const std::uint32_t before = writes_.load();
+    const teleop::StopRecord now = read();
+    const auto kept = stop_in(descriptor_);
+    const bool lost = page_.lost();
+    if (before % 2 != 0 || before != writes_.load()) continue;
+    if (lost || !has_image_size(descriptor_)) return "cut short or extended while in use";
+    return kept == now ? "" : "altered while in use";
+  }
+}
+
+// Writes the stop in force into the file, or into a new one at its place.
+void StopFile::restore(bool in_place) {
+  if (in_place) {
+    if (!write_stop_image(descriptor_, read())) refuse(file_, because("cannot be written"));
+    take(descriptor_, file_);
+  } else {
+    open_first_free(false);
+  }
+  for (std::uint32_t before = 0;
+       before % 2 != 0 || before != writes_.load();) {  // a stop that came meanwhile
+    before = writes_.load();
+    store(read());
+  }
+}
+
+void StopFile::check() {
+  const std::string found = fault();
+  if (found.empty()) return;
+  synced_ = false;
+  const std::string where = file_.string();
+  restore(is_same_file(descriptor_, file_));
+  spdlog::error("{}: {}; the stop in force is kept in {} again", where, found, file_.string());
+}
+
 void StopFile::flush() noexcept {
+  const std::lock_guard lock(mutex_);
+  try {
+    check();
+    trouble_.clear();
+  } catch (const std::exception& problem) {
+    trouble_ = std::string("THE STOP CANNOT BE KEPT: ") + problem.what();
+    const core::Nanoseconds now_ns = core::monotonic_ns();
+    if (logged_ns_ == 0 || core::seconds(now_ns - logged_ns_) > kLogPeriod_s) {
+      spdlog::error("{}", trouble_);
+      logged_ns_ = now_ns;
+    }
+  }
   const teleop::StopId now = read().id;
-  if (now != flushed_ && fdatasync(descriptor_) == 0) flushed_ = now;
+  if (synced_ && now == flushed_) return;
+  synced_ = fdatasync(descriptor_) == 0;
+  flushed_ = now;
 }
 
 }  // namespace phantom::runtime

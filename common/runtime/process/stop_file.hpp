@@ -1,26 +1,40 @@
 #pragma once
 
+#include <atomic>
 #include <filesystem>
+#include <mutex>
 #include <string>
+#include <thread>
 
+#include "common/core/clock.hpp"
 #include "common/core/network.hpp"
+#include "common/runtime/process/guarded_page.hpp"
+#include "common/runtime/process/wake_signal.hpp"
 #include "common/teleop/coupling/stop_latch.hpp"
 
 namespace phantom::runtime {
 
 /// Keeps the stop that one side of a cell has in force in a memory-mapped file. write() is a store to memory,
-/// so it never waits for a disk, and its value outlives the process however the process ends. To survive a
-/// loss of power, flush() writes it to the disk; the kernel does so by itself within seconds.
+/// so it never waits for a disk, and its value outlives the process however the process ends.
 ///
-/// Format: 32 octets in the host's byte order: "PHSTOP1" and a zero octet; the stop's id (0: none), stored
+/// A thread of its own compares the file with the stop in force after each write() and every kCheckPeriod_s:
+/// whether the file is still at its place, has its size and its contents. It writes a file that is gone, was
+/// replaced, cut short or altered again, logs that, and writes each stop to the disk to survive a loss of
+/// power. So a stop is lost only if the process dies within kCheckPeriod_s of such an event.
+///
+/// Format: 32 bytes in the host's byte order: "PHSTOP1" and a zero byte; the stop's id (0: none), stored
 /// last; its cause; zeros.
 class StopFile final : public teleop::StopStore {
  public:
-  /// Opens or creates `folder`/`component`.domain-N[.PARTITION].stop, and the folder. A file with other
-  /// contents counts as an emergency stop, because it may have been one. If another process holds the file,
-  /// the next free one of up to eight numbered files is used. A stop in any of the eight files is adopted
-  /// with its id, whichever file the previous process used. Throws core::MissingError naming the file if no
-  /// file can be used, because a stop must outlive the process.
+  static constexpr double kCheckPeriod_s = 0.05;
+  static constexpr double kLogPeriod_s = 5.0;  ///< a file that cannot be written is logged at most so often
+
+  /// Opens or creates `folder`/`component`.domain-N[.PARTITION].stop, and the folder. An existing file of
+  /// another size or with other contents counts as an emergency stop, because it may have been one. If
+  /// another process holds the file, the next free one of up to eight numbered files is used. A stop in any
+  /// of the eight files is adopted with its id, whichever file the previous process used. Throws
+  /// core::MissingError naming the file if no file can be used, or if one of the eight cannot be read,
+  /// because a stop must outlive the process.
   StopFile(const std::filesystem::path& folder, const std::string& component,
            const core::NetworkOptions& network);
   ~StopFile() override;
@@ -28,28 +42,49 @@ class StopFile final : public teleop::StopStore {
   StopFile& operator=(const StopFile&) = delete;
 
   teleop::StopRecord read() const noexcept override;
+  /// Call it from one thread only.
   void write(const teleop::StopRecord& record) noexcept override;
-  /// Writes changes since the last call to the disk, which may take long. Call it from one thread only, not
-  /// the servo's.
+  /// Compares the file now, writes it again if need be, and writes it to the disk, which may take long.
+  /// Thread-safe. Real-time safe: no.
   void flush() noexcept;
 
-  const std::filesystem::path& file() const noexcept { return file_; }
+  /// The file in use. It changes if its place is taken by a file that another process holds.
+  std::filesystem::path file() const;
   /// Returns what a person should know: a stop that is in force since before the start, and how the file was
   /// opened. Empty if there is nothing.
   const std::string& notice() const noexcept { return notice_; }
+  /// Returns why the stop cannot be kept at present; empty if it can. Thread-safe.
+  std::string trouble() const;
 
   struct Content;  ///< private to stop_file.cpp
 
  private:
-  bool open(const std::filesystem::path& file);
+  bool open(const std::filesystem::path& file, bool starting);
+  void open_first_free(bool starting);
   void adopt_from(const std::filesystem::path& file);
   void add_notice(const std::string& sentence);
+  void take(int descriptor, const std::filesystem::path& file);
+  void store(const teleop::StopRecord& record) noexcept;
+  std::string fault() const;
+  void check();
+  void restore(bool in_place);
 
+  const std::filesystem::path folder_;
+  const std::string component_, name_;
+  mutable std::mutex mutex_;  // of all below that the servo does not use
   std::filesystem::path file_;
-  std::string notice_;
+  std::string notice_, trouble_;
   int descriptor_ = -1;
+  bool synced_ = false;  // whether the disk has the stop flushed_
   teleop::StopId flushed_ = 0;
+  core::Nanoseconds logged_ns_ = 0;
+  GuardedPage page_;
   Content* content_ = nullptr;
+  std::atomic<std::uint64_t> id_{0};
+  std::atomic<std::uint32_t> cause_{0};
+  std::atomic<std::uint32_t> writes_{0};  // odd while write() runs
+  WakeSignal written_;
+  std::jthread keeper_;  // the last member: it ends first
 };
 
 }  // namespace phantom::runtime

@@ -62,6 +62,13 @@ core::Health with_actuator(core::Health health, const core::ActuatorHealth& actu
   return health;
 }
 
+core::Health with_stop_trouble(core::Health health, const std::string& trouble) {
+  if (trouble.empty()) return health;
+  if (health.state != core::ComponentState::kFault) health.state = core::ComponentState::kDegraded;
+  health.message = trouble;
+  return health;
+}
+
 void log_notice(const std::string& refused) {
   if (!refused.empty()) spdlog::warn("servo thread: {}", refused);
 }

@@ -47,6 +47,9 @@ std::string held_up_sentence(const teleop::LoopPace& pace);
 core::Health with_actuator(core::Health health, const core::ActuatorHealth& actuator,
                            const teleop::SideOutputs& now);
 
+/// Returns `health`, or a degraded one that reports why a stop cannot be kept at present. Empty: it can.
+core::Health with_stop_trouble(core::Health health, const std::string& trouble);
+
 /// Logs what the servo's thread was refused at its set-up, if anything.
 void log_notice(const std::string& refused);
 
@@ -167,7 +170,8 @@ std::vector<core::LoopStatistics> run_servo_session(const ServoTiming& timing, S
     const core::ActuatorHealth driver = actuator.health();
     actuators.update(driver);
     const std::lock_guard lock(mutex);
-    return with_actuator(callbacks.health(latest, loops.statistics()), driver, latest.outputs);
+    return with_stop_trouble(
+        with_actuator(callbacks.health(latest, loops.statistics()), driver, latest.outputs), stops.trouble());
   };
   do {
     stops.flush();

@@ -7,8 +7,11 @@
 
 #include <csignal>
 #include <fstream>
+#include <functional>
+#include <utility>
 
 #include "common/core/errors.hpp"
+#include "tests/support/eventually.hpp"
 #include "tests/support/files.hpp"
 #include "tests/support/heap_guard.hpp"
 
@@ -130,6 +133,95 @@ TEST_F(StopFileTest, ADamagedFileOfAnotherProcessCountsAsAStop) {
     next.write({});
   }
   EXPECT_EQ(open().read(), StopRecord{});
+}
+
+// Tries slave_io: the file of the stop is removed
+// Tries master_io: the file of the stop is removed
+TEST_F(StopFileTest, SR03_AFileThatGoesAwayInUseIsWrittenAgain) {
+  using Mutilation = std::function<void(const std::filesystem::path&)>;
+  const std::pair<const char*, Mutilation> kAll[] = {
+      {"removed", [](const auto& file) { std::filesystem::remove(file); }},
+      {"its folder removed", [](const auto& file) { std::filesystem::remove_all(file.parent_path()); }},
+      {"moved", [](const auto& file) { std::filesystem::rename(file, file.string() + ".old"); }},
+      {"replaced by a copy",
+       [](const auto& file) {
+         std::filesystem::copy_file(file, file.string() + "~");
+         std::filesystem::rename(file.string() + "~", file);
+       }},
+      {"cut to 0", [](const auto& file) { std::filesystem::resize_file(file, 0); }},
+      {"cut to 7", [](const auto& file) { std::filesystem::resize_file(file, 7); }},
+      {"cut to 8", [](const auto& file) { std::filesystem::resize_file(file, 8); }},
+      {"extended", [](const auto& file) { std::filesystem::resize_file(file, 9000); }},
+      {"overwritten", [](const auto& file) { std::ofstream(file) << std::string(32, '\0'); }},
+  };
+  const StopRecord stop{77, StopCause::kEmergency};
+  for (const bool before : {true, false}) {
+    for (const auto& [what, mutilate] : kAll) {
+      {
+        StopFile file = open();
+        if (before) file.write(stop);
+        mutilate(file.file());
+        if (!before) file.write(stop);
+        EXPECT_EQ(file.read(), stop);
+        file.flush();
+        EXPECT_TRUE(file.trouble().empty()) << file.trouble();
+      }
+      StopFile next = open();
+      EXPECT_EQ(next.read(), stop) << what << (before ? " after" : " before") << " the stop";
+      next.write({});
+    }
+    EXPECT_EQ(open().read(), StopRecord{});
+  }
+}
+
+TEST_F(StopFileTest, SR03_AFileIsComparedWithoutARequest) {
+  StopFile file = open();
+  file.write({5, StopCause::kPartner});
+  std::filesystem::remove_all(folder_);
+  EXPECT_TRUE(test::eventually([&] { return std::filesystem::exists(folder_ / "slave_io.domain-7.stop"); }));
+}
+
+// The servo's store meets a page that the file no longer has.
+TEST_F(StopFileTest, SR03_AFileThatIsCutWhileItIsWrittenEndsNoProcess) {
+  StopFile file = open();
+  for (std::uint64_t id = 1; id <= 2000; ++id) {
+    std::filesystem::resize_file(folder_ / "slave_io.domain-7.stop", 0);
+    file.write({id, StopCause::kEmergency});
+    ASSERT_EQ(file.read().id, id);
+  }
+  file.flush();
+  EXPECT_TRUE(file.trouble().empty());
+}
+
+// Tries slave_io: the file of the stop is empty
+// Tries master_io: the file of the stop is empty
+TEST_F(StopFileTest, SR03_AFileOfAnySizeButItsOwnIsAStop) {
+  for (const std::string& content :
+       {std::string(), std::string("PHSTOP1"), std::string("PHSTOP1\0", 8), std::string(32, '\0'),
+        std::string("PHSTOP1\0", 8) + std::string(25, '\0'),
+        std::string("PHSTOP1\0", 8) + std::string(24, 'x')}) {
+    for (const char* name : {"slave_io.domain-7.stop", "slave_io.domain-7.2.stop"}) {
+      { const StopFile made = open(); }
+      std::ofstream(folder_ / name) << content;
+      StopFile file = open();
+      EXPECT_EQ(file.read().cause, StopCause::kEmergency) << content.size() << " bytes in " << name;
+      file.write({});
+    }
+  }
+  EXPECT_EQ(open().read(), StopRecord{});
+}
+
+TEST_F(StopFileTest, SR03_AStopThatCannotBeKeptIsReportedUntilItCan) {
+  StopFile file = open();
+  std::filesystem::remove_all(folder_);
+  std::ofstream(folder_.string()) << "a file stands where the folder was";
+  file.write({6, StopCause::kEmergency});
+  file.flush();
+  EXPECT_THAT(file.trouble(), HasSubstr("THE STOP CANNOT BE KEPT"));
+  std::filesystem::remove(folder_);
+  file.flush();
+  EXPECT_THAT(file.trouble(), IsEmpty());
+  EXPECT_TRUE(std::filesystem::exists(file.file()));
 }
 
 // Tries slave_io: the folder for the stop
