@@ -63,6 +63,8 @@ constexpr ThreadConfig kScheme[] = {
      "asks master and slave until they have answered", "its clock; locks of Fast DDS"},
     {kReadmission, "readmission", kOrdinary, "all", "begins discovery anew with who returned",
      "its clock; sockets"},
+    {kStopFile, "stop_file", kOrdinary, "master_io, slave_io",
+     "compares the file of the stop with what must stand in it, and writes it again", "files"},
     {kHelper, "helper", kOrdinary, "all that compute in parallel", "shares long computations",
      "its queue's lock"},
     {kOutput, "output", kOrdinary, "all", "writes the log and other lines",

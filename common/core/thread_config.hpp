@@ -32,6 +32,7 @@ enum class ThreadRole {
   kScene,
   kRequests,
   kReadmission,
+  kStopFile,
   kHelper,
   kOutput,
 };

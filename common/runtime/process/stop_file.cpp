@@ -66,7 +66,7 @@ StopFile::StopFile(const std::filesystem::path& folder, const std::string& compo
   if (const teleop::StopRecord kept = read(); kept.id != 0)
     add_notice(std::string("stopped since before this start (") + name_of(kept.cause) + "), until a reset");
   keeper_ = std::jthread([this](const std::stop_token& stop) {
-    core::apply_thread_config(core::ThreadRole::kHelper);
+    core::apply_thread_config(core::ThreadRole::kStopFile);
     while (!stop.stop_requested()) {
       written_.wait(kCheckPeriod_s);
       flush();
