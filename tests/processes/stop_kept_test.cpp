@@ -77,7 +77,7 @@ class StopKept : public testing::Test {
 };
 
 // Tries slave_io: the file of the stop is removed
-TEST_F(StopKept, SR03_AStopWhoseFileGoesAwayInUseIsInForceInTheNextProcess) {
+TEST_F(StopKept, AStopWhoseFileGoesAwayInUseIsInForceInTheNextProcess) {
   const std::pair<const char*, std::function<void()>> kAll[] = {
       {"folder removed", [&] { std::filesystem::remove_all(state_); }},
       {"cut to 0", [&] { std::filesystem::resize_file(file(), 0); }},
@@ -109,7 +109,7 @@ TEST_F(StopKept, SR03_AStopWhoseFileGoesAwayInUseIsInForceInTheNextProcess) {
 }
 
 // Tries slave_io: its terminal is closed
-TEST_F(StopKept, SR01_AHangUpAndAQuitEndItInOrderWhileAJointMoves) {
+TEST_F(StopKept, AHangUpAndAQuitEndItInOrderWhileAJointMoves) {
   for (const int number : {SIGHUP, SIGQUIT}) {
     RunningProcess slave("slave_io", options(), folder_);
     RunningProcess master("master_io", options("master"), folder_);
@@ -123,7 +123,7 @@ TEST_F(StopKept, SR01_AHangUpAndAQuitEndItInOrderWhileAJointMoves) {
   }
 }
 
-TEST_F(StopKept, SR01_AnEmergencyStopInTheFirstMillisecondsIsKept) {
+TEST_F(StopKept, AnEmergencyStopInTheFirstMillisecondsIsKept) {
   for (const int delay_ms : {12, 20, 30, 60}) {
     RunningProcess slave("slave_io", options("early"), folder_);
     // The loader itself has to be done: it runs before any code of the executable.

@@ -7,7 +7,7 @@ namespace phantom::runtime {
 /// Installs the handlers of every signal that a process of this project handles. This is the only place that
 /// does so, beside the last words of a crash (last_words.hpp):
 /// - SIGINT, SIGTERM, SIGHUP and SIGQUIT request an orderly end. A SIGHUP that is ignored (nohup) stays so.
-///   Until started() the signal's default action ends the process, because nothing has begun.
+///   Until signals_started() the signal's default action ends the process, because nothing has begun.
 /// - SIGUSR1 is counted from the first moment on (emergency_stop_signals()).
 /// - SIGPIPE and SIGXFSZ are ignored, so that write() reports EPIPE and EFBIG.
 ///
