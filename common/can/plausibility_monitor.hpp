@@ -45,9 +45,8 @@ struct MotionSample {
 /// Decides, answer by answer, whether position, velocity and torque of one drive can belong to one motion.
 ///
 /// With v the joint's greatest speed, T the SYNC's period and m measure_every:
-/// 1. Jump: a position that moves by more than 4 v (dt + 2 T) + 4 counts in the time dt between two answers
-/// is
-///    found at once.
+/// 1. Jump: a position that moves by more than 4 v (dt + 2 T) + 4 counts, dt being the time between two
+///    answers, is found at once.
 /// 2. Overspeed: the position's difference quotient, low-pass filtered with max(10 ms, 5 T), is found beyond
 ///    overspeed_ratio · v. It does not depend on the drive's own velocity or limit.
 /// 3. Velocity: e, the leaky sum (0.2 s) of position difference less velocity · dt, is found beyond

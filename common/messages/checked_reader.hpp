@@ -37,6 +37,10 @@ class CheckedReader {
 
   /// Returns whether another process writes the topic, too. Thread-safe.
   bool has_rival(core::Nanoseconds now_ns) const noexcept { return source_.has_rival(now_ns); }
+  /// Return the session of the other process that wrote last, and how many samples of others were refused
+  /// since the start; 0 if there were none. Thread-safe.
+  std::uint64_t rival_session() const noexcept { return source_.rival_session(); }
+  std::uint64_t rival_samples() const noexcept { return source_.rival_samples(); }
 
  private:
   bool take(const Message& message, const dds::SampleInfo& info) {

@@ -13,7 +13,7 @@
 #include <utility>
 #include <vector>
 
-#include "common/core/host_interfaces.hpp"
+#include "common/core/host/host_interfaces.hpp"
 #include "common/dds/endpoints/endpoint.hpp"
 #include "common/dds/endpoints/stamp.hpp"
 #include "common/messages/arm_bounds.hpp"

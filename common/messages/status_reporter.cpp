@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <map>
 
-#include "common/core/host_interfaces.hpp"
+#include "common/core/host/host_interfaces.hpp"
 #include "common/core/progress.hpp"
 #include "common/core/service_manager.hpp"
 

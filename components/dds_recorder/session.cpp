@@ -8,7 +8,7 @@
 #include <cstring>
 #include <fstream>
 
-#include "common/core/host_interfaces.hpp"
+#include "common/core/host/host_interfaces.hpp"
 #include "common/core/progress.hpp"
 #include "common/diagnostics/name_filter.hpp"
 #include "components/dds_recorder/adapter/dds_adapter.hpp"

@@ -44,7 +44,7 @@ struct ObservedWriter {
 /// Holds everything that was discovered and received: participants and endpoints, the samples of each writer,
 /// and events. Pure: the adapter passes it everything, with times. What is kept of others is bounded: the
 /// guard bounds who is there (common/wire/guard.hpp), kMaxWriters are measured, and of the instances of all
-/// of them together kMaxInstances are told apart. Not thread-safe.
+/// of them together kMaxInstances are distinguished. Not thread-safe.
 class SystemView {
  public:
   static constexpr std::size_t kMaxWriters = 8192, kMaxInstances = 65536;

@@ -4,7 +4,7 @@
 #include <cctype>
 #include <set>
 
-#include "common/core/host_memory.hpp"
+#include "common/core/host/host_memory.hpp"
 #include "common/core/units.hpp"
 #include "common/runtime/configuration/fields.hpp"
 

@@ -173,16 +173,17 @@ void Collector::on_status(const StatusSample& sample) {
   statuses_.erase(oldest);
 }
 
-void Collector::on_foreign_writer(double t_s, const std::string& topic, const std::string& process) {
+void Collector::on_foreign_writer(double t_s, const std::string& topic, const std::string& process,
+                                  std::uint64_t samples) {
   const auto known = std::find_if(foreign_writers_.begin(), foreign_writers_.end(), [&](const auto& each) {
     return each.topic == topic && each.process == process;
   });
   if (known != foreign_writers_.end()) {
-    ++known->samples;
+    known->samples = samples;
     return;
   }
   if (foreign_writers_.size() == kMaxComponents) return;
-  foreign_writers_.push_back({t_s, topic, process, 1});
+  foreign_writers_.push_back({t_s, topic, process, samples});
   narrate(t_s, "a second process writes " + topic + ": " + process + "; its samples are left out");
 }
 

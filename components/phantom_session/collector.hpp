@@ -102,7 +102,7 @@ struct ForeignWriter {
   std::string topic;  ///< e.g. "master_state"
   std::string
       process;  ///< e.g. "master_io on console"; "a process without status": none of its own was heard
-  std::uint64_t samples = 0;
+  std::uint64_t samples = 0;  ///< of others on this topic that were left out
 };
 
 /// One row of the time series, which has the collector's own interval.
@@ -143,8 +143,9 @@ class Collector {
   void on_percept(const PerceptSample& sample);
   void on_hit(const HitSample& sample);
   void on_status(const StatusSample& sample);
-  /// A sample of `topic` came from another process than the one that is followed, and was left out.
-  void on_foreign_writer(double t_s, const std::string& topic, const std::string& process);
+  /// `process` writes `topic` beside the process that is followed; `samples` of others were left out so far.
+  void on_foreign_writer(double t_s, const std::string& topic, const std::string& process,
+                         std::uint64_t samples);
 
   /// Narrates the lines that still wait.
   void narrate_rest() { narrate_until(std::numeric_limits<double>::infinity()); }

@@ -6,10 +6,10 @@
 #include <optional>
 
 #include "common/core/clock.hpp"
-#include "common/core/host_interfaces.hpp"
+#include "common/core/host/host_interfaces.hpp"
 #include "common/core/recent_map.hpp"
-#include "common/dds/admission/source_guard.hpp"
 #include "common/dds/endpoints/endpoint.hpp"
+#include "common/messages/checked_reader.hpp"
 #include "common/messages/codecs/percept_codec.hpp"
 #include "common/messages/codecs/status_codec.hpp"
 #include "common/messages/codecs/teleoperation_codec.hpp"
@@ -84,12 +84,6 @@ StatusSample status_of(const messages::ComponentStatus& status, double t_s) {
 
 }  // namespace
 
-/// Follows one process of those that write a topic.
-struct Source {
-  const char* topic;
-  dds::SourceGuard guard{};
-};
-
 struct DdsAdapter::Impl {
   dds::Participant participant;
   Collector& collector;
@@ -97,13 +91,12 @@ struct DdsAdapter::Impl {
   std::mutex mutex;
   core::Nanoseconds start_ns = core::monotonic_ns();
   std::optional<teleop::Counterbalance> counterbalance;  // as the slave last reported it
-  Source master_source{"master_state"}, slave_source{"slave_state"};
   core::RecentMap<std::uint64_t, std::string> processes{
       Collector::kMaxComponents};  // by the session of their stamps
 
   dds::Reader<msg::WorkspaceObject> objects;
-  dds::Reader<msg::MasterState> master;
-  dds::Reader<msg::SlaveState> slave;
+  messages::CheckedReader<msg::MasterState> master;
+  messages::CheckedReader<msg::SlaveState> slave;
   dds::Reader<msg::Percept> percept;
   dds::Reader<msg::HitAlert> hits;
   dds::Reader<msg::ComponentStatus> status;
@@ -119,21 +112,22 @@ struct DdsAdapter::Impl {
     };
   }
 
-  // Likewise, but of the process that was heard first alone: a second one is reported.
+  // Likewise, of the one process that a CheckedReader follows.
   template <class Take>
-  auto of_one(Source& source, Take take) {
-    return [this, &source, take](const auto& message, const dds::SampleInfo& info) {
-      const auto sample = messages::from_idl(message);
-      if (!sample) return;
+  auto followed(Take take) {
+    return [this, take](const auto& sample, core::Nanoseconds received_ns) {
       const std::lock_guard guard(mutex);
-      const double t_s = core::seconds(info.received_ns - start_ns);
-      const auto verdict = source.guard.assess(message.stamp(), info.received_ns);
-      if (verdict == dds::SourceGuard::Verdict::kAccepted) take(*sample, t_s);
-      if (verdict != dds::SourceGuard::Verdict::kRival) return;
-      const std::string* process = processes.find(message.stamp().session());
-      collector.on_foreign_writer(t_s, source.topic,
-                                  process != nullptr ? *process : "a process without status");
+      take(sample, core::seconds(received_ns - start_ns));
     };
+  }
+
+  // Reports what another process has written beside the followed one.
+  template <class Message>
+  void report_foreign(const messages::CheckedReader<Message>& reader, const char* topic, double t_s) {
+    if (reader.rival_samples() == 0) return;
+    const std::string* process = processes.find(reader.rival_session());
+    collector.on_foreign_writer(t_s, topic, process != nullptr ? *process : "a process without status",
+                                reader.rival_samples());
   }
 
   Impl(const core::NetworkOptions& network, Collector& into_collector, JointLog& into_joints)
@@ -144,21 +138,18 @@ struct DdsAdapter::Impl {
                 into([this](const messages::WorkspaceObject& object, double) {
                   if (!object.removed()) collector.on_object_name(object.id, object.name);
                 })),
-        master(participant, dds::kMasterState,
-               of_one(master_source,
-                      [this](const messages::MasterState& m, double t_s) {
-                        collector.on_master(sample_of(m, t_s));
-                        if (counterbalance) collector.on_percepts(t_s, percepts_of(m, *counterbalance));
-                        joints.on_master(m.joint_count, row_of(m, t_s));
-                      })),
-        slave(participant, dds::kSlaveState,
-              of_one(slave_source,
-                     [this](const messages::SlaveState& s, double t_s) {
-                       collector.on_slave({t_s, s.contact, s.contact_force_N, s.contact_object,
-                                           s.tool_speed_m_s, s.clearance_m});
-                       joints.on_slave(s.position);
-                       counterbalance = s.counterbalance;
-                     })),
+        master(participant, dds::kMasterState, {},
+               followed([this](const messages::MasterState& m, double t_s) {
+                 collector.on_master(sample_of(m, t_s));
+                 if (counterbalance) collector.on_percepts(t_s, percepts_of(m, *counterbalance));
+                 joints.on_master(m.joint_count, row_of(m, t_s));
+               })),
+        slave(participant, dds::kSlaveState, {}, followed([this](const messages::SlaveState& s, double t_s) {
+                collector.on_slave(
+                    {t_s, s.contact, s.contact_force_N, s.contact_object, s.tool_speed_m_s, s.clearance_m});
+                joints.on_slave(s.position);
+                counterbalance = s.counterbalance;
+              })),
         percept(participant, dds::kPercept, into([this](const messages::Percept& p, double t_s) {
                   collector.on_percept(sample_of(p, t_s));
                 })),
@@ -172,7 +163,10 @@ struct DdsAdapter::Impl {
                  if (!sample) return;
                  const std::lock_guard guard(mutex);
                  processes.find_or_add(message.stamp().session(), sample->component + " on " + sample->host);
-                 collector.on_status(status_of(*sample, core::seconds(info.received_ns - start_ns)));
+                 const double t_s = core::seconds(info.received_ns - start_ns);
+                 collector.on_status(status_of(*sample, t_s));
+                 report_foreign(master, "master_state", t_s);
+                 report_foreign(slave, "slave_state", t_s);
                }) {}
 };
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <thread>
 
-#include "common/core/host_memory.hpp"
+#include "common/core/host/host_memory.hpp"
 #include "common/runtime/configuration/fields.hpp"
 
 namespace phantom::wva_server {

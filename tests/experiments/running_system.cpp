@@ -10,7 +10,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "tests/experiments/bar_rig.hpp"
+#include "tests/experiments/arms/bar_rig.hpp"
 #include "tests/experiments/rig.hpp"
 #include "tests/support/child_process.hpp"
 #include "tests/support/own_domain.hpp"

@@ -5,7 +5,7 @@
 #include <fastdds/dds/topic/Topic.hpp>
 #include <fastdds/dds/topic/TypeSupport.hpp>
 
-#include "common/core/host_interfaces.hpp"
+#include "common/core/host/host_interfaces.hpp"
 #include "common/core/random.hpp"
 #include "common/dds/admission/bans.hpp"
 #include "common/dds/endpoints/dds_threads.hpp"

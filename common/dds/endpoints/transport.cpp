@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "common/core/host_interfaces.hpp"
+#include "common/core/host/host_interfaces.hpp"
 #include "fast_dds/participants.hpp"
 
 namespace phantom::dds {

@@ -190,6 +190,7 @@ bool lists_vertices(const Property& property) {
 
 void read_row(Body& body, const Element& element, Row& row) {
   row.list.clear();
+  row.position.setConstant(NAN);
   for (const Property& property : element.properties) {
     if (!property.count) {
       const double value = body.number(property.kind);

@@ -115,6 +115,12 @@ TEST(Ply, WhatIsNotAsTheHeadDeclaresIsRefusedWithItsPlace) {
   EXPECT_THAT(with("0 1 0", "0 one 0"), HasSubstr("vertex 2 of 4 has 'one', which is no number"));
   EXPECT_THAT(with("0 1 0", "0 nan 0"), HasSubstr("not finite"));
   EXPECT_THAT(with("float y", "float v"), HasSubstr("missing or not finite"));
+  // A coordinate of another element does not stand in for it.
+  EXPECT_THAT(
+      refusal_of(
+          head("element camera 1\nproperty float y\nelement vertex 1\nproperty float x\nproperty float z\n") +
+          "1\n0 0\n"),
+      HasSubstr("missing or not finite"));
   EXPECT_THAT(with("float y", "real y"), HasSubstr("type 'real'; allowed: char"));
   EXPECT_THAT(with("format ascii", "format utf8"), HasSubstr("format is 'utf8'; allowed: ascii"));
   EXPECT_THAT(with("end_header", "end"), HasSubstr("no end_header"));

@@ -10,7 +10,7 @@
 #include <string_view>
 #include <vector>
 
-#include "common/core/host_interfaces.hpp"
+#include "common/core/host/host_interfaces.hpp"
 #include "common/dds/admission/bans.hpp"
 #include "common/dds/endpoints/participant_impl.hpp"
 #include "common/dds/tests/test_network.hpp"

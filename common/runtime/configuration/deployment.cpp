@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <regex>
 
-#include "common/core/host_interfaces.hpp"
+#include "common/core/host/host_interfaces.hpp"
 #include "common/core/text.hpp"
 #include "common/runtime/configuration/fields.hpp"
 #include "common/runtime/configuration/named.hpp"

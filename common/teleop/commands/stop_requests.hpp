@@ -82,7 +82,7 @@ class StopRequests {
   void give_result(const Result& result) noexcept { results_.put(result); }
 
  private:
-  static constexpr std::uint32_t kMaxUnanswered = 64;  // resets whose results nobody has taken
+  static constexpr std::uint32_t kMaxUnanswered = 64;  // resets with a result that has not been read
   std::atomic<std::uint32_t> stops_{0};
   std::mutex mutex_;  // guards the writing end of resets_
   std::uint32_t resets_made_ = 0;

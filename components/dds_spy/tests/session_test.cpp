@@ -337,7 +337,7 @@ TEST(Session, TypesAreFoundByTypeByItsShortNameAndByTopic) {
   EXPECT_THROW(types({"Prcept"}), core::ConfigError);
 }
 
-// Tries dds_spy: nobody in the domain
+// Tries dds_spy: no participant in the domain
 TEST(Spy, SaysThatNobodyIsThere) {
   std::ostringstream out;
   const Request request{.command = Command::kTopology, .seconds = 0.2};
@@ -345,7 +345,7 @@ TEST(Spy, SaysThatNobodyIsThere) {
   EXPECT_THAT(out.str(), HasSubstr("0 participants"));
 }
 
-// Tries dds_spy: nothing on the topics asked for
+// Tries dds_spy: no writer of the requested topics
 TEST(Spy, NamesTheTopicsThatThereAreWhereNoneIsCalledAsAskedFor) {
   dds::Participant there("slave_io", dds::test_network());
   SlaveWriter writer(there);

@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "common/core/host_interfaces.hpp"
+#include "common/core/host/host_interfaces.hpp"
 #include "common/dds/endpoints/endpoint.hpp"
 #include "common/dds/endpoints/stamp.hpp"
 #include "common/dds/tests/test_network.hpp"
@@ -59,6 +59,7 @@ TEST(DdsAdapter, TheReportFollowsTheFirstOfTwoMastersAndNamesTheSecond) {
   ASSERT_TRUE(dds::eventually([&] {
     first.send(1);
     second.send(9);
+    second.introduce("console");  // reports go with a status
     const auto lock = adapter.lock();
     return !collector.foreign_writers().empty() && collector.foreign_writers().front().samples > 3;
   }));

@@ -10,9 +10,9 @@
 #include "common/percept/motion_class.hpp"
 #include "common/percept/principal_gradient.hpp"
 #include "components/synthetic_viewer/scene/aids.hpp"
-#include "tests/experiments/sections.hpp"
+#include "tests/experiments/percept/sections.hpp"
+#include "tests/experiments/percept/tracks.hpp"
 #include "tests/experiments/specimens.hpp"
-#include "tests/experiments/tracks.hpp"
 
 namespace phantom::experiments {
 namespace in_pgd {

@@ -6,9 +6,9 @@
 #include <cmath>
 
 #include "components/phantom_sensing/model.hpp"
-#include "tests/experiments/bar_rig.hpp"
-#include "tests/experiments/sections.hpp"
-#include "tests/experiments/tracks.hpp"
+#include "tests/experiments/arms/bar_rig.hpp"
+#include "tests/experiments/percept/sections.hpp"
+#include "tests/experiments/percept/tracks.hpp"
 
 namespace phantom::experiments {
 namespace in_enhanced {

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <iterator>
 
-#include "tests/experiments/bar_rig.hpp"
-#include "tests/experiments/teleop_rig.hpp"
+#include "tests/experiments/arms/bar_rig.hpp"
+#include "tests/experiments/arms/teleop_rig.hpp"
 
 namespace phantom::experiments {
 namespace in_coworking {

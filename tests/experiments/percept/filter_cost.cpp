@@ -8,7 +8,7 @@
 #include <functional>
 #include <stdexcept>
 
-#include "tests/experiments/intersection_filter.hpp"
+#include "tests/experiments/percept/intersection_filter.hpp"
 #include "tests/experiments/rig.hpp"
 #include "tests/experiments/specimens.hpp"
 

@@ -1,4 +1,4 @@
-#include "tests/experiments/tracks.hpp"
+#include "tests/experiments/percept/tracks.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -6,8 +6,8 @@
 #include <cmath>
 
 #include "common/teleop/rendering/percept_set.hpp"
-#include "tests/experiments/bar_rig.hpp"
-#include "tests/experiments/teleop_rig.hpp"
+#include "tests/experiments/arms/bar_rig.hpp"
+#include "tests/experiments/arms/teleop_rig.hpp"
 
 namespace phantom::experiments {
 namespace in_btm_cases {

@@ -6,9 +6,9 @@
 
 #include "common/percept/closeness.hpp"
 #include "components/phantom_sensing/model.hpp"
-#include "tests/experiments/bar_rig.hpp"
+#include "tests/experiments/arms/bar_rig.hpp"
+#include "tests/experiments/arms/teleop_rig.hpp"
 #include "tests/experiments/rig.hpp"
-#include "tests/experiments/teleop_rig.hpp"
 
 namespace phantom::experiments {
 namespace in_model_error {

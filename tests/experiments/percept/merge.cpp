@@ -5,9 +5,9 @@
 #include <cmath>
 
 #include "common/geometry/implicit/primitives.hpp"
-#include "tests/experiments/sections.hpp"
+#include "tests/experiments/percept/sections.hpp"
+#include "tests/experiments/percept/tracks.hpp"
 #include "tests/experiments/specimens.hpp"
-#include "tests/experiments/tracks.hpp"
 
 namespace phantom::experiments {
 namespace in_merge {

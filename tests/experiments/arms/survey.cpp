@@ -13,7 +13,7 @@
 
 #include "common/runtime/configuration/pose_text.hpp"
 #include "components/workspace_survey/library.hpp"
-#include "tests/experiments/bar_rig.hpp"
+#include "tests/experiments/arms/bar_rig.hpp"
 #include "tests/experiments/rig.hpp"
 #include "tests/experiments/specimens.hpp"
 #include "tests/support/child_process.hpp"

@@ -9,7 +9,7 @@
 #include <sstream>
 
 #include "components/phantom_sensing/model.hpp"
-#include "tests/experiments/bar_rig.hpp"
+#include "tests/experiments/arms/bar_rig.hpp"
 #include "tests/experiments/rig.hpp"
 #include "tests/support/files.hpp"
 

@@ -1,4 +1,4 @@
-#include "tests/experiments/intersection_filter.hpp"
+#include "tests/experiments/percept/intersection_filter.hpp"
 
 #include <gtest/gtest.h>
 

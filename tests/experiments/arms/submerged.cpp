@@ -10,8 +10,8 @@
 #include <random>
 #include <sstream>
 
+#include "tests/experiments/arms/simulated_rig.hpp"
 #include "tests/experiments/rig.hpp"
-#include "tests/experiments/simulated_rig.hpp"
 #include "tests/support/child_process.hpp"
 #include "tests/support/files.hpp"
 

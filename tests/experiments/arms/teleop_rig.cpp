@@ -1,4 +1,4 @@
-#include "tests/experiments/teleop_rig.hpp"
+#include "tests/experiments/arms/teleop_rig.hpp"
 
 #include "common/percept/closeness.hpp"
 #include "common/runtime/cell/cell_bodies.hpp"
@@ -7,7 +7,7 @@
 #include "components/phantom_sensing/model.hpp"
 #include "components/slave_io/servo.hpp"
 #include "components/slave_io/simulated_arm.hpp"
-#include "tests/experiments/bar_rig.hpp"
+#include "tests/experiments/arms/bar_rig.hpp"
 #include "tests/experiments/rig.hpp"
 
 namespace phantom::experiments {

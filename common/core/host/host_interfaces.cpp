@@ -1,4 +1,4 @@
-#include "common/core/host_interfaces.hpp"
+#include "common/core/host/host_interfaces.hpp"
 
 #include <arpa/inet.h>
 #include <ifaddrs.h>

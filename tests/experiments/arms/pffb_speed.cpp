@@ -5,8 +5,8 @@
 #include <array>
 #include <cmath>
 
-#include "tests/experiments/bar_rig.hpp"
-#include "tests/experiments/teleop_rig.hpp"
+#include "tests/experiments/arms/bar_rig.hpp"
+#include "tests/experiments/arms/teleop_rig.hpp"
 
 namespace phantom::experiments {
 namespace in_pffb_speed {

@@ -10,7 +10,7 @@
 #include "common/runtime/cell/arm_model.hpp"
 #include "common/runtime/cell/cell.hpp"
 #include "components/phantom_sensing/phantom_sensing.hpp"
-#include "tests/experiments/tracks.hpp"
+#include "tests/experiments/percept/tracks.hpp"
 
 namespace phantom::experiments {
 namespace in_smoothing {

@@ -8,8 +8,8 @@
 #include "common/percept/closeness.hpp"
 #include "common/percept/tone.hpp"
 #include "common/teleop/rendering/percept_set.hpp"
-#include "tests/experiments/bar_rig.hpp"
-#include "tests/experiments/teleop_rig.hpp"
+#include "tests/experiments/arms/bar_rig.hpp"
+#include "tests/experiments/arms/teleop_rig.hpp"
 
 namespace phantom::experiments {
 namespace in_percept_sets {

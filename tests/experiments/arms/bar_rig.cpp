@@ -1,4 +1,4 @@
-#include "tests/experiments/bar_rig.hpp"
+#include "tests/experiments/arms/bar_rig.hpp"
 
 #include <algorithm>
 #include <cmath>

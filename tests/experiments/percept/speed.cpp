@@ -5,8 +5,8 @@
 #include <set>
 
 #include "common/geometry/implicit/primitives.hpp"
+#include "tests/experiments/percept/tracks.hpp"
 #include "tests/experiments/specimens.hpp"
-#include "tests/experiments/tracks.hpp"
 
 namespace phantom::experiments {
 namespace in_speed {

@@ -12,7 +12,7 @@
 #include "common/runtime/cell/arm_model.hpp"
 #include "common/voxelise/voxelise.hpp"
 #include "components/phantom_sensing/model.hpp"
-#include "tests/experiments/bar_rig.hpp"
+#include "tests/experiments/arms/bar_rig.hpp"
 #include "tests/experiments/rig.hpp"
 
 namespace phantom::experiments {

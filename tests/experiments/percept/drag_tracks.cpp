@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tests/experiments/sections.hpp"
-#include "tests/experiments/tracks.hpp"
+#include "tests/experiments/percept/sections.hpp"
+#include "tests/experiments/percept/tracks.hpp"
 
 namespace phantom::experiments {
 namespace in_drag_tracks {

@@ -7,8 +7,8 @@
 #include "common/geometry/implicit/primitives.hpp"
 #include "common/layers/fidelity.hpp"
 #include "common/layers/grown_slices.hpp"
+#include "tests/experiments/percept/sections.hpp"
 #include "tests/experiments/rig.hpp"
-#include "tests/experiments/sections.hpp"
 #include "tests/experiments/specimens.hpp"
 
 namespace phantom::experiments {

@@ -1,4 +1,4 @@
-#include "tests/experiments/sections.hpp"
+#include "tests/experiments/percept/sections.hpp"
 
 namespace phantom::experiments {
 namespace {

@@ -9,8 +9,8 @@
 #include <numbers>
 #include <sstream>
 
+#include "tests/experiments/arms/simulated_rig.hpp"
 #include "tests/experiments/rig.hpp"
-#include "tests/experiments/simulated_rig.hpp"
 #include "tests/support/child_process.hpp"
 #include "tests/support/files.hpp"
 

@@ -5,7 +5,7 @@
 #include <array>
 #include <cmath>
 
-#include "tests/experiments/intersection_filter.hpp"
+#include "tests/experiments/percept/intersection_filter.hpp"
 #include "tests/experiments/rig.hpp"
 #include "tests/experiments/specimens.hpp"
 
