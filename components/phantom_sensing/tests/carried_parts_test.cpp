@@ -272,8 +272,10 @@ TEST_F(Carried, ARandomSequenceOfAttachAndReleaseNeverLeavesTwoOfItOrNone) {
       SlaveSample sample;
       sample.received_ns = static_cast<core::Nanoseconds>(number) * kNsPerMillisecond;
       sample.stamp = {number, sample.received_ns, 77};
-      sample.position[0] = 0.05 + 0.1 * std::sin(0.002 * static_cast<double>(number));
-      sample.position[2] = 0.3 * std::sin(0.0013 * static_cast<double>(number));
+      // By what was seen, not by the time it took: a slow machine feels the same poses as a fast one.
+      const auto phase = static_cast<double>(15 * i + static_cast<std::size_t>(after));
+      sample.position[0] = 0.05 + 0.1 * std::sin(0.41 * phase);
+      sample.position[2] = 0.3 * std::sin(0.27 * phase);
       sample.velocity[0] = 0.2;
       loop.offer(sample);
       results.all.clear();
