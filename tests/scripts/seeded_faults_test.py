@@ -73,7 +73,7 @@ class SeededFaults(unittest.TestCase):
         return subprocess.run([self.root / "scripts/checks/seeded_faults", *words], capture_output=True, text=True, timeout=600, check=False)
 
     def kept(self):
-        return (self.root / "docs/safety/seeded_faults.md").read_text()
+        return (self.root / "build/seeded_faults/results.md").read_text()
 
     def test_found_and_surviving_faults_are_told_kept_and_seeded_again_only_if_something_changed(self):
         before = PROJECT["common/limits/limits.cpp"]
@@ -139,7 +139,7 @@ class SeededFaults(unittest.TestCase):
         self.write("docs/safety/requirements.md", "### SR-08\n")
         self.assertEqual(self.seed("--check").returncode, 0)
         self.assertEqual(self.seed("--all").returncode, 0)
-        self.assertIn("| [SR-08](requirements.md#sr-08): values are limited |", self.kept())
+        self.assertIn("| [SR-08](../../docs/safety/requirements.md#sr-08): values are limited |", self.kept())
         self.assertEqual(self.seed("--check").returncode, 0)
 
     def test_tests_that_fail_anyway_show_nothing(self):
