@@ -9,6 +9,7 @@
 #include "common/runtime/configuration/drives_check.hpp"
 #include "common/runtime/configuration/operator_options.hpp"
 #include "common/runtime/process/process.hpp"
+#include "common/runtime/process/stop_place.hpp"
 #include "common/runtime/servo/switch_input.hpp"
 #include "components/master_io/config.hpp"
 #include "components/master_io/devices/desk_input.hpp"
@@ -82,8 +83,8 @@ int main(int argc, char** argv) {
           config.driver == master_io::Driver::kCan ? runtime::check_drives(*config.can) : "");
     }
     starting.reset();
-    return master_io::run_session(cell, model, config, deployment.network, runtime::state_path(options),
-                                  options.report_dir);
+    return master_io::run_session(cell, model, config, deployment.network,
+                                  runtime::stop_place(options.state_dir), options.report_dir);
   };
   return runtime::process_main(argc, argv, description);
 }

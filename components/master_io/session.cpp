@@ -207,9 +207,9 @@ int joint_index(const ArmModel& model, const std::string& name) {
 }
 
 int run_session(const runtime::CellConfig& cell, const ArmModel& model, const Config& config,
-                const core::NetworkOptions& network, const std::filesystem::path& state_dir,
+                const core::NetworkOptions& network, const runtime::StopPlace& stop_place,
                 const std::filesystem::path& report_dir) {
-  runtime::StopFile stops(state_dir, "master_io", network);
+  runtime::StopFile stops(stop_place, "master_io", network);
   if (!stops.notice().empty()) spdlog::warn("{}", stops.notice());
   Inbox inbox;
   DdsAdapter adapter(core::in_haptic_path(network, config.scheduling.servo_priority),

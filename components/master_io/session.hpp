@@ -5,6 +5,7 @@
 #include "common/core/network.hpp"
 #include "common/robot/kinematics/serial_arm.hpp"
 #include "common/runtime/cell/cell.hpp"
+#include "common/runtime/process/stop_place.hpp"
 #include "components/master_io/config.hpp"
 #include "components/master_io/master_io.hpp"
 
@@ -27,10 +28,10 @@ int joint_index(const ArmModel& model, const std::string& name);
 std::string sentence(const MasterOutputs& now);
 
 /// Runs the master on the topics until a stop is requested: servo thread, publishing thread, a bare loop
-/// beside them if configured, and health twice a second. The stop in force is kept in `state_dir`. Writes
+/// beside them if configured, and health twice a second. The stop in force is kept in `stop_place`. Writes
 /// master_io.json to `report_dir` if that is not empty. Returns the exit code.
 int run_session(const runtime::CellConfig& cell, const ArmModel& model, const Config& config,
-                const core::NetworkOptions& network, const std::filesystem::path& state_dir,
+                const core::NetworkOptions& network, const runtime::StopPlace& stop_place,
                 const std::filesystem::path& report_dir);
 
 }  // namespace phantom::master_io

@@ -9,6 +9,7 @@
 #include "common/runtime/configuration/drives_check.hpp"
 #include "common/runtime/configuration/operator_options.hpp"
 #include "common/runtime/process/process.hpp"
+#include "common/runtime/process/stop_place.hpp"
 #include "common/runtime/servo/switch_input.hpp"
 #include "common/simulation/contact_points.hpp"
 #include "components/slave_io/config.hpp"
@@ -71,8 +72,8 @@ int main(int argc, char** argv) {
       return runtime::configuration_is_valid(found);
     }
     starting.reset();
-    return slave_io::run_session(cell, model, config, deployment.network, runtime::state_path(options),
-                                 options.report_dir);
+    return slave_io::run_session(cell, model, config, deployment.network,
+                                 runtime::stop_place(options.state_dir), options.report_dir);
   };
   return runtime::process_main(argc, argv, description);
 }

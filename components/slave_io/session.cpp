@@ -264,9 +264,9 @@ int run_drives(const runtime::CellConfig& cell, const ArmModel& model, const Con
 }  // namespace
 
 int run_session(const runtime::CellConfig& cell, const ArmModel& model, const Config& config,
-                const core::NetworkOptions& network, const std::filesystem::path& state_dir,
+                const core::NetworkOptions& network, const runtime::StopPlace& stop_place,
                 const std::filesystem::path& report_dir) {
-  runtime::StopFile stops(state_dir, "slave_io", network);
+  runtime::StopFile stops(stop_place, "slave_io", network);
   if (!stops.notice().empty()) spdlog::warn("{}", stops.notice());
   return config.driver == Driver::kCan ? run_drives(cell, model, config, network, stops, report_dir)
                                        : run_simulated(cell, model, config, network, stops, report_dir);

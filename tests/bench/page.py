@@ -254,7 +254,7 @@ def main():
             if not url:
                 more = ["--topology", options.topology] if options.topology else []
                 session = subprocess.Popen([options.bin / "phantom_session", "--report-dir", scratch + "/report", *more], stdout=subprocess.PIPE, text=True,
-                                           env={**os.environ, "XDG_STATE_HOME": scratch + "/state"})
+                                           env={**os.environ, "PHANTOM_STATE_DIR": scratch + "/state"})
                 until = time.monotonic() + STARTS_S
                 while not (found := re.search(r"Operator's page: (http\S+)", line := session.stdout.readline())):
                     if not line or time.monotonic() > until:

@@ -82,7 +82,7 @@ def processor_s(session, thread):
 
 def measure(folder, count, seconds, scene):
     with tempfile.TemporaryDirectory(prefix="phantom_viewers_") as scratch:
-        environment = {**os.environ, "XDG_STATE_HOME": scratch + "/state"}
+        environment = {**os.environ, "PHANTOM_STATE_DIR": scratch + "/state"}
         session = subprocess.Popen([folder / "phantom_session", "--report-dir", scratch + "/report"], stdout=subprocess.PIPE, text=True, env=environment)
         clients = []
         try:

@@ -323,7 +323,7 @@ TEST_F(Files, ASessionNamesWhoIsNotReadyAndEndsWithOne) {
                            "drives_a", "drives_b"})
     without += std::string(" --without ") + name;
   const test::Said result =
-      test::run_line("XDG_STATE_HOME=" + folder_.string() +
+      test::run_line("PHANTOM_STATE_DIR=" + folder_.string() +
                      " " PHANTOM_BIN_DIR "/phantom_session --deployment " PHANTOM_SOURCE_DIR
                      "/deploy/topologies/can_drives.yaml --config " +
                      file("session.yaml", patience) + " --domain " + std::to_string(test::own_domain()) +

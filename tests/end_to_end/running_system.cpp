@@ -72,7 +72,7 @@ RunningSystem::RunningSystem(double seconds, const std::string& topology_name, c
     dup2(file, STDOUT_FILENO);
     dup2(file, STDERR_FILENO);
     const char* const end = nullptr;
-    setenv("XDG_STATE_HOME", (folder_ / "state").c_str(), 1);  // a stop of one run is not one of the next
+    setenv("PHANTOM_STATE_DIR", (folder_ / "state").c_str(), 1);  // a stop of one run is not one of the next
     execl(executable.c_str(), executable.c_str(), "--deployment", topology.c_str(), "--domain",
           domain.c_str(), "--seconds", length.c_str(), "--report-dir", report_dir.c_str(),
           without.empty() ? end : "--without", without.c_str(), end);

@@ -102,7 +102,7 @@ class Host:
         self.processes = []
         # What outlives its processes (a stop in force) is this host's own, and ends with it.
         self.state = tempfile.mkdtemp(prefix=f"phantom_state_{name}_")
-        self.environment = {**os.environ, "XDG_STATE_HOME": self.state}
+        self.environment = {**os.environ, "PHANTOM_STATE_DIR": self.state}
 
     def inside(self, words, own_root=True):
         within = ["chroot", str(self.root)] if self.root and own_root else []

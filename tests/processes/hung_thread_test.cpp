@@ -210,7 +210,7 @@ TEST(SlowStart, OfSlaveIoIsToldTheServiceManagerAllTheWhile) {
       "slave_io",
       {.arguments = {"--deployment", write_topology(folder).string(), "--domain",
                      std::to_string(test::own_domain())},
-       .environment = {{"NOTIFY_SOCKET", notify.name()}, {"XDG_STATE_HOME", (folder / "state").string()}}},
+       .environment = {{"NOTIFY_SOCKET", notify.name()}, {"PHANTOM_STATE_DIR", (folder / "state").string()}}},
       folder);
   pid_t computing = 0;
   ASSERT_TRUE(eventually([&] { return (computing = slave.thread("helper")) != 0; })) << slave.log();

@@ -19,7 +19,7 @@ struct StateFolder {
   StateFolder()
       : path(std::filesystem::temp_directory_path() / ("phantom_state_" + std::to_string(getpid()))) {
     std::filesystem::create_directories(path);
-    setenv("XDG_STATE_HOME", path.c_str(), 1);
+    setenv("PHANTOM_STATE_DIR", path.c_str(), 1);
   }
   ~StateFolder() {
     std::error_code ignored;
@@ -32,8 +32,8 @@ struct StateFolder {
 /// A DDS domain that no other test process of this host uses while this one runs: 100 to 199. `which`: of
 /// several that this process needs; the same number gives the same domain. A name in the kernel's table of
 /// sockets is what claims it, so that it is given back however the process ends. What outlives the processes
-/// that the test starts (a stop in force, $XDG_STATE_HOME) is kept in a folder of the test's own, so that no
-/// test finds another's. Not thread-safe.
+/// that the test starts (a stop in force, $PHANTOM_STATE_DIR) is kept in a folder of the test's own, so that
+/// no test finds another's. Not thread-safe.
 inline int own_domain(std::size_t which = 0) {
   static const StateFolder state;
   constexpr int kFirst = 100, kDomains = 100;

@@ -37,17 +37,4 @@ std::filesystem::path share_path(const std::filesystem::path& relative) {
   return self.parent_path().parent_path() / "share" / "phantom" / relative;
 }
 
-std::filesystem::path state_path(const ProcessOptions& options) {
-  if (!options.state_dir.empty()) return options.state_dir;
-  const auto variable = [](const char* name) -> std::filesystem::path {
-    const char* value = std::getenv(name);
-    return value != nullptr ? value : "";
-  };
-  if (const auto given = variable("STATE_DIRECTORY"); !given.empty()) return given;
-  if (const auto given = variable("XDG_STATE_HOME"); !given.empty()) return given / "phantom";
-  if (const auto home = variable("HOME"); !home.empty()) return home / ".local" / "state" / "phantom";
-  throw MissingError(
-      "no folder for what must outlive the process: $HOME is not set; give one with --state-dir");
-}
-
 }  // namespace phantom::runtime

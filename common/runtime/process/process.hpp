@@ -36,7 +36,7 @@ struct ProcessOptions {
   std::string host;                  ///< name of this host in the topology; empty: found by its addresses
   std::string log_level = "info";
   bool check = false;               ///< validate everything that can be validated, then exit
-  std::filesystem::path state_dir;  ///< folder for what must outlive the process; empty: state_path() decides
+  std::filesystem::path state_dir;  ///< folder for what must outlive the process; empty: stop_place() decides
   std::filesystem::path report_dir;  ///< folder for the session's own files; empty: none are written
 };
 
@@ -82,10 +82,5 @@ bool sleep_unless_stopped(double duration_s);
 /// the folder is a link to the source tree. The environment variable PHANTOM_SHARE replaces
 /// <prefix>/share/phantom.
 std::filesystem::path share_path(const std::filesystem::path& relative);
-
-/// Returns the folder for what must outlive the process: options.state_dir; by default $STATE_DIRECTORY,
-/// which the service manager sets, or $XDG_STATE_HOME/phantom, or ~/.local/state/phantom. The folder need not
-/// exist yet. Throws MissingError if none of them is known.
-std::filesystem::path state_path(const ProcessOptions& options);
 
 }  // namespace phantom::runtime

@@ -44,7 +44,8 @@ void add_common_options(Command app, ProcessOptions& options, const std::vector<
   app.flag("--check", options.check, "validate configuration, files and devices, then exit");
   app.option("--state-dir", options.state_dir,
              "folder for what outlives the process (the stop in force); "
-             "default: $STATE_DIRECTORY, or ~/.local/state/phantom");
+             "default: $PHANTOM_STATE_DIR, or the one place of this host: /var/lib/phantom/stops where the "
+             "packages are installed, else /var/tmp/phantom");
   app.option("--report-dir", options.report_dir, "folder for the files that this session leaves behind");
 }
 

@@ -34,8 +34,8 @@ std::string stem(const std::string& component, const core::NetworkOptions& netwo
 
 [[noreturn]] void refuse(const std::filesystem::path& file, const std::string& what) {
   throw core::MissingError(file.string() + ": " + what +
-                           "; a stop must outlive the process: give a folder that can be written with "
-                           "--state-dir");
+                           "; a stop must outlive the process: start as a user who may write there, or give "
+                           "a folder with --state-dir");
 }
 
 std::string because(const char* what) { return std::string(what) + " (" + std::strerror(errno) + ")"; }
@@ -56,13 +56,12 @@ struct StopFile::Content {
   std::array<char, 12> zero;
 };
 
-StopFile::StopFile(const std::filesystem::path& folder, const std::string& component,
-                   const core::NetworkOptions& network)
-    : folder_(folder), component_(component), name_(stem(component, network)) {
+StopFile::StopFile(StopPlace place, const std::string& component, const core::NetworkOptions& network)
+    : place_(std::move(place)), component_(component), name_(stem(component, network)) {
   static_assert(sizeof(Content) == sizeof(StopImage) && std::atomic<std::uint64_t>::is_always_lock_free);
   content_ = static_cast<Content*>(page_.address());
   open_first_free(true);
-  for (int process = 1; process <= kMaxProcesses; ++process) adopt_from(numbered(folder_, name_, process));
+  adopt_all();
   if (const teleop::StopRecord kept = read(); kept.id != 0)
     add_notice(std::string("stopped since before this start (") + name_of(kept.cause) + "), until a reset");
   keeper_ = std::jthread([this](const std::stop_token& stop) {
@@ -87,16 +86,15 @@ void StopFile::add_notice(const std::string& sentence) {
 }
 
 void StopFile::open_first_free(bool starting) {
-  std::error_code problem;
-  std::filesystem::create_directories(folder_, problem);
+  make_stop_folder(place_.folder, place_.shared);
   for (int process = 1; process <= kMaxProcesses; ++process) {
-    if (!open(numbered(folder_, name_, process), starting)) continue;
+    if (!open(numbered(place_.folder, name_, process), starting)) continue;
     if (starting && process > 1)
       add_notice("another " + component_ + " of this cell runs on this host; stops are kept in " +
                  file_.string());
     return;
   }
-  refuse(numbered(folder_, name_, 1), "held by eight processes already");
+  refuse(numbered(place_.folder, name_, 1), "held by eight processes already");
 }
 
 // Returns false if another process holds the file. Adopts the stop in the file at the start; later this
@@ -143,14 +141,22 @@ void StopFile::take(int descriptor, const std::filesystem::path& file) {
   }
   if (descriptor != descriptor_ && descriptor_ >= 0) close(descriptor_);
   descriptor_ = descriptor;
+  const std::lock_guard lock(text_mutex_);
   file_ = file;
+}
+
+void StopFile::adopt_all() {
+  for (int process = 1; process <= kMaxProcesses; ++process) {
+    adopt_from(numbered(place_.folder, name_, process));
+    for (const auto& folder : place_.former) adopt_from(numbered(folder, name_, process));
+  }
 }
 
 // Adopts the stop from another process's file, and clears it there if no process holds that file any more.
 void StopFile::adopt_from(const std::filesystem::path& file) {
   if (file == file_) return;
   const int descriptor = ::open(file.c_str(), O_RDWR | O_CLOEXEC);
-  if (descriptor < 0 && errno == ENOENT) return;
+  if (descriptor < 0 && (errno == ENOENT || errno == ENOTDIR)) return;
   if (descriptor < 0) refuse(file, because("cannot be read"));
   const teleop::StopRecord kept = stop_in(descriptor).value_or(a_stop());
   if (kept.id != 0 && read().id == 0) write(kept);
@@ -183,13 +189,18 @@ void StopFile::write(const teleop::StopRecord& record) noexcept {
 }
 
 std::filesystem::path StopFile::file() const {
-  const std::lock_guard lock(mutex_);
+  const std::lock_guard lock(text_mutex_);
   return file_;
 }
 
 std::string StopFile::trouble() const {
-  const std::lock_guard lock(mutex_);
+  const std::lock_guard lock(text_mutex_);
   return trouble_;
+}
+
+void StopFile::set_trouble(const std::string& text) {
+  const std::lock_guard lock(text_mutex_);
+  trouble_ = text;
 }
 
 // Returns what is wrong with the file; empty if it keeps the stop in force.
@@ -234,12 +245,13 @@ void StopFile::flush() noexcept {
   const std::lock_guard lock(mutex_);
   try {
     check();
-    trouble_.clear();
+    set_trouble("");
   } catch (const std::exception& problem) {
-    trouble_ = std::string("THE STOP CANNOT BE KEPT: ") + problem.what();
+    const std::string trouble = std::string("THE STOP CANNOT BE KEPT: ") + problem.what();
+    set_trouble(trouble);
     const core::Nanoseconds now_ns = core::monotonic_ns();
     if (logged_ns_ == 0 || core::seconds(now_ns - logged_ns_) > kLogPeriod_s) {
-      spdlog::error("{}", trouble_);
+      spdlog::error("{}", trouble);
       logged_ns_ = now_ns;
     }
   }

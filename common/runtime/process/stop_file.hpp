@@ -9,6 +9,7 @@
 #include "common/core/clock.hpp"
 #include "common/core/network.hpp"
 #include "common/runtime/process/guarded_page.hpp"
+#include "common/runtime/process/stop_place.hpp"
 #include "common/runtime/process/wake_signal.hpp"
 #include "common/teleop/coupling/stop_latch.hpp"
 
@@ -29,14 +30,13 @@ class StopFile final : public teleop::StopStore {
   static constexpr double kCheckPeriod_s = 0.05;
   static constexpr double kLogPeriod_s = 5.0;  ///< a file that cannot be written is logged at most so often
 
-  /// Opens or creates `folder`/`component`.domain-N[.PARTITION].stop, and the folder. An existing file of
-  /// another size or with other contents counts as an emergency stop, because it may have been one. If
+  /// Opens or creates `place.folder`/`component`.domain-N[.PARTITION].stop, and the folder. An existing file
+  /// of another size or with other contents counts as an emergency stop, because it may have been one. If
   /// another process holds the file, the next free one of up to eight numbered files is used. A stop in any
-  /// of the eight files is adopted with its id, whichever file the previous process used. Throws
-  /// core::MissingError naming the file if no file can be used, or if one of the eight cannot be read,
-  /// because a stop must outlive the process.
-  StopFile(const std::filesystem::path& folder, const std::string& component,
-           const core::NetworkOptions& network);
+  /// of the eight files is adopted with its id, whichever file the previous process used; so is one in a
+  /// former place. Throws core::MissingError naming the file if no file can be used, or if one of the eight
+  /// cannot be read, because a stop must outlive the process.
+  StopFile(StopPlace place, const std::string& component, const core::NetworkOptions& network);
   ~StopFile() override;
   StopFile(const StopFile&) = delete;
   StopFile& operator=(const StopFile&) = delete;
@@ -53,7 +53,7 @@ class StopFile final : public teleop::StopStore {
   /// Returns what a person should know: a stop that is in force since before the start, and how the file was
   /// opened. Empty if there is nothing.
   const std::string& notice() const noexcept { return notice_; }
-  /// Returns why the stop cannot be kept at present; empty if it can. Thread-safe.
+  /// Returns why the stop cannot be kept at present; empty if it can. Thread-safe; waits for no disk.
   std::string trouble() const;
 
   struct Content;  ///< private to stop_file.cpp
@@ -61,19 +61,23 @@ class StopFile final : public teleop::StopStore {
  private:
   bool open(const std::filesystem::path& file, bool starting);
   void open_first_free(bool starting);
+  void adopt_all();
   void adopt_from(const std::filesystem::path& file);
   void add_notice(const std::string& sentence);
+  void set_trouble(const std::string& text);
   void take(int descriptor, const std::filesystem::path& file);
   void store(const teleop::StopRecord& record) noexcept;
   std::string fault() const;
   void check();
   void restore(bool in_place);
 
-  const std::filesystem::path folder_;
+  const StopPlace place_;
   const std::string component_, name_;
-  mutable std::mutex mutex_;  // of all below that the servo does not use
-  std::filesystem::path file_;
-  std::string notice_, trouble_;
+  std::string notice_;
+  mutable std::mutex text_mutex_;  // of file_ and trouble_, never held while the disk is waited for
+  std::filesystem::path file_;     // changed under both mutexes
+  std::string trouble_;
+  std::mutex mutex_;  // of all below that the servo does not use
   int descriptor_ = -1;
   bool synced_ = false;  // whether the disk has the stop flushed_
   teleop::StopId flushed_ = 0;

@@ -29,7 +29,9 @@ bool has_image_size(int descriptor) noexcept;
 /// says why.
 bool write_stop_image(int descriptor, const teleop::StopRecord& record) noexcept;
 /// Creates the file with no stop in it. It appears with its whole content, so an empty file is never one that
-/// is about to be written. Returns its descriptor, or −1 and errno; EEXIST: there is such a file now.
+/// is about to be written. Who may read and write it may who can do so in its folder; in a folder for all
+/// users it has the sticky bit, by which systemd-tmpfiles spares it. Returns its descriptor, or −1 and errno;
+/// EEXIST: there is such a file now.
 int create_stop_image(const std::filesystem::path& file);
 /// Returns whether the open file is the one at that path.
 bool is_same_file(int descriptor, const std::filesystem::path& file) noexcept;

@@ -27,7 +27,9 @@ class StopFileTest : public testing::Test {
  protected:
   StopFileTest() { network_.domain = 7; }
   ~StopFileTest() override { std::filesystem::remove_all(folder_); }
-  StopFile open(const std::string& component = "slave_io") const { return {folder_, component, network_}; }
+  StopFile open(const std::string& component = "slave_io") const {
+    return {{.folder = folder_}, component, network_};
+  }
 
   const std::filesystem::path folder_ =
       std::filesystem::temp_directory_path() / ("stop_file_" + std::to_string(getpid())) / "made" / "here";
@@ -228,7 +230,7 @@ TEST_F(StopFileTest, SR03_AStopThatCannotBeKeptIsReportedUntilItCan) {
 // Tries master_io: the folder for the stop
 TEST_F(StopFileTest, SR03_AFolderThatCannotBeWrittenIsToldBeforeAnythingStarts) {
   try {
-    const StopFile file("/proc/nothing", "slave_io", network_);
+    const StopFile file({.folder = "/proc/nothing"}, "slave_io", network_);
     FAIL() << "opened";
   } catch (const core::MissingError& problem) {
     EXPECT_THAT(problem.what(), HasSubstr("/proc/nothing/slave_io.domain-7.stop"));
