@@ -108,6 +108,8 @@ Fault check_payload(const Builtin& builtin, const Guid& writer, std::span<std::u
       facts.vendor, list, length);
   if (fault != Fault::kNone) return fault;
   list.status |= inline_list.status;
+  if (builtin.topic == Topic::kParticipants && facts.unchecked_leases && !list.lease.empty())
+    write_lease(list.lease, kUncheckedLease_s, little_endian);
   return add(builtin.topic, writer, list, facts);
 }
 

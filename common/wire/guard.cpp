@@ -74,12 +74,13 @@ bool Guard::admits(const Source& source) const {
 
 Fault Guard::check(std::span<std::uint8_t> datagram, const MessageFacts& facts, const Source& source,
                    bool discovery, core::Nanoseconds now) {
-  to_hold_ = returned_ = false;
+  to_hold_ = returned_ = lapsed_ = false;
   assembled_count_ = 0;
   rewritten_ = {};
   // Only a relay speaks for others; whose sockets these are is known of the message's sender alone.
   if (facts.for_another && !options_.relayed) return Fault::kIdentity;
   if (is_leaving(facts.sender, now)) return Fault::kLeft;
+  lapsed_ = has_lapsed(facts.sender, now);
   Fault fault = discovery ? check_rate(facts, source, now) : check_unannounced(facts, source, now);
   if (fault == Fault::kNone) fault = check_fragments(datagram, facts, source, now);
   if (fault == Fault::kNone) fault = check_participants(facts, source, now);
@@ -149,6 +150,18 @@ bool Guard::is_leaving(const GuidPrefix& prefix, core::Nanoseconds now) {
   if (!participant->forgotten(kForgetting, now)) return true;
   participants_.remove(prefix);
   return false;
+}
+
+bool Guard::has_lapsed(const GuidPrefix& prefix, core::Nanoseconds now) {
+  if (!options_.receiver.unchecked_leases) return false;
+  const Participant* const participant = participants_.find(prefix);
+  if (participant == nullptr || !participant->lapsed(now)) return false;
+  participants_.remove(prefix);
+  return true;
+}
+
+std::vector<GuidPrefix> Guard::take_lapsed(core::Nanoseconds now) {
+  return options_.receiver.unchecked_leases ? participants_.take_lapsed(now) : std::vector<GuidPrefix>{};
 }
 
 void Guard::lost(const GuidPrefix& prefix) {

@@ -105,12 +105,19 @@ class Guard {
   void lost(const GuidPrefix& participant);
   /// Returns whether the datagram just checked is the first of one that was lost.
   bool returned() const { return returned_; }
+  /// With `receiver.unchecked_leases`: forgets and returns the participants of which nothing was handed on
+  /// for their lease. The caller makes Fast DDS forget them. Allocates if there are any.
+  std::vector<GuidPrefix> take_lapsed(core::Nanoseconds now);
+  /// With `receiver.unchecked_leases`: returns whether the lease of the sender of the datagram just checked
+  /// had run out before. It is checked as one of a new participant; Fast DDS must forget the old one first.
+  bool lapsed() const { return lapsed_; }
   /// Returns what becomes of the departure that is held for `participant`.
   Verdict held(const GuidPrefix& participant, core::Nanoseconds now);
 
  private:
   Fault check_participants(const MessageFacts& facts, const Source& source, core::Nanoseconds now);
   bool is_leaving(const GuidPrefix& prefix, core::Nanoseconds now);
+  bool has_lapsed(const GuidPrefix& prefix, core::Nanoseconds now);
   void leaves(const GuidPrefix& prefix, core::Nanoseconds now);
   Fault check_departure(const ParticipantFact& fact, const Source& source, core::Nanoseconds now);
   Fault check_rate(const MessageFacts& facts, const Source& source, core::Nanoseconds now);
@@ -137,7 +144,7 @@ class Guard {
   std::unique_ptr<FragmentReassembler> whole_samples_;
   std::unique_ptr<std::uint8_t[]> rewritten_octets_;
   std::span<const std::uint8_t> rewritten_;
-  bool to_hold_ = false, returned_ = false;
+  bool to_hold_ = false, returned_ = false, lapsed_ = false;
 };
 
 }  // namespace phantom::wire

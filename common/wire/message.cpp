@@ -213,6 +213,7 @@ Fault check_message(std::span<std::uint8_t> datagram, const Receiver& receiver, 
   facts.participant_count = facts.endpoint_count = facts.fragment_count = facts.sequence_count = 0;
   facts.handshake = facts.for_another = false;
   facts.described = receiver.asks_for_types;
+  facts.unchecked_leases = receiver.unchecked_leases;
   if (const Fault fault = check_header(datagram, facts); fault != Fault::kNone) return fault;
   GuidPrefix sender = facts.sender;
   SecureFrame frame;

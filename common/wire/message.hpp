@@ -64,9 +64,10 @@ struct MessageFacts {
   std::array<FragmentFact, kMax> fragments;
   std::array<SequenceFact, kMax> sequences;
   std::size_t participant_count = 0, endpoint_count = 0, fragment_count = 0, sequence_count = 0;
-  bool handshake = false;    ///< holds a message of the security handshake
-  bool described = false;    ///< the receiver asks for descriptions of types
-  bool for_another = false;  ///< INFO_SRC lets a part of it speak for another participant than `sender`
+  bool handshake = false;         ///< holds a message of the security handshake
+  bool described = false;         ///< the receiver asks for descriptions of types
+  bool unchecked_leases = false;  ///< Fast DDS is to check no lease of a participant
+  bool for_another = false;       ///< INFO_SRC lets a part of it speak for another participant than `sender`
 
   /// Returns whether any of it is discovery's or a handshake's, whatever port it came in by.
   bool of_discovery() const;
@@ -76,6 +77,8 @@ struct MessageFacts {
 struct Receiver {
   bool secured = false;         ///< decodes secured submessages
   bool asks_for_types = false;  ///< asks others to describe their types, so that it reads what they announce
+  /// Fast DDS reads kUncheckedLease_s in place of every participant's lease.
+  bool unchecked_leases = false;
 };
 
 /// Greatest span of one GAP. Fast DDS walks through it number by number.

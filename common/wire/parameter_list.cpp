@@ -225,12 +225,12 @@ void note(Pid pid, std::span<std::uint8_t> value, bool little_endian, bool disco
       OctetReader lease(value, little_endian);
       const std::uint32_t seconds = lease.u32();
       if (discovery && seconds > kMaxLease_s) {  // infinity, and what is negative, too
-        write_u32(value, kMaxLease_s, little_endian);
-        write_u32(value.subspan(4), 0, little_endian);
+        write_lease(value, kMaxLease_s, little_endian);
         facts.lease_s = kMaxLease_s;
       } else {
         facts.lease_s = seconds + lease.u32() / 4294967296.0;
       }
+      if (discovery) facts.lease = value;
       return;
     }
     case Pid::kMetatrafficUnicastLocator: {
@@ -278,6 +278,11 @@ Fault check_parameter_list(std::span<std::uint8_t> list, bool little_endian, Lis
   }
   length = reader.position();
   return Fault::kNone;
+}
+
+void write_lease(std::span<std::uint8_t> value, std::uint32_t seconds, bool little_endian) {
+  write_u32(value, seconds, little_endian);
+  write_u32(value.subspan(4), 0, little_endian);
 }
 
 }  // namespace phantom::wire

@@ -16,12 +16,17 @@ struct ListFacts {
   std::optional<Guid> key;          ///< PID_KEY_HASH
   std::uint32_t status = 0;         ///< PID_STATUS_INFO: bit 0 disposed, bit 1 unregistered
   double lease_s = 100.0;           ///< PID_PARTICIPANT_LEASE_DURATION; the standard's default
+  std::span<std::uint8_t> lease;    ///< where that stands in discovery data; empty: nowhere
   Source listens{};                 ///< the first IPv4 PID_METATRAFFIC_UNICAST_LOCATOR
 };
 
 /// Longest lease that a participant is granted. A longer one is shortened in place: what strangers announce
 /// is forgotten in bounded time. Known implementations announce themselves every 30 s or more often.
 inline constexpr std::uint32_t kMaxLease_s = 120;
+/// What Fast DDS reads in place of a lease that it is not to check: three years.
+inline constexpr std::uint32_t kUncheckedLease_s = 100'000'000;
+/// Writes a lease into the eight octets of a PID_PARTICIPANT_LEASE_DURATION. Real-time safe: yes.
+void write_lease(std::span<std::uint8_t> value, std::uint32_t seconds, bool little_endian);
 
 /// What a parameter list stands in. kDescribedDiscovery: discovery data for a participant that asks for
 /// descriptions of types.

@@ -92,6 +92,16 @@ void Participants::forget_expired(core::Nanoseconds now) {
   std::erase_if(known_, [&](const auto& one) { return one.second.participant.expired(now); });
 }
 
+std::vector<GuidPrefix> Participants::take_lapsed(core::Nanoseconds now) {
+  std::vector<GuidPrefix> lapsed;
+  std::erase_if(known_, [&](const auto& one) {
+    const bool lapses = one.second.participant.lapsed(now);
+    if (lapses) lapsed.push_back(one.first);
+    return lapses;
+  });
+  return lapsed;
+}
+
 Participant* Participants::add(const GuidPrefix& prefix, const Source& source, core::Nanoseconds now) {
   if (Participant* known = find(prefix)) return known;
   Address& address = address_of(source.address, now);

@@ -67,6 +67,8 @@ class Participant {
 
   /// One of its messages was handed on to Fast DDS, whose lease of it begins anew.
   void passed(core::Nanoseconds now) { passed_ = now; }
+  /// True if none was for its lease. Never, before the first.
+  bool lapsed(core::Nanoseconds now) const { return passed_ != 0 && now - passed_ > lease_; }
   /// If none was for its lease, Fast DDS has forgotten it, and its readers begin at the start again.
   void forget_samples_after_lease(core::Nanoseconds now) {
     if (now - passed_ >= lease_) first_samples_.clear();
@@ -120,6 +122,8 @@ class Participants {
   /// Returns the participant, new or known; null if there are too many, in all or of that sender's address.
   Participant* add(const GuidPrefix& prefix, const Source& source, core::Nanoseconds now);
   void remove(const GuidPrefix& prefix) { known_.erase(prefix); }
+  /// Removes and returns those of which nothing was handed on for their lease.
+  std::vector<GuidPrefix> take_lapsed(core::Nanoseconds now);
   std::size_t size() const { return known_.size(); }
 
   /// Lets a stranger's datagram of discovery pass; all strangers of one address share its budget.

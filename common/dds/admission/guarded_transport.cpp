@@ -3,6 +3,7 @@
 #include <atomic>
 #include <cstring>
 #include <mutex>
+#include <optional>
 #include <vector>
 
 #include "common/core/clock.hpp"
@@ -46,7 +47,12 @@ Receiving& receiving() {
 class GuardedTransport final : public fast_dds::MessageTransport {
  public:
   explicit GuardedTransport(const GuardedTransportDescriptor& descriptor)
-      : MessageTransport(descriptor), descriptor_(descriptor), guard_(descriptor.guard) {}
+      : MessageTransport(descriptor), descriptor_(descriptor), guard_(descriptor.guard) {
+    if (descriptor_.leases != nullptr) descriptor_.leases->attach([this] { look_at_leases(); });
+  }
+  ~GuardedTransport() override {
+    if (descriptor_.leases != nullptr) descriptor_.leases->attach({});
+  }
 
   rtps::TransportDescriptorInterface* get_configuration() override { return &descriptor_; }
 
@@ -76,7 +82,10 @@ class GuardedTransport final : public fast_dds::MessageTransport {
     const bool pass = admit(datagram, source, discovery, {above, local, remote}, memory);
     const auto lock =
         discovery || memory.of_discovery ? std::unique_lock(discovery_) : std::unique_lock<std::mutex>();
-    if (discovery) forget_banned(above, local, remote);
+    if (discovery) {
+      discovered_by_.emplace(Inlet{above, local, remote});
+      have_forgotten();
+    }
     if (pass) forward(datagram, above, local, remote, memory);
     for (const auto& whole : memory.assembled)
       above->OnDataReceived(whole.data(), static_cast<std::uint32_t>(whole.size()), local, remote);
@@ -88,6 +97,10 @@ class GuardedTransport final : public fast_dds::MessageTransport {
  private:
   static constexpr std::size_t kMaxHeld = 16;
   static constexpr GuidPrefix kWhoeverReads{};
+  struct Inlet {
+    rtps::TransportReceiverInterface* above;
+    rtps::Locator_t local, remote;
+  };
   struct Way {
     rtps::TransportReceiverInterface* above;
     const rtps::Locator_t &local, &remote;
@@ -115,10 +128,17 @@ class GuardedTransport final : public fast_dds::MessageTransport {
     const wire::Fault fault =
         guard_.check(datagram, memory.facts, source, discovery || memory.of_discovery, now);
     if (guard_.returned()) descriptor_.announcements->returns(memory.facts.sender);
+    if (guard_.lapsed()) descriptor_.leases->lapse(memory.facts.sender);
     if (fault != wire::Fault::kNone) return refuse(fault);
     if (descriptor_.announcements != nullptr) {
       for (std::size_t i = 0; i < memory.facts.participant_count; ++i)
         descriptor_.announcements->note(memory.facts.participants[i], now);
+    }
+    if (descriptor_.leases != nullptr) {
+      for (std::size_t i = 0; i < memory.facts.participant_count; ++i) {
+        const wire::ParticipantFact& fact = memory.facts.participants[i];
+        if (!fact.departs) descriptor_.leases->announced(fact.announced, fact.lease_s);
+      }
     }
     for (const auto& whole : guard_.assembled()) memory.assembled.emplace_back(whole.begin(), whole.end());
     if (const auto rewritten = guard_.rewritten(); !rewritten.empty()) {
@@ -130,13 +150,28 @@ class GuardedTransport final : public fast_dds::MessageTransport {
     return false;
   }
 
-  /// Hands Fast DDS a departure of each participant that was banned, so that it frees what it keeps of it.
-  void forget_banned(rtps::TransportReceiverInterface* above, const rtps::Locator_t& local,
-                     const rtps::Locator_t& remote) {
-    for (const GuidPrefix& banned : descriptor_.bans->take_fresh()) {
-      const auto message = departure(banned, kWhoeverReads, kDepartureSequence);
-      above->OnDataReceived(message.data(), static_cast<std::uint32_t>(message.size()), local, remote);
+  /// Finds who has lapsed, also while nothing is received. Called once a second by another thread.
+  void look_at_leases() {
+    {
+      const std::lock_guard lock(guarding_);
+      for (const GuidPrefix& lapsed : guard_.take_lapsed(core::monotonic_ns()))
+        descriptor_.leases->lapse(lapsed);
     }
+    const std::lock_guard lock(discovery_);
+    if (discovered_by_) have_forgotten();
+  }
+
+  /// Hands Fast DDS a departure of each participant that was banned or has lapsed, so that it frees what it
+  /// keeps of it. Needs the lock `discovery_`, which the inlet's receiver is used under.
+  void have_forgotten() {
+    const auto depart = [this](const GuidPrefix& participant) {
+      const auto message = departure(participant, kWhoeverReads, kDepartureSequence);
+      discovered_by_->above->OnDataReceived(message.data(), static_cast<std::uint32_t>(message.size()),
+                                            discovered_by_->local, discovered_by_->remote);
+    };
+    for (const GuidPrefix& banned : descriptor_.bans->take_fresh()) depart(banned);
+    if (descriptor_.leases == nullptr) return;
+    for (const GuidPrefix& lapsed : descriptor_.leases->take_lapsed()) depart(lapsed);
   }
 
   void hold(std::span<const std::uint8_t> datagram, const Way& way, const Receiving& memory) {
@@ -195,6 +230,7 @@ class GuardedTransport final : public fast_dds::MessageTransport {
   std::mutex discovery_, guarding_;
   wire::Guard guard_;
   std::vector<Held> held_;
+  std::optional<Inlet> discovered_by_;  // where messages of discovery came in last; needs `discovery_`
 };
 
 }  // namespace

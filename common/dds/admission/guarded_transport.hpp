@@ -6,6 +6,7 @@
 #include "common/dds/admission/refused_datagrams.hpp"
 #include "common/dds/arbitration/announcements.hpp"
 #include "common/dds/endpoints/outbox.hpp"
+#include "common/dds/recovery/lease_monitor.hpp"
 #include "common/wire/guard.hpp"
 #include "fast_dds/transport.hpp"
 
@@ -36,6 +37,7 @@ struct GuardedTransportDescriptor : fast_dds::rtps::ChainingTransportDescriptor 
   std::shared_ptr<Outbox> outbox = std::make_shared<Outbox>();
   std::shared_ptr<Bans> bans = std::make_shared<Bans>();
   std::shared_ptr<Announcements> announcements;  ///< null: nobody asks for them
+  std::shared_ptr<LeaseMonitor> leases;          ///< null: Fast DDS judges leases
 };
 
 }  // namespace phantom::dds

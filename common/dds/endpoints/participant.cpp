@@ -166,8 +166,9 @@ Participant::Participant(const std::string& component, const core::NetworkOption
   impl_->outbox = transport->outbox;
   impl_->bans = transport->bans;
   if (network.discovery_servers.empty()) {  // with discovery servers, a peer's end is reported by others
-    discovery = impl_->readmission = std::make_shared<RediscoveryManager>(
-        component, !network.security.empty(), transport->outbox, transport->announcements, discovery);
+    discovery = impl_->readmission =
+        std::make_shared<RediscoveryManager>(component, !network.security.empty(), transport->outbox,
+                                             transport->announcements, transport->leases, discovery);
   }
   if (discovery) impl_->listener = std::make_shared<fast_dds::DiscoveryListener>(std::move(discovery));
   with_dds_threads(network.servo_priority > 0, [&] {

@@ -78,6 +78,11 @@ std::shared_ptr<GuardedTransportDescriptor> transport_of(const core::NetworkOpti
   guarded->guard.crashes_on_interleaved_fragments = fast_dds::kEndsByMixedSamples;
   guarded->guard.receiver.asks_for_types = asks_for_types;
   guarded->guard.relayed = !network.discovery_servers.empty();
+  // Servers judge the leases of those whom they announce.
+  if (!guarded->guard.relayed && !guarded->guard.forgets_by_silence) {
+    guarded->guard.receiver.unchecked_leases = true;
+    guarded->leases = std::make_shared<LeaseMonitor>();
+  }
   guarded->guard.networks = networks_of(network);
   guarded->guard.participants_per_source = std::max(guarded->guard.participants_per_source,
                                                     static_cast<std::size_t>(network.participants_per_host));

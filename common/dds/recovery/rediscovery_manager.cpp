@@ -32,11 +32,13 @@ rtps::Locator_t locator_of(const wire::Source& address) {
 
 RediscoveryManager::RediscoveryManager(std::string component, bool secured, std::shared_ptr<Outbox> outbox,
                                        std::shared_ptr<Announcements> announcements,
+                                       std::shared_ptr<LeaseMonitor> leases,
                                        std::shared_ptr<DiscoveryEvents> next)
     : component_(std::move(component)),
       secured_(secured),
       outbox_(std::move(outbox)),
       announcements_(std::move(announcements)),
+      leases_(std::move(leases)),
       next_(std::move(next)),
       ends_(secured ? EndpointLossMonitor::kPatienceIfSecured : EndpointLossMonitor::kPatience) {}
 
@@ -73,6 +75,10 @@ std::uint64_t RediscoveryManager::forgotten() const {
 }
 
 void RediscoveryManager::on_participant(const FoundParticipant& participant) {
+  leases_ ? take(leases_->judged(participant)) : take(participant);
+}
+
+void RediscoveryManager::take(const FoundParticipant& participant) {
   const GuidPrefix prefix = prefix_of(participant.guid);
   {
     const std::lock_guard lock(mutex_);
@@ -159,6 +165,11 @@ void RediscoveryManager::run() {
   while (!stopped_.wait_for(lock, kLookPeriod, [this] { return stop_; })) {
     const core::Nanoseconds now = core::monotonic_ns();
     if (announcements_) look_at_announcements(now);
+    if (leases_) {
+      lock.unlock();  // Fast DDS reports who is forgotten, to on_participant()
+      leases_->look();
+      lock.lock();
+    }
     for (const auto& [prefix, peer] : peers_) outbox_->keep(peer.addresses);
     const auto handshakes = handshakes_.overdue(own_, now);
     const auto ends = ends_.overdue(own_, now);

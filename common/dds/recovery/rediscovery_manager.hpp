@@ -13,6 +13,7 @@
 #include "common/dds/arbitration/discovery.hpp"
 #include "common/dds/arbitration/endpoint_loss_monitor.hpp"
 #include "common/dds/endpoints/outbox.hpp"
+#include "common/dds/recovery/lease_monitor.hpp"
 
 namespace phantom::dds {
 
@@ -38,9 +39,10 @@ namespace phantom::dds {
 /// Private to common/dds. It passes every event on to `next`.
 class RediscoveryManager : public DiscoveryEvents {
  public:
-  /// `outbox`, `announcements`: of the participant's transport.
+  /// `outbox`, `announcements`, `leases`: of the participant's transport.
   RediscoveryManager(std::string component, bool secured, std::shared_ptr<Outbox> outbox,
-                     std::shared_ptr<Announcements> announcements, std::shared_ptr<DiscoveryEvents> next);
+                     std::shared_ptr<Announcements> announcements, std::shared_ptr<LeaseMonitor> leases,
+                     std::shared_ptr<DiscoveryEvents> next);
   ~RediscoveryManager() override;
   /// Starts the thread. Call it once, with the participant's own GUID, when the participant has been created.
   void start(const fast_dds::rtps::GUID_t& own);
@@ -63,6 +65,7 @@ class RediscoveryManager : public DiscoveryEvents {
     bool reported = true;                     // by Fast DDS; else it was seen to announce itself
   };
   static Peer at(const wire::Source& listens);
+  void take(const FoundParticipant& participant);
   void run();
   void admit(const GuidPrefix& prefix, core::Nanoseconds now);
   void look_at_announcements(core::Nanoseconds now);
@@ -75,6 +78,7 @@ class RediscoveryManager : public DiscoveryEvents {
   const bool secured_;
   const std::shared_ptr<Outbox> outbox_;
   const std::shared_ptr<Announcements> announcements_;  // null: Fast DDS reports who announces itself
+  const std::shared_ptr<LeaseMonitor> leases_;          // null: Fast DDS judges leases
   const std::shared_ptr<DiscoveryEvents> next_;
   mutable std::mutex mutex_;
   std::condition_variable stopped_;

@@ -39,6 +39,10 @@ struct ForgettingBySilence : GuardTest {
   ForgettingBySilence() : GuardTest({.forgets_by_silence = true}) {}
 };
 
+struct JudgingLeases : GuardTest {
+  JudgingLeases() : GuardTest({.receiver = {.unchecked_leases = true}}) {}
+};
+
 struct RelayedGuard : GuardTest {
   RelayedGuard() : GuardTest({.relayed = true}) {}
 };
@@ -50,6 +54,43 @@ struct NamedNetworks : GuardTest {
 TEST(Fault, WordsFitTheNameOfAFigure) {
   for (std::size_t i = 0; i < kFaults; ++i)
     EXPECT_LE(std::string_view(words_of(static_cast<Fault>(i))).size(), 50u);
+}
+
+// Fast DDS would check any shorter lease by a timer of its own.
+TEST_F(JudgingLeases, ShowsFastDdsALeaseThatDoesNotEnd) {
+  for (const std::uint32_t seconds : {1u, 5u, kMaxLease_s + 1}) {
+    EXPECT_EQ(receive(test::announcement(test::kPeer, seconds)), Fault::kNone);
+    EXPECT_EQ(last, test::announcement(test::kPeer, kUncheckedLease_s));
+    EXPECT_DOUBLE_EQ(facts->participants[0].lease_s, std::min(seconds, kMaxLease_s));
+  }
+}
+
+TEST_F(JudgingLeases, TellsWhoWasNotHeardForTheAnnouncedLease) {
+  receive(test::announcement(peer(1), 5));
+  receive(test::announcement(peer(2), 9));
+  EXPECT_TRUE(guard.take_lapsed(6 * kSecond).empty());
+  EXPECT_EQ(guard.take_lapsed(6 * kSecond + 1), std::vector<GuidPrefix>{peer(1)});
+  EXPECT_TRUE(guard.take_lapsed(7 * kSecond).empty()) << "each once";
+  receive(test::announcement(peer(2), 9), kHost, 9 * kSecond);
+  EXPECT_TRUE(guard.take_lapsed(18 * kSecond).empty()) << "it was heard meanwhile";
+}
+
+// A process that stood still finds in its sockets what was sent meanwhile, before it looks at leases.
+TEST_F(JudgingLeases, TellsWhoSpeaksAgainAfterItsLease) {
+  EXPECT_EQ(receive(test::announcement(peer(1), 5)), Fault::kNone);
+  EXPECT_FALSE(guard.lapsed()) << "nothing was handed on before";
+  receive(test::announcement(peer(1), 5), kHost, 6 * kSecond);
+  EXPECT_FALSE(guard.lapsed());
+  EXPECT_EQ(receive(test::announcement(peer(1), 5), kHost, 12 * kSecond), Fault::kNone);
+  EXPECT_TRUE(guard.lapsed());
+  EXPECT_EQ(receive(test::announcement(peer(1), 5), kHost, 13 * kSecond), Fault::kNone);
+  EXPECT_FALSE(guard.lapsed());
+}
+
+TEST_F(SmallGuard, LeavesLeasesToFastDdsUnlessAskedToJudge) {
+  EXPECT_EQ(receive(test::announcement(test::kPeer, 5)), Fault::kNone);
+  EXPECT_EQ(last, test::announcement(test::kPeer, 5));
+  EXPECT_TRUE(guard.take_lapsed(100 * kSecond).empty());
 }
 
 TEST_F(NamedNetworks, AdmitsTheirSendersOnly) {
