@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <csignal>
+#include <cstring>
+#include <filesystem>
 #include <iostream>
 #include <mutex>
 #include <optional>
@@ -85,6 +87,14 @@ class Fault : public testing::Test {
     return false;
   }
 
+  // However it is asked to end: a terminal that is closed, a service that is stopped.
+  void expect_an_end_in_order_by(int signal) {
+    system_.stop(signal);
+    EXPECT_EQ(system_.wait(), 0) << strsignal(signal);
+    EXPECT_TRUE(std::filesystem::exists(system_.report() / "index.html")) << strsignal(signal);
+    EXPECT_THAT(read_text(system_.report() / "summary.json"), testing::HasSubstr("\"exit\": 0"));
+  }
+
   // A failure is told with what the system said and the states it was left in.
   void TearDown() override {
     if (!HasFailure()) return;
@@ -132,8 +142,7 @@ TEST_F(Fault, AFrozenSlaveMakesTheMasterRampItsTorqueToZeroAndThePerceptInvalid)
   kill(slave, SIGCONT);
   EXPECT_TRUE(master_reaches(msg::LinkState::LINK_COUPLED))
       << "it recovers by itself once the slave is back and aligned";
-  system_.stop();
-  EXPECT_EQ(system_.wait(), 0);
+  expect_an_end_in_order_by(SIGHUP);
 }
 
 TEST_F(Fault, AnEmergencyStopTakesTheTorqueAndStaysUntilAResetThatNamesIt) {
@@ -149,8 +158,7 @@ TEST_F(Fault, AnEmergencyStopTakesTheTorqueAndStaysUntilAResetThatNamesIt) {
   EXPECT_TRUE(master_reaches(msg::LinkState::LINK_STOPPED));
   EXPECT_TRUE(slave_reaches(msg::LinkState::LINK_STOPPED));
   EXPECT_TRUE(reset_until_coupled(commands, stamper));
-  system_.stop();
-  EXPECT_EQ(system_.wait(), 0);
+  expect_an_end_in_order_by(SIGQUIT);
 }
 
 TEST_F(Fault, ASignalToEitherSideStopsBoth) {
@@ -164,8 +172,7 @@ TEST_F(Fault, ASignalToEitherSideStopsBoth) {
     EXPECT_TRUE(slave_reaches(msg::LinkState::LINK_STOPPED)) << side;
     EXPECT_TRUE(reset_until_coupled(commands, stamper)) << side;
   }
-  system_.stop();
-  EXPECT_EQ(system_.wait(), 0);
+  expect_an_end_in_order_by(SIGTERM);
 }
 
 }  // namespace

@@ -109,7 +109,7 @@ pid_t RunningSystem::process(const std::string& word) const {
   return 0;
 }
 
-void RunningSystem::stop() { kill(pid_, SIGINT); }
+void RunningSystem::stop(int signal) { kill(pid_, signal); }
 
 bool RunningSystem::running() {
   if (exit_code_ >= 0) return false;

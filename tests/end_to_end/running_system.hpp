@@ -2,6 +2,7 @@
 
 #include <sys/types.h>
 
+#include <csignal>
 #include <filesystem>
 #include <functional>
 #include <map>
@@ -35,8 +36,8 @@ class RunningSystem {
   std::string output() const;
   /// The process that it started with `word` in its command line; 0: none.
   pid_t process(const std::string& word) const;
-  /// Asks it to end (SIGINT, as Ctrl-C).
-  void stop();
+  /// Asks it to end; by default as Ctrl-C.
+  void stop(int signal = SIGINT);
   /// Waits for its end and returns its exit code.
   int wait();
   bool running();
