@@ -159,7 +159,7 @@ Status check(const DriveGroupConfig& config) {
   for (const AxisConfig& axis : config.axes) {
     if (Status status = check_axis(axis, config.bit_rates.size()); !status) return status;
     if (axis.node == config.master_node || !taken.insert({axis.bus, axis.node}).second)
-      return out_of_range(axis.name + ".node", axis.node, "a node id that nobody else on its bus has");
+      return out_of_range(axis.name + ".node", axis.node, "a node id that no other node on its bus has");
   }
   for (std::size_t bus = 0; bus < config.bit_rates.size(); ++bus) {
     if (Status status = check_load(config, bus); !status) return status;

@@ -26,8 +26,8 @@ constexpr FaultText kFaults[] = {  // in the order of DriveFault
     {"PDO length", "sent a PDO of another length than was mapped"},
     {"feedback missing", "leaves SYNCs without an answer"},
     {"measurement missing", "tells its position, but not its speed and torque"},
-    {"heartbeat lost", "is not heard: its heartbeat stopped"},
-    {"rebooted", "started anew by itself"},
+    {"heartbeat lost", "lost: its heartbeat stopped"},
+    {"rebooted", "restarted by itself"},
     {"bus-off", "cannot be reached: the CAN controller left the bus (bus-off)"},
     {"bus down", "cannot be reached: the CAN interface is down"},
     {"following error",
@@ -57,7 +57,7 @@ std::string implausible_sentence(const ImplausibleMotion& m) {
           m.seen, unit, m.allowed);
     case Implausibility::kStuck:
       return core::formatted(
-          "reports a position that stands still while its torque changed by %.3g of the greatest one; allowed: at "
+          "reports a constant position while its torque changed by %.3g of the greatest one; allowed: at "
           "most %.3g. Its encoder may be stuck",
           m.seen, m.allowed);
     case Implausibility::kNone:

@@ -44,7 +44,7 @@ core::Expected<int> connect_to(const std::string& address) {
   if (connect(socket, reinterpret_cast<const sockaddr*>(&where), size) != 0) {
     const int error = errno;
     close(socket);
-    return Status::not_found(address + ": nobody serves this bus (" + std::strerror(error) +
+    return Status::not_found(address + ": no process serves this bus (" + std::strerror(error) +
                              "); start one, e.g. simulated_drive --bus " + address);
   }
   return socket;

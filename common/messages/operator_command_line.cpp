@@ -90,7 +90,7 @@ class CommandLine {
   void name_stops(OperatorCommand& command) {
     for (const Side side : teleop::kSides) {
       const auto now = state_of(side);
-      if (!now) print_ << component_of(side) << ": not heard; its stop is not named\n";
+      if (!now) print_ << component_of(side) << ": no state received; its stop is not named\n";
       (side == Side::kMaster ? command.master_stop : command.slave_stop) = now ? now->stop.id : 0;
     }
   }

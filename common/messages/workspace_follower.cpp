@@ -59,7 +59,7 @@ std::shared_ptr<const workspace::Workspace> WorkspaceFollower::take() {
     overrun = std::exchange(overrun_, false);
   }
   if (overrun) {
-    refuse({core::ErrorCode::kResourceExhausted, "more came than there is room for; it is asked for anew"});
+    refuse({core::ErrorCode::kResourceExhausted, "queue overflow; requesting it again"});
     bricks_.reset();
     versions_.reset();
     sources_ = workspace::WorkspaceSources(most_bytes_);

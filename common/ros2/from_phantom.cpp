@@ -63,7 +63,7 @@ diagnostic_msgs::msg::dds_::DiagnosticStatus_ diagnostic_of(const std::string& c
                                                             bool silent) {
   auto status = diagnostic(
       component, silent ? kStale : level_of(state.state),
-      silent ? "not heard any more"
+      silent ? "lost"
              : std::string(core::name_of(state.state)) + (state.message.empty() ? "" : ": ") + state.message);
   status.hardware_id(state.host);
   for (const core::HealthFigure& figure : state.figures)

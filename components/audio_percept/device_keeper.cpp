@@ -9,8 +9,8 @@ DeviceKeeper::DeviceKeeper(Engine& engine, Opener open, double retry_s, std::str
 
 void DeviceKeeper::step(double dt_s) {
   if (const auto gone = engine_.take_back()) {
-    spdlog::warn("{} went away: the sound goes on without it; a device is looked for every {:.3g} s",
-                 gone->name(), retry_s_);
+    spdlog::warn("{} removed: sound continues without it; looking for a device every {:.3g} s", gone->name(),
+                 retry_s_);
     name_ = PacedSink().name();
     waited_s_ = 0.0;
     ++losses_;

@@ -86,8 +86,8 @@ void run_session(const AudioPerceptConfig& config, const core::NetworkOptions& n
   spdlog::info("sound, {}, goes to: {}{}", name_of(config.layout), first_name,
                recorder.file() ? " and audio.wav" : "");
   if (!sink.notice.empty()) {
-    spdlog::warn("{}: the sound is made but not heard here; a device is looked for every {:.3g} s",
-                 sink.notice, config.retry_s);
+    spdlog::warn("{}: sound is rendered but not played; looking for a device every {:.3g} s", sink.notice,
+                 config.retry_s);
   }
   Engine engine(config, std::move(sink.sink), inbox, recorder.ring());
   DeviceKeeper device(

@@ -80,7 +80,7 @@ void Recorder::look_at_disk(core::Nanoseconds now_ns) {
   if (out_of_space_) {
     if (!ended_.empty() || free < settings_.margin_bytes + settings_.margin_bytes / 10) return;
     out_of_space_ = false;
-    note("there is space again: recording goes on at the next event");
+    note("space available again: recording continues at the next event");
     return;
   }
   if (free >= settings_.margin_bytes) return;

@@ -63,7 +63,7 @@ struct CommandLine {
     replay.flag("--original-stamps", original_stamps,
                 "leave stamps as they were recorded: readers that are live may refuse them as old");
     replay.flag("--commands", replaying.commands, "also topics that command something (…_command)");
-    replay.flag("--beside-live", replaying.beside_live, "also on topics that somebody writes now");
+    replay.flag("--beside-live", replaying.beside_live, "also on topics that have a writer now");
     replay.option("--wait", replaying.wait_s, "seconds to wait at most until every topic has a reader")
         .between(0.0, 3600.0);
   }
@@ -112,7 +112,7 @@ struct CommandLine {
 
 // The arm is the deployment's: a recording has no kinematics.
 int export_arm_of(const ExportRequest& request, bool ros2, const runtime::ProcessOptions& options) {
-  if (!ros2) throw core::ConfigError("export: in whose words is not said; allowed: --ros2");
+  if (!ros2) throw core::ConfigError("export: no format given; allowed: --ros2");
   const auto cell = runtime::load_checked_cell(runtime::load_deployment(options).cell);
   const auto& config = cell.arm(request.arm);
   std::ostringstream urdf;

@@ -13,15 +13,15 @@ int main(int argc, char** argv) {
   runtime::ProcessDescription description;
   description.name = "dds_spy";
   description.summary =
-      "Shows what goes on in a DDS domain: who is there, what is sent, how often, how evenly, how old, "
-      "what is lost, and why two ends do not communicate. It looks on and disturbs nobody.";
+      "Shows a DDS domain: its participants, what they send, how often, how evenly, how old, "
+      "what is lost, and why two endpoints do not communicate. It only observes.";
   description.details = dds_spy::help_text();
   description.add_options = [&](runtime::Command app) { dds_spy::add_options(app, request); };
   description.parameters = {dds_spy::kParameters};
   description.run = [&](const runtime::ProcessOptions& options) {
     if (request.ask_types && !observation::can_ask_for_types())
       throw core::ConfigError(
-          "--ask-types: this Fast DDS asks nobody to describe a type; version 3 does (Debian 13)");
+          "--ask-types: this Fast DDS cannot ask for a type's description; version 3 can (Debian 13)");
     const auto config = dds_spy::load_config(options.config);
     const auto deployment = runtime::load_deployment(options);
     dds::check_qos_profiles(deployment.network.qos_profiles);

@@ -122,7 +122,7 @@ void SystemView::on_sample(const ReceivedSample& sample) {
   if (sample.gone) {
     observed.stream.take_number(sample.facts.sequence_number);
     report(EventKind::kInstanceGone, utc_ns, sample.topic, graph_.who(sample.writer),
-           "an instance is disposed of or has no writer any more");
+           "an instance is disposed of or has no more writers");
     return;
   }
   report_arrival(sample, observed.stream.take(sample.facts));

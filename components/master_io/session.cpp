@@ -44,7 +44,7 @@ std::string sentence(const MasterOutputs& now) {
                                : "waiting for the slave to come to the master's pose";
     case LinkState::kDegraded:
       return now.peer_bound_elsewhere ? "the slave answers another master_io: torques off"
-                                      : "the slave is not heard or holds: torques off";
+                                      : "slave lost or holding: torques off";
     case LinkState::kStopped:
       return std::string(name_of(now.stop.cause)) + ": torques off until reset" +
              (now.partner_unconfirmed ? "; THE SLAVE HAS NOT CONFIRMED THAT IT IS STOPPED" : "");
@@ -57,7 +57,8 @@ std::string sentence(const MasterOutputs& now) {
         // No figures: they change all the time, and each change would report the sentence again.
         return "1/A is held at what is stable with the link's delay";
       }
-      if (now.feedback_damped) return "the slave's feedback is damped: it gave energy that nobody put in";
+      if (now.feedback_damped)
+        return "slave feedback damped: it returned more energy than the operator put in";
       return now.damping_limited ? "the percept is limited to what the master renders stably" : "";
   }
 }

@@ -106,7 +106,7 @@ class Session {
     const auto guard = adapter_.lock();
     if (hinted_ || !collector_.any_stopped()) return;
     hinted_ = true;
-    say("Stopped, and so it stays until somebody has looked at it and resets it: "
+    say("Stopped until an operator resets it: "
         "on the operator's page, or by \"master_io command reset\".");
   }
 

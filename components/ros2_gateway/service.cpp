@@ -43,12 +43,12 @@ class Robot {
       if (refuses) health.message = "messages are refused: " + reason_;
     } else if (passed_on_ == 0) {
       health.state = core::ComponentState::kReady;
-      health.message = robots == 0 ? "waiting for a robot: nobody publishes joint_states"
+      health.message = robots == 0 ? "waiting for a robot: no publisher of joint_states"
                        : refuses   ? "messages are refused: " + reason_
                                    : "waiting for joints: " + missing;
     } else {
       health.state = core::ComponentState::kDegraded;
-      health.message = refuses ? "messages are refused: " + reason_ : "joints not heard: " + missing;
+      health.message = refuses ? "messages are refused: " + reason_ : "joints without a state: " + missing;
     }
     health.figures = {{"joint_states", static_cast<double>(heard_), ""},
                       {"refused", static_cast<double>(refused_), ""},

@@ -117,7 +117,7 @@ void DdsAdapter::Impl::take(const messages::WorkspaceVersion& version) {
   if (text == payload_text) return;
   payload_text = text;
   if (payload) {
-    spdlog::info("{}", text.empty() ? "carries nothing whose weight is known" : text);
+    spdlog::info("{}", text.empty() ? "carries nothing of known weight" : text);
   } else {
     spdlog::warn("{}", text);
   }

@@ -44,7 +44,7 @@ std::string sentence(const SlaveOutputs& now, const robot::SerialArm& arm) {
              arm.joints()[static_cast<std::size_t>(now.far_joint)].name;
     case LinkState::kDegraded:
       return now.peer_bound_elsewhere ? "the master answers another slave_io: holding position"
-                                      : "the master is not heard: holding position";
+                                      : "master lost: holding position";
     case LinkState::kStopped:
       return std::string(name_of(now.stop.cause)) + ": holding position until reset" +
              (now.partner_unconfirmed ? "; THE MASTER HAS NOT CONFIRMED THAT IT IS STOPPED" : "");

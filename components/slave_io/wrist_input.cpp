@@ -109,7 +109,7 @@ std::string wrist_sentence(const teleop::WristForce& force, bool& hinders) {
     case WristState::kSilent:
       return "the force sensor has not been heard yet";
     case WristState::kStale:
-      return "the force sensor is not heard: no force is measured";
+      return "force sensor lost: no force is measured";
     case WristState::kInvalid:
       return "the force sensor or its bus reports an error: no force is measured";
     case WristState::kSaturated:

@@ -97,12 +97,12 @@ void run_session(ViewerConfig config, const runtime::CellConfig& cell, const cor
           },
           config.language);
     } catch (const core::MissingError& problem) {
-      spdlog::warn("{}; the viewer goes on without a window", problem.what());
+      spdlog::warn("{}; continuing without a window", problem.what());
     }
   PublishingSchedule schedule(config.page.allow_commands, config.frame_rate_hz);
   while (viewer.running() && !runtime::stop_requested()) {
     if (window && !window->turn(kTurn_s)) {
-      spdlog::info("window closed; the viewer goes on without it");
+      spdlog::info("window closed; continuing without it");
       window.reset();
     } else if (!window && !runtime::sleep_unless_stopped(kTurn_s)) {
       break;

@@ -227,7 +227,7 @@ int run_assistant(const Request& request, const Config& config, const Workspace&
   if (!request.page.empty()) {
     setup.show = [&](const SurveyReport& report) {
       write_file(request.page, candidates_page(report, "pick ", request.view));
-      return "  to see them, and to pick one: " + request.page.string() + " in a browser (load it anew)\n";
+      return "  to see them, and to pick one: " + request.page.string() + " in a browser (reload it)\n";
     };
   }
   setup.send = [&](const SurveyReport& report) {

@@ -156,14 +156,14 @@ class TouchRun {
     }
     if (objects.empty()) {
       print_ << fmt::format(
-          "no object is heard from wva_server in domain {} for {} s; is it running, and is this its deployment?\n",
+          "no object received from wva_server in domain {} for {} s; is it running, and is this its deployment?\n",
           workspace_.network.domain, request_.timeout_s);
       return runtime::kExitMissing;
     }
     if (id_ == 0)
       throw ConfigError("--object: there is no '" + request_.object + "' in the workspace; allowed: " +
                         core::listed(objects, [](const auto& entry) { return entry.second.name; }));
-    print_ << (surface_ ? "the arm's slave_state is not heard" : "the object's mesh has not come")
+    print_ << (surface_ ? "no slave_state received from the arm" : "the object's mesh has not come")
            << fmt::format(" for {} s\n", request_.timeout_s);
     return runtime::kExitMissing;
   }

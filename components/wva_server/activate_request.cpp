@@ -30,15 +30,16 @@ void add_mesh_options(runtime::Command command, ActivateRequest& request) {
   command
       .option("--scale", request.scale,
               "metres per unit of the mesh file, e.g. 0.001 for millimetres; "
-              "default: what the file says, else a guess that is told")
+              "default: what the file says, else a guess, which is reported")
       .between(1e-9, 1e9);
   command
       .option("--fit-extent-m", request.fit_extent_m,
               "scale the mesh so that its longest side has this length")
       .between(1e-6, 1e6);
   command
-      .option("--up-axis", request.up_axis,
-              "axis of the mesh file that points up; default: what the file says, else a guess that is told")
+      .option(
+          "--up-axis", request.up_axis,
+          "axis of the mesh file that points up; default: what the file says, else a guess, which is reported")
       .one_of({"z", "y"});
   command.option("--pose", request.pose, "\"x y z roll pitch yaw\" of the mesh in W, metres and degrees");
   command

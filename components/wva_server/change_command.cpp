@@ -92,7 +92,7 @@ void add_object_options(runtime::Command command, ChangeRequest& request) {
 void add_options(runtime::Command command, ChangeRequest& request) {
   command
       .option("--timeout-s", request.timeout_s,
-              "how long to wait for the result, in all; wva_server may need longer, and goes on then")
+              "how long to wait for the result, in all; wva_server may need longer and continues then")
       .between(0.1, 3600.0);
   const auto sub = [&](const char* name, const char* summary) {
     runtime::Command app = command.subcommand(name, summary);
@@ -148,7 +148,7 @@ int run_change(const ChangeRequest& request, const core::NetworkOptions& network
                                    });
   if (!reply && was_accepted) {
     print << fmt::format(
-        "no result within {} s; wva_server goes on (its component_status shows the progress); a command to "
+        "no result within {} s; wva_server continues (its component_status shows the progress); a command to "
         "remove the object ends what adds it\n",
         request.timeout_s);
     return runtime::kExitFailed;

@@ -31,8 +31,9 @@ int main(int argc, char** argv) {
       "Example without DDS: wva_server activate --mesh part.stl --scale 0.001 --voxel-size-m 0.005 "
       "--layers 4,4,4,4,4,4 --mu 32,20,13,11,10,9 --export part.nrrd";
   description.add_options = [&](runtime::Command app) {
-    app.option("--keep-changes", changes_file,
-               "keep in this file what commands change, and serve the cell as it was then when started anew");
+    app.option(
+        "--keep-changes", changes_file,
+        "keep in this file what commands change, and serve the cell with these changes after a restart");
     activate = app.subcommand("activate",
                               "activate one mesh or a cell, export it as NRRD, print a line of JSON; no DDS");
     wva_server::add_options(activate, request);

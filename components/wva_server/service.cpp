@@ -265,7 +265,7 @@ void Service::publish(const WorkspaceCommand& command, CellChange change) {
   // Kept before anybody sees it: whatever ends the server, its successor never has an object where it is not.
   std::string lost = keep_changes();
   if (command.operation == WorkspaceOperation::kAttach && changes_file_.empty())
-    lost += "; a wva_server that is started anew will not know of it, as this one has no --keep-changes";
+    lost += "; a restarted wva_server will not have it, since this one runs without --keep-changes";
   // A viewer that draws it in the arm until the version comes draws it where it stands from then on.
   if (command.operation == WorkspaceOperation::kRelease)
     adapter_.publish_object(cell_.objects().at(change.id), config_.mesh_chunk_bytes);

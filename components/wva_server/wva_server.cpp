@@ -171,7 +171,7 @@ void LiveCell::check_room() const {
   if (mesh_bytes_ > limits_.mesh_bytes)
     throw ConfigError(
         fmt::format("the meshes of all objects that were ever there take {:.0f} MiB, and stay published; "
-                    "allowed: none is added above {:.0f} MiB; start wva_server anew",
+                    "allowed: none is added above {:.0f} MiB; restart wva_server",
                     mib(mesh_bytes_), mib(limits_.mesh_bytes)));
   if (bytes <= limits_.voxel_bytes) return;
   throw ConfigError(
@@ -198,7 +198,7 @@ CellChange LiveCell::add(const WorkspaceCommand& command, std::uint64_t version,
   }
   if (!config.mesh.empty()) check_within(config.mesh, cell_.file.parent_path());
   if (changes_.next_id > kMaxId)
-    throw ConfigError("all 65534 object ids were given away; start wva_server anew");
+    throw ConfigError("all 65534 object ids were given away; restart wva_server");
   const auto id = config.id = static_cast<std::uint16_t>(changes_.next_id);
   geometry::MeshImportOptions import = limits_.mesh;
   import.keep_going = options.keep_going;

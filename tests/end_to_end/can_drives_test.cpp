@@ -133,7 +133,7 @@ TEST_F(CanDrives, ASessionRunsToItsEndAndTheReachesFollow) {
 // Tries simulated_drive: the process that serves the bus
 TEST_F(CanDrives, DrivesThatDieStopTheArmWithoutAJumpAndAResetBringsThemBack) {
   run(0.0, "drives_b");
-  EXPECT_TRUE(told(msg::ComponentState::COMPONENT_STARTING, "nobody serves this bus"));
+  EXPECT_TRUE(told(msg::ComponentState::COMPONENT_STARTING, "no process serves this bus"));
   start_drives();
   ASSERT_TRUE(slave_reaches(msg::LinkState::LINK_COUPLED));
   core::JointArray before{};

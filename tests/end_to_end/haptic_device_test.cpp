@@ -127,7 +127,7 @@ class HapticDevice : public testing::Test {
   void expect_let_go() {
     EXPECT_TRUE(comes([&] { return seen_.wrench && !seen_.wrench->valid(); }));
     EXPECT_TRUE(comes([&] { return master_->state() == msg::LinkState::LINK_DEGRADED; }));
-    EXPECT_TRUE(told("no haptic device that fits is heard"));
+    EXPECT_TRUE(told("no matching haptic device"));
     const std::lock_guard lock(mutex_);
     const double after_s = core::seconds(seen_.let_go_ns - seen_.state_ns);
     std::cout << "let go " << 1e3 * after_s << " ms after the device's last state\n";
@@ -151,7 +151,7 @@ class HapticDevice : public testing::Test {
 };
 
 TEST_F(HapticDevice, TheExampleLeadsTheArmFeelsDragAndIsLostInBoundedTimeWhenItFreezesOrDies) {
-  EXPECT_TRUE(told("no haptic device that fits is heard")) << "before it is there";
+  EXPECT_TRUE(told("no matching haptic device")) << "before it is there";
   device_ = start_device("device.log");
   ASSERT_TRUE(leads());
   EXPECT_TRUE(comes([&] { return fastest_tool_m_s_ > 0.05; })) << "the arm follows the hand";

@@ -59,7 +59,7 @@ def expect_patience_means_what_it_says(site):
         print(f"with --timeout-s {PATIENCE_S}: {code} after {took_s:.2f} s, {out.strip()}")
         assert code in (1, 3) and PATIENCE_S <= took_s < PATIENCE_S + STARTS_AND_ENDS_S
         if code == 1:
-            assert "accepted: waits for" in out and "no result within 2 s; wva_server goes on" in out, out
+            assert "accepted: waits for" in out and "no result within 2 s; wva_server continues" in out, out
             return
     raise AssertionError("it never heard within its time that its command waits")
 

@@ -190,7 +190,7 @@ TEST(TouchWithoutAServer, EndsWithThreeAndSaysSo) {
       std::string(PHANTOM_BIN_DIR "/workspace_survey touch --object pump --timeout-s 0.5 --domain ") +
       std::to_string(test::own_domain()));
   EXPECT_EQ(nobody.exit_code, 3) << nobody.output;
-  EXPECT_THAT(nobody.output, HasSubstr("no object is heard from wva_server"));
+  EXPECT_THAT(nobody.output, HasSubstr("no object received from wva_server"));
 }
 
 }  // namespace

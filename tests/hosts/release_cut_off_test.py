@@ -158,7 +158,7 @@ def let_go(site, words, slave, master):
     eventually(lambda: master.state("master_state") == slave.state("slave_state") == "LINK_DEGRADED", LIMIT_S, "both sides tell the loss")
     eventually(lambda: not any(master.get("master_state")["percept_torque_Nm"] + master.get("master_state")["feedback_torque_Nm"]), LIMIT_S,
                "the hand without torque")
-    eventually(lambda: "not heard" in slave.get("slave_io")["message"] and "not heard" in master.get("master_io")["message"], LIMIT_S,
+    eventually(lambda: "lost" in slave.get("slave_io")["message"] and "lost" in master.get("master_io")["message"], LIMIT_S,
                "either side says so")
     # The master's side cannot have its way meanwhile, is told so, and nothing of it comes later.
     asked = site["master"].try_run(*words("wva_server", "command", "release", "--object", "pump", "--timeout-s", "2"))
@@ -228,7 +228,7 @@ def main():
             listed = site["master"].try_run(*words("wva_server", "command", "list"))
             assert listed.returncode == 0 and "carried" not in listed.stdout and "pump" in listed.stdout, listed
             assert "carries" not in slave.get("wva_server")["message"], slave.get("wva_server")
-            eventually(lambda: "not heard" not in master.get("master_io")["message"], LIMIT_S, "the master's side says that it is over")
+            eventually(lambda: "lost" not in master.get("master_io")["message"], LIMIT_S, "the master's side says that it is over")
     finally:
         site.close()
     shutil.rmtree(folder)

@@ -149,7 +149,7 @@ TEST(Ros2Arm, IsFeltByItsJointStatesAlone) {
       return gateway_says.find(words) != std::string::npos;
     });
   };
-  ASSERT_TRUE(says("nobody publishes joint_states")) << system.output();
+  ASSERT_TRUE(says("no publisher of joint_states")) << system.output();
   {
     Robot robot(ros_domain);
     ASSERT_TRUE(eventually([&] {
@@ -162,7 +162,7 @@ TEST(Ros2Arm, IsFeltByItsJointStatesAlone) {
     const std::lock_guard lock(mutex);
     EXPECT_EQ(gateway_says, "");
   }
-  EXPECT_TRUE(says("joints not heard: j1_gantry")) << gateway_says;
+  EXPECT_TRUE(says("joints without a state: j1_gantry")) << gateway_says;
   EXPECT_TRUE(eventually([&] {
     const std::lock_guard lock(mutex);
     return !percept.valid() && percept.condition() == msg::PerceptCondition::PERCEPT_STATE_STALE;

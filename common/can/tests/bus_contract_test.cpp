@@ -269,7 +269,7 @@ TEST(OpenBus, SaysWhatIsMissing) {
   const auto user = open_bus("user:nobody-serves-this");
   ASSERT_FALSE(user);
   EXPECT_EQ(user.status().code(), core::ErrorCode::kNotFound);
-  EXPECT_NE(user.status().message().find("nobody serves this bus"), std::string::npos);
+  EXPECT_NE(user.status().message().find("no process serves this bus"), std::string::npos);
   EXPECT_FALSE(open_bus("user:"));
   EXPECT_FALSE(open_bus("user:a/b"));
   EXPECT_FALSE(open_bus(""));

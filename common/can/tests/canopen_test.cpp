@@ -174,9 +174,9 @@ TEST(DriveConfig, EachFaultIsNamedWithValueAndWhatIsAllowed) {
             "j.gear_ratio: nan; allowed: greater than 0, at most 100000");
   EXPECT_EQ(refused([](C& c) { c.axes[0].units.sign = 0; }), "j.sign: 0; allowed: 1 or -1");
   EXPECT_EQ(refused([](C& c) { c.axes[1].node = 1; }),
-            "j.node: 1; allowed: a node id that nobody else on its bus has");
+            "j.node: 1; allowed: a node id that no other node on its bus has");
   EXPECT_EQ(refused([](C& c) { c.axes[1].node = 127; }),
-            "j.node: 127; allowed: a node id that nobody else on its bus has");
+            "j.node: 127; allowed: a node id that no other node on its bus has");
   EXPECT_EQ(refused([](C& c) { c.axes[1].node = 128; }), "j.node: 128; allowed: 1 to 127");
   EXPECT_EQ(refused([](C& c) { c.axes[0].bus = 1; }), "j.bus: 1; allowed: less than 1");
   EXPECT_EQ(refused([](C& c) { c.axes[0].max_speed = -std::numeric_limits<double>::infinity(); }),

@@ -110,8 +110,8 @@ void RediscoveryManager::take(const FoundParticipant& participant) {
 void RediscoveryManager::admit(const GuidPrefix& prefix, core::Nanoseconds now) {
   ends_.discovered(prefix, now);
   if (const int attempts = handshakes_.admitted(prefix); attempts > 0)
-    spdlog::info("{}: {} is admitted, after its handshake was begun anew {}", component_, peers_[prefix].name,
-                 attempts == 1 ? "once" : std::to_string(attempts) + " times");
+    spdlog::info("{}: {} is authenticated, after its handshake was restarted {}", component_,
+                 peers_[prefix].name, attempts == 1 ? "once" : std::to_string(attempts) + " times");
 }
 
 RediscoveryManager::Peer RediscoveryManager::at(const wire::Source& listens) {
@@ -195,17 +195,17 @@ std::string RediscoveryManager::take_leave(const GuidPrefix& peer, const Peer& k
 void RediscoveryManager::restart(const HandshakeWatch::Attempt& attempt, const Peer& peer) const {
   const std::string who = take_leave(attempt.peer, peer);
   spdlog::warn(
-      "{}: {} announces itself, but has not shown for {:.0f} s who it is; "
-      "its handshake is begun anew (attempt {}). It is not spoken with until it succeeds; "
-      "if it goes on, check its documents.",
+      "{}: {} announces itself, but has not authenticated for {:.0f} s; "
+      "restarting its handshake (attempt {}). It is ignored until that succeeds; "
+      "if this repeats, check its documents.",
       component_, who, core::seconds(attempt.waited_ns), attempt.number);
 }
 
 void RediscoveryManager::restart(const EndpointLossMonitor::Attempt& attempt, const Peer& peer) const {
   const std::string who = take_leave(attempt.peer, peer);
   spdlog::warn(
-      "{}: {} was lost and has returned, but {} of its readers and writers are not known again; "
-      "discovery with it is begun anew (attempt {})",
+      "{}: {} was lost and has returned, but {} of its readers and writers are unknown; "
+      "restarting discovery with it (attempt {})",
       component_, who, attempt.missing, attempt.number);
 }
 

@@ -80,7 +80,7 @@ TEST_F(CommandLineTest, AResetWaitsUntilBothSidesAreHeard) {
 TEST_F(CommandLineTest, ASideThatIsNotHeardKeepsItsStopAndIsTold) {
   slave_publishes = false;
   EXPECT_EQ(reset(0.5), OperatorOutcome::kNotDone);
-  EXPECT_THAT(printed_.str(), HasSubstr("slave_io: not heard; its stop is not named"));
+  EXPECT_THAT(printed_.str(), HasSubstr("slave_io: no state received; its stop is not named"));
   EXPECT_THAT(printed_.str(), Not(HasSubstr("master_io: not heard")));
   EXPECT_EQ(slave_.stop, 22U);
 }

@@ -53,8 +53,8 @@ void read_network(const Fields& fields, core::NetworkOptions& net) {
   fields.flag("shared_memory", shared_memory);
   if (shared_memory)
     spdlog::warn(
-        "{}.shared_memory has no effect any more: with it, "
-        "who was killed and started again was not heard by all",
+        "{}.shared_memory no longer has an effect: with it, "
+        "a restarted process was not received by all",
         fields.place());
   net.security = fields.path("security");
   if (net.discovery_servers.empty()) return;

@@ -66,9 +66,9 @@ can::AxisConfig read_axis(const Fields& drive, const robot::Joint& joint, double
   drive.check(axis.node != config.group.master_node, "node",
               "is the master's (can.master_node); allowed: another node id");
   for (const can::AxisConfig& other : config.group.axes)
-    drive.check(
-        other.bus != axis.bus || other.node != axis.node, "node",
-        "is that of " + other.name + " on the same bus; allowed: a node id that nobody else on its bus has");
+    drive.check(other.bus != axis.bus || other.node != axis.node, "node",
+                "is that of " + other.name +
+                    " on the same bus; allowed: a node id that no other node on its bus has");
   return axis;
 }
 

@@ -164,7 +164,7 @@ void LineWriter::work(const std::shared_ptr<State>& state) {
         const std::lock_guard lock(state->mutex);
         state->writing = !state->waiting.empty();
         if (!state->writing) break;
-        if (state->lost > 0) text = std::to_string(state->lost) + " lines lost: nobody read them in time\n";
+        if (state->lost > 0) text = std::to_string(state->lost) + " lines lost: they were not read in time\n";
         state->lost = 0;
         text += state->waiting.front();
         state->waiting.pop_front();

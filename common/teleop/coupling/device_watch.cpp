@@ -40,7 +40,7 @@ const char* sentence(DeviceTrouble trouble) noexcept {
     case DeviceTrouble::kNone:
       return "";
     case DeviceTrouble::kSilent:
-      return "no haptic device that fits is heard: torques off";
+      return "no matching haptic device: torques off";
     case DeviceTrouble::kNotReady:
       return "the haptic device says that it is not ready (not homed, in fault, or off): torques off";
     case DeviceTrouble::kUnanswered:
@@ -48,11 +48,11 @@ const char* sentence(DeviceTrouble trouble) noexcept {
     case DeviceTrouble::kLate:
       return "the loop through the haptic device takes too long: torques off";
     case DeviceTrouble::kJumped:
-      return "the haptic device's pose jumped: torques off; let the clutch out";
+      return "the haptic device's pose jumped: torques off; release the clutch";
     case DeviceTrouble::kRestarted:
-      return "another process serves the haptic device now: torques off; let the clutch out";
+      return "another process serves the haptic device now: torques off; release the clutch";
     case DeviceTrouble::kClutchIn:
-      return "the haptic device is heard again: let the clutch out";
+      return "haptic device connected again: release the clutch";
   }
   return "";
 }

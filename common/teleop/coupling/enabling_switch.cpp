@@ -11,7 +11,7 @@ const char* reason_of(SwitchState state) noexcept {
     case SwitchState::kPressedThrough:
       return "pressed through: release it, then hold it in the middle";
     case SwitchState::kAbsent:
-      return "not heard: is it plugged in?";
+      return "no data: is it plugged in?";
     case SwitchState::kContactsDiffer:
       return "at fault: its two contacts differ until both are seen released";
     default:

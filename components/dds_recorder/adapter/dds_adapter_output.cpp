@@ -194,7 +194,7 @@ int run_replay(const ReplayRequest& request, const core::NetworkOptions& network
                              "use another --domain, --remap, or --beside-live");
   }
   if (const std::string unread = output.announce(request.wait_s); !unread.empty())
-    spdlog::info("nobody reads {}", unread);
+    spdlog::info("no reader of {}", unread);
   ProcessClock clock;
   const ReplayFigures figures = replay(recordings, request, output, clock);
   output.finish();

@@ -105,7 +105,7 @@ std::unique_ptr<Spacenav> open_spacenav(const DeskConfig& config) {
   auto spacenav = Spacenav::connect();
   if (named && !spacenav)
     throw core::MissingError(
-        "desk.device: spacenavd: nobody serves its socket ($SPNAV_SOCKET, /etc/spnavrc, "
+        "desk.device: spacenavd: no process serves its socket ($SPNAV_SOCKET, /etc/spnavrc, "
         "/var/run/spnav.sock); allowed: start it, or name a file of /dev/input");
   return spacenav;
 }
@@ -254,7 +254,7 @@ struct ManualInput::Impl {
     }
     decoder.state() = {};  // alive = false
     report(decoder.state(), decoder.events());
-    if (!stop.stop_requested()) listener.notice("the device is gone: nothing is pushed any more");
+    if (!stop.stop_requested()) listener.notice("device removed: nothing is pushed");
   }
 
   // The daemon may end and come back; meanwhile the device counts as gone.

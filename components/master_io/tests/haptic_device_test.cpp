@@ -228,7 +228,7 @@ TEST(HapticDevice, AClutchThatIsHeldClosedFromTheStartLeadsNothing) {
   rig.state.clutch = true;
   rig.run(2.0);
   EXPECT_NE(rig.last.outputs.state, LinkState::kCoupled);
-  EXPECT_THAT(rig.message(), HasSubstr("let the clutch out"));
+  EXPECT_THAT(rig.message(), HasSubstr("release the clutch"));
   EXPECT_FALSE(rig.last.wrench.valid);
 }
 
@@ -255,7 +255,7 @@ void expect_defined_loss(HapticRig& rig, const std::function<void()>& lose, doub
   restore();
   rig.run(2.0);
   EXPECT_NE(rig.last.outputs.state, LinkState::kCoupled) << "the hand held the clutch in all the while";
-  EXPECT_THAT(rig.message(), HasSubstr("clutch out"));
+  EXPECT_THAT(rig.message(), HasSubstr("release the clutch"));
   rig.hand = {};
   rig.couple_and_lead();
   EXPECT_EQ(rig.message(), "");
@@ -265,7 +265,7 @@ TEST(HapticDevice, SR07_OneThatFallsSilentIsLostWithinTheStaleness) {
   HapticRig rig;
   expect_defined_loss(
       rig, [&] { rig.device_heard = false; }, rig.config.cartesian->watch.staleness_s + 0.001,
-      [&] { rig.device_heard = true; }, "no haptic device that fits is heard");
+      [&] { rig.device_heard = true; }, "no matching haptic device");
 }
 
 TEST(HapticDevice, SR10_OneWhosePoseJumpsIsNotFollowed) {

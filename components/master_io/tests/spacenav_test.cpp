@@ -171,7 +171,7 @@ TEST_F(SpacenavInput, WithoutADaemonTheStartSaysWhatIsMissing) {
     check_device(config_);
     ADD_FAILURE() << "accepted";
   } catch (const core::MissingError& error) {
-    EXPECT_THAT(error.what(), HasSubstr("desk.device: spacenavd: nobody serves its socket"));
+    EXPECT_THAT(error.what(), HasSubstr("desk.device: spacenavd: no process serves its socket"));
   }
   Daemon daemon(path_);
   EXPECT_NO_THROW(check_device(config_));

@@ -25,8 +25,8 @@ struct LyingDrive {
 };
 
 const LyingDrive kLies[] = {
-    {"stuck encoder", [](auto& m) { m.stuck_encoder = true; }, "stands still while its torque changed", 0.05,
-     0.05},
+    {"stuck encoder", [](auto& m) { m.stuck_encoder = true; },
+     "reports a constant position while its torque changed", 0.05, 0.05},
     {"mirrored encoder", [](auto& m) { m.mirrored_encoder = true; }, "by its position; allowed: at most", 0.1,
      0.15},
     {"random velocity", [](auto& m) { m.garbage_speed_rad_s = 20.0; }, "does not fit its position", 0.05,

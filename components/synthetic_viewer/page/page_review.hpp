@@ -32,7 +32,7 @@ core::Expected<ReviewRequest> parse_review_request(const std::string& json);
 
 /// Why nothing can be commanded while a recording is shown.
 inline constexpr const char* kRecordingTakesNoCommands =
-    "this is a recording: no arm hears this page, and it stops and commands nothing; allowed: what moves, holds "
+    "this is a recording: the page has no arm to stop or command; allowed: what moves, holds "
     "or chooses a view";
 
 }  // namespace phantom::synthetic_viewer

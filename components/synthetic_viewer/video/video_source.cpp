@@ -149,8 +149,8 @@ class CaptureSource : public VideoSource {
     if (device_ && access(place_.c_str(), F_OK) != 0) throw core::MissingError(place_ + ": was unplugged");
     const bool silent = device_ && core::monotonic_ns() - last_ns_ > kDeviceSilent_ns;
     if (silent || ++faults_ > kMaxFaultsInARow || (!device_ && !pictures_))
-      throw core::MissingError(
-          place_ + (device_ ? ": gives no pictures any more" : ": holds no picture that decodes"));
+      throw core::MissingError(place_ +
+                               (device_ ? ": delivers no more frames" : ": holds no picture that decodes"));
     if (!device_) {
       capture_.set(cv::CAP_PROP_POS_FRAMES, 0);
       pictures_ = false;

@@ -129,7 +129,7 @@ TEST_F(VideoOfADevice, OneThatGivesNoPicturesHoldsNobodyUpAndIsNamed) {
   ASSERT_TRUE(eventually([&] { return feed_->status().number > 3; })) << feed_->status().problem;
   drop_pictures(100);
   ASSERT_TRUE(eventually([&] { return !feed_->status().problem.empty(); }));
-  EXPECT_EQ(feed_->status().problem, "/dev/video0: gives no pictures any more");
+  EXPECT_EQ(feed_->status().problem, "/dev/video0: delivers no more frames");
   drop_pictures(0);
   const std::uint64_t before = feed_->status().number;
   EXPECT_TRUE(eventually([&] {
