@@ -3,6 +3,7 @@
 #include <filesystem>
 
 #include "common/core/network.hpp"
+#include "common/robot/kinematics/model_identity.hpp"
 #include "common/robot/kinematics/serial_arm.hpp"
 #include "common/runtime/cell/cell.hpp"
 #include "components/master_io/config.hpp"
@@ -14,6 +15,7 @@ namespace phantom::master_io {
 struct ArmModel {
   robot::SerialArm arm;
   core::JointArray home{};
+  robot::ModelIdentity identity;  ///< by which others know arm and cell
 };
 
 /// Loads the arm and its home pose. Throws ConfigError.
