@@ -13,6 +13,7 @@ struct NetworkOptions {
   /// XML file with a writer and a reader profile per topic; empty: all topics are of others (foreign).
   std::filesystem::path qos_profiles;
   std::string user_data;                ///< USER_DATA of the participant; empty: none
+  std::string model_label;              ///< USER_DATA of its writers: arm and cell it works with; empty: none
   std::vector<std::string> interfaces;  ///< IP addresses of this host to use; empty: all
   /// Where the file lists them, for messages: "site.yaml:7: network.interfaces".
   std::string interfaces_place;

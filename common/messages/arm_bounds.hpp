@@ -2,10 +2,12 @@
 
 #include <cstddef>
 #include <limits>
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "common/core/joints.hpp"
+#include "common/robot/kinematics/model_identity.hpp"
 #include "common/robot/kinematics/serial_arm.hpp"
 #include "common/teleop/rendering/feedback_rendering.hpp"
 
@@ -19,10 +21,14 @@ struct ArmBounds {
   core::JointArray lower = teleop::everywhere(-std::numeric_limits<double>::infinity());
   core::JointArray upper = teleop::everywhere(std::numeric_limits<double>::infinity());
   std::vector<std::string> joint_names;  ///< for messages; may be empty
+  /// Of arm and cell; null: nothing is compared with what writers announce of theirs.
+  std::shared_ptr<const robot::ModelIdentity> identity;
 };
 
-inline ArmBounds bounds_of(const robot::SerialArm& arm) {
+/// `identity`: of the arm, with what is known of its files and its cell.
+inline ArmBounds bounds_of(const robot::SerialArm& arm, const robot::ModelIdentity& identity) {
   ArmBounds bounds;
+  bounds.identity = std::make_shared<const robot::ModelIdentity>(identity);
   bounds.joint_count = arm.joint_count();
   bounds.link_count = arm.links().size();
   for (std::size_t j = 0; j < arm.joint_count(); ++j) {
@@ -32,5 +38,6 @@ inline ArmBounds bounds_of(const robot::SerialArm& arm) {
   }
   return bounds;
 }
+inline ArmBounds bounds_of(const robot::SerialArm& arm) { return bounds_of(arm, robot::identify(arm)); }
 
 }  // namespace phantom::messages

@@ -30,6 +30,7 @@ struct Answer : Received<Sample> {
   /// When this process made the sample that this one answers; 0: it answers none of this process.
   core::Nanoseconds answers_ns = 0;
   bool echoes_other_session = false;  ///< it answers another process that runs in place of this one
+  bool other_model = false;           ///< its process works with another arm or cell
 
   Answer() = default;
   /// `echo`: the sample's echo. `own_session`: the session that the echo must name to count as an answer.

@@ -1,5 +1,6 @@
 #include "common/messages/status_reporter.hpp"
 
+#include <spdlog/spdlog.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -66,9 +67,25 @@ StatusReporter::StatusReporter(dds::Participant& participant, const std::string&
       publisher_(participant, dds::kComponentStatus),
       guarded_{&participant} {}
 
+/// Tells once a day in the log, too.
+void StatusReporter::add_security(core::Health& health) {
+  constexpr core::Nanoseconds kDay_ns = 86'400 * core::kNsPerSecond;
+  if (!participant_.documents_end()) return;
+  core::Health alone;
+  dds::add_documents_end(alone, *participant_.documents_end(), core::utc_ns());
+  if (alone.message.empty()) return;
+  health.message += (health.message.empty() ? "" : "; ") + alone.message;
+  health.figures.insert(health.figures.end(), alone.figures.begin(), alone.figures.end());
+  if (const core::Nanoseconds now_ns = core::monotonic_ns(); now_ns >= security_quiet_until_ns_) {
+    security_quiet_until_ns_ = now_ns + kDay_ns;
+    spdlog::warn("{}", alone.message);
+  }
+}
+
 void StatusReporter::publish(const core::Health& health) {
   ComponentStatus status{
       health, {}, name_, core::host_name(), static_cast<std::uint32_t>(getpid()), participant_.endpoints()};
+  add_security(status);
   add_hung_readers(status);
   add_forgotten(participant_, status.figures);
   add_refused(guarded_, status.figures);

@@ -13,10 +13,10 @@ namespace phantom::messages {
 /// network: the maps of them are bounded.
 inline constexpr const char* kForgotten = "forgotten";
 
-/// Publishes this process's component_status: its health, the DDS statistics of each of its endpoints, how
-/// much was forgotten (kForgotten, if any), and how many datagrams were refused, as two figures for each
-/// reason: {"refused: REASON", count, "datagrams"} and {"refused from: REASON", count, address}, the address
-/// that sent most of them, and how many at least.
+/// Publishes this process's component_status: its health, that its security documents end soon, the DDS
+/// statistics of each of its endpoints, how much was forgotten (kForgotten, if any), and how many datagrams
+/// were refused, as two figures for each reason: {"refused: REASON", count, "datagrams"} and {"refused from:
+/// REASON", count, address}, the address that sent most of them, and how many at least.
 class StatusReporter {
  public:
   /// `name`: in its samples, where several processes of a host are the same component; empty: the
@@ -32,10 +32,13 @@ class StatusReporter {
   void publish(const core::Health& health);
 
  private:
+  void add_security(core::Health& health);
+
   dds::Participant& participant_;
   const std::string name_;
   Publisher<ComponentStatus> publisher_;
   std::vector<dds::Participant*> guarded_;  // whose refusals are told
+  core::Nanoseconds security_quiet_until_ns_ = 0;
 };
 
 }  // namespace phantom::messages

@@ -15,7 +15,6 @@ inline diagnostics::EndpointQos contract_qos(const dds::QosContract& contract) {
   qos.reliability = static_cast<diagnostics::Reliability>(contract.reliability);
   qos.durability = static_cast<diagnostics::Durability>(contract.durability);
   qos.deadline_ns = duration_ns(contract.deadline_ms);
-  qos.lifespan_ns = duration_ns(contract.lifespan_ms);
   qos.lease_ns = duration_ns(contract.liveliness_ms);
   if (contract.liveliness_ms > 0) qos.liveliness = diagnostics::Liveliness::kManualByTopic;
   return qos;

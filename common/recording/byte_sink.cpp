@@ -1,6 +1,7 @@
 #include "common/recording/byte_sink.hpp"
 
 #include <fcntl.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -34,7 +35,21 @@ core::Expected<std::unique_ptr<FileSink>> FileSink::create(const std::filesystem
 
 FileSink::~FileSink() { close(descriptor_); }
 
+// Whoever removes or cuts the file leaves the descriptor as it is: writes would succeed for nothing.
+core::Status FileSink::check() const {
+  struct stat found {};
+  if (fstat(descriptor_, &found) != 0) return failure(path_, "cannot be looked at", errno);
+  if (found.st_nlink == 0)
+    return {core::ErrorCode::kUnavailable, path_.string() + ": was removed while it was written"};
+  if (static_cast<std::uint64_t>(found.st_size) != written_)
+    return {core::ErrorCode::kUnavailable,
+            path_.string() + ": was changed by others while it was written: it has " +
+                std::to_string(found.st_size) + " bytes instead of " + std::to_string(written_)};
+  return {};
+}
+
 core::Status FileSink::write(ByteView bytes) {
+  if (core::Status status = check(); !status) return status;
   std::size_t done = 0;
   while (done < bytes.size()) {
     const ssize_t count = ::write(descriptor_, bytes.data() + done, bytes.size() - done);
@@ -52,6 +67,7 @@ core::Status FileSink::write(ByteView bytes) {
 }
 
 core::Status FileSink::sync() {
+  if (core::Status status = check(); !status) return status;
   if (fdatasync(descriptor_) != 0) return failure(path_, "cannot be brought to the disk", errno);
   return {};
 }

@@ -19,7 +19,8 @@ class ByteSink {
 };
 
 /// Writes a new file. Written data survives a crash of this process, and after sync() one of the host. A
-/// write that fails half-way (no space left) is undone: the file then ends with the last complete write.
+/// write that fails half-way (no space left) is undone: the file then ends with the last complete write. A
+/// file that others have removed or cut meanwhile fails the next write or sync (kUnavailable).
 class FileSink : public ByteSink {
  public:
   /// Creates the file. Fails if it exists (kFailedPrecondition) or cannot be created.
@@ -34,6 +35,7 @@ class FileSink : public ByteSink {
 
  private:
   FileSink(std::filesystem::path path, int descriptor) : path_(std::move(path)), descriptor_(descriptor) {}
+  core::Status check() const;
   std::filesystem::path path_;
   int descriptor_;
   std::uint64_t written_ = 0;

@@ -10,6 +10,7 @@
 #include "common/core/log_rate.hpp"
 #include "common/dds/endpoints/participant.hpp"
 #include "common/messages/checked_reader.hpp"
+#include "common/messages/clock_report.hpp"
 #include "common/messages/codecs/haptic_device_codec.hpp"
 #include "common/messages/codecs/percept_codec.hpp"
 #include "common/messages/codecs/teleoperation_codec.hpp"
@@ -75,11 +76,15 @@ struct DdsAdapter::Impl {
         round_trip(participant.session()),
         status(participant),
         master(participant, dds::kMasterState),
-        slave(participant, dds::kSlaveState, expected.arm,
-              [this](const messages::SlaveState& state, core::Nanoseconds received_ns) {
-                slave_stop.store(state.stop.id, std::memory_order_relaxed);
-                inbox.slave.write({state, state.master_echo, received_ns, participant.session()});
-              }),
+        slave(
+            participant, dds::kSlaveState, expected.arm,
+            [this](const messages::SlaveState& state, core::Nanoseconds received_ns) {
+              slave_stop.store(state.stop.id, std::memory_order_relaxed);
+              SlaveSample sample(state, state.master_echo, received_ns, participant.session());
+              sample.other_model = slave.of_other_model();
+              inbox.slave.write(sample);
+            },
+            {}, messages::OtherModel::kMarked),
         field(
             participant, dds::kDragField, expected.arm,
             [this](const messages::DragField& sample, core::Nanoseconds received_ns) {
@@ -213,6 +218,7 @@ struct DdsAdapter::Impl {
   messages::Publisher<messages::MasterState> master;
   messages::CheckedReader<msg::SlaveState> slave;
   messages::CheckedReader<msg::DragField> field;
+  messages::ClockReport slave_clock{"slave_io"}, field_clock{"phantom_sensing"};
   messages::CheckedReader<msg::Percept> percept;
   messages::CheckedReader<msg::ViewPose> view;
   dds::Stamper haptic_stamper;
@@ -272,7 +278,13 @@ void DdsAdapter::choose_percepts(PerceptKey key, const std::string& issuer) {
 
 void DdsAdapter::publish_health(const core::Health& health) {
   const char* topic = impl_->topic_with_rival();
-  impl_->status.publish(topic != nullptr ? dds::with_rival(health, topic) : health);
+  core::Health shown = topic != nullptr ? dds::with_rival(health, topic) : health;
+  const core::Nanoseconds now_ns = core::monotonic_ns();
+  messages::add_difference(shown, impl_->slave.model_difference());
+  messages::add_difference(shown, impl_->field.model_difference());
+  impl_->slave_clock.add_to(shown, impl_->slave.clock_difference_s(), now_ns);
+  impl_->field_clock.add_to(shown, impl_->field.clock_difference_s(), now_ns);
+  impl_->status.publish(shown);
 }
 
 core::DurationHistogram DdsAdapter::round_trips() const {

@@ -13,6 +13,7 @@
 #include "common/core/random.hpp"
 #include "common/core/text.hpp"
 #include "common/runtime/cell/arm_model.hpp"
+#include "common/runtime/cell/cell_identity.hpp"
 #include "common/runtime/process/process.hpp"
 #include "common/runtime/servo/servo_session.hpp"
 #include "common/runtime/servo/switch_input.hpp"
@@ -37,12 +38,14 @@ std::string sentence(const MasterOutputs& now) {
   if (teleop::waits_for_switch(now)) return teleop::switch_sentence(now, "slave");
   switch (now.state) {
     case LinkState::kInit:
+      if (now.peer_has_other_model) return "the slave works with another arm or cell: waiting";
       return now.peer_bound_elsewhere ? "the slave answers another master_io: waiting"
                                       : "waiting for the slave";
     case LinkState::kReady:
       return now.slave_touches ? "the slave touches something and may not come: bring the master to its pose"
                                : "waiting for the slave to come to the master's pose";
     case LinkState::kDegraded:
+      if (now.peer_has_other_model) return "the slave works with another arm or cell: torques off";
       return now.peer_bound_elsewhere ? "the slave answers another master_io: torques off"
                                       : "slave lost or holding: torques off";
     case LinkState::kStopped:
@@ -192,7 +195,8 @@ std::vector<core::LoopStatistics> run_servo(const Config& config, Device& device
 
 ArmModel load_arm(const runtime::CellConfig& cell, const std::string& arm_name) {
   const runtime::ArmConfig& config = cell.arm(arm_name);
-  ArmModel model{runtime::load_arm(config), {}};
+  ArmModel model{runtime::load_arm(config), {}, {}};
+  model.identity = runtime::identity_of(cell, arm_name, model.arm);
   std::copy(config.home.begin(), config.home.end(), model.home.begin());
   return model;
 }
@@ -213,9 +217,11 @@ int run_session(const runtime::CellConfig& cell, const ArmModel& model, const Co
   runtime::StopFile stops(stop_place, "master_io", network);
   if (!stops.notice().empty()) spdlog::warn("{}", stops.notice());
   Inbox inbox;
-  DdsAdapter adapter(core::in_haptic_path(network, config.scheduling.servo_priority),
-                     {messages::bounds_of(model.arm), config.percept.mode, gain_rules(config, model.arm),
-                      haptic_needs(config)},
+  core::NetworkOptions labelled = core::in_haptic_path(network, config.scheduling.servo_priority);
+  labelled.model_label = robot::label_of(model.identity);
+  DdsAdapter adapter(labelled,
+                     {messages::bounds_of(model.arm, model.identity), config.percept.mode,
+                      gain_rules(config, model.arm), haptic_needs(config)},
                      initial_settings(config), inbox);
   if (config.driver == Driver::kCan) {
     spdlog::info("the master's drives are on CAN: {}", fmt::join(config.can->addresses, ", "));

@@ -3,6 +3,7 @@
 #include <filesystem>
 
 #include "common/core/network.hpp"
+#include "common/robot/kinematics/model_identity.hpp"
 #include "common/robot/kinematics/serial_arm.hpp"
 #include "common/runtime/cell/cell.hpp"
 #include "common/runtime/process/stop_place.hpp"
@@ -15,6 +16,7 @@ namespace phantom::master_io {
 struct ArmModel {
   robot::SerialArm arm;
   core::JointArray home{};
+  robot::ModelIdentity identity;  ///< by which others know arm and cell
 };
 
 /// Loads the arm and its home pose. Throws ConfigError.

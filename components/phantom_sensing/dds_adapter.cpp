@@ -9,6 +9,7 @@
 
 #include "common/dds/admission/refusal_log.hpp"
 #include "common/messages/checked_reader.hpp"
+#include "common/messages/clock_report.hpp"
 #include "common/messages/codecs/percept_codec.hpp"
 #include "common/messages/codecs/workspace_codec.hpp"
 #include "common/messages/command_service.hpp"
@@ -23,6 +24,16 @@ namespace {
 /// DDS drops a killed server only 5 s after its last announcement. A second server is therefore reported only
 /// if both are present for longer than that.
 constexpr core::Nanoseconds kSecondServerAfter_ns = 7 * core::kNsPerSecond;
+
+messages::ArmBounds bounds_of(const PhantomModel& model) {
+  return messages::bounds_of(model.arm, model.identity);
+}
+// Another arm's files are its own cell's.
+messages::ArmBounds bounds_of(const OtherArm& other) {
+  messages::ArmBounds bounds = messages::bounds_of(other.arm());
+  bounds.identity.reset();
+  return bounds;
+}
 
 messages::SensingReply reply_to(const messages::SensingCommand& command, const Answer& answer) {
   return {.requester = command.requester,
@@ -143,6 +154,7 @@ struct DdsAdapter::Impl {
   WorkspaceSubscriber* keeper = nullptr;     // set while there are readers; guarded by readers_mutex
   core::Nanoseconds contested_since_ns = 0;  // used in publish_status() only; 0: at most one server
   bool contest_logged = false;
+  messages::ClockReport clocks{"slave_io"};
   messages::CommandService<messages::SensingCommand, messages::SensingReply> commands;
 };
 
@@ -180,17 +192,17 @@ DdsAdapter::Impl::Participants DdsAdapter::Impl::participants_beside(const core:
 }
 
 DdsAdapter::Impl::ShareReaders::ShareReaders(Impl& owner, SensingLoop& loop, std::size_t share)
-    : drag_field(*owner.shares[share], dds::kDragField, messages::bounds_of(owner.model.arm),
+    : drag_field(*owner.shares[share], dds::kDragField, bounds_of(owner.model),
                  [&loop, share](const messages::DragField& field, core::Nanoseconds) {
                    loop.offer_share(share, field);
                  }),
-      percept(*owner.shares[share], dds::kPercept, messages::bounds_of(owner.model.arm),
+      percept(*owner.shares[share], dds::kPercept, bounds_of(owner.model),
               [&loop, share](const messages::Percept& sample, core::Nanoseconds) {
                 loop.offer_share(share, sample);
               }) {}
 
 DdsAdapter::Impl::Readers::Readers(Impl& owner, SensingLoop& loop, WorkspaceSubscriber& keeper)
-    : slave(owner.participant, dds::kSlaveState, messages::bounds_of(owner.model.arm),
+    : slave(owner.participant, dds::kSlaveState, bounds_of(owner.model),
             [&owner, &loop](const messages::SlaveState& state, core::Nanoseconds received_ns) {
               const SlaveSample sample(state, received_ns);
               loop.offer(sample);
@@ -203,12 +215,12 @@ DdsAdapter::Impl::Readers::Readers(Impl& owner, SensingLoop& loop, WorkspaceSubs
       shares.push_back(std::make_unique<ShareReaders>(owner, loop, i));
   for (std::size_t i = 0; i < owner.other_arms.size(); ++i)
     others.push_back(std::make_unique<messages::CheckedReader<msg::SlaveState>>(
-        *owner.beside[i], dds::kSlaveState, messages::bounds_of(owner.other_arms[i].arm()),
+        *owner.beside[i], dds::kSlaveState, bounds_of(owner.other_arms[i]),
         [&loop, i](const messages::SlaveState& state, core::Nanoseconds received_ns) {
           loop.offer_other(i, SlaveSample(state, received_ns));
         }));
   if (!owner.model.has_fingers()) return;
-  gripper.emplace(owner.participant, dds::kGripperState, messages::bounds_of(owner.model.arm),
+  gripper.emplace(owner.participant, dds::kGripperState, bounds_of(owner.model),
                   [&owner, &loop](const messages::GripperState& state, core::Nanoseconds received_ns) {
                     const GripperSample sample(state, received_ns);
                     loop.offer(sample);
@@ -379,6 +391,13 @@ void DdsAdapter::publish_status(const core::Health& health) {
   if (const char* topic = impl_->rival()) published = dds::with_rival(std::move(published), topic);
   if (impl_->second_server(core::monotonic_ns()))
     published = dds::with_rival(std::move(published), "workspace_version");
+  {
+    const std::lock_guard lock(impl_->readers_mutex);
+    if (impl_->readers) {
+      messages::add_difference(published, impl_->readers->slave.model_difference());
+      impl_->clocks.add_to(published, impl_->readers->slave.clock_difference_s(), core::monotonic_ns());
+    }
+  }
   impl_->status.publish(published);
 }
 

@@ -9,6 +9,7 @@
 #include "common/layers/live_workspace.hpp"
 #include "common/runtime/cell/arm_model.hpp"
 #include "common/runtime/cell/cell_bodies.hpp"
+#include "common/runtime/cell/cell_identity.hpp"
 #include "common/runtime/cell/cell_names.hpp"
 
 namespace phantom::phantom_sensing {
@@ -141,9 +142,12 @@ PhantomModel load_model(const runtime::CellConfig& cell, const Config& config) {
   if (!soft.empty() && !shares.empty())
     throw ConfigError(config.file.string() + ": sharing: does not go with soft bodies, which " +
                       cell.file.string() + " has (inside.stiffness_Pa_per_m); allowed: one of them");
-  return {std::move(arm),  std::move(skin),   std::move(points),
-          arm_config.name, options,           {cell.media.begin(), cell.media.end()},
-          std::move(soft), std::move(shares), own_share};
+  robot::ModelIdentity identity = runtime::identity_of(cell, config.arm, arm);
+  if (own_share) identity.cell = 0;  // a share may have voxels of its own
+  return {std::move(arm),     std::move(skin),   std::move(points),
+          arm_config.name,    options,           {cell.media.begin(), cell.media.end()},
+          std::move(soft),    std::move(shares), own_share,
+          std::move(identity)};
 }
 
 ContactRegister contacts_of_cell(const runtime::CellConfig& cell, const Config& config,

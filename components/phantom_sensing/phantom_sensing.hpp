@@ -17,6 +17,7 @@
 #include "common/percept/principal_gradient.hpp"
 #include "common/percept/threat_monitor.hpp"
 #include "common/robot/drag/drag.hpp"
+#include "common/robot/kinematics/model_identity.hpp"
 #include "common/robot/kinematics/serial_arm.hpp"
 #include "common/robot/sensing/skin_sensing.hpp"
 #include "common/robot/sensing/soft_sensing.hpp"
@@ -95,6 +96,8 @@ struct PhantomModel {
   std::vector<SkinShare> shares = {};    ///< at most kMaxShares; no link is in two
   std::optional<std::size_t> own_share;  ///< the one that this process senses, and nothing else; none: it is
                                          ///< the arm's process
+
+  robot::ModelIdentity identity = {};  ///< by which others know arm and cell
 
   std::size_t other_links = 0;  ///< greatest number of StepInputs::others, at most kMaxOtherLinks
 

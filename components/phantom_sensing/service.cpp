@@ -331,7 +331,9 @@ int run_service(const runtime::ProcessOptions& options, const runtime::Deploymen
     throw std::runtime_error(tested.message);
   const auto shares =
       share_partitions(deployment.network.partition, config, model, allowed_contact(cell, config, model));
-  DdsAdapter adapter(core::in_haptic_path(deployment.network, config.servo_priority), model, shares, others);
+  core::NetworkOptions network = core::in_haptic_path(deployment.network, config.servo_priority);
+  network.model_label = robot::label_of(model.identity);
+  DdsAdapter adapter(network, model, shares, others);
   CarriedParts parts(model, config.percept, config.servo_priority);
   WorkspaceSubscriber workspace(adapter.workspace_callbacks(), config.workspace_max_bytes, &parts);
   HitLog hits(adapter, model);

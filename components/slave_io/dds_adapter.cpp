@@ -7,6 +7,7 @@
 
 #include "common/dds/endpoints/participant.hpp"
 #include "common/messages/checked_reader.hpp"
+#include "common/messages/clock_report.hpp"
 #include "common/messages/codecs/teleoperation_codec.hpp"
 #include "common/messages/codecs/workspace_codec.hpp"
 #include "common/messages/operator_responder.hpp"
@@ -38,10 +39,14 @@ struct DdsAdapter::Impl {
       : participant("slave_io", network),
         status(participant),
         slave(participant, dds::kSlaveState),
-        master(participant, dds::kMasterState, arm,
-               [this, &inbox](const messages::MasterState& state, core::Nanoseconds received_ns) {
-                 inbox.master.write({state, state.slave_echo, received_ns, participant.session()});
-               }),
+        master(
+            participant, dds::kMasterState, arm,
+            [this, &inbox](const messages::MasterState& state, core::Nanoseconds received_ns) {
+              MasterSample sample(state, state.slave_echo, received_ns, participant.session());
+              sample.other_model = master.of_other_model();
+              inbox.master.write(sample);
+            },
+            {}, messages::OtherModel::kMarked),
         wrist(participant, dds::kWristWrench, {},
               [&inbox](const messages::WristWrench& wrench, core::Nanoseconds received_ns) {
                 inbox.wrist.write({wrench, received_ns});
@@ -92,6 +97,7 @@ struct DdsAdapter::Impl {
   std::optional<messages::Publisher<messages::GripperState>> gripper;
   core::Nanoseconds gripper_due_ns = 0;
   messages::CheckedReader<msg::MasterState> master;
+  messages::ClockReport clocks{"master_io"};
   messages::CheckedReader<msg::WristWrench> wrist;
   messages::OperatorResponder responder;
   core::Snapshot<robot::Payload>& payload_inbox;
@@ -164,6 +170,8 @@ void DdsAdapter::publish_health(const core::Health& health) {
   core::Health shown = health;
   if (impl_->wrist.has_rival(now_ns)) shown = dds::with_rival(shown, "wrist_wrench");
   if (impl_->master.has_rival(now_ns)) shown = dds::with_rival(shown, "master_state");
+  messages::add_difference(shown, impl_->master.model_difference());
+  impl_->clocks.add_to(shown, impl_->master.clock_difference_s(), now_ns);
   {
     const std::lock_guard lock(impl_->payload_mutex);
     const std::string& payload = impl_->payload_text;

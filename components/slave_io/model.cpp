@@ -3,11 +3,13 @@
 #include <algorithm>
 
 #include "common/runtime/cell/arm_model.hpp"
+#include "common/runtime/cell/cell_identity.hpp"
 
 namespace phantom::slave_io {
 ArmModel load_arm(const runtime::CellConfig& cell, const std::string& arm_name) {
   const runtime::ArmConfig& config = cell.arm(arm_name);
   ArmModel model{runtime::load_arm(config), {}, Eigen::Vector3d::Zero(), {}, config.name};
+  model.identity = runtime::identity_of(cell, arm_name, model.arm);
   model.skin = runtime::load_skin(config, model.arm);
   constexpr double kFingerPitch_m = 0.006;
   model.fingers = runtime::load_fingers(config, model.arm, kFingerPitch_m);

@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "common/robot/kinematics/model_identity.hpp"
 #include "common/robot/kinematics/serial_arm.hpp"
 #include "common/robot/skin/finger_points.hpp"
 #include "common/robot/skin/skin.hpp"
@@ -18,6 +19,7 @@ struct ArmModel {
   std::vector<robot::LinkSkin> skin;
   std::string name = {};                         ///< in the cell file
   std::vector<robot::FingerPoint> fingers = {};  ///< of a gripper that moves
+  robot::ModelIdentity identity = {};            ///< by which others know arm and cell
 };
 
 /// Loads the arm and its home pose. Throws ConfigError.

@@ -36,6 +36,7 @@ std::string sentence(const SlaveOutputs& now, const robot::SerialArm& arm) {
   if (teleop::waits_for_switch(now)) return teleop::switch_sentence(now, "master");
   switch (now.state) {
     case LinkState::kInit:
+      if (now.peer_has_other_model) return "the master works with another arm or cell: waiting";
       return now.peer_bound_elsewhere ? "the master answers another slave_io: waiting"
                                       : "waiting for the master";
     case LinkState::kReady:
@@ -43,6 +44,7 @@ std::string sentence(const SlaveOutputs& now, const robot::SerialArm& arm) {
       return "too far from the master to come by itself: bring the master nearer with " +
              arm.joints()[static_cast<std::size_t>(now.far_joint)].name;
     case LinkState::kDegraded:
+      if (now.peer_has_other_model) return "the master works with another arm or cell: holding position";
       return now.peer_bound_elsewhere ? "the master answers another slave_io: holding position"
                                       : "master lost: holding position";
     case LinkState::kStopped:
@@ -208,7 +210,7 @@ int run_simulated(const runtime::CellConfig& cell, const ArmModel& model, const 
   Inbox inbox;
   if (config.gripper) inbox.gripper.open(config.gripper->limits);
   DdsAdapter adapter(core::in_haptic_path(network, config.scheduling.servo_priority),
-                     messages::bounds_of(model.arm), inbox);
+                     messages::bounds_of(model.arm, model.identity), inbox);
   SimulatedWorld world = make_world(cell, model, config.contact, adapter);
   PayloadRule rule{&model.arm, model.name, config.max_payload_kg, {}};
   for (const simulation::LooseObject& object : world.loose) rule.weighed.push_back(object.id);
@@ -234,7 +236,7 @@ int run_drives(const runtime::CellConfig& cell, const ArmModel& model, const Con
   Inbox inbox;
   if (config.gripper) inbox.gripper.open(config.gripper->limits);
   DdsAdapter adapter(core::in_haptic_path(network, config.scheduling.servo_priority),
-                     messages::bounds_of(model.arm), inbox);
+                     messages::bounds_of(model.arm, model.identity), inbox);
   auto buses = runtime::open_buses(*config.can, [&](const std::string& missing) {
     adapter.publish_health({core::ComponentState::kStarting, "waiting: " + missing, {}, {}});
   });
@@ -268,8 +270,10 @@ int run_session(const runtime::CellConfig& cell, const ArmModel& model, const Co
                 const std::filesystem::path& report_dir) {
   runtime::StopFile stops(stop_place, "slave_io", network);
   if (!stops.notice().empty()) spdlog::warn("{}", stops.notice());
-  return config.driver == Driver::kCan ? run_drives(cell, model, config, network, stops, report_dir)
-                                       : run_simulated(cell, model, config, network, stops, report_dir);
+  core::NetworkOptions labelled = network;
+  labelled.model_label = robot::label_of(model.identity);
+  return config.driver == Driver::kCan ? run_drives(cell, model, config, labelled, stops, report_dir)
+                                       : run_simulated(cell, model, config, labelled, stops, report_dir);
 }
 
 }  // namespace phantom::slave_io

@@ -188,6 +188,9 @@ void ViewerLoop::take_events() {
   // Alerts are taken before meshes.
   for (Event& hit : inbox_.take_hits()) take(hit);
   take_queued();
+  if (now_ns_ - meshes_looked_ns_ < core::kNsPerSecond) return;
+  meshes_looked_ns_ = now_ns_;
+  drawing_->drop_meshes_of_removed_objects(now_ns_);
 }
 
 void ViewerLoop::take_queued() {

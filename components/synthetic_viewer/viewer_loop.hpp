@@ -91,6 +91,7 @@ class ViewerLoop {
   double shown_dt_s_ = 0.0;
   Rounds rounds_;
   std::uint64_t refused_meshes_ = 0;
+  core::Nanoseconds meshes_looked_ns_ = 0;  // when it was last looked for those that no object has
   dds::RefusalLog mesh_refusals_{"mesh_chunk"};
 
   // Drawing a picture without a graphics card takes long, and so does starting the driver.

@@ -125,7 +125,7 @@ ObjectChange CellChanges::take(std::uint16_t id, const std::string& name) {
 
 void CellChanges::note_added(std::uint16_t id, const std::string& name, const std::string& description) {
   objects.push_back({id, name, description, {}, {}, false, {}});
-  next_id = std::max(next_id, id + 1U);
+  next_id = id + 1U;
 }
 
 void CellChanges::note_moved(std::uint16_t id, const std::string& name, const geometry::Pose& X_WO,

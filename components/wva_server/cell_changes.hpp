@@ -31,7 +31,7 @@ struct ObjectChange {
 /// The changes that commands made to a cell since its file was read: all that is needed to serve the same
 /// cell again.
 struct CellChanges {
-  std::uint32_t next_id = 1;          ///< all ids below it are used up
+  std::uint32_t next_id = 1;          ///< where the search for a free id begins
   std::vector<ObjectChange> objects;  ///< one per object that differs from the file, the latest change last
 
   void note_added(std::uint16_t id, const std::string& name, const std::string& description);

@@ -1,6 +1,7 @@
 #include "components/wva_server/dds_adapter.hpp"
 
 #include <algorithm>
+#include <map>
 #include <mutex>
 #include <set>
 #include <span>
@@ -78,7 +79,7 @@ struct DdsAdapter::Impl {
   dds::Writer<msg::WorkspaceObject> objects{participant, dds::kWorkspaceObject};
   dds::Writer<msg::MeshChunk> chunks{participant, dds::kMeshChunk};
   messages::StatusReporter status{participant};
-  std::set<std::uint64_t> meshes;  // content hashes of the published meshes
+  std::map<std::uint16_t, std::uint64_t> meshes;  // content hash of the mesh of each published object
   Commands commands;
   mutable std::mutex others_mutex;
   std::set<dds::GuidPrefix> others;  // other processes that publish a workspace
@@ -110,7 +111,6 @@ void DdsAdapter::Impl::publish_mesh(const ServedObject& object, std::size_t chun
     write(chunks, messages::to_idl(chunk), "mesh_chunk");
     ++chunk.chunk;
   }
-  meshes.insert(object.mesh_hash);
 }
 
 DdsAdapter::DdsAdapter(const core::NetworkOptions& network, bool accept_commands)
@@ -118,13 +118,18 @@ DdsAdapter::DdsAdapter(const core::NetworkOptions& network, bool accept_commands
 DdsAdapter::~DdsAdapter() = default;
 
 void DdsAdapter::publish_object(const ServedObject& object, std::size_t chunk_bytes) {
-  if (!impl_->meshes.contains(object.mesh_hash)) impl_->publish_mesh(object, chunk_bytes);
+  // A mesh that no object has for a while is dropped by viewers: it is sent again with the next that has it.
+  const bool is_known = std::ranges::any_of(
+      impl_->meshes, [&object](const auto& known) { return known.second == object.mesh_hash; });
+  if (!is_known) impl_->publish_mesh(object, chunk_bytes);
+  impl_->meshes[object.id] = object.mesh_hash;
   const messages::WorkspaceObject sample{object.id, object.config.name, object.mesh_hash, object.config.X_WO,
                                          object.config.colour};
   write(impl_->objects, messages::to_idl(sample), "workspace_object");
 }
 
 void DdsAdapter::withdraw_object(std::uint16_t id) {
+  impl_->meshes.erase(id);
   write(impl_->objects, messages::to_idl(messages::WorkspaceObject{.id = id}), "workspace_object");
 }
 

@@ -187,6 +187,21 @@ void LiveCell::note_mesh(const ServedObject& object) {
     mesh_bytes_ += kPartBytes * (object.mesh_O.vertices_m.size() + object.mesh_O.triangles.size());
 }
 
+/// Once all ids were given away, those of removed objects are given again, from the one that was given first
+/// on: of all that went, that one has been gone for 65,534 objects or so. What a command removed from the
+/// cell file keeps its id, by which the kept changes name it.
+std::uint16_t LiveCell::free_id() const {
+  const auto taken = [this](std::uint32_t id) {
+    return objects_.contains(static_cast<std::uint16_t>(id)) ||
+           std::ranges::any_of(changes_.objects,
+                               [id](const ObjectChange& change) { return change.id == id; });
+  };
+  std::uint32_t id = changes_.next_id > kMaxId ? 1 : changes_.next_id;
+  for (std::uint32_t tried = 0; tried < kMaxId; ++tried, id = id % kMaxId + 1)
+    if (!taken(id)) return static_cast<std::uint16_t>(id);
+  throw ConfigError("all 65534 object ids are in use; remove some objects first");
+}
+
 CellChange LiveCell::add(const WorkspaceCommand& command, std::uint64_t version,
                          const layers::ActivationOptions& options) {
   check_room();
@@ -197,9 +212,7 @@ CellChange LiveCell::add(const WorkspaceCommand& command, std::uint64_t version,
                         " is there already; move it, or give the new one another name");
   }
   if (!config.mesh.empty()) check_within(config.mesh, cell_.file.parent_path());
-  if (changes_.next_id > kMaxId)
-    throw ConfigError("all 65534 object ids were given away; restart wva_server");
-  const auto id = config.id = static_cast<std::uint16_t>(changes_.next_id);
+  const std::uint16_t id = config.id = free_id();
   geometry::MeshImportOptions import = limits_.mesh;
   import.keep_going = options.keep_going;
   runtime::CellBody body = runtime::load_body(config, cell_, import, options.budget);

@@ -53,8 +53,8 @@ struct AddLimits {
 
 /// Holds the cell that is served: the objects of the cell file, changed by commands that add, move and remove
 /// objects, or let an arm carry them. It alone decides where an object is: in the workspace, or carried by
-/// one arm, from one version on. An object's id is never given to another object. Touches files and child
-/// processes only to read the mesh of an added object. One thread; not real-time safe.
+/// one arm, from one version on. An object's id is given to another one only once all ids were given. Touches
+/// files and child processes only to read the mesh of an added object. One thread; not real-time safe.
 class LiveCell {
  public:
   /// `changes`: the changes that `cell` already contains.
@@ -95,6 +95,7 @@ class LiveCell {
 
  private:
   void check_room() const;
+  std::uint16_t free_id() const;
   void note_mesh(const ServedObject& object);
   runtime::ObjectConfig placed(const ServedObject& object, const WorkspaceCommand& command) const;
   CellChange add(const WorkspaceCommand& command, std::uint64_t version,

@@ -2,6 +2,7 @@
 """scripts/doctor on hosts made of files: a healthy one, then each fault alone, named with what to do."""
 import json
 import os
+import shutil
 import subprocess
 import tempfile
 import unittest
@@ -123,6 +124,41 @@ class Doctor(unittest.TestCase):
         self.assertIn("through the tunnel phantom0", found["security"]["says"])
         for beside in (TOPOLOGY % "10.30.1.2", TOPOLOGY % "10.80.0.1, 10.30.1.2"):
             self.assertEqual(self.look(tunnel, beside)[1]["security"]["level"], "note", beside)
+
+    TWO = TOPOLOGY % "10.30.1.2" + "- {name: slave, interfaces: [10.30.2.2]}\n"
+
+    def test_packets_get_to_the_other_hosts(self):
+        small, whole, fragments = "10.30.2.2 84\n", "10.30.2.2 1280\n", "10.30.2.2 16028\n"
+        self.assertEqual(self.look({"commands/echo": small + whole}, self.TWO)[1]["packets"]["level"], "good")
+        self.finds("packets", "bad", "packets of 1280 bytes do not get to slave (10.30.2.2)", {"commands/echo": small}, self.TWO)
+        self.finds("packets", "note", "slave (10.30.2.2) answers no echo request", {"commands/echo": ""}, self.TWO)
+        secured = self.TWO.replace("network: {}", "network: {security: keys}")
+        _, found = self.look({"commands/echo": small + whole}, secured)
+        self.assertEqual(found["packets"]["level"], "bad")
+        self.assertIn("fragments of IP do not get to slave", found["packets"]["says"])
+        self.assertEqual(self.look({"commands/echo": small + fragments}, secured)[1]["packets"]["level"], "good")
+
+    def test_clocks_of_hosts_that_differ(self):
+        def status(component, figure, seconds):
+            sample = {"component_name": component, "figures": [{"name": "simulated", "value": 1}, {"name": figure, "value": seconds}]}
+            return json.dumps({"topic": "component_status", "sample": sample}) + "\n"
+        near = status("slave_io", "clock_ahead_of_master_io", 0.1)
+        topology = TOPOLOGY % "10.30.1.2"
+        self.assertEqual(self.look({"commands/dds_spy": near}, topology)[1]["clocks of hosts"]["level"], "good")
+        self.finds("clocks of hosts", "warning", "clocks differ by 5.0 s: master_io's host is behind slave_io's",
+                   {"commands/dds_spy": near + status("master_io", "clock_ahead_of_slave_io", -5.0) + "no JSON\n"}, topology)
+
+    def test_documents_that_end_soon_are_a_warning(self):
+        if shutil.which("openssl") is None:
+            self.skipTest("openssl is missing")
+        topology = (TOPOLOGY % "10.30.1.2").replace("network: {}", "network: {security: keys}")
+        rights = self.root / "rights"
+        rights.write_text("slave_io | slave_state | *\n")
+        make = [SOURCE / "deploy/security/make", "site", self.root / "keys", "--rights", rights]
+        subprocess.run([*make, "--days", "20"], check=True, capture_output=True)
+        self.look({}, topology)  # makes the tree
+        shutil.copytree(self.root / "keys", self.root / str(self.root).lstrip("/") / "keys")
+        self.finds("security", "warning", "ends on", {}, topology)
 
     def test_security_without_documents(self):
         topology = (TOPOLOGY % "10.30.1.2").replace("network: {}", "network: {security: keys}")

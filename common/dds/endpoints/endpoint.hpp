@@ -5,6 +5,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <type_traits>
 #include <utility>
 
@@ -22,6 +23,7 @@ GuidPrefix prefix_of(const Participant& participant);
 struct SampleInfo {
   core::Nanoseconds received_ns = 0;  ///< CLOCK_MONOTONIC of this host when the sample was taken
   GuidPrefix writer{};                ///< participant that wrote it
+  std::string_view model_label;       ///< of its writer; valid during the callback; empty: it has none
 };
 
 /// Global identifier of an endpoint or a participant: prefix and entity (OMG DDSI-RTPS 2.3, 8.2.4.1).

@@ -8,6 +8,7 @@
 #include "common/core/host/host_interfaces.hpp"
 #include "common/core/random.hpp"
 #include "common/dds/admission/bans.hpp"
+#include "common/dds/arbitration/writer_labels.hpp"
 #include "common/dds/endpoints/dds_threads.hpp"
 #include "common/dds/endpoints/outbox.hpp"
 #include "common/dds/endpoints/participant_impl.hpp"
@@ -170,7 +171,10 @@ Participant::Participant(const std::string& component, const core::NetworkOption
         std::make_shared<RediscoveryManager>(component, !network.security.empty(), transport->outbox,
                                              transport->announcements, transport->leases, discovery);
   }
-  if (discovery) impl_->listener = std::make_shared<fast_dds::DiscoveryListener>(std::move(discovery));
+  impl_->model_label = network.model_label;
+  if (!network.security.empty()) impl_->documents_end = dds::documents_end(network.security, component);
+  impl_->labels = std::make_shared<WriterLabels>(std::move(discovery));
+  impl_->listener = std::make_shared<fast_dds::DiscoveryListener>(impl_->labels);
   with_dds_threads(network.servo_priority > 0, [&] {
     impl_->participant = make_participant(
         network.domain, participant_qos(component, network, observes, asks_for_types, transport),
@@ -222,6 +226,7 @@ void Participant::suspend(const GuidPrefix& other) {
   if (impl_->readmission) impl_->readmission->leave(other);
   impl_->bans->suspend(other);
 }
+const std::optional<DocumentsEnd>& Participant::documents_end() const { return impl_->documents_end; }
 bool Participant::resume() { return impl_->bans->resume(); }
 
 std::uint64_t Participant::forgotten() const {

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -10,6 +11,7 @@
 #include "common/core/network.hpp"
 #include "common/dds/admission/guid_prefix.hpp"
 #include "common/dds/admission/refused_datagrams.hpp"
+#include "common/dds/endpoints/documents_end.hpp"
 
 namespace phantom::dds {
 
@@ -58,6 +60,8 @@ class Participant {
   /// Returns how many addresses of peers, lost peers and bans were forgotten for others: 0, unless there are
   /// very many or somebody invents them. Thread-safe.
   std::uint64_t forgotten() const;
+  /// Returns the security document that ends first; nothing on a site without security. Thread-safe.
+  const std::optional<DocumentsEnd>& documents_end() const;
   /// Returns the statistics of every endpoint of this participant. Thread-safe.
   std::vector<core::EndpointStatistics> endpoints() const;
 

@@ -35,6 +35,7 @@ struct EndpointCounters {
 class Bans;
 class RediscoveryManager;
 class Outbox;
+class WriterLabels;
 class RefusedDatagrams;
 
 inline GuidPrefix prefix_of(const fast_dds::rtps::GUID_t& guid) {
@@ -50,7 +51,10 @@ std::array<std::uint8_t, 16> octets_of(const fast_dds::rtps::GUID_t& guid);
 struct Participant::Impl {
   std::string component;
   std::uint64_t session = 0;
+  std::string model_label;               // USER_DATA of every writer of our own topics
+  std::shared_ptr<WriterLabels> labels;  // of others' writers
   int servo_priority = 0;
+  std::optional<DocumentsEnd> documents_end;
   std::shared_ptr<fast_dds::DiscoveryListener> listener;  // outlives the participant
   std::shared_ptr<RefusedDatagrams> refused;              // shared with the transport
   std::shared_ptr<Outbox> outbox;                         // shared with the transport

@@ -7,6 +7,7 @@
 #include <fastdds/dds/topic/TypeSupport.hpp>
 
 #include "common/dds/arbitration/reader_quota.hpp"
+#include "common/dds/arbitration/writer_labels.hpp"
 #include "common/dds/endpoints/dds_threads.hpp"
 #include "common/dds/endpoints/endpoint.hpp"
 #include "common/dds/endpoints/participant_impl.hpp"
@@ -39,6 +40,8 @@ struct RawReader::Impl : edds::DataReaderListener {
   OnSample on_sample;
   OnWriterGone on_writer_gone;
   std::unique_ptr<ReaderQuota> census;  // of a keyed topic
+  edds::InstanceHandle_t labelled_writer;
+  std::string model_label;  // its label
   edds::DataReader* reader = nullptr;
 
   ~Impl() override {
@@ -54,12 +57,22 @@ struct RawReader::Impl : edds::DataReaderListener {
       SampleInfo given;
       given.received_ns = core::monotonic_ns();
       given.writer = writer_of(info.publication_handle);
+      given.model_label = label_of(info.publication_handle);
       if (census) note_key(given.writer, info.instance_handle);
       counters->samples.fetch_add(1, std::memory_order_relaxed);
       counters->busy_since_ns.store(given.received_ns, std::memory_order_relaxed);
       if (!on_sample(sample, given)) counters->refused.fetch_add(1, std::memory_order_relaxed);
       counters->busy_since_ns.store(0, std::memory_order_relaxed);
     }
+  }
+  // Discovery knows a writer before its first sample. One without a label is looked up each time: it may have
+  // been forgotten for others.
+  std::string_view label_of(const edds::InstanceHandle_t& writer) {
+    if (writer != labelled_writer || model_label.empty()) {
+      labelled_writer = writer;
+      model_label = participant->labels->of(octets_of(fast_dds::rtps::iHandle2GUID(writer)));
+    }
+    return model_label;
   }
   void note_key(const GuidPrefix& writer, const edds::InstanceHandle_t& handle) {
     KeyQuota::Key key;

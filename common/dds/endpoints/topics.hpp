@@ -21,13 +21,13 @@ enum class Reliability { kBestEffort, kReliable };
 enum class Durability { kVolatile, kTransientLocal };
 
 /// What both ends of a topic may rely on. The XML profile named as the topic must agree (checked at start).
+/// No sample expires by DDS (lifespan): that would compare the wall clocks of two hosts.
 struct QosContract {
   Reliability reliability = Reliability::kReliable;
   Durability durability = Durability::kVolatile;
   int history_depth = 1;  ///< KEEP_LAST depth per instance; 0: KEEP_ALL
   int deadline_ms = 0;    ///< 0: none
   int liveliness_ms = 0;  ///< lease of MANUAL_BY_TOPIC liveliness; 0: automatic, without a lease
-  int lifespan_ms = 0;    ///< 0: samples do not expire
 };
 
 /// A TopicSpec without its sample type: for lists, tables and tools.

@@ -11,19 +11,21 @@ namespace phantom::dds {
 namespace {
 
 constexpr std::uint32_t kSocketBufferBytes = 4 << 20;  // a late joiner receives the workspace as one burst
-// A message of many Ethernet frames is lost if any one of them is lost, and the frames that did arrive hold
-// memory for 30 s (Linux: ipfrag_time, 4 MiB): on a bad link that is soon full, and then no message of
-// several frames arrives. Not smaller: the announcement of all endpoints of a participant must fit into one
-// message (with 8000 bytes, some endpoints stayed unknown to others after the participant had not run
-// for a while).
-constexpr std::uint32_t kMessageBytes = 16000;
 constexpr const char* kLoopback = "127.0.0.1";
 
-// Sends messages of kMessageBytes at most, and accepts larger ones. Fast DDS asks the descriptor for the
+// Sends messages of `message_bytes` at most, and accepts larger ones. Fast DDS asks the descriptor for the
 // first limit, and the transport's copy of the descriptor's members for the second.
 struct UdpDescriptor : fast_dds::rtps::UDPv4TransportDescriptor {
-  [[nodiscard]] std::uint32_t max_message_size() const override { return kMessageBytes; }
+  explicit UdpDescriptor(std::uint32_t bytes) : message_bytes(bytes) {}
+  [[nodiscard]] std::uint32_t max_message_size() const override { return message_bytes; }
+  std::uint32_t message_bytes;
 };
+
+bool stays_on_this_host(const core::NetworkOptions& network) {
+  return !network.interfaces.empty() &&
+         std::all_of(network.interfaces.begin(), network.interfaces.end(),
+                     [](const std::string& address) { return address.starts_with("127."); });
+}
 
 // A discovery server on this host treats participants of its own host as local and sends to their loopback
 // address, whatever interfaces they name.
@@ -62,9 +64,13 @@ std::vector<wire::Network> networks_of(const core::NetworkOptions& network) {
 
 }  // namespace
 
+std::uint32_t message_bytes_of(const core::NetworkOptions& network) {
+  return stays_on_this_host(network) || !network.security.empty() ? kLongMessageBytes : kNetworkMessageBytes;
+}
+
 std::shared_ptr<GuardedTransportDescriptor> transport_of(const core::NetworkOptions& network, bool observes,
                                                          bool asks_for_types) {
-  auto udp = std::make_shared<UdpDescriptor>();
+  auto udp = std::make_shared<UdpDescriptor>(message_bytes_of(network));
   udp->interfaceWhiteList = interfaces_of(network);
   udp->sendBufferSize = kSocketBufferBytes;
   udp->receiveBufferSize = kSocketBufferBytes;

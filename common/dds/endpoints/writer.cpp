@@ -38,8 +38,10 @@ RawWriter::RawWriter(Participant& participant, const TopicDescription& topic)
   impl_->participant = participant.impl();
   impl_->counters = participant.impl()->add_counters(topic, true);
   auto* publisher = participant.impl()->publisher;
-  impl_->writer = publisher->create_datawriter(participant.impl()->topic(topic),
-                                               writer_qos(*publisher, topic), impl_.get());
+  edds::DataWriterQos qos = writer_qos(*publisher, topic);
+  const std::string& label = participant.impl()->model_label;
+  if (!topic.foreign) qos.user_data().assign(label.begin(), label.end());
+  impl_->writer = publisher->create_datawriter(participant.impl()->topic(topic), qos, impl_.get());
   if (impl_->writer == nullptr)
     throw DdsError(std::string("topic ") + topic.name + ": Fast DDS refused the writer");
 }

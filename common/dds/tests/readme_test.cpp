@@ -12,15 +12,15 @@ std::string milliseconds(int value_ms) { return value_ms == 0 ? "–" : std::to_
 
 std::string topic_table() {
   std::string table =
-      "| topic | type | reliability | durability | depth | deadline | liveliness | lifespan "
-      "|\n|---|---|---|---|---|---|---|---|\n";
+      "| topic | type | reliability | durability | depth | deadline | liveliness |\n"
+      "|---|---|---|---|---|---|---|\n";
   for (const TopicDescription* topic : all_topics()) {
     const QosContract& qos = topic->qos;
     table += "| `" + std::string(topic->name) + "` | `" + topic->type_name + "` | " +
              (qos.reliability == Reliability::kReliable ? "reliable" : "best effort") + " | " +
              (qos.durability == Durability::kTransientLocal ? "transient local" : "volatile") + " | " +
              std::to_string(qos.history_depth) + " | " + milliseconds(qos.deadline_ms) + " | " +
-             milliseconds(qos.liveliness_ms) + " | " + milliseconds(qos.lifespan_ms) + " |\n";
+             milliseconds(qos.liveliness_ms) + " |\n";
   }
   return table;
 }

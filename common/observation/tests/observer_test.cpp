@@ -55,9 +55,8 @@ TEST(Observer, TellsParticipantsEndpointsTheirQosAndTheirLeaving) {
         EXPECT_EQ(endpoint.topic, "slave_state");
         EXPECT_EQ(endpoint.type, "phantom::msg::SlaveState");
         EXPECT_FALSE(endpoint.keyed);
-        EXPECT_EQ(
-            diagnostics::qos_text(endpoint.qos),
-            "best effort, volatile, deadline 20 ms, liveliness manual by topic, lease 200 ms, lifespan 1 s");
+        EXPECT_EQ(diagnostics::qos_text(endpoint.qos),
+                  "best effort, volatile, deadline 20 ms, liveliness manual by topic, lease 200 ms");
       } else {
         EXPECT_EQ(endpoint.topic, "workspace_object");
         EXPECT_TRUE(endpoint.keyed);

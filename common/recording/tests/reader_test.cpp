@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <fstream>
+#include <functional>
+#include <utility>
 
 #include "common/recording/mcap_check.hpp"
 #include "common/recording/mcap_reader.hpp"
@@ -127,6 +129,27 @@ TEST(FileSinkAndSource, KeepWhatWasWrittenAndRefuseToOverwrite) {
   EXPECT_TRUE(check(path)->ok());
   std::filesystem::remove(path);
   EXPECT_FALSE(FileSink::create("/nowhere/at/all.mcap"));
+}
+
+// Tries dds_recorder: its file is removed or cut by others
+TEST(FileSinkAndSource, AFileThatOthersRemoveOrCutFailsTheNextWriteAndSync) {
+  const auto path =
+      std::filesystem::temp_directory_path() / ("phantom_gone_" + std::to_string(getpid()) + ".mcap");
+  const Bytes bytes(100, 7);
+  for (const auto& [what, harm] :
+       {std::pair<const char*, std::function<void()>>{"was removed", [&] { std::filesystem::remove(path); }},
+        {"it has 50 bytes instead of 100", [&] { std::filesystem::resize_file(path, 50); }},
+        {"it has 0 bytes instead of 100", [&] { std::ofstream(path, std::ios::trunc); }}}) {
+    auto sink = FileSink::create(path);
+    ASSERT_TRUE(sink) << sink.status().message();
+    ASSERT_TRUE((*sink)->write(bytes));
+    harm();
+    for (const core::Status& status : {(*sink)->write(bytes), (*sink)->sync()}) {
+      EXPECT_EQ(status.code(), core::ErrorCode::kUnavailable);
+      EXPECT_NE(status.message().find(what), std::string::npos) << status.message();
+    }
+    std::filesystem::remove(path);
+  }
 }
 
 }  // namespace

@@ -79,7 +79,7 @@ LinkDecision LinkMonitor::step(const LinkObservation& seen, double dt_s) noexcep
   const bool in_time = seen.partner_age_s <= timing_.staleness_s;  // false for NaN too
   const bool permitted = seen.permitted && seen.partner_permitted;
   const bool fresh = !seen.loop_starved && seen.drives_operational && !seen.echoes_other_session && in_time &&
-                     permitted && seen.round_trip_s <= timing_.round_trip_limit_s;
+                     permitted && !seen.other_model && seen.round_trip_s <= timing_.round_trip_limit_s;
   const bool usable = fresh && !partner_stopped;
   fresh_s_ = usable ? fresh_s_ + dt_s : 0.0;
   agree_s_ = usable && seen.poses_agree ? agree_s_ + dt_s : 0.0;

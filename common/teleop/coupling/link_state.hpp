@@ -57,7 +57,8 @@ struct LinkObservation {
                                                                    ///< sample since its receipt; ∞: none yet
   double round_trip_s = 0.0;  ///< age of our newest sample that the partner echoes; 0: it echoes none yet
   bool echoes_other_session =
-      false;  ///< the partner answers another process in our place, so it is not our partner
+      false;                 ///< the partner answers another process in our place, so it is not our partner
+  bool other_model = false;  ///< the partner works with another arm or cell, so nothing is coupled with it
   LinkState partner = LinkState::kInit;
   StopId partner_stop = 0;  ///< identifies the partner's stop while it is stopped
   bool poses_agree = false;

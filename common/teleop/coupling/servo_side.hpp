@@ -42,6 +42,7 @@ struct SideOutputs {
   bool power = false;                 ///< the drives may have power
   bool partner_unconfirmed = false;   ///< stopped for a while without the partner's report that it is stopped
   bool peer_bound_elsewhere = false;  ///< the partner is heard but answers another process in our place
+  bool peer_has_other_model = false;  ///< the partner is heard and works with another arm or cell
   bool peer_motion_inhibited = false;              ///< the partner is heard and does not permit motion
   SwitchState enabling = SwitchState::kNotFitted;  ///< as it was given
   LoopPace loop;                                   ///< as it was given
@@ -76,6 +77,7 @@ SideOutputs step_link(LinkMonitor& link, const SideInputs& in, const Partner& pa
       {.partner_age_s = in.partner_age_s,
        .round_trip_s = in.partner_round_trip_s,
        .echoes_other_session = partner.echoes_other_session,
+       .other_model = partner.other_model,
        .partner = partner.state,
        .partner_stop = partner.stop.id,
        .poses_agree = pose_difference(partner.position, in.position, align_tolerance, joint_count) <= 1.0,
@@ -93,6 +95,7 @@ SideOutputs step_link(LinkMonitor& link, const SideInputs& in, const Partner& pa
           .power = decision.power,
           .partner_unconfirmed = decision.partner_unconfirmed,
           .peer_bound_elsewhere = partner.echoes_other_session,
+          .peer_has_other_model = partner.other_model,
           .peer_motion_inhibited = decision.peer_motion_inhibited,
           .enabling = in.enabling,
           .loop = in.loop};

@@ -442,6 +442,22 @@ TEST(LinkMonitor, SR11_WhoAnswersAnotherIsNoPartner) {
   EXPECT_EQ(monitor.step(seen, 0.001).state, LinkState::kDegraded);
 }
 
+// Tries slave_io: the master works with another arm or cell
+// Tries master_io: the slave works with another arm or cell
+TEST(LinkMonitor, SR21_WithAnotherArmNothingIsCoupledAndAStopIsHeeded) {
+  LinkMonitor monitor{LinkTiming{}, StopLatch(1, {})};
+  LinkObservation seen{.partner_age_s = 0.001, .other_model = true, .partner = kCoupled, .poses_agree = true};
+  for (int i = 0; i < 500; ++i) EXPECT_EQ(monitor.step(seen, 0.001).state, kInit);
+  seen.other_model = false;
+  for (int i = 0; i < 500; ++i) monitor.step(seen, 0.001);
+  ASSERT_EQ(monitor.state(), kCoupled);
+  seen.other_model = true;
+  EXPECT_EQ(monitor.step(seen, 0.001).state, LinkState::kDegraded);
+  seen.partner = kStopped;
+  seen.partner_stop = 7;
+  EXPECT_EQ(monitor.step(seen, 0.001).state, kStopped);
+}
+
 TEST(LinkMonitor, SR02_SR03_AStopOfOneSideStopsBothUntilAResetNamesBoth) {
   Pair pair;
   pair.run(0.5, true, true);

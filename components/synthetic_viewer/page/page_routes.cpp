@@ -4,6 +4,7 @@
 #undef _res  // a macro of resolv.h, which httplib.h includes: a name of Eigen's
 
 #include <array>
+#include <chrono>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -108,8 +109,12 @@ void PageRoutes::add_states(httplib::Server& server) {
     response.set_content(stop_json(content.stops ? content.stops() : StopView()), "application/json");
   });
   server.Get("/state", [this](const Request&, Response& response) {
+    // While nobody asks none is made: the first who asks after a while waits for a round of the viewer.
+    constexpr std::chrono::milliseconds kPatience{1000};
     content.ask_state(core::monotonic_ns());
-    const auto newest = content.state.newest();
+    if (content.wake && !content.state.newest()) content.wake();
+    std::uint64_t seen = 0;
+    const auto newest = content.state.next(seen, kPatience);
     if (!newest) return web::answer(response, kUnavailable, "there is no state yet");
     response.set_content(newest->dump(-1, ' ', false, nlohmann::json::error_handler_t::replace),
                          "application/json");

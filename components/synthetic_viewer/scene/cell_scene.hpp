@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "common/core/clock.hpp"
 #include "common/robot/kinematics/serial_arm.hpp"
 #include "components/synthetic_viewer/render/feature_edges.hpp"
 #include "components/synthetic_viewer/render/frame.hpp"
@@ -26,6 +27,8 @@ struct MeshBody {
   std::uint64_t order = 0;                          ///< rises with each mesh that is uploaded
   std::uint64_t hash = 0;                           ///< of its content
   std::shared_ptr<const EdgeMesh> edges = nullptr;  ///< null: not asked for
+  bool was_named = false;                           ///< an object of the cell has had it
+  core::Nanoseconds unnamed_ns = 0;  ///< since when none has it any more; 0: one has, or none had
 };
 
 /// A mesh that moves with a link.

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <iterator>
+#include <set>
 
 namespace phantom::synthetic_viewer {
 
@@ -32,7 +34,10 @@ Drawing::Drawing(const SceneConfig& config, const runtime::CellConfig& cell, rob
 
 core::Status Drawing::take(MeshChunkSample chunk) {
   const std::uint64_t hash = chunk.mesh_hash;
-  if (scene_.meshes.count(hash) > 0) return {};  // a hash stands for one content
+  if (const auto known = scene_.meshes.find(hash); known != scene_.meshes.end()) {
+    known->second.unnamed_ns = 0;  // it is sent again because an object is about to have it again
+    return {};                     // a hash stands for one content
+  }
   auto mesh = assembler_.add(std::move(chunk));
   if (!mesh) return mesh.status();
   if (!mesh->has_value()) return {};
@@ -55,14 +60,35 @@ bool Drawing::make_room(std::size_t triangles) {
   while (scene_.meshes.size() >= kMaxMeshes || triangles_ + triangles > most_triangles_) {
     const auto oldest = scene_.oldest_unnamed(state_);
     if (oldest == scene_.meshes.end()) return false;
-    renderer_.drop(oldest->second.picture);
-    triangles_ -= oldest->second.triangles;
-    if (kept_ != nullptr && !scene_.is_of_arm(oldest->first)) kept_->drop(oldest->first);
-    scene_copy_.reset();
-    scene_.meshes.erase(oldest);
+    drop(oldest);
     ++given_up_;
   }
   return true;
+}
+
+Drawing::Meshes::iterator Drawing::drop(Meshes::iterator mesh) {
+  renderer_.drop(mesh->second.picture);
+  triangles_ -= mesh->second.triangles;
+  if (kept_ != nullptr && !scene_.is_of_arm(mesh->first)) kept_->drop(mesh->first);
+  scene_copy_.reset();
+  return scene_.meshes.erase(mesh);
+}
+
+void Drawing::drop_meshes_of_removed_objects(core::Nanoseconds now_ns) {
+  std::set<std::uint64_t> named;
+  for (const auto& [id, object] : state_.objects) named.insert(object.mesh_hash);
+  for (auto mesh = scene_.meshes.begin(); mesh != scene_.meshes.end();) {
+    MeshBody& body = mesh->second;
+    const bool is_named = named.contains(mesh->first);
+    body.was_named = body.was_named || is_named;
+    if (is_named || !body.was_named) {
+      body.unnamed_ns = 0;
+    } else if (body.unnamed_ns == 0) {
+      body.unnamed_ns = now_ns;
+    }
+    const bool out = body.unnamed_ns != 0 && now_ns - body.unnamed_ns > kKeepUnnamed_ns;
+    mesh = out ? drop(mesh) : std::next(mesh);
+  }
 }
 
 void Drawing::take(const HitSample& hit) {

@@ -32,6 +32,11 @@ class Drawing {
   /// there is no room for a mesh, those that no object names are given up for it, the oldest first.
   core::Status take(MeshChunkSample chunk);
   /// Returns the number of meshes that were given up for others, complete or not.
+  /// A mesh is kept for this long after its last object was removed.
+  static constexpr core::Nanoseconds kKeepUnnamed_ns = 30 * core::kNsPerSecond;
+  /// Drops such meshes. To be called about once a second; not while a recording is shown, whose meshes come
+  /// once.
+  void drop_meshes_of_removed_objects(core::Nanoseconds now_ns);
   std::uint64_t meshes_given_up() const { return given_up_ + assembler_.given_up(); }
   /// Takes a raised alert, whose hit zone is to be shown, or a cleared one.
   void take(const HitSample& hit);
@@ -83,7 +88,9 @@ class Drawing {
   Renderer& renderer() { return renderer_; }
 
  private:
+  using Meshes = std::map<std::uint64_t, MeshBody>;
   bool make_room(std::size_t triangles);
+  Meshes::iterator drop(Meshes::iterator mesh);
   Compositor::Picture camera_picture() const;
   void paint_links(const SkinSample& skin, const std::vector<SkinPatchSample>& before, PaintHandle first);
   Compositor::Moment now() const { return {state_, objects_, bodies_, now_ns_}; }

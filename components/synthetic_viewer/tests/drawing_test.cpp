@@ -96,6 +96,32 @@ TEST_F(DrawingOfACell, TakesAMeshOnceAndRefusesADamagedOne) {
   EXPECT_EQ(drawing_.scene().meshes.begin()->second.picture, handle);
 }
 
+TEST_F(DrawingOfACell, AMeshIsDroppedAWhileAfterItsLastObjectWasRemoved) {
+  constexpr core::Nanoseconds kKept = Drawing::kKeepUnnamed_ns, kSecond = core::kNsPerSecond;
+  const geometry::TriangleMesh box = geometry::make_box({0.1, 0.2, 0.3});
+  const auto chunk = test::chunks_of(box, 1 << 17).front();
+  const auto has = [&] { return drawing_.scene().meshes.contains(box.content_hash()); };
+  ASSERT_TRUE(drawing_.take(chunk));
+  drawing_.drop_meshes_of_removed_objects(kSecond);
+  drawing_.drop_meshes_of_removed_objects(kSecond + 2 * kKept);
+  EXPECT_TRUE(has()) << "its object is still to come";
+  const core::Nanoseconds named_ns = 2 * kKept + 2 * kSecond;
+  state_.take(ObjectSample{1, "box", box.content_hash(), {}, {0.5F, 0.5F, 0.5F}}, now_ns_);
+  drawing_.drop_meshes_of_removed_objects(named_ns);
+  state_.objects.erase(1);
+  drawing_.drop_meshes_of_removed_objects(named_ns + kSecond);
+  drawing_.drop_meshes_of_removed_objects(named_ns + kSecond + kKept);
+  EXPECT_TRUE(has()) << "not at once";
+  EXPECT_TRUE(drawing_.take(chunk)) << "it is sent again: an object is about to have it";
+  drawing_.drop_meshes_of_removed_objects(named_ns + 2 * kSecond + kKept);
+  EXPECT_TRUE(has());
+  drawing_.drop_meshes_of_removed_objects(named_ns + 3 * kSecond + 2 * kKept);
+  EXPECT_FALSE(has());
+  EXPECT_EQ(drawing_.meshes_given_up(), 0u) << "nothing is missing";
+  ASSERT_TRUE(drawing_.take(chunk));
+  EXPECT_TRUE(has());
+}
+
 // Tries synthetic_viewer: more come than there is room for
 TEST_F(DrawingOfACell, OfMoreMeshesThanThereIsRoomForThoseThatNoObjectNamesAreGivenUpOldestFirst) {
   Drawing small{config_, cell_, arm_, load_arm_meshes(arm_, runtime::load_skin(cell_.arm(), arm_)),

@@ -81,6 +81,30 @@ TEST_F(Changes, AServerStartedAnewServesTheCellAsItWas) {
   EXPECT_EQ(started_anew().changes().next_id, 5U);  // 4 was given away
 }
 
+TEST_F(Changes, OnceAllIdsWereGivenThoseOfRemovedObjectsAreGivenAgain) {
+  const auto loaded = runtime::load_cell(cell());  // objects 1, 2 and 3
+  CellChanges long_since = no_changes(loaded);
+  long_since.next_id = 65534;
+  LiveCell live(loaded, {}, long_since);
+  ASSERT_TRUE(live.activate(runtime::load_bodies(loaded, {}), 1, {}, [](const auto&...) {}));
+  const auto add = [&](const std::string& name) {
+    carry_out(live, make_command(WorkspaceOperation::kAdd, "", 0, {},
+                                 "{name: " + name +
+                                     ", primitive: {sphere: {radius_m: 0.03}}, pose: {xyz_m: "
+                                     "[0.2, -0.2, 0.2]}}"));
+    return live.changes().objects.back().id;
+  };
+  EXPECT_EQ(add("a"), 65534);
+  EXPECT_EQ(add("b"), 4) << "the first that is free";
+  carry_out(live, make_command(WorkspaceOperation::kRemove, "b"));
+  carry_out(live, make_command(WorkspaceOperation::kRemove, "ball"));  // of the file: its id stays its own
+  EXPECT_EQ(add("c"), 5) << "4 went last";
+  expect_same(started_anew(), live);
+  LiveCell again = started_anew();
+  live = std::move(again);
+  EXPECT_EQ(add("d"), 6);
+}
+
 TEST_F(Changes, AnySequenceOfCommandsIsKept) {
   for (const char* merge : {"highest_viscosity", "latest_object"}) {
     cell_with("voxel_size_m: 0.01", std::string("voxel_size_m: 0.02, merge: ") + merge);

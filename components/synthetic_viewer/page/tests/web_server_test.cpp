@@ -348,6 +348,14 @@ TEST_F(Page, GivesTheStateToThoseWhoAskForIt) {
   EXPECT_FALSE(content_.state_wanted(core::monotonic_ns() + 10 * core::kNsPerSecond));
 }
 
+TEST_F(Page, GivesTheStateToTheFirstWhoAsksAfterAWhile) {
+  content_.wake = [this] { content_.state.publish(nlohmann::json{{"t", 2}}); };
+  serve();
+  const auto answer = client().Get("/state");
+  EXPECT_EQ(answer->status, 200);
+  EXPECT_EQ(answer->body, R"({"t":2})");
+}
+
 TEST_F(Page, ThePageMayTakeStreamsFromTheirPortAndNobodyElseMayReadThem) {
   serve();
   const std::string streams = "http://127.0.0.1:" + std::to_string(server_->stream_port());

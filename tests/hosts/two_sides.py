@@ -1,0 +1,79 @@
+"""Master and slave with percept on two hosts, whose clocks, arms and network a test makes worse than they should be."""
+import shutil
+import struct
+import tempfile
+from pathlib import Path
+
+from hosts import SIMULATED_ARMS, Site, eventually
+
+SOURCE = Path(__file__).resolve().parents[2]
+ADDRESSES = {"master": "10.62.1.2", "slave": "10.62.2.2"}
+PROCESSES = {"slave": ("wva_server", "slave_io"), "master": ("phantom_sensing", "master_io")}
+LIMIT_S = 180  # only bounds a failing test
+
+
+class TwoSides:
+    def __init__(self, binaries, cable=None, clock=None, cells=None):
+        """`cable`: the executable, for a cable of the slave's host that can be bad. `clock`: clock_step.so, for wall clocks that can be set.
+        `cells`: cell file of a host that has another than the shipped one."""
+        self.bin, self.folder = Path(binaries).resolve(), Path(tempfile.mkdtemp(prefix="phantom_sides_"))
+        self.site = Site(ADDRESSES, cable, cables=("slave",) if cable else ())
+        self.clock, self.watches = clock, {}
+        for name, host in self.site.hosts.items():
+            (self.folder / f"clock.{name}").write_bytes(bytes(8))
+            if clock:
+                host.environment |= {"LD_PRELOAD": str(clock), "PHANTOM_CLOCK_STEP": str(self.folder / f"clock.{name}")}
+            cell = (cells or {}).get(name, SOURCE / "deploy/cells/hot_cell/cell.yaml")
+            sides = "".join(f"  - {{name: {side}, interfaces: [127.0.0.1, {address}], {SIMULATED_ARMS}}}\n" for side, address in ADDRESSES.items())
+            (self.folder / f"{name}.yaml").write_text(
+                f"name: sides\ndomain: 62\nqos_profiles: {SOURCE}/deploy/qos/phantom.xml\ncell: {cell}\nnetwork:\n"
+                f"  initial_peers: [127.0.0.1, {', '.join(ADDRESSES.values())}]\nhosts:\n{sides}")
+
+    def words(self, host, program, *rest):
+        return [self.bin / program, "--deployment", self.folder / f"{host}.yaml", "--host", host, *rest]
+
+    def start(self):
+        for host, programs in PROCESSES.items():
+            for program in programs:
+                self.site[host].start(self.words(host, program), self.folder / f"{program}.log")
+        for host in ADDRESSES:
+            self.watches[host] = self.site[host].watch(
+                self.words(host, "dds_spy", "echo", "master_state", "slave_state", "component_status", "--json", "--every", "0.1", "--seconds", "0"),
+                self.folder / f"spy_{host}.log", lambda line: line.get("sample", {}).get("component_name", line.get("topic")))
+
+    def log(self, program):
+        return (self.folder / f"{program}.log").read_text(errors="replace")
+
+    def newest(self, key, host="master"):
+        return self.watches[host].get(key) or {}
+
+    def figure(self, component, name):
+        return next((f["value"] for f in self.newest(component).get("figures", []) if f["name"] == name), None)
+
+    def set_clock(self, host, offset_s):
+        with open(self.folder / f"clock.{host}", "r+b", buffering=0) as file:
+            file.write(struct.pack("=q", int(offset_s * 1e9)))
+
+    def command(self, *words):
+        done = self.site["master"].try_run(*self.words("master", "master_io", "command", *words))
+        return done.returncode, done.stdout + done.stderr
+
+    def coupled(self):
+        eventually(lambda: self.newest("master_state").get("state") == "LINK_COUPLED", LIMIT_S, "coupled")
+
+    def percept_is_felt(self):
+        def felt():
+            state = self.newest("master_state")
+            return state.get("state") == "LINK_COUPLED" and max(map(abs, state["percept_torque_Nm"])) > 0.01
+        eventually(felt, LIMIT_S, "percept torque while coupled")
+
+    def a_stop_can_be_reset(self):
+        code, words = self.command("stop")
+        assert code == 0 and "stopped: master_io, slave_io" in words, (code, words)
+        code, words = self.command("reset")
+        assert code == 0, (code, words)
+        self.coupled()
+
+    def close(self):
+        self.site.close()
+        shutil.rmtree(self.folder, ignore_errors=True)
