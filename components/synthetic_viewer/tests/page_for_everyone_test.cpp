@@ -203,6 +203,34 @@ TEST_F(PageForEveryone, EveryTextHasTheContrastOfWcagAA) {
       << "with a stop, a question and an open choice";
 }
 
+#ifdef PHANTOM_AXE
+TEST_F(PageForEveryone, AxeFindsNothing) {
+  serve_in("en");
+  std::ifstream file(PHANTOM_AXE);
+  const std::string axe{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+  ASSERT_FALSE(axe.empty()) << PHANTOM_AXE;
+  browser_->run(axe);
+  const auto findings = [&] {
+    browser_->run(
+        "window.found = null; axe.run(document, { resultTypes: ['violations'] }).then(result => { window.found ="
+        "  result.violations.flatMap(v => v.nodes.map(n => v.id + ': ' + n.html)); }, problem => { window.found = [String(problem)]; });");
+    EXPECT_TRUE(eventually([&] { return truth("window.found"); }));
+    return browser_->run("return window.found");
+  };
+  for (const std::string drawer : {"settings", "system", "history", "keys"}) {
+    browser_->run("openDrawer('" + drawer + "')");
+    EXPECT_EQ(findings(), nlohmann::json::array()) << drawer;
+  }
+  browser_->run("speak('de')");
+  browser_->show_on(768, 1024, true);
+  stop_without_answer();
+  EXPECT_EQ(findings(), nlohmann::json::array()) << "upright, with a stop that is not confirmed";
+  browser_->run(
+      "const image = document.createElement('img'); image.src = 'x'; document.getElementById('desk').append(image)");
+  EXPECT_NE(findings(), nlohmann::json::array()) << "it finds what has no name";
+}
+#endif
+
 TEST_F(PageForEveryone, ColoursThatMeanSomethingDifferForEveryColourVision) {
   serve_in("en");
   for (const auto& group : {std::vector{"good", "ready", "warn", "bad"}, std::vector{"near", "warn", "bad"},
