@@ -104,7 +104,7 @@ function openDrawer(name, from = null) {
   }
   if (!closing && name === 'history' && state) showHits(listedHits(state), state.total_hits);
   if (closing) { (opener ?? byId(kDrawers[name])).focus(); opener = null; }
-  else { opener = from; byId(name).querySelector('.close').focus(); }
+  else { if (!from?.closest('.drawer')) opener = from; byId(name).querySelector('.close').focus(); }
 }
 for (const [drawer, button] of Object.entries(kDrawers)) {
   if (drawer !== 'history') byId(button).addEventListener('click', () => openDrawer(drawer, byId(button)));

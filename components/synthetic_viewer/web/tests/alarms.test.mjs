@@ -45,6 +45,9 @@ test('the most urgent comes first, and all beyond three are summed up', async ()
   assert.deepEqual(page.items().map(([kind, what]) => [kind, what]), [['high', 'gripper → object4'], ['high', 'gripper → object2'], ['medium', 'gripper → object5']]);
   assert.equal(page.text('alarm-summary'), '2 more: object1, object3.');
   assert.equal(page.text('alarm-count'), '5');
+  const close = await open();
+  close.now([hit(1, 1), hit(2, 2)], [threat(1, 4), threat(2, null, { rule: 'very_close' })]);
+  assert.deepEqual(close.items().map(([, what]) => what), ['gripper → object2', 'gripper → object1'], 'by priority, also without seconds');
 });
 
 test('an alarm rises at once, sinks only after a second, and stays for a while when it is over', async () => {

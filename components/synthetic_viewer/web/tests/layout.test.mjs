@@ -106,6 +106,10 @@ test('one drawer is open at a time; the focus goes into it and back', async () =
     assert.deepEqual(openOnes(), [drawer]);
   }
   page.byId('system').querySelector('.close').click();
+  assert.equal(page.document.activeElement.id, 'hit-view', 'where it came from, also through other drawers');
+  page.byId('settings-open').click();
+  page.press('o');
+  assert.equal(page.document.activeElement.id, 'settings-open');
   assert.deepEqual(openOnes(), []);
 });
 
