@@ -12,6 +12,7 @@
 #include "components/synthetic_viewer/scene/compositor.hpp"
 #include "components/synthetic_viewer/scene/hud.hpp"
 #include "components/synthetic_viewer/state/synthetic_viewer.hpp"
+#include "components/synthetic_viewer/state/view_direction.hpp"
 
 namespace phantom::synthetic_viewer {
 namespace {
@@ -74,7 +75,7 @@ int run_sheet(const SheetRequest& request, const ViewerConfig& config) {
     const HitView view = viewer.step(false, chosen, seen_from, 0.0);
     Compositor::Picture picture = compositor.hit_picture(moment, view);
     const LocalizedText from{number == 0 ? "hud.automatic" : "hud.from",
-                             {{"node", std::string(percept::node_name(view.node))}}},
+                             {{"direction", direction_words(view.node, config.main_view.azimuth_rad)}}},
         seen{"hud.sees", {{"percent", 100 * seen_from(view.situation, view.eye_m)}}};
     picture.hud.title = in(config.language, from);
     picture.hud.subtitle = in(config.language, seen);

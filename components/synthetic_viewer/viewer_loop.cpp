@@ -297,7 +297,9 @@ void ViewerLoop::publish_state() {
                   review_ == nullptr ? start_ns_ : review_->begin_ns(),
                   missing_words(state_, scene, config_.staleness, shown_ns_),
                   {},
-                  config_.camera_view.camera ? config_.camera_view.camera->name : ""};
+                  config_.camera_view.camera ? config_.camera_view.camera->name : "",
+                  config_.main_view.azimuth_rad,
+                  gauges_share(config_.main_view.format.height_px)};
   if (review_ != nullptr) facts.review = review_->position(now_ns_);
   page_.state.publish(page_state(state_, scene, drawing_->hit_view(), config_.staleness, facts, shown_ns_));
 }

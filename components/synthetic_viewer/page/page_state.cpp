@@ -6,6 +6,10 @@
 #include <string_view>
 
 #include "common/core/text.hpp"
+#include "components/synthetic_viewer/scene/hud.hpp"
+#include "components/synthetic_viewer/state/delay_stages.hpp"
+#include "components/synthetic_viewer/state/hand_limits.hpp"
+#include "components/synthetic_viewer/state/view_direction.hpp"
 
 namespace phantom::synthetic_viewer {
 namespace {
@@ -16,7 +20,7 @@ using Json = nlohmann::json;
 Json number_or_null(double value, bool known = true, double parts = 1e6) {
   return known && std::isfinite(value) ? Json(std::round(value * parts) / parts) : Json();
 }
-constexpr double kThousandths = 1e3, kTenths = 10, kWhole = 1;
+constexpr double kTenthsOfThousandths = 1e4, kThousandths = 1e3, kTenths = 10, kWhole = 1;
 
 constexpr std::array kCounterbalanceNames{"none", "mechanical", "automatic"};  // of teleop::Counterbalance
 
@@ -51,6 +55,25 @@ Json link_json(const ViewerState& state, core::Nanoseconds now_ns) {
           {"tool_speed_m_s", number_or_null(state.arm.tool_speed_m_s)}};
 }
 
+Json seconds_or_null(double time_s) { return number_or_null(time_s, time_s >= 0, kThousandths); }
+
+/// The most urgent threats, as many as a person takes in at once.
+Json threats_json(const ViewerState& state, const CellScene& scene) {
+  constexpr std::size_t kShown = 3;
+  Json threats = Json::array();
+  for (const messages::Threat& threat : state.percept.threats) {
+    if (threats.size() == kShown) break;
+    threats.push_back({{"link", scene.link_name(threat.link)},
+                       {"object_words", json_of(object_words(state, threat.object))},
+                       {"object_id", threat.object},
+                       {"rule", name_of(threat.rule)},
+                       {"contact_s", seconds_or_null(threat.contact.time_s)},
+                       {"error_s", seconds_or_null(threat.contact.error_s)},
+                       {"gap_m", seconds_or_null(threat.contact.gap_m)}});
+  }
+  return threats;
+}
+
 Json percept_json(const ViewerState& state, const CellScene& scene, const Staleness& staleness,
                   core::Nanoseconds now_ns) {
   const PerceptSample& percept = state.percept;
@@ -64,7 +87,9 @@ Json percept_json(const ViewerState& state, const CellScene& scene, const Stalen
           {"motion", known ? name_of(percept.motion) : "none"},
           {"link", near ? scene.link_name(percept.link) : std::string()},
           {"object", near ? object_name(state, percept.object) : std::string()},
-          {"object_words", near ? json_of(object_words(state, percept.object)) : Json()}};
+          {"object_words", near ? json_of(object_words(state, percept.object)) : Json()},
+          {"threats", known ? threats_json(state, scene) : Json::array()},
+          {"threat_count", known ? percept.threats.size() : 0}};
 }
 
 /// By what is told of a joint: what stays the same is then told once.
@@ -83,6 +108,29 @@ Json joints_json(const ViewerState& state, const CellScene& scene) {
           {"feedback_torque", feedback_torques}};
 }
 
+Json vector_json(const Vector3& v) {
+  return {number_or_null(v[0], true, kThousandths), number_or_null(v[1], true, kThousandths),
+          number_or_null(v[2], true, kThousandths)};
+}
+
+/// The stages of delay, each with its age and its budget.
+Json delay_json(const ViewerState& state, const Staleness& staleness, core::Nanoseconds now_ns) {
+  Json stages = Json::object();
+  for (const DelayStage& stage : delay_stages(state, staleness, now_ns))
+    stages[stage.name] = {{"age_s", number_or_null(stage.age_s, stage.age_s >= 0, kTenthsOfThousandths)},
+                          {"budget_s", stage.budget_s}};
+  return stages;
+}
+
+/// From where each node looks, by its number.
+Json directions_json(double main_azimuth_rad) {
+  Json directions = Json::object();
+  for (int number = 0; number <= percept::kNodeCount; ++number)
+    directions[std::to_string(number)] =
+        json_of(direction_words(static_cast<ViewNode>(number), main_azimuth_rad));
+  return directions;
+}
+
 /// By the place that an alert has among those that are kept: a newer one takes the oldest one's.
 Json hits_json(const ViewerState& state, const CellScene& scene, core::Nanoseconds start_ns) {
   Json hits = Json::object();
@@ -98,6 +146,10 @@ Json hits_json(const ViewerState& state, const CellScene& scene, core::Nanosecon
         {"link", hit.link_name.empty() ? scene.link_name(hit.link) : hit.link_name},
         {"object", object_name(state, hit.object)},
         {"object_words", json_of(object_words(state, hit.object))},
+        {"object_id", hit.object},
+        {"contact_s", seconds_or_null(hit.contact.time_s)},
+        {"at_m", vector_json(hit.look_at_m)},
+        {"towards", vector_json(hit.pgv)},
         {"speed_m_s", number_or_null(hit.speed_m_s)},
         {"cleared_after_s", number_or_null(record.cleared_after_s, record.cleared_after_s >= 0)}};
   }
@@ -245,6 +297,10 @@ nlohmann::json page_state(const ViewerState& state, const CellScene& scene, cons
            {{"alert", view.alert},
             {"threatening", view.threatening},
             {"node", view.alert == 0 ? "" : percept::node_name(view.node)},
+            {"direction_words",
+             view.alert == 0 ? Json() : json_of(direction_words(view.node, facts.main_azimuth_rad))},
+            {"directions", directions_json(facts.main_azimuth_rad)},
+            {"main_azimuth_rad", number_or_null(facts.main_azimuth_rad)},
             {"chosen", static_cast<int>(state.chosen)},
             {"moved", moved_json(state.cameras)},
             {"hold", state.hold}}},
@@ -253,11 +309,16 @@ nlohmann::json page_state(const ViewerState& state, const CellScene& scene, cons
             {"graphics", facts.graphics},
             {"allow_commands", facts.allow_commands},
             {"tool_view", facts.tool_view},
+            {"gauges_share", facts.gauges_share},
             {"camera", facts.camera},
             {"message", english_text(facts.message)},
             {"message_words", json_of(facts.message)}}},
+          {"limits_words", json_of(hand_limits(state, scene.arm().joints(), staleness, now_ns))},
+          {"delay", delay_json(state, staleness, now_ns)},
           {"model",
-           {{"voxel_error_m", number_or_null(state.workspace.voxel_error_m, state.workspace.version != 0)},
+           {{"min_m", vector_json(messages::vector_of(scene.min_m()))},
+            {"max_m", vector_json(messages::vector_of(scene.max_m()))},
+            {"voxel_error_m", number_or_null(state.workspace.voxel_error_m, state.workspace.version != 0)},
             {"version", state.workspace.version}}},
           {"review", review_json(facts)},
           {"recording",

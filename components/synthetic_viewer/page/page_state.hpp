@@ -22,9 +22,12 @@ struct PageFacts {
   LocalizedText message;                   ///< what is missing; empty: nothing
   std::optional<Review::Position> review;  ///< of the recording that is shown; none: live
   std::string camera = {};                 ///< name of the real camera; empty: there is none
+  double main_azimuth_rad = 0.0;           ///< of the main view's default camera, in W
+  double gauges_share = 0.0;               ///< of the main picture's height that its strip of numbers covers
 };
 
-/// Returns what the page shows besides pictures: link, percept, joints, hits, components, view, review.
+/// Returns what the page shows besides pictures: link, percept, joints, hits, components, view, review,
+/// what limits the hand, and the stages of delay.
 /// Unknown numbers are null. Texts may not be UTF-8. Only the page's scripts read it. Pure.
 nlohmann::json page_state(const ViewerState& state, const CellScene& scene, const HitView& view,
                           const Staleness& staleness, const PageFacts& facts, core::Nanoseconds now_ns);

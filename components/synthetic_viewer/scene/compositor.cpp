@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "components/synthetic_viewer/state/view_direction.hpp"
+
 namespace phantom::synthetic_viewer {
 namespace {
 
@@ -284,7 +286,8 @@ Hud Compositor::main_hud(const Moment& moment) const {
 /// Returns from where the zone is seen, and of an alert that is known what threatens to hit what.
 std::vector<LocalizedText> Compositor::hit_title(const ViewerState& state, const HitView& hit) const {
   std::vector<LocalizedText> title{
-      {state.hold ? "hud.hit_held" : "hud.hit", {{"node", std::string(percept::node_name(hit.node))}}}};
+      {state.hold ? "hud.hit_held" : "hud.hit",
+       {{"direction", direction_words(hit.node, config_.main_view.azimuth_rad)}}}};
   const auto record = std::find_if(state.hits.rbegin(), state.hits.rend(),
                                    [&hit](const HitRecord& one) { return one.raised.alert == hit.alert; });
   if (record == state.hits.rend()) return title;

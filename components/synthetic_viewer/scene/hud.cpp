@@ -33,10 +33,15 @@ std::string spelled(const std::string& text) {
   return all;
 }
 
+constexpr double kStrip = 62;  // height of the strip of gauges
+
+/// Pixels per unit of a picture of that height; lengths are in pixels of a picture 720 high.
+double unit_of(int height_px) noexcept { return std::max(0.72, height_px / 720.0); }
+
 /// Draws on a picture; lengths are in pixels of a picture 720 high.
 class Brush {
  public:
-  explicit Brush(const cv::Mat& on) : Brush(on, std::max(0.72, on.rows / 720.0)) {}
+  explicit Brush(const cv::Mat& on) : Brush(on, unit_of(on.rows)) {}
   Brush(const cv::Mat& on, double unit_px) : picture(on), unit_(unit_px) {}
 
   int px(double units) const { return static_cast<int>(std::lround(units * unit_)); }
@@ -95,7 +100,7 @@ int draw_closeness(Brush& brush, const Hud& hud, int x) {
 }
 
 void draw_gauges(Brush& brush, const Hud& hud) {
-  brush.shade({0, brush.height() - brush.px(62), brush.width(), brush.px(62)}, kDark, 0.62);
+  brush.shade({0, brush.height() - brush.px(kStrip), brush.width(), brush.px(kStrip)}, kDark, 0.62);
   int x = draw_closeness(brush, hud, brush.px(22));
   x = write_pair(brush, x, in(hud.language, {"hud.speed", {}}),
                  hud.closeness_known ? fmt::format("{:.3f} m/s", hud.speed_m_s) : "-", kText);
@@ -153,6 +158,8 @@ std::string encode(const Image& image, const char* kind, const std::vector<int>&
 }
 
 }  // namespace
+
+double gauges_share(int height_px) noexcept { return kStrip * unit_of(height_px) / height_px; }
 
 void draw_hud(Image& image, const Hud& hud) {
   Brush brush(image);

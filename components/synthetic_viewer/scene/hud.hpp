@@ -32,6 +32,9 @@ struct Hud {
   friend bool operator==(const Hud&, const Hud&) = default;
 };
 
+/// Returns the share of a picture's height that the strip of gauges covers.
+double gauges_share(int height_px) noexcept;
+
 /// Draws the HUD on the picture. Sizes scale with the picture's height. Pure.
 void draw_hud(Image& image, const Hud& hud);
 

@@ -115,7 +115,7 @@ LocalizedText condition_words(const ViewerState& state, const Staleness& stalene
 /// Returns whether hit zones are shown by themselves: not while a master that is heard says that the operator
 /// works without these views.
 bool shows_hits(const ViewerState& state, const Staleness& staleness, core::Nanoseconds now_ns);
-/// Returns row and column of Table 6.1 that are in force: "b1: SCTFB, balanced arm: drag and tone".
+/// Returns row and column of Table 6.1 in force: "Torque feedback, balanced arm (b1): drag and tone".
 LocalizedText percepts_words(const ViewerState& state);
 
 /// Returns the object's name, such as "table"; "object 7" if the name is not known; "free space" for 0; of

@@ -33,13 +33,18 @@ TEST_F(PageInChromium, ShowsViewsGaugesAlertsAndComponentsLive) {
       return truth(std::string("document.getElementById('") + view + "').naturalWidth > 0");
     })) << view;
   }
-  EXPECT_TRUE(eventually([&] { return truth("document.querySelector('#hits img').naturalWidth > 0"); }))
+  EXPECT_TRUE(eventually([&] { return truth("document.querySelector('#alarms img').naturalWidth > 0"); }))
       << "the alert's picture";
+  EXPECT_TRUE(truth("document.querySelector('#alarms svg .place')")) << "and its place until that came";
+  browser_->type({"j"});
+  EXPECT_TRUE(eventually([&] { return truth("document.querySelector('#hits img').naturalWidth > 0"); }))
+      << "and in the history";
+  browser_->type({"j"});
   EXPECT_EQ(text("banner"), "");
-  EXPECT_TRUE(
-      eventually([&] { return text("percepts") == "b1: SCTFB, balanced arm: drag, tone and views"; }));
+  EXPECT_TRUE(eventually(
+      [&] { return text("percepts") == "Torque feedback, balanced arm (b1): drag, tone and views"; }));
   browser_->run("speak('de')");
-  EXPECT_EQ(text("percepts"), "b1: Momentenrückführung, Arm im Gleichgewicht: Kraft, Ton und Bild")
+  EXPECT_EQ(text("percepts"), "Momentenrückführung, Arm im Gleichgewicht (b1): Kraft, Ton und Bild")
       << "what the viewer says by keys and values";
   browser_->run("speak('en')");
   if (const char* folder = std::getenv("PHANTOM_SCREENSHOTS")) {
@@ -115,6 +120,10 @@ TEST_F(PageInChromium, NumbersAndAlertsComeByOneSocketAndNothingOfTheScene) {
       "  kinds[kind] = (kinds[kind] ?? 0) + 1; take.call(this, data); };");
   for (std::uint32_t number = 2; number <= 50; ++number) inbox_.put(alert(number, {0.71, 0.13, 1.03}));
   ASSERT_TRUE(eventually([&] { return text("hit-count") == "50"; }));
+  EXPECT_EQ(browser_->run("return document.querySelectorAll('#alarms li').length"), 1)
+      << "one threat, one alarm";
+  browser_->type({"j"});
+  ASSERT_TRUE(eventually([&] { return truth("document.querySelector('#hits li.none')"); }));
   const nlohmann::json listed = browser_->run(
       "return [...document.querySelectorAll('#hits li:not(.none) img')].map(e => +e.src.match(/(\\d+).jpg/)[1])");
   ASSERT_EQ(listed.size(), ViewerState::kMaxHits);

@@ -1,13 +1,18 @@
 // What page_for_everyone_test.cpp asks of the page, run in it. Each returns a list of problems.
 const visible = e => e.offsetParent !== null || getComputedStyle(e).position === 'fixed';
 const nameOf = e => e.id || `${e.tagName.toLowerCase()}.${e.className} in ${e.closest('[id]')?.id}`;
-const controls = () => [...document.querySelectorAll('button, input, [data-view], #hits a[href]')]
+const controls = () => [...document.querySelectorAll('button, input, [data-view], #hits a[href], #alarms a[href]')]
   .filter(e => visible(e) && !e.disabled && !e.closest('.skip'));
 
 // Marks every text, and finds letters outside of marks that the system has not said either.
 function foreignWords() {
   for (const key of Object.keys(kTexts.en)) kTexts.en[key] = '⟦' + kTexts.en[key] + '⟧';
   for (const id of ['hits', 'components']) byId(id).dataset.key = '';  // so that they are written anew
+  for (const items of [kAlarmItems, kHitItems]) items.clear();
+  openDrawer('history');
+  alarmList.entries.clear();
+  alarmList.seen.clear();
+  takeAlarms(listedHits(state), state.percept.threats);
   speak('en');
   const data = new Set(['Phantom', 'EN', 'DE', 'N S E W T B', 'English', 'Deutsch']);
   const gather = value => {
@@ -15,7 +20,7 @@ function foreignWords() {
     else if (value && typeof value === 'object') Object.values(value).forEach(gather);
   };
   const { cell, joints, components, hits, percept, viewer } = state;
-  gather([cell, joints.name, Object.values(components).map(c => [c.name, c.host, c.message, c.loops.map(l => l.name)]), Object.values(hits).map(h => h.link), percept.link, viewer.graphics]);
+  gather([cell, joints.name, state.objects.map(object => object.name), percept.threats.map(threat => threat.link), Object.values(components).map(c => [c.name, c.host, c.message, c.loops.map(l => l.name)]), Object.values(hits).map(h => h.link), percept.link, viewer.graphics]);
   const problems = [];
   const check = (words, where) => {
     let rest = /^[A-Z]$/.test(words) ? '' : words;  // a key
@@ -57,25 +62,26 @@ function watchFocus() {
   return [];
 }
 
-// What matters to the operator, and is not whole within the window, or covered.
-function outOfSight(more = []) {
-  const ids = ['cell', 'stop', 'master-state', 'slave-state', 'quality', 'round-trip', 'pose-age', 'main-figure', 'main-view', 'hit-figure',
-    'tool-figure', 'node', 'hold', 'motion', 'closeness', 'closeness-meter', 'speed', 'speed-meter', 'nearest-object', 'torque-scale', 'gain', 'gain-now',
-    'feedback', 'feedback-now', 'law', 'drag', 'tone', 'views', 'by-law', 'percepts', 'reset', 'gripper-words', 'gripper-open', 'gripper-close',
-    'gripper-width', 'gripper-force', 'hit-count', ...more];
+// What matters to the operator at any time, and what the drawer with the settings has.
+const kDesk = ['cell', 'stop', 'master-state', 'slave-state', 'quality', 'round-trip', 'pose-age', 'delay', 'settings-open', 'system-open', 'keys-open', 'main-figure', 'main-view',
+  'hit-figure', 'tool-figure', 'hold', 'motion', 'closeness', 'closeness-meter', 'speed', 'speed-meter', 'nearest-object', 'threat-card', 'torque-scale', 'gripper-words',
+  'gripper-open', 'gripper-close', 'alarm-count', 'alarm-history', 'why'];
+const kSettings = ['gain', 'gain-now', 'feedback', 'feedback-now', 'law', 'drag', 'tone', 'views', 'by-law', 'percepts', 'reset', 'carry-object', 'gripper-width', 'gripper-force'];
+// Of these ids, what is not whole within the window, or covered. What is felt lies on the edge of the large view.
+function outOfSight(ids) {
   const elements = [...ids.map(id => document.getElementById(id)), ...document.querySelectorAll('#joints .joint')];
-  const problems = scrollY === 0 ? [] : ['scrolled'];
+  const problems = scrollY === 0 && document.documentElement.scrollHeight <= innerHeight ? [] : ['it scrolls'];
   for (const e of elements) {
     const box = e.getBoundingClientRect();
     if (box.width < 2 || box.height < 2 || box.left < 0 || box.top < 0 || box.right > innerWidth + .5 || box.bottom > innerHeight + .5)
       problems.push(`${nameOf(e)}: ${[box.left, box.top, box.right, box.bottom].map(Math.round)}`);
     else if (![[.5, .5], [.5, .2], [.5, .8], [.05, .5], [.95, .5]].every(([x, y]) => {
       const top = document.elementFromPoint(box.left + x * box.width, box.top + y * box.height);
-      return e.contains(top) || (top?.contains(e) && getComputedStyle(e).display === 'block' && top === e.parentElement);
+      return e.contains(top) || (e.closest('[data-place=large]') && top?.closest('.felt')) || (top?.contains(e) && getComputedStyle(e).display === 'block' && top === e.parentElement);
     })) problems.push(nameOf(e) + ' is covered');
   }
   for (const e of document.querySelectorAll('button, .name, label, dd, output, .chip, .value, h2, p'))
-    if (visible(e) && !e.closest('#hits') && e.scrollWidth > e.clientWidth + 1 && e.clientWidth > 0 && !['inline', 'inline-block'].includes(getComputedStyle(e).display)
+    if (visible(e) && !e.closest('#hits') && !e.classList.contains('unseen') && e.scrollWidth > e.clientWidth + 1 && e.clientWidth > 0 && !['inline', 'inline-block'].includes(getComputedStyle(e).display)
       && !e.classList.contains('choice')) problems.push(`cut off: ${nameOf(e)} ${e.textContent}`);
   return problems;
 }

@@ -95,10 +95,11 @@ TEST_F(ReviewInChromium, ReachesAlertsByKeyboardAndShowsThem) {
   const double share = (mark_t(1) + kEntered_s) / review_->duration_s();
   for (const char* id : {"review-line", "review-plots"})
     EXPECT_TRUE(eventually([&] { return std::abs(cursor_share(id) - share) < 0.005; })) << id;
+  browser_->type({"j"});
   EXPECT_TRUE(eventually([&] {
     return truth(
         "document.querySelectorAll('#hits img').length == 2 && "
-        "[...document.querySelectorAll('#hits img')].every(i => i.naturalWidth > 0 && !i.parentElement.hidden)");
+        "[...document.querySelectorAll('#hits img')].every(i => i.naturalWidth > 0 && !i.hidden)");
   }));
   keep_screenshot("review_alert.png");
 }

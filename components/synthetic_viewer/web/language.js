@@ -52,7 +52,7 @@ function speak(chosen) {
 for (const name of Object.keys(kTexts)) {
   const button = Object.assign(document.createElement('button'),
     { type: 'button', lang: name, textContent: name.toUpperCase(), title: kTexts[name]['page.language_name'] });
-  button.setAttribute('aria-label', kTexts[name]['page.language_name']);
+  button.setAttribute('aria-label', `${button.textContent}: ${kTexts[name]['page.language_name']}`);
   button.addEventListener('click', () => speak(name));
   document.getElementById('languages').append(button);
 }

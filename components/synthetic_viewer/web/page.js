@@ -75,6 +75,11 @@ function show() {
   showObjects(state.objects);
   showViews(view, viewer);
   showHits(listedHits(state), state.total_hits);
+  takeAlarms(listedHits(state), percept.threats ?? []);
+  showThreats(percept);
+  showDelays(state);
+  showWhy(state.limits_words ?? []);
+  byId('main-view').style.setProperty('--strip', viewer.gauges_share ?? 0);
   showComponents(Object.keys(state.components).sort().map(name => state.components[name]).filter(Boolean));
   document.dispatchEvent(new CustomEvent('state', { detail: state }));  // review.js
 }
@@ -98,6 +103,29 @@ function showPercept(percept, link) {
   byId('contact').hidden = !link.contact;
   put('contact', !link.contact ? '' : text(link.contact_force_N === null ? 'vicinity.contact' : 'vicinity.contact_force',
     { object: said(link.contact_object_words), force: link.contact_force_N }));
+}
+
+// The most urgent threats, with the time until they touch at the present speed.
+function showThreats({ known, threats = [], threat_count = 0 }) {
+  const list = byId('threats');
+  while (list.children.length > threats.length) list.lastChild.remove();
+  threats.forEach((threat, i) => {
+    if (!list.children[i]) {
+      const item = document.createElement('li');
+      item.innerHTML = '<b></b><span></span>';
+      list.append(item);
+    }
+    const item = list.children[i], words = `${threat.link} → ${said(threat.object_words)}`;
+    item.className = kPriorities[priorityOf(threat.rule, threat.contact_s)];
+    put(item.firstChild, threat.contact_s === null ? '–' : fixed(threat.contact_s, 1, ' s'));
+    put(item.lastChild, words);
+    const gap = threat.gap_m === null ? '' : text('threat.gap', { gap_mm: threat.gap_m * 1e3 });
+    const error = threat.error_s === null ? text('threat.earliest') : text('threat.error', { seconds: threat.error_s });
+    item.title = [words, text('rule.' + threat.rule), gap, threat.contact_s === null ? text('threat.not_nearing') : error].filter(Boolean).join('\n');
+  });
+  const more = threat_count - threats.length;
+  put('threats-none', !known ? text('vicinity.unknown') : threats.length === 0 ? text('threat.none') : more > 0 ? text('threat.more', { count: more }) : '');
+  byId('threats-none').hidden = byId('threats-none').textContent === '';
 }
 
 function showJoints(joints) {
@@ -128,8 +156,10 @@ const kPercepts = ['drag', 'tone', 'views'];
 const kPerceptKeys = { D: 'drag', M: 'tone', V: 'views', L: 'by-law' };  // the buttons that they press
 function chosenPercepts(link) { return { drag: link.drag_chosen, tone: link.tone_enabled, views: link.views_enabled }; }
 
+const kNodeOrder = [0, 9, 10, 11, 12, 13, 14, 1, 2, 3, 4, 5, 6, 7, 8];  // by itself, the faces, the corners
+const kCommanding = '#commands button, #commands input, #gripper button, #stop, #stop-reset, #node, #hold, #calibrate, [data-tools] button';
 function showCommands(link, view, viewer) {
-  for (const e of document.querySelectorAll('#commands button, #commands input, #stop, #node, #hold, .tools button'))
+  for (const e of document.querySelectorAll(kCommanding))
     e.disabled = !viewer.allow_commands || (e.id !== 'stop' && !may(e.closest('[data-role]')?.dataset.role ?? 'operate'));
   if (!viewer.allow_commands) say(text('command.switched_off'), false);
   const gain = fixed(link.percept_gain, 2), feedback = fixed(link.feedback_gain, 3);
@@ -144,6 +174,7 @@ function showCommands(link, view, viewer) {
   put('percepts', said(link.percepts_words));
   byId('hold').setAttribute('aria-pressed', view.hold);
   showViewTools(view, viewer);
+  offerChoice(byId('node'), kNodeOrder.filter(number => number in (view.directions ?? {})).map(number => [String(number), said(view.directions[number])]));
   setChoice(byId('node'), String(view.chosen));
 }
 
@@ -156,7 +187,7 @@ function showObjects(objects) {
 }
 
 function showGripper(gripper) {
-  byId('gripper').hidden = !gripper;
+  byId('gripper').hidden = byId('gripper-settings').hidden = !gripper;
   if (!gripper) return;
   put('gripper-words', said(gripper.state_words));
   byId('gripper-words').className = gripper.fault || gripper.width_m === null ? 'bad' : '';
@@ -166,6 +197,7 @@ function showGripper(gripper) {
   byId('gripper-force').max = gripper.greatest_force_N;
 }
 
+const kDrawerKeys = { O: 'settings', I: 'system', J: 'history', '?': 'keys' };
 // Letter and digit keys work unless text is being typed.
 addEventListener('keydown', event => {
   if (event.ctrlKey || event.altKey || event.metaKey || /^(INPUT|TEXTAREA)$/.test(event.target.tagName)) return;
@@ -173,6 +205,11 @@ addEventListener('keydown', event => {
   if (key === 'H') toggleHold();
   else if (key === 'R') toggleRecording(document.activeElement.dataset.view ?? 'main');
   else if (key in kPerceptKeys && !event.repeat) byId(kPerceptKeys[key]).click();
+  else if (key === 'Q') acknowledgeAlarm();
+  else if (key === 'X') setLarge(layout.large === focusedView() ? 'main' : focusedView());
+  else if (key === 'Z') toggleEnlarged();
+  else if (key === 'P') detach(focusedView());
+  else if (key in kDrawerKeys && !event.repeat) openDrawer(kDrawerKeys[key], document.activeElement);
   else if (key in kNodes) command('view_node', kNodes[key]);
   else if (/^[1-8]$/.test(key)) command('view_node', +key);
 });
@@ -180,28 +217,37 @@ addEventListener('keydown', event => {
 // Returns the alerts that the viewer keeps, newest first: it tells each as it changes, by the place that it has among them.
 function listedHits(state) { return Object.values(state.hits).filter(Boolean).sort((a, b) => b.number - a.number); }
 
+// The history. It is made while its drawer is open; an item stays, with its picture, as long as its alert is listed.
+const kHitItems = new Map();  // number → { item, key }
+function hitItem(hit) {
+  const over = hit.cleared_after_s === null ? text('alert.threatens') : text('alert.over', { time: duration(hit.cleared_after_s) });
+  const key = language + hit.alert + over, known = kHitItems.get(hit.number);
+  if (known?.key === key) return known.item;
+  const item = known && known.key.startsWith(language + hit.alert) ? known.item : document.createElement('li');
+  if (item !== known?.item) {
+    item.innerHTML = '<div><div class="what"></div><div class="why"></div></div>';
+    item.prepend(alertPicture(hit));
+  }
+  item.className = hit.cleared_after_s === null ? 'threatening' : '';
+  put(item.querySelector('.what'), `${hit.link} → ${said(hit.object_words, hit.object)}`);
+  put(item.querySelector('.why'), text('alert.what', { alert: hit.alert, time: hit.t, rule: text('rule.' + hit.rule), speed: hit.speed_m_s, state: over }));
+  kHitItems.set(hit.number, { item, key });
+  return item;
+}
+
 function showHits(hits, total) {
   put('hit-count', String(total));
   const list = byId('hits');
+  if (byId('history').hidden) return;
   const key = language + total + ':' + hits.map(h => h.alert + (h.cleared_after_s === null ? '!' : '')).join();
   if (list.dataset.key === key && list.childElementCount) return;
   list.dataset.key = key;
+  const listed = new Set(hits.map(hit => hit.number));
+  for (const number of kHitItems.keys()) if (!listed.has(number)) kHitItems.delete(number);
   const note = document.createElement('li');
   note.className = 'none';
   note.textContent = !hits.length ? text('alert.none') : text('alert.not_listed', { count: total - hits.length });
-  list.replaceChildren(...hits.map(hit => {
-    const over = hit.cleared_after_s === null ? text('alert.threatens') : text('alert.over', { time: duration(hit.cleared_after_s) });
-    const item = document.createElement('li');
-    item.className = hit.cleared_after_s === null ? 'threatening' : '';
-    item.innerHTML = '<a target="_blank"><img loading="lazy" fetchpriority="low" alt=""></a><div><div class="what"></div><div class="why"></div></div>';
-    item.querySelector('a').href = item.querySelector('img').src = `hits/${hit.alert}.jpg`;
-    item.querySelector('img').addEventListener('error', () => { item.querySelector('a').hidden = true; });  // none was made without views
-    item.querySelector('a').setAttribute('aria-label', text('alert.picture', { alert: hit.alert }));
-    item.querySelector('.what').textContent = `${hit.link} → ${said(hit.object_words, hit.object)}`;
-    item.querySelector('.why').textContent = text('alert.what',
-      { alert: hit.alert, time: hit.t, rule: text('rule.' + hit.rule), speed: hit.speed_m_s, state: over });
-    return item;
-  }), ...(total > hits.length || !hits.length ? [note] : []));
+  list.replaceChildren(...hits.map(hitItem), ...(total > hits.length || !hits.length ? [note] : []));
 }
 
 // The rate of a hanging loop is out of date, so the time since its last tick is shown instead.
@@ -267,6 +313,10 @@ function askReset(asked) {
   else if (had) byId('reset').focus();
 }
 byId('reset').addEventListener('click', () => askReset(true));
+byId('stop-reset').addEventListener('click', () => {
+  if (byId('settings').hidden) openDrawer('settings', byId('stop-reset'));
+  askReset(true);
+});
 byId('reset-no').addEventListener('click', () => askReset(false));
 byId('reset-yes').addEventListener('click', () => { askReset(false); command('reset'); });
 byId('reset-question').addEventListener('keydown', event => { if (event.key === 'Escape') askReset(false); });

@@ -237,10 +237,10 @@ function build() {
   document.body.append(bar, make('div', { id: 'review-tip', className: 'review-tip', hidden: true }));
   makeChoice(rate);
   offerChoice(rate, kRates.map(value => [String(value), `${value} ×`]));
-  const plots = make('section', { className: 'panel review-panel' },
+  const plots = make('section', { className: 'drawer review-panel' },
     make('h2', {}, make('span', { id: 'review-heading' }), button('review-whole', '', () => moveStretch(0, facts.duration_s))), slider('review-plots'));
   if (facts.problems.length) plots.append(make('p', { id: 'review-problems' }));
-  document.querySelector('.column.last').prepend(plots);
+  document.querySelector('.work').append(plots);
   byId('review-plots').style.height = reviewPlots.height(facts) + 'px';
   document.querySelector('.keys dl').prepend(...kKeys.map(([, what]) => make('div', {},
     make('dt', {}, make('kbd', { id: `review-key-${what}` })), make('dd', { id: `review-does-${what}` }))));
@@ -294,19 +294,4 @@ addEventListener('keydown', event => {
   else return;
   event.preventDefault();
 });
-
-// The first pictures of alerts are made once nothing else is to be drawn: a picture that is not there yet is asked for again.
-document.addEventListener('error', event => {
-  const image = event.target;
-  if (!facts || image.tagName !== 'IMG' || !/\/hits\/\d+\.jpg/.test(image.src)) return;
-  const tries = +(image.dataset.tries || 0);
-  if (tries > 20) return;
-  image.dataset.tries = tries + 1;
-  setTimeout(() => {
-    if (!image.isConnected || !/\/hits\/\d+\.jpg/.test(image.src)) return;
-    image.loading = 'eager';
-    image.addEventListener('load', () => { if (image.parentElement.tagName === 'A') image.parentElement.hidden = false; }, { once: true });
-    image.src = image.src;
-  }, 500);
-}, true);
 })();

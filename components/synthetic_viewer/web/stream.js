@@ -14,14 +14,17 @@ const kDead_ms = 10000;  // so long without a word, and a connection is given up
 
 // When the viewer's clock says what ours says. Messages tell its time, echoes how long they are on their way at least.
 class ClockOffset {
-  constructor() { this.samples = []; this.leastRoundTrip_s = null; }
+  constructor() { this.samples = []; this.leastRoundTrip_s = null; this.latest = null; }
   echoed(roundTrip_s) { this.leastRoundTrip_s = Math.min(this.leastRoundTrip_s ?? Infinity, roundTrip_s); }
   heard(there_s, here_s) {
+    this.latest = { there_s, here_s };
     this.samples = this.samples.filter(sample => here_s - sample.here_s < kClockWindow_s);
     // Of a window, the sample that was on its way for the shortest time counts: only such can become it.
     while (this.samples.length && this.samples.at(-1).ahead_s >= here_s - there_s) this.samples.pop();
     this.samples.push({ here_s, ahead_s: here_s - there_s });
   }
+  // Returns how long the newest message was on its way; null while that is not known.
+  get onTheWay_s() { return this.latest && this.age_s(this.latest.there_s, this.latest.here_s); }
   // Returns how old a time of the viewer's clock is now; null while nothing is known.
   age_s(there_s, here_s) {
     if (!this.samples.length || this.leastRoundTrip_s === null) return null;

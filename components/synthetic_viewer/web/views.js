@@ -6,9 +6,11 @@
 // the hit zone's stream is open only while there is a zone to show.
 const kStreams = `${location.protocol}//${location.hostname}:${document.querySelector('meta[name=stream-port]').content}/`;
 const kDrawnHere = new Set();  // the views that scene.js draws in the browser: they need no stream
+// Whether a view has a place on this page (layout.js), and is not hidden by the large one.
+function isSeen({ dataset: { place } }) { return place === 'large' || (place !== 'none' && !byId('desk').classList.contains('enlarged')); }
 function follow(id, path) {
   const image = byId(id);
-  const wanted = path && !document.hidden && !kDrawnHere.has(image.dataset.view) ? path : '';
+  const wanted = path && !document.hidden && isSeen(image.closest('figure')) && !kDrawnHere.has(image.dataset.view) ? path : '';
   if ((image.dataset.stream || '') === wanted || performance.now() < +(image.dataset.retry || 0)) return;
   image.dataset.stream = wanted;
   image.dataset.since = performance.now();
@@ -30,13 +32,16 @@ function withoutPicture(id) {
 }
 
 function showViews(view, viewer) {
+  byId('tool-figure').hidden = !viewer.tool_view;
+  byId('camera-figure').hidden = !viewer.camera;
+  showLayout();
   follow('main-view', 'stream/main');
   const image = byId('hit-view');
   const [last] = listedHits(state);
   byId('hit-figure').classList.toggle('threat', view.threatening);
   if (view.alert) {
     follow('hit-view', 'stream/hit');
-    put('hit-caption', text(view.threatening ? 'view.hit_now' : 'view.hit_over', { alert: view.alert, node: view.node }));
+    put('hit-caption', text(view.threatening ? 'view.hit_now' : 'view.hit_over', { alert: view.alert, direction: said(view.direction_words, view.node) }));
   } else if (!state.link.views_enabled) {
     image.dataset.stream = '';
     put('hit-caption', text('view.hit_off'));
@@ -52,9 +57,7 @@ function showViews(view, viewer) {
   image.hidden = !view.alert && (!last || !state.link.views_enabled);
   byId('hit-empty').hidden = !image.hidden;
   put('hit-empty', text(state.link.views_enabled ? 'view.none_threatens' : 'view.views_off'));
-  byId('tool-figure').hidden = !viewer.tool_view;
   follow('tool-view', viewer.tool_view ? 'stream/tool' : '');
-  byId('camera-figure').hidden = !viewer.camera;
   follow('camera-view', viewer.camera ? 'stream/camera' : '');
   if (viewer.camera) put('camera-caption', text('view.camera', { name: viewer.camera }));
 }

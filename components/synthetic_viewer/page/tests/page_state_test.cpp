@@ -55,6 +55,58 @@ TEST(PageState, StalePerceptIsNotShownAsAValue) {
   EXPECT_EQ(page(state).at("percept").at("closeness"), 0.7);
 }
 
+TEST(PageState, TellsTheThreeMostUrgentThreatsWithTheirSecondsAndHowManyThereAre) {
+  ViewerState state;
+  state.objects[3] = {.id = 3, .name = "pump"};
+  state.percept.received_ns = kPage_ns;
+  state.percept.valid = true;
+  for (int i = 0; i < 5; ++i) {
+    messages::Threat threat;
+    threat.rule = percept::HitRule::kFarNearing;
+    threat.link = 1;
+    threat.object = 3;
+    threat.contact = {0.5 + i, i == 0 ? 0.0614 : -1.0, i == 0 ? 0.0521 : -1.0};
+    state.percept.threats.push_back(threat);
+  }
+  state.percept.threats[2].contact.time_s = -1.0;
+  nlohmann::json percept = page(state).at("percept");
+  EXPECT_EQ(percept.at("threat_count"), 5);
+  ASSERT_EQ(percept.at("threats").size(), 3U);
+  const nlohmann::json first = percept.at("threats")[0], third = percept.at("threats")[2];
+  EXPECT_EQ(first.at("link"), "one");
+  EXPECT_EQ(first.at("object_words").at("values").at("name"), "pump");
+  EXPECT_EQ(first.at("contact_s"), 0.5);
+  EXPECT_EQ(first.at("error_s"), 0.061);
+  EXPECT_EQ(first.at("gap_m"), 0.052);
+  EXPECT_EQ(first.at("rule"), "far_nearing");
+  EXPECT_TRUE(third.at("contact_s").is_null()) << "it does not near";
+  state.percept.received_ns = kPage_ns - 5 * core::kNsPerSecond;
+  percept = page(state).at("percept");
+  EXPECT_TRUE(percept.at("threats").empty()) << "a stale percept tells of no threat";
+  EXPECT_EQ(percept.at("threat_count"), 0);
+}
+
+TEST(PageState, AnAlertTellsWhereItIsAndTheModelHowLargeTheCellIs) {
+  ViewerState state;
+  HitSample hit;
+  hit.received_ns = kPage_ns;
+  hit.alert = 4;
+  hit.object = 3;
+  hit.look_at_m = {0.1, 0.25, 0.5};
+  hit.pgv = {0, -0.02, 0};
+  hit.contact.time_s = 0.42;
+  state.take(hit);
+  const nlohmann::json json = page(state), shown = json.at("hits").at("1");
+  EXPECT_EQ(shown.at("at_m").dump(), "[0.1,0.25,0.5]");
+  EXPECT_EQ(shown.at("towards").dump(), "[0.0,-0.02,0.0]");
+  EXPECT_EQ(shown.at("contact_s"), 0.42);
+  EXPECT_EQ(shown.at("object_id"), 3);
+  EXPECT_EQ(json.at("model").at("max_m").dump(), "[1.0,1.0,1.0]");
+  EXPECT_EQ(json.at("view").at("directions").size(), 15U);
+  EXPECT_EQ(json.at("limits_words")[0].at("key"), "limit.arm_silent");
+  EXPECT_TRUE(json.at("delay").at("sensing").at("age_s").is_null());
+}
+
 TEST(PageState, SaysInPlainWordsWhatTheGripperDoes) {
   ViewerState state;
   EXPECT_TRUE(page(state).at("gripper").is_null()) << "there is none";
@@ -161,12 +213,13 @@ TEST(PageState, TheRowOfTheTableIsSaidInWordsAndTheChoiceInSwitches) {
   state.master.percept_enabled = true;
   state.master.views_enabled = false;
   state.arm.counterbalance = teleop::Counterbalance::kNone;
-  EXPECT_EQ(page(state).at("link").at("percepts"), "b2: SCTFB, weight felt: drag and tone");
+  EXPECT_EQ(page(state).at("link").at("percepts"), "Torque feedback, weight felt (b2): drag and tone");
   EXPECT_EQ(page(state).at("link").at("counterbalance"), "none");
   EXPECT_FALSE(page(state).at("link").at("views_enabled"));
   state.arm.counterbalance = teleop::Counterbalance::kAutomatic;
   state.master.views_enabled = true;
-  EXPECT_EQ(page(state).at("link").at("percepts"), "b2: SCTFB, counterbalanced: drag, tone and views");
+  EXPECT_EQ(page(state).at("link").at("percepts"),
+            "Torque feedback, counterbalanced (b2): drag, tone and views");
   EXPECT_EQ(page(state).at("link").at("counterbalance"), "automatic");
 }
 

@@ -11,6 +11,7 @@
 #include <set>
 
 #include "common/teleop/rendering/percept_set.hpp"
+#include "components/synthetic_viewer/state/delay_stages.hpp"
 #include "components/synthetic_viewer/state/state.hpp"
 #include "components/synthetic_viewer/stream/headset_hand.hpp"
 
@@ -80,9 +81,9 @@ TEST(PageTexts, EveryTextIsUsedAndEveryUsedTextIsThere) {
   }
   std::set<std::string> known;  // groups of texts
   for (const auto& [key, text] : english) known.insert(key.substr(0, key.find('.')));
-  const std::set<std::string> files{"hits.jpg",  "page.css",   "page.js",     "stop.js",
-                                    "views.js",  "choice.js",  "session.js",  "scene.js",
-                                    "review.js", "review.css", "calibrate.js"};
+  const std::set<std::string> files{"hits.jpg",     "page.css",   "page.js",   "stop.js",   "views.js",
+                                    "choice.js",    "session.js", "scene.js",  "review.js", "review.css",
+                                    "calibrate.js", "layout.js",  "layout.css"};
   for (const std::string& name : names) {
     const std::string group = name.substr(0, name.find('.'));
     if (name.ends_with('.') || !known.contains(group) || files.contains(name)) continue;
@@ -104,7 +105,8 @@ TEST(PageTexts, EveryNameOfAStateHasAText) {
   }
   for (int i = 0; i <= static_cast<int>(HandWord::kEnd); ++i)
     EXPECT_TRUE(english.contains(std::string("hand.") + name_of(static_cast<HandWord>(i)))) << i;
-  for (int i = 0; i <= 14; ++i) EXPECT_TRUE(english.contains("node." + std::to_string(i))) << i;
+  for (const DelayStage& stage : delay_stages({}, {}, 0))
+    EXPECT_TRUE(english.contains(std::string("delay.") + stage.name)) << stage.name;
 }
 
 TEST(PageTexts, ThePageItselfHoldsNoSentence) {
@@ -135,8 +137,10 @@ TEST(PageTexts, TheRowsOfTheTableAreThoseOfTheLaw) {
         state.master.percept_enabled = choice.drag;
         state.master.tone_enabled = choice.tone;
         state.master.views_enabled = choice.views;
-        EXPECT_EQ(english_text(percepts_words(state)),
-                  std::string(teleop::percept_set(law, balance).row) + ": " + teleop::words_of(choice));
+        // The row's letter as the console has it, and what is chosen.
+        const std::string row = teleop::percept_set(law, balance).row, letter = row.substr(0, row.find(':'));
+        EXPECT_THAT(english_text(percepts_words(state)),
+                    testing::EndsWith("(" + letter + "): " + teleop::words_of(choice)));
       }
     }
   }

@@ -14,6 +14,7 @@ export class Batch {
     this.material = makeMaterial(this.places);
     this.mesh = new BatchedMesh(kFirstItems, kFirstVertices, kFirstIndices, this.material);
     this.mesh.frustumCulled = false;  // as a whole; each item is
+    this.mesh.visible = false;        // until the first item gives it colours: its program would be made without them
     this.geometries = new Map();      // by mesh key: { id, source, vertices, indices }
     this.items = [];                  // what each place shows: { mesh, views, … }
   }
@@ -37,6 +38,7 @@ export class Batch {
       this.describe(i, item);
       this.mesh.setVisibleAt(i, true);
     });
+    if (shown.length > 0 && this.items.length === 0) this.mesh.visible = true;
     for (let i = shown.length; i < this.items.length; ++i) this.mesh.setVisibleAt(i, false);
     this.items.length = Math.max(this.items.length, shown.length);
     for (let i = 0; i < this.items.length; ++i) this.items[i] = shown[i] ?? null;

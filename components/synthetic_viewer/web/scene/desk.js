@@ -278,7 +278,7 @@ export class Desk {
       const camera = view.dirty && view.shown ? this.camera(view) : null;
       if (!camera) continue;
       view.dirty = false;
-      this.stage.draw(view.name, camera, view.context);
+      this.stage.draw(view.name, camera, view.context, view.inset_px);
       ++drawn;
     }
     if (drawn === 0) return;
@@ -300,7 +300,7 @@ export class Desk {
     if (performance.now() - this.looked_ms < kLookAgain_ms) return;
     this.looked_ms = performance.now();
     const { main } = this.views, camera = main.shown ? this.camera(main) : null;
-    this.whole = camera && this.stage.isWhole('main', camera, main.context);
+    this.whole = camera && this.stage.isWhole('main', camera, main.context, main.inset_px);
     if (this.whole === false && !this.stage.oneByOne) {
       this.stage.drawOneByOne();
       this.doubt();

@@ -189,33 +189,38 @@ export class Stage {
     this.background.visible = !renderer.xr.isPresenting;  // it is the picture's, not the room's
     renderer.clear();
     this.fluid.face(view === 'main' ? camera.matrixWorld.elements.slice(12, 15) : null);  // a hit zone lies within it
-    this.shadows.mesh.visible = camera.matrixWorld.elements[14] > this.uniforms.least.value.z;  // from above
+    this.shadows.mesh.visible = this.shadows.items.length > 0 && camera.matrixWorld.elements[14] > this.uniforms.least.value.z;  // from above
     this.solid.select(kViewBits[view]);
     this.clear.mesh.visible = this.clear.select(kViewBits[view]) > 0;
     renderer.render(this.scene, camera);
   }
 
-  // Draws a view into a 2D context of width × height pixels.
-  draw(view, camera, context) {
+  // Draws a view into a 2D context of width × height pixels, of which `inset_px` at the left are covered: the middle is that of the rest.
+  draw(view, camera, context, inset_px = 0) {
     const { width, height } = context.canvas;
     if (this.canvas.width < width || this.canvas.height < height) {
       this.renderer.setSize(Math.max(this.canvas.width, width), Math.max(this.canvas.height, height), false);
     }
-    place(this.camera, camera, width / height);
+    this.place(camera, context, inset_px);
     this.renderer.setViewport(0, 0, width, height);
     this.renderer.setScissor(0, 0, width, height);
     this.renderer.setScissorTest(true);
     this.drawScene(view, this.camera);
     context.drawImage(this.canvas, 0, this.canvas.height - height, width, height, 0, 0, width, height);
   }
+  place(camera, { canvas: { width, height } }, inset_px) {
+    place(this.camera, camera, width / height);
+    if (inset_px > 0) this.camera.setViewOffset(width, height, -inset_px / 2, 0, width, height);
+    else if (this.camera.view?.enabled) this.camera.clearViewOffset();
+  }
   // Returns whether the bodies are in the picture of a view; null where that cannot be told. Draws it twice.
-  isWhole(view, camera, context) {
+  isWhole(view, camera, context, inset_px = 0) {
     const draw = withBodies => {
       this.solid.mesh.visible = withBodies;
-      this.draw(view, camera, context);
+      this.draw(view, camera, context, inset_px);
       return context.canvas;
     };
-    place(this.camera, camera, context.canvas.width / context.canvas.height);
+    this.place(camera, context, inset_px);
     return this.wholeCheck.run(draw, this.solid.spheres().map(sphere => circleOf(sphere, this.camera)).filter(Boolean));
   }
 }

@@ -9,7 +9,7 @@ const radians = degrees => degrees * Math.PI / 180;
 export class DrawnView {
   // `changed(view)`: it has to be drawn anew; `moved(view)`: its camera was moved by hand.
   constructor(name, software, changed, moved) {
-    Object.assign(this, { name, software, changed, moved, drawn: false, visible: true, dirty: true, offset: new CameraOffset() });
+    Object.assign(this, { name, software, changed, moved, drawn: false, visible: true, dirty: true, inset_px: 0, offset: new CameraOffset() });
     this.image = document.querySelector(`img[data-view="${name}"]`);
     this.figure = this.image.closest('figure');
     this.empty = this.figure.querySelector('.empty');
@@ -57,9 +57,21 @@ export class DrawnView {
   resize() {
     const ratio = Math.min(this.software ? 1 : kMaxRatio, devicePixelRatio);
     const width = Math.max(1, Math.round(this.canvas.clientWidth * ratio)), height = Math.max(1, Math.round(this.canvas.clientHeight * ratio));
-    if (this.canvas.hidden || (this.canvas.width === width && this.canvas.height === height)) return;
+    const inset_px = Math.round(this.covered() * ratio);
+    if (this.canvas.hidden || (this.canvas.width === width && this.canvas.height === height && this.inset_px === inset_px)) return;
     Object.assign(this.canvas, { width, height });
+    this.inset_px = inset_px;
     this.touch();
+  }
+
+  // How much of the picture's left edge what is felt covers, in CSS pixels: the picture's middle is that of the rest. What covers both
+  // edges, or stands below, covers none.
+  covered() {
+    const felt = document.querySelector('.felt');
+    if (!felt || this.figure.dataset.place !== 'large') return 0;
+    const over = felt.getBoundingClientRect(), picture = this.canvas.getBoundingClientRect();
+    const width = over.right - picture.left;
+    return over.top < picture.bottom && over.bottom > picture.top && width < picture.width / 2 ? Math.max(0, width) : 0;
   }
 
   // The camera stays when the page is loaded again.

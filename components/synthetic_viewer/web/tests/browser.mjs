@@ -57,6 +57,13 @@ class Socket {
   end(code) { this.readyState = 3; this.onclose?.({ code }); }
 }
 
+// What the windows of one browser tell each other: `sent` has what this page told, tell() is as if another window did.
+class Channel extends EventTarget {
+  constructor(name) { super(); Object.assign(this, { name, sent: [] }); }
+  postMessage(data) { this.sent.push(data); }
+  tell(data) { this.dispatchEvent(new Event('message', { data })); }
+}
+
 export class Storage {
   constructor(kept = {}) { this.kept = { ...kept }; }
   getItem(key) { return this.kept[key] ?? null; }
@@ -64,7 +71,7 @@ export class Storage {
 }
 
 export class Window extends EventTarget {
-  constructor({ languages = ['en'], kept = {} } = {}) {
+  constructor({ languages = ['en'], kept = {}, search = '', popups = true } = {}) {
     super();
     const clock = this.clock = new Clock(), sockets = this.sockets = [];
     const markup = fileOf('index.html').replace('{stream_port}', '8081').replace(/<script[^>]*id="texts"[^>]*>.*?<\/script>/s, '<div id="texts"></div>');
@@ -72,13 +79,16 @@ export class Window extends EventTarget {
     this.document.getElementById('texts').textContent = JSON.stringify({ en: texts('en'), de: texts('de') });
     this.requests = [];         // what the page asked the viewer for: { path, body, answer(status, json), hang … }
     this.answers = new Map();   // by path: a function of the request that gives [status, json] or throws; none: nobody answers
-    const frames = this.frames = [], resizes = this.resizes = [];
+    const frames = this.frames = [], resizes = this.resizes = [], channels = this.channels = [];
+    this.opened = [];           // windows that the page opened: { address, name }
     Object.assign(this, {
       window: this, Event, CustomEvent: Event, navigator: { languages }, innerWidth: 1280, innerHeight: 720, devicePixelRatio: 1, console,
       localStorage: new Storage(kept), sessionStorage: new Storage(), performance: { now: () => clock.now_ms, mark: () => undefined },
-      location: { protocol: 'http:', hostname: 'viewer', reloads: 0, reload() { ++this.reloads; } }, scrollTo: () => undefined,
+      location: { protocol: 'http:', hostname: 'viewer', search, reloads: 0, reload() { ++this.reloads; } }, scrollTo: () => undefined,
       setTimeout: (act, ms) => clock.set(act, ms), clearTimeout: id => clock.clear(id), clearInterval: id => clock.clear(id),
-      setInterval: (act, ms) => clock.set(act, ms, ms), requestAnimationFrame: act => frames.push(act), AbortController,
+      setInterval: (act, ms) => clock.set(act, ms, ms), requestAnimationFrame: act => frames.push(act), AbortController, URLSearchParams,
+      open: (address, name) => (popups ? (this.opened.push({ address, name }), {}) : null),
+      BroadcastChannel: class extends Channel { constructor(name) { super(name); channels.push(this); } },
       ResizeObserver: class { constructor(act) { resizes.push(act); } observe() {} }, IntersectionObserver: class { observe() {} }, CSS: { escape: name => name },
       WebSocket: class extends Socket { constructor(url) { super(url); sockets.push(this); } },
       fetch: (path, options = {}) => this.ask(path, options),
@@ -140,11 +150,14 @@ export const aState = () => ({
     feedback_gain: 0.05, percept_enabled: true, drag_chosen: true, tone_enabled: true, views_enabled: true, percept_set_automatic: false,
     counterbalance: 'mechanical', percepts: '', percepts_words: null, percept_limited: false, law: 1, feedback_damped: false, force_missing: false,
     reach: 3, contact: false, contact_object: '', contact_object_words: null, contact_force_N: null, tool_speed_m_s: 0.1 },
-  percept: { known: true, closeness: 0.47, speed_m_s: 0.031, motion: 'dangerous', link: 'hand', object_words: { key: 'object.named', values: {} } },
+  percept: { known: true, closeness: 0.47, speed_m_s: 0.031, motion: 'dangerous', link: 'hand', object_words: { key: 'object.named', values: {} },
+    threats: [], threat_count: 0 },
+  limits_words: [], delay: { encoder: { age_s: 0.001, budget_s: 0.002 }, sensing: { age_s: null, budget_s: 0.02 } },
   joints: { name: ['j1', 'j2'], prismatic: [false, true], percept_torque: [-0.5, 0.1], feedback_torque: [-0.3, 0.2] },
-  view: { alert: 0, node: 'N', threatening: false, hold: false, chosen: 0, moved: { main: false, hit: false, tool: false } },
-  viewer: { allow_commands: true, frames_per_s: 10, graphics: 'software', tool_view: true, camera: '', message: '', message_words: null },
-  model: { voxel_error_m: 0.0043 }, recording: { running: false, view: '', file: '', problem: '' }, gripper: null, carried: '', carried_words: [],
+  view: { alert: 0, node: 'N', threatening: false, hold: false, chosen: 0, main_azimuth_rad: 0, direction_words: { key: 'direction.top', values: {} },
+    directions: { 0: { key: 'direction.automatic', values: {} }, 9: { key: 'direction.level', values: { side: { key: 'side_word.left', values: {} } } } }, moved: { main: false, hit: false, tool: false } },
+  viewer: { allow_commands: true, frames_per_s: 10, graphics: 'software', tool_view: true, gauges_share: 0.086, camera: '', message: '', message_words: null },
+  model: { voxel_error_m: 0.0043, min_m: [0, 0, 0], max_m: [2, 1, 1] }, recording: { running: false, view: '', file: '', problem: '' }, gripper: null, carried: '', carried_words: [],
   objects: [{ name: 'pump', carried: false }, { name: 'vice', carried: true }], hits: {}, total_hits: 0, components: {}, review: null,
 });
-export const kPageScripts = ['language.js', 'stop.js', 'choice.js', 'views.js', 'stream.js', 'page.js', 'session.js'];
+export const kPageScripts = ['language.js', 'stop.js', 'choice.js', 'views.js', 'stream.js', 'layout.js', 'alarms.js', 'delays.js', 'page.js', 'session.js'];

@@ -67,7 +67,7 @@ export class Element extends EventTarget {
   constructor(tag, document) {
     super();
     Object.assign(this, { tagName: tag.toUpperCase(), document, parentElement: null, childNodes: [], attributes: new Map(), className: '', id: '',
-      style: {}, hidden: false, disabled: false, clientWidth: 0, clientHeight: 0, offsetWidth: 0, offsetHeight: 0, scrollHeight: 0, naturalWidth: 0, complete: true });
+      style: { setProperty(name, value) { this[name] = String(value); } }, hidden: false, disabled: false, clientWidth: 0, clientHeight: 0, offsetWidth: 0, offsetHeight: 0, scrollHeight: 0, naturalWidth: 0, complete: true });
     if (tag === 'img') this.src = '';
     this.dataset = new Proxy({}, {
       get: (_, name) => this.getAttribute('data-' + kebab(name)) ?? undefined,
@@ -124,6 +124,7 @@ export class Element extends EventTarget {
   }
   before(...nodes) { this.parentElement.insert(this.parentElement.childNodes.indexOf(this), nodes); }
   after(...nodes) { this.parentElement.insert(this.parentElement.childNodes.indexOf(this) + 1, nodes); }
+  insertBefore(node, before) { if (before) before.before(node); else this.append(node); }
   remove() { this.parentElement?.leave(this); this.parentElement = null; }
 
   contains(other) { return other === this || this.children.some(child => child.contains(other)); }

@@ -77,12 +77,14 @@ test('the scale of the torques grows by 1, 2, 5 and never shrinks', async () => 
 test('alerts are listed newest first, each once, with what is not listed', async () => {
   const hit = number => ({ number, alert: number, t: number, rule: 'very_close', link: 'hand', object: 'pump', object_words: null, speed_m_s: 0.1, cleared_after_s: number === 3 ? null : 0.5 });
   const page = await open({ change: { hits: { 1: hit(1), 2: hit(2), 3: hit(3) }, total_hits: 13 } });
+  assert.equal(page.document.querySelectorAll('#hits li').length, 0, 'no picture is asked for while nobody looks');
+  page.byId('alarm-history').click();
   const items = () => page.document.querySelectorAll('#hits li'), listed = () => items().map(item => item.querySelector('img')?.src ?? item.textContent);
   assert.deepEqual(listed(), ['hits/3.jpg', 'hits/2.jpg', 'hits/1.jpg', '10 earlier alerts are not listed.']);
   assert.equal(page.text('hit-count'), '13');
   assert.equal(items()[0].className, 'threatening');
   assert.match(items()[0].querySelector('.why').textContent, /^#3 at 3\.0 s, very close, 0\.10 m\/s, threatens$/);
-  assert.match(items()[1].querySelector('.why').textContent, /over after 500 ms$/);
+  assert.match(items()[1].querySelector('.why').textContent, /lasted 500 ms$/);
   page.hear({ hits: { 1: hit(41), 3: { ...hit(3), cleared_after_s: 1.5 } }, total_hits: 41 });  // a newer one takes the oldest one's place
   assert.deepEqual(listed(), ['hits/41.jpg', 'hits/3.jpg', 'hits/2.jpg', '38 earlier alerts are not listed.']);
   assert.equal(items()[1].className, '');
@@ -176,7 +178,7 @@ test('each percept is switched by its button and by its key, the others stay; L 
 
 test('what stands beside a gain says why it is not what was asked for', async () => {
   const page = await open({ change: linkOf({ percept_limited: true, feedback_damped: true }) });
-  assert.equal(page.text('gain-now'), '12.00 (limited)');
+  assert.equal(page.text('gain-now'), '12.00 (held: stability)');
   assert.notEqual(page.text('feedback-now'), '0.050');
   page.hear({ link: { feedback_damped: false, force_missing: true } });
   assert.match(page.text('feedback-now'), /^0\.050.*sensor/);
@@ -208,7 +210,7 @@ test('nodes, hold and recording have keys; a letter that is typed is a letter', 
 
 test('a viewer that only shows has no button, key or pointer that commands, the stop among them', async () => {
   const page = await open({ change: viewerOf({ allow_commands: false }) });
-  const controls = page.document.querySelectorAll('#commands button, #commands input, #stop, #node, #hold, .tools button');
+  const controls = page.document.querySelectorAll('#commands button, #commands input, #gripper button, #stop, #stop-reset, #node, #hold, [data-tools] button');
   assert.ok(controls.length > 20);
   for (const control of controls) assert.ok(control.disabled, control.id || control.className);
   assert.match(page.text('answer'), /only shows/);

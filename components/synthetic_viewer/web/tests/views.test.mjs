@@ -118,10 +118,10 @@ test('only views that are there are followed: the zone while it threatens, the t
   assert.equal(page.text('hit-empty'), 'No hit threatens. When one does, its zone appears here.');
   page.hear({ view: { alert: 3, threatening: true, node: 'N' }, viewer: { camera: 'gate', tool_view: false } });
   assert.deepEqual(['hit-view', 'tool-view', 'camera-view'].map(id => stream(page, id)), ['stream/hit', '', 'stream/camera']);
-  assert.equal(page.text('hit-caption'), 'Alert 3, from N');
+  assert.equal(page.text('hit-caption'), 'Alert 3, from above');
   assert.ok(page.byId('hit-figure').classList.contains('threat') && !page.byId('hit-view').hidden && page.byId('tool-figure').hidden);
   page.hear({ view: { threatening: false } });
-  assert.equal(page.text('hit-caption'), 'Alert 3, from N, over');
+  assert.equal(page.text('hit-caption'), 'Alert 3, from above, over');
   page.hear({ view: { alert: 0 }, hits: { 1: { number: 1, alert: 3, cleared_after_s: 1, t: 1, rule: 'very_close', link: '', object: '', speed_m_s: 0 } }, total_hits: 1 });
   assert.equal(page.text('hit-caption'), 'Alert 3, over: first picture');
   assert.match(page.byId('hit-view').src, /hits\/3\.jpg$/);

@@ -4,6 +4,7 @@ import test from 'node:test';
 import { coarsen, shade } from '../../scene/shade.js';
 import { module, three } from './modules.mjs';
 
+const { Batch } = await module('batch.js');
 const { Paint } = await module('paint.js');
 const { WholeCheck } = await module('whole.js');
 const { makeShape } = await module('shapes.js');
@@ -152,4 +153,18 @@ test('shaders of the viewer that are not as the scene knows them are refused by 
   assert.ok(made instanceof three.ShaderMaterial && !made.fragmentShader.includes('#version') && made.fragmentShader.includes('#define eye cameraPosition'));
   for (const words of ['uniform vec3 eye;', 'uniform vec4 colour;', 'uniform float own_light;', 'texture(paint, paint_place)'])
     assert.throws(() => makeMaterials({ ...shaders, painted: { fragment: painted.replace(words, '') } }, makeUniforms(null)), error => error.message.includes(words));
+});
+
+test('of a batch nothing is drawn before its first item gives it colours, without which its program would be another', () => {
+  const { MeshBasicMaterial, Matrix4 } = three, known = new Map();
+  const batch = new Batch(() => new MeshBasicMaterial(), key => known.get(key));
+  const item = { mesh: 'cube', W_from_mesh: new Matrix4(), colour: [1, 0, 0], opacity: 1, ownLight: 0, views: 1, cut: false, paint: null };
+  batch.show([]);
+  batch.show([item]);
+  assert.equal(batch.mesh.visible, false, 'its mesh has not come yet');
+  known.set('cube', shade(kCube));
+  batch.show([item]);
+  assert.ok(batch.mesh.visible && batch.mesh._colorsTexture !== null);
+  batch.show([]);
+  assert.ok(batch.mesh.visible);
 });

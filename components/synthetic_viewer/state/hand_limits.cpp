@@ -1,0 +1,59 @@
+#include "components/synthetic_viewer/state/hand_limits.hpp"
+
+#include <algorithm>
+
+namespace phantom::synthetic_viewer {
+namespace {
+
+constexpr double kNearEnd = 0.01;  // of a joint's range
+
+/// Returns what keeps the arm from following at all; empty: it follows.
+LocalizedText withheld(const ViewerState& state, const Staleness& staleness, core::Nanoseconds now_ns) {
+  const ArmSample& arm = state.arm;
+  const MasterSample& master = state.master;
+  if (state.stops.in_force || arm.state == LinkState::kStopped) return {"limit.stopped", {}};
+  if (arm.received_ns == 0 || age_s(arm.received_ns, now_ns) > staleness.slave_s)
+    return {"limit.arm_silent", {}};
+  if (master.received_ns == 0 || age_s(master.received_ns, now_ns) > staleness.slave_s)
+    return {"limit.master_silent", {}};
+  if (!master.motion_permitted) return {"limit.master_switch", {}};
+  if (!arm.motion_permitted) return {"limit.arm_switch", {}};
+  switch (arm.state) {
+    case LinkState::kInit:
+      return {"limit.waits", {}};
+    case LinkState::kReady:
+    case LinkState::kAligned:
+      return {"limit.alignment", {}};
+    case LinkState::kDegraded:
+      return {"limit.link", {}};
+    case LinkState::kCoupled:
+    case LinkState::kStopped:
+      return {};
+  }
+  return {};
+}
+
+}  // namespace
+
+std::vector<LocalizedText> hand_limits(const ViewerState& state, std::span<const robot::Joint> joints,
+                                       const Staleness& staleness, core::Nanoseconds now_ns) {
+  if (LocalizedText all = withheld(state, staleness, now_ns); !all.empty()) return {std::move(all)};
+  std::vector<LocalizedText> limits;
+  const std::size_t count =
+      std::min({joints.size(), static_cast<std::size_t>(state.arm.joint_count), core::kMaxJoints});
+  for (std::size_t i = 0; i < count; ++i) {
+    const robot::Joint& joint = joints[i];
+    const double near = kNearEnd * (joint.upper - joint.lower), at = state.arm.position[i];
+    if (at < joint.lower + near || at > joint.upper - near)
+      limits.push_back({"limit.joint", {{"joint", joint.name}}});
+  }
+  const MasterSample& master = state.master;
+  if (master.feedback_limited)
+    limits.push_back({"limit.delay", {{"delay_ms", std::max(0.0, master.round_trip_s) * 1e3}}});
+  if (master.feedback_damped) limits.push_back({"limit.damped", {}});
+  if (master.percept_limited) limits.push_back({"limit.percept", {{"gain", master.percept_gain}}});
+  if (master.force_missing) limits.push_back({"limit.no_force_sensor", {}});
+  return limits;
+}
+
+}  // namespace phantom::synthetic_viewer
