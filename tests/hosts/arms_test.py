@@ -35,8 +35,7 @@ def refused(binaries, folder, what):
                 eventually(lambda c=component: told in sides.newest(c).get("message", ""), LIMIT_S, f"{component} tells: {told}")
                 log = sides.log(component)
                 assert told in log and str(cell / file)[-60:] in log, (component, log[-2000:])
-            code, words = sides.command("stop")
-            assert code == 0 and "stopped: master_io, slave_io" in words, (code, words)
+            sides.stop()
             states = {sides.newest(topic, host).get("state") for topic in ("master_state", "slave_state") for host in ("master", "slave")}
             assert "LINK_COUPLED" not in states and "LINK_COUPLED" not in sides.log("master_io"), states
             print(f"{what}: not coupled, told by both sides, stopped by a command")

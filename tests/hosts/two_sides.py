@@ -55,23 +55,35 @@ class TwoSides:
             file.write(struct.pack("=q", int(offset_s * 1e9)))
 
     def command(self, *words):
-        done = self.site["master"].try_run(*self.words("master", "master_io", "command", *words))
+        done = self.site["master"].try_run(*self.words("master", "master_io", "command", *words, "--timeout-s", "10"), limit_s=LIMIT_S)
         return done.returncode, done.stdout + done.stderr
 
+    def states(self):
+        return [self.newest(topic).get("state") for topic in ("master_state", "slave_state")]
+
+    def stop(self):
+        """By a command from the master's host, as often as a loaded machine needs it."""
+        eventually(lambda: self.command("stop")[0] == 0, LIMIT_S, "a stop that both sides confirm")
+        eventually(lambda: self.states() == ["LINK_STOPPED"] * 2, LIMIT_S, "both sides stopped")
+
+    def all_run(self):
+        ended = [process.log.stem for host in self.site.hosts.values() for process in host.processes if getattr(process, "log", None) and process.poll() is not None]
+        assert not ended, f"ended by themselves: {ended}"
+        return True
+
     def coupled(self):
-        eventually(lambda: self.newest("master_state").get("state") == "LINK_COUPLED", LIMIT_S, "coupled")
+        eventually(lambda: self.all_run() and self.newest("master_state").get("state") == "LINK_COUPLED", LIMIT_S, "coupled")
 
     def percept_is_felt(self):
         def felt():
+            self.all_run()
             state = self.newest("master_state")
             return state.get("state") == "LINK_COUPLED" and max(map(abs, state["percept_torque_Nm"])) > 0.01
         eventually(felt, LIMIT_S, "percept torque while coupled")
 
     def a_stop_can_be_reset(self):
-        code, words = self.command("stop")
-        assert code == 0 and "stopped: master_io, slave_io" in words, (code, words)
-        code, words = self.command("reset")
-        assert code == 0, (code, words)
+        self.stop()
+        eventually(lambda: self.command("reset")[0] == 0, LIMIT_S, "a reset that both sides confirm")
         self.coupled()
 
     def close(self):
