@@ -69,7 +69,7 @@ const kDesk = ['cell', 'stop', 'master-state', 'slave-state', 'quality', 'round-
 const kSettings = ['gain', 'gain-now', 'feedback', 'feedback-now', 'law', 'drag', 'tone', 'views', 'by-law', 'percepts', 'reset', 'carry-object', 'gripper-width', 'gripper-force'];
 // Of these ids, what is not whole within the window, or covered. What is felt lies on the edge of the large view.
 function outOfSight(ids) {
-  const elements = [...ids.map(id => document.getElementById(id)), ...document.querySelectorAll('#joints .joint')];
+  const elements = [...ids.map(id => document.getElementById(id)), ...(ids.includes('torque-scale') ? document.querySelectorAll('#joints .joint') : [])];
   const problems = scrollY === 0 && document.documentElement.scrollHeight <= innerHeight ? [] : ['it scrolls'];
   for (const e of elements) {
     const box = e.getBoundingClientRect();
