@@ -1,5 +1,3 @@
-#include "common/messages/checked_reader.hpp"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -10,8 +8,9 @@
 #include "common/dds/tests/test_network.hpp"
 #include "common/messages/codecs/teleoperation_codec.hpp"
 #include "common/messages/publisher.hpp"
+#include "common/messages/topic_receiver.hpp"
 
-namespace phantom::messages::checked_reader_test {
+namespace phantom::messages::topic_subscriber_test {
 namespace {
 
 /// A model of two joints; `elbow`: what is different.
@@ -41,21 +40,20 @@ void publish_until(dds::Participant& participant, Seen&& seen) {
   }));
 }
 
-TEST(CheckedReader, SR21_WhatAnotherModelsProcessSendsIsRefusedOrMarked) {
+TEST(TopicSubscriber, SR21_WhatAnotherModelsProcessSendsIsRefusedOrMarked) {
   ArmBounds bounds;
   bounds.joint_count = 2;
   bounds.identity = std::make_shared<const robot::ModelIdentity>(model(7));
   dds::Participant here("master_io", dds::test_network());
   std::atomic<int> passed{0}, marked{0}, unmarked{0};
-  const CheckedReader<msg::SlaveState> refusing(here, dds::kSlaveState, bounds,
-                                                [&](const SlaveState&, core::Nanoseconds) { ++passed; });
-  std::unique_ptr<CheckedReader<msg::SlaveState>> marking;
-  marking = std::make_unique<CheckedReader<msg::SlaveState>>(
-      here, dds::kSlaveState, bounds,
-      [&](const SlaveState&, core::Nanoseconds) {
+  const TopicSubscriber<msg::SlaveState> refusing(here, dds::kSlaveState, bounds,
+                                                  [&](const Received<SlaveState>&) { ++passed; });
+  std::unique_ptr<TopicSubscriber<msg::SlaveState>> marking;
+  marking = std::make_unique<TopicSubscriber<msg::SlaveState>>(
+      here, dds::kSlaveState, TopicReceiver<msg::SlaveState>(bounds, {.other_model = OtherModel::kMarked}),
+      [&](const Received<SlaveState>&) {
         if (marking) ++(marking->of_other_model() ? marked : unmarked);
-      },
-      CheckedReader<msg::SlaveState>::Refusal(), OtherModel::kMarked);
+      });
   {
     dds::Participant other("slave_io", labelled(8));
     publish_until(other, [&] { return marked > 0 && !refusing.model_difference().empty(); });
@@ -72,4 +70,4 @@ TEST(CheckedReader, SR21_WhatAnotherModelsProcessSendsIsRefusedOrMarked) {
 }
 
 }  // namespace
-}  // namespace phantom::messages::checked_reader_test
+}  // namespace phantom::messages::topic_subscriber_test
