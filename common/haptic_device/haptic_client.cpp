@@ -10,10 +10,7 @@ HapticClient::HapticClient(dds::Participant& participant)
     : participant_(participant),
       stamper_(participant),
       writer_(participant, dds::kHapticDevice),
-      reader_(participant, dds::kHapticDeviceWrench, {},
-              [this](const messages::HapticDeviceWrench& wrench, core::Nanoseconds received_ns) {
-                inbox_.write({wrench, received_ns});
-              }),
+      reader_(participant, dds::kHapticDeviceWrench, {}, inbox_),
       sender_([this](const std::stop_token& stop) { send_all(stop); }) {}
 
 HapticClient::~HapticClient() {

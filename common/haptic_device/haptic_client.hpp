@@ -5,8 +5,8 @@
 #include <thread>
 
 #include "common/core/snapshot.hpp"
-#include "common/messages/checked_reader.hpp"
 #include "common/messages/codecs/haptic_device_codec.hpp"
+#include "common/messages/topic_receiver.hpp"
 #include "common/runtime/process/wake_signal.hpp"
 
 namespace phantom::haptic_device {
@@ -51,7 +51,7 @@ class HapticClient {
   dds::Participant& participant_;
   dds::Stamper stamper_;
   dds::Writer<msg::HapticDevice> writer_;
-  messages::CheckedReader<msg::HapticDeviceWrench> reader_;
+  messages::TopicSubscriber<msg::HapticDeviceWrench> reader_;
   std::jthread sender_;
 };
 

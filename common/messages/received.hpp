@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <cstdint>
+#include <utility>
 
 #include "common/core/clock.hpp"
 #include "common/core/sample_id.hpp"
@@ -21,7 +22,7 @@ struct Received : Sample {
   core::Nanoseconds received_ns = 0;  ///< on this host's monotonic clock; 0: none received yet
 
   Received() = default;
-  Received(const Sample& sample, core::Nanoseconds at_ns) : Sample(sample), received_ns(at_ns) {}
+  Received(Sample sample, core::Nanoseconds at_ns) : Sample(std::move(sample)), received_ns(at_ns) {}
 };
 
 /// The newest valid sample of a process that answers this process's samples.

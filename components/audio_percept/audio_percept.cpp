@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "common/core/elapsed.hpp"
+
 namespace phantom::audio_percept {
 
 namespace {
@@ -17,8 +19,9 @@ using teleop::LinkState;
 
 /// Returns whether master or slave is stopped: by a drive fault if `by_drives`, else for another reason.
 bool stopped(const Inputs& inputs, bool by_drives) noexcept {
-  const auto holds = [by_drives](const LinkSample& side) {
-    return side.state == LinkState::kStopped && (side.cause == teleop::StopCause::kDriveFault) == by_drives;
+  const auto holds = [by_drives](const auto& side) {
+    return side.state == LinkState::kStopped &&
+           (side.stop.cause == teleop::StopCause::kDriveFault) == by_drives;
   };
   return holds(inputs.master) || holds(inputs.slave);
 }
@@ -35,33 +38,38 @@ bool workspace_lost(PerceptCondition condition) noexcept {
 
 }  // namespace
 
+// The clocks of two hosts differ by more than a second, because the hosts were not started within the same
+// second.
+core::Nanoseconds sent_ns(const messages::Received<messages::Percept>& percept) noexcept {
+  const core::Nanoseconds age_ns = core::elapsed_ns(percept.stamp.monotonic_ns, percept.received_ns);
+  const bool same_clock = age_ns >= 0 && age_ns <= core::from_seconds(1.0);
+  return same_clock ? percept.stamp.monotonic_ns : percept.received_ns;
+}
+
 AudioPercept::AudioPercept(const AudioPerceptConfig& config)
     : config_(config),
       synthesizer_(kSampleRate_Hz, config.smoothing_s, config.alarm_gain),
       alarms_(config.alarms) {}
 
 Situation AudioPercept::assess(const Inputs& inputs) noexcept {
-  const PerceptSample& sample = inputs.percept;
+  const auto& sample = inputs.percept;
   const bool fresh =
       sample.received_ns > 0 && inputs.now_ns - sample.received_ns <= config_.percept_timeout_ns;
   if (!fresh || !sample.valid) return had_percept_ ? Situation::kStale : Situation::kWaiting;
   had_percept_ = true;
-  if (switched_off(inputs.master, inputs.now_ns)) return Situation::kOff;
+  // Only a master that is heard can do without the tone: otherwise the operator is warned.
+  const bool heard = inputs.now_ns - inputs.master.received_ns <= config_.link_timeout_ns;
+  if (heard && !inputs.master.tone_enabled) return Situation::kOff;
   return sample.closeness > 0.0 ? Situation::kSounding : Situation::kFreeSpace;
 }
 
-// Only a master that is heard can do without the tone: otherwise the operator is warned.
-bool AudioPercept::switched_off(const LinkSample& master, core::Nanoseconds now_ns) const noexcept {
-  return !master.tone_enabled && now_ns - master.received_ns <= config_.link_timeout_ns;
-}
-
-bool AudioPercept::link_lost(const LinkSample& link, core::Nanoseconds now_ns) const noexcept {
-  if (link.received_ns == 0) return false;  // never heard, so not lost
-  return link.state == LinkState::kDegraded || now_ns - link.received_ns > config_.link_timeout_ns;
+bool AudioPercept::link_lost(const auto& side, core::Nanoseconds now_ns) const noexcept {
+  if (side.received_ns == 0) return false;  // never heard, so not lost
+  return side.state == LinkState::kDegraded || now_ns - side.received_ns > config_.link_timeout_ns;
 }
 
 AlarmSet AudioPercept::conditions(const Inputs& inputs) const noexcept {
-  const PerceptSample& sample = inputs.percept;
+  const auto& sample = inputs.percept;
   const bool stale = situation_ == Situation::kStale;
   const bool fresh =
       sample.received_ns > 0 && inputs.now_ns - sample.received_ns <= config_.percept_timeout_ns;
@@ -79,7 +87,7 @@ AlarmSet AudioPercept::conditions(const Inputs& inputs) const noexcept {
                             link_lost(inputs.slave, inputs.now_ns));
   put(Alarm::kWorkspaceStale, model_lost);
   put(Alarm::kWorkspaceAged, fresh && sample.valid && aged(sample.condition));
-  put(Alarm::kMutedContact, fresh && sample.valid && sample.muted);
+  put(Alarm::kMutedContact, fresh && sample.valid && sample.muted_sensors > 0);
   return set;
 }
 

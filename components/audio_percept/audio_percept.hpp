@@ -5,6 +5,7 @@
 
 #include "common/core/clock.hpp"
 #include "common/messages/percept.hpp"
+#include "common/messages/teleoperation.hpp"
 #include "common/percept/tone.hpp"
 #include "common/teleop/coupling/link_state.hpp"
 #include "components/audio_percept/alarm_manager.hpp"
@@ -17,28 +18,7 @@ inline constexpr double kSampleRate_Hz = 48000.0;
 inline constexpr std::size_t kPeriodFrames = 240;  ///< 5 ms
 inline constexpr double kPeriod_s = static_cast<double>(kPeriodFrames) / kSampleRate_Hz;
 
-// The newest samples of the topics. received_ns is this host's monotonic clock; 0: nothing received yet.
-
-struct PerceptSample {
-  core::Nanoseconds received_ns = 0;
-  bool valid = false;
-  double closeness = 0.0;  ///< 0 free space … 1 at the surface
-  double speed_m_s = 0.0;  ///< speed of the nearest sensor
-  Vector3 position_m{};    ///< position of that sensor, in W
-  /// The condition of the percept's inputs.
-  messages::PerceptCondition condition = messages::PerceptCondition::kFresh;
-  bool muted = false;  ///< an object is touched that may be; it is not felt
-  /// Time of sending if the sender shares this host's clock; else received_ns.
-  core::Nanoseconds sent_ns = 0;
-};
-
-/// The state that the master or the slave reports of itself.
-struct LinkSample {
-  core::Nanoseconds received_ns = 0;
-  teleop::LinkState state = teleop::LinkState::kInit;
-  teleop::StopCause cause = teleop::StopCause::kNone;  ///< cause of the stop, while it is stopped
-  bool tone_enabled = true;                            ///< as the master reports it
-};
+// What is kept of topics. received_ns is this host's monotonic clock; 0: nothing received yet.
 
 struct AlertSample {
   core::Nanoseconds raised_ns = 0;  ///< time of the newest alert
@@ -58,14 +38,20 @@ struct ViewSample {
   ListenerAxes axes{};
 };
 
+/// The newest of all topics.
 struct Inputs {
   core::Nanoseconds now_ns = 0;
-  PerceptSample percept;
-  LinkSample master, slave;
+  messages::Received<messages::Percept> percept;
+  messages::Received<messages::MasterState> master;
+  messages::Received<messages::SlaveState> slave;
   AlertSample alerts;
   CommandSample command;
   ViewSample view;
 };
+
+/// Returns when a percept was sent, if its sender shares this host's clock; else when it was received.
+/// Real-time safe: yes.
+core::Nanoseconds sent_ns(const messages::Received<messages::Percept>& percept) noexcept;
 
 /// What is to be heard.
 enum class Situation {
@@ -99,8 +85,7 @@ class AudioPercept {
  private:
   Situation assess(const Inputs& inputs) noexcept;
   AlarmSet conditions(const Inputs& inputs) const noexcept;
-  bool switched_off(const LinkSample& master, core::Nanoseconds now_ns) const noexcept;
-  bool link_lost(const LinkSample& link, core::Nanoseconds now_ns) const noexcept;
+  bool link_lost(const auto& side, core::Nanoseconds now_ns) const noexcept;
   ListenerAxes facing(const Inputs& inputs) const noexcept;
   void turn_to(const Inputs& inputs, double dt_s) noexcept;
 

@@ -1,54 +1,50 @@
 #include "components/audio_percept/dds_adapter.hpp"
 
 #include "common/core/clock.hpp"
-#include "common/dds/endpoints/endpoint.hpp"
+#include "common/messages/codecs/percept_codec.hpp"
+#include "common/messages/codecs/teleoperation_codec.hpp"
 #include "common/messages/status_reporter.hpp"
-#include "components/audio_percept/dds_adapter_convert.hpp"
+#include "common/messages/topic_receiver.hpp"
+#include "components/audio_percept/topic_inputs.hpp"
 
 namespace phantom::audio_percept {
-namespace {
-
-/// A reader that writes its accepted samples to a snapshot.
-template <class Message, class Converter, class Sample>
-class Intake {
- public:
-  template <class... Parts>
-  Intake(dds::Participant& participant, const dds::TopicSpec<Message>& topic,
-         core::Snapshot<Sample>& snapshot, const Parts&... converter_parts)
-      : converter_(converter_parts...),
-        reader_(participant, topic, [this, &snapshot](const Message& message, const dds::SampleInfo& info) {
-          Sample sample;
-          const bool accepted = converter_.accept(message, info.received_ns, sample);
-          if (accepted) snapshot.write(sample);
-          return accepted;
-        }) {}
-  const Converter& converter() const { return converter_; }
-
- private:
-  Converter converter_;
-  dds::Reader<Message> reader_;
-};
-
-}  // namespace
 
 struct DdsAdapter::Impl {
   Impl(const core::NetworkOptions& network, Inbox& inbox)
       : participant("audio_percept", network),
-        percept(participant, dds::kPercept, inbox.percept),
-        master(participant, dds::kMasterState, inbox.master),
-        slave(participant, dds::kSlaveState, inbox.slave),
-        alerts(participant, dds::kHitAlert, inbox.alerts, &percept.converter().followed()),
-        command(participant, dds::kOperatorCommand, inbox.command),
-        view(participant, dds::kViewPose, inbox.view),
+        percept(participant, dds::kPercept, {}, inbox.percept),
+        master(participant, dds::kMasterState, {}, inbox.master),
+        slave(participant, dds::kSlaveState, {}, inbox.slave),
+        alerts(
+            participant, dds::kHitAlert, {},
+            [this, &inbox](const messages::Received<messages::HitAlert>& alert) {
+              inbox.alerts.write(alert_count.take(alert));
+            },
+            &percept.source()),
+        // Several processes may write commands, so their sequence numbers do not order them.
+        command(participant, dds::kOperatorCommand,
+                [this, &inbox](const msg::OperatorCommand& message, const dds::SampleInfo& info) {
+                  const auto sample = messages::from_idl(message);
+                  if (!sample) return false;
+                  take(*sample, info.received_ns, latest_command);
+                  inbox.command.write(latest_command);
+                  return true;
+                }),
+        view(participant, dds::kViewPose, {messages::ArmBounds(), {.hold_ns = kViewHold_ns}},
+             [&inbox](const messages::Received<messages::ViewPose>& pose) {
+               inbox.view.write(view_of(pose));
+             }),
         status(participant) {}
 
   dds::Participant participant;
-  Intake<msg::Percept, PerceptConverter, PerceptSample> percept;
-  Intake<msg::MasterState, LinkConverter, LinkSample> master;
-  Intake<msg::SlaveState, LinkConverter, LinkSample> slave;
-  Intake<msg::HitAlert, AlertConverter, AlertSample> alerts;
-  Intake<msg::OperatorCommand, CommandConverter, CommandSample> command;
-  Intake<msg::ViewPose, ViewConverter, ViewSample> view;
+  AlertCount alert_count;
+  CommandSample latest_command;
+  messages::TopicSubscriber<msg::Percept> percept;
+  messages::TopicSubscriber<msg::MasterState> master;
+  messages::TopicSubscriber<msg::SlaveState> slave;
+  messages::TopicSubscriber<msg::HitAlert> alerts;
+  dds::Reader<msg::OperatorCommand> command;
+  messages::TopicSubscriber<msg::ViewPose> view;
   messages::StatusReporter status;
 };
 
@@ -59,13 +55,13 @@ DdsAdapter::~DdsAdapter() = default;
 void DdsAdapter::report(const core::Health& health) {
   const core::Nanoseconds now_ns = core::monotonic_ns();
   core::Health published = health;
-  const auto add_rival = [&](const auto& intake, const char* topic) {
-    if (intake.converter().has_second(now_ns)) published = dds::with_rival(std::move(published), topic);
+  const auto add_second = [&](const auto& subscriber, const char* topic) {
+    if (subscriber.source().has_second(now_ns)) published = dds::with_rival(std::move(published), topic);
   };
-  add_rival(impl_->percept, "percept");
-  add_rival(impl_->master, "master_state");
-  add_rival(impl_->slave, "slave_state");
-  add_rival(impl_->view, "view_pose");
+  add_second(impl_->percept, "percept");
+  add_second(impl_->master, "master_state");
+  add_second(impl_->slave, "slave_state");
+  add_second(impl_->view, "view_pose");
   impl_->status.publish(published);
 }
 

@@ -95,12 +95,12 @@ void Engine::render_period() {
 }
 
 void Engine::note_latency(const AudioSink& used, core::Nanoseconds now_ns) {
-  const PerceptSample& sample = inputs_.percept;
+  const auto& sample = inputs_.percept;
   if (!sample.valid || sample.received_ns == last_percept_ns_) return;
   last_percept_ns_ = sample.received_ns;
   device_latency_s_ = used.device_latency_s();
   const double ahead_s = used.queued_s() + spatialiser_.delay_s() + device_latency_s_;
-  latency_.record(now_ns - sample.sent_ns + core::from_seconds(ahead_s));
+  latency_.record(now_ns - sent_ns(sample) + core::from_seconds(ahead_s));
 }
 
 void Engine::publish() noexcept {

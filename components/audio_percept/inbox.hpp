@@ -8,8 +8,9 @@ namespace phantom::audio_percept {
 /// Passes the newest samples from the middleware's threads to the audio thread. Each member has one writer
 /// and one reader.
 struct Inbox {
-  core::Snapshot<PerceptSample> percept;
-  core::Snapshot<LinkSample> master, slave;
+  core::Snapshot<messages::Received<messages::Percept>> percept;
+  core::Snapshot<messages::Received<messages::MasterState>> master;
+  core::Snapshot<messages::Received<messages::SlaveState>> slave;
   core::Snapshot<AlertSample> alerts;
   core::Snapshot<CommandSample> command;
   core::Snapshot<ViewSample> view;

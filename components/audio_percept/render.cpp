@@ -24,12 +24,15 @@ std::vector<std::int16_t> render_track(const Track& track, const AudioPerceptCon
   std::array<float, kPeriodFrames> tone{}, alarm{};
   std::vector<float> frames(kPeriodFrames * channels);
   std::vector<std::int16_t> samples;
-  const core::Nanoseconds begin_ns = track.front().now_ns;
-  const core::Nanoseconds end_ns = track.back().now_ns + core::from_seconds(tail_s);
-  std::size_t next = 0;
-  Inputs inputs;
-  for (core::Nanoseconds now_ns = begin_ns; now_ns < end_ns; now_ns += core::from_seconds(kPeriod_s)) {
-    while (next < track.size() && track[next].now_ns <= now_ns) inputs = track[next++];
+  Inputs inputs, next;
+  bool more = track(next);
+  core::Nanoseconds end_ns = 0;
+  for (core::Nanoseconds now_ns = next.now_ns;; now_ns += core::from_seconds(kPeriod_s)) {
+    for (; more && next.now_ns <= now_ns; more = track(next)) {
+      inputs = next;
+      end_ns = next.now_ns + core::from_seconds(tail_s);
+    }
+    if (!more && now_ns >= end_ns) break;
     inputs.now_ns = now_ns;
     percept.step(inputs, tone, alarm);
     spatialiser.render(tone, alarm, percept.source_position(), frames);
@@ -53,11 +56,15 @@ int run_render(const RenderRequest& request, AudioPerceptConfig config) {
   for (const Layout layout : kLayouts) {
     if (request.channels == name_of(layout)) config.layout = layout;
   }
-  const Track track = read_track(request.input);
-  const double length_s = core::seconds(track.back().now_ns - track.front().now_ns);
-  if (length_s > kMax_s)
-    throw core::ConfigError(request.input.string() + ": is longer than an hour; allowed: up to 3600 s");
-  const auto samples = render_track(track, config, kTail_s);
+  const auto samples = render_track(
+      [track = read_track(request.input), &request, begin_ns = core::Nanoseconds{0}](Inputs& inputs) mutable {
+        if (!track(inputs)) return false;
+        if (begin_ns == 0) begin_ns = inputs.now_ns;
+        if (core::seconds(inputs.now_ns - begin_ns) > kMax_s)
+          throw core::ConfigError(request.input.string() + ": is longer than an hour; allowed: up to 3600 s");
+        return true;
+      },
+      config, kTail_s);
   WavFile wav(request.out, config.layout);
   wav.write(samples);
   std::printf("%s: %.2f s, %s, peak %.3f of full scale\n", request.out.c_str(), wav.seconds(),

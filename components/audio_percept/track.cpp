@@ -4,6 +4,7 @@
 #include <array>
 #include <charconv>
 #include <fstream>
+#include <vector>
 
 #include "common/core/errors.hpp"
 #include "common/core/text.hpp"
@@ -68,28 +69,31 @@ double read_number(const std::string& cell, const Column& column, const std::str
   return value;
 }
 
-Inputs inputs_of(const std::array<double, kColumns.size()>& row, bool has_link, const Inputs& before) {
-  Inputs inputs = before;
-  inputs.now_ns = kBegin_ns + core::from_seconds(row[kTime]);
-  inputs.percept = {.received_ns = inputs.now_ns,
-                    .valid = row[kValid] > 0.5,
-                    .closeness = row[kCloseness],
-                    .speed_m_s = row[kSpeed],
-                    .position_m = {row[kX], row[kY], row[kZ]},
-                    .muted = row[kMuted] > 0.5,
-                    .sent_ns = inputs.now_ns};
+using Row = std::array<double, kColumns.size()>;
+
+core::Nanoseconds time_of(const Row& row) { return kBegin_ns + core::from_seconds(row[kTime]); }
+
+/// Sets the inputs to those of the row after theirs.
+void advance(const Row& row, bool has_link, Inputs& inputs) {
+  inputs.now_ns = time_of(row);
+  inputs.percept = {{.valid = row[kValid] > 0.5,
+                     .closeness = row[kCloseness],
+                     .speed_m_s = row[kSpeed],
+                     .position_m = {row[kX], row[kY], row[kZ]},
+                     .muted_sensors = row[kMuted] > 0.5 ? 1U : 0U},
+                    inputs.now_ns};
   const bool alert = row[kAlert] > 0.5;
-  if (alert && before.alerts.active == 0) inputs.alerts.raised_ns = inputs.now_ns;
+  if (alert && inputs.alerts.active == 0) inputs.alerts.raised_ns = inputs.now_ns;
   inputs.alerts.active = alert ? 1 : 0;
   if (has_link) {
     using teleop::LinkState;
     constexpr std::array kStates{LinkState::kCoupled, LinkState::kDegraded, LinkState::kStopped,
                                  LinkState::kStopped};
     const auto link = static_cast<std::size_t>(row[kLink]);
-    inputs.slave = {inputs.now_ns, kStates[link],
-                    link == 3 ? teleop::StopCause::kDriveFault : teleop::StopCause::kNone};
+    inputs.slave.received_ns = inputs.now_ns;
+    inputs.slave.state = kStates[link];
+    inputs.slave.stop.cause = link == 3 ? teleop::StopCause::kDriveFault : teleop::StopCause::kNone;
   }
-  return inputs;
 }
 
 }  // namespace
@@ -99,7 +103,7 @@ Track read_track_csv(std::istream& csv, const std::string& name) {
   if (!std::getline(csv, line)) throw ConfigError(name + ":1: is empty; a header line is needed");
   const auto places = read_header(line, name + ":1: ");
   const bool has_link = std::find(places.begin(), places.end(), kLink) != places.end();
-  Track track;
+  std::vector<Row> rows;
   for (int number = 2; std::getline(csv, line); ++number) {
     if (line.find_first_not_of(" \t\r") == std::string::npos) continue;
     const std::string where = name + ":" + std::to_string(number) + ": ";
@@ -108,19 +112,24 @@ Track read_track_csv(std::istream& csv, const std::string& name) {
       throw ConfigError(where + "has " + std::to_string(cells.size()) +
                         " values; allowed: " + std::to_string(places.size()) + ", as the header has");
     }
-    std::array<double, kColumns.size()> row{};
+    Row row{};
     for (std::size_t i = 0; i < kColumns.size(); ++i) row[i] = kColumns[i].fallback;
     for (std::size_t i = 0; i < cells.size(); ++i)
       row[places[i]] = read_number(cells[i], kColumns[places[i]], where);
-    track.push_back(inputs_of(row, has_link, track.empty() ? Inputs{} : track.back()));
-    if (track.size() > 1 && track.back().now_ns <= track[track.size() - 2].now_ns)
+    if (!rows.empty() && time_of(row) <= time_of(rows.back()))
       throw ConfigError(
           where + "t: " +
           cells[static_cast<std::size_t>(std::find(places.begin(), places.end(), kTime) - places.begin())] +
           " is not later than the row before; allowed: rising times");
+    rows.push_back(row);
   }
-  if (track.empty()) throw ConfigError(name + ": holds no rows after its header");
-  return track;
+  if (rows.empty()) throw ConfigError(name + ": holds no rows after its header");
+  return [rows = std::move(rows), has_link, next = std::size_t{0}, now = Inputs()](Inputs& inputs) mutable {
+    if (next == rows.size()) return false;
+    advance(rows[next++], has_link, now);
+    inputs = now;
+    return true;
+  };
 }
 
 Track read_track(const std::filesystem::path& file) {

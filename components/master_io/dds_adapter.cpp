@@ -9,13 +9,13 @@
 
 #include "common/core/log_rate.hpp"
 #include "common/dds/endpoints/participant.hpp"
-#include "common/messages/checked_reader.hpp"
 #include "common/messages/codecs/haptic_device_codec.hpp"
 #include "common/messages/codecs/percept_codec.hpp"
 #include "common/messages/codecs/teleoperation_codec.hpp"
 #include "common/messages/operator_responder.hpp"
 #include "common/messages/publisher.hpp"
 #include "common/messages/status_reporter.hpp"
+#include "common/messages/topic_receiver.hpp"
 #include "common/teleop/gripper/grip_lead.hpp"
 #include "components/master_io/dds_adapter_convert.hpp"
 
@@ -76,49 +76,50 @@ struct DdsAdapter::Impl {
         status(participant),
         master(participant, dds::kMasterState),
         slave(participant, dds::kSlaveState, expected.arm,
-              [this](const messages::SlaveState& state, core::Nanoseconds received_ns) {
+              [this](const messages::Received<messages::SlaveState>& state) {
                 slave_stop.store(state.stop.id, std::memory_order_relaxed);
-                inbox.slave.write({state, state.master_echo, received_ns, participant.session()});
+                inbox.slave.write({state, state.master_echo, state.received_ns, participant.session()});
               }),
-        field(
-            participant, dds::kDragField, expected.arm,
-            [this](const messages::DragField& sample, core::Nanoseconds received_ns) {
-              on_field(sample, received_ns);
-            },
-            [mode = expected.drag_mode](const messages::DragField& sample) { return refusal(sample, mode); }),
+        field(participant, dds::kDragField,
+              {expected.arm,
+               {.refusal = [mode = expected.drag_mode](
+                               const messages::DragField& sample) { return refusal(sample, mode); }}},
+              [this](const messages::Received<messages::DragField>& sample) { on_field(sample); }),
         percept(participant, dds::kPercept, expected.arm,
-                [this](const messages::Percept& sample, core::Nanoseconds received_ns) {
-                  inbox.phantom.write(contact_of(sample, received_ns));
+                [this](const messages::Received<messages::Percept>& sample) {
+                  inbox.phantom.write(contact_of(sample, sample.received_ns));
                 }),
         view(participant, dds::kViewPose, {},
-             [this](const messages::ViewPose& sample, core::Nanoseconds received_ns) {
-               inbox.view.write(seen(sample, received_ns));
+             [this](const messages::Received<messages::ViewPose>& sample) {
+               inbox.view.write(seen(sample, sample.received_ns));
              }),
         haptic_stamper(participant),
         wrench(participant, dds::kHapticDeviceWrench),
-        haptic(
-            participant, dds::kHapticDevice, {},
-            [this](const messages::HapticDevice& sample, core::Nanoseconds received_ns) {
-              grip_opening.store(sample.grip_opening, std::memory_order_relaxed);
-              inbox.haptic.write({sample, sample.wrench_echo, received_ns, participant.session()});
-            },
-            [needs = expected.haptic](const messages::HapticDevice& sample) {
-              return needs ? refusal(sample, *needs)
-                           : "no haptic device is used here; allowed: cartesian.input: haptic_device";
-            }),
+        haptic(participant, dds::kHapticDevice,
+               {messages::ArmBounds(),
+                {.refusal =
+                     [needs = expected.haptic](const messages::HapticDevice& sample) {
+                       return needs
+                                  ? refusal(sample, *needs)
+                                  : "no haptic device is used here; allowed: cartesian.input: haptic_device";
+                     }}},
+               [this](const messages::Received<messages::HapticDevice>& sample) {
+                 grip_opening.store(sample.grip_opening, std::memory_order_relaxed);
+                 inbox.haptic.write({sample, sample.wrench_echo, sample.received_ns, participant.session()});
+               }),
         responder(participant, teleop::Side::kMaster, inbox.stops,
                   [this](const messages::OperatorCommand& command) { return on_setting(command); }) {
     inbox.settings.write(settings);
     if (!expected.haptic) return;
     gripper.emplace(participant, dds::kGripperState, expected.arm,
-                    [this](const messages::GripperState& state, core::Nanoseconds) {
+                    [this](const messages::Received<messages::GripperState>& state) {
                       grippers.write({state, state.widest_m});
                     });
   }
 
-  void on_field(const messages::DragField& sample, core::Nanoseconds now_ns) {
-    DragSample drag(sample, sample.master_echo, now_ns, participant.session());
-    drag.round_trip_s = round_trip.measure(sample, now_ns);
+  void on_field(const messages::Received<messages::DragField>& sample) {
+    DragSample drag(sample, sample.master_echo, sample.received_ns, participant.session());
+    drag.round_trip_s = round_trip.measure(sample, sample.received_ns);
     if (drag.round_trip_s >= 0.0) {
       const std::lock_guard lock(mutex);
       round_trips.record(core::from_seconds(drag.round_trip_s));
@@ -128,10 +129,10 @@ struct DdsAdapter::Impl {
 
   const char* topic_with_rival() const {
     const core::Nanoseconds now_ns = core::monotonic_ns();
-    return slave.has_rival(now_ns)    ? "slave_state"
-           : field.has_rival(now_ns)  ? "drag_field"
-           : haptic.has_rival(now_ns) ? "haptic_device"
-                                      : nullptr;
+    return slave.source().has_rival(now_ns)    ? "slave_state"
+           : field.source().has_rival(now_ns)  ? "drag_field"
+           : haptic.source().has_rival(now_ns) ? "haptic_device"
+                                               : nullptr;
   }
 
   // The stamp has the tick's time, to which the device's echo is compared: it counts the wait for this
@@ -211,14 +212,14 @@ struct DdsAdapter::Impl {
   RoundTrip round_trip;
   messages::StatusReporter status;
   messages::Publisher<messages::MasterState> master;
-  messages::CheckedReader<msg::SlaveState> slave;
-  messages::CheckedReader<msg::DragField> field;
-  messages::CheckedReader<msg::Percept> percept;
-  messages::CheckedReader<msg::ViewPose> view;
+  messages::TopicSubscriber<msg::SlaveState> slave;
+  messages::TopicSubscriber<msg::DragField> field;
+  messages::TopicSubscriber<msg::Percept> percept;
+  messages::TopicSubscriber<msg::ViewPose> view;
   dds::Stamper haptic_stamper;
   dds::Writer<msg::HapticDeviceWrench> wrench;
-  messages::CheckedReader<msg::HapticDevice> haptic;
-  std::optional<messages::CheckedReader<msg::GripperState>> gripper;  // for a device with a grip
+  messages::TopicSubscriber<msg::HapticDevice> haptic;
+  std::optional<messages::TopicSubscriber<msg::GripperState>> gripper;  // for a device with a grip
   messages::OperatorResponder responder;
 };
 

@@ -8,13 +8,13 @@
 #include <utility>
 
 #include "common/dds/admission/refusal_log.hpp"
-#include "common/messages/checked_reader.hpp"
 #include "common/messages/codecs/percept_codec.hpp"
 #include "common/messages/codecs/workspace_codec.hpp"
 #include "common/messages/command_service.hpp"
 #include "common/messages/object_sources.hpp"
 #include "common/messages/publisher.hpp"
 #include "common/messages/status_reporter.hpp"
+#include "common/messages/topic_receiver.hpp"
 #include "components/phantom_sensing/dds_adapter_messages.hpp"
 
 namespace phantom::phantom_sensing {
@@ -50,17 +50,17 @@ struct DdsAdapter::Impl {
   /// What the process of a share of the skin publishes.
   struct ShareReaders {
     ShareReaders(Impl& owner, SensingLoop& loop, std::size_t share);
-    messages::CheckedReader<msg::DragField> drag_field;
-    messages::CheckedReader<msg::Percept> percept;
+    messages::TopicSubscriber<msg::DragField> drag_field;
+    messages::TopicSubscriber<msg::Percept> percept;
   };
   struct Readers {
     Readers(Impl& owner, SensingLoop& loop, WorkspaceSubscriber& keeper);
-    messages::CheckedReader<msg::SlaveState> slave;
-    std::optional<messages::CheckedReader<msg::GripperState>> gripper;  // of an arm with fingers
+    messages::TopicSubscriber<msg::SlaveState> slave;
+    std::optional<messages::TopicSubscriber<msg::GripperState>> gripper;  // of an arm with fingers
     std::unique_ptr<WorkspaceReaders> workspace;
     std::optional<ObjectReaders> of_arm;
     std::vector<std::unique_ptr<ShareReaders>> shares;
-    std::vector<std::unique_ptr<messages::CheckedReader<msg::SlaveState>>> others;  // other arms' states
+    std::vector<std::unique_ptr<messages::TopicSubscriber<msg::SlaveState>>> others;  // other arms' states
   };
 
   Impl(const core::NetworkOptions& network, const PhantomModel& phantom,
@@ -93,12 +93,12 @@ struct DdsAdapter::Impl {
     const std::lock_guard lock(readers_mutex);
     const core::Nanoseconds now_ns = core::monotonic_ns();
     if (!readers) return nullptr;
-    if (readers->slave.has_rival(now_ns)) return "slave_state";
+    if (readers->slave.source().has_rival(now_ns)) return "slave_state";
     for (const auto& share : readers->shares)
-      if (share->drag_field.has_rival(now_ns)) return "drag_field of a share of the skin";
+      if (share->drag_field.source().has_rival(now_ns)) return "drag_field of a share of the skin";
     for (const auto& other : readers->others)
-      if (other->has_rival(now_ns)) return "slave_state of another arm";
-    return readers->gripper && readers->gripper->has_rival(now_ns) ? "gripper_state" : nullptr;
+      if (other->source().has_rival(now_ns)) return "slave_state of another arm";
+    return readers->gripper && readers->gripper->source().has_rival(now_ns) ? "gripper_state" : nullptr;
   }
 
   bool second_server(core::Nanoseconds now_ns);
@@ -132,8 +132,6 @@ struct DdsAdapter::Impl {
   messages::Publisher<messages::HitAlert> hit_alert;
   messages::Publisher<messages::InterestPoints> interest_points;
   messages::Publisher<messages::SkinPercept> skin_percept;
-  core::Snapshot<SlaveSample> newest_slave;
-  core::Snapshot<GripperSample> newest_gripper;
   mutable std::mutex objects_mutex;
   messages::ObjectSources objects;         // guarded by objects_mutex
   messages::ObjectSources objects_of_arm;  // likewise
@@ -181,39 +179,29 @@ DdsAdapter::Impl::Participants DdsAdapter::Impl::participants_beside(const core:
 
 DdsAdapter::Impl::ShareReaders::ShareReaders(Impl& owner, SensingLoop& loop, std::size_t share)
     : drag_field(*owner.shares[share], dds::kDragField, messages::bounds_of(owner.model.arm),
-                 [&loop, share](const messages::DragField& field, core::Nanoseconds) {
+                 [&loop, share](const messages::Received<messages::DragField>& field) {
                    loop.offer_share(share, field);
                  }),
       percept(*owner.shares[share], dds::kPercept, messages::bounds_of(owner.model.arm),
-              [&loop, share](const messages::Percept& sample, core::Nanoseconds) {
+              [&loop, share](const messages::Received<messages::Percept>& sample) {
                 loop.offer_share(share, sample);
               }) {}
 
 DdsAdapter::Impl::Readers::Readers(Impl& owner, SensingLoop& loop, WorkspaceSubscriber& keeper)
     : slave(owner.participant, dds::kSlaveState, messages::bounds_of(owner.model.arm),
-            [&owner, &loop](const messages::SlaveState& state, core::Nanoseconds received_ns) {
-              const SlaveSample sample(state, received_ns);
-              loop.offer(sample);
-              owner.newest_slave.write(sample);
-            }),
+            [&loop](const SlaveSample& sample) { loop.offer(sample); }),
       workspace(std::make_unique<WorkspaceReaders>(owner, keeper)) {
   if (owner.apart) of_arm.emplace(owner);
   if (!owner.model.own_share)
     for (std::size_t i = 0; i < owner.shares.size(); ++i)
       shares.push_back(std::make_unique<ShareReaders>(owner, loop, i));
   for (std::size_t i = 0; i < owner.other_arms.size(); ++i)
-    others.push_back(std::make_unique<messages::CheckedReader<msg::SlaveState>>(
+    others.push_back(std::make_unique<messages::TopicSubscriber<msg::SlaveState>>(
         *owner.beside[i], dds::kSlaveState, messages::bounds_of(owner.other_arms[i].arm()),
-        [&loop, i](const messages::SlaveState& state, core::Nanoseconds received_ns) {
-          loop.offer_other(i, SlaveSample(state, received_ns));
-        }));
+        [&loop, i](const SlaveSample& sample) { loop.offer_other(i, sample); }));
   if (!owner.model.has_fingers()) return;
   gripper.emplace(owner.participant, dds::kGripperState, messages::bounds_of(owner.model.arm),
-                  [&owner, &loop](const messages::GripperState& state, core::Nanoseconds received_ns) {
-                    const GripperSample sample(state, received_ns);
-                    loop.offer(sample);
-                    owner.newest_gripper.write(sample);
-                  });
+                  [&loop](const GripperSample& sample) { loop.offer(sample); });
 }
 
 DdsAdapter::Impl::WorkspaceReaders::WorkspaceReaders(Impl& owner, WorkspaceSubscriber& workspace)
@@ -368,9 +356,6 @@ void DdsAdapter::handle_commands(const std::function<Answer(const messages::Sens
     impl_->commands.complete(command->stamp, reply_to(*command, answer));
   }
 }
-
-bool DdsAdapter::newest_slave(SlaveSample& sample) { return impl_->newest_slave.read(sample); }
-bool DdsAdapter::newest_gripper(GripperSample& sample) { return impl_->newest_gripper.read(sample); }
 
 void DdsAdapter::publish_skin(const messages::SkinPercept& skin) { impl_->skin_percept.publish(skin); }
 

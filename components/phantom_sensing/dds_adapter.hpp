@@ -45,10 +45,6 @@ class DdsAdapter : public PerceptSink {
   /// Returns what the workspace keeper tells this: each brick or version that it refused is counted, and
   /// logged with the reason; from sources in excess nothing is taken meanwhile. Valid as long as this.
   WorkspaceSubscriber::Callbacks workspace_callbacks();
-  /// Reads the newest valid slave_state. Returns false if none came since the last call. One thread.
-  bool newest_slave(SlaveSample& sample);
-  /// Likewise the newest valid gripper_state.
-  bool newest_gripper(GripperSample& sample);
   /// Publishes skin_percept. One thread.
   void publish_skin(const messages::SkinPercept& skin);
   /// Publishes component_status. One thread.

@@ -92,6 +92,12 @@ class SensingLoop {
   void offer(const SlaveSample& sample) noexcept;
   /// Passes a new state of the gripper to the loop. One thread. Real-time safe: yes.
   void offer(const GripperSample& sample) noexcept { gripper_inbox_.write(sample); }
+  /// Reads the newest states, for another thread than the loop's: what did not come since the last call stays
+  /// as it is. One thread. Real-time safe: yes.
+  void newest(SlaveSample& slave, GripperSample& gripper) noexcept {
+    inbox_.read<1>(slave);
+    gripper_inbox_.read<1>(gripper);
+  }
   /// Runs until stop() on the calling thread, to which it gives the name and priority of the sensing role.
   void run();
   void stop() noexcept;  ///< thread-safe
@@ -146,8 +152,9 @@ class SensingLoop {
 
   sem_t wake_;
   std::atomic<bool> stop_{false};
-  core::Snapshot<SlaveSample> inbox_;
-  core::Snapshot<GripperSample> gripper_inbox_;
+  // Read by the loop, and by newest().
+  core::Snapshot<SlaveSample, 2> inbox_;
+  core::Snapshot<GripperSample, 2> gripper_inbox_;
   core::Snapshot<ContactPermits> permits_inbox_;
   ContactPermits permits_;
   std::atomic<bool> self_test_passed_{true};

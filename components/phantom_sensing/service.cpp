@@ -201,8 +201,7 @@ class Service {
 
   /// Publishes what the whole skin feels, for display. Call it once in kPoll_s.
   void show_skin(core::Nanoseconds now_ns) {
-    adapter_.newest_slave(slave_);
-    adapter_.newest_gripper(gripper_);
+    loop_.newest(slave_, gripper_);
     const LoopFigures figures = loop_.figures();
     const auto workspace = workspace_.share();
     messages::SkinPercept skin;

@@ -1,6 +1,7 @@
 #include "components/phantom_session/collector.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "common/core/text.hpp"
@@ -12,6 +13,17 @@ namespace {
 using core::formatted;
 
 constexpr double kProgressInterval_s = 2.0;
+
+double greatest(const core::JointArray& values) {
+  double most = 0.0;
+  for (const double value : values) most = std::max(most, std::abs(value));
+  return most;
+}
+
+const char* words_for(percept::MotionClass motion) {
+  constexpr std::array kWords{"", "leaving", "passing", "nearing"};
+  return kWords.at(static_cast<std::size_t>(motion));
+}
 
 }  // namespace
 
@@ -62,29 +74,28 @@ std::string Collector::object_name(int object) const {
   return object >= runtime::kFirstOtherArmId ? "another arm" : "object " + std::to_string(object);
 }
 
-void Collector::begin_reach(const MasterSample& sample) {
+void Collector::begin_reach(double t_s, const messages::MasterState& state) {
   if (reaches_.size() >= kMaxEvents) {
-    forgotten_.reaches += sample.reach == forgotten_reach_ ? 0 : 1;
-    forgotten_reach_ = sample.reach;
+    forgotten_.reaches += state.reach == forgotten_reach_ ? 0 : 1;
+    forgotten_reach_ = state.reach;
     return;
   }
-  reaches_.push_back({.number = sample.reach, .percept = sample.percept_enabled, .start_s = sample.t_s});
-  narrate(sample.t_s,
-          formatted("reach %d begins, percept %s", sample.reach, sample.percept_enabled ? "on" : "off"));
+  reaches_.push_back({.number = state.reach, .percept = state.percept_enabled, .start_s = t_s});
+  narrate(t_s, formatted("reach %d begins, percept %s", state.reach, state.percept_enabled ? "on" : "off"));
 }
 
-void Collector::on_master(const MasterSample& sample) {
-  master_ = sample;
-  if (sample.reach >= 0 && (reaches_.empty() || reaches_.back().number != sample.reach)) begin_reach(sample);
-  if (sample.reach < 0 || reaches_.empty()) return;
+void Collector::on_master(double t_s, const messages::MasterState& state) {
+  master_ = state;
+  if (state.reach >= 0 && (reaches_.empty() || reaches_.back().number != state.reach))
+    begin_reach(t_s, state);
+  if (state.reach < 0 || reaches_.empty()) return;
   Reach& reach = reaches_.back();
-  if (reach.contact_s || !sample.percept_enabled) return;
-  const double torque_Nm = std::abs(sample.percept_torque_Nm);
+  if (reach.contact_s || !state.percept_enabled) return;
+  const double torque_Nm = greatest(state.percept_torque_Nm);
   reach.peak_torque_Nm = std::max(reach.peak_torque_Nm, torque_Nm);
   if (!reach.onset_distance_m && torque_Nm > onset_threshold_Nm_ && slave_.clearance_m >= 0.0) {
     reach.onset_distance_m = slave_.clearance_m;
-    narrate(sample.t_s,
-            formatted("  drag felt at %.0f mm from the nearest object", 1e3 * slave_.clearance_m));
+    narrate(t_s, formatted("  drag felt at %.0f mm from the nearest object", 1e3 * slave_.clearance_m));
   }
 }
 
@@ -95,45 +106,48 @@ void Collector::on_percepts(double t_s, const PerceptsInForce& percepts) {
   narrate(t_s, percepts.words());
 }
 
-void Collector::on_slave(const SlaveSample& sample) {
-  const bool begins = sample.contact && !slave_.contact;
+void Collector::on_slave(double t_s, const messages::SlaveState& state) {
+  const bool begins = state.contact && !slave_.contact;
   if (begins && !reaches_.empty() && !reaches_.back().contact_s) {
     Reach& reach = reaches_.back();
-    reach.contact_s = sample.t_s;
+    reach.contact_s = t_s;
     reach.contact_speed_m_s = slave_.tool_speed_m_s;
-    reach.contact_object = sample.contact_object;
-    narrate(sample.t_s, "  contact with " + object_name(sample.contact_object) +
-                            formatted(" at %.0f mm/s, percept torque had risen to %.2f N·m",
-                                      1e3 * reach.contact_speed_m_s, reach.peak_torque_Nm));
+    reach.contact_object = state.contact_object;
+    narrate(t_s, "  contact with " + object_name(state.contact_object) +
+                     formatted(" at %.0f mm/s, percept torque had risen to %.2f N·m",
+                               1e3 * reach.contact_speed_m_s, reach.peak_torque_Nm));
   }
-  slave_ = sample;
-  narrate_until(sample.t_s);
-  add_row(sample.t_s);
+  slave_ = state;
+  narrate_until(t_s);
+  add_row(t_s);
 }
 
 void Collector::add_row(double t_s) {
   if (!rows_.empty() && t_s - rows_.back().t_s < row_interval_s_) return;
-  rows_.push_back({t_s, master_.reach, master_.percept_enabled, slave_.clearance_m, master_.percept_torque_Nm,
-                   master_.feedback_torque_Nm, master_.operator_torque_Nm, percept_.mu_Pa_s_per_m,
-                   percept_.closeness, slave_.tool_speed_m_s, slave_.contact_force_N});
+  const messages::Percept felt = percept_.value_or(messages::Percept());
+  rows_.push_back({t_s, master_.reach, master_.percept_enabled, slave_.clearance_m,
+                   greatest(master_.percept_torque_Nm), greatest(master_.feedback_torque_Nm),
+                   greatest(master_.operator_torque_Nm), felt.mu_Pa_s_per_m, felt.closeness,
+                   slave_.tool_speed_m_s, slave_.contact_force_N});
 }
 
-void Collector::on_percept(const PerceptSample& sample) { percept_ = sample; }
-
 std::string Collector::live_line() const {
-  if (!percept_.valid) return percept_.t_s > 0.0 ? "no percept" : "no percept yet";
+  if (!percept_) return "no percept yet";
+  if (!percept_->valid) return "no percept";
   std::string line = "drag";
-  for (const double torque : percept_.torque) line += formatted(" %+.2f", torque);
+  for (std::size_t j = 0; j < percept_->joint_count; ++j)
+    line += formatted(" %+.2f", percept_->drag_torque_Nm[j]);
   line += '\n';
-  if (percept_.mu_Pa_s_per_m > 0.0) {
-    const bool named = percept_.link < link_names_.size();
-    line += named ? link_names_[percept_.link] : "link " + std::to_string(percept_.link);
-    line += formatted(", μ %.0f of ", percept_.mu_Pa_s_per_m) + object_name(percept_.object);
-    if (!percept_.motion.empty()) line += ", " + percept_.motion;
+  if (percept_->mu_Pa_s_per_m > 0.0) {
+    const bool named = percept_->link < link_names_.size();
+    line += named ? link_names_[percept_->link] : "link " + std::to_string(percept_->link);
+    line += formatted(", μ %.0f of ", percept_->mu_Pa_s_per_m) + object_name(percept_->object);
+    if (percept_->motion != percept::MotionClass::kNone)
+      line += std::string(", ") + words_for(percept_->motion);
   } else {
     line += "free";
   }
-  if (percept_.muted_sensors > 0) line += " | " + std::to_string(percept_.muted_sensors) + " sensors muted";
+  if (percept_->muted_sensors > 0) line += " | " + std::to_string(percept_->muted_sensors) + " sensors muted";
   const auto sensing = statuses_.find("phantom_sensing");
   if (sensing == statuses_.end()) return line;
   const auto age = sensing->second.figures.find("model_age");

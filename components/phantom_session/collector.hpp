@@ -10,40 +10,15 @@
 #include <vector>
 
 #include "common/core/health.hpp"
+#include "common/messages/percept.hpp"
+#include "common/messages/teleoperation.hpp"
 #include "common/teleop/rendering/percept_set.hpp"
 
 namespace phantom::phantom_session {
 
-/// The samples that the collector needs of each topic, in SI units. Times are seconds since the session
-/// began.
-struct MasterSample {
-  double t_s = 0.0;
-  int reach = -1;
-  bool percept_enabled = false;
-  double percept_torque_Nm = 0.0;   ///< greatest magnitude over the joints (prismatic: N)
-  double feedback_torque_Nm = 0.0;  ///< likewise
-  double operator_torque_Nm = 0.0;  ///< likewise
-  double round_trip_s = -1.0;       ///< −1: no round trip in this sample
-};
-struct SlaveSample {
-  double t_s = 0.0;
-  bool contact = false;
-  double contact_force_N = 0.0;
-  int contact_object = 0;
-  double tool_speed_m_s = 0.0;
-  double clearance_m = -1.0;  ///< −1: unknown or out of range
-};
-struct PerceptSample {
-  double t_s = 0.0;
-  bool valid = false;
-  double mu_Pa_s_per_m = 0.0;
-  double closeness = 0.0;
-  std::size_t link = 0;        ///< link of the percept
-  int object = 0;              ///< object whose fluid that sensor meets
-  std::string motion;          ///< that sensor's motion class: "leaving", "passing", "nearing"; empty: none
-  std::vector<double> torque;  ///< drag per joint, N·m or N
-  std::size_t muted_sensors = 0;
-};
+// Times are seconds since the session began.
+
+/// A hit alert, in the words of the report.
 struct HitSample {
   double t_s = 0.0;
   std::uint32_t alert = 0;
@@ -110,7 +85,9 @@ struct Row {
   double t_s = 0.0;
   int reach = -1;
   bool percept_enabled = false;
-  double clearance_m = -1.0, percept_torque_Nm = 0.0, feedback_torque_Nm = 0.0, operator_torque_Nm = 0.0;
+  double clearance_m = -1.0;
+  // Greatest magnitudes over the joints (prismatic: N).
+  double percept_torque_Nm = 0.0, feedback_torque_Nm = 0.0, operator_torque_Nm = 0.0;
   double mu_Pa_s_per_m = 0.0, closeness = 0.0, tool_speed_m_s = 0.0, contact_force_N = 0.0;
 };
 
@@ -137,10 +114,10 @@ class Collector {
   void on_object_name(int object, const std::string& name) { object_names_[object] = name; }
   /// Sets the names of the arm's links, by link index. Without them links are shown by number.
   void on_link_names(std::vector<std::string> names) { link_names_ = std::move(names); }
-  void on_master(const MasterSample& sample);
-  void on_slave(const SlaveSample& sample);
+  void on_master(double t_s, const messages::MasterState& state);
+  void on_slave(double t_s, const messages::SlaveState& state);
   void on_percepts(double t_s, const PerceptsInForce& percepts);
-  void on_percept(const PerceptSample& sample);
+  void on_percept(const messages::Percept& percept) { percept_ = percept; }
   void on_hit(const HitSample& sample);
   void on_status(const StatusSample& sample);
   /// `process` writes `topic` beside the process that is followed; `samples` of others were left out so far.
@@ -182,16 +159,16 @@ class Collector {
   void narrate_hit(const HitSample& sample);
   void narrate_until(double now_s);
   std::string text_of(const Line& line) const;
-  void begin_reach(const MasterSample& sample);
+  void begin_reach(double t_s, const messages::MasterState& state);
   void add_row(double t_s);
 
   double onset_threshold_Nm_, row_interval_s_;
   Narrate narrate_;
   std::map<int, std::string> object_names_;
   std::vector<std::string> link_names_;
-  MasterSample master_;
-  SlaveSample slave_;
-  PerceptSample percept_;
+  messages::MasterState master_;
+  messages::SlaveState slave_;
+  std::optional<messages::Percept> percept_;
   std::vector<Reach> reaches_;
   std::vector<PerceptPeriod> percept_periods_;  // up to kMaxEvents
   std::vector<Row> rows_;

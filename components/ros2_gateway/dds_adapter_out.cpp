@@ -3,10 +3,10 @@
 #include <array>
 
 #include "common/core/clock.hpp"
-#include "common/messages/checked_reader.hpp"
 #include "common/messages/codecs/percept_codec.hpp"
 #include "common/messages/codecs/status_codec.hpp"
 #include "common/messages/codecs/teleoperation_codec.hpp"
+#include "common/messages/topic_receiver.hpp"
 #include "common/ros2/from_phantom.hpp"
 #include "common/ros2/words.hpp"
 
@@ -21,7 +21,7 @@ template <class Message, class Sample>
 class Newest {
  public:
   Newest(dds::Participant& participant, const dds::TopicSpec<Message>& topic, const messages::ArmBounds& arm)
-      : reader_(participant, topic, arm, [this](const Sample& sample, core::Nanoseconds) {
+      : reader_(participant, topic, arm, [this](const messages::Received<Sample>& sample) {
           const std::lock_guard lock(mutex_);
           newest_ = sample;
         }) {}
@@ -33,7 +33,7 @@ class Newest {
  private:
   std::mutex mutex_;
   std::optional<Sample> newest_;
-  messages::CheckedReader<Message> reader_;
+  messages::TopicSubscriber<Message> reader_;
 };
 
 }  // namespace
@@ -66,7 +66,7 @@ struct Outputs::Impl {
     for (std::size_t view = 0; view < kViewNames.size(); ++view)
       views[view].emplace(node, rules.prefix + "/views/" + kViewNames[view] + "/compressed", ros2::kDefault);
     pictures.emplace(phantom, dds::kViewPicture, messages::ArmBounds(),
-                     [this](const messages::ViewPicture& picture, core::Nanoseconds) {
+                     [this](const messages::Received<messages::ViewPicture>& picture) {
                        const std::lock_guard lock(mutex);
                        newest_pictures[static_cast<std::size_t>(picture.view)] = picture.jpeg;
                      });
@@ -155,7 +155,7 @@ struct Outputs::Impl {
   dds::Reader<msg::ComponentStatus> components;
   Publishers out;
   std::array<std::optional<ros2::Publisher<Image>>, kViewNames.size()> views;
-  std::optional<messages::CheckedReader<msg::ViewPicture>> pictures;
+  std::optional<messages::TopicSubscriber<msg::ViewPicture>> pictures;
 };
 
 Outputs::Outputs(dds::Participant& phantom, ros2::Node& node, const robot::SerialArm& arm,

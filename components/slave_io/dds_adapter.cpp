@@ -6,12 +6,12 @@
 #include <mutex>
 
 #include "common/dds/endpoints/participant.hpp"
-#include "common/messages/checked_reader.hpp"
 #include "common/messages/codecs/teleoperation_codec.hpp"
 #include "common/messages/codecs/workspace_codec.hpp"
 #include "common/messages/operator_responder.hpp"
 #include "common/messages/publisher.hpp"
 #include "common/messages/status_reporter.hpp"
+#include "common/messages/topic_receiver.hpp"
 
 namespace phantom::slave_io {
 namespace {
@@ -39,13 +39,10 @@ struct DdsAdapter::Impl {
         status(participant),
         slave(participant, dds::kSlaveState),
         master(participant, dds::kMasterState, arm,
-               [this, &inbox](const messages::MasterState& state, core::Nanoseconds received_ns) {
-                 inbox.master.write({state, state.slave_echo, received_ns, participant.session()});
+               [this, &inbox](const messages::Received<messages::MasterState>& state) {
+                 inbox.master.write({state, state.slave_echo, state.received_ns, participant.session()});
                }),
-        wrist(participant, dds::kWristWrench, {},
-              [&inbox](const messages::WristWrench& wrench, core::Nanoseconds received_ns) {
-                inbox.wrist.write({wrench, received_ns});
-              }),
+        wrist(participant, dds::kWristWrench, {}, inbox.wrist),
         responder(participant, teleop::Side::kSlave, inbox.stops,
                   [&inbox](const messages::OperatorCommand& command) { return ask(command, inbox); }),
         payload_inbox(inbox.payload) {
@@ -91,8 +88,8 @@ struct DdsAdapter::Impl {
   messages::Publisher<messages::SlaveState> slave;
   std::optional<messages::Publisher<messages::GripperState>> gripper;
   core::Nanoseconds gripper_due_ns = 0;
-  messages::CheckedReader<msg::MasterState> master;
-  messages::CheckedReader<msg::WristWrench> wrist;
+  messages::TopicSubscriber<msg::MasterState> master;
+  messages::TopicSubscriber<msg::WristWrench> wrist;
   messages::OperatorResponder responder;
   core::Snapshot<robot::Payload>& payload_inbox;
   std::mutex payload_mutex;
@@ -162,8 +159,8 @@ void DdsAdapter::announce_stop(const std::string& issuer) {
 void DdsAdapter::publish_health(const core::Health& health) {
   const core::Nanoseconds now_ns = core::monotonic_ns();
   core::Health shown = health;
-  if (impl_->wrist.has_rival(now_ns)) shown = dds::with_rival(shown, "wrist_wrench");
-  if (impl_->master.has_rival(now_ns)) shown = dds::with_rival(shown, "master_state");
+  if (impl_->wrist.source().has_rival(now_ns)) shown = dds::with_rival(shown, "wrist_wrench");
+  if (impl_->master.source().has_rival(now_ns)) shown = dds::with_rival(shown, "master_state");
   {
     const std::lock_guard lock(impl_->payload_mutex);
     const std::string& payload = impl_->payload_text;

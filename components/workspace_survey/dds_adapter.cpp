@@ -6,11 +6,11 @@
 
 #include "common/dds/endpoints/endpoint.hpp"
 #include "common/dds/endpoints/topics.hpp"
-#include "common/messages/checked_reader.hpp"
 #include "common/messages/codecs/teleoperation_codec.hpp"
 #include "common/messages/codecs/workspace_codec.hpp"
 #include "common/messages/mesh_assembler.hpp"
 #include "common/messages/object_sources.hpp"
+#include "common/messages/topic_receiver.hpp"
 
 namespace phantom::workspace_survey {
 namespace {
@@ -65,7 +65,7 @@ struct SystemListener::Impl {
   dds::Reader<msg::WorkspaceObject> objects_reader;
   dds::Reader<msg::WorkspaceVersion> versions_reader;
   dds::Reader<msg::MeshChunk> chunks_reader;
-  messages::CheckedReader<msg::SlaveState> states_reader;
+  messages::TopicSubscriber<msg::SlaveState> states_reader;
 };
 
 SystemListener::SystemListener(const core::NetworkOptions& network, const messages::ArmBounds& arm,

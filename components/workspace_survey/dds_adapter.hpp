@@ -18,7 +18,7 @@ namespace phantom::workspace_survey {
 /// Listens to what the running system says about its arm and objects. Thread-safe.
 class SystemListener {
  public:
-  using OnState = std::function<void(const messages::SlaveState& state, core::Nanoseconds received_ns)>;
+  using OnState = std::function<void(const messages::Received<messages::SlaveState>&)>;
 
   /// Takes states of an arm within `arm` only. `on_state` is called on the middleware's thread. Throws
   /// dds::DdsError.

@@ -108,8 +108,8 @@ class TouchRun {
         arm_(runtime::load_arm(workspace.cell.arm(request.arm))),
         gathering_(arm_, watch_options(request, config)),
         listener_(workspace.network, messages::bounds_of(arm_),
-                  [this](const messages::SlaveState& state, core::Nanoseconds at_ns) {
-                    gathering_.take(state, at_ns);
+                  [this](const messages::Received<messages::SlaveState>& state) {
+                    gathering_.take(state, state.received_ns);
                   }) {
     findings_.object = request.object;
     findings_.confidence = config.options.confidence;

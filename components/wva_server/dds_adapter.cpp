@@ -9,11 +9,11 @@
 #include "common/core/parallel.hpp"
 #include "common/core/snapshot.hpp"
 #include "common/dds/admission/source_guard.hpp"
-#include "common/messages/checked_reader.hpp"
 #include "common/messages/codecs/teleoperation_codec.hpp"
 #include "common/messages/codecs/workspace_codec.hpp"
 #include "common/messages/command_service.hpp"
 #include "common/messages/status_reporter.hpp"
+#include "common/messages/topic_receiver.hpp"
 #include "common/workspace/brick_codec.hpp"
 #include "components/wva_server/mesh_chunks.hpp"
 
@@ -95,8 +95,8 @@ struct DdsAdapter::Impl {
       }};
   core::Snapshot<ArmSample> newest_arm;
   core::Snapshot<GripperSample> newest_gripper;
-  std::unique_ptr<messages::CheckedReader<msg::SlaveState>> arm_states;
-  std::unique_ptr<messages::CheckedReader<msg::GripperState>> gripper_states;
+  std::unique_ptr<messages::TopicSubscriber<msg::SlaveState>> arm_states;
+  std::unique_ptr<messages::TopicSubscriber<msg::GripperState>> gripper_states;
 };
 
 void DdsAdapter::Impl::publish_mesh(const ServedObject& object, std::size_t chunk_bytes) {
@@ -129,19 +129,13 @@ void DdsAdapter::withdraw_object(std::uint16_t id) {
 }
 
 void DdsAdapter::follow(const robot::SerialArm& arm) {
-  impl_->arm_states = std::make_unique<messages::CheckedReader<msg::SlaveState>>(
-      impl_->participant, dds::kSlaveState, messages::bounds_of(arm),
-      [this](const messages::SlaveState& state, core::Nanoseconds received_ns) {
-        impl_->newest_arm.write({state, received_ns});
-      });
+  impl_->arm_states = std::make_unique<messages::TopicSubscriber<msg::SlaveState>>(
+      impl_->participant, dds::kSlaveState, messages::bounds_of(arm), impl_->newest_arm);
 }
 
 void DdsAdapter::follow_gripper() {
-  impl_->gripper_states = std::make_unique<messages::CheckedReader<msg::GripperState>>(
-      impl_->participant, dds::kGripperState, messages::ArmBounds(),
-      [this](const messages::GripperState& state, core::Nanoseconds received_ns) {
-        impl_->newest_gripper.write({state, received_ns});
-      });
+  impl_->gripper_states = std::make_unique<messages::TopicSubscriber<msg::GripperState>>(
+      impl_->participant, dds::kGripperState, messages::ArmBounds(), impl_->newest_gripper);
 }
 
 bool DdsAdapter::newest_gripper(GripperSample& sample) { return impl_->newest_gripper.read(sample); }

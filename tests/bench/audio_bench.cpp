@@ -44,12 +44,12 @@ void render(benchmark::State& state, Layout layout) {
   for (auto _ : state) {
     for (int i = 0; i < 200; ++i) {
       now_ns += core::from_seconds(kPeriod_s);
-      inbox.percept.write({.received_ns = now_ns,
-                           .valid = true,
-                           .closeness = 0.005 * i,
-                           .speed_m_s = 0.1,
-                           .position_m = {0.01 * i, 1, 1},
-                           .sent_ns = now_ns});
+      inbox.percept.write({{.stamp = {1, now_ns, 1},
+                            .valid = true,
+                            .closeness = 0.005 * i,
+                            .speed_m_s = 0.1,
+                            .position_m = {0.01 * i, 1, 1}},
+                           now_ns});
       engine.turn(kPeriod_s, now_ns);
     }
   }
@@ -79,7 +79,7 @@ void percept_to_sound(benchmark::State& state) {
     for (int i = 0; i < 200; ++i) {
       const core::Nanoseconds now_ns = core::monotonic_ns();
       inbox.percept.write(
-          {.received_ns = now_ns, .valid = true, .closeness = 0.5, .speed_m_s = 0.1, .sent_ns = now_ns});
+          {{.stamp = {1, now_ns, 1}, .valid = true, .closeness = 0.5, .speed_m_s = 0.1}, now_ns});
       std::this_thread::sleep_until(next += std::chrono::milliseconds(10));
     }
     engine.stop();

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "common/dds/tests/test_network.hpp"
-#include "common/messages/checked_reader.hpp"
+#include "common/messages/topic_receiver.hpp"
 #include "components/ros2_gateway/dds_adapter.hpp"
 #include "tests/ros2/foreign_node.hpp"
 #include "tests/support/small_arms.hpp"
@@ -18,9 +18,9 @@ namespace phantom::ros2 {
 template <class Message>
 class Heard {
  public:
-  using Sample = typename messages::CheckedReader<Message>::Sample;
+  using Sample = typename messages::TopicSubscriber<Message>::Sample;
   Heard(dds::Participant& participant, const dds::TopicSpec<Message>& topic)
-      : reader_(participant, topic, {}, [this](const Sample& sample, core::Nanoseconds) {
+      : reader_(participant, topic, {}, [this](const messages::Received<Sample>& sample) {
           const std::lock_guard lock(mutex_);
           all_.push_back(sample);
         }) {}
@@ -36,7 +36,7 @@ class Heard {
  private:
   std::mutex mutex_;
   std::vector<Sample> all_;
-  messages::CheckedReader<Message> reader_;
+  messages::TopicSubscriber<Message> reader_;
 };
 
 /// The gateway between two domains, a node of ROS 2, and a participant of Phantom's.

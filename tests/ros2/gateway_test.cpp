@@ -10,8 +10,8 @@
 #include "common/core/clock.hpp"
 #include "common/dds/endpoints/endpoint.hpp"
 #include "common/dds/tests/test_network.hpp"
-#include "common/messages/checked_reader.hpp"
 #include "common/messages/codecs/teleoperation_codec.hpp"
+#include "common/messages/topic_receiver.hpp"
 #include "common/ros2/message_types.hpp"
 #include "components/ros2_gateway/dds_adapter.hpp"
 #include "components/ros2_gateway/dds_adapter_objects.hpp"
@@ -38,8 +38,8 @@ class Gateway : public testing::Test {
     const core::NetworkOptions network = dds::test_network();
     observer_ = std::make_unique<dds::Participant>("observer", network);
     messages::ArmBounds bounds = messages::bounds_of(arm_);
-    reader_ = std::make_unique<messages::CheckedReader<msg::SlaveState>>(
-        *observer_, dds::kSlaveState, bounds, [this](const messages::SlaveState& state, core::Nanoseconds) {
+    reader_ = std::make_unique<messages::TopicSubscriber<msg::SlaveState>>(
+        *observer_, dds::kSlaveState, bounds, [this](const messages::Received<messages::SlaveState>& state) {
           const std::lock_guard lock(mutex_);
           states_.push_back(state);
         });
@@ -63,7 +63,7 @@ class Gateway : public testing::Test {
   std::mutex mutex_;
   std::vector<messages::SlaveState> states_;
   std::unique_ptr<dds::Participant> observer_;
-  std::unique_ptr<messages::CheckedReader<msg::SlaveState>> reader_;
+  std::unique_ptr<messages::TopicSubscriber<msg::SlaveState>> reader_;
   std::unique_ptr<ros2_gateway::DdsAdapter> adapter_;
 };
 
@@ -93,8 +93,8 @@ TEST_F(Gateway, HandsOnTheWrenchOfItsFrameAtAPaceOfItsOwn) {
   start(Graph::kNone);
   std::mutex mutex;
   std::vector<messages::WristWrench> all;
-  messages::CheckedReader<msg::WristWrench> wrist(
-      *observer_, dds::kWristWrench, {}, [&](const messages::WristWrench& wrench, core::Nanoseconds) {
+  messages::TopicSubscriber<msg::WristWrench> wrist(
+      *observer_, dds::kWristWrench, {}, [&](const messages::Received<messages::WristWrench>& wrench) {
         const std::lock_guard lock(mutex);
         all.push_back(wrench);
       });

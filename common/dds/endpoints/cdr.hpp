@@ -39,6 +39,22 @@ class CdrCodec {
   std::unique_ptr<Impl> impl_;
 };
 
+/// Deserialises samples of one topic. Not thread-safe.
+template <class T>
+class TopicDecoder {
+ public:
+  explicit TopicDecoder(const TopicSpec<T>& topic) : codec_(topic) {}
+  const TopicDescription& topic() const { return codec_.topic(); }
+  /// Returns the sample, valid until the next call; null if the bytes are none.
+  const T* decode(std::span<const std::uint8_t> bytes) {
+    return codec_.decode(bytes, &sample_) ? &sample_ : nullptr;
+  }
+
+ private:
+  CdrCodec codec_;
+  T sample_;
+};
+
 template <class T>
 bool decode(const TopicSpec<T>& topic, std::span<const std::uint8_t> bytes, T& sample) {
   return CdrCodec(topic).decode(bytes, &sample);

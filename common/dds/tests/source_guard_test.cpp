@@ -6,6 +6,7 @@ namespace phantom::dds {
 namespace {
 
 using Verdict = SourceGuard::Verdict;
+constexpr core::Nanoseconds kMs = core::kNsPerMillisecond;
 
 msg::Stamp stamp(std::uint64_t session, std::uint64_t number) {
   msg::Stamp out;
@@ -108,6 +109,51 @@ TEST(SourceGuard, ARivalOfASlowTopicIsRememberedAsLongAsItsSource) {
   ASSERT_EQ(guard.assess(stamp(2, 1), 2000 * core::kNsPerMillisecond), Verdict::kRival);
   EXPECT_TRUE(guard.has_rival(11999 * core::kNsPerMillisecond));
   EXPECT_FALSE(guard.has_rival(12000 * core::kNsPerMillisecond));
+}
+
+TEST(SourceGuard, OneProcessIsFollowedAndASecondBesideItIsReported) {
+  SourceGuard source;
+  EXPECT_EQ(source.assess(stamp(1, 1), 1000 * kMs), Verdict::kAccepted);
+  EXPECT_EQ(source.assess(stamp(1, 1), 1001 * kMs), Verdict::kOutOfOrder) << "it came twice";
+  EXPECT_EQ(source.assess(stamp(2, 7), 1002 * kMs), Verdict::kRival);
+  EXPECT_FALSE(source.has_second(1003 * kMs)) << "it may be a successor";
+  EXPECT_EQ(source.assess(stamp(1, 4), 1004 * kMs), Verdict::kAccepted);
+  EXPECT_TRUE(source.has_second(1005 * kMs)) << "the first is there, too";
+  const SourceGuard copy = source;
+  EXPECT_TRUE(copy.has_second(1005 * kMs)) << "a copy goes on by itself";
+  EXPECT_FALSE(source.has_second(1004 * kMs + SourceGuard::kRivalMemory_ns));
+  EXPECT_EQ(source.lost(), 2U);
+}
+
+TEST(SourceGuard, ASuccessorIsFollowedAndNotReportedAsASecond) {
+  SourceGuard source;
+  EXPECT_EQ(source.assess(stamp(1, 1), 1000 * kMs), Verdict::kAccepted);
+  EXPECT_EQ(source.assess(stamp(2, 1), 1200 * kMs), Verdict::kRival);
+  const core::Nanoseconds after = 1000 * kMs + SourceGuard::kHold_ns;
+  EXPECT_EQ(source.assess(stamp(2, 2), after), Verdict::kAccepted);
+  EXPECT_EQ(source.assess(stamp(2, 3), after + kMs), Verdict::kAccepted);
+  EXPECT_FALSE(source.has_second(after + 2 * kMs));
+}
+
+TEST(SourceGuard, AnotherIsARivalOnlyWhileTheFollowedOneIsThere) {
+  SourceGuard followed;
+  EXPECT_FALSE(followed.is_rival(stamp(2, 1), 1000 * kMs)) << "nobody is followed yet";
+  followed.assess(stamp(1, 1), 1000 * kMs);
+  EXPECT_FALSE(followed.is_rival(stamp(1, 2), 1001 * kMs));
+  EXPECT_TRUE(followed.is_rival(stamp(2, 1), 1000 * kMs + SourceGuard::kHold_ns - 1));
+  EXPECT_FALSE(followed.is_rival(stamp(2, 1), 1000 * kMs + SourceGuard::kHold_ns));
+}
+
+TEST(SourceGuard, EventsAreTakenFromTheProcessThatIsFollowedOnAPeriodicTopic) {
+  SourceGuard periodic, events;
+  periodic.assess(stamp(1, 1), 1000 * kMs);
+  EXPECT_EQ(events.assess_event(stamp(2, 1), 1001 * kMs, periodic), Verdict::kRival);
+  EXPECT_EQ(events.rival_session(), 2U);
+  EXPECT_EQ(events.assess_event(stamp(1, 5), 1002 * kMs, periodic), Verdict::kAccepted);
+  EXPECT_EQ(events.assess_event(stamp(1, 5), 1003 * kMs, periodic), Verdict::kOutOfOrder);
+  EXPECT_EQ(events.assess_event(stamp(2, 2), 1000 * kMs + SourceGuard::kHold_ns, periodic),
+            Verdict::kAccepted)
+      << "the followed one has gone";
 }
 
 TEST(SourceGuard, SR15_ASecondWriterIsToldWithoutHidingAFault) {

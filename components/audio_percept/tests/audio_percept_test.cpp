@@ -26,14 +26,13 @@ struct PerceptRig {
 
   PerceptRig() { inputs.now_ns = now_ns; }
   void sense(double closeness, double speed_m_s, bool valid = true) {
-    inputs.percept = {.received_ns = now_ns,
-                      .valid = valid,
-                      .closeness = closeness,
-                      .speed_m_s = speed_m_s,
-                      .condition = model};
+    inputs.percept = {{.valid = valid, .condition = model, .closeness = closeness, .speed_m_s = speed_m_s},
+                      now_ns};
   }
-  void link(LinkSample& end, LinkState state, StopCause cause = StopCause::kEmergency) {
-    end = {now_ns, state, cause};
+  void link(auto& end, LinkState state, StopCause cause = StopCause::kEmergency) {
+    end.received_ns = now_ns;
+    end.state = state;
+    end.stop.cause = cause;
   }
   /// Peak of the last period of `duration_ms` of sound.
   double run(int duration_ms) {
@@ -160,9 +159,15 @@ TEST(AudioPercept, GoesOnWhenThePerceptComesBack) {
   EXPECT_EQ(rig.percept.alarm(), percept::Alarm::kNone);
 }
 
+/// Calls `test` with each of the two members of Inputs that report a link's state.
+void for_each_end(const auto& test) {
+  test(&Inputs::master);
+  test(&Inputs::slave);
+}
+
 // Tries audio_percept: emergency stop … drives in fault
 TEST(AudioPercept, AStopOfEitherEndPrevailsAndItsCauseIsKnown) {
-  for (LinkSample Inputs::*end : {&Inputs::master, &Inputs::slave}) {
+  for_each_end([](auto end) {
     PerceptRig rig;
     rig.run_sensing(100, 0.6, 0.1);
     rig.link(rig.inputs.*end, LinkState::kStopped);
@@ -172,12 +177,12 @@ TEST(AudioPercept, AStopOfEitherEndPrevailsAndItsCauseIsKnown) {
     rig.run(100);
     EXPECT_EQ(rig.percept.alarm(), percept::Alarm::kDriveFault);
     EXPECT_EQ(rig.percept.sounding(), percept::Alarm::kDriveFault);
-  }
+  });
 }
 
 // Tries audio_percept: master or slave degraded … 500 ms
 TEST(AudioPercept, ADegradedOrSilentLinkIsLost) {
-  for (LinkSample Inputs::*end : {&Inputs::master, &Inputs::slave}) {
+  for_each_end([](auto end) {
     PerceptRig rig;
     rig.link(rig.inputs.*end, LinkState::kDegraded);
     rig.run_sensing(120, 0.6, 0.1);
@@ -190,7 +195,7 @@ TEST(AudioPercept, ADegradedOrSilentLinkIsLost) {
     EXPECT_EQ(rig.percept.alarm(), percept::Alarm::kNone) << "before the time-out";
     rig.run_sensing(170, 0.6, 0.1);
     EXPECT_EQ(rig.percept.alarm(), percept::Alarm::kLinkLost);
-  }
+  });
 }
 
 TEST(AudioPercept, AWorkspaceThatCannotBeReliedOnHasItsOwnAlarm) {
@@ -230,7 +235,7 @@ TEST(AudioPercept, AMutedContactIsSaidOnce) {
   PerceptRig rig;
   for (int i = 0; i < 6000; ++i) {
     rig.sense(0.0, 0.1);
-    rig.inputs.percept.muted = true;
+    rig.inputs.percept.muted_sensors = 1;
     rig.run(10);
   }
   EXPECT_EQ(rig.percept.alarm(), percept::Alarm::kMutedContact);

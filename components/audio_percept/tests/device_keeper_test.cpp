@@ -37,7 +37,7 @@ struct KeeperRig {
       now_ns += 5 * core::kNsPerMillisecond;
       if (i % 2 == 0)
         inbox.percept.write(
-            {.received_ns = now_ns, .valid = true, .closeness = 0.5, .speed_m_s = 0.1, .sent_ns = now_ns});
+            {{.stamp = {1, now_ns, 1}, .valid = true, .closeness = 0.5, .speed_m_s = 0.1}, now_ns});
       engine.turn(kPeriod_s, now_ns);
       if (i % 20 == 19) keeper.step(0.1);
     }

@@ -15,8 +15,8 @@
 namespace phantom::audio_percept {
 namespace {
 
-PerceptSample sensed(core::Nanoseconds at_ns) {
-  return {.received_ns = at_ns, .valid = true, .closeness = 0.5, .speed_m_s = 0.1, .sent_ns = at_ns};
+messages::Received<messages::Percept> sensed(core::Nanoseconds at_ns) {
+  return {{.stamp = {1, at_ns, 1}, .valid = true, .closeness = 0.5, .speed_m_s = 0.1}, at_ns};
 }
 
 /// A device of which the test says what it wants.
@@ -106,8 +106,8 @@ TEST(Engine, LatencyCountsFromTheStamp) {
   Engine engine(test_config(), std::make_unique<ScriptedDevice>(&heard), inbox, nullptr);
   core::Nanoseconds now_ns = 1000 * core::kNsPerMillisecond;
   for (int i = 0; i < 50; ++i) {
-    PerceptSample sample = sensed(now_ns);
-    sample.sent_ns -= 2 * core::kNsPerMillisecond;
+    auto sample = sensed(now_ns);
+    sample.stamp.monotonic_ns -= 2 * core::kNsPerMillisecond;
     inbox.percept.write(sample);
     engine.turn(kPeriod_s, now_ns += 3 * core::kNsPerMillisecond);
   }
@@ -137,7 +137,7 @@ TEST(Engine, TellsTheDirectionThatIsHeard) {
   Inbox inbox;
   Engine engine(config, nullptr, inbox, nullptr);
   for (int i = 0; i < 100; ++i) {
-    PerceptSample sample = sensed((1000 + 5 * i) * core::kNsPerMillisecond);
+    auto sample = sensed((1000 + 5 * i) * core::kNsPerMillisecond);
     sample.position_m = {1, 0, 1};
     inbox.percept.write(sample);
     engine.turn(kPeriod_s, (1001 + 5 * i) * core::kNsPerMillisecond);

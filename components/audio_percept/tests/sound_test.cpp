@@ -33,11 +33,9 @@ struct SoundRig {
   void sense(double closeness, double speed_m_s, int periods, Vector3 position_m = {0, 0, 0}) {
     for (int i = 0; i < periods; ++i) {
       if (i % 2 == 0)
-        inputs.percept = {.received_ns = now_ns,
-                          .valid = true,
-                          .closeness = closeness,
-                          .speed_m_s = speed_m_s,
-                          .position_m = position_m};
+        inputs.percept = {
+            {.valid = true, .closeness = closeness, .speed_m_s = speed_m_s, .position_m = position_m},
+            now_ns};
       period();
     }
   }
@@ -133,7 +131,8 @@ TEST(Sound, ThePerceptIsAPureTone) {
 
 TEST(Sound, AnAlarmIsToldFromThePerceptByItsOddHarmonics) {
   SoundRig rig;
-  rig.inputs.slave = {rig.now_ns, teleop::LinkState::kStopped};
+  rig.inputs.slave.received_ns = rig.now_ns;
+  rig.inputs.slave.state = teleop::LinkState::kStopped;
   for (int i = 0; i < 28; ++i) rig.period();  // into the end of the first pulse
   const auto sound = rig.last(0.1);
   const double f = 932.0, ground = amplitude_at(sound, f);
@@ -157,10 +156,10 @@ TEST(Sound, NothingThatComesMakesItClick) {
       const double closeness = random() % 4 == 0 ? 0.0 : share(random);
       rig.inputs.alerts = {random() % 20 == 0 ? rig.now_ns : rig.inputs.alerts.raised_ns,
                            static_cast<std::uint32_t>(random() % 2)};
-      rig.inputs.slave = {rig.now_ns,
-                          random() % 30 == 0 ? teleop::LinkState::kStopped : teleop::LinkState::kCoupled};
-      rig.inputs.master = {
-          .received_ns = rig.now_ns, .state = teleop::LinkState::kCoupled, .tone_enabled = random() % 3 != 0};
+      rig.inputs.slave.received_ns = rig.inputs.master.received_ns = rig.now_ns;
+      rig.inputs.slave.state = random() % 30 == 0 ? teleop::LinkState::kStopped : teleop::LinkState::kCoupled;
+      rig.inputs.master.state = teleop::LinkState::kCoupled;
+      rig.inputs.master.tone_enabled = random() % 3 != 0;
       rig.sense(closeness, 0.3 * share(random), 2,
                 {4 * share(random) - 2, 4 * share(random) - 2, 2 * share(random)});
     }

@@ -10,15 +10,20 @@ using testing::Contains;
 using testing::ElementsAre;
 using testing::HasSubstr;
 
-MasterSample master(double t_s, int reach, bool percept, double torque_Nm) {
-  return {.t_s = t_s, .reach = reach, .percept_enabled = percept, .percept_torque_Nm = torque_Nm};
+messages::MasterState master(int reach, bool percept, double torque_Nm) {
+  messages::MasterState state;
+  state.reach = reach;
+  state.percept_enabled = percept;
+  state.percept_torque_Nm[2] = -torque_Nm;  // the greatest magnitude counts
+  return state;
 }
-SlaveSample slave(double t_s, double clearance_m, double speed_m_s, bool contact = false, int object = 0) {
-  return {.t_s = t_s,
-          .contact = contact,
-          .contact_object = object,
-          .tool_speed_m_s = speed_m_s,
-          .clearance_m = clearance_m};
+messages::SlaveState slave(double clearance_m, double speed_m_s, bool contact = false, int object = 0) {
+  messages::SlaveState state;
+  state.contact = contact;
+  state.contact_object = static_cast<std::uint16_t>(object);
+  state.tool_speed_m_s = speed_m_s;
+  state.clearance_m = clearance_m;
+  return state;
 }
 
 TEST(Collector, FindsOnsetPeakAndContactOfEachReach) {
@@ -27,10 +32,10 @@ TEST(Collector, FindsOnsetPeakAndContactOfEachReach) {
   collector.on_object_name(4, "gate_valve");
   for (int i = 0; i <= 100; ++i) {  // closing in at 100 mm/s from 100 mm; torque rises as distance falls
     const double t_s = 0.01 * i, clearance_m = 0.1 - 0.001 * i;
-    collector.on_slave(slave(t_s, clearance_m, 0.1, i == 100, i == 100 ? 4 : 0));
-    collector.on_master(master(t_s, 0, true, clearance_m > 0.06 ? 0.0 : 1.0 - 10 * clearance_m));
+    collector.on_slave(t_s, slave(clearance_m, 0.1, i == 100, i == 100 ? 4 : 0));
+    collector.on_master(t_s, master(0, true, clearance_m > 0.06 ? 0.0 : 1.0 - 10 * clearance_m));
   }
-  collector.on_master(master(1.01, 0, true, 9.0));  // after the contact: no percept figure any more
+  collector.on_master(1.01, master(0, true, 9.0));  // after the contact: no percept figure any more
   ASSERT_EQ(collector.reaches().size(), 1u);
   const Reach& reach = collector.reaches()[0];
   ASSERT_TRUE(reach.onset_distance_m);
@@ -44,11 +49,11 @@ TEST(Collector, FindsOnsetPeakAndContactOfEachReach) {
 
 TEST(Collector, WithoutPerceptThereIsNoOnsetButAContactSpeed) {
   Collector collector(0.05, 0.001, {});
-  collector.on_master(master(0, 3, false, 0.0));
-  collector.on_slave(slave(0.1, 0.01, 0.2));
-  collector.on_slave(slave(0.2, 0.0, 0.05, true, 2));
-  collector.on_slave(slave(0.3, 0.01, 0.1));
-  collector.on_slave(slave(0.4, 0.0, 0.7, true, 2));  // bounces: the first contact counts
+  collector.on_master(0, master(3, false, 0.0));
+  collector.on_slave(0.1, slave(0.01, 0.2));
+  collector.on_slave(0.2, slave(0.0, 0.05, true, 2));
+  collector.on_slave(0.3, slave(0.01, 0.1));
+  collector.on_slave(0.4, slave(0.0, 0.7, true, 2));  // bounces: the first contact counts
   ASSERT_EQ(collector.reaches().size(), 1u);
   EXPECT_FALSE(collector.reaches()[0].onset_distance_m);
   EXPECT_EQ(collector.reaches()[0].peak_torque_Nm, 0.0);
@@ -57,7 +62,7 @@ TEST(Collector, WithoutPerceptThereIsNoOnsetButAContactSpeed) {
 
 TEST(Collector, RowsKeepTheirInterval) {
   Collector collector(0.05, 0.01, {});
-  for (int i = 0; i < 1000; ++i) collector.on_slave(slave(0.001 * i, 0.1, 0));
+  for (int i = 0; i < 1000; ++i) collector.on_slave(0.001 * i, slave(0.1, 0));
   EXPECT_NEAR(static_cast<double>(collector.rows().size()), 100.0, 10.0);
 }
 
@@ -79,11 +84,11 @@ TEST(Collector, AHitThatSkinAndInterestPointTellIsOneLineAndLinesKeepTheirOrder)
     collector.on_hit({.t_s = t_s, .rule = rule, .link = link, .point = point, .object = 4});
   };
   hit(1.00, "forearm", "");
-  collector.on_master(master(1.05, 0, true, 0.0));
+  collector.on_master(1.05, master(0, true, 0.0));
   hit(1.06, "forearm", "elbow");
-  collector.on_slave(slave(1.24, 0.1, 0.2));
+  collector.on_slave(1.24, slave(0.1, 0.2));
   EXPECT_EQ(lines.size(), 0u) << "it may go on";
-  collector.on_slave(slave(1.26, 0.1, 0.2));
+  collector.on_slave(1.26, slave(0.1, 0.2));
   hit(2.0, "wrist", "wrist");
   hit(2.1, "wrist", "wrist", "very close");
   hit(2.2, "gripper", "");
@@ -154,8 +159,8 @@ TEST(Collector, InventedComponentsReachesAndHitsDoNotMakeItGrow) {
   }
   EXPECT_TRUE(collector.statuses().contains("invented_4999"));
   for (int i = 0; i < static_cast<int>(Collector::kMaxEvents) + 100; ++i) {
-    collector.on_master(master(5.0 + 1e-3 * i, i, false, 0.0));
-    collector.on_master(master(5.0 + 1e-3 * i, i, false, 0.0));  // a state of the same reach
+    collector.on_master(5.0 + 1e-3 * i, master(i, false, 0.0));
+    collector.on_master(5.0 + 1e-3 * i, master(i, false, 0.0));  // a state of the same reach
     collector.on_hit({.t_s = 5.0 + 1e-3 * i, .alert = static_cast<std::uint32_t>(i)});
   }
   EXPECT_EQ(collector.reaches().size(), Collector::kMaxEvents);

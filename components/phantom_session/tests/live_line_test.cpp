@@ -22,13 +22,14 @@ TEST(LiveLine, TellsTorquesWorstSensorClassAndModelAge) {
   EXPECT_EQ(collector.live_line(), "no percept yet");
   collector.on_link_names({"base", "turret", "gripper"});
   collector.on_object_name(2, "vice");
-  PerceptSample sample;
+  messages::Percept sample;
   sample.valid = true;
   sample.mu_Pa_s_per_m = 20.0;
-  sample.motion = "nearing";
+  sample.motion = percept::MotionClass::kDangerous;
   sample.link = 2;
   sample.object = 2;
-  sample.torque = {-0.5, 0.0, 1.234};
+  sample.joint_count = 3;
+  sample.drag_torque_Nm = {-0.5, 0.0, 1.234};
   collector.on_percept(sample);
   StatusSample status;
   status.component = "phantom_sensing";
@@ -49,7 +50,7 @@ TEST(LiveLine, TellsTorquesWorstSensorClassAndModelAge) {
 
 TEST(LiveLine, ALinkWithoutANameIsNumbered) {
   Collector collector(0.05, 0.01, {});
-  PerceptSample sample;
+  messages::Percept sample;
   sample.valid = true;
   sample.mu_Pa_s_per_m = 9.0;
   sample.link = 5;

@@ -25,10 +25,20 @@ class Report : public testing::Test {
         {folder_, 30.0, 1'000'000'000, "http://127.0.0.1:8080/", {{"slave_io", 0, true}}, collector_}));
   }
   void reach(int number, bool percept, double speed_m_s, int object = 1) {
-    collector_.on_slave({.t_s = t_s_ += 1, .tool_speed_m_s = speed_m_s, .clearance_m = 0.05});
-    collector_.on_master(
-        {.t_s = t_s_, .reach = number, .percept_enabled = percept, .percept_torque_Nm = percept ? 0.7 : 0});
-    collector_.on_slave({.t_s = t_s_ += 1, .contact = true, .contact_object = object, .clearance_m = 0.0});
+    messages::SlaveState slave;
+    slave.tool_speed_m_s = speed_m_s;
+    slave.clearance_m = 0.05;
+    collector_.on_slave(t_s_ += 1, slave);
+    messages::MasterState master;
+    master.reach = number;
+    master.percept_enabled = percept;
+    master.percept_torque_Nm[0] = percept ? 0.7 : 0.0;
+    collector_.on_master(t_s_, master);
+    slave = {};
+    slave.contact = true;
+    slave.contact_object = static_cast<std::uint16_t>(object);
+    slave.clearance_m = 0.0;
+    collector_.on_slave(t_s_ += 1, slave);
   }
 
   const std::filesystem::path folder_ = test::new_folder();

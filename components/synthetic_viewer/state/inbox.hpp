@@ -31,23 +31,17 @@ class Inbox {
   static constexpr std::size_t kMaxEvents = 16384, kMaxStatuses = 1024,
                                kMaxMeshBytes = std::size_t{512} << 20;
 
+  /// Who reads the newest values: the viewer's loop, the scene stream, and the thread on which alerts come.
+  static constexpr std::uint32_t kLoop = 0, kScene = 1, kAlerts = 2;
   /// The newest values; each has one writing thread.
-  core::Snapshot<ArmSample> arm;
-  core::Snapshot<PerceptSample> percept;
-  core::Snapshot<MasterSample> master;
-  core::Snapshot<GripperSample> gripper;
-  std::array<core::Snapshot<ArmSample>, runtime::kMaxOtherArms> others;  ///< of other arms
-  StopStatus stops;                                                      ///< any thread
-  RecentSamples past;                                                    ///< any thread
+  core::Snapshot<ArmSample, 3> arm;
+  core::Snapshot<PerceptSample, 3> percept;
+  core::Snapshot<MasterSample, 2> master;
+  core::Snapshot<GripperSample, 2> gripper;
+  std::array<core::Snapshot<ArmSample, 2>, runtime::kMaxOtherArms> others;  ///< of other arms
+  StopStatus stops;                                                         ///< any thread
+  RecentSamples past;                                                       ///< any thread
   PictureInbox video;  ///< of a camera whose pictures come over a topic
-  /// The same values for the scene stream: a snapshot has one reader.
-  struct {
-    core::Snapshot<ArmSample> arm;
-    core::Snapshot<PerceptSample> percept;
-    core::Snapshot<MasterSample> master;
-    core::Snapshot<GripperSample> gripper;
-    std::array<core::Snapshot<ArmSample>, runtime::kMaxOtherArms> others;
-  } scene;
 
   /// Queues an event. Any thread. A raised alert is urgent. Returns false if the queue is full: the event is
   /// then lost and counted.

@@ -204,11 +204,11 @@ void SceneFeed::compose(core::Nanoseconds now_ns) {
   composed_ = std::ranges::any_of(clients_, [](const Client& client) { return client.period_ns != 0; });
   if (!composed_) return;
   if (auto base = page_.scene.next(base_seen_, std::chrono::milliseconds(0))) encoder_.take(std::move(base));
-  inbox_.scene.arm.read(live_.arm);
-  inbox_.scene.percept.read(live_.percept);
-  inbox_.scene.master.read(live_.master);
-  inbox_.scene.gripper.read(live_.gripper);
-  for (std::size_t i = 0; i < live_.others.size(); ++i) inbox_.scene.others[i].read(live_.others[i]);
+  inbox_.arm.read<Inbox::kScene>(live_.arm);
+  inbox_.percept.read<Inbox::kScene>(live_.percept);
+  inbox_.master.read<Inbox::kScene>(live_.master);
+  inbox_.gripper.read<Inbox::kScene>(live_.gripper);
+  for (std::size_t i = 0; i < live_.others.size(); ++i) inbox_.others[i].read<Inbox::kScene>(live_.others[i]);
   if (now_ns >= stops_due_ns_) {
     live_.stops = inbox_.stops.at(now_ns);
     stops_due_ns_ = now_ns + kStops_ns;

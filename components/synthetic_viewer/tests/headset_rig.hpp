@@ -120,7 +120,7 @@ class SceneInHeadset : public SceneInChromium {
     sample.closeness = closeness;
     sample.valid = valid;
     sample.received_ns = core::monotonic_ns() - age_ns;
-    inbox_.scene.percept.write(sample);
+    inbox_.percept.write(sample);
   }
   /// What the controllers were made to feel in some frames: hand, strength, ms.
   Json felt() {

@@ -210,7 +210,7 @@ class SceneInChromium : public ::testing::Test {
         ArmSample arm = state_.arm;
         arm.received_ns = now_ns;
         arm.position[1] += turned_rad * std::sin(core::seconds(now_ns));
-        inbox_.scene.arm.write(arm);
+        inbox_.arm.write(arm);
       }
       std::this_thread::sleep_for(std::chrono::milliseconds(20));
     }

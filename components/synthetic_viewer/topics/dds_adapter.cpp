@@ -9,7 +9,6 @@
 
 #include "common/dds/admission/refusal_log.hpp"
 #include "common/haptic_device/handle_service.hpp"
-#include "common/messages/checked_reader.hpp"
 #include "common/messages/codecs/percept_codec.hpp"
 #include "common/messages/codecs/teleoperation_codec.hpp"
 #include "common/messages/codecs/workspace_codec.hpp"
@@ -17,6 +16,7 @@
 #include "common/messages/publisher.hpp"
 #include "common/messages/requester.hpp"
 #include "common/messages/status_reporter.hpp"
+#include "common/messages/topic_receiver.hpp"
 #include "common/messages/workspace_follower.hpp"
 #include "components/synthetic_viewer/topics/dds_adapter_intake.hpp"
 
@@ -44,12 +44,10 @@ struct DdsAdapter::Impl {
   core::Nanoseconds pictures_due_ns = 0;
   messages::StatusReporter status;
 
-  SampleFilter intake;                             // each topic's on the thread of its reader's callbacks
-  std::mutex servers_mutex;                        // for the intake of workspace_object and workspace_version
-  core::Snapshot<ArmSample> arm_for_hits;          // read only by the callback thread of hit alerts
-  core::Snapshot<PerceptSample> percept_for_hits;  // likewise
-  ArmSample newest_arm;                            // used on the callback thread of hit alerts
-  PerceptSample newest_percept;                    // likewise
+  SampleFilter intake;           // each topic's on the thread of its reader's callbacks
+  std::mutex servers_mutex;      // for the intake of workspace_object and workspace_version
+  ArmSample newest_arm;          // used on the callback thread of hit alerts
+  PerceptSample newest_percept;  // likewise
 
   std::mutex follower_mutex;
   std::unique_ptr<messages::WorkspaceFollower> follower;  // guarded by follower_mutex; null: nobody asks
@@ -74,14 +72,13 @@ struct DdsAdapter::Impl {
     Other(const core::NetworkOptions& there, const messages::ArmBounds& bounds, Inbox& inbox, std::size_t i)
         : participant("synthetic_viewer", there),
           arm(participant, dds::kSlaveState, bounds,
-              [&inbox, i](const messages::SlaveState& state, core::Nanoseconds received_ns) {
-                const ArmSample sample(state, received_ns);
+              [&inbox, i](const messages::Received<messages::SlaveState>& state) {
+                const ArmSample sample(state, state.received_ns);
                 inbox.past.others[i].take(sample);
                 inbox.others[i].write(sample);
-                inbox.scene.others[i].write(sample);
               }) {}
     dds::Participant participant;
-    messages::CheckedReader<msg::SlaveState> arm;
+    messages::TopicSubscriber<msg::SlaveState> arm;
   };
   std::vector<std::unique_ptr<Other>> others;
   dds::RefusalLog hand_refusals{"handles of a headset"};
@@ -114,23 +111,18 @@ struct DdsAdapter::Impl {
   void remember(const MasterSample&) {}
 
   /// Writes the states of a topic that are heeded to a snapshot.
-  template <class T, class Sample>
-  auto to_snapshot(const dds::TopicSpec<T>& /*topic*/, core::Snapshot<Sample>& snapshot,
-                   core::Snapshot<Sample>& for_scene) {
-    return [this, &snapshot, &for_scene](const T& message, const dds::SampleInfo& info) {
+  template <class T, class Sample, std::uint32_t Readers>
+  auto to_snapshot(const dds::TopicSpec<T>& /*topic*/, core::Snapshot<Sample, Readers>& snapshot) {
+    return [this, &snapshot](const T& message, const dds::SampleInfo& info) {
       const auto sample = intake.take(message, info.received_ns, inbox.stops);
       if (!sample) return false;
       remember(*sample);
       if constexpr (std::is_same_v<Sample, ArmSample>) {
-        arm_for_hits.write(*sample);
         notify_client(teleop::Side::kSlave, *sample);
       } else if constexpr (std::is_same_v<Sample, MasterSample>) {
         notify_client(teleop::Side::kMaster, *sample);
-      } else if constexpr (std::is_same_v<Sample, PerceptSample>) {
-        percept_for_hits.write(*sample);
       }
       snapshot.write(*sample);
-      for_scene.write(*sample);
       return true;
     };
   }
@@ -144,12 +136,10 @@ struct DdsAdapter::Impl {
 };
 
 void DdsAdapter::Impl::open_states() {
-  arm.emplace(participant, dds::kSlaveState, to_snapshot(dds::kSlaveState, inbox.arm, inbox.scene.arm));
-  master.emplace(participant, dds::kMasterState,
-                 to_snapshot(dds::kMasterState, inbox.master, inbox.scene.master));
-  gripper.emplace(participant, dds::kGripperState,
-                  to_snapshot(dds::kGripperState, inbox.gripper, inbox.scene.gripper));
-  percept.emplace(participant, dds::kPercept, to_snapshot(dds::kPercept, inbox.percept, inbox.scene.percept));
+  arm.emplace(participant, dds::kSlaveState, to_snapshot(dds::kSlaveState, inbox.arm));
+  master.emplace(participant, dds::kMasterState, to_snapshot(dds::kMasterState, inbox.master));
+  gripper.emplace(participant, dds::kGripperState, to_snapshot(dds::kGripperState, inbox.gripper));
+  percept.emplace(participant, dds::kPercept, to_snapshot(dds::kPercept, inbox.percept));
 }
 
 void DdsAdapter::Impl::open_events() {
@@ -157,8 +147,8 @@ void DdsAdapter::Impl::open_events() {
                [this](const msg::HitAlert& message, const dds::SampleInfo& info) {
                  auto hit = intake.take(message, info.received_ns, inbox.stops);
                  if (!hit) return false;
-                 arm_for_hits.read(newest_arm);
-                 percept_for_hits.read(newest_percept);
+                 inbox.arm.read<Inbox::kAlerts>(newest_arm);
+                 inbox.percept.read<Inbox::kAlerts>(newest_percept);
                  hit->arm = newest_arm;
                  hit->percept = newest_percept;
                  inbox.put(std::move(*hit));

@@ -5,9 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/messages/codecs/percept_codec.hpp"
 #include "common/messages/codecs/status_codec.hpp"
-#include "common/messages/codecs/teleoperation_codec.hpp"
 #include "common/messages/codecs/workspace_codec.hpp"
 #include "components/synthetic_viewer/state/state.hpp"
 
@@ -22,6 +20,15 @@ constexpr double kOldestPicture_s = 5.0, kClocksDiffer_s = 0.1;
 bool may_run_once(const std::string& component) {
   return component == "master_io" || component == "slave_io" || component == "phantom_sensing" ||
          component == "wva_server";
+}
+
+/// Returns what a receiver makes of a message. Reports a second process.
+template <class Message>
+auto newest(messages::TopicReceiver<Message>& receiver, const dds::TopicSpec<Message>& topic,
+            const Message& message, core::Nanoseconds at_ns, StopStatus& board) {
+  auto sample = receiver.take(message, at_ns);
+  if (receiver.source().has_second(at_ns)) board.take_second(topic.name, at_ns);
+  return sample;
 }
 
 /// Takes down whether a side is stopped.
@@ -47,54 +54,41 @@ SkinSample skin_of(const messages::SkinPercept& percept, core::Nanoseconds recei
   return sample;
 }
 
-/// Returns the sample if it is valid and newer than the last one of the followed process. Reports a second
-/// process.
-template <class Sample, class Message>
-std::optional<Sample> SampleFilter::newest(const Message& message, dds::SoleSource& source, const char* topic,
-                                           core::Nanoseconds at_ns, StopStatus& board) {
-  const auto sound = messages::from_idl(message, arm_);
-  if (!sound) return {};
-  const bool accepted = source.accept(message.stamp(), at_ns);
-  if (source.has_second(at_ns)) board.take_second(topic, at_ns);
-  if (!accepted) return {};
-  if constexpr (std::is_same_v<Sample, SkinSample>)
-    return skin_of(*sound, at_ns);
-  else
-    return Sample(*sound, at_ns);
-}
-
 std::optional<ArmSample> SampleFilter::take(const msg::SlaveState& message, core::Nanoseconds at_ns,
                                             StopStatus& board) {
-  auto sample = newest<ArmSample>(message, arm_source_, dds::kSlaveState.name, at_ns, board);
-  if (!sample) return {};
-  sample->arrived = ++arm_arrived_;
-  sample->lost = arm_source_.lost();
-  show_side(teleop::Side::kSlave, *sample, board);
+  const auto state = newest(arm_, dds::kSlaveState, message, at_ns, board);
+  if (!state) return {};
+  ArmSample sample(*state, at_ns);
+  sample.arrived = ++arm_arrived_;
+  sample.lost = arm_.source().lost();
+  show_side(teleop::Side::kSlave, sample, board);
   return sample;
 }
 
 std::optional<MasterSample> SampleFilter::take(const msg::MasterState& message, core::Nanoseconds at_ns,
                                                StopStatus& board) {
-  auto sample = newest<MasterSample>(message, master_source_, dds::kMasterState.name, at_ns, board);
-  if (sample) show_side(teleop::Side::kMaster, *sample, board);
-  return sample;
+  const auto state = newest(master_, dds::kMasterState, message, at_ns, board);
+  if (!state) return {};
+  show_side(teleop::Side::kMaster, *state, board);
+  return *state;
 }
 
 std::optional<GripperSample> SampleFilter::take(const msg::GripperState& message, core::Nanoseconds at_ns,
                                                 StopStatus& board) {
-  return newest<GripperSample>(message, gripper_source_, dds::kGripperState.name, at_ns, board);
+  const auto state = newest(gripper_, dds::kGripperState, message, at_ns, board);
+  return state ? std::optional(*state) : std::nullopt;
 }
 
 std::optional<PerceptSample> SampleFilter::take(const msg::Percept& message, core::Nanoseconds at_ns,
                                                 StopStatus& board) {
-  auto sample = newest<PerceptSample>(message, percept_source_, dds::kPercept.name, at_ns, board);
-  if (sample) phantom_.heard(message.stamp(), at_ns);
-  return sample;
+  const auto percept = newest(percept_, dds::kPercept, message, at_ns, board);
+  return percept ? std::optional(*percept) : std::nullopt;
 }
 
 std::optional<SkinSample> SampleFilter::take(const msg::SkinPercept& message, core::Nanoseconds at_ns,
                                              StopStatus& board) {
-  return newest<SkinSample>(message, skin_source_, dds::kSkinPercept.name, at_ns, board);
+  const auto percept = newest(skin_, dds::kSkinPercept, message, at_ns, board);
+  return percept ? std::optional(skin_of(*percept, at_ns)) : std::nullopt;
 }
 
 std::optional<ComponentSample> SampleFilter::take(const msg::ComponentStatus& message,
@@ -110,10 +104,8 @@ std::optional<ComponentSample> SampleFilter::take(const msg::ComponentStatus& me
 
 std::optional<HitSample> SampleFilter::take(const msg::HitAlert& message, core::Nanoseconds at_ns,
                                             StopStatus& /*board*/) {
-  const auto sound = messages::from_idl(message, arm_);
-  const bool foreign = phantom_.is_rival(message.stamp(), at_ns);
-  if (!sound || foreign || !hit_order_.accept(message.stamp())) return {};
-  return HitSample(*sound, at_ns);
+  const auto alert = hits_.take(message, at_ns, percept_.source());
+  return alert ? std::optional(HitSample(*alert, at_ns)) : std::nullopt;
 }
 
 core::Expected<std::optional<SentPicture>> SampleFilter::take(const msg::CameraPicture& message,
@@ -126,7 +118,7 @@ core::Expected<std::optional<SentPicture>> SampleFilter::take(const msg::CameraP
   auto picture = messages::from_idl(message);
   if (!picture) return refused(picture.status().message());
   if (picture->camera != camera) return std::optional<SentPicture>();
-  const bool accepted = camera_source_.accept(message.stamp(), at_ns);
+  const bool accepted = camera_source_.assess(message.stamp(), at_ns) == dds::SourceGuard::Verdict::kAccepted;
   if (camera_source_.has_second(at_ns)) board.take_second("camera_picture of " + camera, at_ns);
   if (!accepted) return refused("not newer than the last, or of a second process");
   SentPicture sent{std::move(picture->jpeg), {}, at_ns};

@@ -3,12 +3,10 @@
 #include <optional>
 #include <vector>
 
-#include "common/dds/arbitration/followed_source.hpp"
-#include "common/dds/arbitration/sole_source.hpp"
-#include "common/dds/endpoints/endpoint.hpp"
-#include "common/dds/endpoints/stamp.hpp"
-#include "common/messages/arm_bounds.hpp"
+#include "common/messages/codecs/percept_codec.hpp"
+#include "common/messages/codecs/teleoperation_codec.hpp"
 #include "common/messages/object_sources.hpp"
+#include "common/messages/topic_receiver.hpp"
 #include "components/synthetic_viewer/samples/samples.hpp"
 #include "components/synthetic_viewer/state/stop_status.hpp"
 #include "components/synthetic_viewer/topics/dds_adapter_names.hpp"
@@ -25,7 +23,8 @@ namespace phantom::synthetic_viewer {
 /// be copied while none comes.
 class SampleFilter {
  public:
-  explicit SampleFilter(messages::ArmBounds arm) : arm_(std::move(arm)) {}
+  explicit SampleFilter(messages::ArmBounds arm)
+      : SampleFilter(std::make_shared<const messages::ArmBounds>(std::move(arm))) {}
 
   /// Each returns the sample, or nothing if it is refused, and tells `board` which side is stopped and which
   /// topics a second process sends. A HitSample comes without arm and percept.
@@ -63,21 +62,27 @@ class SampleFilter {
   static core::Expected<std::optional<Command>> view_command(const msg::OperatorCommand& message);
 
  private:
-  template <class Sample, class Message>
-  std::optional<Sample> newest(const Message& message, dds::SoleSource& source, const char* topic,
-                               core::Nanoseconds at_ns, StopStatus& board);
+  // skin_percept comes at 20 Hz, pictures of a camera as often or less
+  static constexpr core::Nanoseconds kSkinHold_ns = core::kNsPerSecond;
+  explicit SampleFilter(const std::shared_ptr<const messages::ArmBounds>& arm)
+      : arm_(arm),
+        master_(arm),
+        gripper_(arm),
+        percept_(arm),
+        skin_(arm, {.hold_ns = kSkinHold_ns}),
+        hits_(arm) {}
 
-  messages::ArmBounds arm_;
-  dds::SoleSource arm_source_, master_source_, percept_source_, gripper_source_, skin_source_{kSkinHold_ns},
-      camera_source_{kSkinHold_ns};
-  dds::FollowedSource phantom_;  // the process that percept is taken from
-  dds::SequenceGuard hit_order_;
+  messages::TopicReceiver<msg::SlaveState> arm_;
+  messages::TopicReceiver<msg::MasterState> master_;
+  messages::TopicReceiver<msg::GripperState> gripper_;
+  messages::TopicReceiver<msg::Percept> percept_;
+  messages::TopicReceiver<msg::SkinPercept> skin_;
+  messages::TopicReceiver<msg::HitAlert> hits_;  // of the process that percept is taken from
+  dds::SourceGuard camera_source_{kSkinHold_ns};
   std::uint64_t arm_arrived_ = 0;
   ComponentNames names_{kMaxComponentNames};
   messages::ObjectSources servers_;
 
-  // skin_percept comes at 20 Hz, pictures of a camera as often or less
-  static constexpr core::Nanoseconds kSkinHold_ns = core::kNsPerSecond;
   static const std::size_t kMaxComponentNames;
 };
 

@@ -3,7 +3,7 @@
 #include <string>
 
 #include "common/core/recent_map.hpp"
-#include "common/dds/arbitration/sole_source.hpp"
+#include "common/dds/admission/source_guard.hpp"
 
 namespace phantom::synthetic_viewer {
 
@@ -24,7 +24,7 @@ class ComponentNames {
       return false;
     Source& known = sources_.find_or_add(name).first;
     known.heard_ns = received_ns;
-    return known.source.accept(stamp, received_ns);
+    return known.source.assess(stamp, received_ns) == dds::SourceGuard::Verdict::kAccepted;
   }
   /// Returns whether a second process sends under a name.
   bool has_second(const std::string& name, core::Nanoseconds now_ns) const {
@@ -34,7 +34,7 @@ class ComponentNames {
 
  private:
   struct Source {
-    dds::SoleSource source{kHold_ns};
+    dds::SourceGuard source{kHold_ns};
     core::Nanoseconds heard_ns = 0;
   };
   core::RecentMap<std::string, Source> sources_;

@@ -29,16 +29,6 @@ dds::GuidPrefix prefix_in(const std::string& text) {
   return prefix;
 }
 
-/// Decodes the messages of one topic.
-template <class T>
-struct Decoder {
-  explicit Decoder(const dds::TopicSpec<T>& topic) : codec(topic) {}
-  /// Returns the sample; null if the bytes are none. Valid until the next call.
-  const T* decode(recording::ByteView bytes) { return codec.decode(bytes, &sample) ? &sample : nullptr; }
-  dds::CdrCodec codec;
-  T sample;
-};
-
 struct NamedTopic {
   const dds::TopicDescription& spec;
   RecordedTopics::Topic topic;
@@ -89,21 +79,21 @@ std::size_t RecordedMoment::bytes() const {
 }
 
 struct RecordedTopics::Impl {
-  Decoder<msg::SlaveState> arm{dds::kSlaveState};
-  Decoder<msg::MasterState> master{dds::kMasterState};
-  Decoder<msg::GripperState> gripper{dds::kGripperState};
-  Decoder<msg::Percept> percept{dds::kPercept};
-  Decoder<msg::SkinPercept> skin{dds::kSkinPercept};
-  Decoder<msg::HitAlert> hit{dds::kHitAlert};
-  Decoder<msg::ComponentStatus> component{dds::kComponentStatus};
-  Decoder<msg::WorkspaceObject> object{dds::kWorkspaceObject};
-  Decoder<msg::WorkspaceVersion> version{dds::kWorkspaceVersion};
-  Decoder<msg::MeshChunk> mesh{dds::kMeshChunk};
-  Decoder<msg::OperatorCommand> command{dds::kOperatorCommand};
+  dds::TopicDecoder<msg::SlaveState> arm{dds::kSlaveState};
+  dds::TopicDecoder<msg::MasterState> master{dds::kMasterState};
+  dds::TopicDecoder<msg::GripperState> gripper{dds::kGripperState};
+  dds::TopicDecoder<msg::Percept> percept{dds::kPercept};
+  dds::TopicDecoder<msg::SkinPercept> skin{dds::kSkinPercept};
+  dds::TopicDecoder<msg::HitAlert> hit{dds::kHitAlert};
+  dds::TopicDecoder<msg::ComponentStatus> component{dds::kComponentStatus};
+  dds::TopicDecoder<msg::WorkspaceObject> object{dds::kWorkspaceObject};
+  dds::TopicDecoder<msg::WorkspaceVersion> version{dds::kWorkspaceVersion};
+  dds::TopicDecoder<msg::MeshChunk> mesh{dds::kMeshChunk};
+  dds::TopicDecoder<msg::OperatorCommand> command{dds::kOperatorCommand};
 
   /// Takes a state into its place.
   template <class T, class Sample>
-  static bool state(Decoder<T>& decoder, recording::ByteView bytes, core::Nanoseconds at_ns,
+  static bool state(dds::TopicDecoder<T>& decoder, recording::ByteView bytes, core::Nanoseconds at_ns,
                     RecordedMoment& moment, Sample& place, const std::function<void(const Sample&)>& hear) {
     const T* message = decoder.decode(bytes);
     if (message == nullptr) return false;

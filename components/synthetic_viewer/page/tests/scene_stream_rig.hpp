@@ -48,7 +48,7 @@ class SceneStream : public Page {
         ArmSample arm;
         arm.received_ns = core::monotonic_ns();
         arm.position[0] = q;
-        inbox_.scene.arm.write(arm);
+        inbox_.arm.write(arm);
         std::this_thread::sleep_for(std::chrono::milliseconds(5));
       }
     });

@@ -70,7 +70,7 @@ TEST_F(Adapter, StatesOfAnotherArmComeFromItsPartitionForPicturesAndBrowsers) {
     writer.write(message);
     message.position_rad()[0] = -0.4;
     own.write(message);
-    inbox.scene.others[0].read(for_browsers);
+    inbox.others[0].read<Inbox::kScene>(for_browsers);
     inbox.arm.read(of_own);
     return inbox.others[0].read(sample) && for_browsers.received_ns != 0 && of_own.received_ns != 0;
   }));
