@@ -10,25 +10,11 @@
 #include "common/core/network.hpp"
 #include "common/core/snapshot.hpp"
 #include "common/messages/arm_bounds.hpp"
-#include "common/messages/haptic_device.hpp"
 #include "common/teleop/commands/stop_requests.hpp"
 #include "components/master_io/gains.hpp"
 #include "components/master_io/master_io.hpp"
 
 namespace phantom::master_io {
-
-/// Result of one tick: the sample of topic master_state, and the outputs for the controller's health.
-struct MasterReport : messages::MasterState {
-  MasterOutputs outputs;
-  std::uint32_t stop_requests = 0;  ///< those of the inbox that are in force
-  std::uint32_t gripper_asked = 0;  ///< how often a simulated operator has asked something of the gripper
-  bool gripper_open = false;        ///< what
-  bool has_wrench = false;          ///< a haptic device is served by another process
-  messages::HapticDeviceWrench wrench;
-
-  /// Copies the outputs' values into the sample. Real-time safe: yes.
-  void take(const MasterOutputs& made) noexcept;
-};
 
 /// How the view stands that the operator looks at.
 struct SeenView {

@@ -63,60 +63,68 @@ MasterIo::MasterIo(const Config& config, const teleop::StopLatch& latch)
              .limit_Nm = config.device.torque_limit_Nm,
              .rate_Nm_per_s = config.torque_rate_Nm_per_s}) {}
 
-MasterOutputs MasterIo::step(const MasterInputs& in, double dt_s) noexcept {
-  MasterOutputs out{teleop::step_link(link_, in, in.slave, align_tolerance_, count_, dt_s)};
+void MasterIo::step(const MasterInputs& in, double dt_s, MasterReport& report) noexcept {
+  MasterOutputs& out = report.outputs =
+      MasterOutputs{teleop::step_link(link_, in, in.slave, align_tolerance_, count_, dt_s)};
+  report.state = out.state;
+  report.stop = out.stop;
+  report.switch_fitted = out.enabling != teleop::SwitchState::kNotFitted;
+  report.motion_permitted = teleop::permits(out.enabling);
   out.slave_touches = in.slave.contact;
   const bool coupled = out.state == LinkState::kCoupled;
   out.percepts = in.settings.percepts;
-  out.percept_enabled = in.percept_wanted && out.percepts.drag;
+  report.drag_chosen = out.percepts.drag;
+  report.tone_enabled = out.percepts.tone;
+  report.views_enabled = out.percepts.views;
+  report.percept_set_automatic = out.percepts.automatic;
+  report.percept_enabled = in.percept_wanted && out.percepts.drag;
   out.counterbalance = in.slave.counterbalance;
   feedback_.note_share(in.rendered_share);
   percept_tank_.note_share(in.rendered_share);
   reaction_tank_.note_share(in.rendered_share);
   const bool fresh = in.drag_age_s <= percept_staleness_s_ && in.drag_round_trip_s <= round_trip_limit_s_;
   const double limit_share = teleop::damping_share(delay_samples_, in.device_longer_s / period_s_);
-  auto percept = percept_.step(in.drag.drag, fresh, coupled && out.percept_enabled, in.settings.percept_gain,
-                               in.velocity, dt_s, limit_share);
-  out.percept_gain = fresh ? percept.gain : least(in.settings.percept_gain, count_);
-  out.damping_limited = percept.damping_limited;
-  out.torque_limited = percept.torque_limited;
+  auto percept = percept_.step(in.drag.drag, fresh, coupled && report.percept_enabled,
+                               in.settings.percept_gain, in.velocity, dt_s, limit_share);
+  report.percept_gain = fresh ? percept.gain : least(in.settings.percept_gain, count_);
   if (!coupled && percept.authority == 0.0) percept_tank_.reset();
   percept.torque_Nm = percept_tank_.step(percept.torque_Nm, in.position, dt_s);
-  out.damping_limited = out.damping_limited || percept_tank_.active();
+  out.damping_limited = percept.damping_limited || percept_tank_.active();
+  report.percept_limited = out.damping_limited || percept.torque_limited;
   const auto asked_Nm =
       reaction_.step(in.drag.reaction, fresh && in.drag.drag.valid && coupled, in.position, dt_s);
   if (!coupled && asked_Nm == core::JointArray{}) reaction_tank_.reset();
   const auto reaction_Nm = reaction_tank_.step(asked_Nm, in.position, dt_s);
-  render_feedback(in, reaction_Nm, limit_share, dt_s, out);
+  render_feedback(in, reaction_Nm, limit_share, dt_s, report);
   // Stable gains are inversely proportional to the time that a torque acts unchanged.
   const double share = in.loop.share_within(teleop::kPunctual * period_s_);
   for (std::size_t j = 0; j < count_; ++j) {
     percept.torque_Nm[j] *= share;
-    out.feedback_Nm[j] *= share;
+    report.feedback_torque_Nm[j] *= share;
   }
-  const teleop::SlewedTorque& felt = slew_.step(percept.torque_Nm, out.feedback_Nm, in.velocity, dt_s);
-  out.percept_Nm = felt.percept_Nm;
-  out.feedback_Nm = felt.feedback_Nm;
+  const teleop::SlewedTorque& felt =
+      slew_.step(percept.torque_Nm, report.feedback_torque_Nm, in.velocity, dt_s);
+  report.percept_torque_Nm = felt.percept_Nm;
+  report.feedback_torque_Nm = felt.feedback_Nm;
   out.motor_Nm = felt.motor_Nm;
-  feedback_.note_rendered(out.feedback_Nm);
-  percept_tank_.note_rendered(out.percept_Nm);
-  out.feedback_damped = out.feedback_damped || reaction_tank_.active();
+  feedback_.note_rendered(felt.feedback_Nm);
+  percept_tank_.note_rendered(felt.percept_Nm);
+  report.feedback_damped = report.feedback_damped || reaction_tank_.active();
   const auto some = [](double torque_Nm) { return torque_Nm != 0.0; };
   out.power = out.power || std::any_of(out.motor_Nm.begin(), out.motor_Nm.end(), some);
-  return out;
 }
 
 void MasterIo::render_feedback(const MasterInputs& in, const core::JointArray& reaction_Nm,
-                               double limit_share, double dt_s, MasterOutputs& out) noexcept {
+                               double limit_share, double dt_s, MasterReport& report) noexcept {
   // Slightly more than a percept period: an older contact of the phantom does not count.
   constexpr double kPhantomStaleness_s = 0.1;
   const bool sensed = contact_source_ != ContactSource::kPhantom && in.slave.contact;
   const bool predicted = contact_source_ != ContactSource::kSlave && in.phantom.contact &&
                          in.phantom_age_s <= kPhantomStaleness_s;
-  const double link_s = hears(out.state) ? in.partner_round_trip_s : 0.0;
+  const double link_s = hears(report.state) ? in.partner_round_trip_s : 0.0;
   const auto felt = feedback_.step({.law = in.settings.law,
                                     .inverse_a = in.settings.feedback_gain,
-                                    .coupled = out.state == LinkState::kCoupled,
+                                    .coupled = report.state == LinkState::kCoupled,
                                     .contact = sensed || predicted,
                                     .force_measured = in.slave.force_measured,
                                     .round_trip_s = link_s > 0.0 ? link_s + in.device_longer_s : 0.0,
@@ -126,13 +134,13 @@ void MasterIo::render_feedback(const MasterInputs& in, const core::JointArray& r
                                     .effort = {in.slave.loop_torque_Nm, in.slave.external_torque_Nm},
                                     .reaction_Nm = reaction_Nm},
                                    dt_s);
-  out.feedback_Nm = felt.torque_Nm;
-  out.feedback_gain = least(felt.inverse_a, count_);
-  out.feedback_delay_s = felt.round_trip_s;
-  out.feedback_limited = felt.limited;
-  out.law = felt.law;
-  out.feedback_damped = felt.passivity_limited;
-  out.force_missing = felt.force_missing;
+  report.feedback_torque_Nm = felt.torque_Nm;
+  report.feedback_gain = least(felt.inverse_a, count_);
+  report.outputs.feedback_delay_s = felt.round_trip_s;
+  report.feedback_limited = felt.limited;
+  report.law = felt.law;
+  report.feedback_damped = felt.passivity_limited;
+  report.force_missing = felt.force_missing;
 }
 
 }  // namespace phantom::master_io

@@ -5,6 +5,7 @@
 
 #include "common/core/clock.hpp"
 #include "common/core/joints.hpp"
+#include "common/messages/haptic_device.hpp"
 #include "common/messages/percept.hpp"
 #include "common/messages/teleoperation.hpp"
 #include "common/teleop/coupling/servo_side.hpp"
@@ -57,22 +58,24 @@ struct MasterInputs : teleop::SideInputs {
   bool percept_wanted = true;   ///< the script of reaches enables the percept
 };
 
+/// The controller's outputs that are no part of topic master_state.
 struct MasterOutputs : teleop::SideOutputs {
-  bool slave_touches = false;      ///< the slave reports contact
-  core::JointArray motor_Nm{};     ///< torque sent to the device
-  core::JointArray percept_Nm{};   ///< its percept part: G·τ₁
-  core::JointArray feedback_Nm{};  ///< its feedback part: τ₂/A
-  double percept_gain = 0.0;       ///< in force after the device's stability limit; the least of the joints
-  double feedback_gain = 0.0;      ///< 1/A in force, contact included; the least of the joints
-  double feedback_delay_s = 0.0;   ///< round trip in force, with which 1/A must be stable
-  teleop::BilateralLaw law = teleop::BilateralLaw::kSctfb;  ///< in force
-  bool percept_enabled = false;                             ///< of drag: wanted by the script, too
+  bool slave_touches = false;     ///< the slave reports contact
+  core::JointArray motor_Nm{};    ///< torque sent to the device: percept and feedback
+  double feedback_delay_s = 0.0;  ///< round trip in force, with which 1/A must be stable
   teleop::PerceptChoice percepts;
   teleop::Counterbalance counterbalance = teleop::Counterbalance::kMechanical;  ///< of the slave
-  bool damping_limited = false, torque_limited = false;
-  bool feedback_limited = false;  ///< 1/A of a joint is reduced to the stable value for the delay in force
-  bool feedback_damped = false;   ///< the passivity guard adds damping, or the reaction's energy is used up
-  bool force_missing = false;     ///< the law needs a force sensor that the slave does not have
+  bool damping_limited = false;  ///< the percept, to what the device renders stably, or by its energy
+};
+
+/// Result of one tick: the sample of topic master_state, and the outputs for the controller's health.
+struct MasterReport : messages::MasterState {
+  MasterOutputs outputs;
+  std::uint32_t stop_requests = 0;  ///< those of the inbox that are in force
+  std::uint32_t gripper_asked = 0;  ///< how often a simulated operator has asked something of the gripper
+  bool gripper_open = false;        ///< what
+  bool has_wrench = false;          ///< a haptic device is served by another process
+  messages::HapticDeviceWrench wrench;
 };
 
 /// The master's controller: monitors the link, renders percept and slave feedback, and sums them for the
@@ -88,12 +91,14 @@ class MasterIo {
   /// `latch` holds the stop that was in force when the previous process ended, if there was one.
   MasterIo(const Config& config, const teleop::StopLatch& latch);
 
-  /// Computes one tick. Has no side effects outside this object. Real-time safe: yes.
-  MasterOutputs step(const MasterInputs& in, double dt_s) noexcept;
+  /// Computes one tick: sets `report.outputs`, and of the message all that the controller decides. Gains are
+  /// the least of the joints', as they are in force. Has no side effects outside this object. Real-time safe:
+  /// yes.
+  void step(const MasterInputs& in, double dt_s, MasterReport& report) noexcept;
 
  private:
   void render_feedback(const MasterInputs& in, const core::JointArray& reaction_Nm, double limit_share,
-                       double dt_s, MasterOutputs& out) noexcept;
+                       double dt_s, MasterReport& report) noexcept;
 
   std::size_t count_;
   ContactSource contact_source_;

@@ -9,28 +9,6 @@ namespace {
 constexpr core::Nanoseconds kViewStale_ns = core::kNsPerSecond;  // it comes at 10 Hz
 }
 
-void MasterReport::take(const MasterOutputs& made) noexcept {
-  outputs = made;
-  state = made.state;
-  stop = made.stop;
-  switch_fitted = made.enabling != teleop::SwitchState::kNotFitted;
-  motion_permitted = teleop::permits(made.enabling);
-  law = made.law;
-  percept_torque_Nm = made.percept_Nm;
-  feedback_torque_Nm = made.feedback_Nm;
-  percept_gain = made.percept_gain;
-  feedback_gain = made.feedback_gain;
-  percept_enabled = made.percept_enabled;
-  drag_chosen = made.percepts.drag;
-  tone_enabled = made.percepts.tone;
-  views_enabled = made.percepts.views;
-  percept_set_automatic = made.percepts.automatic;
-  percept_limited = made.damping_limited || made.torque_limited;
-  feedback_limited = made.feedback_limited;
-  feedback_damped = made.feedback_damped;
-  force_missing = made.force_missing;
-}
-
 Servo::Servo(const Config& config, const core::JointArray& home, Device& device, Inbox& inbox,
              std::uint64_t seed, teleop::StopStore& stops)
     : enabling(config.enabling_switch),
@@ -99,7 +77,7 @@ bool Servo::step(MasterReport& report, double dt_s, core::Nanoseconds now_ns) no
   inputs_.enabling = enabling.step(sense.inputs, now_ns, dt_s);
   inputs_.device_longer_s = sense.longer_s;
   inputs_.rendered_share = sense.rendered_share;
-  report.take(controller_.step(inputs_, dt_s));
+  controller_.step(inputs_, dt_s, report);
   const bool released = stops_.end(inputs_, report.outputs);
   state_ = report.outputs.state;
   const core::JointArray& hand_Nm = hand_torque(go, sense, dt_s);
@@ -116,7 +94,7 @@ bool Servo::step(MasterReport& report, double dt_s, core::Nanoseconds now_ns) no
                 .view = seen ? &view_ : nullptr,
                 .meet = apart ? &inputs_.slave.position : nullptr},
                dt_s, now_ns);
-  log_.step({script_.number(), script_.index(), script_.percept_on(), report.outputs.percept_Nm,
+  log_.step({script_.number(), script_.index(), script_.percept_on(), report.percept_torque_Nm,
              report.operator_torque_Nm},
             inputs_.slave, dt_s);
   return sense.known;

@@ -33,21 +33,22 @@ constexpr core::Nanoseconds kAnnounceEvery_ns = 30 * core::kNsPerSecond;
 
 }  // namespace
 
-std::string sentence(const MasterOutputs& now) {
-  if (teleop::waits_for_switch(now)) return teleop::switch_sentence(now, "slave");
+std::string sentence(const MasterReport& now) {
+  const MasterOutputs& own = now.outputs;
+  if (teleop::waits_for_switch(own)) return teleop::switch_sentence(own, "slave");
   switch (now.state) {
     case LinkState::kInit:
-      return now.peer_bound_elsewhere ? "the slave answers another master_io: waiting"
+      return own.peer_bound_elsewhere ? "the slave answers another master_io: waiting"
                                       : "waiting for the slave";
     case LinkState::kReady:
-      return now.slave_touches ? "the slave touches something and may not come: bring the master to its pose"
+      return own.slave_touches ? "the slave touches something and may not come: bring the master to its pose"
                                : "waiting for the slave to come to the master's pose";
     case LinkState::kDegraded:
-      return now.peer_bound_elsewhere ? "the slave answers another master_io: torques off"
+      return own.peer_bound_elsewhere ? "the slave answers another master_io: torques off"
                                       : "the slave is not heard or holds: torques off";
     case LinkState::kStopped:
       return std::string(name_of(now.stop.cause)) + ": torques off until reset" +
-             (now.partner_unconfirmed ? "; THE SLAVE HAS NOT CONFIRMED THAT IT IS STOPPED" : "");
+             (own.partner_unconfirmed ? "; THE SLAVE HAS NOT CONFIRMED THAT IT IS STOPPED" : "");
     default:
       if (now.force_missing) {
         return fmt::format("law {} needs a force sensor, which the slave does not have: no feedback",
@@ -58,26 +59,27 @@ std::string sentence(const MasterOutputs& now) {
         return "1/A is held at what is stable with the link's delay";
       }
       if (now.feedback_damped) return "the slave's feedback is damped: it gave energy that nobody put in";
-      return now.damping_limited ? "the percept is limited to what the master renders stably" : "";
+      return own.damping_limited ? "the percept is limited to what the master renders stably" : "";
   }
 }
 
 namespace {
 
-std::string row_of_table(const MasterOutputs& now) {
-  const auto set = teleop::percept_set(now.law, now.counterbalance);
+std::string row_of_table(const MasterReport& now) {
+  const auto set = teleop::percept_set(now.law, now.outputs.counterbalance);
   return fmt::format("{}: {}{}; Table 6.1: drag {}, tone {}, views {} ({})", set.row,
-                     teleop::words_of(now.percepts), now.percepts.automatic ? ", as the law has them" : "",
-                     name_of(set.haptic), name_of(set.audio), name_of(set.view), set.reason);
+                     teleop::words_of(now.outputs.percepts),
+                     now.outputs.percepts.automatic ? ", as the law has them" : "", name_of(set.haptic),
+                     name_of(set.audio), name_of(set.view), set.reason);
 }
 
 /// Logs changes of law, percepts and counterbalancing, and a percept or feedback that is reduced for
 /// stability.
 class EventLogger {
  public:
-  void look(const MasterOutputs& now, core::Nanoseconds now_ns) {
+  void look(const MasterReport& now, core::Nanoseconds now_ns) {
     // Before the slave is heard, nobody knows what carries its weight.
-    const Row row{now.law, now.counterbalance, now.percepts};
+    const Row row{now.law, now.outputs.counterbalance, now.outputs.percepts};
     if (now.state != LinkState::kInit && row != row_) {
       row_ = row;
       spdlog::info(row_of_table(now));
@@ -86,7 +88,7 @@ class EventLogger {
       damped_quiet_until_ns_ = now_ns + kAnnounceEvery_ns;
       spdlog::info("the slave's feedback gave more energy than it took: damped");
     }
-    if (!now.damping_limited || now_ns < quiet_until_ns_) return;
+    if (!now.outputs.damping_limited || now_ns < quiet_until_ns_) return;
     quiet_until_ns_ = now_ns + kAnnounceEvery_ns;
     spdlog::info("percept gain held at {:.2f} on the stiffest joint: more the master would not render stably",
                  now.percept_gain);
@@ -100,11 +102,11 @@ class EventLogger {
 
 /// Returns the strength of the motors' torque, 0…1, on the joint where it is greatest relative to the
 /// percept's cap.
-double felt_share(const MasterOutputs& now, const Config& config) {
+double felt_share(const MasterReport& now, const Config& config) {
   double share = 0.0;
   for (std::size_t j = 0; j < config.device.joint_count; ++j) {
     const double most_Nm = config.percept.torque_cap_Nm[j];
-    if (most_Nm > 0.0) share = std::max(share, std::abs(now.motor_Nm[j]) / most_Nm);
+    if (most_Nm > 0.0) share = std::max(share, std::abs(now.outputs.motor_Nm[j]) / most_Nm);
   }
   return std::min(share, 1.0);
 }
@@ -155,11 +157,11 @@ std::optional<HapticNeeds> haptic_needs(const Config& config) {
 core::Health health_of(const MasterReport& now, const core::DurationHistogram& trips,
                        std::vector<core::LoopStatistics> loops, bool simulated) {
   return {teleop::component_state(now.outputs),
-          sentence(now.outputs),
+          sentence(now),
           std::move(loops),
           {{"round_trip_p50", static_cast<double>(trips.quantile_ns(0.5)) * 1e-3, "µs"},
            {"round_trip_p99", static_cast<double>(trips.quantile_ns(0.99)) * 1e-3, "µs"},
-           {"percept_gain", now.outputs.percept_gain, ""},
+           {"percept_gain", now.percept_gain, ""},
            {"feedback_delay", 1e3 * now.outputs.feedback_delay_s, "ms"},
            {"reach", static_cast<double>(now.reach), ""},
            {"simulated", simulated ? 1.0 : 0.0, ""}}};
@@ -174,8 +176,8 @@ std::vector<core::LoopStatistics> run_servo(const Config& config, Device& device
   EventLogger event_logger;
   runtime::ServoCallbacks<MasterReport> callbacks;
   callbacks.report = [&](const MasterReport& report) {
-    event_logger.look(report.outputs, core::monotonic_ns());
-    if (desk) desk->rumble(felt_share(report.outputs, config));
+    event_logger.look(report, core::monotonic_ns());
+    if (desk) desk->rumble(felt_share(report, config));
   };
   callbacks.health = [&adapter, simulated = !is_held_by_person(config)](
                          const MasterReport& now, std::vector<core::LoopStatistics> loops) {

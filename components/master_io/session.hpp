@@ -24,7 +24,7 @@ ArmModel load_arm(const runtime::CellConfig& cell, const std::string& arm_name);
 int joint_index(const ArmModel& model, const std::string& name);
 
 /// Returns what the operator has to know of the master's state; empty: nothing.
-std::string sentence(const MasterOutputs& now);
+std::string sentence(const MasterReport& now);
 
 /// Runs the master on the topics until a stop is requested: servo thread, publishing thread, a bare loop
 /// beside them if configured, and health twice a second. The stop in force is kept in `state_dir`. Writes

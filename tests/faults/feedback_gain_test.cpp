@@ -52,7 +52,7 @@ Felt feel(Pair& pair, double duration_s) {
   for (int k = 0; k < ticks; ++k) {
     pair.step();
     const auto& now = pair.master_now;
-    felt.damped_share += now.outputs.feedback_damped ? 1.0 / ticks : 0.0;
+    felt.damped_share += now.feedback_damped ? 1.0 / ticks : 0.0;
     for (std::size_t j = 0; j < kJoints; ++j) {
       // Noise of a count is no reversal: a speed of ten counts per tick, through the filter.
       const double slow = 3.0 * config.device.encoder_resolution[j] / kTick_s;
@@ -60,14 +60,14 @@ Felt feel(Pair& pair, double duration_s) {
         felt.reversals_per_s[j] += now.velocity[j] * moved[j] < 0.0 ? 1.0 / duration_s : 0.0;
         moved[j] = now.velocity[j];
       }
-      const double feedback = now.outputs.feedback_Nm[j], cap = config.feedback.torque_cap_Nm[j];
+      const double feedback = now.feedback_torque_Nm[j], cap = config.feedback.torque_cap_Nm[j];
       if (std::abs(feedback) > 0.1 * cap) {
         felt.feedback_per_s[j] += feedback * pushed[j] < 0.0 ? 1.0 / duration_s : 0.0;
         pushed[j] = feedback;
       }
       felt.greatest_over_cap =
           std::max({felt.greatest_over_cap, std::abs(feedback) / cap,
-                    std::abs(now.outputs.percept_Nm[j]) / config.percept.torque_cap_Nm[j]});
+                    std::abs(now.percept_torque_Nm[j]) / config.percept.torque_cap_Nm[j]});
       const double step = std::abs(now.outputs.motor_Nm[j] - motor[j]);
       felt.greatest_step_over_rate =
           std::max(felt.greatest_step_over_rate, step / (config.torque_rate_Nm_per_s[j] * kTick_s));
@@ -173,15 +173,15 @@ TEST(FeedbackGain, ADelayThatGrowsLaterHoldsTheGainAndIsSaid) {
   Pair pair(config_with(BilateralLaw::kSctfb));
   couple(pair);
   for (int ms = 0; ms < 3000; ++ms) pair.step();
-  EXPECT_FALSE(pair.master_now.outputs.feedback_limited);
-  EXPECT_EQ(pair.master_now.outputs.feedback_gain, 0.01);
+  EXPECT_FALSE(pair.master_now.feedback_limited);
+  EXPECT_EQ(pair.master_now.feedback_gain, 0.01);
   pair.up.delay_ns = pair.down.delay_ns = 8'000'000;
   for (int ms = 0; ms < 2000; ++ms) pair.step();
-  const auto& out = pair.master_now.outputs;
+  const auto& out = pair.master_now;
   EXPECT_TRUE(out.feedback_limited);
   EXPECT_LT(out.feedback_gain, 0.006);
   EXPECT_TRUE(messages::to_idl(pair.master_now).feedback_limited());
-  EXPECT_NEAR(out.feedback_delay_s, 0.018, 0.003);
+  EXPECT_NEAR(out.outputs.feedback_delay_s, 0.018, 0.003);
   EXPECT_LT(feel(pair, 5.0).swings(), 6.0);
 }
 

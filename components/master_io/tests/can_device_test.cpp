@@ -100,7 +100,7 @@ TEST(CanDevice, RendersDragOnTheHandThroughItsDrivesAndItsEncodersAreTheMastersJ
   ASSERT_EQ(bench.last.outputs.state, LinkState::kCoupled);
   EXPECT_NEAR(bench.last.position[3], bench.drives[3]->motor().joint_rad(), 0.01);
   EXPECT_GT(bench.last.velocity[3], 0.0) << "the hand pushes";
-  EXPECT_LT(bench.last.outputs.percept_Nm[3], 0.0) << "drag against the motion";
+  EXPECT_LT(bench.last.percept_torque_Nm[3], 0.0) << "drag against the motion";
   EXPECT_NEAR(bench.last.outputs.motor_Nm[3], -Bench::push_Nm, 0.02) << "at the end as strong as the push";
   const double exerted_Nm = bench.drives[3]->torque_mille() * 1e-3 * 2.0 * 5.0;
   EXPECT_NEAR(exerted_Nm, bench.last.outputs.motor_Nm[3], 0.012) << "the drive's steps of one per mille";

@@ -54,7 +54,7 @@ struct CartesianRig : ServoRig {
   void check(const robot::Spatial& before, const core::JointArray& was_at) {
     double percept_W = 0.0, joints_W = 0.0;
     for (std::size_t j = 0; j < 7; ++j) {
-      percept_W += last.outputs.percept_Nm[j] * last.velocity[j];
+      percept_W += last.percept_torque_Nm[j] * last.velocity[j];
       joints_W += last.outputs.motor_Nm[j] * last.velocity[j];
       const double most = shipped_arm().arm.joints()[j].max_speed * kTick_s;
       if (was_at != core::JointArray{}) {
@@ -116,7 +116,7 @@ TEST(CartesianDevice, SR13_TheGuardCountsWhatAWeakHandRendersAndNoMore) {
       for (std::size_t j = 0; j < 7; ++j)
         rig.slave.loop_torque_Nm[j] = -1000.0 * std::clamp(20.0 * rig.last.velocity[j], -1.0, 1.0);
       rig.run(kTick_s);
-      damped = damped || rig.last.outputs.feedback_damped;
+      damped = damped || rig.last.feedback_damped;
     }
     EXPECT_EQ(damped, !weak);
   }

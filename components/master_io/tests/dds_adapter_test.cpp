@@ -216,40 +216,6 @@ TEST(MasterAdapter, ThePhantomsContactIsItsWorstSensorAtASurface) {
   EXPECT_FALSE(contact_of(percept, 5).contact);
 }
 
-TEST(MasterAdapter, TheOutputsAreReportedFieldByField) {
-  MasterOutputs outputs;
-  outputs.state = teleop::LinkState::kCoupled;
-  outputs.stop = {44, teleop::StopCause::kEmergency};
-  outputs.percept_Nm[0] = -1;
-  outputs.feedback_Nm[1] = 2;
-  outputs.percept_gain = 11;
-  outputs.feedback_gain = 0.05;
-  outputs.percept_enabled = true;
-  outputs.percepts = {false, false, false, true};
-  outputs.damping_limited = true;
-  outputs.law = teleop::BilateralLaw::kPfff;
-  outputs.feedback_damped = outputs.force_missing = outputs.feedback_limited = true;
-  MasterReport report;
-  report.take(outputs);
-  EXPECT_EQ(report.state, teleop::LinkState::kCoupled);
-  EXPECT_EQ(report.stop.cause, teleop::StopCause::kEmergency);
-  EXPECT_EQ(report.stop.id, 44U);
-  EXPECT_EQ(report.law, teleop::BilateralLaw::kPfff);
-  EXPECT_TRUE(report.feedback_damped);
-  EXPECT_TRUE(report.feedback_limited);
-  EXPECT_TRUE(report.force_missing);
-  EXPECT_EQ(report.percept_torque_Nm[0], -1);
-  EXPECT_EQ(report.feedback_torque_Nm[1], 2);
-  EXPECT_EQ(report.percept_gain, 11);
-  EXPECT_EQ(report.feedback_gain, 0.05);
-  EXPECT_TRUE(report.percept_enabled);
-  EXPECT_FALSE(report.drag_chosen);
-  EXPECT_FALSE(report.tone_enabled);
-  EXPECT_FALSE(report.views_enabled);
-  EXPECT_TRUE(report.percept_set_automatic);
-  EXPECT_TRUE(report.percept_limited);
-}
-
 // Tries master_io: a second process sends `slave_state`; `drag_field`
 TEST(MasterAdapter, OfTwoSlavesOrPhantomsTheFirstIsFollowedAndTheSecondIsReported) {
   const auto network = dds::test_network();

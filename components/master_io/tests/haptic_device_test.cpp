@@ -117,7 +117,7 @@ struct HapticRig : ServoRig {
     // What is no longer valid may fall at once: the device fades it.
     if (last.wrench.valid) greatest_rise_N = std::max(greatest_rise_N, change_N);
     for (std::size_t j = 0; j < 7; ++j) {
-      percept_W += last.outputs.percept_Nm[j] * last.velocity[j];
+      percept_W += last.percept_torque_Nm[j] * last.velocity[j];
       const double most = shipped_arm().arm.joints()[j].max_speed * kPeriod_s;
       if (was_at != core::JointArray{}) {
         EXPECT_LE(std::abs(last.position[j] - was_at[j]), most) << "joint " << j << " jumped";
@@ -202,7 +202,7 @@ TEST(HapticDevice, SR13_TheGuardCountsWhatAWeakHandRendersAndNoMore) {
       for (std::size_t j = 0; j < 7; ++j)
         rig.slave.loop_torque_Nm[j] = -1000.0 * std::clamp(20.0 * rig.last.velocity[j], -1.0, 1.0);
       rig.run(kPeriod_s);
-      damped = damped || rig.last.outputs.feedback_damped;
+      damped = damped || rig.last.feedback_damped;
     }
     EXPECT_EQ(damped, !weak);
   }
@@ -316,7 +316,7 @@ TEST(HapticDevice, SR13_ALongerLoopIsRenderedWithLessDragAndComesToRest) {
     rig.run(2.0);
     EXPECT_LT(rig.plant.true_twist().head<3>().norm(), std::max(0.01, 0.2 * before)) << way_ms << " ms";
     EXPECT_GT(rig.energy_from_hand_J, 0.0);
-    EXPECT_TRUE(way_ms < 10 || rig.last.outputs.percept_gain < 0.25 * rig.config.percept_gain[0]);
+    EXPECT_TRUE(way_ms < 10 || rig.last.percept_gain < 0.25 * rig.config.percept_gain[0]);
   }
 }
 

@@ -27,9 +27,9 @@ MasterInputs coupled_inputs() {
   return in;
 }
 
-MasterOutputs run(MasterIo& master, const MasterInputs& in, double duration_s) {
-  MasterOutputs out;
-  for (double t = 0; t < duration_s; t += kDt) out = master.step(in, kDt);
+MasterReport run(MasterIo& master, const MasterInputs& in, double duration_s) {
+  MasterReport out;
+  for (double t = 0; t < duration_s; t += kDt) master.step(in, kDt, out);
   return out;
 }
 
@@ -41,7 +41,47 @@ TEST(MasterIo, SR06_NoTorqueBeforeCoupling) {
   in.velocity.fill(0.5);
   const auto out = run(master, in, 2.0);
   EXPECT_EQ(out.state, LinkState::kAligned);
-  EXPECT_EQ(out.motor_Nm, core::JointArray{});
+  EXPECT_EQ(out.outputs.motor_Nm, core::JointArray{});
+}
+
+TEST(MasterIo, TheStepFillsTheMessageFieldByField) {
+  const Config config = shipped_config();
+  MasterIo master(config, teleop::StopLatch(1, {}));
+  MasterInputs in = coupled_inputs();
+  in.velocity[3] = 0.4;
+  in.slave.loop_torque_Nm[1] = 100;
+  in.settings.percept_gain = teleop::everywhere(1000);  // more than is stable
+  MasterReport report = run(master, in, 2.0);
+  EXPECT_EQ(report.state, LinkState::kCoupled);
+  EXPECT_EQ(report.law, teleop::BilateralLaw::kSctfb);
+  EXPECT_LT(report.percept_torque_Nm[3], 0);
+  EXPECT_LT(report.feedback_torque_Nm[1], 0);
+  EXPECT_LT(report.percept_gain, 1000);
+  EXPECT_TRUE(report.percept_limited);
+  EXPECT_EQ(report.feedback_gain, 0.01);
+  EXPECT_TRUE(report.percept_enabled && report.drag_chosen && report.tone_enabled && report.views_enabled);
+  EXPECT_FALSE(report.percept_set_automatic || report.force_missing || report.switch_fitted);
+  EXPECT_TRUE(report.motion_permitted);
+
+  in.settings.law = teleop::BilateralLaw::kPfff;
+  in.settings.percepts = {false, false, false, true};
+  in.settings.percept_gain = teleop::everywhere(1);
+  in.stop_requests = 1;
+  in.enabling = teleop::SwitchState::kReleased;
+  for (int i = 0; i < 2000; ++i) master.step(in, kDt, report);  // into the same message
+  EXPECT_EQ(report.state, LinkState::kStopped);
+  EXPECT_EQ(report.stop.cause, teleop::StopCause::kEmergency);
+  EXPECT_NE(report.stop.id, 0U);
+  EXPECT_EQ(report.stop, report.outputs.stop);
+  EXPECT_EQ(report.law, teleop::BilateralLaw::kPfff);
+  EXPECT_TRUE(report.force_missing);
+  EXPECT_FALSE(report.percept_enabled || report.drag_chosen || report.tone_enabled || report.views_enabled);
+  EXPECT_TRUE(report.percept_set_automatic);
+  EXPECT_FALSE(report.percept_limited);
+  EXPECT_TRUE(report.switch_fitted);
+  EXPECT_FALSE(report.motion_permitted);
+  EXPECT_EQ(report.percept_torque_Nm, core::JointArray{});
+  EXPECT_EQ(report.feedback_torque_Nm, core::JointArray{});
 }
 
 TEST(MasterIo, RendersTheSumOfPerceptAndSlaveTorque) {
@@ -51,9 +91,9 @@ TEST(MasterIo, RendersTheSumOfPerceptAndSlaveTorque) {
   in.slave.loop_torque_Nm[3] = 100;
   const auto out = run(master, in, 2.0);
   EXPECT_EQ(out.state, LinkState::kCoupled);
-  EXPECT_NEAR(out.percept_Nm[3], -10 * 0.1 * 0.4, 1e-6);
-  EXPECT_NEAR(out.feedback_Nm[3], -0.01 * 100, 1e-6);
-  EXPECT_NEAR(out.motor_Nm[3], out.percept_Nm[3] + out.feedback_Nm[3], 1e-12);
+  EXPECT_NEAR(out.percept_torque_Nm[3], -10 * 0.1 * 0.4, 1e-6);
+  EXPECT_NEAR(out.feedback_torque_Nm[3], -0.01 * 100, 1e-6);
+  EXPECT_NEAR(out.outputs.motor_Nm[3], out.percept_torque_Nm[3] + out.feedback_torque_Nm[3], 1e-12);
   EXPECT_EQ(out.percept_gain, 10);
 }
 
@@ -67,13 +107,13 @@ TEST(MasterIo, SoftBodiesPushBackUntilTheyAreStale) {
   in.drag.reaction.torque[3] = -0.5;
   in.drag.reaction.stiffness[3] = 2.0;
   in.drag.reaction.position = in.position;
-  EXPECT_NEAR(run(master, in, 2.0).feedback_Nm[3], -0.5, 1e-6);
+  EXPECT_NEAR(run(master, in, 2.0).feedback_torque_Nm[3], -0.5, 1e-6);
   in.position[3] += 0.05;
-  EXPECT_NEAR(run(master, in, 0.1).feedback_Nm[3], -0.6, 1e-6);
+  EXPECT_NEAR(run(master, in, 0.1).feedback_torque_Nm[3], -0.6, 1e-6);
   in.drag.reaction.torque[3] = -1e6;
-  EXPECT_NEAR(run(master, in, 1.0).feedback_Nm[3], -config.feedback.torque_cap_Nm[3], 1e-6);
+  EXPECT_NEAR(run(master, in, 1.0).feedback_torque_Nm[3], -config.feedback.torque_cap_Nm[3], 1e-6);
   in.drag_age_s = 1.0;
-  EXPECT_EQ(run(master, in, 0.5).feedback_Nm, core::JointArray{});
+  EXPECT_EQ(run(master, in, 0.5).feedback_torque_Nm, core::JointArray{});
 }
 
 TEST(MasterIo, PositionForwardRendersThePerceptAlone) {
@@ -83,8 +123,8 @@ TEST(MasterIo, PositionForwardRendersThePerceptAlone) {
   in.velocity[3] = 0.4;
   in.slave.loop_torque_Nm[3] = 20;
   const auto out = run(master, in, 2.0);
-  EXPECT_EQ(out.feedback_Nm, core::JointArray{});
-  EXPECT_LT(out.percept_Nm[3], 0);
+  EXPECT_EQ(out.feedback_torque_Nm, core::JointArray{});
+  EXPECT_LT(out.percept_torque_Nm[3], 0);
 }
 
 TEST(MasterIo, TheLawChangesWhileCoupledWithoutAJump) {
@@ -101,12 +141,12 @@ TEST(MasterIo, TheLawChangesWhileCoupledWithoutAJump) {
        {teleop::BilateralLaw::kPfff, teleop::BilateralLaw::kPe, teleop::BilateralLaw::kPeff}) {
     in.settings.law = law;
     for (int i = 0; i < 1000; ++i) {
-      const auto now = master.step(in, kDt);
-      ASSERT_LT(std::abs(now.motor_Nm[3] - before.motor_Nm[3]), 0.1);
+      const auto now = run(master, in, kDt);
+      ASSERT_LT(std::abs(now.outputs.motor_Nm[3] - before.outputs.motor_Nm[3]), 0.1);
       before = now;
     }
     EXPECT_EQ(before.law, law);
-    EXPECT_LT(before.feedback_Nm[3], -0.05);
+    EXPECT_LT(before.feedback_torque_Nm[3], -0.05);
   }
 }
 
@@ -137,7 +177,7 @@ TEST(MasterIo, ALawWithoutItsForceSensorIsSaidAndSilent) {
   in.slave.external_torque_Nm[3] = -30;
   const auto out = run(master, in, 2.0);
   EXPECT_TRUE(out.force_missing);
-  EXPECT_EQ(out.feedback_Nm, core::JointArray{});
+  EXPECT_EQ(out.feedback_torque_Nm, core::JointArray{});
 }
 
 // Whatever goes stale, torques fade out in bounded time and without a jump.
@@ -151,23 +191,24 @@ TEST(MasterIo, SR07_StaleInputsFadeOutInBoundedTime) {
     in.velocity.fill(0.5);
     in.slave.loop_torque_Nm.fill(150);
     auto before = run(master, in, 2.0);
-    ASSERT_LT(before.percept_Nm[2], -0.1);
+    ASSERT_LT(before.percept_torque_Nm[2], -0.1);
     double gone_s = 0.0;
     for (double t = kDt; t < 0.5; t += kDt) {
       (slave_lost ? in.partner_age_s : in.drag_age_s) += kDt;
-      const auto now = master.step(in, kDt);
+      const auto now = run(master, in, kDt);
       const double worst_ramp_s = std::min(config.percept.ramp_down_s, config.feedback.ramp_down_s);
       for (std::size_t j = 0; j < kJoints; ++j) {
         const double most = config.percept.torque_cap_Nm[j] + config.feedback.torque_cap_Nm[j];
-        ASSERT_LE(std::abs(now.motor_Nm[j] - before.motor_Nm[j]), 1.1 * most * kDt / worst_ramp_s);
+        ASSERT_LE(std::abs(now.outputs.motor_Nm[j] - before.outputs.motor_Nm[j]),
+                  1.1 * most * kDt / worst_ramp_s);
       }
-      if (now.percept_Nm != core::JointArray{}) gone_s = t;
+      if (now.percept_torque_Nm != core::JointArray{}) gone_s = t;
       before = now;
     }
-    EXPECT_EQ(before.percept_Nm, core::JointArray{});
+    EXPECT_EQ(before.percept_torque_Nm, core::JointArray{});
     EXPECT_LE(gone_s, config.percept_staleness_s + config.percept.ramp_down_s + 3 * kDt);
     EXPECT_EQ(before.state, slave_lost ? LinkState::kDegraded : LinkState::kCoupled);
-    EXPECT_EQ(before.feedback_Nm == core::JointArray{}, slave_lost);
+    EXPECT_EQ(before.feedback_torque_Nm == core::JointArray{}, slave_lost);
   }
 }
 
@@ -185,13 +226,13 @@ TEST(MasterIo, ASlaveThatAnswersAnotherIsNotCoupledWithAndThatIsSaid) {
   in.slave.echoes_other_session = false;
   out = run(master, in, 2.0);
   ASSERT_EQ(out.state, LinkState::kCoupled);
-  ASSERT_NE(out.motor_Nm, core::JointArray{});
+  ASSERT_NE(out.outputs.motor_Nm, core::JointArray{});
   in.slave.echoes_other_session = true;
   out = run(master, in, 0.5);
   EXPECT_EQ(out.state, LinkState::kDegraded);
   EXPECT_EQ(sentence(out), "the slave answers another master_io: torques off");
-  EXPECT_EQ(teleop::component_state(out), core::ComponentState::kDegraded);
-  EXPECT_EQ(out.motor_Nm, core::JointArray{});
+  EXPECT_EQ(teleop::component_state(out.outputs), core::ComponentState::kDegraded);
+  EXPECT_EQ(out.outputs.motor_Nm, core::JointArray{});
 }
 
 TEST(MasterIo, SR14_DragOfLongAgoFadesOut) {
@@ -200,10 +241,10 @@ TEST(MasterIo, SR14_DragOfLongAgoFadesOut) {
   MasterInputs in = coupled_inputs();
   in.velocity.fill(0.5);
   in.drag_round_trip_s = 0.9 * config.link.round_trip_limit_s;
-  ASSERT_LT(run(master, in, 2.0).percept_Nm[2], -0.1);
+  ASSERT_LT(run(master, in, 2.0).percept_torque_Nm[2], -0.1);
   in.drag_round_trip_s = 1.1 * config.link.round_trip_limit_s;
   const auto out = run(master, in, config.percept.ramp_down_s + 3 * kDt);
-  EXPECT_EQ(out.percept_Nm, core::JointArray{});
+  EXPECT_EQ(out.percept_torque_Nm, core::JointArray{});
   EXPECT_EQ(out.state, LinkState::kCoupled) << "the slave is heard all the time";
 }
 
@@ -218,7 +259,7 @@ TEST(MasterIo, ADeviceThatDoesNotFollowIsNotCoupled) {
   in.drives_operational = false;
   const auto out = run(master, in, 0.5);
   EXPECT_EQ(out.state, LinkState::kDegraded);
-  EXPECT_EQ(out.motor_Nm, core::JointArray{});
+  EXPECT_EQ(out.outputs.motor_Nm, core::JointArray{});
 }
 
 TEST(MasterIo, SR04_EmergencyStopTakesTheTorqueUntilReset) {
@@ -230,20 +271,20 @@ TEST(MasterIo, SR04_EmergencyStopTakesTheTorqueUntilReset) {
   in.stop_requests = 1;
   int fading = 0;  // ticks in which torque fades out
   for (double t = 0; t < 0.3; t += kDt) {
-    const auto now = master.step(in, kDt);
-    if (now.motor_Nm == core::JointArray{}) continue;
+    const auto now = run(master, in, kDt);
+    if (now.outputs.motor_Nm == core::JointArray{}) continue;
     ++fading;
-    ASSERT_TRUE(now.power) << "drives without power would take the torque away with a jerk";
+    ASSERT_TRUE(now.outputs.power) << "drives without power would take the torque away with a jerk";
   }
   EXPECT_GT(fading, 10);
   const auto stopped = run(master, in, kDt);
   EXPECT_EQ(stopped.state, LinkState::kStopped);
-  EXPECT_EQ(stopped.motor_Nm, core::JointArray{});
-  EXPECT_FALSE(stopped.power) << "nothing is felt any more: the drives need no power";
+  EXPECT_EQ(stopped.outputs.motor_Nm, core::JointArray{});
+  EXPECT_FALSE(stopped.outputs.power) << "nothing is felt any more: the drives need no power";
   EXPECT_EQ(run(master, in, 1.0).state, LinkState::kStopped);
   const teleop::StopReset reset{.own = stopped.stop.id};
   in.reset = &reset;
-  EXPECT_EQ(run(master, in, 0.001).reset, teleop::ResetOutcome::kReleased);
+  EXPECT_EQ(run(master, in, 0.001).outputs.reset, teleop::ResetOutcome::kReleased);
   in.reset = nullptr;
   EXPECT_EQ(run(master, in, 1.0).state, LinkState::kCoupled);
 }
@@ -265,12 +306,13 @@ TEST(MasterIo, GainsFollowTheirSettingsSmoothly) {
   in.settings.feedback_gain[1] = 0.02;
   in.settings.percept_gain[1] = 30;
   for (int i = 0; i < 1000; ++i) {
-    const auto now = master.step(in, kDt);
-    ASSERT_LE(std::abs(now.motor_Nm[1] - before.motor_Nm[1]), config.torque_rate_Nm_per_s[1] * kDt + 1e-9);
+    const auto now = run(master, in, kDt);
+    ASSERT_LE(std::abs(now.outputs.motor_Nm[1] - before.outputs.motor_Nm[1]),
+              config.torque_rate_Nm_per_s[1] * kDt + 1e-9);
     before = now;
   }
-  EXPECT_NEAR(before.feedback_Nm[1], -3.0, 1e-6);
-  EXPECT_NEAR(before.percept_Nm[1], -30 * 0.1 * 0.2, 1e-6);
+  EXPECT_NEAR(before.feedback_torque_Nm[1], -3.0, 1e-6);
+  EXPECT_NEAR(before.percept_torque_Nm[1], -30 * 0.1 * 0.2, 1e-6);
 }
 
 TEST(MasterIo, SR13_AGainBeyondTheDevicesStabilityIsHeldBackAndSaidSo) {
@@ -280,9 +322,9 @@ TEST(MasterIo, SR13_AGainBeyondTheDevicesStabilityIsHeldBackAndSaidSo) {
   in.settings.percept_gain = teleop::everywhere(1000);
   in.velocity[1] = 1e-3;
   const auto out = run(master, in, 2.0);
-  EXPECT_TRUE(out.damping_limited);
+  EXPECT_TRUE(out.outputs.damping_limited);
   EXPECT_LT(out.percept_gain, 1000);
-  EXPECT_NEAR(out.percept_Nm[1], -config.percept.damping_limit_Nms_per_rad[1] * 1e-3, 1e-9);
+  EXPECT_NEAR(out.percept_torque_Nm[1], -config.percept.damping_limit_Nms_per_rad[1] * 1e-3, 1e-9);
 }
 
 // 4.9 N came on the sliding joint within 0.7 ms: a slave's torque that steps is no kick any more.
@@ -301,11 +343,11 @@ TEST(MasterIo, SR10_NoTorqueOnTheHandChangesFasterThanConfigured) {
     for (std::size_t j = 0; j < kJoints; ++j)
       in.velocity[j] = 0.3 * std::sin(0.01 * i + static_cast<double>(j));
     if (i % 900 == 0) in.slave.position[1] += 1e-4;
-    const auto now = master.step(in, kDt);
+    const auto now = run(master, in, kDt);
     for (std::size_t j = 0; j < kJoints; ++j) {
-      const double step = std::abs(now.motor_Nm[j] - before.motor_Nm[j]);
+      const double step = std::abs(now.outputs.motor_Nm[j] - before.outputs.motor_Nm[j]);
       ASSERT_LE(step, config.torque_rate_Nm_per_s[j] * kDt + 1e-9) << i << " joint " << j;
-      ASSERT_LE(std::abs(now.feedback_Nm[j]), config.feedback.torque_cap_Nm[j] + 1e-12);
+      ASSERT_LE(std::abs(now.feedback_torque_Nm[j]), config.feedback.torque_cap_Nm[j] + 1e-12);
       greatest = std::max(greatest, step / (config.torque_rate_Nm_per_s[j] * kDt));
     }
     before = now;
@@ -330,12 +372,12 @@ TEST(MasterIo, SR14_ThePerceptNeverDrivesTheHand) {
     in.percept_wanted = i % 500 != 0;
     in.drag_age_s = i % 700 < 50 ? 1.0 : 0.0;
     if (i % 13 == 0) in.drag.drag.plus[1] = std::nan("");
-    const auto out = master.step(in, kDt);
+    const auto out = run(master, in, kDt);
     double power_W = 0.0;
     for (std::size_t j = 0; j < kJoints; ++j) {
-      power_W += out.percept_Nm[j] * in.velocity[j];
-      ASSERT_LE(std::abs(out.percept_Nm[j]), config.percept.torque_cap_Nm[j] + 1e-12);
-      ASSERT_LE(std::abs(out.motor_Nm[j]), config.device.torque_limit_Nm[j]);
+      power_W += out.percept_torque_Nm[j] * in.velocity[j];
+      ASSERT_LE(std::abs(out.percept_torque_Nm[j]), config.percept.torque_cap_Nm[j] + 1e-12);
+      ASSERT_LE(std::abs(out.outputs.motor_Nm[j]), config.device.torque_limit_Nm[j]);
     }
     ASSERT_LE(power_W, 1e-12);
   }

@@ -36,7 +36,7 @@ struct SimulatedRig : ServoRig {
       }
       tick(servo, kServoPeriod_s);
       double power_W = 0.0;
-      for (std::size_t j = 0; j < 7; ++j) power_W += last.outputs.percept_Nm[j] * last.velocity[j];
+      for (std::size_t j = 0; j < 7; ++j) power_W += last.percept_torque_Nm[j] * last.velocity[j];
       greatest_power_W = std::max(greatest_power_W, power_W);
     }
   }
@@ -108,7 +108,7 @@ TEST(MasterServo, ThePerceptEndsWhenThePhantomFallsSilent) {
   SimulatedRig bench(config);
   const auto greatest_Nm = [&bench] {
     double most_Nm = 0.0;
-    for (const double torque_Nm : bench.last.outputs.percept_Nm)
+    for (const double torque_Nm : bench.last.percept_torque_Nm)
       most_Nm = std::max(most_Nm, std::abs(torque_Nm));
     return most_Nm;
   };

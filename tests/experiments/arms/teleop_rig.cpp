@@ -154,13 +154,13 @@ struct TeleopRig::Parts {
     moment.slave_rad_s = slave_output.velocity[kTheta];
     moment.reference_rad = slave_output.outputs.reference[kTheta];
     moment.mlt_Nm = master_output.operator_torque_Nm[kTheta];
-    moment.pffb_Nm = -master_output.outputs.percept_Nm[kTheta];
-    moment.sffb_Nm = -master_output.outputs.feedback_Nm[kTheta];
+    moment.pffb_Nm = -master_output.percept_torque_Nm[kTheta];
+    moment.sffb_Nm = -master_output.feedback_torque_Nm[kTheta];
     moment.loop_Nm = slave_output.outputs.torque.loop_Nm[kTheta];
     moment.contact = slave_output.contact;
     moment.force_N = slave_output.contact_force_N;
     moment.swinging = master_output.reach >= 0;
-    moment.percept = master_output.outputs.percept_enabled;
+    moment.percept = master_output.percept_enabled;
   }
 };
 
