@@ -93,10 +93,12 @@ core::Expected<MpcLayers> mpc_layers(const MpcDesign& design, double voxel_size_
     }
     stepped.thickness_vox.push_back(static_cast<int>(gap_vox));
     widths_vox.push_back(gap_vox);
+    stepped.gap_m.push_back(gap_vox * voxel_size_m);
     stroke_vox += gap_vox;
   }
   if (transition == MpcTransition::kStepped) return stepped;
   MpcLayers fine;
+  fine.gap_m = stepped.gap_m;
   for (int voxel = 0; voxel + 0.5 < stroke_vox; ++voxel) {
     const double gamma = gamma_along(widths_vox, stepped.gamma_N_s_per_m, voxel + 0.5, transition);
     if (!fine.gamma_N_s_per_m.empty() && gamma == fine.gamma_N_s_per_m.back()) {

@@ -32,6 +32,7 @@ enum class MpcTransition {
 struct MpcLayers {
   std::vector<int> thickness_vox;
   std::vector<double> gamma_N_s_per_m;  ///< decreasing; as many as thickness_vox
+  std::vector<double> gap_m;            ///< of each pipe, rounded to whole voxels
 };
 
 /// Checks whether the design can be built; the message says what is wrong and what is allowed.

@@ -108,7 +108,7 @@ PhantomModel load_model(const runtime::CellConfig& cell, const Config& config) {
   const std::string place = cell.file.string() + ": arm '" + arm_config.name + "': ";
   robot::SerialArm arm = runtime::load_arm(arm_config);
   robot::SkinOptions options = config.skin;
-  options.voxel_size_m = cell.voxel_size_m.reference_m();
+  options.voxel_size_m = cell.voxel_size_m;
   auto shares = shares_of(config, arm);
   const auto own_share = own_share_of(config);
   auto parts = runtime::load_skin(arm_config, arm);

@@ -18,6 +18,7 @@
 #include "common/runtime/configuration/pose_text.hpp"
 #include "common/runtime/process/process.hpp"
 #include "common/workspace/nrrd.hpp"
+#include "common/workspace/thin_layers.hpp"
 #include "components/wva_server/fidelity_report.hpp"
 #include "components/wva_server/progress_bar.hpp"
 #include "components/wva_server/slice_picture.hpp"
@@ -142,6 +143,10 @@ Activated activate_mesh(const ActivateRequest& request, const WvaServerConfig& c
   if (precision.is_useless(voxel_m))
     throw ConfigError(request.mesh + ": " + geometry::describe(precision, voxel_m));
   if (precision.is_coarse(voxel_m)) mesh.notes.push_back(geometry::describe(precision, voxel_m));
+  if (const auto checked = workspace::check_layers(profile, voxel_size_of(request)); !checked)
+    throw ConfigError("activate: --layers: " + checked.message());
+  for (std::string& note : workspace::thin_layer_notes(profile, voxel_size_of(request)))
+    mesh.notes.push_back("the profile's " + std::move(note));
   outcome.load_s = stopwatch_s() - start_s;
   const layers::Body body{std::filesystem::path(request.mesh).filename().string(), 1, mesh.transformed(X_WO),
                           profile};

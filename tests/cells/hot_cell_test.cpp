@@ -96,7 +96,7 @@ class HotCell {
             {s.from_m, s.to_m, s.from_radius_m, s.to_radius_m, s.sides, s.rings, s.spin_rad, s.gain});
       }
     }
-    auto layout = robot::lay_out_skin(arm_, skin, {cell.voxel_size_m.reference_m(), pitch_vox});
+    auto layout = robot::lay_out_skin(arm_, skin, {cell.voxel_size_m, pitch_vox});
     if (!layout) throw std::runtime_error(layout.status().message());
     return std::move(*layout);
   }

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstring>
 #include <numbers>
+#include <numeric>
 #include <stdexcept>
 
 #include "common/robot/sensing/sensing_kernel.hpp"
@@ -35,35 +36,35 @@ double corner_area(double y, double z, double rho) {
   return sign * (meets * z + under_arc(y) - under_arc(meets));
 }
 
-/// Area of the disc of radius rho around the origin that lies in the unit square centred at (y,z).
-double disc_in_square(int y, int z, double rho) {
+/// The interval that a voxel takes along an axis.
+struct Span {
+  double low, high;
+  double far() const { return std::max(std::abs(low), std::abs(high)); }
+  double near() const { return std::max({0.0, low, -high}); }
+};
+
+/// Area of the disc of radius rho around the origin that lies in the rectangle y × z.
+double disc_in_rectangle(const Span& y, const Span& z, double rho) {
   if (!(rho > 0.0)) return 0.0;
-  return corner_area(y + 0.5, z + 0.5, rho) - corner_area(y - 0.5, z + 0.5, rho) -
-         corner_area(y + 0.5, z - 0.5, rho) + corner_area(y - 0.5, z - 0.5, rho);
+  return corner_area(y.high, z.high, rho) - corner_area(y.low, z.high, rho) -
+         corner_area(y.high, z.low, rho) + corner_area(y.low, z.low, rho);
 }
 
-}  // namespace
-
-double fraction_in_sphere(int x, int y, int z, double radius_vox) {
-  const double r2 = radius_vox * radius_vox;
-  const auto far = [](int i) { return std::abs(i) + 0.5; };
-  const auto near = [](int i) { return std::max(0.0, std::abs(i) - 0.5); };
-  if (far(x) * far(x) + far(y) * far(y) + far(z) * far(z) <= r2) return 1.0;
-  if (near(x) * near(x) + near(y) * near(y) + near(z) * near(z) >= r2) return 0.0;
-  // The slices of the sphere along x are discs cut by a square, whose area has a closed form. That area is
-  // smooth between the positions at which the disc reaches an edge or a corner of the square.
-  std::vector<double> cuts{x - 0.5, x + 0.5};
+/// Volume of the sphere around the origin, of radius √r2, that lies in the box x × y × z.
+double sphere_in_box(const Span& x, const Span& y, const Span& z, double r2) {
+  // The slices of the sphere along x are discs cut by a rectangle, whose area has a closed form. That area is
+  // smooth between the positions at which the disc reaches an edge or a corner of the rectangle.
+  std::vector<double> cuts{x.low, x.high};
   const auto add = [&](double square) {
     if (square > r2) return;
     for (const double at : {std::sqrt(r2 - square), -std::sqrt(r2 - square)}) {
-      if (at > x - 0.5 && at < x + 0.5) cuts.push_back(at);
+      if (at > x.low && at < x.high) cuts.push_back(at);
     }
   };
   add(0.0);
-  for (const double y_edge : {y - 0.5, y + 0.5}) {
+  for (const double y_edge : {y.low, y.high}) {
     add(y_edge * y_edge);
-    for (const double z_edge : {z - 0.5, z + 0.5})
-      add(z_edge * z_edge), add(y_edge * y_edge + z_edge * z_edge);
+    for (const double z_edge : {z.low, z.high}) add(z_edge * z_edge), add(y_edge * y_edge + z_edge * z_edge);
   }
   std::sort(cuts.begin(), cuts.end());
   double volume = 0.0;
@@ -75,11 +76,32 @@ double fraction_in_sphere(int x, int y, int z, double radius_vox) {
       for (const double side : {-half, half}) {
         const double at = middle + side * std::sin(angle);
         volume += kWeight[n] * half * 0.5 * std::numbers::pi * std::cos(angle) *
-                  disc_in_square(y, z, std::sqrt(std::max(0.0, r2 - at * at)));
+                  disc_in_rectangle(y, z, std::sqrt(std::max(0.0, r2 - at * at)));
       }
     }
   }
-  return std::clamp(volume, 0.0, 1.0);
+  return volume;
+}
+
+/// Whether a voxel whose centre is at `offset`, in shortest sides, counts in a zone of a binary shape.
+bool is_inside(const ClusterSpec& spec, const Eigen::Vector3d& offset) {
+  constexpr double kRounding = 1e-9;  // stretched sides are quotients
+  const double m = spec.reach_vox;
+  if (spec.shape == ClusterShape::kCube) return offset.cwiseAbs().maxCoeff() <= m + kRounding;
+  const double radius = spec.shape == ClusterShape::kSphereContained ? m + 0.5 : m;
+  return offset.squaredNorm() <= radius * radius + kRounding;
+}
+
+}  // namespace
+
+double fraction_in_sphere(int x, int y, int z, double radius_vox, const Eigen::Vector3d& stretch) {
+  const double r2 = radius_vox * radius_vox;
+  const auto span = [](int i, double side) { return Span{(i - 0.5) * side, (i + 0.5) * side}; };
+  const Span sx = span(x, stretch.x()), sy = span(y, stretch.y()), sz = span(z, stretch.z());
+  const auto square = [](double a, double b, double c) { return a * a + b * b + c * c; };
+  if (square(sx.far(), sy.far(), sz.far()) <= r2) return 1.0;
+  if (square(sx.near(), sy.near(), sz.near()) >= r2) return 0.0;
+  return std::clamp(sphere_in_box(sx, sy, sz, r2) / stretch.prod(), 0.0, 1.0);
 }
 
 ResponseCurve::ResponseCurve(std::vector<std::pair<double, double>> points) : points_(std::move(points)) {
@@ -109,43 +131,47 @@ void fill_response(const ResponseCurve& curve, const std::vector<float>& palette
     table[code] = curve(static_cast<double>(palette[code]));
 }
 
-ClusterStencil::ClusterStencil(const ClusterSpec& spec)
-    : reach_(std::clamp(spec.reach_vox, 1, ClusterSpec::kMaxReach_vox)) {
-  for (int z = -reach_; z <= reach_; ++z) {
-    for (int y = -reach_; y <= reach_; ++y) {
-      int reach = reach_;
-      if (spec.shape == ClusterShape::kSphere) {
-        const int left = reach_ * reach_ - y * y - z * z;
-        if (left < 0) continue;
-        while (reach * reach > left) --reach;
-      }
-      if (spec.shape == ClusterShape::kFraction) {
-        while (reach >= 0 && fraction_in_sphere(reach, y, z, reach_ + 0.5) <= 0.0) --reach;
-        if (reach < 0) continue;
-      }
+ClusterStencil::ClusterStencil(const ClusterSpec& spec, const Eigen::Vector3d& stretch) {
+  ClusterSpec zone = spec;
+  zone.reach_vox = std::clamp(spec.reach_vox, 1, ClusterSpec::kMaxReach_vox);
+  const double radius = zone.reach_vox + 0.5;
+  const auto weight_of = [&](int x, int y, int z) {
+    if (zone.shape == ClusterShape::kFraction) return fraction_in_sphere(x, y, z, radius, stretch);
+    return is_inside(zone, stretch.cwiseProduct(Eigen::Vector3d(x, y, z))) ? 1.0 : 0.0;
+  };
+  // Each shape is symmetric and convex, so a row is whole between its ends, and its ends say how far it goes.
+  const auto reach_of = [&](auto&& counts) {
+    int reach = zone.reach_vox;
+    while (reach >= 0 && !counts(reach)) --reach;
+    return reach;
+  };
+  reach_.x = reach_of([&](int i) { return weight_of(i, 0, 0) > 0.0; });
+  reach_.y = reach_of([&](int i) { return weight_of(0, i, 0) > 0.0; });
+  reach_.z = reach_of([&](int i) { return weight_of(0, 0, i) > 0.0; });
+  for (int z = -reach_.z; z <= reach_.z; ++z) {
+    for (int y = -reach_.y; y <= reach_.y; ++y) {
+      const int reach = reach_of([&](int x) { return weight_of(x, y, z) > 0.0; });
+      if (reach < 0) continue;
       rows_.push_back({y, z, reach, weights_.size()});
       voxels_ += static_cast<std::size_t>(2 * reach + 1);
-      if (spec.shape != ClusterShape::kFraction) continue;
-      for (int x = -reach; x <= reach; ++x) weights_.push_back(fraction_in_sphere(x, y, z, reach_ + 0.5));
+      if (zone.shape != ClusterShape::kFraction) continue;
+      for (int x = -reach; x <= reach; ++x) weights_.push_back(weight_of(x, y, z));
     }
   }
   if (weights_.empty()) mask_tiles();
-  total_ = static_cast<double>(voxels_);
-  if (!weights_.empty()) {
-    total_ = 0.0;
-    for (const double w : weights_) total_ += w;
-  }
+  total_ = weights_.empty() ? static_cast<double>(voxels_)
+                            : std::accumulate(weights_.begin(), weights_.end(), 0.0);
 }
 
 void ClusterStencil::mask_tiles() {
   for (int place = 0; place < 64; ++place) {
     const int px = place & 3, py = place >> 2 & 3, pz = place >> 4;
     auto& masks = tile_masks_[static_cast<std::size_t>(place)];
-    const int nx = tiles_along(px), ny = tiles_along(py), nz = tiles_along(pz);
+    const int nx = tiles_along(px, reach_.x), ny = tiles_along(py, reach_.y), nz = tiles_along(pz, reach_.z);
     masks.assign(static_cast<std::size_t>(nx * ny * nz), 0);
     for (const Row& row : rows_) {
-      const int y = py + reach_ + row.y, z = pz + reach_ + row.z;
-      for (int x = px + reach_ - row.reach; x <= px + reach_ + row.reach; ++x)
+      const int y = py + reach_.y + row.y, z = pz + reach_.z + row.z;
+      for (int x = px + reach_.x - row.reach; x <= px + reach_.x + row.reach; ++x)
         masks[static_cast<std::size_t>(((z >> 2) * ny + (y >> 2)) * nx + (x >> 2))] |=
             std::uint64_t{1} << ((z & 3) << 4 | (y & 3) << 2 | (x & 3));
     }
@@ -163,9 +189,8 @@ struct ClusterStencil::Bricks {
   workspace::BrickKey low, high;
   std::array<const std::uint8_t*, 8> codes;  // index: sum of 1 for the higher brick along x, 2 for y, 4 for z
 
-  Bricks(const workspace::Workspace& workspace, workspace::Index3 centre, int reach) noexcept
-      : low(workspace::brick_of(centre - workspace::Index3{reach, reach, reach})),
-        high(workspace::brick_of(centre + workspace::Index3{reach, reach, reach})) {
+  Bricks(const workspace::Workspace& workspace, workspace::Index3 centre, workspace::Index3 reach) noexcept
+      : low(workspace::brick_of(centre - reach)), high(workspace::brick_of(centre + reach)) {
     const std::uint32_t* slot = workspace.directory() + workspace.directory_index(low);
     const std::size_t up_x = high.x > low.x ? 1 : 0;
     const std::size_t up_y = high.y > low.y ? workspace.directory_index({0, 1, 0}) : 0;
@@ -184,13 +209,14 @@ struct ClusterStencil::Bricks {
 ClusterReading ClusterStencil::count_inside(const workspace::Workspace& workspace, workspace::Index3 centre,
                                             const ResponseTable& response) const noexcept {
   const Bricks bricks(workspace, centre, reach_);
-  const workspace::Index3 low = centre - workspace::Index3{reach_, reach_, reach_};
+  const workspace::Index3 low = centre - reach_;
   const std::uint64_t* mask =
       tile_masks_[static_cast<std::size_t>((low.x & 3) | (low.y & 3) << 2 | (low.z & 3) << 4)].data();
   std::array<const std::uint8_t*, kMaxTiles> tile;
   std::array<std::uint64_t, kMaxTiles + 1> counting;
   std::size_t n = 0;
-  const int nx = tiles_along(low.x & 3), ny = tiles_along(low.y & 3), nz = tiles_along(low.z & 3);
+  const int nx = tiles_along(low.x & 3, reach_.x), ny = tiles_along(low.y & 3, reach_.y),
+            nz = tiles_along(low.z & 3, reach_.z);
   for (std::int32_t iz = 0, z = low.z & ~3; iz < nz; ++iz, z += 4) {
     for (std::int32_t iy = 0, y = low.y & ~3; iy < ny; ++iy, y += 4) {
       const std::uint8_t* const* sides = &bricks.codes[bricks.corner_of(y, z)];
@@ -221,9 +247,8 @@ ClusterReading ClusterStencil::count_inside(const workspace::Workspace& workspac
 ClusterReading ClusterStencil::read(const workspace::Workspace& workspace, workspace::Index3 centre,
                                     const ResponseTable& response) const noexcept {
   const auto& grid = workspace.grid();
-  const workspace::Index3 reach{reach_, reach_, reach_};
-  if (weights_.empty() && workspace.palette().size() <= kMaxCounted && grid.contains(centre - reach) &&
-      grid.contains(centre + reach))
+  if (weights_.empty() && workspace.palette().size() <= kMaxCounted && grid.contains(centre - reach_) &&
+      grid.contains(centre + reach_))
     return count_inside(workspace, centre, response);
   ClusterReading reading;
   for_each(centre, [&](workspace::Index3 voxel, double w) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -12,8 +13,10 @@
 namespace phantom::robot {
 
 /// Returns the fraction, 0…1, of the voxel at offset (x,y,z), in voxels, that lies inside the sphere of
-/// radius `radius_vox` around the centre of the voxel at (0,0,0). Accurate to about 1e-9.
-double fraction_in_sphere(int x, int y, int z, double radius_vox);
+/// radius `radius_vox` around the centre of the voxel at (0,0,0). The radius counts in the voxels' shortest
+/// side, `stretch` is VoxelSize::stretch(). Accurate to about 1e-9.
+double fraction_in_sphere(int x, int y, int z, double radius_vox,
+                          const Eigen::Vector3d& stretch = Eigen::Vector3d::Ones());
 
 /// Maps the μ that a cluster sensor reads to its response (the thesis's response shaper). Interpolates
 /// linearly between the points and is constant before the first and after the last. Without points it returns
@@ -43,9 +46,13 @@ struct ClusterReading {
 };
 
 /// The zone of a cluster sensor: which voxels count, and with what weight. Constant after construction.
+/// The zone is as wide in metres along every axis, to the nearest voxel: m counts in the voxels' shortest
+/// side, and a voxel of a binary shape counts where its centre is inside. So along a side of more than m
+/// shortest sides (cube, sphere) only the middle voxel is left; kFraction also weighs what the sphere cuts.
 class ClusterStencil {
  public:
-  explicit ClusterStencil(const ClusterSpec& spec);
+  /// `stretch`: VoxelSize::stretch() of the workspaces that are read.
+  explicit ClusterStencil(const ClusterSpec& spec, const Eigen::Vector3d& stretch = Eigen::Vector3d::Ones());
 
   std::size_t voxel_count() const noexcept { return voxels_; }  ///< voxels that count
   double total_weight() const noexcept { return total_; }       ///< ΣSSA
@@ -77,14 +84,14 @@ class ClusterStencil {
   }
   static constexpr std::size_t kMaxCounted = 32;
   struct Bricks;  // the bricks that a zone inside the grid lies in
-  /// Number of tiles along an axis that the zone touches if its lowest voxel is voxel `place` (0…3) of its
+  /// Number of tiles along an axis that a zone touches if its lowest voxel is voxel `place` (0…3) of its
   /// tile.
-  int tiles_along(int place) const noexcept { return (place + 2 * reach_) / 4 + 1; }
+  static int tiles_along(int place, int reach) noexcept { return (place + 2 * reach) / 4 + 1; }
   void mask_tiles();
   ClusterReading count_inside(const workspace::Workspace& workspace, workspace::Index3 centre,
                               const ResponseTable& response) const noexcept;
 
-  int reach_;
+  workspace::Index3 reach_;  // farthest voxel that counts, along each axis
   std::vector<Row> rows_;
   std::vector<double> weights_;  // of all rows; empty if all weights are 1
   /// For each position of the zone's lowest voxel in its tile: the voxels of each tile that count, one bit

@@ -8,7 +8,7 @@
 namespace phantom::robot {
 
 SkinPatches::SkinPatches(const SerialArm& arm, const SkinLayout& layout) : arm_(arm), layout_(layout) {
-  for (const ClusterSpec& spec : layout.clusters) stencils_.emplace_back(spec);
+  for (const ClusterSpec& spec : layout.clusters) stencils_.emplace_back(spec, layout.voxel_stretch);
   double edge_m = 0.02;
   while (!divide(edge_m)) edge_m *= 1.25;
   worst_.resize(patches_.size());

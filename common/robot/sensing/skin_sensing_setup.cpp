@@ -39,7 +39,7 @@ SkinSensing::SkinSensing(const SkinLayout& layout, const SensingOptions& options
       parts_(parts_of(layout)),
       team_(std::min(std::max<std::size_t>(options.threads, 1), std::max<std::size_t>(parts_.size(), 1))),
       medium_(layout, options.medium) {
-  for (const ClusterSpec& kind : layout.clusters) stencils_.emplace_back(kind);
+  for (const ClusterSpec& kind : layout.clusters) stencils_.emplace_back(kind, layout.voxel_stretch);
   for (std::size_t link = 0; link <= core::kMaxJoints; ++link) {
     packed_first_[link] = x_m_.size();
     for (std::size_t i = layout.first[link]; i < layout.first_cluster[link]; ++i) {

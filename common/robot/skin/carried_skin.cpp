@@ -58,8 +58,9 @@ void append_body(const Placed& body, bool has_fingers, SkinLayout& layout) {
 }  // namespace
 
 core::Expected<BodySkin> lay_out_body(const geometry::TriangleMesh& mesh_m, const SkinOptions& options) {
-  const detail::PartRules rules{options.voxel_size_m, options.pitch_vox * options.voxel_size_m,
-                                options.max_sensors, options.normalisation};
+  const detail::PartRules rules{options.voxel_size_m.reference_m(),
+                                options.pitch_vox * options.voxel_size_m.reference_m(), options.max_sensors,
+                                options.normalisation};
   const auto sensors = detail::sensors_of(MeshSensors{.mesh_m = mesh_m, .gain = 1.0, .cluster = {}}, rules);
   if (!sensors) return sensors.status();
   BodySkin skin;
@@ -88,6 +89,7 @@ core::Expected<SkinLayout> skin_with_bodies(const SerialArm& arm, const SkinLayo
   SkinLayout layout;
   layout.normalisation = own.normalisation;
   layout.clusters = own.clusters;
+  layout.voxel_stretch = own.voxel_stretch;
   layout.left_out = own.left_out;
   for (std::size_t link = 0; link + 1 < own.first.size(); ++link) {
     layout.first[link] = layout.size();

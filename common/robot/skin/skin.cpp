@@ -70,7 +70,7 @@ Status add_parts(const std::vector<Part>& parts, const char* kind, const LinkSki
                  std::vector<PlacedSensor>& sensors, std::size_t& left_out) {
   for (std::size_t i = 0; i < parts.size(); ++i) {
     const detail::PartRules rules{
-        options.voxel_size_m, options.pitch_vox * options.voxel_size_m,
+        options.voxel_size_m.reference_m(), options.pitch_vox * options.voxel_size_m.reference_m(),
         options.max_sensors - std::min(options.max_sensors, size_before + sensors.size()),
         options.normalisation};
     auto more = detail::sensors_of(parts[i], rules);
@@ -130,13 +130,14 @@ std::size_t SkinLayout::link_of(std::size_t sensor) const noexcept {
 
 core::Expected<SkinLayout> lay_out_skin(const SerialArm& arm, const std::vector<LinkSkin>& skin,
                                         const SkinOptions& options) {
-  if (!(options.pitch_vox * options.voxel_size_m > 0.0))
+  if (!(options.pitch_vox * options.voxel_size_m.reference_m() > 0.0))
     return Status::invalid_argument("skin: voxel size and pitch must be above 0");
   for (const LinkSkin& link : skin) {
     if (!arm.find_frame(link.link)) return Status::invalid_argument(unknown_link(arm, link.link));
   }
   SkinLayout layout;
   layout.normalisation = options.normalisation;
+  layout.voxel_stretch = options.voxel_size_m.stretch();
   for (std::size_t moving = 0; moving < arm.links().size(); ++moving) {
     layout.first[moving] = layout.size();
     std::vector<PlacedSensor> sensors;

@@ -13,17 +13,20 @@
 #include "common/geometry/mesh/mesh.hpp"
 #include "common/geometry/pose.hpp"
 #include "common/robot/kinematics/serial_arm.hpp"
+#include "common/workspace/grid.hpp"
 
 namespace phantom::robot {
 
 /// Which voxels of a cluster sensor's zone count, and how much (the thesis's shaping arrays, 6.2.2).
 enum class ClusterShape {
-  kCube,     ///< binary, all of the (2m+1)³ voxels
-  kSphere,   ///< binary, type 1: voxels whose centres are within m voxels of the zone's centre
-  kFraction  ///< type 2: each voxel by the fraction of it inside the sphere of radius m + ½ voxels
+  kCube,             ///< binary, all of the (2m+1)³ voxels
+  kSphere,           ///< binary, type 1: voxels whose centres are within m voxels of the zone's centre
+  kSphereContained,  ///< likewise within m + ½: the sphere that the cube contains, 48 % fewer voxels at m = 3
+  kFraction          ///< type 2: each voxel by the fraction of it inside the sphere of radius m + ½ voxels
 };
 
 /// A cluster sensor (the thesis's enhanced sensor, 6.2–6.4): reads a zone of voxels instead of a single one.
+/// Where voxels are no cubes, m counts in their shortest side along every axis.
 struct ClusterSpec {
   static constexpr int kMaxReach_vox = 15;
   int reach_vox = 3;  ///< m, 1…15
@@ -122,8 +125,10 @@ struct SkinLayout {
   std::vector<Eigen::Vector3d> closing_m;
   /// Gain × area in m² (kArea), gain ÷ sensors of the link (kCount), gain (the others).
   std::vector<double> weight;
-  std::vector<double> area_m2;             ///< area that the sensor represents, without gain
-  std::vector<ClusterSpec> clusters;       ///< kinds of cluster sensors
+  std::vector<double> area_m2;        ///< area that the sensor represents, without gain
+  std::vector<ClusterSpec> clusters;  ///< kinds of cluster sensors
+  /// VoxelSize::stretch() of the voxels that cluster sensors read.
+  Eigen::Vector3d voxel_stretch = Eigen::Vector3d::Ones();
   std::vector<std::uint8_t> cluster_kind;  ///< for each sensor: 0 for a point, else 1 + index in `clusters`
   std::size_t left_out = 0;  ///< parts left out because they are on the base, which does not move
   std::size_t size() const noexcept { return x_m.size(); }
@@ -138,7 +143,9 @@ struct SkinLayout {
 };
 
 struct SkinOptions {
-  double voxel_size_m = 0.005;  ///< if voxels are no cubes, their shortest side
+  /// Pitch and areas count in the shortest side; cluster sensors read zones as wide in metres along each
+  /// axis.
+  workspace::VoxelSize voxel_size_m = 0.005;
   /// Greatest distance between neighbouring sensors, as a share of the voxel size. The thesis allows up to 1
   /// (eqs. 5.22, 5.23). Above 1 the skin is coarser than the voxels: fewer sensors, but steps in the drag.
   double pitch_vox = 0.99;

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <random>
@@ -14,6 +15,7 @@
 #include "common/robot/sensing/skin_sensing.hpp"
 #include "common/robot/tests/test_arms.hpp"
 #include "common/robot/tests/test_worlds.hpp"
+#include "common/workspace/voxel_box.hpp"
 #include "tests/support/heap_guard.hpp"
 
 namespace phantom::robot {
@@ -27,31 +29,41 @@ const workspace::Workspace& world() {
 }
 
 /// Share of the voxel at (x,y,z) inside the sphere, by counting points.
-double counted_fraction(int x, int y, int z, double radius) {
+double counted_fraction(int x, int y, int z, double radius,
+                        const Eigen::Vector3d& stretch = Eigen::Vector3d::Ones()) {
   const int n = 100;
   int inside = 0;
   for (int i = 0; i < n * n * n; ++i) {
     const Eigen::Vector3d p(x - 0.5 + (i % n + 0.5) / n, y - 0.5 + (i / n % n + 0.5) / n,
                             z - 0.5 + (i / n / n + 0.5) / n);
-    inside += p.squaredNorm() <= radius * radius ? 1 : 0;
+    inside += p.cwiseProduct(stretch).squaredNorm() <= radius * radius ? 1 : 0;
   }
   return inside / static_cast<double>(n * n * n);
 }
 
-/// SSA of eq. 6.1 and its type 2.
-double ssa(const ClusterSpec& spec, int x, int y, int z) {
+/// SSA of eq. 6.1 and its type 2, in quarters of a voxel's shortest side so that comparisons are exact.
+double ssa(const ClusterSpec& spec, int x, int y, int z, const Eigen::Vector3d& stretch) {
   const int m = spec.reach_vox;
-  if (spec.shape == ClusterShape::kSphere) return x * x + y * y + z * z <= m * m ? 1.0 : 0.0;
-  return spec.shape == ClusterShape::kCube ? 1.0 : fraction_in_sphere(x, y, z, m + 0.5);
+  if (spec.shape == ClusterShape::kFraction) return fraction_in_sphere(x, y, z, m + 0.5, stretch);
+  const Eigen::Array3i at = (4.0 * stretch.cwiseProduct(Eigen::Vector3d(x, y, z))).cast<int>();
+  if (spec.shape == ClusterShape::kCube) return at.abs().maxCoeff() <= 4 * m ? 1.0 : 0.0;
+  const int radius = spec.shape == ClusterShape::kSphere ? 4 * m : 4 * m + 2;
+  return at.square().sum() <= radius * radius ? 1.0 : 0.0;
 }
+
+constexpr std::array kClusterShapes{ClusterShape::kCube, ClusterShape::kSphere,
+                                    ClusterShape::kSphereContained, ClusterShape::kFraction};
+/// Voxels that are cubes, and such as are not.
+const std::array<Eigen::Vector3d, 3> kVoxelStretches{Eigen::Vector3d{1, 1, 1}, {1, 1.25, 4}, {8, 1, 1.5}};
 
 /// SSA of every voxel around a sensor, in the order of literal(): worked out once, for many sensors.
 struct LiteralZone {
-  explicit LiteralZone(const ClusterSpec& spec) : reach_vox(spec.reach_vox) {
+  explicit LiteralZone(const ClusterSpec& spec, const Eigen::Vector3d& stretch = Eigen::Vector3d::Ones())
+      : reach_vox(spec.reach_vox) {
     const int m = reach_vox;
     for (int x = -m; x <= m; ++x) {
       for (int y = -m; y <= m; ++y) {
-        for (int z = -m; z <= m; ++z) weight.push_back(ssa(spec, x, y, z));
+        for (int z = -m; z <= m; ++z) weight.push_back(ssa(spec, x, y, z, stretch));
       }
     }
   }
@@ -94,6 +106,20 @@ TEST(FractionInSphere, SumsUpToTheSpheresVolume) {
   }
 }
 
+TEST(FractionInSphere, OfVoxelsThatAreNoCubesSumsUpToTheSameVolumeAndIsTheShareOfPoints) {
+  for (const Eigen::Vector3d& stretch : kVoxelStretches) {
+    double volume = 0.0;
+    for (int x = -4; x <= 4; ++x) {
+      for (int y = -4; y <= 4; ++y) {
+        for (int z = -4; z <= 4; ++z) volume += fraction_in_sphere(x, y, z, 3.5, stretch) * stretch.prod();
+      }
+    }
+    EXPECT_NEAR(volume, 4.0 / 3.0 * std::numbers::pi * 3.5 * 3.5 * 3.5, 1e-7) << stretch.transpose();
+    for (const auto& [x, y, z] : {std::array{0, 0, 0}, {0, 1, 1}, {1, 2, -2}, {0, 0, -1}, {3, 1, 0}})
+      EXPECT_NEAR(fraction_in_sphere(x, y, z, 3.5, stretch), counted_fraction(x, y, z, 3.5, stretch), 2e-3);
+  }
+}
+
 TEST(FractionInSphere, IsTheShareOfPointsAndTheSameAlongEveryAxis) {
   for (const auto& [x, y, z] : {std::array{3, 0, 0}, {2, 2, 1}, {2, -2, -2}, {0, 1, -3}, {3, 1, 1}}) {
     const double fraction = fraction_in_sphere(x, y, z, 3.5);
@@ -109,8 +135,47 @@ TEST(ClusterSensor, HasTheThesissNumbersOfVoxels) {
   EXPECT_EQ(ClusterStencil({3, ClusterShape::kCube}).voxel_count(), 343U);
   EXPECT_EQ(ClusterStencil({3, ClusterShape::kSphere}).voxel_count(), 123U);
   EXPECT_EQ(ClusterStencil({1, ClusterShape::kSphere}).voxel_count(), 7U);
+  for (const auto& [m, voxels] : {std::pair{1, 19U}, {2, 81U}, {3, 179U}})  // as shaping elements (table 4.1)
+    EXPECT_EQ(ClusterStencil({m, ClusterShape::kSphereContained}).voxel_count(), voxels) << m;
   EXPECT_NEAR(ClusterStencil({3, ClusterShape::kFraction}).total_weight(),
               4.0 / 3.0 * std::numbers::pi * 3.5 * 3.5 * 3.5, 1e-8);
+}
+
+std::vector<std::pair<Eigen::Vector3d, ClusterShape>> stretches_and_shapes() {
+  std::vector<std::pair<Eigen::Vector3d, ClusterShape>> all;
+  for (const Eigen::Vector3d& stretch : kVoxelStretches)
+    for (const ClusterShape shape : kClusterShapes) all.emplace_back(stretch, shape);
+  return all;
+}
+
+// A wall is felt from as far away along every axis, to one voxel's side.
+TEST(ClusterSensor, FeelsAsFarInMetresAlongEveryAxis) {
+  const Eigen::Vector3d sides_m(0.01, 0.01, 0.04);
+  const workspace::VoxelSize size(sides_m);
+  constexpr int kWall_vox = 30;
+  for (const ClusterShape shape : kClusterShapes) {
+    for (const int m : {3, 6, 15}) {
+      const ClusterStencil stencil({m, shape}, size.stretch());
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        workspace::Workspace wall({Eigen::Vector3d::Zero(), size, {32, 32, 32}}, {0.0F, 9.0F});
+        auto brick = wall.edit_brick({0, 0, 0});
+        workspace::VoxelBox::of(wall.grid()).for_each([&](workspace::Index3 v) {
+          if (v[axis] >= kWall_vox)
+            brick.mu_code[workspace::brick_offset(static_cast<std::uint32_t>(v.x),
+                                                  static_cast<std::uint32_t>(v.y),
+                                                  static_cast<std::uint32_t>(v.z))] = 1;
+        });
+        ResponseTable table;
+        fill_response({}, wall.palette(), table);
+        workspace::Index3 at{16, 16, 16};
+        at[axis] = 0;
+        while (!(stencil.read(wall, at, table).mean > 0.0)) ++at[axis];
+        const double side_m = size[axis], from_centre_m = (kWall_vox - at[axis]) * side_m;
+        EXPECT_LT(from_centre_m, 0.01 * (m + 0.5) + 0.5 * side_m + 1e-9) << "m = " << m << " along " << axis;
+        EXPECT_GT(from_centre_m, 0.01 * m - side_m) << "m = " << m << " along " << axis;
+      }
+    }
+  }
 }
 
 TEST(ClusterSensor, ReadsTheLiteralMean) {
@@ -120,11 +185,11 @@ TEST(ClusterSensor, ReadsTheLiteralMean) {
   fill_response(curve, world().palette(), shaped);
   std::mt19937 random(1);
   double felt = 0.0;
-  for (const auto shape : {ClusterShape::kCube, ClusterShape::kSphere, ClusterShape::kFraction}) {
+  for (const auto& [stretch, shape] : stretches_and_shapes()) {
     for (const int m : {1, 2, 3, 5, 8, 15}) {
       const ClusterSpec spec{m, shape};
-      const ClusterStencil stencil(spec);
-      const LiteralZone zone(spec);
+      const ClusterStencil stencil(spec, stretch);
+      const LiteralZone zone(spec, stretch);
       for (int trial = 0; trial < 12; ++trial) {
         // Everywhere: amid bricks, across their borders, over the grid's border, outside.
         const auto at = [&] { return std::uniform_int_distribution<std::int32_t>(-5, 245)(random); };

@@ -65,7 +65,7 @@ TEST(Skin, ChosenPitchIsBelowTheVoxelSizeAroundAndAlong) {
     SkinSegment tube = cone();
     tube.to_radius_m = tube.from_radius_m;
     const SkinLayout layout = lay_out({{"upper", {tube}}}, options);
-    const double pitch = pitch_vox * options.voxel_size_m;
+    const double pitch = pitch_vox * options.voxel_size_m.reference_m();
     std::size_t sides = 1;  // sensors of the first ring lie at one distance along the axis
     const Eigen::Vector3d axis = (tube.to_m - tube.from_m).normalized();
     while (std::abs(axis.dot(layout.position(sides) - layout.position(0))) < 1e-9) ++sides;

@@ -71,9 +71,9 @@ CellConfig load_cell(const std::filesystem::path& path, CellArms arms) {
   cell.file = path;
   cell.name = read_name(file);
   read_workspace(file.section("workspace"), cell);
-  cell.profile = read_profile(file.section("profile").as("profile"), cell.voxel_size_m.reference_m());
+  cell.profile = read_profile(file.section("profile").as("profile"), cell.voxel_size_m);
   for (const Fields& object : file.sections("objects")) {
-    cell.objects.push_back(read_object(object.as("object"), cell.profile, cell.voxel_size_m.reference_m()));
+    cell.objects.push_back(read_object(object.as("object"), cell.profile, cell.voxel_size_m));
     cell.objects.back().id = static_cast<std::uint16_t>(cell.objects.size());
   }
   for (const Fields& medium : file.sections("media")) cell.media.push_back(read_medium(medium.as("medium")));

@@ -62,18 +62,17 @@ std::string read_name(const Fields& fields) {
 }
 
 ObjectConfig read_object(const Fields& fields, const workspace::LayerProfile& cell_profile,
-                         double reference_m) {
+                         const workspace::VoxelSize& size) {
   ObjectConfig object;
   object.name = read_name(fields);
   object.place = fields.place();
   read_body(fields, object);
   object.X_WO = fields.pose("pose");
   object.X_deviation = fields.pose("real_deviation");
-  object.profile = fields.has("profile") ? read_profile(fields.section("profile").as("profile"), reference_m)
-                                         : cell_profile;
+  object.profile =
+      fields.has("profile") ? read_profile(fields.section("profile").as("profile"), size) : cell_profile;
   fields.number("guard_vox", object.profile.guard_vox);
-  if (const auto checked = workspace::check_profile(object.profile); !checked)
-    throw ConfigError(fields.place() + ": " + checked.message());
+  check_in_voxels(fields, object.profile, size);
   fields.number("priority", object.priority);
   fields.number("mass_kg", object.mass_kg);
   fields.flag("loose", object.loose);
@@ -94,7 +93,7 @@ ObjectConfig read_object(const Fields& fields, const workspace::LayerProfile& ce
 
 ObjectConfig read_object_text(const std::string& yaml, const CellConfig& cell) {
   const Fields fields = Fields::from_text(yaml, cell.file.string() + ": object", cell_table()).as("object");
-  ObjectConfig object = read_object(fields, cell.profile, cell.voxel_size_m.reference_m());
+  ObjectConfig object = read_object(fields, cell.profile, cell.voxel_size_m);
   fields.finish();
   return object;
 }

@@ -12,11 +12,14 @@ namespace phantom::runtime {
 const FieldTable& cell_table();
 /// Reads the mapping's `name`, as on topics, of printable UTF-8.
 std::string read_name(const Fields& fields);
-/// Lengths in metres are converted to voxels of `reference_m` (workspace::VoxelSize).
-workspace::LayerProfile read_profile(const Fields& fields, double reference_m);
+/// Reads a profile for voxels of this size. Logs where its layers differ from the text's or may be missing.
+workspace::LayerProfile read_profile(const Fields& fields, const workspace::VoxelSize& size);
+/// Refuses a profile that is no good in voxels of this size.
+void check_in_voxels(const Fields& fields, const workspace::LayerProfile& profile,
+                     const workspace::VoxelSize& size);
 /// `cell_profile` is the profile of objects without one of their own.
 ObjectConfig read_object(const Fields& fields, const workspace::LayerProfile& cell_profile,
-                         double reference_m);
+                         const workspace::VoxelSize& size);
 /// Reads a solid given by a formula, with the keys f, min_m and max_m.
 geometry::ImplicitPtr read_formula_solid(const Fields& fields);
 /// Reads the one shape of a mapping (sphere, box, union, implicit …), at the pose given there.

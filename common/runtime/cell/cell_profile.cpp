@@ -1,8 +1,11 @@
+#include <spdlog/spdlog.h>
+
 #include <cmath>
 
 #include "common/geometry/implicit/formula.hpp"
 #include "common/percept/mpc.hpp"
 #include "common/runtime/cell/cell_parts.hpp"
+#include "common/workspace/thin_layers.hpp"
 
 namespace phantom::runtime {
 namespace {
@@ -49,8 +52,14 @@ Layers read_mpc(const Fields& fields, double reference_m) {
   mpc.choice("gamma", gamma, {{"stepped", kStepped}, {"interpolated", kInterpolated}});
   const auto layers = percept::mpc_layers(design, reference_m, gamma);
   if (!layers) throw fields.error("mpc", layers.status().message());
-  return {layers->thickness_vox,
-          layers->gamma_N_s_per_m};  // with μ_n = γ_n the fluid resists like the cylinder (eq. 4.7)
+  // With μ_n = γ_n the fluid resists like the cylinder (eq. 4.7).
+  for (std::size_t i = 0; i < layers->gap_m.size(); ++i) {
+    const double wanted_m = design.pipes[i].gap_m, actual_m = layers->gap_m[i];
+    if (std::abs(actual_m - wanted_m) > 1e-6 * wanted_m)
+      spdlog::info("{}: the gap of pipe {} is {:g} m instead of {:g} m: gaps are whole voxels of {:g} m",
+                   mpc.place(), i + 1, actual_m, wanted_m, reference_m);
+  }
+  return {layers->thickness_vox, layers->gamma_N_s_per_m};
 }
 
 Layers read_function(const Fields& function, double reference_m) {
@@ -95,8 +104,16 @@ void check_falling(const Fields& fields, const std::vector<float>& mu) {
 
 }  // namespace
 
-workspace::LayerProfile read_profile(const Fields& fields, double reference_m) {
-  const Layers layers = read_layers(fields, reference_m);
+void check_in_voxels(const Fields& fields, const workspace::LayerProfile& profile,
+                     const workspace::VoxelSize& size) {
+  if (const auto checked = workspace::check_profile(profile); !checked)
+    throw ConfigError(fields.place() + ": " + checked.message());
+  if (const auto checked = workspace::check_layers(profile, size); !checked)
+    throw ConfigError(fields.place() + ": " + checked.message());
+}
+
+workspace::LayerProfile read_profile(const Fields& fields, const workspace::VoxelSize& size) {
+  const Layers layers = read_layers(fields, size.reference_m());
   workspace::LayerProfile profile;
   profile.thickness_vox = layers.thickness_vox;
   profile.mu_Pa_s_per_m.assign(layers.mu.begin(), layers.mu.end());
@@ -123,8 +140,9 @@ workspace::LayerProfile read_profile(const Fields& fields, double reference_m) {
     profile.mu_inside_Pa_s_per_m.assign(mu.begin(), mu.end());
     inside.numbers("stiffness_Pa_per_m", profile.stiffness_inside_Pa_per_m);
   }
-  if (const auto checked = workspace::check_profile(profile); !checked)
-    throw ConfigError(fields.place() + ": " + checked.message());
+  check_in_voxels(fields, profile, size);
+  for (const std::string& note : workspace::thin_layer_notes(profile, size))
+    spdlog::warn("{}: {}", fields.place(), note);
   return profile;
 }
 

@@ -13,7 +13,11 @@ void read_cluster(const Fields& fields, std::optional<robot::ClusterSpec>& clust
   const Fields section = fields.section("cluster").as("cluster");
   section.number("reach_vox", cluster.emplace().reach_vox);
   using enum robot::ClusterShape;
-  section.choice("shape", cluster->shape, {{"cube", kCube}, {"sphere", kSphere}, {"fraction", kFraction}});
+  section.choice("shape", cluster->shape,
+                 {{"cube", kCube},
+                  {"sphere", kSphere},
+                  {"sphere-contained", kSphereContained},
+                  {"fraction", kFraction}});
 }
 
 /// Reads corners from two lists of the same length: {r_m: [...], psi_deg: [...]}.

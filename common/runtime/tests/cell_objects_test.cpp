@@ -11,6 +11,7 @@
 #include "common/geometry/implicit/primitives.hpp"
 #include "common/runtime/cell/cell_bodies.hpp"
 #include "common/runtime/configuration/fields.hpp"
+#include "tests/support/captured_log.hpp"
 #include "tests/support/files.hpp"
 
 namespace phantom::runtime {
@@ -202,6 +203,23 @@ TEST_F(CellObjects, ProfilesByMultiplePassCylinder) {
   const auto smooth = profile(pipes + "interpolated" + three);
   EXPECT_GT(smooth.mu_Pa_s_per_m.size(), 4U);
   EXPECT_EQ(smooth.reach_vox(), stepped.reach_vox());
+}
+
+// Tries wva_server: a pipe's gap is no whole number of voxels
+TEST_F(CellObjects, LogsTheGapsOfACylinderThatAreNoWholeVoxels) {
+  const test::CapturedLog log;
+  const auto found = profile(
+      "mpc: {cylinder_diameter_m: 0.05, fluid_viscosity_Pa_s: 0.1, pipes: ["
+      "{diameter_m: 0.01, length_m: 0.1, gap_m: 0.004}, {diameter_m: 0.01, length_m: 0.1, gap_m: 0.006}, "
+      "{diameter_m: 0.01, length_m: 0.1, gap_m: 0.012}, {diameter_m: 0.01, length_m: 0.1, gap_m: 0.015}]}");
+  EXPECT_THAT(found.thickness_vox, ElementsAre(1, 1, 2, 3));
+  const std::string text = log.text();
+  for (const char* line :
+       {"the gap of pipe 1 is 0.005 m instead of 0.004 m: gaps are whole voxels of 0.005 m",
+        "the gap of pipe 2 is 0.005 m instead of 0.006 m: ",
+        "the gap of pipe 3 is 0.01 m instead of 0.012 m: "})
+    EXPECT_THAT(text, HasSubstr(line));
+  EXPECT_THAT(text, testing::Not(HasSubstr("pipe 4")));
 }
 
 TEST_F(CellObjects, ProfilesByFunctionOfDistance) {

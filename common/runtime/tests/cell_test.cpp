@@ -8,6 +8,7 @@
 
 #include "common/core/errors.hpp"
 #include "common/runtime/configuration/fields.hpp"
+#include "tests/support/captured_log.hpp"
 #include "tests/support/files.hpp"
 
 namespace phantom::runtime {
@@ -84,6 +85,36 @@ TEST_F(CellFile, EachFaultIsNamed) {
   expect_refused("mesh_scale: 0.001", "mesh_unit: mm", "unknown key");
   expect_refused("to_m: [0, 0, 0.4]", "to_m: [0, 0, 0]", "is the same point as from_m");
   expect_refused("sides: 32", "sides: 2", "allowed: 3 to 10000 sensors");
+}
+
+// Layers of one voxel of 2 mm in voxels 16 mm high: free space, then the body.
+TEST_F(CellFile, RefusesLayersThatEndBeforeTheFirstVoxelAlongAnAxis) {
+  const auto high = [](const char* profile) {
+    return std::string("voxel_size_m: [0.002, 0.002, 0.016]}\nprofile: {") + profile +
+           ", mu_Pa_s_per_m: [32, 20, 13], mu_skin_Pa_s_per_m: 100}\nobjects:";
+  };
+  const std::string from = std::string(kCell).substr(std::string(kCell).find("voxel_size_m"));
+  const std::string lines = from.substr(0, from.find("objects:") + 8);
+  expect_refused(
+      lines, high("thickness_vox: [1, 1, 1]"),
+      "profile: layer profile: layers and guard reach 0.006 m, but a voxel is 0.016 m long along z, "
+      "where no layer has one");
+  expect_refused(lines, high("thickness_vox: [2, 2, 3]"), "reach 0.014 m");
+  expect_refused(lines, high("guard_vox: 8, thickness_vox: [2, 2, 3]"), "reach 0.03 m");
+  EXPECT_NO_THROW(load(lines, high("thickness_vox: [2, 2, 4]")));
+  EXPECT_NO_THROW(load(lines, high("method: dilation, thickness_vox: [1, 1, 1]")));
+}
+
+TEST_F(CellFile, WarnsOfLayersThatMayBeMissingAlongAnAxis) {
+  const test::CapturedLog log;
+  load();
+  EXPECT_EQ(log.text(), "");
+  load("voxel_size_m: 0.005", "voxel_size_m: [0.004, 0.005, 0.032]");
+  EXPECT_THAT(
+      log.text(),
+      AllOf(HasSubstr("warning: "),
+            HasSubstr("cell.yaml:3: profile: layers 1, 2, 3 are thinner than a voxel is long along z, "
+                      "0.032 m, and may be missing there; straight along z these have no voxel: 1, 3\n")));
 }
 
 TEST_F(CellFile, VoxelsMayHaveASideForEachAxis) {

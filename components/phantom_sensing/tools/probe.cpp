@@ -203,7 +203,8 @@ ProbePeaks run_probe_rows(const PhantomModel& model, const PerceptSettings& sett
 
 void write_skin(const PhantomModel& model, std::ostream& csv) {
   csv << "sensor,link,link_name,x_m,y_m,z_m,weight,area_m2,reach_vox,shape\n";
-  static constexpr const char* kShapes[] = {"cube", "sphere", "fraction"};  // in ClusterShape's order
+  static constexpr const char* kShapes[] = {"cube", "sphere", "sphere-contained",
+                                            "fraction"};  // in ClusterShape's order
   for (std::size_t i = 0; i < model.skin.size(); ++i) {
     const std::size_t link = model.skin.link_of(i);
     csv << i << ',' << link << ',' << model.arm.links()[link].name << ',' << model.skin.x_m[i] << ','

@@ -108,8 +108,8 @@ StillScene make_still_scene(const runtime::CellConfig& cell, const StillPose& po
   const std::vector<LinkMeshData> meshes = load_arm_meshes(arm, parts);
   const std::vector<runtime::CellBody> bodies = runtime::load_bodies(cell);
   const std::string place = cell.file.string() + ": arm '" + arm_config.name + "': ";
-  const auto skin = value_or_throw(
-      robot::lay_out_skin(arm, parts, {.voxel_size_m = cell.voxel_size_m.reference_m()}), place);
+  const auto skin =
+      value_or_throw(robot::lay_out_skin(arm, parts, {.voxel_size_m = cell.voxel_size_m}), place);
   const std::size_t joints = arm.joint_count();
   const auto& home = arm_config.home;
 

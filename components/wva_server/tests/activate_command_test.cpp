@@ -192,6 +192,18 @@ TEST_F(ActivateCommand, WarnsOfWhatItHadToGuess) {
   EXPECT_THAT(told["objects"][0]["warnings"].dump(), Not(HasSubstr("up-axis")));
 }
 
+// Tries wva_server: a profile of which no layer has a voxel along an axis
+// Tries wva_server: a layer is thinner than a voxel's longest side
+TEST_F(ActivateCommand, WarnsOfLayersThinnerThanAVoxelAndRefusesSuchAsEndBeforeOne) {
+  const std::string post = "--mesh " + (folder_ / "post.stl").string() +
+                           " --scale 0.001 --voxel-size-m 0.01,0.01,0.04 --mu 32,20 --layers ";
+  EXPECT_THAT(run(post + "2,3")["objects"][0]["warnings"].dump(),
+              HasSubstr("the profile's layers 1, 2 are thinner than a voxel is long along z, 0.04 m"));
+  EXPECT_THAT(run(post + "4,4")["objects"][0]["warnings"].dump(), Not(HasSubstr("thinner")));
+  EXPECT_THAT(refusal(post + "1,2"),
+              AllOf(HasSubstr("--layers: "), HasSubstr("reach 0.03 m"), HasSubstr("along z")));
+}
+
 // A box of 0.2 × 0.3 × 0.4 m, some of whose triangles come again or face the wrong way; one without a lid;
 // and one that another passes through.
 TEST_F(ActivateCommand, ReportsTheVolumeOfWhatIsSolidOrNone) {
