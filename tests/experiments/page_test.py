@@ -18,7 +18,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 import draw  # noqa: E402
 
 SPECIFIED = ("mpc-steps filter-cost triangulation voxelise layers drag-tracks speed smoothing merge arm-sensors sensing-models lean-sensors pffb-speed coworking btm-cases percept-sets "
-             "enhanced pgd hit-view audio model-error survey touch submerged palpation resolutions shared-skin arm-pair running-system").split()
+             "enhanced pgd hit-view audio model-error survey touch submerged palpation resolutions shared-skin arm-pair scara running-system").split()
 PENDING = set()  # specified, and not there yet
 
 
