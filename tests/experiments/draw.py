@@ -155,7 +155,9 @@ def draw_experiment(folder):
     names = {s["table"] for plot in drawn["plots"] for panel in plot["panels"] for s in panel["series"]}
     tables = {name: read_table(folder / f"{name}.csv") for name in names}
     drawn["files"] = [draw_plot(folder, plot, tables) for plot in drawn["plots"]]
-    drawn["checks"] = json.loads((folder / "checks.json").read_text(encoding="utf-8"))
+    checks = json.loads((folder / "checks.json").read_text(encoding="utf-8"))
+    drawn["checks"] = [check for check in checks if "thesis" not in check]
+    drawn["printed"] = [check for check in checks if "thesis" in check]
     return drawn
 
 
@@ -205,7 +207,7 @@ figcaption { font-size: .85rem; color: #444 } .source { color: #555 } .differenc
 
 def difference_text(printed):
     """Ours less the thesis's, with its unit and as a share."""
-    thesis, ours = printed["thesis"], printed["ours"]
+    thesis, ours = printed["thesis"], printed["value"]
     if ours is None:  # not a number
         return "not a number"
     less = 0.0 if abs(ours - thesis) < 1e-9 * abs(thesis) else ours - thesis  # not how numbers are rounded
@@ -222,6 +224,7 @@ def section(entry, folder, drawn, number):
     yield f"<h2 id='{entry['id']}'>{number + 1} {html.escape(entry['title'])}</h2>"
     yield f"<p class=source>Thesis: {html.escape(entry['source'])}. Run again with <code>scripts/experiments {entry['id']}</code>.</p>"
     yield f"<p><b>The thesis states:</b> {html.escape(entry['statement'])}</p>"
+    yield f"<p class=source>Fails under the broken laws {', '.join(entry['fails_under'])}.</p>"
     if drawn is None:
         yield "<p class=difference>Not run.</p>"
         return
@@ -235,10 +238,11 @@ def section(entry, folder, drawn, number):
     yield from check_rows(drawn["checks"])
     yield "</table>"
     if drawn["printed"]:
-        yield "<table><tr><th>The thesis prints</th><th>Where</th><th>Thesis</th><th>Ours</th><th>Difference</th></tr>"
+        yield "<table><tr><th>The thesis prints</th><th>Where</th><th>Thesis</th><th>Ours</th><th>Difference</th><th>Allowed</th><th></th></tr>"
         for p in drawn["printed"]:
-            words = [html.escape(p["what"]), html.escape(p["place"]), *(f"{figure_text(p[k])} {html.escape(p['unit'])}" for k in ("thesis", "ours"))]
-            yield "<tr>" + "".join(f"<td>{word}</td>" for word in words) + f"<td>{difference_text(p)}</td></tr>"
+            words = [html.escape(p["what"]), html.escape(p["place"]), *(f"{figure_text(p[k])} {html.escape(p['unit'])}" for k in ("thesis", "value")),
+                     difference_text(p), f"{band_text(p)} {html.escape(p['unit'])}", "pass" if p["passed"] else "fail"]
+            yield f"<tr class={words[-1]}>" + "".join(f"<td>{word}</td>" for word in words) + "</tr>"
         yield "</table>"
     for text in drawn["prints_no_more"]:
         yield f"<p class=difference><b>Nothing more to lay beside:</b> {html.escape(text)}</p>"
@@ -259,10 +263,11 @@ def page(out, entries, results):
         if drawn is None:
             yield f"<tr>{name}<td colspan=3></td><td>not run</td></tr>"
             continue
-        failed = sum(not check["passed"] for check in drawn["checks"])
-        first = next(iter(check_rows(drawn["checks"][:1])))
+        judged = drawn["checks"] + drawn["printed"]
+        failed = sum(not check["passed"] for check in judged)
+        first = next(iter(check_rows(judged[:1])))
         cells = re.sub(r"^<tr[^>]*>|<td>[^<]*</td></tr>$", "", first)
-        of_all = f"{len(drawn['checks']) - failed} of {len(drawn['checks'])} pass"
+        of_all = f"{len(judged) - failed} of {len(judged)} pass"
         yield f"<tr class={'fail' if failed else 'pass'}>{name}{cells}<td>{of_all}</td></tr>"
     yield "</table>"
     for number, entry in enumerate(entries):

@@ -15,7 +15,12 @@ enum class Sabotage {
   kLayersOffByOne,  ///< every layer lies one voxel too far out
   kIgnoredSpeed,    ///< the drag is that of a fixed speed, whatever the speed is
   kGrownBodies,     ///< bodies reach a voxel farther out on every side than their meshes
-  kIgnoredOffset    ///< the survey's beam is taken to begin in the head's centre of rotation
+  kIgnoredOffset,   ///< the survey's beam is taken to begin in the head's centre of rotation
+  kCubicClusters,   ///< every cluster sensor reads the whole cube
+  kLatestObject,    ///< where objects' layers meet, the later one's fluid prevails
+  kNoMemory,        ///< the buffer of past voxels holds the present one alone
+  kUnfacedFilter,   ///< the search's surface direction test lets every triangle pass
+  kWeightless       ///< the simulated arm has no weight, with counterweights or without
 };
 
 struct Settings {

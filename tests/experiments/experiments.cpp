@@ -32,6 +32,7 @@ Experiment palpation();
 Experiment resolutions();
 Experiment shared_skin();
 Experiment arm_pair();
+Experiment scara();
 // the executables as they are shipped
 Experiment running_system();
 
@@ -66,6 +67,7 @@ const std::vector<Experiment>& experiments() {
       resolutions(),
       shared_skin(),
       arm_pair(),
+      scara(),
       // the executables as they are shipped
       running_system(),
   };

@@ -14,11 +14,12 @@
 namespace phantom::experiments {
 namespace {
 
-const std::map<std::string, Sabotage> kSabotages{{"constant-mu", Sabotage::kConstantMu},
-                                                 {"layers-off-by-one", Sabotage::kLayersOffByOne},
-                                                 {"ignored-speed", Sabotage::kIgnoredSpeed},
-                                                 {"grown-bodies", Sabotage::kGrownBodies},
-                                                 {"ignored-offset", Sabotage::kIgnoredOffset}};
+const std::map<std::string, Sabotage> kSabotages{
+    {"constant-mu", Sabotage::kConstantMu},       {"layers-off-by-one", Sabotage::kLayersOffByOne},
+    {"ignored-speed", Sabotage::kIgnoredSpeed},   {"grown-bodies", Sabotage::kGrownBodies},
+    {"ignored-offset", Sabotage::kIgnoredOffset}, {"cubic-clusters", Sabotage::kCubicClusters},
+    {"latest-object", Sabotage::kLatestObject},   {"no-memory", Sabotage::kNoMemory},
+    {"unfaced-filter", Sabotage::kUnfacedFilter}, {"weightless", Sabotage::kWeightless}};
 
 void list(bool as_json) {
   nlohmann::json all = nlohmann::json::array();
@@ -66,9 +67,8 @@ bool run(const Experiment& experiment, const Settings& settings) {
   }
   const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
   std::printf("%-15s %s  %zu checks, %.1f s\n", experiment.id.c_str(), report.passed() ? "ok    " : "FAILED",
-              report.checks().size(), took.count());
-  for (const Check& check : report.checks()) {
-    if (check.passed()) continue;
+              report.checks().size() + report.printed().size(), took.count());
+  for (const Check& check : report.failed()) {
     std::printf("    %s: %.6g %s, must lie in %.6g … %.6g\n", check.what.c_str(), check.value,
                 check.unit.c_str(), check.low, check.high);
   }

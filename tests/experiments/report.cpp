@@ -176,6 +176,15 @@ nlohmann::json Plot::json() const {
   return plot;
 }
 
+namespace {
+
+nlohmann::json json_of(const Check& check) {
+  return {{"what", check.what}, {"value", check.value}, {"low", check.low},
+          {"high", check.high}, {"unit", check.unit},   {"passed", check.passed()}};
+}
+
+}  // namespace
+
 Report::Report(std::filesystem::path folder) : folder_(std::move(folder)) {}
 
 Table& Report::table(const std::string& name, std::vector<std::string> columns) {
@@ -196,9 +205,11 @@ void Report::check(const std::string& what, double value, double low, double hig
   checks_.push_back({what, value, low, high, unit});
 }
 
-void Report::beside(const std::string& what, const std::string& place, double thesis, double ours,
-                    const std::string& unit) {
-  printed_.push_back({what, place, thesis, ours, unit});
+void Report::beside(const std::string& what, const std::string& place, double thesis, double ours, double low,
+                    double high, const std::string& unit) {
+  if (!(low <= high) || (std::isinf(low) && std::isinf(high)))
+    throw std::logic_error("beside the thesis: " + what + ": the band excludes nothing, or everything");
+  printed_.push_back({{what, ours, low, high, unit}, place, thesis});
 }
 
 void Report::prints_no_more(const std::string& text) { prints_no_more_.push_back(text); }
@@ -209,10 +220,16 @@ void Report::picture(const std::string& file, const std::string& caption) {
   pictures_.emplace_back(file, caption);
 }
 
-bool Report::passed() const {
-  return !checks_.empty() &&
-         std::all_of(checks_.begin(), checks_.end(), [](const Check& check) { return check.passed(); });
+std::vector<Check> Report::failed() const {
+  std::vector<Check> failed;
+  for (const Check& check : checks_)
+    if (!check.passed()) failed.push_back(check);
+  for (const Printed& printed : printed_)
+    if (!printed.check.passed()) failed.push_back(printed.check);
+  return failed;
 }
+
+bool Report::passed() const { return checks_.size() + printed_.size() > 0 && failed().empty(); }
 
 void Report::write() const {
   std::filesystem::create_directories(folder_);
@@ -221,20 +238,14 @@ void Report::write() const {
                  checks = nlohmann::json::array();
   for (const Plot& plot : plots_) plots.push_back(plot.json());
   for (const auto& [file, caption] : pictures_) pictures.push_back({{"file", file}, {"caption", caption}});
-  for (const Check& c : checks_) {
-    checks.push_back({{"what", c.what},
-                      {"value", c.value},
-                      {"low", c.low},
-                      {"high", c.high},
-                      {"unit", c.unit},
-                      {"passed", c.passed()}});
+  for (const Check& check : checks_) checks.push_back(json_of(check));
+  for (const auto& [check, place, thesis] : printed_) {
+    checks.push_back(json_of(check));
+    checks.back()["place"] = place;
+    checks.back()["thesis"] = thesis;
   }
-  nlohmann::json printed = nlohmann::json::array();
-  for (const auto& [what, place, thesis, ours, unit] : printed_)
-    printed.push_back({{"what", what}, {"place", place}, {"thesis", thesis}, {"ours", ours}, {"unit", unit}});
   write_file(folder_ / "plots.json", nlohmann::json{{"plots", plots},
                                                     {"pictures", pictures},
-                                                    {"printed", printed},
                                                     {"prints_no_more", prints_no_more_},
                                                     {"differences", differences_}}
                                              .dump(1) +

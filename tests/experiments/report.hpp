@@ -18,6 +18,13 @@ struct Check {
   bool passed() const { return value >= low && value <= high; }
 };
 
+/// A figure that the thesis prints, and ours, which must lie in the check's band.
+struct Printed {
+  Check check;
+  std::string place;
+  double thesis;
+};
+
 /// Rows of numbers; column names carry the unit: "distance [mm]".
 class Table {
  public:
@@ -106,13 +113,6 @@ class Plot {
   std::list<Panel> panels_;
 };
 
-/// A figure that the thesis prints, and ours.
-struct Printed {
-  std::string what, place;
-  double thesis, ours;
-  std::string unit;
-};
-
 /// What one experiment leaves: tables (CSV), plots (plots.json), checks (checks.json), in a folder of its
 /// own.
 class Report {
@@ -126,9 +126,11 @@ class Report {
   Plot& plot(const std::string& name, const std::string& title, int columns = 1);
   /// The first check is the one that the summary shows.
   void check(const std::string& what, double value, double low, double high, const std::string& unit);
-  /// Lays a figure that the thesis prints beside ours. `place`: where it stands, "table 3.3, page 68".
-  void beside(const std::string& what, const std::string& place, double thesis, double ours,
-              const std::string& unit);
+  /// Judges a figure that the thesis prints: ours must lie in low … high. Where ours differs, the band lies
+  /// round what ours must be, and difference() says why. `place`: where it stands, "table 3.3, page 68".
+  /// Throws std::logic_error for a band that excludes nothing, or everything.
+  void beside(const std::string& what, const std::string& place, double thesis, double ours, double low,
+              double high, const std::string& unit);
   /// Says that the thesis prints nothing more to lay beside ours, and what its pages hold instead.
   void prints_no_more(const std::string& text);
   /// Where ours differs from the thesis, and why; for the page.
@@ -137,7 +139,9 @@ class Report {
   void picture(const std::string& file, const std::string& caption);
 
   const std::vector<Check>& checks() const { return checks_; }
-  bool passed() const;  ///< at least one check, and all pass
+  const std::vector<Printed>& printed() const { return printed_; }
+  std::vector<Check> failed() const;  ///< of the checks and of what is beside the thesis
+  bool passed() const;                ///< at least one check or figure of the thesis, and all pass
   /// Writes the files. Throws std::runtime_error if one cannot be written.
   void write() const;
 

@@ -87,6 +87,16 @@ survey::RangeHead sabotaged(survey::RangeHead head, Sabotage sabotage) {
   return head;
 }
 
+robot::ClusterSpec sabotaged(robot::ClusterSpec cluster, Sabotage sabotage) {
+  if (sabotage == Sabotage::kCubicClusters) cluster.shape = robot::ClusterShape::kCube;
+  return cluster;
+}
+
+robot::MemoryWeights sabotaged(robot::MemoryWeights weights, Sabotage sabotage) {
+  if (sabotage == Sabotage::kNoMemory) weights.clear();
+  return weights;
+}
+
 workspace::LayerProfile layers(const std::vector<float>& mu_Pa_s_per_m, int thickness_vox,
                                float mu_skin_Pa_s_per_m) {
   workspace::LayerProfile profile;
@@ -104,7 +114,7 @@ workspace::Workspace activate(std::vector<layers::Body> bodies, const workspace:
     body.id = ++id;
     body.profile = sabotaged(std::move(body.profile), settings.sabotage);
     body.mesh_W = sabotaged(std::move(body.mesh_W), grid.voxel_size_m.reference_m(), settings.sabotage);
-    live.push_back({&body, 0});
+    live.push_back({&body, std::int64_t{id}});
   }
   layers::LiveWorkspace workspace(grid, law);
   must(workspace.add(live, 1));

@@ -30,6 +30,11 @@ geometry::TriangleMesh sabotaged(geometry::TriangleMesh mesh, double voxel_size_
 /// A range head as given; or without the arm that its ranger sits on (r of eqs. A.7 and A.8).
 survey::RangeHead sabotaged(survey::RangeHead head, Sabotage sabotage);
 
+/// A cluster sensor as given; or one that reads the whole cube.
+robot::ClusterSpec sabotaged(robot::ClusterSpec cluster, Sabotage sabotage);
+/// The weights of past voxels as given; or that of the present one alone.
+robot::MemoryWeights sabotaged(robot::MemoryWeights weights, Sabotage sabotage);
+
 /// The value; throws std::runtime_error with the status's message if there is none.
 template <class T>
 T must(core::Expected<T> result) {

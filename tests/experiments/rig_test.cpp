@@ -6,6 +6,8 @@
 #include <filesystem>
 #include <fstream>
 #include <map>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
 
 #include "common/geometry/implicit/primitives.hpp"
 #include "tests/experiments/specimens.hpp"
@@ -127,6 +129,36 @@ TEST(Report, WritesWhatItWasGivenAndRefusesWhatDoesNotFit) {
   EXPECT_EQ(row, "0.1,");
   EXPECT_TRUE(std::filesystem::exists(folder / "plots.json"));
   EXPECT_TRUE(std::filesystem::exists(folder / "checks.json"));
+}
+
+TEST(Report, AFigureOfTheThesisOutOfItsBandFailsTheExperiment) {
+  Report report(test::new_folder());
+  report.check("a check", 1.0, 0.0, 2.0, "");
+  report.beside("slope", "figure 1.1, page 1", 2.0, 1.95, 1.9, 2.1, "N");
+  EXPECT_TRUE(report.passed());
+  report.beside("step", "figure 1.1, page 1", 2.0, 2.2, 1.9, 2.1, "N");
+  report.beside("nothing measured", "figure 1.1, page 1", 2.0, std::nan(""), 1.9, 2.1, "N");
+  EXPECT_FALSE(report.passed());
+  ASSERT_EQ(report.failed().size(), 2U);
+  EXPECT_EQ(report.failed()[0].what, "step");
+  report.write();
+  const auto checks = nlohmann::json::parse(std::ifstream(report.folder() / "checks.json"));
+  ASSERT_EQ(checks.size(), 4U);
+  EXPECT_FALSE(checks[0].contains("thesis"));
+  EXPECT_EQ(checks[2]["thesis"], 2.0);
+  EXPECT_EQ(checks[2]["place"], "figure 1.1, page 1");
+  EXPECT_EQ(checks[2]["passed"], false);
+}
+
+TEST(Report, RefusesAFigureOfTheThesisWithoutABand) {
+  Report report(test::new_folder());
+  EXPECT_THROW(report.beside("all", "figure 1.1, page 1", 2.0, 2.0, -INFINITY, INFINITY, ""),
+               std::logic_error);
+  EXPECT_THROW(report.beside("none", "figure 1.1, page 1", 2.0, 2.0, 2.1, 1.9, ""), std::logic_error);
+  EXPECT_THROW(report.beside("no number", "figure 1.1, page 1", 2.0, 2.0, std::nan(""), 1.9, ""),
+               std::logic_error);
+  report.beside("fewer than", "figure 1.1, page 1", 2.0, 1.0, -INFINITY, 2.0, "");
+  EXPECT_TRUE(report.passed());
 }
 
 }  // namespace

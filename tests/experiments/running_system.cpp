@@ -188,6 +188,8 @@ void run(Report& report, const Settings& settings) {
   report.check("ticks of the way in, fewest in half a degree", static_cast<double>(measured.fewest),
                static_cast<double>(kMinInBin), INFINITY, "");
   report.check("exit code of dds_recorder check", checked, 0, 0, "");
+  report.prints_no_more(
+      "figure 5.24 (page 149) prints the clamp alone, which pffb-speed judges; the swing here stays below it.");
   report.difference(
       "The thesis shows the swing on its rig; ours is made by wva_server, slave_io, "
       "phantom_sensing and master_io as they are shipped, with simulated drives, "

@@ -222,6 +222,7 @@ void run(Report& report, const Settings& settings) {
   report.check("coefficient with b's fluid that is faster ÷ beside b at rest", with_it / beside_rest, 0.0,
                0.7, "");
   report.check("coefficient against b's fluid ÷ beside b at rest", against_it / beside_rest, 1.0, 1.0, "");
+  report.prints_no_more("section 7.3(1) (pages 238 to 240) proposes it without figures.");
   report.difference(
       "The thesis proposes it without figures. Activating the other arm anew at each pose takes longer than "
       "it moves by a voxel, so its links are activated once, each in its own frame, and looked up through "

@@ -283,6 +283,9 @@ void run(Report& report, const Settings& settings) {
   // above 2.
   report.check("no clicks: greatest second difference ÷ that of the gliding sine",
                worst_corner(samples, sensed, config.law, greatest_mu), 0.1, 1.5, "");
+  report.prints_no_more(
+      "section 6.5 (pages 202 to 205) states no frequency, level or speed but \"minimum gain value is one\", the unit of its own "
+      "amplitude.");
   report.difference(
       "The thesis draws the two drivers of figure 6.13 as blocks without laws. "
       "Ours codes μ exponentially, so that equal steps of closeness are equal intervals, "

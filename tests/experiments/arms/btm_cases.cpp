@@ -152,6 +152,8 @@ void run(Report& report, const Settings& settings) {
   double printed_Nm = 0.0;
   for (const Moment& m : cases[3].free)
     printed_Nm = std::max(printed_Nm, 8.0 * (m.master_rad - m.slave_rad) + 0.1 * m.master_rad_s);
+  report.prints_no_more(
+      "tables 5.1 (page 152), 5.2 (page 174) and 6.1 (page 226) hold laws and words, and no gain, torque or speed.");
   report.difference(
       "Table 5.1 prints the velocity term of cases d and e as K_vm·Ẋ_m, a brake on every motion; "
       "ours is K_vm·(Ẋ_m − Ẋ_s), so that common motion costs nothing. "

@@ -307,6 +307,10 @@ void check_views(Report& report, const Rig& rig, const viewer::ViewerConfig& con
                0.9, 1.0, "");
   report.check("automatic node: share of the gap that nothing hides", views.pixels[0] / views.bare[0], 0.95,
                1.05, "");
+  report.beside("nodes from which the place can be looked at", "figure 6.22, page 219", 14.0,
+                static_cast<double>(std::count_if(views.bare.begin() + 1, views.bare.end(),
+                                                  [](double pixels) { return pixels > 0.0; })),
+                14.0, 14.0, "");
   // Why there is a choice to make.
   report.check("nodes of fourteen from which the gap is hidden", hidden, 5.0, 13.0, "");
 }
@@ -324,6 +328,9 @@ void run(Report& report, const Settings& settings) {
   check_triggers(report, rig);
   check_views(report, rig,
               viewer::load_config(settings.source_dir / "components/synthetic_viewer/synthetic_viewer.yaml"));
+  report.prints_no_more(
+      "section 6.8 (pages 215 to 220) leaves the levels of μ and speed and the threshold of the direction open; figure 6.23 "
+      "(page 220) shows four pictures. Taken from the text are the layers' μ.");
   report.difference(
       "The thesis's listing in 6.8.1 has its inequality signs the wrong way round; "
       "ours follows the rules as they are stated. It lets the operator select the node; "

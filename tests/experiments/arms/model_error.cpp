@@ -254,6 +254,9 @@ void run(Report& report, const Settings& settings) {
       settings.fast ? std::vector<double>{0.010, 0.020} : std::vector<double>{0.005, 0.010, 0.015, 0.020};
   smaller(report, errors_m, settings);
   larger(report, errors_m, settings);
+  report.prints_no_more(
+      "section 6.10 (pages 222 to 224) draws the cases without sizes or torques, as does figure A.23 in appendix A; "
+      "that a guard of two voxels suffices is judged with the survey.");
   report.difference(
       "Nothing is felt inside of a model only where its inside is coded as free space, "
       "as section 6.10 assumes. Ours codes the inside with the skin's μ from the start, "

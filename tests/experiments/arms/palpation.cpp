@@ -182,6 +182,7 @@ void run(Report& report, const Settings& settings) {
   report.check(
       "simulated arm: greatest deviation of its force from the layers' stiffness, share of the deepest",
       simulated_off_N / (kPad_m2 * pressure_Pa(tissue.depth_m.back())), 0.0, 0.02, "");
+  report.prints_no_more("section 7.3(4) (pages 238 to 240) proposes it without figures.");
   report.difference(
       "The thesis proposes it without figures. A sensor's force is the pressure at its depth times its area, "
       "along the way in which the pressure falls, as its drag is μ times its area. Where one body lies in "

@@ -134,6 +134,7 @@ void run(Report& report, const Settings& settings) {
   report.check("speed at contact: greatest with drag ÷ least without (d1, d2)",
                fastest_with / slowest_without, 0.05, 0.5, "");
   report.check("every row: the bar is heard before it is touched", heard_s, 0.3, 10.0, "s");
+  report.prints_no_more("table 6.1 (page 226) and section 6.11 (pages 224 to 233) judge the rows in words.");
   report.difference(
       "The thesis judges the rows in words, and prints no gains. With the shipped ones, and 1/A = 0.004, the weight in row "
       "b2 stands behind the drag as a tenth of it: it does not mask it, as the thesis's heavier arm does. Here the person of the simulation reacts to what the hand feels alone: in "
@@ -150,7 +151,7 @@ Experiment percept_sets() {
       "table 6.1, section 6.11",
       "Drag is effective with a balanced arm; an unbalanced one's weight is felt behind it, which electronic "
       "counterbalancing improves; with position exchange the law's own drag is as great, so tone and views serve alone.",
-      {Sabotage::kConstantMu, Sabotage::kIgnoredSpeed},
+      {Sabotage::kConstantMu, Sabotage::kIgnoredSpeed, Sabotage::kWeightless},
       in_percept_sets::run};
 }
 

@@ -21,7 +21,8 @@ constexpr double kBin_deg = 0.2;  // the torque is plotted as its mean over so m
 struct Swing {
   double onset_deg = -1.0;  // where the first torque is rendered
   double greatest_Nm = 0.0;
-  std::vector<double> mean_Nm;  // by bin
+  std::vector<double> mean_Nm;    // by bin
+  std::vector<double> effort_Nm;  // of the hand, likewise (MLT)
 };
 
 std::size_t bin_of(double angle_deg) { return static_cast<std::size_t>(std::max(0.0, angle_deg) / kBin_deg); }
@@ -35,16 +36,20 @@ Swing swing(double speed_deg_s, const Settings& settings) {
   set_swing(setup, rad(kEnd_deg), kEnd_deg / speed_deg_s / (1.0 - kRampShare));
   TeleopRig rig(setup, settings);
   Swing result;
-  std::vector<double> sum_Nm(bin_of(kContact_deg)), count(sum_Nm.size());
+  std::vector<double> sum_Nm(bin_of(kContact_deg)), count(sum_Nm.size()), effort_Nm(sum_Nm.size());
   for (const Moment* now = &rig.step(); degrees(now->slave_rad) < kContact_deg - 1e-6; now = &rig.step()) {
     if (now->pffb_Nm > 1e-6 && result.onset_deg < 0.0) result.onset_deg = degrees(now->slave_rad);
     result.greatest_Nm = std::max(result.greatest_Nm, now->pffb_Nm);
     const std::size_t bin = bin_of(degrees(now->slave_rad));
     if (bin >= sum_Nm.size()) continue;
     sum_Nm[bin] += now->pffb_Nm;
+    effort_Nm[bin] += now->mlt_Nm;
     count[bin] += 1.0;
   }
-  for (std::size_t bin = 0; bin < sum_Nm.size(); ++bin) result.mean_Nm.push_back(sum_Nm[bin] / count[bin]);
+  for (std::size_t bin = 0; bin < sum_Nm.size(); ++bin) {
+    result.mean_Nm.push_back(sum_Nm[bin] / count[bin]);
+    result.effort_Nm.push_back(effort_Nm[bin] / count[bin]);
+  }
   return result;
 }
 
@@ -54,6 +59,14 @@ double mean_Nm(const Swing& swing, double from_deg, double to_deg) {
   double sum = 0.0;
   for (std::size_t bin = from; bin < to; ++bin) sum += swing.mean_Nm[bin];
   return sum / static_cast<double>(to - from);
+}
+
+/// Share of the hand's effort between two angles that the percept absorbs (figure 5.25a).
+double absorbed(const Swing& swing, double from_deg, double to_deg) {
+  double drag = 0.0, effort = 0.0;
+  for (std::size_t bin = bin_of(from_deg); bin < bin_of(to_deg); ++bin)
+    drag += swing.mean_Nm[bin], effort += swing.effort_Nm[bin];
+  return drag / effort;
 }
 
 /// Where the link enters the outermost layer, by geometry.
@@ -94,6 +107,29 @@ void run(Report& report, const Settings& settings) {
       .vertical(onset_deg, "outermost layer, by geometry")
       .range_y(-0.01, 0.34);
 
+  Table& efforts =
+      report.table("effort", {"θ [°]", "hand [N·m]", "absorbed [N·m]", "left for the master [N·m]"});
+  Table& shares = report.table("absorbed", {"speed [°/s]", "share [%]"});
+  for (std::size_t bin = 0; bin < swings[1].mean_Nm.size(); ++bin) {
+    const double hand = swings[1].effort_Nm[bin], drag = swings[1].mean_Nm[bin];
+    efforts.row({(static_cast<double>(bin) + 0.5) * kBin_deg, hand, drag, hand - drag});
+  }
+  double least_rise = 1e9;
+  for (std::size_t i = 0; i < swings.size(); ++i) {
+    shares.row({kSpeeds_deg_s[i], 100.0 * absorbed(swings[i], 6.0, 20.0)});
+    if (i > 0)
+      least_rise = std::min(least_rise, absorbed(swings[i], 6.0, 20.0) - absorbed(swings[i - 1], 6.0, 20.0));
+  }
+  Plot& effort = report.plot("effort", "What the percept absorbs of the operator's effort (figure 5.25a)", 2);
+  effort
+      .panel("swing at " + std::to_string(static_cast<int>(kSpeeds_deg_s[1])) + " °/s", "θ of the slave [°]",
+             "torque on the master [N·m]")
+      .series(efforts, "θ [°]", "hand [N·m]", "the hand's effort (MLT)")
+      .series(efforts, "θ [°]", "absorbed [N·m]", "absorbed by the fluid (PFFB)", Style::kDashed)
+      .series(efforts, "θ [°]", "left for the master [N·m]", "left to move the master");
+  effort.panel("by speed, 6° … 20°", "speed of θ [°/s]", "share absorbed [%]")
+      .series(shares, "speed [°/s]", "share [%]", "PFFB ÷ MLT", Style::kPoints);
+
   double first_deg = 1e9, last_deg = -1e9, off_share = 0.0, least_growth = 1e9, greatest_Nm = 0.0;
   const double per_speed = mean_Nm(swings.front(), 8.0, 12.0) / kSpeeds_deg_s.front();
   for (std::size_t i = 0; i < swings.size(); ++i) {
@@ -128,11 +164,17 @@ void run(Report& report, const Settings& settings) {
                off_share, 0.0, 0.03, "");
   report.check("greater speed, greater PFFB: least ratio from one speed to the next, 6° … 39°", least_growth,
                1.1, 2.1, "");
-  // Held to the last digit of what is configured.
-  report.check("clamp: greatest PFFB ÷ 2.2 kg·cm", greatest_Nm / kThesisClamp_Nm, 1.0 - 1e-9, 1.0 + 1e-9, "");
   report.check("slowest swing: rms deviation from G·v·∫ μ r², share of its rms",
                std::sqrt(square / ideal_square), 0.0, 0.05, "");
-  report.beside("saturation of PFFB", "figure 5.24, page 149", 2.2, greatest_Nm / (0.01 * 9.80665), "kg·cm");
+  // "Higher is the approach velocity higher" what the fluid absorbs; what is left is the master's friction,
+  // 0.001 N·m and 0.001 N·m·s/rad, which does not grow as the drag does.
+  report.check("share of the hand's effort that the fluid absorbs: least rise from one speed to the next",
+               least_rise, 1e-4, 0.5, "");
+  report.check("the same near the bar (36° … 39°) at the slowest: the drag is dominant",
+               absorbed(swings.front(), 36.0, 39.0), 0.9, 1.0, "");
+  // Held to the last digit of what is configured.
+  report.beside("saturation of PFFB", "figure 5.24, page 149", 2.2, greatest_Nm / (0.01 * 9.80665),
+                2.2 * (1.0 - 1e-9), 2.2 * (1.0 + 1e-9), "kg·cm");
   report.difference(
       "The thesis does not print the speeds of figure 5.24; ours are 1, 2, 4 and 8 °/s. "
       "It clamps in the workspace model, ours on the master, joint by joint: "
@@ -143,14 +185,15 @@ void run(Report& report, const Settings& settings) {
 }  // namespace in_pffb_speed
 
 Experiment pffb_speed() {
-  return {"pffb-speed",
-          "The phantom's feedback at several speeds",
-          "figure 5.24",
-          "Where the feedback sets in depends on the place alone, not on the speed; "
-          "greater speed gives greater feedback, which grows as μ is programmed; "
-          "it never exceeds the clamp of 2.2 kg·cm.",
-          {Sabotage::kConstantMu, Sabotage::kLayersOffByOne, Sabotage::kIgnoredSpeed},
-          in_pffb_speed::run};
+  return {
+      "pffb-speed",
+      "The phantom's feedback at several speeds",
+      "figures 5.24, 5.25",
+      "Where the feedback sets in depends on the place alone, not on the speed; "
+      "greater speed gives greater feedback, which grows as μ is programmed; "
+      "it never exceeds the clamp of 2.2 kg·cm. It absorbs most of the operator's effort, the more, the faster.",
+      {Sabotage::kConstantMu, Sabotage::kLayersOffByOne, Sabotage::kIgnoredSpeed},
+      in_pffb_speed::run};
 }
 
 }  // namespace phantom::experiments

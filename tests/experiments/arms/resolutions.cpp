@@ -117,6 +117,8 @@ void run(Report& report, const Settings& settings) {
   report.check("fine: greatest deviation of the drag from B·v", drag_off(fine), 0.0, 1e-9, "");
   report.check("sensors of the probe ÷ of the whole arm in coarse voxels",
                static_cast<double>(fine.sensors) / static_cast<double>(coarse.sensors), 1.0, 100.0, "");
+  report.prints_no_more(
+      "section 7.3(2) (pages 238 and 239) proposes it with a bound alone: voxels below 1 mm, which ours keep.");
   report.difference(
       "The thesis proposes it without figures: fingers in a finer model than the upper links, in processes of "
       "their own. Here each process has its own cell file, so the layers are finer, too: a probe may work "

@@ -25,11 +25,12 @@ constexpr double kSwing_deg_s = 5.0;
 
 double radius_m(double along_m) { return kRoot_m + (kTip_m - kRoot_m) * along_m / kLink_m; }
 
-/// A sensor of the link: where, in a frame with x along the link from theta's axis, and the surface it stands
-/// for.
+/// A sensor of the link: where, in a frame with x along the link from theta's axis, the surface it stands
+/// for, and the surface's direction outwards.
 struct Spot {
   Eigen::Vector3d p_m;
   double area_m2;
+  Eigen::Vector3d normal = Eigen::Vector3d::Zero();
 };
 
 /// The link's mesh as a CAD system writes it: triangles as long as the link. The ends carry no skin.
@@ -55,12 +56,26 @@ double area_of(const std::array<Eigen::Vector3d, 3>& t) {
   return 0.5 * (t[1] - t[0]).cross(t[2] - t[0]).norm();
 }
 
-/// A: a sensor for each triangle, in its middle.
-std::vector<Spot> of_surfaces() {
+/// Halves a triangle across its longest edge until no edge is longer than `most_m`; appends the middles.
+void divide(const std::array<Eigen::Vector3d, 3>& t, double most_m, std::vector<Spot>& spots) {
+  std::size_t longest = 0;
+  const auto length = [&](std::size_t k) { return (t[(k + 1) % 3] - t[k]).norm(); };
+  for (std::size_t k = 1; k < 3; ++k)
+    if (length(k) > length(longest)) longest = k;
+  if (length(longest) <= most_m) {
+    spots.push_back({(t[0] + t[1] + t[2]) / 3.0, area_of(t), (t[1] - t[0]).cross(t[2] - t[0]).normalized()});
+    return;
+  }
+  const Eigen::Vector3d &a = t[longest], &b = t[(longest + 1) % 3], &c = t[(longest + 2) % 3],
+                        middle = 0.5 * (a + b);
+  divide({a, middle, c}, most_m, spots);
+  divide({middle, b, c}, most_m, spots);
+}
+
+/// A: the triangles themselves, integrated over pieces no longer than a voxel.
+std::vector<Spot> of_surfaces(double voxel_m) {
   std::vector<Spot> spots;
-  for_each_side(link_mesh(), [&](const auto& t) {
-    spots.push_back({(t[0] + t[1] + t[2]) / 3.0, area_of(t)});
-  });
+  for_each_side(link_mesh(), [&](const auto& t) { divide(t, voxel_m, spots); });
   return spots;
 }
 
@@ -111,17 +126,33 @@ std::vector<Spot> of_shell_voxels(double voxel_m) {
   return spots;
 }
 
-/// The phantom with these sensors alone.
-phantom_sensing::PhantomModel phantom_of(const runtime::CellConfig& cell, const std::vector<Spot>& spots) {
+/// Theta's axis in the frame of the link that it moves.
+Eigen::Vector3d theta_axis(const robot::SerialArm& arm, std::size_t link) {
+  core::JointArray q{};
+  robot::LinkPoses before, after;
+  arm.link_poses(q, before);
+  q[kTheta] = 0.1;
+  arm.link_poses(q, after);
+  return Eigen::AngleAxisd(Eigen::Matrix3d(before[link].rotation.transpose() * after[link].rotation)).axis();
+}
+
+/// The phantom with these sensors alone. Oriented: each counts with the part of its surface that faces the
+/// motion of a swing about theta.
+phantom_sensing::PhantomModel phantom_of(const runtime::CellConfig& cell, const std::vector<Spot>& spots,
+                                         bool oriented = false) {
   auto model = axis_phantom(cell, static_cast<int>(spots.size()), robot::Normalisation::kArea);
   const Eigen::Vector3d last = model.skin.position(spots.size() - 1), step = last - model.skin.position(0);
   const Eigen::Vector3d along = step.normalized(), root = last - kLink_m * along,
                         side = along.unitOrthogonal(), other = along.cross(side);
+  const Eigen::Vector3d axis = theta_axis(model.arm, model.skin.link_of(0));
   for (std::size_t i = 0; i < spots.size(); ++i) {
     const Eigen::Vector3d p =
         root + spots[i].p_m.x() * along + spots[i].p_m.y() * side + spots[i].p_m.z() * other;
     model.skin.x_m[i] = p.x(), model.skin.y_m[i] = p.y(), model.skin.z_m[i] = p.z();
-    model.skin.weight[i] = model.skin.area_m2[i] = spots[i].area_m2;
+    const Eigen::Vector3d normal =
+        spots[i].normal.x() * along + spots[i].normal.y() * side + spots[i].normal.z() * other;
+    const double facing = oriented ? std::max(0.0, normal.dot(axis.cross(p - root).normalized())) : 1.0;
+    model.skin.weight[i] = model.skin.area_m2[i] = facing * spots[i].area_m2;
   }
   return model;
 }
@@ -140,17 +171,19 @@ phantom_sensing::PhantomModel structured(const runtime::CellConfig& cell) {
   return {runtime::load_arm(cell.arm()), std::move(arm), {}};
 }
 
-/// N·m·s/rad of a skin without gaps in fluid without voxels.
-double ideal_of_cone(const workspace::LayerProfile& profile, double voxel_m, double theta_rad) {
+/// N·m·s/rad of a skin without gaps in fluid without voxels; oriented: of the part that faces the motion.
+double ideal_of_cone(const workspace::LayerProfile& profile, double voxel_m, double theta_rad,
+                     bool oriented = false) {
   constexpr int kAlong = 570, kAround = 72;
   double sum = 0.0;
   for (int i = 0; i < kAlong; ++i) {
     const double r = (i + 0.5) * kLink_m / kAlong;
     for (int k = 0; k < kAround; ++k) {
-      const double across = radius_m(r) * std::cos(2.0 * std::numbers::pi * (k + 0.5) / kAround);
+      const double towards = std::cos(2.0 * std::numbers::pi * (k + 0.5) / kAround),
+                   across = radius_m(r) * towards, facing = oriented ? std::max(0.0, towards) : 1.0;
       const double area = lateral_area_m2() / kAlong / kAround * radius_m(r) / (0.5 * (kRoot_m + kTip_m));
-      sum +=
-          ideal_mu(profile, voxel_m, bar_distance_m(r, theta_rad, across)) * (r * r + across * across) * area;
+      sum += ideal_mu(profile, voxel_m, bar_distance_m(r, theta_rad, across)) * (r * r + across * across) *
+             facing * area;
     }
   }
   return sum;
@@ -179,6 +212,8 @@ double found(const phantom_sensing::PhantomModel& model, const phantom_sensing::
   return shared / static_cast<double>(all.size());
 }
 
+constexpr std::size_t kWays = 6, kA = 0, kOriented = 1, kB = 2, kC = 3, kD = 4, kE = 5;
+
 struct Way {
   const char *letter, *words;
   phantom_sensing::PhantomModel model;
@@ -189,10 +224,11 @@ void run(Report& report, const Settings& settings) {
   const double voxel_m = cell.voxel_size_m.reference_m();
   const auto workspace = phantom_sensing::build_workspace(cell);
   const auto profile = bar_cell({.source_dir = settings.source_dir}).objects.front().profile;
-  std::vector<double> angles_deg, ideal;
+  std::vector<double> angles_deg, ideal, ideal_oriented;
   for (double angle_deg = 0.0; angle_deg <= 36.0; angle_deg += 1.0) {  // the skin touches at 37°
     angles_deg.push_back(angle_deg);
     ideal.push_back(ideal_of_cone(profile, voxel_m, rad(angle_deg)) * rad(kSwing_deg_s));
+    ideal_oriented.push_back(ideal_of_cone(profile, voxel_m, rad(angle_deg), true) * rad(kSwing_deg_s));
   }
   const double greatest = *std::max_element(ideal.begin(), ideal.end());
   std::vector<Spot> dense;  // 1 mm apart
@@ -205,8 +241,10 @@ void run(Report& report, const Settings& settings) {
     }
   }
   const auto everywhere = phantom_of(cell, dense);
-  const std::array<Way, 5> ways{
-      {{"A", "A, triangles as sensors", phantom_of(cell, of_surfaces())},
+  const std::vector<Spot> surfaces = of_surfaces(voxel_m);
+  const std::array<Way, kWays> ways{
+      {{"A", "A, triangles, integrated over their surface", phantom_of(cell, surfaces)},
+       {"A′", "A′, likewise, what faces the motion", phantom_of(cell, surfaces, true)},
        {"B", "B, nodes of the mesh", phantom_of(cell, of_nodes())},
        {"C", "C, lines along the link", phantom_of(cell, of_lines(voxel_m))},
        {"D", "D, voxels of the link's shell", phantom_of(cell, of_shell_voxels(voxel_m))},
@@ -218,8 +256,8 @@ void run(Report& report, const Settings& settings) {
   Table& torques = report.table("torque", columns);
   Table& figures = report.table("figures", {"way", "sensors", "rms deviation [%]", "voxels found at 0° [%]",
                                             "voxels found turned, least [%]"});
-  std::array<std::vector<double>, 5> torque;
-  std::array<double, 5> rms{}, straight{}, turned{};
+  std::array<std::vector<double>, kWays> torque;
+  std::array<double, kWays> rms{}, straight{}, turned{};
   for (std::size_t w = 0; w < ways.size(); ++w) {
     torque[w] = swing(ways[w].model, workspace, angles_deg, sabotaged(rad(kSwing_deg_s), settings.sabotage));
     for (std::size_t i = 0; i < ideal.size(); ++i)
@@ -253,19 +291,40 @@ void run(Report& report, const Settings& settings) {
       .series(figures, "way", "voxels found at 0° [%]", "link along the lattice", Style::kBars)
       .series(figures, "way", "voxels found turned, least [%]", "link turned", Style::kBars)
       .names_x(names);
-  const double others = std::min({rms[0], rms[1], rms[2], rms[3]});
-  report.check("E: rms deviation from the skin without gaps, share of the peak", rms[4], 0.0, 0.03, "");
-  report.check("lowest error: rms deviation of E over the least of A to D", rms[4] / others, 0.0, 1.0, "");
-  report.check("A: rms deviation over that of E", rms[0] / rms[4], 2.0, 100.0, "");
-  report.check("B: rms deviation over that of E", rms[1] / rms[4], 2.0, 100.0, "");
-  report.check("C: rms deviation over that of E", rms[2] / rms[4], 1.2, 100.0, "");
-  report.check("D: share of the surface's voxels found when the link is turned", turned[3], 0.3, 0.9, "");
+  double off_oriented = 0.0, oriented_sum = 0.0, ideal_sum = 0.0;
+  const double greatest_oriented = *std::max_element(ideal_oriented.begin(), ideal_oriented.end());
+  for (std::size_t i = 0; i < ideal.size(); ++i) {
+    off_oriented += std::pow((torque[kOriented][i] - ideal_oriented[i]) / greatest_oriented, 2);
+    oriented_sum += torque[kOriented][i], ideal_sum += ideal[i];
+  }
+  off_oriented = std::sqrt(off_oriented / static_cast<double>(ideal.size()));
+  const auto sensors = [&](std::size_t way) { return static_cast<double>(ways[way].model.skin.size()); };
+  report.check("E: rms deviation from the skin without gaps, share of the peak", rms[kE], 0.0, 0.03, "");
+  report.check("lowest error of those of one look-up a sensor: E over the least of B to D",
+               rms[kE] / std::min({rms[kB], rms[kC], rms[kD]}), 0.0, 1.0, "");
+  // A surface without gaps, too: its drag is as true, and costs a look-up for each piece.
+  report.check("A, integrated: rms deviation from the skin without gaps, share of the peak", rms[kA], 0.0,
+               0.03, "");
+  report.check("A, integrated: look-ups over those of E", sensors(kA) / sensors(kE), 1.5, 20.0, "");
+  // What faces the motion is the half of a round link towards the bar, by the cosine: 1/π of the area, in
+  // more viscous fluid than the mean.
+  report.check("A′, oriented: rms deviation from its own integral, share of the peak", off_oriented, 0.0,
+               0.03, "");
+  report.check("A′, oriented: share of the drag F = μ·S·v that is left", oriented_sum / ideal_sum,
+               1.0 / std::numbers::pi, 0.5, "");
+  report.check("B: rms deviation over that of E", rms[kB] / rms[kE], 2.0, 100.0, "");
+  report.check("C: rms deviation over that of E", rms[kC] / rms[kE], 1.2, 100.0, "");
+  report.check("D: share of the surface's voxels found when the link is turned", turned[kD], 0.3, 0.9, "");
   report.check("E: share of the surface's voxels found when the link is turned, over that of D",
-               turned[4] / turned[3], 1.0, 3.0, "");
+               turned[kE] / turned[kD], 1.0, 3.0, "");
+  report.prints_no_more("table 5.3 (page 175) judges the five in words.");
   report.difference(
-      "The thesis judges the five in words. A's surfaces are felt in their middles here; its drag by the surfaces' "
-      "orientation is not built, as the thesis rejects it. E is the product's skin; so is D's remedy, sensors laid out on "
-      "a mesh at a pitch, which the other experiments use.");
+      "The thesis holds A for erroneous, and E for the truest. Integrated over its triangles A errs hardly more than E: a "
+      "surface has no gaps, however its triangles vary in size. What it costs is look-ups, a dozen for each of E's: pieces "
+      "must be shorter than a voxel whatever the triangles are. With drag by orientation (A′) the law is another one: of "
+      "F = μ·S·v here some 37 % are left, a side that moves along itself feels nothing, and each normal must be turned at "
+      "each tick. So ours rejects A for its cost and A′ for its law, not for an error. E is the product's skin; so is D's "
+      "remedy, sensors laid out on a mesh at a pitch, which the other experiments use.");
 }
 
 }  // namespace
@@ -276,7 +335,7 @@ Experiment sensing_models() {
       "sensing-models",
       "Ways to make an arm's skin",
       "table 5.3",
-      "Sensors by the triangles or nodes of a mesh are as uneven as these; lines along the link do not follow its "
+      "Triangles as sensors are costly, and by their orientation another law; sensors at a mesh's nodes are as uneven as these; lines along the link do not follow its "
       "shape; voxels of the link's shell leave holes when the link turns; rings of a generalised cylinder err least.",
       {Sabotage::kConstantMu, Sabotage::kLayersOffByOne, Sabotage::kIgnoredSpeed},
       in_sensing_models::run};

@@ -169,6 +169,7 @@ void run(Report& report, const Settings& settings) {
                0.0, "");
   report.check("share of the felt poses at which the worst sensor is the second's",
                static_cast<double>(seen.second_worst) / seen.felt, 0.05, 0.95, "");
+  report.prints_no_more("section 7.1(7) (pages 234 to 237) states that it can be done, without figures.");
   report.difference(
       "The thesis proposes several processes for one phantom, by cluster of objects or by arm, without "
       "figures. Ours divide the skin by links: a voxel in the fluid of two objects would count twice if each "

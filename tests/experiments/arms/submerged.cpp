@@ -279,6 +279,7 @@ void run(Report& report, const Settings& settings) {
   report.check("400 poses at rest in both laws: greatest drag", rest_N, 0.0, 0.0, "N or N·m");
   report.check("simulated arm: greatest deviation of its drag from μ × area × speed through the water",
                simulated_off(settings, swept), 0.0, 0.03, "");
+  report.prints_no_more("section 7.3(5) (page 240) proposes it without figures.");
   report.difference(
       "The thesis proposes simulations of submerged and partly submerged work, without figures. A fluid that "
       "flows would push a hand at rest; ours brakes the velocity relative to it as far as that takes energy "

@@ -128,9 +128,9 @@ void bad_nodes(Report& report, const Scene& scene, const Settings& settings) {
       .range_y(-3.0, 8.0)
       .names_x(names);
   report.beside("range error of node 3, as the error aid states it", "figure A.15, appendix A", 6.0,
-                1000.0 * found.nodes[2].off_plane_m, "mm");
+                1000.0 * found.nodes[2].off_plane_m, 5.7, 6.3, "mm");
   report.beside("range error of node 5, as the error aid states it", "figure A.15, appendix A", -2.0,
-                1000.0 * found.nodes[4].off_plane_m, "mm");
+                1000.0 * found.nodes[4].off_plane_m, -2.3, -1.7, "mm");
   report.check("bad nodes: corners of seven judged rightly (3 and 5 bad, the others good)", right, 7.0, 7.0,
                "");
   // The plane goes through five exact corners; obliqueness of the beam is taken into account.
@@ -232,7 +232,8 @@ void fits(Report& report, const Scene& scene, const Settings& settings) {
       .series(table, "refined [mm]", "share of the runs [%]", "least squares over all corners")
       .vertical(1000.0 * kVoxel_m, "one voxel of 1 cm")
       .log_x();
-  report.beside("skin voxels that cover the error, at most", "section A.5.2, appendix A", 2.0, guard, "");
+  report.beside("skin voxels that cover the error, at most", "section A.5.2, appendix A", 2.0, guard, 1.0,
+                2.0, "voxels");
   // "definite benefit of choosing larger triangle": the lever of the three corners decides.
   report.check("larger triangle: rms displacement ÷ that with the smallest", rms_mm[1] / rms_mm[0], 0.05, 0.5,
                "");
@@ -243,7 +244,6 @@ void fits(Report& report, const Scene& scene, const Settings& settings) {
   // Stated with a confidence of 99 %, on the safe side.
   report.check("guard: share of the runs in which the stated bound covers the true displacement",
                covered / runs, 0.98, 1.0, "");
-  report.check("guard: most skin voxels of 1 cm (thesis: j ≤ 2)", guard, 1.0, 2.0, "voxels");
 }
 
 /// The shipped `workspace_survey`, its head's offset as the sabotage says.

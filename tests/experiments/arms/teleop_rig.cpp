@@ -41,6 +41,12 @@ class Device final : public master_io::Device {
   master_io::DeviceSense sense_;
 };
 
+/// The slave as configured; or an arm without weight.
+slave_io::Config sabotaged(slave_io::Config slave, Sabotage sabotage) {
+  if (sabotage == Sabotage::kWeightless) slave.plant.balanced = true;
+  return slave;
+}
+
 /// Nobody stops an experiment.
 class NoStops final : public teleop::StopStore {
  public:
@@ -50,13 +56,10 @@ class NoStops final : public teleop::StopStore {
 
 }  // namespace
 
-TeleopSetup teleop_setup(const Settings& settings, const std::string& operator_model,
-                         const std::string& law) {
-  auto cell = bar_cell(settings);
+TeleopSetup teleop_setup_of(runtime::CellConfig cell, phantom_sensing::PhantomModel phantom,
+                            const Settings& settings, const std::string& operator_model,
+                            const std::string& law) {
   auto arm = slave_io::load_arm(cell, "");
-  robot::AxisSensors axis;
-  axis.from_m = {-kLink_m, 0.0, 0.0};
-  arm.skin = {{.link = "link_under_test", .segments = {}, .axes = {axis}, .meshes = {}}};
   auto master = master_io::load_config(
       settings.source_dir / "components/master_io/master_io.yaml", cell.file, arm.arm, arm.home,
       {.operator_model = operator_model, .law = law, .driver = "", .desk_device = ""});
@@ -72,17 +75,28 @@ TeleopSetup teleop_setup(const Settings& settings, const std::string& operator_m
   master.script.reaction_s = 1e6;  // nobody lets go at contact
   slave.contact.point_pitch_m = 0.005;
   auto workspace = phantom_sensing::build_workspace(cell);
-  auto phantom = axis_phantom(cell, kSensors, robot::Normalisation::kArea);
   return {std::move(cell),   std::move(arm),   std::move(phantom),
           std::move(master), std::move(slave), std::move(workspace)};
+}
+
+TeleopSetup teleop_setup(const Settings& settings, const std::string& operator_model,
+                         const std::string& law) {
+  auto cell = bar_cell(settings);
+  auto phantom = axis_phantom(cell, kSensors, robot::Normalisation::kArea);
+  TeleopSetup setup = teleop_setup_of(std::move(cell), std::move(phantom), settings, operator_model, law);
+  robot::AxisSensors axis;
+  axis.from_m = {-kLink_m, 0.0, 0.0};
+  setup.arm.skin = {{.link = "link_under_test", .segments = {}, .axes = {axis}, .meshes = {}}};
+  setup.joint = kTheta;
+  return setup;
 }
 
 void clamp_percept(TeleopSetup& setup, double cap_Nm) { setup.master.percept.torque_cap_Nm[kTheta] = cap_Nm; }
 
 void set_swing(TeleopSetup& setup, double to_rad, double duration_s, double from_rad) {
   auto& script = setup.master.script;
-  setup.arm.home[kTheta] = script.reaches.front().from[kTheta] = from_rad;
-  script.reaches.front().target[kTheta] = to_rad;
+  setup.arm.home[setup.joint] = script.reaches.front().from[setup.joint] = from_rad;
+  script.reaches.front().target[setup.joint] = to_rad;
   script.in_s = duration_s;
   script.hold_s = 1e6;
   script.patience = 1e6;
@@ -112,7 +126,7 @@ struct TeleopRig::Parts {
         sabotage(settings.sabotage),
         world(runtime::load_real_bodies(s.cell), s.slave.contact.clearance_range_m),
         device(s.master, s.arm.home, settings.sabotage),
-        arm(s.arm, s.slave, world),
+        arm(s.arm, sabotaged(s.slave, settings.sabotage), world),
         master(s.master, s.arm.home, device, master_inbox, kMasterSession, stops),
         slave(s.arm, s.slave, arm, slave_inbox, kSlaveSession, stops),
         phantom(s.phantom, {}),
@@ -148,15 +162,15 @@ struct TeleopRig::Parts {
   }
   void note() {
     moment.t_s += kTick_s;
-    moment.master_rad = master_output.position[kTheta];
-    moment.master_rad_s = master_output.velocity[kTheta];
-    moment.slave_rad = slave_output.position[kTheta];
-    moment.slave_rad_s = slave_output.velocity[kTheta];
-    moment.reference_rad = slave_output.outputs.reference[kTheta];
-    moment.mlt_Nm = master_output.operator_torque_Nm[kTheta];
-    moment.pffb_Nm = -master_output.percept_torque_Nm[kTheta];
-    moment.sffb_Nm = -master_output.feedback_torque_Nm[kTheta];
-    moment.loop_Nm = slave_output.outputs.torque.loop_Nm[kTheta];
+    moment.master_rad = master_output.position[setup.joint];
+    moment.master_rad_s = master_output.velocity[setup.joint];
+    moment.slave_rad = slave_output.position[setup.joint];
+    moment.slave_rad_s = slave_output.velocity[setup.joint];
+    moment.reference_rad = slave_output.outputs.reference[setup.joint];
+    moment.mlt_Nm = master_output.operator_torque_Nm[setup.joint];
+    moment.pffb_Nm = -master_output.percept_torque_Nm[setup.joint];
+    moment.sffb_Nm = -master_output.feedback_torque_Nm[setup.joint];
+    moment.loop_Nm = slave_output.outputs.torque.loop_Nm[setup.joint];
     moment.contact = slave_output.contact;
     moment.force_N = slave_output.contact_force_N;
     moment.swinging = master_output.reach >= 0;

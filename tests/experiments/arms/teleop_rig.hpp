@@ -23,24 +23,30 @@ struct TeleopSetup {
   master_io::Config master;        ///< shipped, with a light master joint: hardly any friction (figure 5.22)
   slave_io::Config slave;          ///< shipped
   workspace::Workspace workspace;  ///< of the cell
+  std::size_t joint = 1;           ///< that swings and is measured: theta of the test arm
 };
 
 /// `operator_model` and `law` as on master_io's command line. Profile and speeds are sabotaged as the
 /// settings say.
 TeleopSetup teleop_setup(const Settings& settings, const std::string& operator_model, const std::string& law);
 
+/// The same with another cell's arm and its phantom, whose `joint` the experiment names.
+TeleopSetup teleop_setup_of(runtime::CellConfig cell, phantom_sensing::PhantomModel phantom,
+                            const Settings& settings, const std::string& operator_model,
+                            const std::string& law);
+
 /// Clamps the percept's torque on theta.
 void clamp_percept(TeleopSetup& setup, double cap_Nm);
 inline constexpr double kThesisClamp_Nm = 2.2 * kKgcm_Nm;  // figure 5.24
 
-/// The swing that the operator makes: theta from `from_rad`, where both arms start, to `to_rad` in
+/// The swing that the operator makes: the joint from `from_rad`, where both arms start, to `to_rad` in
 /// `duration_s`, and the hand stays there.
 void set_swing(TeleopSetup& setup, double to_rad, double duration_s, double from_rad = 0.0);
 
 /// What was measured in one period.
 struct Moment {
   double t_s = 0.0;
-  double master_rad = 0.0, master_rad_s = 0.0;  ///< theta of the master, as its encoders say
+  double master_rad = 0.0, master_rad_s = 0.0;  ///< the joint of the master, as its encoders say
   double slave_rad = 0.0, slave_rad_s = 0.0;
   double reference_rad = 0.0;  ///< what the slave's position loop follows
   double mlt_Nm = 0.0;         ///< torque of the hand or of the velocity servo on the master (MLT)

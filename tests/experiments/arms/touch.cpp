@@ -254,6 +254,8 @@ void run(Report& report, const Settings& settings) {
                "mm");
   report.check("the top alone: rms error along what is open ÷ its stated sigma", top.open_in_sigmas, 0.2, 1.5,
                "");
+  report.prints_no_more(
+      "sections 6.11.1 and 7.3(3) (pages 227 to 233, 238 to 240) propose it without figures.");
   report.difference(
       "The thesis names correction by touch (\"this sensor can give tremendous help in model correction by "
       "interactive route for the part pose correction\") and leaves it to future work: there is no figure of it to "

@@ -94,7 +94,11 @@ void run(Report& report, const Settings& settings) {
     }
   }
   const double nearest = greatest(by_dilation[0].mu_Pa_s_per_m);
-  report.check("peaks on y = 20 (b: \"mark the two peaks\")", count_peaks(by_dilation[0].force_N), 2, 2, "");
+  report.beside("peaks on y = 20 (\"mark the two peaks\")", "figure 4.33 b, page 113", 2,
+                count_peaks(by_dilation[0].force_N), 2, 2, "");
+  report.prints_no_more(
+      "figure 4.33 (page 113) draws F over x without a scale or a speed. Taken from the text are the tracks and the layers' μ "
+      "(pages 111 and 113).");
   report.check("peaks on y = 20, layers by distance", count_peaks(by_distance[0].force_N), 2, 2, "");
   report.check("peaks on y = 80", count_peaks(by_dilation[1].force_N), 1, 1, "");
   report.check("greatest drag on y = 20: layer 1 at 0.1 m/s", greatest(by_dilation[0].force_N), 3.2 - 1e-6,

@@ -46,7 +46,8 @@ IntersectionScene::Sphere IntersectionScene::sphere_around(const Eigen::Vector3d
   return {a + to_centre, to_centre.norm() * kSlack};
 }
 
-IntersectionScene::IntersectionScene(const std::vector<geometry::TriangleMesh>& objects_W) {
+IntersectionScene::IntersectionScene(const std::vector<geometry::TriangleMesh>& objects_W, bool tests_facing)
+    : tests_facing_(tests_facing) {
   for (const geometry::TriangleMesh& mesh : objects_W) {
     Object& object = objects_.emplace_back();
     const geometry::BoundingBox box = mesh.bounding_box();
@@ -78,8 +79,9 @@ bool IntersectionScene::in_reach(const Sphere& sphere, const Eigen::Vector3d& p,
 }
 
 bool IntersectionScene::faces(const Triangle& triangle, const Eigen::Vector3d& direction,
-                              FilterForm form) noexcept {
+                              FilterForm form) const noexcept {
   const double dot = triangle.normal.dot(direction);
+  if (!tests_facing_) return dot != 0.0;
   if (form == FilterForm::kOptimised) return dot < 0.0;
   const double cosine = dot / (triangle.normal.norm() * direction.norm());
   return std::acos(std::clamp(cosine, -1.0, 1.0)) > 0.5 * std::numbers::pi;

@@ -53,8 +53,9 @@ struct ProbeHit {
 /// stand. Constant after construction.
 class IntersectionScene {
  public:
-  /// Closed meshes whose triangles face outwards. Frame: W. Degenerate triangles are never hit.
-  explicit IntersectionScene(const std::vector<geometry::TriangleMesh>& objects_W);
+  /// Closed meshes whose triangles face outwards. Frame: W. Degenerate triangles are never hit. Without
+  /// `tests_facing` the surface direction test lets every triangle pass, but those along the probe.
+  explicit IntersectionScene(const std::vector<geometry::TriangleMesh>& objects_W, bool tests_facing = true);
 
   /// The nearest triangle on the probe from `p_W_m` along `direction` (unit vector) within `length_m` that
   /// faces the probe; a point outside all objects can meet no other first. Adds to `queries`. Cost: linear in
@@ -83,8 +84,9 @@ class IntersectionScene {
   static Sphere sphere_around(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c);
   static bool in_reach(const Sphere& sphere, const Eigen::Vector3d& p, double length_m,
                        FilterForm form) noexcept;
-  static bool faces(const Triangle& triangle, const Eigen::Vector3d& direction, FilterForm form) noexcept;
+  bool faces(const Triangle& triangle, const Eigen::Vector3d& direction, FilterForm form) const noexcept;
 
+  bool tests_facing_;
   std::vector<Object> objects_;
 };
 

@@ -197,9 +197,11 @@ void run(Report& report, const Settings& settings) {
       }
       return sum;
     };
-    report.beside("cells of the cube" + at, "table 4.1, page 111", cube, cells(ShapingElement::kCube), "");
+    report.beside("cells of the cube" + at, "table 4.1, page 111", cube, cells(ShapingElement::kCube), cube,
+                  cube, "");
+    // "Fewer than": not as few as those of radius m either, of which table 4.1 has 7, 33 and 123.
     report.beside("cells of the sphere" + at + ", radius m + ½ (thesis: fewer than)", "table 4.1, page 111",
-                  sphere, cells(ShapingElement::kSphereContained), "");
+                  sphere, cells(ShapingElement::kSphereContained), 0.7 * sphere, sphere - 1.0, "");
   }
   report.difference(
       "\"Less with greater m\" is true of the sphere of radius m + ½, whose size agrees with table 4.1, as a share "

@@ -136,7 +136,7 @@ void run(Report& report, const Settings& settings) {
                   "Response parameter of a multiple pass cylinder along an approach of 10 cm\n"
                   "D = 20 mm, pipes of 4 mm × 50 mm, fluid of 0.4 Pa·s, voxel 5 mm, sensed at 100 Hz",
                   3);
-  double worst = 0.0, linearity = 0.0, rise = 0.0, worst_long = 0.0;
+  double worst = 0.0, linearity = 0.0, worst_long = 0.0, off_rate = 0.0;
   for (const Coding& coding : codings) {
     const percept::MpcDesign cylinder = design(coding.gaps_vox);
     const workspace::Workspace workspace = plate(cylinder, kCubes, settings),
@@ -164,15 +164,22 @@ void run(Report& report, const Settings& settings) {
     const double slow = greatest(approaches[0].force_N);
     linearity = std::max({linearity, std::abs(greatest(approaches[1].force_N) / slow - 2.0),
                           std::abs(greatest(approaches[2].force_N) / slow - 4.0)});
+    const double slow_rate = steps_per_s(approaches[0], 0.0, kApproach_m);
+    for (const auto& [motion, faster] : {std::pair<std::size_t, double>{1, 2.0}, {2, 4.0}})
+      off_rate = std::max(
+          off_rate, std::abs(steps_per_s(approaches[motion], 0.0, kApproach_m) / slow_rate / faster - 1.0));
+    // k falls from 2 to 1, so at a constant speed the steps come twice as often; ±5 % for the ticks at which
+    // they are seen.
     if (coding.gaps_vox.front() != coding.gaps_vox.back()) {
-      rise = steps_per_s(approaches[0], 0.5 * kApproach_m, kApproach_m) /
-             steps_per_s(approaches[0], 0.0, 0.5 * kApproach_m);
+      const double rise = steps_per_s(approaches[0], 0.5 * kApproach_m, kApproach_m) /
+                          steps_per_s(approaches[0], 0.0, 0.5 * kApproach_m);
       report.beside("steps a second near the plate over those far out, k = 2, then 1",
-                    "figure 3.16 c, page 56", 2.0, rise, "");
+                    "figure 3.16 c, page 56", 2.0, rise, 1.9, 2.1, "");
     } else {
       report.beside("voxels from one step to the next, k = " + std::to_string(coding.gaps_vox.front()),
                     coding.gaps_vox.front() == 2 ? "section 3.1.5 b, page 54" : "section 3.1.5 b, page 55",
-                    coding.gaps_vox.front(), voxels_per_step(approaches[0]), "");
+                    coding.gaps_vox.front(), voxels_per_step(approaches[0]), 0.95 * coding.gaps_vox.front(),
+                    1.05 * coding.gaps_vox.front(), "");
     }
   }
   report.prints_no_more(
@@ -182,11 +189,12 @@ void run(Report& report, const Settings& settings) {
   report.check("step heights: greatest deviation of F from v·γ_n, share of the greatest F", worst, 0.0, 1e-6,
                "");
   report.check("the same in voxels twice as long along the approach", worst_long, 0.0, 1e-6, "");
+  // "The step frequency increases with speed" (3.1.7): by as much. Of ten steps at 0.2 m/s and 100 Hz the
+  // first and the last are seen up to a tick of a 25th of the way late.
+  report.check("step frequency ∝ v: greatest deviation of its rise from 2 and 4, share", off_rate, 0.0, 0.06,
+               "");
   report.check("F linear in v: deviation of F(2v)/F(v) from 2 and of F(4v)/F(v) from 4", linearity, 0.0, 1e-6,
                "");
-  // k falls from 2 to 1, so at a constant speed the steps come twice as often; ±5 % for the ticks at which
-  // they are seen.
-  report.check("unequal gap: step rate in the near half over that in the far half", rise, 1.9, 2.1, "");
 }
 
 }  // namespace
