@@ -157,7 +157,7 @@ TEST_F(StopInChromium, PressedInTheSecondOfFourWindowsIsHeardAndConfirmedInAll) 
   keep_screenshot("stopped");
   // Likewise in the last one, by key, after a reset from there.
   browser_->switch_to(windows_[3]);
-  browser_->click("#reset");
+  browser_->click("#stop-reset");  // beside the stop: the question is in the settings
   browser_->click("#reset-yes");
   EXPECT_TRUE(eventually([&] { return sides_->master.stop == 0 && sides_->slave.stop == 0; }));
   EXPECT_TRUE(eventually([&] { return !shown("stop-board"); }));

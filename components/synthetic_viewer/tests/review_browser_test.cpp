@@ -174,7 +174,9 @@ TEST_F(ReviewDrawnInChromium, GoesToAnyMomentAndBackAndPlays) {
 TEST_F(ReviewInChromium, SaysThatNothingIsLiveAndCommandsNothing) {
   EXPECT_THAT(text("review-notice"), testing::HasSubstr("Nothing here is live"));
   EXPECT_TRUE(truth("getComputedStyle(document.getElementById('stop')).display === 'none'"));
-  EXPECT_TRUE(truth("getComputedStyle(document.getElementById('gain-form')).display === 'none'"));
+  browser_->type({"o"});
+  for (const char* id : {"gain-form", "gripper-open", "reset"})
+    EXPECT_TRUE(truth("document.getElementById('" + std::string(id) + "').offsetParent === null")) << id;
   browser_->type({Browser::kEscape});  // who stops by habit is told that nothing was stopped
   ASSERT_TRUE(
       eventually([&] { return text("stop-headline").find("STOP NOT SENT: this is a recording") == 0; }));
