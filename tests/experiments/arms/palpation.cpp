@@ -76,17 +76,13 @@ Press press(const Settings& settings, const std::filesystem::path& files, double
     throw std::runtime_error("phantom_sensing probe: " + test::read_text(file(".log")));
   std::istringstream csv(test::read_text(file(".csv")));
   std::vector<std::string> names;
-  for (std::string line; std::getline(csv, line);) {
+  std::string line, cell;
+  std::getline(csv, line);
+  for (std::istringstream cells(line); std::getline(cells, cell, ',');) names.push_back(cell);
+  while (std::getline(csv, line)) {
     std::istringstream cells(line);
-    std::size_t i = 0;
-    for (std::string cell; std::getline(cells, cell, ','); ++i) {
-      if (result.columns.size() == names.size() && names.size() == i && result.columns.count("rule") == 0) {
-        names.push_back(cell);
-        result.columns[cell];
-      } else if (names.at(i) != "motion") {
-        result.columns[names.at(i)].push_back(std::stod(cell));
-      }
-    }
+    for (std::size_t i = 0; std::getline(cells, cell, ','); ++i)
+      if (names.at(i) != "motion") result.columns[names[i]].push_back(std::stod(cell));
   }
   if (result.columns.at("reaction3").size() != result.depth_m.size())
     throw std::runtime_error(file(".csv") + ": a row for each pose is missing");
