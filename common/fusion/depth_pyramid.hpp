@@ -1,0 +1,53 @@
+#pragma once
+
+#include <vector>
+
+#include "common/fusion/prepared_depth.hpp"
+
+namespace phantom::fusion {
+
+/// Least and greatest depth of parts of an image, over pixels with a depth only.
+class DepthPyramid {
+ public:
+  struct Depths {
+    float least_vox = kNone, greatest_vox = 0.0F;
+    bool seen = false;  ///< at least half of the pixels of each cell have a depth
+
+    bool any() const noexcept { return greatest_vox > 0.0F; }
+  };
+  static constexpr float kNone = 1e9F;
+
+  /// Builds the pyramid of an image. Allocates only for a larger image than before.
+  void build(const PreparedDepth& depth);
+  /// Returns the depths of the cells that hold the pixels [u0, u1] × [v0, v1], which lie in the image: these
+  /// pixels, and some around them. Takes constant time.
+  Depths in(int u0, int v0, int u1, int v1) const noexcept;
+
+ private:
+  static constexpr int kCellBits = 3, kLevels = 8;  // cells of 8 to 1024 pixels
+
+  struct Cell {
+    float least = kNone, greatest = 0.0F;
+    bool seen = false;
+  };
+  struct Level {
+    int width = 0, height = 0;
+    std::vector<Cell> cells;
+
+    Cell& at(int x, int y) {
+      return cells[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
+                   static_cast<std::size_t>(x)];
+    }
+    const Cell& at(int x, int y) const {
+      return cells[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
+                   static_cast<std::size_t>(x)];
+    }
+    void resize(int cells_x, int cells_y);
+  };
+  void build_first(const PreparedDepth& depth);
+
+  std::array<Level, kLevels> levels_;
+  std::vector<float> least_, greatest_, count_;  // of the columns of a row of cells
+};
+
+}  // namespace phantom::fusion

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "common/fusion/depth_image.hpp"
+
+namespace phantom::fusion {
+
+/// Which pixels are not fused.
+struct MaskParameters {
+  /// Neighbours that differ by more than edge_m + edge_sigmas · σ are an edge. What lies behind it is not
+  /// fused, since pixels between two surfaces measure neither; nor is a pixel that is alone in front.
+  double edge_m = 0.02;
+  double edge_sigmas = 6.0;
+  /// A pixel that sees the arm, or anything behind the place where the arm is, belongs to the arm.
+  double arm_margin_m = 0.03;
+  int arm_margin_px = 2;
+};
+
+/// A depth image in voxels, with its masks. Keeps its memory from frame to frame.
+class PreparedDepth {
+ public:
+  /// Prepares an image. `arm_depth_m`: empty, or for each pixel the depth of the arm, with what it carries,
+  /// at the image's time; 0: no arm there. Allocates only for more pixels than before.
+  void prepare(const DepthImage& image, std::span<const float> arm_depth_m, const DepthSigma& sigma,
+               const MaskParameters& masks, double voxel_size_m);
+
+  int width() const noexcept { return width_; }
+  int height() const noexcept { return height_; }
+  /// Depths in voxels that are fused; 0: none. Rows of width(). The element before the first one is 0.
+  std::span<const float> fused_vox() const noexcept { return {fused_.data() + 1, pixels()}; }
+  /// The same with edges: what may be seen through. Row v begins at row(v).
+  const float* row(int v) const noexcept {
+    return seen_.data() + (static_cast<std::size_t>(v) + 1) * stride() + 1;
+  }
+
+ private:
+  std::size_t pixels() const noexcept {
+    return static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_);
+  }
+  std::size_t stride() const noexcept { return static_cast<std::size_t>(width_) + 2; }
+  void grow_arm(std::span<const float> arm_depth_m, const MaskParameters& masks);
+
+  int width_ = 0, height_ = 0;
+  std::vector<float> seen_;  // with a border of 0
+  std::vector<float> fused_;
+  std::vector<float> arm_, rows_;  // least depth of the arm near each pixel, and along its row
+};
+
+}  // namespace phantom::fusion
