@@ -247,13 +247,16 @@ class Twins {
     in.drag.drag.plus.fill(kStrong);
     in.drag.drag.minus.fill(kStrong);
     in.slave.loop_torque_Nm.fill(kStrong);
-    const auto out = master_->step(in, kTick_s);
+    master_io::MasterReport report;
+    master_->step(in, kTick_s, report);
+    const master_io::MasterOutputs& out = report.outputs;
     bool some = false;
     for (std::size_t j = 0; j < master_config_.device.joint_count; ++j) {
       some = some || out.motor_Nm[j] != 0.0;
-      const bool within = std::abs(out.percept_Nm[j]) <= master_config_.percept.torque_cap_Nm[j] &&
-                          std::abs(out.feedback_Nm[j]) <= master_config_.feedback.torque_cap_Nm[j] &&
-                          std::abs(out.motor_Nm[j]) <= master_config_.device.torque_limit_Nm[j];
+      const bool within =
+          std::abs(report.percept_torque_Nm[j]) <= master_config_.percept.torque_cap_Nm[j] &&
+          std::abs(report.feedback_torque_Nm[j]) <= master_config_.feedback.torque_cap_Nm[j] &&
+          std::abs(out.motor_Nm[j]) <= master_config_.device.torque_limit_Nm[j];
       if (!within) difference << "torque of joint " << j << " beyond its cap; ";
     }
     torques += some;
