@@ -113,7 +113,8 @@ TEST(SimulatedCamera, SteelDropsPatchesAndBlindsWhereItIsSeenStraight) {
   EXPECT_EQ(share_without_depth(paint.frame(0)), 0.0);
   noise.steel_dropout = 0.0;
   noise.glare_cos = 0.98;
-  const DepthImage& image = wall_at(1.0, noise, 1, true).frame(0);
+  scenes::Simulated glaring = wall_at(1.0, noise, 1, true);
+  const DepthImage& image = glaring.frame(0);
   EXPECT_EQ(image.depth_m(40, 30), 0.0F);
   EXPECT_GT(image.depth_m(0, 0), 0.9F);
 }
