@@ -209,7 +209,7 @@ TEST_F(ArmFile, EachFaultIsNamed) {
   expect_refused("psi_deg: [0, 120, 240]", "psi_deg: [0, 120]", "has 2 values for 3 of r_m");
   expect_refused("offset_m: 0.05", "from_m: [0, 0, 0]", "one way to place a segment");
   expect_refused("length_m: 0.2,", "length_m: 0.2, from_radius_m: 0.1,", "stands beside a radius");
-  expect_refused("shape: fraction", "shape: star", "allowed: cube, sphere, fraction");
+  expect_refused("shape: fraction", "shape: star", "allowed: cube, sphere, sphere-contained, fraction");
   expect_refused("tip_reach_vox: 1", "tip_reach_vox: 4", "1 to 3 voxels");
   expect_refused("reach_vox: 3,", "reach_vox: 16,", "1 to 15 voxels");
   expect_refused("count: 30", "count: 0", "allowed: 1 to 100000 sensors");

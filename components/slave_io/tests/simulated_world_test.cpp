@@ -109,6 +109,8 @@ runtime::CellConfig tissue_in_voxels(const std::string& sides_m) {
   const std::string shipped = PHANTOM_SOURCE_DIR "/deploy/cells/palpation_bench/cell.yaml";
   std::string text = test::read_text(shipped);
   text = test::replaced(text, "voxel_size_m: 0.001", "voxel_size_m: " + sides_m);
+  text = test::replaced(text, "thickness_vox: [1]\n",
+                        "thickness_vox: [4]\n");  // of the nodule: a layer everywhere
   text = test::replaced(text, "../../arms", PHANTOM_SOURCE_DIR "/deploy/arms");
   text = test::replaced(text, "objects:\n",
                         "objects:\n  - {name: post, primitive: {box: {size_m: [0.031, 0.023, 0.117]}}, "

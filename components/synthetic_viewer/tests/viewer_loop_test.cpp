@@ -385,6 +385,7 @@ TEST_F(LocalizedText, AreOfTheLanguageOfTheConfiguration) {
   state_.arm.contact = true;
   state_.arm.contact_object = 7;
   const Compositor::Moment now{state_, objects_, objects_, core::kNsPerSecond};
+  hit_.node = ViewNode::kTop;
   hit_.eye_m = {0.6, 0.6, 1.0};
   const Hud main = german.main_picture(now, {}).hud, hit = german.hit_picture(now, hit_).hud;
   EXPECT_EQ(main.language, Language::kGerman);

@@ -225,7 +225,9 @@ TEST_F(Fluid, ManyWhoAskHoldUpNobodyElse) {
   std::atomic<bool> goes_on{false};
   std::atomic<int> inside{0}, most{0};
   FluidStore slow([&] {
-    most = std::max(most.load(), ++inside);
+    const int now = ++inside;
+    for (int before = most; before < now && !most.compare_exchange_weak(before, now);) {
+    }
     phantom::test::eventually([&] { return goes_on.load(); });
     --inside;
     return newest();
