@@ -13,19 +13,11 @@ namespace {
 constexpr std::uint32_t kSocketBufferBytes = 4 << 20;  // a late joiner receives the workspace as one burst
 constexpr const char* kLoopback = "127.0.0.1";
 
-// Sends messages of `message_bytes` at most, and accepts larger ones. Fast DDS asks the descriptor for the
+// Sends messages of kMessageBytes at most, and accepts larger ones. Fast DDS asks the descriptor for the
 // first limit, and the transport's copy of the descriptor's members for the second.
 struct UdpDescriptor : fast_dds::rtps::UDPv4TransportDescriptor {
-  explicit UdpDescriptor(std::uint32_t bytes) : message_bytes(bytes) {}
-  [[nodiscard]] std::uint32_t max_message_size() const override { return message_bytes; }
-  std::uint32_t message_bytes;
+  [[nodiscard]] std::uint32_t max_message_size() const override { return kMessageBytes; }
 };
-
-bool stays_on_this_host(const core::NetworkOptions& network) {
-  return !network.interfaces.empty() &&
-         std::all_of(network.interfaces.begin(), network.interfaces.end(),
-                     [](const std::string& address) { return address.starts_with("127."); });
-}
 
 // A discovery server on this host treats participants of its own host as local and sends to their loopback
 // address, whatever interfaces they name.
@@ -64,13 +56,9 @@ std::vector<wire::Network> networks_of(const core::NetworkOptions& network) {
 
 }  // namespace
 
-std::uint32_t message_bytes_of(const core::NetworkOptions& network) {
-  return stays_on_this_host(network) || !network.security.empty() ? kLongMessageBytes : kNetworkMessageBytes;
-}
-
 std::shared_ptr<GuardedTransportDescriptor> transport_of(const core::NetworkOptions& network, bool observes,
                                                          bool asks_for_types) {
-  auto udp = std::make_shared<UdpDescriptor>(message_bytes_of(network));
+  auto udp = std::make_shared<UdpDescriptor>();
   udp->interfaceWhiteList = interfaces_of(network);
   udp->sendBufferSize = kSocketBufferBytes;
   udp->receiveBufferSize = kSocketBufferBytes;

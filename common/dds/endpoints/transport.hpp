@@ -8,22 +8,16 @@
 
 namespace phantom::dds {
 
-/// Greatest messages that are sent over a network. IP never fragments them: many firewalls and tunnels drop
-/// fragments. Every path that carries IPv6 carries packets of 1280 bytes, of which 48 are headers of IPv6 and
-/// UDP. Fast DDS divides longer samples itself (DATA_FRAG) and repeats single lost fragments of reliable
-/// topics.
-inline constexpr std::uint32_t kNetworkMessageBytes = 1232;
-/// Greatest messages where all traffic stays on the host, because its loopback carries them whole, and on
-/// secured sites: Fast DDS 2.9.1 writes a handshake into the room of one message and has no handshake without
-/// certificates and permissions in it ("Cannot serialize ParticipantGenericMessage"). So IP fragments
-/// messages of secured sites; phantom-doctor tries whether fragments pass.
-inline constexpr std::uint32_t kLongMessageBytes = 16000;
-
-/// Returns the greatest message that a participant of that network sends.
-std::uint32_t message_bytes_of(const core::NetworkOptions& network);
+/// Greatest messages that are sent. IP fragments those of a network whose frames are shorter; phantom-doctor
+/// tries whether fragments pass. Not smaller: what a participant announces of its endpoints must fit into one
+/// message. With 8000 bytes some endpoints stayed unknown after a process had stood still; with 1232, on a
+/// bad link, an observer did not hear a topic for minutes. On secured sites Fast DDS 2.9.1 also writes a
+/// handshake into the room of one message ("Cannot serialize ParticipantGenericMessage"). Not larger: a
+/// message of many frames is lost if one of them is lost.
+inline constexpr std::uint32_t kMessageBytes = 16000;
 
 /// Returns the transport of a participant of that network: UDP on the interfaces that may be used, also
-/// between processes of one host. It sends messages of message_bytes_of() at most and accepts larger ones.
+/// between processes of one host. It sends messages of kMessageBytes at most and accepts larger ones.
 /// Each datagram is checked before Fast DDS parses it (GuardedTransportDescriptor). If the network names its
 /// peers, only senders in the networks (/24) of these, of this host's interfaces and of the loopback are
 /// heard. `observes`: the participant reads topics of others, too, whose samples may be large.
