@@ -42,7 +42,8 @@ def check_package(deb, component, files):
     assert f"phantom-common (= {VERSION})" in depends, depends
     if component != "simulated_drive":
         assert re.search("libfast(rtps|dds)[0-9]", depends), f"{deb.name}: {depends}"
-    assert ("libssl3" in depends) == (component == "synthetic_viewer"), f"{deb.name}: {depends}"
+    # The page's TLS; and every participant reads when its documents of DDS Security end.
+    assert ("libssl3" in depends) == ("libfastrtps" in depends or "libfastdds" in depends), f"{deb.name}: {depends}"
     assert "libgtest" not in depends and "-dev" not in depends, depends
     assert "libassimp" not in depends, f"{deb.name} links what only the importer may: {depends}"
 
