@@ -20,7 +20,7 @@ std::string duration_words(double seconds) {
 void ClockReport::add_to(core::Health& health, std::optional<double> difference_s, core::Nanoseconds now_ns) {
   if (!difference_s || std::abs(*difference_s) < kFigure_s) return;
   health.figures.push_back({"clock_ahead_of_" + partner_, *difference_s, "s"});
-  if (std::abs(*difference_s) < kTold_s) return;
+  if (std::abs(*difference_s) < kReported_s) return;
   const std::string sentence = fmt::format("clocks differ by {}: this host's is {} that of {}'s host",
                                            duration_words(std::abs(*difference_s)),
                                            *difference_s > 0.0 ? "ahead of" : "behind", partner_);

@@ -13,17 +13,17 @@ namespace phantom::messages {
 /// thread-safe.
 class ClockReport {
  public:
-  /// Differences from here on are told in the status's message and in the log.
-  static constexpr double kTold_s = 0.5;
+  /// Differences from here on are reported in the status's message and in the log.
+  static constexpr double kReported_s = 0.5;
   /// Smaller ones may be the network's delay: no figure.
   static constexpr double kFigure_s = 0.02;
-  /// Shortest time between two log lines.
+  /// Shortest time between two log lines, ns.
   static constexpr core::Nanoseconds kEvery_ns = 60 * core::kNsPerSecond;
 
   /// `partner`: its component's name.
   explicit ClockReport(std::string partner) : partner_(std::move(partner)) {}
 
-  /// Adds to `health` by how much this host's clock is ahead, and logs it now and then. `difference_s`: as
+  /// Adds to `health` by how much this host's clock is ahead, and logs it at intervals. `difference_s`: as
   /// dds::DelayMonitor measures it.
   void add_to(core::Health& health, std::optional<double> difference_s, core::Nanoseconds now_ns);
 

@@ -4,19 +4,26 @@
 
 namespace phantom::messages {
 
-void ModelCheck::look(std::string_view label) {
-  if (own_ == nullptr || label == label_) return;
-  label_ = label;
-  std::string difference = robot::difference(*own_, label);
-  if (!difference.empty()) {
-    spdlog::error("{} comes from a process with another model: {}; give both hosts the same files", topic_,
-                  difference);
-  } else if (differs()) {
-    spdlog::info("{} comes from a process with the same model again", topic_);
+void ModelCheck::look(std::string_view label, core::Nanoseconds received_ns) {
+  if (own_ == nullptr) return;
+  if (label != label_) {
+    label_ = label;
+    std::string difference = robot::difference(*own_, label);
+    differs_.store(!difference.empty(), std::memory_order_relaxed);
+    if (!difference.empty()) {
+      if (difference != logged_)
+        spdlog::error("{} comes from a process with another model: {}; give both hosts the same files",
+                      topic_, difference);
+      logged_ = difference;
+      const std::lock_guard lock(mutex_);
+      difference_ = std::move(difference);
+    }
   }
-  differs_.store(!difference.empty(), std::memory_order_relaxed);
+  if (differs()) differed_ns_ = received_ns;
+  if (differs() || differed_ns_ == 0 || received_ns - differed_ns_ < kReported_ns) return;
+  differed_ns_ = 0;
   const std::lock_guard lock(mutex_);
-  difference_ = std::move(difference);
+  difference_.clear();
 }
 
 void add_difference(core::Health& health, const std::string& difference) {

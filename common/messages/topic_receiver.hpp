@@ -129,7 +129,7 @@ class TopicSubscriber {
     return false;
   }
   bool take(const Message& message, const dds::SampleInfo& info) {
-    model_check_.look(info.model_label);
+    model_check_.look(info.model_label, info.received_ns);
     if (model_check_.differs() && receiver_.other_model() == OtherModel::kRefused)
       return refuse(model_check_.difference(), info);
     const auto sample = periodic_ != nullptr ? receiver_.take(message, info.received_ns, *periodic_)

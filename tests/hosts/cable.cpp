@@ -5,7 +5,6 @@
 // cable INTERFACE_A INTERFACE_B; then a line on standard input for each change:
 //   set LOSS DELAY_MS JITTER_MS [REPEATED]   share of frames lost, 0…1; each way; evenly spread around the
 //   delay, never overtaking; share of frames that come a second time, each after a delay of its own
-//   fragments lost | fragments pass  what IP has fragmented is lost, as by many firewalls and tunnels
 //   cut | cut a | cut b | heal      both ways, or only what comes from INTERFACE_A or from INTERFACE_B
 // After each line it says "ok" and how many frames it carried and lost so far. It ends with its standard
 // input.
@@ -63,23 +62,7 @@ int open_end(const char* name) {
 struct Quality {
   double loss = 0.0, delay_ms = 0.0, jitter_ms = 0.0, repeated = 0.0;
   bool cut_a = false, cut_b = false;  // what comes from there is lost
-  bool fragments_lost = false;
 };
-
-// Whether a frame is a fragment of IPv4, or is yet to be fragmented by the interface (UDP fragmentation
-// offload).
-bool is_fragment(const char* bytes, std::size_t size) {
-  // Of virtio_net_hdr (linux/virtio_net.h, which C++ does not read): its size, gso_type's place, of UDP.
-  constexpr std::size_t kHeader = 10, kOffloadAt = 1, kEthernet = 14, kFlags = 6;
-  constexpr char kOffloadOfUdp = 3;
-  if (size < kHeader + kEthernet + 20) return false;
-  if (bytes[kOffloadAt] == kOffloadOfUdp) return true;
-  const auto* ethernet = reinterpret_cast<const unsigned char*>(bytes + kHeader);
-  if (ethernet[12] != 0x08 || ethernet[13] != 0x00) return false;
-  const unsigned flags_and_offset = ethernet[kEthernet + kFlags] << 8U | ethernet[kEthernet + kFlags + 1];
-  constexpr unsigned kMoreFragments = 0x2000, kOffset = 0x1fff;
-  return (flags_and_offset & (kMoreFragments | kOffset)) != 0;
-}
 
 struct Frame {
   Clock::time_point due;
@@ -95,9 +78,7 @@ class Way {
       const ssize_t size = recv(from_, buffer_.data(), buffer_.size(), 0);
       if (size <= 0) return;
       std::uniform_real_distribution<double> share(0.0, 1.0);
-      const bool fragment =
-          quality.fragments_lost && is_fragment(buffer_.data(), static_cast<std::size_t>(size));
-      if (cut || fragment || share(random) < quality.loss) {
+      if (cut || share(random) < quality.loss) {
         ++lost;
         continue;
       }
@@ -150,11 +131,6 @@ bool obey(const std::string& line, Quality& quality) {
     quality.cut_a = word == "cut" && from != "b";
     quality.cut_b = word == "cut" && from != "a";
     return from.empty() || (word == "cut" && (from == "a" || from == "b"));
-  }
-  if (word == "fragments") {
-    words >> word;
-    quality.fragments_lost = word == "lost";
-    return word == "lost" || word == "pass";
   }
   Quality requested = quality;
   if (word != "set" || !(words >> requested.loss >> requested.delay_ms >> requested.jitter_ms)) return false;

@@ -44,17 +44,17 @@ class SourceGuard {
 
   /// Assesses likewise a sample of a topic that is written on events: between two of them nothing shows
   /// whether their writer lives. They are taken from the process that `periodic` follows on a periodic topic,
-  /// from any process while that follows nobody, in the order of their numbers. Real-time safe: yes.
+  /// from any process while that follows none, in the order of their numbers. Real-time safe: yes.
   Verdict assess_event(const msg::Stamp& stamp, core::Nanoseconds received_ns,
                        const SourceGuard& periodic) noexcept;
 
   /// Returns whether the guard is bound to another process than the one of `stamp`. Thread-safe.
   bool is_rival(const msg::Stamp& stamp, core::Nanoseconds now_ns) const noexcept;
-  /// Returns whether another process has written to the topic lately: a second one, or a successor that came
-  /// before `hold` was over. Thread-safe.
+  /// Returns whether another process has written to the topic recently: a second one, or a successor that
+  /// came before `hold` was over. Thread-safe.
   bool has_rival(core::Nanoseconds now_ns) const noexcept;
-  /// Returns whether the followed process was heard after a rival lately: both are there, which no succession
-  /// explains. For readers whose user is not to be disturbed by each restart. Thread-safe.
+  /// Returns whether the followed process was received after a foreign writer recently: both are there, which
+  /// no succession explains. For readers that must not report each restart. Thread-safe.
   bool has_second(core::Nanoseconds now_ns) const noexcept;
   /// Return the session of the other process that wrote last, and how many samples of others were refused
   /// since the start; 0 if there were none. Thread-safe.

@@ -21,7 +21,7 @@ struct DocumentsEnd {
 std::optional<DocumentsEnd> documents_end(const std::filesystem::path& folder,
                                           const std::string& participant);
 
-/// Time before their end from which documents are told of.
+/// Time before their end from which documents are reported.
 inline constexpr core::Nanoseconds kDocumentsMargin_ns = 30 * 86'400 * core::kNsPerSecond;
 
 /// Adds to a status that documents end within kDocumentsMargin_ns of `utc_ns`, or have ended: a sentence and

@@ -38,9 +38,8 @@ constexpr QosContract kEvent{.reliability = Reliability::kReliable, .history_dep
 constexpr QosContract kDurable{
     .reliability = Reliability::kReliable, .durability = Durability::kTransientLocal, .history_depth = 1};
 // Large and periodic: the newest counts, and a fragment that is lost is sent again, as it would cost the
-// whole sample. What needs fragments at times and at times not is never best effort: such a reader of Fast
-// DDS 3.1 ends its process after a lost fragment (docs/fast_dds.md). The one best-effort topic of fragments
-// is drag_field, where each sample has the same size.
+// whole sample. What may need fragments is never best effort: such a reader of Fast DDS 3.1 ends its process
+// after a lost fragment (docs/fast_dds.md).
 constexpr QosContract kLarge{.reliability = Reliability::kReliable, .history_depth = 1};
 constexpr QosContract periodic_and_large(int deadline_ms, int liveliness_ms) {
   QosContract contract = periodic(deadline_ms, liveliness_ms);
@@ -60,9 +59,9 @@ const TopicSpec<msg::GripperState> kGripperState{{"gripper_state", "phantom::msg
 const TopicSpec<msg::DragField> kDragField{
     {"drag_field", "phantom::msg::DragField", periodic(20, 200), &make_type<msg::DragFieldPubSubType>}};
 const TopicSpec<msg::Percept> kPercept{
-    {"percept", "phantom::msg::Percept", periodic_and_large(100, 500), &make_type<msg::PerceptPubSubType>}};
+    {"percept", "phantom::msg::Percept", periodic(100, 500), &make_type<msg::PerceptPubSubType>}};
 const TopicSpec<msg::InterestPoints> kInterestPoints{{"interest_points", "phantom::msg::InterestPoints",
-                                                      periodic_and_large(100, 500),
+                                                      periodic(100, 500),
                                                       &make_type<msg::InterestPointsPubSubType>}};
 const TopicSpec<msg::SkinPercept> kSkinPercept{{"skin_percept", "phantom::msg::SkinPercept",
                                                 periodic_and_large(500, 2000),

@@ -89,7 +89,7 @@ TEST(Qos, ShippedReadersAskForWhatTheyMissAtOnce) {
     ++reliable;
     EXPECT_TRUE(fast_dds::asks_at_once(qos)) << topic->name;
   }
-  EXPECT_EQ(reliable, 19);
+  EXPECT_EQ(reliable, 17);
   participant->delete_contained_entities();
   factory->delete_participant(participant);
 }
