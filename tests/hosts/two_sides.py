@@ -1,4 +1,4 @@
-"""Master and slave with percept on two hosts, whose clocks, arms and network a test makes worse than they should be."""
+"""Master and slave with percept on two hosts, whose clocks and arms a test makes worse than they should be."""
 import shutil
 import struct
 import tempfile
@@ -13,11 +13,11 @@ LIMIT_S = 180  # only bounds a failing test
 
 
 class TwoSides:
-    def __init__(self, binaries, cable=None, clock=None, cells=None):
-        """`cable`: the executable, for a cable of the slave's host that can be bad. `clock`: clock_step.so, for wall clocks that can be set.
+    def __init__(self, binaries, clock=None, cells=None):
+        """`clock`: clock_step.so, for wall clocks that can be set.
         `cells`: cell file of a host that has another than the shipped one."""
         self.bin, self.folder = Path(binaries).resolve(), Path(tempfile.mkdtemp(prefix="phantom_sides_"))
-        self.site = Site(ADDRESSES, cable, cables=("slave",) if cable else ())
+        self.site = Site(ADDRESSES)
         self.clock, self.watches = clock, {}
         for name, host in self.site.hosts.items():
             (self.folder / f"clock.{name}").write_bytes(bytes(8))
