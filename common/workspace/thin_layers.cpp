@@ -15,11 +15,13 @@ bool has_voxel(double from, double to, double side) {
   return std::floor(to * (1.0 + kRounding) / side) * side > from * (1.0 + kRounding);
 }
 
-/// Returns the layers outside or inside a body that are thinner than `side`, and those of them without a
-/// voxel.
+/// Numbers of layers, for a message.
 struct ThinLayers {
   std::string thin, lost;
 };
+
+/// Returns the layers outside or inside a body that are thinner than `side`, and those of them without a
+/// voxel along it. `from_vox`: where the first begins. Both in shortest sides.
 ThinLayers thin_layers(const std::vector<int>& thickness_vox, int from_vox, double side) {
   ThinLayers found;
   for (std::size_t i = 0; i < thickness_vox.size(); from_vox += thickness_vox[i++]) {
