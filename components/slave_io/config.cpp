@@ -52,6 +52,18 @@ void read_servo(const Fields& section, const robot::SerialArm& arm, Config& conf
   });
 }
 
+// After read_alignment(), whose speeds are those at which the arm yields.
+void read_contact_limit(const Fields& section, const robot::SerialArm& arm, Config& config) {
+  auto& limit = config.contact_limit;
+  limit.joint_count = arm.joint_count();
+  limit.yield_speed = config.align_speed;
+  const double share = section.value("share_of_effort", 0.0);
+  section.number("tool_N", limit.tool_force_N);
+  for (std::size_t j = 0; j < arm.joint_count(); ++j) limit.torque_Nm[j] = share * arm.joints()[j].max_effort;
+  section.named("joints", runtime::joint_names(arm),
+                [&](const Fields& own, std::size_t j) { own.number("torque", limit.torque_Nm[j]); });
+}
+
 void read_alignment(const Fields& section, const robot::SerialArm& arm, Config& config) {
   config.align_tolerance = by_joint_type(arm, section.value("tolerance_rad"), section.value("tolerance_m"));
   config.align_speed = by_joint_type(arm, section.value("speed_rad_s"), section.value("speed_m_s"));
@@ -206,6 +218,7 @@ Config load_config(const std::filesystem::path& path, const robot::SerialArm& ar
   const Fields servo = file.section("servo");
   read_servo(servo, arm, config);
   read_alignment(file.section("alignment"), arm, config);
+  read_contact_limit(file.section("contact_limit"), arm, config);
   if (config.driver == Driver::kSimulated || file.has("contact"))
     read_contact(file.section("contact"), config);
   if (file.has("gripper"))

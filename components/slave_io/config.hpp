@@ -14,6 +14,7 @@
 #include "common/teleop/coupling/joint_servo.hpp"
 #include "common/teleop/coupling/link_state.hpp"
 #include "common/teleop/gripper/gripper.hpp"
+#include "common/teleop/guards/contact_force_limit.hpp"
 #include "common/teleop/guards/momentum_observer.hpp"
 #include "components/slave_io/wrist_config.hpp"
 
@@ -46,6 +47,7 @@ struct Config {
   std::array<teleop::JointServoGains, core::kMaxJoints> gains{};
   std::array<teleop::HeldTorque, core::kMaxJoints> held{};  ///< of joints whose loop is closed here, on CAN
   teleop::LoopGuardParameters loop;
+  teleop::ContactForceLimitParameters contact_limit;
   bool gravity_feed_forward = false;
   double max_payload_kg = 10.0;  ///< what the arm carries counts for nothing beyond it
   bool force_sensor = false;     ///< the arm measures the external forces on it (F_e, laws c and e)

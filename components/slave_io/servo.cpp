@@ -35,6 +35,8 @@ void Servo::tick(double dt_s, core::Nanoseconds now_ns) noexcept {
     inputs_.position = sense.position;
     inputs_.velocity = sense.velocity;
     inputs_.gravity_Nm = sense.gravity_Nm;
+    inputs_.force_measured = force_measured_;
+    inputs_.external_Nm = external_Nm_;
     inputs_.counterbalance = inbox_.counterbalance.on();
     inputs_.drives_operational = sense.follows;
     inputs_.drive_fault = sense.fault;
@@ -73,6 +75,8 @@ void Servo::tick(double dt_s, core::Nanoseconds now_ns) noexcept {
   report.counterbalance = report.outputs.counterbalance;
   arm_.fill(report);
   if (wrist_ != nullptr) wrist_->step(report, dt_s, now_ns);
+  force_measured_ = report.force_measured;
+  external_Nm_ = report.external_torque_Nm;
   outbox.write(report);
   published.raise();
 }

@@ -36,6 +36,8 @@ class Servo {
   Inbox& inbox_;
   double period_s_;
   SlaveInputs inputs_;
+  bool force_measured_ = false;     // in the tick before
+  core::JointArray external_Nm_{};  // F_e then
   robot::Payload payload_;
   SlaveIo controller_;
   ArmDriver& arm_;

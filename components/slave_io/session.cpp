@@ -1,5 +1,6 @@
 #include "components/slave_io/session.hpp"
 
+#include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
 #include <chrono>
@@ -32,6 +33,21 @@ using teleop::LinkState;
 
 }  // namespace
 
+namespace {
+
+// Says what the operator is to know while the arm holds its force on what it presses on.
+std::string pressing_sentence(const SlaveOutputs& now, const robot::SerialArm& arm) {
+  if (now.pressing_tool)
+    return fmt::format("the tool presses with {:.0f} N, as hard as it may: it goes no farther",
+                       now.pressing_N);
+  const robot::Joint& joint = arm.joints()[static_cast<std::size_t>(now.pressing_joint)];
+  const bool slides = joint.type == robot::JointType::kPrismatic;
+  return fmt::format("{} presses with {:.3g} {}, as hard as it may: it goes no farther", joint.name,
+                     now.pressing_N, slides ? "N" : "N·m");
+}
+
+}  // namespace
+
 std::string sentence(const SlaveOutputs& now, const robot::SerialArm& arm) {
   if (teleop::waits_for_switch(now)) return teleop::switch_sentence(now, "master");
   switch (now.state) {
@@ -50,6 +66,8 @@ std::string sentence(const SlaveOutputs& now, const robot::SerialArm& arm) {
     case LinkState::kStopped:
       return std::string(name_of(now.stop.cause)) + ": holding position until reset" +
              (now.partner_unconfirmed ? "; THE MASTER HAS NOT CONFIRMED THAT IT IS STOPPED" : "");
+    case LinkState::kCoupled:
+      return now.pressing_joint >= 0 || now.pressing_tool ? pressing_sentence(now, arm) : "";
     default:
       return "";
   }

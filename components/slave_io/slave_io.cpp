@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/robot/kinematics/tool_wrench.hpp"
+
 namespace phantom::slave_io {
 
 using teleop::LinkState;
@@ -26,7 +28,9 @@ bool holds(LinkState state) {
 
 SlaveIo::SlaveIo(const robot::SerialArm& arm, const Config& config, const core::JointArray& start_q,
                  const teleop::StopLatch& latch)
-    : count_(arm.joint_count()),
+    : arm_(arm),
+      count_(arm.joint_count()),
+      tool_force_bound_N_(config.contact_limit.tool_force_N),
       lower_(limits_of(arm, &robot::Joint::lower)),
       upper_(limits_of(arm, &robot::Joint::upper)),
       max_speed_(limits_of(arm, &robot::Joint::max_speed)),
@@ -36,7 +40,8 @@ SlaveIo::SlaveIo(const robot::SerialArm& arm, const Config& config, const core::
       link_(config.link, latch),
       servo_(arm.joint_count(), config.gains, config.held),
       weight_(config.plant.balanced, config.gravity_feed_forward),
-      limiter_(arm.joint_count(), lower_, upper_) {
+      limiter_(arm.joint_count(), lower_, upper_),
+      contact_limit_(config.contact_limit) {
   limiter_.reset(start_q);
 }
 
@@ -44,9 +49,13 @@ SlaveOutputs SlaveIo::step(const SlaveInputs& in, double dt_s) noexcept {
   const LinkState before = link_.state();
   SlaveOutputs out{teleop::step_link(link_, in, in.master, align_tolerance_, count_, dt_s)};
   if ((holds(out.state) && !holds(before)) || !in.drives_operational) limiter_.reset(in.position);
+  if (out.state != LinkState::kCoupled || !in.drives_operational) contact_limit_.reset();
   const bool comes = out.state == LinkState::kReady || out.state == LinkState::kAligned;
   out.far_joint = comes ? far_joint(in.master.position) : std::int8_t{-1};
   out.reference_velocity = lead_reference(in, out.far_joint < 0, dt_s);
+  out.pressing_joint = static_cast<std::int8_t>(contact_limit_.held_joint());
+  out.pressing_tool = contact_limit_.held_by_tool();
+  out.pressing_N = contact_limit_.held_force();
   out.reference = limiter_.reference();
   out.weight_Nm = weight_.step(in.counterbalance, in.gravity_Nm, dt_s);
   out.counterbalance = weight_.in_force();
@@ -54,6 +63,15 @@ SlaveOutputs SlaveIo::step(const SlaveInputs& in, double dt_s) noexcept {
       servo_.step(out.reference, out.reference_velocity, in.position, in.velocity, out.weight_Nm, in.loop);
   limit_speed(in.velocity, out.torque.drive_Nm);
   return out;
+}
+
+teleop::ContactForce SlaveIo::contact_force(const SlaveInputs& in) const noexcept {
+  teleop::ContactForce force{in.force_measured, in.external_Nm, 0.0};
+  if (!in.force_measured || tool_force_bound_N_ <= 0.0) return force;
+  robot::LinkPoses X_WL;
+  arm_.link_poses(in.position, X_WL);
+  force.tool_force_N = robot::tool_force_N(arm_, X_WL, in.external_Nm);
+  return force;
 }
 
 // A joint above its speed limit gets no torque that would make it faster.
@@ -89,7 +107,12 @@ core::JointArray SlaveIo::lead_reference(const SlaveInputs& in, bool master_near
           target[j] += v_ref[j] * hold_s;
         }
       }
-      limiter_.step(target, max_speed_, dt_s);
+      const core::JointArray allowed =
+          contact_limit_.step(target, limiter_.reference(), contact_force(in), dt_s);
+      for (std::size_t j = 0; j < count_; ++j) {
+        if (allowed[j] != target[j]) v_ref[j] = 0.0;
+      }
+      limiter_.step(allowed, max_speed_, dt_s);
       break;
     }
   }

@@ -9,6 +9,7 @@
 #include "common/teleop/coupling/counterbalance.hpp"
 #include "common/teleop/coupling/joint_servo.hpp"
 #include "common/teleop/coupling/servo_side.hpp"
+#include "common/teleop/guards/contact_force_limit.hpp"
 #include "components/slave_io/config.hpp"
 
 namespace phantom::slave_io {
@@ -18,13 +19,18 @@ using MasterSample = messages::Answer<messages::MasterState>;
 
 struct SlaveInputs : teleop::SideInputs {
   MasterSample master;
-  core::JointArray gravity_Nm{};  ///< torques that hold the weight; zero for a balanced arm
-  bool counterbalance = false;    ///< an arm that is not balanced is to be counterbalanced automatically
+  core::JointArray gravity_Nm{};   ///< torques that hold the weight; zero for a balanced arm
+  bool counterbalance = false;     ///< an arm that is not balanced is to be counterbalanced automatically
+  bool force_measured = false;     ///< external_Nm is known
+  core::JointArray external_Nm{};  ///< F_e, of the tick before
 };
 
 struct SlaveOutputs : teleop::SideOutputs {
   std::int8_t far_joint =
       -1;  ///< index of a joint too far from the master's pose to align by itself; −1: none
+  std::int8_t pressing_joint = -1;  ///< index of a joint that is held at its bound of contact force; −1: none
+  bool pressing_tool = false;       ///< held by the bound at the tool
+  double pressing_N = 0.0;          ///< how hard: of that joint (N·m or N), or at the tool (N)
   teleop::ServoTorque torque;
   core::JointArray weight_Nm{};  ///< part of the drives' torque that carries the weight, outside F_as
   teleop::Counterbalance counterbalance = teleop::Counterbalance::kMechanical;  ///< in force
@@ -37,11 +43,13 @@ struct SlaveOutputs : teleop::SideOutputs {
 /// In states init, degraded and stopped it holds the position at which the state began. In states ready and
 /// aligned it moves slowly to the master's pose if that is near, else it holds. In state coupled it follows
 /// the master. While the drives do not follow, the reference is the arm's position, so that nothing jumps
-/// when they do. The drives get power once the master is heard and reports that it is not stopped. Joint
-/// positions, speeds and torques stay within the arm's limits for any input.
+/// when they do. Where the arm presses as hard as it may, its reference goes no farther (ContactForceLimit).
+/// The drives get power once the master is heard and reports that it is not stopped. Joint positions, speeds
+/// and torques stay within the arm's limits for any input.
 class SlaveIo {
  public:
-  /// `latch` holds the stop that was in force when the previous process ended, if there was one.
+  /// `arm` must outlive the object. `latch` holds the stop that was in force when the previous process ended,
+  /// if there was one.
   SlaveIo(const robot::SerialArm& arm, const Config& config, const core::JointArray& start_q,
           const teleop::StopLatch& latch);
 
@@ -50,17 +58,21 @@ class SlaveIo {
 
  private:
   core::JointArray lead_reference(const SlaveInputs& in, bool master_near, double dt_s) noexcept;
+  teleop::ContactForce contact_force(const SlaveInputs& in) const noexcept;
   void limit_speed(const core::JointArray& v, core::JointArray& drive_Nm) const noexcept;
   core::JointArray as_far_as_free(const SlaveInputs& in) const noexcept;
   std::int8_t far_joint(const core::JointArray& q) const noexcept;
 
+  const robot::SerialArm& arm_;
   std::size_t count_;
+  double tool_force_bound_N_;
   core::JointArray lower_{}, upper_{}, max_speed_{};
   core::JointArray align_tolerance_, align_speed_, align_range_;
   teleop::LinkMonitor link_;
   teleop::JointServo servo_;
   teleop::GravityFeedForward weight_;
   teleop::ReferenceLimiter limiter_;
+  teleop::ContactForceLimit contact_limit_;
 };
 
 }  // namespace phantom::slave_io

@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <Eigen/SVD>
+#include <cmath>
 #include <random>
 
 #include "tests/support/small_arms.hpp"
@@ -51,6 +53,32 @@ TEST(ToolWrench, IsTheWrenchWhoseTorquesTheyAre) {
     EXPECT_LT((wrench_at_tool(arm, q, torques_of(arm, q, wrench)) - wrench).norm(), 1e-5);
   }
   EXPECT_GT(tried, 10);
+}
+
+TEST(ToolWrench, ItsForceByDampedLeastSquaresIsThatOfTheWrenchAwayFromSingularPoses) {
+  const robot::SerialArm arm = phantom::test::six_joints();
+  std::mt19937 random(4);
+  std::uniform_real_distribution<double> number(-1.0, 1.0);
+  int tried = 0;
+  for (int k = 0; k < 2000; ++k) {
+    core::JointArray q{};
+    for (std::size_t j = 0; j < 6; ++j) q[j] = 2.0 * number(random);
+    robot::LinkPoses X_WL;
+    arm.link_poses(q, X_WL);
+    const Eigen::Matrix<double, 6, 6> J = robot::tool_jacobian(arm, X_WL).leftCols<6>();
+    const Eigen::Matrix<double, 6, 1> gains = Eigen::JacobiSVD<Eigen::MatrixXd>(J).singularValues();
+    robot::Spatial wrench = robot::Spatial::Zero();
+    for (int i = 0; i < 3; ++i) wrench[i] = 100.0 * number(random);
+    const double force_N = tool_force_N(arm, X_WL, torques_of(arm, q, wrench));
+    EXPECT_LE(force_N, 1.001 * wrench.norm()) << "damping only lowers it";
+    if (gains[5] < 0.08 * gains[0]) continue;
+    ++tried;
+    EXPECT_NEAR(force_N, wrench.norm(), 0.03 * wrench.norm());
+  }
+  EXPECT_GT(tried, 5);
+  robot::LinkPoses X_WL;
+  arm.link_poses({}, X_WL);
+  EXPECT_EQ(tool_force_N(arm, X_WL, {std::nan("")}), 0.0);
 }
 
 TEST(ToolWrench, OfAnArmWithOneJointIsAForceThatItFeels) {
