@@ -64,18 +64,34 @@ Progress OperatorModel::tremor(std::size_t joint) const noexcept {
   return shake;
 }
 
-double OperatorModel::felt_load(double load, double dt_s) noexcept {
-  newest_load_ = (newest_load_ + 1) % loads_.size();
-  loads_[newest_load_] = static_cast<float>(load);
-  const double ticks = std::min(parameters_.reaction_delay_s, kMaxReaction_s) / dt_s;
-  const auto late = static_cast<std::size_t>(std::clamp(ticks, 0.0, static_cast<double>(loads_.size() - 1)));
-  return static_cast<double>(loads_[(newest_load_ + loads_.size() - late) % loads_.size()]);
+double DelayedValue::step(double value, double delay_s, double dt_s) noexcept {
+  newest_ = (newest_ + 1) % values_.size();
+  values_[newest_] = static_cast<float>(value);
+  const double ticks = std::min(delay_s, kMaxReaction_s) / dt_s;
+  const auto late = static_cast<std::size_t>(std::clamp(ticks, 0.0, static_cast<double>(values_.size() - 1)));
+  return static_cast<double>(values_[(newest_ + values_.size() - late) % values_.size()]);
 }
 
-void OperatorModel::follow_load(double load, double dt_s) noexcept {
-  const double wanted = std::clamp(
-      (parameters_.stop_share - felt_load(load, dt_s)) / (parameters_.stop_share - parameters_.yield_share),
-      0.0, 1.0);
+namespace {
+
+// Returns the pace at which a person goes on who notices `warning`.
+double heeded_pace(const Attention& attention, double warning) noexcept {
+  if (!(warning > attention.heed_from)) return 1.0;
+  if (warning >= attention.creep_from) return attention.creep_pace;
+  const double share = (warning - attention.heed_from) / (attention.creep_from - attention.heed_from);
+  return 1.0 + share * (attention.creep_pace - 1.0);
+}
+
+}  // namespace
+
+void OperatorModel::follow(double load, double dt_s) noexcept {
+  const OperatorParameters& p = parameters_;
+  const double felt = felt_load_.step(load, p.reaction_delay_s, dt_s);
+  const double heard = heard_before_.step(heard_, p.hearing.reaction_delay_s, dt_s);
+  const double seen = seen_before_.step(seen_, p.sight.reaction_delay_s, dt_s);
+  const double wanted =
+      std::min({std::clamp((p.stop_share - felt) / (p.stop_share - p.yield_share), 0.0, 1.0),
+                heeded_pace(p.hearing, heard), heeded_pace(p.sight, seen)});
   const double bandwidth_Hz =
       wanted < pace_ ? parameters_.yield_bandwidth_Hz : parameters_.recovery_bandwidth_Hz;
   pace_ += dt_s / (dt_s + 1.0 / (2.0 * std::numbers::pi * bandwidth_Hz)) * (wanted - pace_);
@@ -99,7 +115,7 @@ const core::JointArray& OperatorModel::step(const core::JointArray& q, const cor
     torque_Nm_[j] = std::clamp(wanted, -parameters_.max_force[j], parameters_.max_force[j]);
     load = std::max(load, std::abs(torque_Nm_[j]) / parameters_.max_force[j]);
   }
-  if (person) follow_load(load, dt_s);
+  if (person) follow(load, dt_s);
   return torque_Nm_;
 }
 

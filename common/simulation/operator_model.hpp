@@ -28,6 +28,17 @@ Progress minimum_jerk(double phase) noexcept;
 /// `ramp_share` of the phase, 0 < ramp_share ≤ 0.5. The phase is clamped to 0…1. Real-time safe: yes.
 Progress constant_velocity(double phase, double ramp_share) noexcept;
 
+inline constexpr double kMaxReaction_s = 0.5;
+
+/// How a person heeds what she hears or sees: from a warning of `heed_from` on she slows down, in proportion,
+/// to `creep_pace` at `creep_from`. So she goes on, slowly, however near the object is.
+struct Attention {
+  double heed_from = 1.0;         ///< warning, 0…1; 1: she heeds none
+  double creep_from = 1.0;        ///< warning, ≥ heed_from
+  double creep_pace = 0.15;       ///< share of her own pace, 0…1
+  double reaction_delay_s = 0.2;  ///< from the warning to its first effect on the pace, 0…kMaxReaction_s
+};
+
 struct OperatorParameters {
   std::size_t joint_count = 0;
   OperatorKind kind = OperatorKind::kMinimumJerk;
@@ -41,6 +52,7 @@ struct OperatorParameters {
   double yield_bandwidth_Hz = 5;     ///< of the pace's fall with the load (voluntary motion: 5–10 Hz)
   double recovery_bandwidth_Hz = 5;  ///< of the pace's rise afterwards
   double reaction_delay_s = 0.0;     ///< from a load to its first effect on the pace, 0…kMaxReaction_s
+  Attention hearing, sight;          ///< of the tone; of the view that a threatening hit opens
   core::JointArray tremor_rms{};     ///< RMS value of the reference's tremor, rad or m
   double tremor_Hz = 10.0;           ///< centre of the tremor's band (physiological tremor: 8–12 Hz)
   std::uint32_t seed = 1;            ///< seed of the tremor's phases
@@ -48,7 +60,16 @@ struct OperatorParameters {
   double velocity_ramp_share = 0.1;  ///< share of the reach for acceleration, and the same for deceleration
 };
 
-inline constexpr double kMaxReaction_s = 0.5;
+/// A value as it was some time ago, at most kMaxReaction_s at 1 kHz. Real-time safe: yes.
+class DelayedValue {
+ public:
+  /// Takes the value of this tick; returns that of `delay_s` before.
+  double step(double value, double delay_s, double dt_s) noexcept;
+
+ private:
+  std::array<float, 1024> values_{};
+  std::size_t newest_ = 0;
+};
 
 /// Simulates the hand on the master: a spring and damper of limited force that pull the device along a
 /// reference.
@@ -56,7 +77,9 @@ inline constexpr double kMaxReaction_s = 0.5;
 /// Minimum jerk: the reference's phase advances at a pace that falls from 1 to 0 as the hand's load u = max_j
 /// |τ|/max, delayed by reaction_delay_s, rises from yield_share to stop_share. So an operator who feels drag
 /// moves more slowly. A hand at its limit waits, so that no lag builds up that would be released later.
-/// Tremor is added to the reference: for each joint three sines around tremor_Hz with seeded phases.
+/// A person who hears the tone or sees the view that a threat opens (notice()) slows down likewise, each
+/// after its own reaction time; the slowest pace counts. Tremor is added to the reference: for each joint
+/// three sines around tremor_Hz with seeded phases.
 ///
 /// Constant velocity: the pace is always 1, and only the force is limited; MLT is then the torque that keeps
 /// the speed. The same inputs and seed give the same motion.
@@ -66,6 +89,9 @@ class OperatorModel {
 
   /// Begins a move from the present reference to `target_q` with the nominal duration `duration_s` > 0.
   void move_to(const core::JointArray& target_q, double duration_s) noexcept;
+  /// What she hears and sees of a near object in this tick: warnings from 0 (nothing) to 1 (at its surface).
+  /// They stay until the next call. Real-time safe: yes.
+  void notice(double heard, double seen) noexcept { heard_ = heard, seen_ = seen; }
   /// Abandons the move: the reference becomes the hand's position `q`, at rest.
   void release(const core::JointArray& q) noexcept;
 
@@ -83,14 +109,13 @@ class OperatorModel {
   static constexpr int kTremorSines = 3;
   Progress progress() const noexcept;
   Progress tremor(std::size_t joint) const noexcept;
-  void follow_load(double load, double dt_s) noexcept;
-  double felt_load(double load, double dt_s) noexcept;
+  void follow(double load, double dt_s) noexcept;
 
   OperatorParameters parameters_;
   std::array<std::array<double, kTremorSines>, core::kMaxJoints> tremor_phase_{};
   double time_s_ = 0.0;
-  std::array<float, 1024> loads_{};  // history for the reaction delay
-  std::size_t newest_load_ = 0;
+  double heard_ = 0.0, seen_ = 0.0;
+  DelayedValue felt_load_, heard_before_, seen_before_;
   core::JointArray from_, to_, reference_, reference_v_{}, torque_Nm_{};
   double duration_s_ = 1.0, phase_ = 1.0, pace_ = 1.0;
 };

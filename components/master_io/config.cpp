@@ -58,6 +58,16 @@ void read_caution(const Fields& section, simulation::OperatorParameters& person)
   section.number("reaction_delay_s", person.reaction_delay_s);
 }
 
+/// Reads how a simulated person heeds what she hears or sees.
+void read_attention(const Fields& section, simulation::Attention& attention) {
+  section.number("heed_from", attention.heed_from);
+  section.number("creep_from", attention.creep_from);
+  section.check(attention.creep_from > attention.heed_from, "creep_from",
+                "is not above heed_from; allowed: above it, up to 1");
+  section.number("creep_pace", attention.creep_pace);
+  section.number("reaction_delay_s", attention.reaction_delay_s);
+}
+
 void read_tremor(const Fields& section, const HandAxes& axes, simulation::OperatorParameters& person) {
   person.tremor_rms = axes.by_type(section.value("rms_rad", 0), section.value("rms_m", 0));
   section.number("centre_Hz", person.tremor_Hz);
@@ -71,20 +81,34 @@ void read_operator(const Fields& section, const HandAxes& axes, const std::strin
   section.choice("model", model,
                  {{"minimum_jerk", "minimum_jerk"},
                   {"cautious", "cautious"},
+                  {"attentive", "attentive"},
                   {"constant_velocity", "constant_velocity"}});
   if (!chosen.empty()) model = chosen;
-  section.check(model == "minimum_jerk" || model == "cautious" || model == "constant_velocity", "model",
-                "is '" + model + "' on the command line; allowed: minimum_jerk, cautious, constant_velocity");
+  const auto has = [&model](std::initializer_list<const char*> names) {
+    return std::find(names.begin(), names.end(), model) != names.end();
+  };
+  section.check(has({"minimum_jerk", "cautious", "attentive", "constant_velocity"}), "model",
+                "is '" + model +
+                    "' on the command line; allowed: minimum_jerk, cautious, attentive, constant_velocity");
   const Fields p = section.section("minimum_jerk");
   read_arm_of(p, axes, person);
   read_caution(p, person);
   read_tremor(p.section("tremor"), axes, person);
   simulation::OperatorParameters cautious = person;
   read_caution(section.section("cautious"), cautious);
+  simulation::OperatorParameters attentive = cautious;
+  const Fields a = section.section("attentive");
+  attentive.hearing = {.heed_from = 0.2, .creep_from = 0.7};
+  attentive.sight = {.heed_from = 0.2, .creep_from = 0.7, .reaction_delay_s = 0.35};
+  read_attention(a.section("hearing"), attentive.hearing);
+  read_attention(a.section("sight"), attentive.sight);
   const Fields s = section.section("constant_velocity");
   read_arm_of(s, axes, servo);
   s.number("ramp_share", servo.velocity_ramp_share);
-  config.hand = model == "cautious" ? cautious : model == "minimum_jerk" ? person : servo;
+  config.hand = model == "cautious"       ? cautious
+                : model == "attentive"    ? attentive
+                : model == "minimum_jerk" ? person
+                                          : servo;
 }
 
 /// Lays the desk's axes on the hand's: sticks on four joints at a time, or on the axes of a Cartesian hand.

@@ -30,8 +30,10 @@ std::string refusal(const messages::DragField& field, teleop::DragMode rendered)
          "allowed: the same mode in phantom_sensing.yaml and master_io.yaml";
 }
 
-PhantomContact contact_of(const messages::Percept& percept, core::Nanoseconds received_ns) noexcept {
-  return {received_ns, percept.valid && percept.greatest_closeness >= 1.0};
+Vicinity vicinity_of(const messages::Percept& percept, core::Nanoseconds received_ns) noexcept {
+  if (!percept.valid) return {.received_ns = received_ns};
+  return {received_ns, percept.greatest_closeness >= 1.0, percept.closeness,
+          percept.threats.empty() ? 0.0 : percept.threats[0].closeness};
 }
 
 double RoundTrip::measure(const messages::DragField& field, core::Nanoseconds received_ns) noexcept {
@@ -90,7 +92,7 @@ struct DdsAdapter::Impl {
               [this](const messages::Received<messages::DragField>& sample) { on_field(sample); }),
         percept(participant, dds::kPercept, expected.arm,
                 [this](const messages::Received<messages::Percept>& sample) {
-                  inbox.phantom.write(contact_of(sample, sample.received_ns));
+                  inbox.phantom.write(vicinity_of(sample, sample.received_ns));
                 }),
         view(participant, dds::kViewPose, {},
              [this](const messages::Received<messages::ViewPose>& sample) {

@@ -29,7 +29,7 @@ using HapticSample = messages::Answer<messages::HapticDevice>;
 struct Inbox {
   core::Snapshot<SlaveSample> slave;
   core::Snapshot<DragSample> drag;
-  core::Snapshot<PhantomContact> phantom;
+  core::Snapshot<Vicinity> phantom;
   core::Snapshot<SeenView> view;
   core::Snapshot<HapticSample> haptic;
   core::Snapshot<Settings> settings;

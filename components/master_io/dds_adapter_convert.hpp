@@ -7,8 +7,9 @@ namespace phantom::master_io {
 /// Returns why a valid drag_field cannot be rendered by this master, naming what is allowed; empty if it can
 /// be.
 std::string refusal(const messages::DragField& field, teleop::DragMode rendered);
-/// Returns the contact that the phantom predicts: its worst sensor is at an object's surface.
-PhantomContact contact_of(const messages::Percept& percept, core::Nanoseconds received_ns) noexcept;
+/// Returns the contact that the phantom predicts (its worst sensor is at an object's surface), and how near
+/// what it tells of is.
+Vicinity vicinity_of(const messages::Percept& percept, core::Nanoseconds received_ns) noexcept;
 
 /// Measures round trips from this process's own stamps as drag_fields return them.
 class RoundTrip {

@@ -40,7 +40,7 @@ int main(int argc, char** argv) {
     command = app.subcommand("command", "ask something of the running master_io and slave_io");
     runtime::add_operator_options(command, request, true);
     app.option("--operator", choices.operator_model, "operator model, instead of the configured one")
-        .one_of({"minimum_jerk", "cautious", "constant_velocity"});
+        .one_of({"minimum_jerk", "cautious", "attentive", "constant_velocity"});
     app.option("--law", choices.law,
                "bilateral law of Table 5.1, instead of the configured one: "
                "pf (a), sctfb (b), pfff (c), pe (d), peff (e)")

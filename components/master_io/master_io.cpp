@@ -116,8 +116,6 @@ void MasterIo::step(const MasterInputs& in, double dt_s, MasterReport& report) n
 
 void MasterIo::render_feedback(const MasterInputs& in, const core::JointArray& reaction_Nm,
                                double limit_share, double dt_s, MasterReport& report) noexcept {
-  // Slightly more than a percept period: an older contact of the phantom does not count.
-  constexpr double kPhantomStaleness_s = 0.1;
   const bool sensed = contact_source_ != ContactSource::kPhantom && in.slave.contact;
   const bool predicted = contact_source_ != ContactSource::kSlave && in.phantom.contact &&
                          in.phantom_age_s <= kPhantomStaleness_s;

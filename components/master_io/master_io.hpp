@@ -37,11 +37,16 @@ struct Settings {
   teleop::PerceptChoice percepts;
 };
 
-/// The phantom's report whether the arm is in contact.
-struct PhantomContact {
+/// What the phantom reports of what is near the arm.
+struct Vicinity {
   core::Nanoseconds received_ns = 0;  ///< 0: no percept received yet
-  bool contact = false;
+  bool contact = false;               ///< a sensor is at an object's surface
+  double closeness = 0.0;             ///< 0…1, that the tone tells
+  double threat_closeness = 0.0;      ///< 0…1, of the most urgent threat, which the view shows; 0: none
 };
+
+/// Slightly more than a percept period: an older report of the phantom does not count.
+inline constexpr double kPhantomStaleness_s = 0.1;
 
 struct MasterInputs : teleop::SideInputs {
   SlaveSample slave;
@@ -49,7 +54,7 @@ struct MasterInputs : teleop::SideInputs {
   double drag_age_s = std::numeric_limits<double>::infinity();  ///< since its receipt; ∞: none yet
   double drag_round_trip_s =
       0.0;  ///< age of the master_state from which the drag was computed; 0: none of ours yet
-  PhantomContact phantom;
+  Vicinity phantom;
   double phantom_age_s = std::numeric_limits<double>::infinity();
   Settings settings;
   /// By how much the loop through a device that another process serves is longer than configured; ≥ 0.

@@ -44,6 +44,13 @@ void Servo::read_inbox(core::Nanoseconds now_ns) noexcept {
   if (inputs_.phantom.received_ns != 0) inputs_.phantom_age_s = since_s(inputs_.phantom.received_ns);
 }
 
+// A simulated person hears the tone and sees the views that are on.
+void Servo::notice(const MasterReport& report) noexcept {
+  const bool fresh = inputs_.phantom_age_s <= kPhantomStaleness_s;
+  hand_.notice(fresh && report.tone_enabled ? inputs_.phantom.closeness : 0.0,
+               fresh && report.views_enabled ? inputs_.phantom.threat_closeness : 0.0);
+}
+
 // The desk pushes nothing before master and slave are coupled. A person on real drives needs no simulated
 // torque.
 const core::JointArray& Servo::hand_torque(bool go, const DeviceSense& sense, double dt_s) noexcept {
@@ -80,6 +87,7 @@ bool Servo::step(MasterReport& report, double dt_s, core::Nanoseconds now_ns) no
   controller_.step(inputs_, dt_s, report);
   const bool released = stops_.end(inputs_, report.outputs);
   state_ = report.outputs.state;
+  notice(report);
   const core::JointArray& hand_Nm = hand_torque(go, sense, dt_s);
   // A Cartesian hand's wrench is none of the joints' torques.
   report.operator_torque_Nm = driver_ == Driver::kCartesian ? no_torque_ : hand_Nm;

@@ -36,6 +36,7 @@ class Servo {
  private:
   void read_inbox(core::Nanoseconds now_ns) noexcept;
   bool step(MasterReport& report, double dt_s, core::Nanoseconds now_ns) noexcept;
+  void notice(const MasterReport& report) noexcept;
   const core::JointArray& hand_torque(bool go, const DeviceSense& sense, double dt_s) noexcept;
 
   std::uint32_t joint_count_;

@@ -20,7 +20,8 @@ enum class Sabotage {
   kLatestObject,    ///< where objects' layers meet, the later one's fluid prevails
   kNoMemory,        ///< the buffer of past voxels holds the present one alone
   kUnfacedFilter,   ///< the search's surface direction test lets every triangle pass
-  kWeightless       ///< the simulated arm has no weight, with counterweights or without
+  kWeightless,      ///< the simulated arm has no weight, with counterweights or without
+  kSilence          ///< tone and views tell nothing of what is near
 };
 
 struct Settings {

@@ -14,12 +14,17 @@
 namespace phantom::experiments {
 namespace {
 
-const std::map<std::string, Sabotage> kSabotages{
-    {"constant-mu", Sabotage::kConstantMu},       {"layers-off-by-one", Sabotage::kLayersOffByOne},
-    {"ignored-speed", Sabotage::kIgnoredSpeed},   {"grown-bodies", Sabotage::kGrownBodies},
-    {"ignored-offset", Sabotage::kIgnoredOffset}, {"cubic-clusters", Sabotage::kCubicClusters},
-    {"latest-object", Sabotage::kLatestObject},   {"no-memory", Sabotage::kNoMemory},
-    {"unfaced-filter", Sabotage::kUnfacedFilter}, {"weightless", Sabotage::kWeightless}};
+const std::map<std::string, Sabotage> kSabotages{{"constant-mu", Sabotage::kConstantMu},
+                                                 {"layers-off-by-one", Sabotage::kLayersOffByOne},
+                                                 {"ignored-speed", Sabotage::kIgnoredSpeed},
+                                                 {"grown-bodies", Sabotage::kGrownBodies},
+                                                 {"ignored-offset", Sabotage::kIgnoredOffset},
+                                                 {"cubic-clusters", Sabotage::kCubicClusters},
+                                                 {"latest-object", Sabotage::kLatestObject},
+                                                 {"no-memory", Sabotage::kNoMemory},
+                                                 {"unfaced-filter", Sabotage::kUnfacedFilter},
+                                                 {"weightless", Sabotage::kWeightless},
+                                                 {"silence", Sabotage::kSilence}};
 
 void list(bool as_json) {
   nlohmann::json all = nlohmann::json::array();

@@ -144,6 +144,45 @@ TEST(Operator, ALoadIsFeltOnlyAfterTheReactionTime) {
   EXPECT_NEAR(first_slower_s, 0.151, 1e-9);
 }
 
+// Pace after a second of the warning `heard` and `seen`, and when it first fell.
+std::pair<double, double> pace_after(const Attention& hearing, const Attention& sight, double heard,
+                                     double seen) {
+  auto p = hand(OperatorKind::kMinimumJerk);
+  p.hearing = hearing, p.sight = sight;
+  OperatorModel model(p, {});
+  model.move_to(at(1.0), 1e3);  // hardly a load
+  double first_s = -1.0;
+  for (int i = 0; i < 1000; ++i) {
+    model.notice(heard, seen);
+    model.step(model.reference(), at(0.0), true, kDt);
+    if (first_s < 0 && model.pace() < 1.0) first_s = (i + 1) * kDt;
+  }
+  return {model.pace(), first_s};
+}
+
+TEST(Operator, WhoHeedsAToneOrAViewSlowsDownAfterHerReactionTimeAndCreepsOn) {
+  const Attention heeds{.heed_from = 0.2, .creep_from = 0.8, .creep_pace = 0.1, .reaction_delay_s = 0.2};
+  for (const bool by_ear : {true, false}) {
+    const Attention &hearing = by_ear ? heeds : Attention{}, &sight = by_ear ? Attention{} : heeds;
+    const auto at_warning = [&](double w) {
+      return pace_after(hearing, sight, by_ear ? w : 0.0, by_ear ? 0.0 : w);
+    };
+    EXPECT_EQ(at_warning(0.19).first, 1.0);
+    EXPECT_NEAR(at_warning(0.5).first, 0.55, 1e-6);
+    EXPECT_NEAR(at_warning(0.8).first, 0.1, 1e-6);
+    EXPECT_NEAR(at_warning(1.0).first, 0.1, 1e-6);
+    EXPECT_NEAR(at_warning(1.0).second, 0.201, 1e-9);
+  }
+  EXPECT_EQ(pace_after({}, {}, 1.0, 1.0).first, 1.0) << "another person's";
+}
+
+TEST(Operator, OfWhatIsHeardAndSeenTheSlowerPaceCounts) {
+  const Attention ear{.heed_from = 0.0, .creep_from = 0.5, .creep_pace = 0.4, .reaction_delay_s = 0.0};
+  const Attention eye{.heed_from = 0.0, .creep_from = 0.5, .creep_pace = 0.2, .reaction_delay_s = 0.0};
+  EXPECT_NEAR(pace_after(ear, eye, 1.0, 1.0).first, 0.2, 1e-6);
+  EXPECT_NEAR(pace_after(ear, eye, 1.0, 0.0).first, 0.4, 1e-6);
+}
+
 TEST(Operator, TremorHasTheAskedForSizeAndBandAndItsSeedDecidesIt) {
   const auto shake = [](std::uint32_t seed) {
     auto p = hand(OperatorKind::kMinimumJerk);

@@ -77,6 +77,11 @@ TEST(MasterConfig, TheCommandLineChoosesOperatorAndLaw) {
   EXPECT_EQ(cautious.stiffness, person.stiffness);
   EXPECT_LT(cautious.stop_share, person.stop_share);
   EXPECT_GT(cautious.reaction_delay_s, person.reaction_delay_s);
+  const auto attentive = shipped_config({"attentive", ""}).hand;
+  EXPECT_EQ(attentive.stop_share, cautious.stop_share);
+  EXPECT_EQ(cautious.hearing.heed_from, 1.0) << "heeds no tone";
+  EXPECT_LT(attentive.hearing.heed_from, attentive.hearing.creep_from);
+  EXPECT_GT(attentive.sight.reaction_delay_s, attentive.hearing.reaction_delay_s);
   EXPECT_EQ(shipped_config({"", "peff"}).feedback.law, teleop::BilateralLaw::kPeff);
   EXPECT_THAT(problem_of(kShipped, {"", "pfx"}),
               AllOf(HasSubstr("'pfx'"), HasSubstr("allowed: pf (case a), sctfb (b)")));
@@ -106,10 +111,13 @@ TEST(MasterConfig, EachFaultIsNamedWithWhatIsAllowed) {
   EXPECT_THAT(problem("mass_kg: 2", "mass_g: 2000"),
               AllOf(HasSubstr("device.prismatic.mass_kg"), HasSubstr("missing")));
   EXPECT_THAT(problem("sctfb: 0.01", "sctfb: .inf"), HasSubstr("feedback.inverse_a.sctfb"));
-  EXPECT_THAT(problem("model: minimum_jerk", "model: toddler"),
-              AllOf(HasSubstr("operator.model"), HasSubstr("minimum_jerk, cautious, constant_velocity")));
+  EXPECT_THAT(
+      problem("model: minimum_jerk", "model: toddler"),
+      AllOf(HasSubstr("operator.model"), HasSubstr("minimum_jerk, cautious, attentive, constant_velocity")));
   EXPECT_THAT(problem("stop_share: 0.5", "stop_share: 0.04"),
               AllOf(HasSubstr("operator.cautious.stop_share"), HasSubstr("not above yield_share")));
+  EXPECT_THAT(problem("creep_from: 0.7 ", "creep_from: 0.1 "),
+              AllOf(HasSubstr("operator.attentive.hearing.creep_from"), HasSubstr("not above heed_from")));
   EXPECT_THAT(problem("centre_Hz: 10", "centre_Hz: 100"),
               HasSubstr("operator.minimum_jerk.tremor.centre_Hz"));
   EXPECT_THAT(problem("percept: alternate", "percept: sometimes"),

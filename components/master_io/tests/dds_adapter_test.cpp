@@ -208,12 +208,12 @@ TEST(MasterAdapter, ThePhantomsContactIsItsWorstSensorAtASurface) {
   percept.valid = true;
   percept.greatest_closeness = 0.99;
   percept.closeness = 1.0;  // of another place, which leads tone and view
-  EXPECT_FALSE(contact_of(percept, 5).contact);
+  EXPECT_FALSE(vicinity_of(percept, 5).contact);
   percept.greatest_closeness = 1.0;
   percept.closeness = 0.2;
-  EXPECT_TRUE(contact_of(percept, 5).contact);
+  EXPECT_TRUE(vicinity_of(percept, 5).contact);
   percept.valid = false;
-  EXPECT_FALSE(contact_of(percept, 5).contact);
+  EXPECT_FALSE(vicinity_of(percept, 5).contact);
 }
 
 // Tries master_io: a second process sends `slave_state`; `drag_field`

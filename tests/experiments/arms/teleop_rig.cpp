@@ -154,6 +154,10 @@ struct TeleopRig::Parts {
     phantom_sensing::StepOutputs out;
     phantom.step(in, out);
     moment.mu = out.worst.mu;
+    if (sabotage != Sabotage::kSilence)
+      master_inbox.phantom.write({.received_ns = now_ns,
+                                  .closeness = out.percept.closeness,
+                                  .threat_closeness = out.threats.empty() ? 0.0 : out.threats[0].closeness});
     master_io::DragSample drag;
     drag.received_ns = now_ns;
     drag.answers_ns = slave_output.master_echo.monotonic_ns;
