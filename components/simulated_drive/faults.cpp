@@ -34,6 +34,16 @@ constexpr Kind kKinds[] = {
      [](SimulatedDrive& d) { d.misbehaviour.mute_inputs = true; }},
     {"stuck", "one contact of its enabling switch sticks", [](SimulatedDrive& d) { d.stick_contact(); }},
     {"power", "its power stage loses its supply", [](SimulatedDrive& d) { d.cut_power(); }},
+    {"encoder_stuck", "its position stays, its speed is 0, whatever it does",
+     [](SimulatedDrive& d) { d.misbehaviour.stuck_encoder = true; }},
+    {"encoder_mirrored", "its encoder counts the other way",
+     [](SimulatedDrive& d) { d.misbehaviour.mirrored_encoder = true; }},
+    {"encoder_jump", "its position jumps by half of its range of numbers",
+     [](SimulatedDrive& d) { d.misbehaviour.count_jump = std::int64_t{1} << 31; }},
+    {"speed_negated", "its speed has the wrong sign",
+     [](SimulatedDrive& d) { d.misbehaviour.negated_velocity = true; }},
+    {"speed_garbage", "its speed is random, up to 10 rad/s of the motor",
+     [](SimulatedDrive& d) { d.misbehaviour.garbage_speed_rad_s = 10.0; }},
 };
 
 }  // namespace

@@ -32,9 +32,10 @@ void add_options(runtime::Command app, Options& o) {
   app.option("--bus", o.bus, "can0 or another SocketCAN interface, or user:NAME; instead of the file's");
   app.option("--nodes", o.nodes, "only these of the file's node ids").separated_by(',');
   app.option("--fault", o.faults, "KIND@SECONDS[:NODE]: a fault that begins then; may be given again");
-  app.option("--record", o.record,
-             "append each drive's torque and motion to this file of comma-separated values: CLOCK_MONOTONIC "
-             "(ns), node, power state, torque at the joint (N·m), angle (rad), speed (rad/s)");
+  app.option(
+      "--record", o.record,
+      "append each drive's torque and motion to this file of comma-separated values: CLOCK_MONOTONIC "
+      "(ns), node, power state, torque at the joint (N·m), angle (rad), speed (rad/s), whether it reports its motion truly");
   app.option("--drop", o.bus_fault.drop, "share of frames that the bus loses (userspace bus only)")
       .between(0.0, 1.0);
   app.option("--duplicate", o.bus_fault.duplicate,

@@ -24,9 +24,9 @@ void MotionRecord::note(std::size_t index, const SimulatedDrive& drive, core::Na
   if (!changed && now_ns - last.time_ns < kMax_ns) return;
   last = {now_ns, drive.torque_mille(), drive.power()};
   const MotorParameters& motor = drive.motor().parameters();
-  std::fprintf(file_.get(), "%lld,%d,%s,%.6g,%.6f,%.6g\n", static_cast<long long>(now_ns), drive.node(),
+  std::fprintf(file_.get(), "%lld,%d,%s,%.6g,%.6f,%.6g,%s\n", static_cast<long long>(now_ns), drive.node(),
                name_of(drive.power()), drive.torque_mille() * 1e-3 * motor.rated_torque_Nm * motor.gear_ratio,
-               drive.motor().joint_rad(), drive.motor().joint_rad_s());
+               drive.motor().joint_rad(), drive.motor().joint_rad_s(), drive.lies() ? "false" : "true");
 }
 
 bool MotionRecord::flush() noexcept {

@@ -190,6 +190,12 @@ void SimulatedDrive::on_sync() {
   }
 }
 
+bool SimulatedDrive::lies() const {
+  const Misbehaviour& m = misbehaviour;
+  return m.stuck_encoder || m.mirrored_encoder || m.negated_velocity || m.count_jump != 0 ||
+         m.garbage_speed_rad_s > 0.0;
+}
+
 // What the encoder says, lies included; the drive's own loops have the truth.
 void SimulatedDrive::report_motion() {
   const bool lies = misbehaviour.stuck_encoder || misbehaviour.mirrored_encoder;

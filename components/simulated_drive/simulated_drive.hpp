@@ -82,6 +82,8 @@ class SimulatedDrive {
   /// Interrupts the supply of the power stage.
   void cut_power() { state_ = Power::kSwitchOnDisabled; }
   Misbehaviour misbehaviour;
+  /// Whether what it says of its motion is false.
+  bool lies() const;
 
   enum class Power { kSwitchOnDisabled, kReady, kSwitchedOn, kEnabled, kQuickStop, kFaultReaction, kFault };
   enum class Nmt { kPreOperational, kOperational, kStopped };

@@ -117,7 +117,7 @@ class Run:
             self.commander.tell(f"{what['name']} {what['value']}")
         elif do == "end_load":
             system.end_load()
-        else:  # link, cut, heal, clock, fill_disk, free_disk, start_intruder, end_intruder, start_load
+        else:  # link, cut, heal, clock, fill_disk, spoil_files, start_intruder, start_lying, start_other_arm, lose_fragments, what ends them, start_load
             getattr(system, do)(**what)
 
     def step(self, step):

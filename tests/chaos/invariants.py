@@ -6,6 +6,7 @@ that gap. Where something cannot be known (the observer's own tap did not run), 
 """
 import math
 
+from model_rules import LyingDrive, OtherArmRefused
 from recordings import EMERGENCY_STOP, LINK
 from rule import SLACK_S, Rule
 from scene import COUPLED, STOPPED
@@ -80,7 +81,7 @@ class ArmSpeed(Rule):
     SETTLES_S = 1.0
 
     def drive(self, row, gaps):
-        if row.side != "slave":
+        if row.side != "slave" or row.lies:  # of a drive that lies: "a lying drive leads no joint astray"
             return
         self.checks += 1
         share = abs(row.velocity) / self.limits.speed[row.joint]
@@ -317,4 +318,4 @@ class Memory(Rule):
 
 RULES = (TorqueAfterLoss, PerceptAfterLoss, TorqueAfterSilence, TorqueUnderStop, TorqueCap, TorqueSlew, PerceptPower, NoMotionUnderStop, SlaveHoldsAfterLoss, ArmSpeed,
          CoupledWhileHeard, StopKept,
-         StopTakesHold, StrangersRefused, Finite, Recovery, Memory)
+         StopTakesHold, StrangersRefused, LyingDrive, OtherArmRefused, Finite, Recovery, Memory)

@@ -30,7 +30,7 @@ class Trace:
         self.slave = {"state": COUPLED, "cause": 0, "stop": 0, "session": SLAVE, "partner": MASTER, "speaks": True, "position": (0.0, 0.0)}
         self.to_master = self.to_slave = True       # the cable, each way
         self.torque, self.position, self.instance, self.velocity, self.power = 0.5, 0.0, 1, 0.3, "enabled"
-        self.speed = 0.0                            # of the arm
+        self.speed, self.lies = 0.0, False          # of the arm
         self.drives_run = self.taps_run = self.drag = True
 
     def stamp(self, session):
@@ -67,7 +67,7 @@ class Trace:
                     self.send("master", "slave_state", SLAVE * 10, state)
             if self.drives_run:
                 self.observer.take(DriveRow(self.t, "master", 0, self.instance, self.power, self.torque, 0.0, self.velocity))
-                self.observer.take(DriveRow(self.t, "slave", 0, self.instance, self.power, 0.0, self.position, self.speed))
+                self.observer.take(DriveRow(self.t, "slave", 0, self.instance, self.power, 0.0, self.position, self.speed, self.lies))
         return self
 
     def fact(self, what, **more):
@@ -368,6 +368,33 @@ class Invariants(unittest.TestCase):
         trace.run(0.6)
         trace.master["partner"] = STRANGER
         self.held(trace.run(0.1), rule)
+
+    # ---- what answers in form and is wrong
+
+    def test_a_lying_drive(self):
+        rule = "a lying drive leads no joint astray"
+        trace = Trace().run(1.0)
+        trace.lies, trace.position = True, 0.3
+        trace.run(0.5)
+        trace.position = 0.7                        # by 0.4 since the lie began
+        self.held(trace.run(0.5), rule)
+        trace.position = 0.9
+        self.violated(trace.run(0.1), rule, "slave's drive of a is 0.60 rad farther from the master's")
+        trace = Trace().run(1.0)                    # found: the arm is stopped, and may be moved by hand
+        trace.lies = True
+        trace.run(0.1)
+        trace.slave["state"], trace.position = DEGRADED, 2.0
+        self.held(trace.run(0.5), rule)
+
+    def test_another_arm(self):
+        rule = "another arm is refused"
+        trace = Trace().run(1.0).fact("started", process="slave_io", pid=SLAVE * 10, other_arm=True)
+        trace.slave["state"] = trace.master["state"] = INIT
+        self.held(trace.run(1.0), rule)
+        trace.master["state"] = COUPLED             # by a process whose arm is another
+        self.violated(trace.run(0.1), rule, "master_io is coupled, though the slave's host has another arm")
+        trace = Trace().run(1.0).fact("started", process="slave_io", pid=SLAVE * 10, other_arm=True)
+        self.violated(trace.run(0.1), rule, "slave_io is coupled")
 
     def test_a_strangers_words_are_not_the_sides(self):
         trace = Trace().run(0.5).fact("started", process="second_master_io", pid=777, intruder=True)

@@ -19,7 +19,8 @@ _Slave = namedtuple("SlaveState", "stamp state cause stop joints position veloci
 DragField = namedtuple("DragField", "stamp slave_echo valid")
 OperatorCommand = namedtuple("OperatorCommand", "stamp kind value master_stop slave_stop")
 Sample = namedtuple("Sample", "t tap topic process content")  # t: arrival, CLOCK_MONOTONIC in s; process: pid of who wrote it
-DriveRow = namedtuple("DriveRow", "t side joint instance power torque position velocity")  # joint: its place in the topics' arrays
+# joint: its place in the topics' arrays; lies: what it reports of its motion is false, what stands here is true
+DriveRow = namedtuple("DriveRow", "t side joint instance power torque position velocity lies", defaults=(False,))
 
 
 class MasterState(_Master):
@@ -199,9 +200,10 @@ class DriveRecord:
         self.waiting = lines.pop()
         rows = []
         for line in lines:
-            t, node, power, torque, position, velocity = line.split(",")
+            t, node, power, torque, position, velocity, reports = line.split(",")
             joint, unit = self.joints[int(node)]
-            rows.append(DriveRow(int(t) * 1e-9, self.side, joint, self.instance, power, float(torque) * unit, float(position), float(velocity) / unit))
+            rows.append(DriveRow(int(t) * 1e-9, self.side, joint, self.instance, power, float(torque) * unit, float(position), float(velocity) / unit,
+                                 reports == "false"))
         return rows
 
 

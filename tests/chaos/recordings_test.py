@@ -134,13 +134,13 @@ class Recordings(unittest.TestCase):
                 McapFile(path, "master").read()
 
     def test_drives_and_facts(self):
-        (self.folder / "d.csv").write_text("1500000000,1,enabled,0.5,2,3\n1600000000,1,fau")
+        (self.folder / "d.csv").write_text("1500000000,1,enabled,0.5,2,3,true\n1600000000,1,fau")
         record = DriveRecord(self.folder / "d.csv", "master", {1: (0, 2.0)}, 3)
         row, = record.read()
-        self.assertEqual(tuple(row), (1.5, "master", 0, 3, "enabled", 1.0, 2.0, 1.5))  # a sliding joint: power stays what it is
+        self.assertEqual(tuple(row), (1.5, "master", 0, 3, "enabled", 1.0, 2.0, 1.5, False))  # a sliding joint: power stays what it is
         with open(self.folder / "d.csv", "a") as file:
-            file.write("lt,0,2,0\n")
-        self.assertEqual([r.power for r in record.read()], ["fault"])
+            file.write("lt,0,2,0,false\n")
+        self.assertEqual([(r.power, r.lies) for r in record.read()], [("fault", True)])
         facts = Facts(self.folder / "facts.jsonl")
         self.assertEqual(facts.read(), [])
         (self.folder / "facts.jsonl").write_text(json.dumps({"t": 1.0, "fact": "begin"}) + "\n{")

@@ -85,7 +85,7 @@ class Scene:
         self.drive_gaps = {}
         self.ledgers = {side: Ledger() for side in SIDES}
         self.law, self.law_since = None, 0.0
-        self.intruders, self.last_fact = set(), None
+        self.intruders, self.other_arms, self.last_fact = set(), set(), None
         self.cut, self.held_up = {}, {}                 # host → since; process → since: killed or frozen
 
     def note_drive(self, row):
@@ -137,6 +137,8 @@ class Scene:
             self.last_fact = fact
         if what == "started" and fact.get("intruder"):
             self.intruders.add(fact["pid"])
+        if what == "started" and fact.get("other_arm"):
+            self.other_arms.add(fact["pid"])
         if what in ("killed", "frozen", "ended", "died"):
             self.held_up[fact["process"]] = fact["t"]
         if what in ("started", "thawed"):

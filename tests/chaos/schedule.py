@@ -16,6 +16,8 @@ THREADS = {"master_io": ("servo", "publisher", "receiver", "dds", "main", "outpu
            "audio_percept": ("audio", "main"), "synthetic_viewer": ("viewer", "main", "receiver")}
 HOSTS = ("slave", "view")  # those at the end of a cable
 LEASE_S = 5.0
+LIES = ("encoder_stuck", "encoder_mirrored", "encoder_jump", "speed_negated", "speed_garbage")  # of simulated_drive --fault
+LIES_AFTER_S = 7.0  # until then the sides are coupled again
 
 
 def action(at_s, do, **what):
@@ -163,7 +165,39 @@ def drives(chance):
     return during(chance, 0.0, chance.choice((0.1, 0.3, 2.0)), "freeze", "thaw", process=victim)
 
 
-KINDS = {make.__name__: make for make in (kill, freeze, freeze_thread, network, partition, clock, full_disk, blocked_log, second_writer, stop, commands, load, drives)}
+def lying_drive(chance):
+    """A drive of either arm begins to report a false motion once the arms are coupled again (its process is started anew for that)."""
+    process = chance.choice(DRIVES)
+    # Their revolute joints: the first node of the buses a is the gantry's.
+    node = chance.choice((2, 3, 4) if process.endswith("_a") else (1, 2, 3))
+    begin = [action(0.0, "start_lying", process=process, node=node, lie=chance.choice(LIES), after_s=LIES_AFTER_S)]
+    resets = [action(at_s, "reset", names="now") for at_s in (2.0, 3.0, 4.0, 5.0)]
+    return begin + resets + [action(LIES_AFTER_S + chance.uniform(2.5, 4.0), "end_lying", process=process)]
+
+
+def other_arm(chance):
+    """The slave's host has another model of the arm, as after an update of one host alone."""
+    return during(chance, 0.0, chance.uniform(5.0, 7.0), "start_other_arm", "end_other_arm", component="slave_io")
+
+
+def fragments(chance):
+    """Fragments of IP packets are lost, as by many firewalls and tunnels."""
+    return during(chance, 0.0, chance.choice((1.0, 3.0, LEASE_S + 2.0)), "lose_fragments", "pass_fragments", host=chance.choice(HOSTS))
+
+
+def lost_files(chance):
+    """A stop is in force, and the file that keeps it is lost or spoiled: while the sides run, who write it again, or while both are dead."""
+    actions, host = [action(0.3, "stop", how="command")], chance.choice(("master", "slave"))
+    alive = chance.random() < 0.5
+    how = chance.choice(("removed", "copied", "emptied", "zeroed") if alive else ("emptied", "cut", "zeroed"))
+    actions.append(action(1.4, "spoil_files", host=host, how=how))
+    for side in SIDES:
+        actions += killed(side, 3.5 if alive else 1.0, 0.2 if alive else 1.0)
+    return actions + [action(6.0, "look")]
+
+
+KINDS = {make.__name__: make for make in (kill, freeze, freeze_thread, network, partition, clock, full_disk, blocked_log, second_writer, stop, commands, load, drives,
+                                          lying_drive, other_arm, fragments, lost_files)}
 # Of some kinds there are more stories than of others.
 WEIGHTS = {"stop": 3, "kill": 2, "partition": 2, "freeze": 2}
 

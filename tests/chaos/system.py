@@ -180,6 +180,12 @@ class System:
             (folder / f"master_drives_{bus}.yaml").write_text(drives_file(f"hot_cell_master_drives_{bus}.yaml", "master", first_joint))
             (folder / f"slave_drives_{bus}.yaml").write_text(
                 replaced(drives_file(f"hot_cell_drives_{bus}.yaml", "slave", first_joint), (f"user:hot_cell_{bus}", f"user:slave_{bus}")))
+        # The arm of a host that was updated alone: its forearm is longer.
+        shutil.copytree(SOURCE / "deploy/cells/hot_cell", folder / "other_cell")
+        arm = folder / "other_cell/arm/suspended_arm.urdf"
+        forearm = '<child link="forearm_roll"/><origin xyz="0 0 -0.{}"/>'
+        arm.write_text(replaced(arm.read_text(), (forearm.format("20"), forearm.format("30"))))
+        (folder / "other_arm.yaml").write_text(replaced((folder / "topology.yaml").read_text(), (f"{SOURCE}/deploy/cells/hot_cell/", f"{folder}/other_cell/")))
         # The phantom and the pictures are as coarse as suits a machine that carries all hosts.
         sensing = (SOURCE / "components/phantom_sensing/phantom_sensing.yaml").read_text()
         (folder / "phantom_sensing.yaml").write_text(replaced(sensing, ("pitch_vox: 0.99", "pitch_vox: 4")))
@@ -187,9 +193,9 @@ class System:
                                                       "tool_view: {enabled: false}\npage: {port: 0}\n")
         (folder / "tap.yaml").write_text("compression_level: 0\nflush_interval_s: 0.2\nchunk_kB: 256\nsplit: {duration_s: 30}\ndisk: {margin_MB: 200}\n")
 
-    def words(self, process, host=None):
+    def words(self, process, host=None, topology="topology.yaml"):
         component = "simulated_drive" if "_drives_" in process else process
-        words = [self.bin / component, "--deployment", self.folder / "topology.yaml", "--host", host or HOST_OF.get(process, "view")]
+        words = [self.bin / component, "--deployment", self.folder / topology, "--host", host or HOST_OF.get(process, "view")]
         if component == "simulated_drive":
             words = [self.bin / component, "--record", self.folder / "drives" / f"{process}.{self.instances[process]}.csv"]
         config = self.folder / f"{process}.yaml"
@@ -207,14 +213,14 @@ class System:
         self.logs[name] = log
         return process
 
-    def start(self, name):
+    def start(self, name, more=(), topology="topology.yaml", **noted):
         with self.lock:
             if name in self.running:
                 return
             self.instances[name] = self.instances.get(name, 0) + 1
-            process = self._spawn(name, HOST_OF[name], self.words(name))
+            process = self._spawn(name, HOST_OF[name], [*self.words(name, topology=topology), *more])
             self.running[name] = process
-            self.facts.note("started", process=name, pid=process.pid)
+            self.facts.note("started", process=name, pid=process.pid, **noted)
 
     def kill(self, name):
         with self.lock:
@@ -374,6 +380,45 @@ class System:
                     process.wait()
                 self.facts.note("intruder_ended", process=f"second_{component}", code=process.returncode)
                 self.logs.pop(f"second_{component}").close()
+
+    def start_lying(self, process, node, lie, after_s):
+        """Drives anew, one of which reports a false motion after a while."""
+        with self.lock:
+            self.kill(process)
+            self.start(process, ("--fault", f"{lie}@{after_s}:{node}"), lie=lie, node=node)
+
+    def end_lying(self, process):
+        with self.lock:
+            self.kill(process)
+            self.start(process)
+
+    def start_other_arm(self, component):
+        with self.lock:
+            self.kill(component)
+            self.start(component, topology="other_arm.yaml", other_arm=True)
+
+    def end_other_arm(self, component):
+        with self.lock:
+            self.kill(component)
+            self.start(component)
+
+    def lose_fragments(self, host):
+        self.site.cables[host].lose_fragments(True)
+        self.facts.note("fragments_lost", host=host)
+
+    def pass_fragments(self, host):
+        self.site.cables[host].lose_fragments(False)
+        self.facts.note("fragments_passed", host=host)
+
+    SPOIL = {"removed": 'rm "$f"', "copied": 'cp "$f" "$f.copy" && mv "$f.copy" "$f"', "emptied": ': > "$f"', "cut": 'truncate -s 7 "$f"',
+             "zeroed": 's=$(stat -c %s "$f"); head -c "$s" /dev/zero > "$f"'}
+
+    def spoil_files(self, host, how):
+        """All that outlives the host's processes."""
+        found = self.site[host].run("find", self.site[host].state, "-type", "f", "!", "-name", "filler").split()
+        for file in found:
+            self.site[host].try_run("sh", "-c", f'f="$0"; {self.SPOIL[how]}', file)
+        self.facts.note("files_spoiled", host=host, how=how, files=[Path(file).name for file in found])
 
     def start_load(self, processes, nice):
         self.facts.note("load", processes=processes, nice=nice)

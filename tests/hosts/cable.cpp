@@ -6,12 +6,14 @@
 //   set LOSS DELAY_MS JITTER_MS [REPEATED]   share of frames lost, 0…1; each way; evenly spread around the
 //   delay, never overtaking; share of frames that come a second time, each after a delay of its own
 //   cut | cut a | cut b | heal      both ways, or only what comes from INTERFACE_A or from INTERFACE_B
+//   fragments lost | passed         fragments of IP packets, as by many firewalls and tunnels
 // After each line it says "ok" and how many frames it carried and lost so far. It ends with its standard
 // input.
 #include <arpa/inet.h>
 #include <linux/if_packet.h>
 #include <net/ethernet.h>
 #include <net/if.h>
+#include <netinet/ip.h>
 #include <poll.h>
 #include <sched.h>
 #include <sys/socket.h>
@@ -21,6 +23,7 @@
 #include <chrono>
 #include <cstdint>
 #include <cstdlib>
+#include <cstring>
 #include <deque>
 #include <iostream>
 #include <random>
@@ -62,7 +65,19 @@ int open_end(const char* name) {
 struct Quality {
   double loss = 0.0, delay_ms = 0.0, jitter_ms = 0.0, repeated = 0.0;
   bool cut_a = false, cut_b = false;  // what comes from there is lost
+  bool fragments_lost = false;
 };
+
+// Whether a frame, behind its virtio_net_hdr, holds a part of an IPv4 packet.
+bool is_fragment(const std::vector<char>& frame, ssize_t size) {
+  constexpr std::size_t kHeader = 10;  // virtio_net_hdr
+  ether_header link{};
+  iphdr packet{};
+  if (static_cast<std::size_t>(size) < kHeader + sizeof link + sizeof packet) return false;
+  std::memcpy(&link, frame.data() + kHeader, sizeof link);
+  std::memcpy(&packet, frame.data() + kHeader + sizeof link, sizeof packet);
+  return link.ether_type == htons(ETHERTYPE_IP) && (packet.frag_off & htons(IP_MF | IP_OFFMASK)) != 0;
+}
 
 struct Frame {
   Clock::time_point due;
@@ -78,7 +93,8 @@ class Way {
       const ssize_t size = recv(from_, buffer_.data(), buffer_.size(), 0);
       if (size <= 0) return;
       std::uniform_real_distribution<double> share(0.0, 1.0);
-      if (cut || share(random) < quality.loss) {
+      const bool fragment = quality.fragments_lost && is_fragment(buffer_, size);
+      if (cut || fragment || share(random) < quality.loss) {
         ++lost;
         continue;
       }
@@ -131,6 +147,12 @@ bool obey(const std::string& line, Quality& quality) {
     quality.cut_a = word == "cut" && from != "b";
     quality.cut_b = word == "cut" && from != "a";
     return from.empty() || (word == "cut" && (from == "a" || from == "b"));
+  }
+  if (word == "fragments") {
+    std::string what;
+    words >> what;
+    quality.fragments_lost = what == "lost";
+    return what == "lost" || what == "passed";
   }
   Quality requested = quality;
   if (word != "set" || !(words >> requested.loss >> requested.delay_ms >> requested.jitter_ms)) return false;

@@ -196,6 +196,10 @@ class Cable:
     def heal(self):
         return self.tell("heal")
 
+    def lose_fragments(self, lost):
+        """Fragments of IP packets, as many firewalls and tunnels do."""
+        return self.tell("fragments lost" if lost else "fragments passed")
+
     def close(self):
         self.process.stdin.close()
         self.process.wait()

@@ -43,7 +43,7 @@ TEST_F(MotionRecords, ADriveHasARowWhenItChangesAndNowAndThen) {
   ASSERT_TRUE(record.flush());
   const auto rows = rows_of(file_);
   ASSERT_EQ(rows.size(), 3U);  // at the start, after 20 ms, at the fault after 30 ms
-  EXPECT_EQ(rows[0], (std::vector<std::string>{"1000000000", "3", "disabled", "0", "0.400000", "0"}));
+  EXPECT_EQ(rows[0], (std::vector<std::string>{"1000000000", "3", "disabled", "0", "0.400000", "0", "true"}));
   EXPECT_EQ(rows[1][0], "1020000000");
   EXPECT_EQ(rows[2][0], "1030000000");
   EXPECT_EQ(rows[2][2], "fault");
