@@ -237,6 +237,28 @@ TEST_F(Frozen, AWriterOfThousandsOfSamplesEndsThoughItsReaderHasNone) {
   }
 }
 
+class SizeLimit : public Recorded {};
+
+// Tries dds_recorder: a write fails, also beyond `ulimit -f`
+TEST_F(SizeLimit, EndsTheFileWithItsLastWholeChunkAndIsTold) {
+  std::ofstream(folder / "config.yaml") << "disk: {margin_MB: 0}\nflush_interval_s: 0.02\nchunk_kB: 4\n";
+  AlertWriter writer(std::chrono::milliseconds(1));
+  Process recorder(command("record", {"--folder", (folder / "kept").string(), "--topics", "hit_alert"}),
+                   folder / "record.log");
+  ASSERT_TRUE(
+      eventually([&] { return topics_in(folder / "kept").contains("hit_alert"); }, std::chrono::seconds(60)))
+      << recorder.output();
+  const auto file = files_in(folder / "kept").at(0);
+  const rlimit limit{std::filesystem::file_size(file) + 50'000, RLIM_INFINITY};
+  ASSERT_EQ(prlimit(recorder.pid(), RLIMIT_FSIZE, &limit, nullptr), 0);
+  EXPECT_EQ(recorder.wait(), 1);
+  EXPECT_THAT(recorder.output(), HasSubstr("File too large"));
+  const auto reader = recording::McapReader::open(file);
+  ASSERT_TRUE(reader) << reader.status().message();
+  EXPECT_GT(alerts_in(*reader).size(), 0u);
+  EXPECT_LE(std::filesystem::file_size(file), limit.rlim_cur);
+}
+
 class LittleSpace : public Recorded {
  protected:
   /// Arguments of a recording whose margin leaves it `MB` of what is free now.
