@@ -344,6 +344,7 @@ double pressed_share(const Config& config, SlaveReport& last) {
   return greatest;
 }
 
+// Tries slave_io: the arm presses on something as hard as `contact_limit` allows
 TEST(SlaveIo, PressesNoHarderThanItMayAndSaysSo) {
   SlaveReport last;
   Config config = shipped_config();
