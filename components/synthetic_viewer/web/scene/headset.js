@@ -1,7 +1,8 @@
-// The scene in a headset (WebXR): in stereo, at full size or in the hand; the percept as vibration of the controllers; a panel with what
-// the operator must know.
+// The scene in a headset (WebXR): in stereo, at full size or in the hand; the percept, and what limits the hand, as vibration of the
+// controllers; a panel with what the operator must know.
 
 import { CanvasTexture, DoubleSide, Matrix4, Mesh, MeshBasicMaterial, Object3D, PlaneGeometry, Quaternion, Scene, SphereGeometry, SRGBColorSpace, Vector3 } from 'three';
+import { Beeper, CauseSignal } from './causes.js';
 import { SceneInHand } from './in_hand.js';
 import { say } from './words.js';
 
@@ -16,9 +17,10 @@ export async function headsetOffered() {
 
 export class Headset {
   // `hand`: the controller that leads (hand.js); `ended()` when the session has ended; `facts()` gives { closeness, speed_m_s, known, state,
-  // hand, alarm } to be read in the headset.
+  // hand, alarm, cause, why } to be read in the headset.
   constructor(stage, camera, hand, facts, ended) {
     Object.assign(this, { stage, home: camera, hand, facts, ended, place: new SceneInHand(), table: false, pressed: false, felt_ms: -Infinity, frames: 0 });
+    this.causes = new CauseSignal(one => { this.vibrate(one.strength, one.on_ms); this.beeper?.play(one); });
     this.user = new Object3D();  // W ← room
     this.user.matrixAutoUpdate = false;
     this.user.add(stage.camera);
@@ -33,6 +35,7 @@ export class Headset {
 
   async enter() {
     const { renderer } = this.stage;
+    this.beeper = new Beeper();
     this.session = await navigator.xr.requestSession('immersive-vr', { optionalFeatures: ['local-floor'] });
     this.session.addEventListener('end', () => this.leave());
     renderer.xr.enabled = true;
@@ -51,6 +54,7 @@ export class Headset {
     renderer.setAnimationLoop(null);
     renderer.xr.enabled = false;
     this.hand.giveBack();
+    this.beeper?.end();
     this.user.remove(camera);
     for (const mesh of [this.panel, ...this.hands]) { mesh.geometry.dispose(); mesh.material.map?.dispose(); mesh.material.dispose(); }
     this.ended();
@@ -115,11 +119,11 @@ export class Headset {
     if (this.viewer) panel.quaternion.setFromRotationMatrix(new Matrix4().lookAt(this.viewer, panel.position, new Vector3(0, 1, 0)));
   }
 
-  write({ closeness, speed_m_s, known, state, hand, alarm }) {
+  write({ closeness, speed_m_s, known, state, hand, alarm, why = '' }) {
     const lines = [[say('scene.closeness'), known ? closeness.toFixed(2) : say('scene.unknown')],
       [say('scene.speed'), known ? `${speed_m_s.toFixed(3)} m/s` : say('scene.unknown')], [say('scene.state'), state],
       ...(hand ? [[say('scene.hand'), hand]] : [])];
-    const text = JSON.stringify([lines, alarm]);
+    const text = JSON.stringify([lines, alarm, why]);
     if (text === this.written) return;
     this.written = text;
     const { ink } = this, [width, height] = kPanel_px;
@@ -141,7 +145,7 @@ export class Headset {
     if (known) ink.fillRect(28, 282, (width - 56) * closeness, 22);
     ink.font = `bold ${kAlarm_px}px system-ui, sans-serif`;
     ink.fillStyle = '#ffffff';
-    this.broken(alarm, width - 56).forEach((line, i) => ink.fillText(line, 28, 342 + 48 * i, width - 56));
+    this.broken(alarm || why, width - 56).forEach((line, i) => ink.fillText(line, 28, 342 + 48 * i, width - 56));
     this.panel.material.map.needsUpdate = true;
   }
 
@@ -156,11 +160,16 @@ export class Headset {
     return lines;
   }
 
-  // The nearer, the stronger the controllers vibrate, for as long as that lasts; not at all where nothing is felt or known.
-  feel({ known, closeness }) {
+  // The nearer, the stronger the controllers vibrate, for as long as that lasts; not at all where nothing is felt or known. What limits
+  // the hand is told between, while the closeness is silent.
+  feel({ known, closeness, cause = null }) {
     const now = performance.now();
-    if (!known || closeness < kMinFelt || now - this.felt_ms < kPulse_ms / 2 || !this.session) return;
+    if (!this.session || this.causes.step(now, cause)) return;
+    if (!known || closeness < kMinFelt || now - this.felt_ms < kPulse_ms / 2) return;
     this.felt_ms = now;
-    for (const source of this.session.inputSources) source.gamepad?.hapticActuators?.[0]?.pulse(Math.min(1, closeness), kPulse_ms);
+    this.vibrate(Math.min(1, closeness), kPulse_ms);
+  }
+  vibrate(strength, ms) {
+    for (const source of this.session.inputSources) source.gamepad?.hapticActuators?.[0]?.pulse(strength, ms);
   }
 }
