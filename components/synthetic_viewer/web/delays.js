@@ -50,6 +50,7 @@ function showDelays(state) {
     const row = table.children[i], cells = row.children;
     row.className = stage.over ? 'over' : '';
     put(cells[0], text('delay.' + stage.name));
+    row.title = text('delay_tip.' + stage.name);
     put(cells[1], duration(stage.age_s));
     put(cells[2], duration(stage.budget_s));
     put(cells[3], stage.over ? text('delay.over') : '');

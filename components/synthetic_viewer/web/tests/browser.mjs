@@ -160,4 +160,5 @@ export const aState = () => ({
   model: { voxel_error_m: 0.0043, min_m: [0, 0, 0], max_m: [2, 1, 1] }, recording: { running: false, view: '', file: '', problem: '' }, gripper: null, carried: '', carried_words: [],
   objects: [{ name: 'pump', carried: false }, { name: 'vice', carried: true }], hits: {}, total_hits: 0, components: {}, review: null,
 });
-export const kPageScripts = ['language.js', 'stop.js', 'choice.js', 'views.js', 'stream.js', 'layout.js', 'alarms.js', 'delays.js', 'page.js', 'session.js'];
+export const kPageScripts = ['language.js', 'stop.js', 'choice.js', 'views.js', 'stream.js', 'layout.js', 'alarms.js', 'delays.js', 'page.js', 'session.js',
+  'tour.js'];

@@ -157,7 +157,7 @@ test('what limits the hand stands in one line, with how many more, and stays for
   const percept = { key: 'limit.percept', values: { gain: 8.16 } }, joint = { key: 'limit.joint', values: { joint: 'j4' } };
   const page = await open({ change: { limits_words: [joint, percept] } });
   assert.equal(page.text('why'), 'Joint j4 is at its end: it moves back only. (and 1 more)');
-  assert.equal(page.byId('why').title, 'Joint j4 is at its end: it moves back only.\nThe stability guard holds the drag at gain 8.2.');
+  assert.equal(page.byId('why').title, 'Joint j4 is at its end: it moves back only.\nA guard holds the drag at gain 8.2: beyond it the hand\'s device would shake, or exceed its torque.');
   page.hear({ limits_words: null });
   assert.match(page.text('why'), /^Joint j4/);
   page.clock.stall(1100);
