@@ -9,7 +9,7 @@
 namespace phantom::synthetic_viewer {
 namespace {
 
-constexpr double kNearEnd = 0.01;       // of a joint's range
+constexpr double kNearEnd = 0.01;        // of a joint's range
 constexpr double kSingularBelow = 0.02;  // tool_freedom()
 
 /// Returns what keeps the arm from following at all; empty: it follows.

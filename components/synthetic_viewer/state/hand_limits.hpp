@@ -8,8 +8,8 @@
 
 namespace phantom::synthetic_viewer {
 
-/// Returns how freely the tool can be moved, 0…1: the least speed of its tip over the directions of space, as a
-/// share of the greatest, at equal joint speeds (inverse condition number of the translational Jacobian,
+/// Returns how freely the tool can be moved, 0…1: the least speed of its tip over the directions of space, as
+/// a share of the greatest, at equal joint speeds (inverse condition number of the translational Jacobian,
 /// Yoshikawa 1985). Prismatic joints count as revolute ones at 1 m. 1 for fewer than three joints. Pure.
 double tool_freedom(const robot::SerialArm& arm, const core::JointArray& position);
 

@@ -81,8 +81,8 @@ TEST(PageTexts, EveryTextIsUsedAndEveryUsedTextIsThere) {
   }
   std::set<std::string> known;  // groups of texts
   for (const auto& [key, text] : english) known.insert(key.substr(0, key.find('.')));
-  const std::set<std::string> files{"hits.jpg",     "page.css",   "page.js",   "stop.js",   "views.js",
-                                    "choice.js",    "session.js", "scene.js",  "review.js", "review.css",
+  const std::set<std::string> files{"hits.jpg",     "page.css",   "page.js",    "stop.js",   "views.js",
+                                    "choice.js",    "session.js", "scene.js",   "review.js", "review.css",
                                     "calibrate.js", "layout.js",  "layout.css", "tour.js"};
   for (const std::string& name : names) {
     const std::string group = name.substr(0, name.find('.'));
