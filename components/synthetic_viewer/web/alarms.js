@@ -1,7 +1,8 @@
 'use strict';
-// The alarms: what threatens now, by urgency, and apart from it the history of alerts. After ISA-18.2 and EEMUA 191: one entry for each
-// object that the arm threatens, because the operator's answer is one, whichever links near it. The entry grows, sinks and ends with
-// the threat; a flood is summed up; an entry is acknowledged by button or key. Uses page.js's state.
+// The alarms: what threatens now, by urgency, and apart from it the history of alerts. After ISA-18.2 and EEMUA 191: one
+// entry for each object that the arm threatens, because the operator's answer is one, whichever links near it. What asks
+// for no answer yet is no alarm: it stands among the times to contact. The entry grows, sinks and ends with the threat; a
+// flood is summed up; an entry is acknowledged by button or key. Uses page.js's state.
 
 const kAlarmShown = 3;             // entries at once; the rest is summed up
 const kAlarmStays_ms = 10000;      // so long an entry stays after its threat has ended: a threat that returns continues it
@@ -17,6 +18,9 @@ function priorityOf(rule, contact_s) {
   return 2;
 }
 
+// Whether a threat asks for an answer: it is soon or urgent. Less is watched. phantom_session counts by the same law.
+const asksForAnswer = ({ rule, contact_s }) => priorityOf(rule, contact_s ?? null) < 2;
+
 class AlarmList {
   constructor() { Object.assign(this, { entries: new Map(), seen: new Set(), begun_ms: [], started: false }); }
 
@@ -30,10 +34,11 @@ class AlarmList {
       if (!this.started && hit.cleared_after_s !== null) continue;  // before this page was opened: history
       const entry = this.entries.get(hit.object_id);
       if (entry) { entry.count += 1; entry.alert = hit; continue; }
-      const begun = { object_id: hit.object_id, object_words: hit.object_words, object: hit.object, link: hit.link, others: 0, contact_s: null, alert: hit, count: 1, priority: 2, lower_ms: null, acknowledged: false, over_ms: null };
-      this.entries.set(hit.object_id, begun);
-      this.begun_ms.push(now_ms);
-      fresh.push(begun);
+      if (asksForAnswer(hit)) fresh.push(this.begin(hit, now_ms));
+    }
+    for (const threat of threats) {
+      const alert = standing.get(threat.object_id);
+      if (alert && !this.entries.has(threat.object_id) && asksForAnswer(threat)) fresh.push(this.begin(alert, now_ms));
     }
     this.started = true;
     for (const entry of this.entries.values()) this.follow(entry, standing.get(entry.object_id), threats, now_ms);
@@ -41,6 +46,15 @@ class AlarmList {
     const listed = new Set(hits.map(hit => hit.number));
     for (const number of this.seen) if (!listed.has(number)) this.seen.delete(number);
     return fresh;
+  }
+
+  begin(hit, now_ms) {
+    const { object_id, object_words, object, link } = hit;
+    const entry = { object_id, object_words, object, link, others: 0, contact_s: null, alert: hit, count: 1, priority: 2,
+      lower_ms: null, acknowledged: false, over_ms: null };
+    this.entries.set(object_id, entry);
+    this.begun_ms.push(now_ms);
+    return entry;
   }
 
   follow(entry, alert, threats, now_ms) {

@@ -1,5 +1,6 @@
 // The alarms: one for each object that is threatened, which grows, sinks and ends; a flood is summed up; what is acknowledged.
 import assert from 'node:assert/strict';
+import { readFileSync } from 'node:fs';
 import test from 'node:test';
 import { aState, kPageScripts, Page } from './browser.mjs';
 
@@ -25,6 +26,21 @@ async function open() {
   // So much time passes, in which states come as they do.
   page.pass = async (ms, hits, threats = []) => { for (let past = 0; past < ms; past += 100) { page.now(hits, threats); socket.hear(alive()); await page.clock.advance(100); } page.now(hits, threats); };
   return page;
+}
+
+const { cases } = JSON.parse(readFileSync(new URL('alarm_cases.json', import.meta.url), 'utf8'));
+for (const { name, steps } of cases) {
+  test(`as the report counts them: ${name}`, () => {
+    const list = new Page(kPageScripts).run('new AlarmList()'), hits = [];
+    list.take([], [], 0);
+    let begun = 0;
+    for (const { t_s, raised = [], cleared = [], threats = [], entries } of steps) {
+      for (const [number, object_id, rule, contact_s] of raised) hits.unshift(hit(number, object_id, { rule, contact_s }));
+      for (const number of cleared) hits.find(one => one.number === number).cleared_after_s = 1;
+      begun += list.take(hits, threats.map(([object_id, rule, contact_s]) => threat(object_id, contact_s, { rule })), 1000 * t_s).length;
+      assert.equal(begun, entries, `at ${t_s} s`);
+    }
+  });
 }
 
 test('a threat is one alarm, however many alerts and links it has, with the most urgent link and its seconds', async () => {
