@@ -1,8 +1,10 @@
 'use strict';
-// Where things stand: which view is large, which have a window of their own, and which drawer is open. The choice is kept by the browser.
-// A window of its own is this page with ?view=NAME: it shows that view, the stop and what must not be missed. Uses views.js.
+// Where things stand: which view is large, which have a window of their own, and where, and which drawer is open. The
+// choice is kept by the browser. A window of its own is this page with ?view=NAME: it shows that view, the stop and what
+// must not be missed. Uses views.js.
 
-const kLayoutKept = 'phantom.layout', kViewNames = ['main', 'hit', 'tool', 'camera'], kSides = 3;
+const kLayoutKept = 'phantom.layout', kPlaceKept = 'phantom.window.';
+const kViewNames = ['main', 'hit', 'tool', 'camera'], kSides = 3;
 const kAlive_ms = 1000, kGone_ms = 2500;  // a window of its own says so often that it is there; so long without, and its view comes back
 const kAlone = new URLSearchParams(location.search).get('view');
 const alone = kViewNames.includes(kAlone) ? kAlone : null;
@@ -60,10 +62,32 @@ function toggleEnlarged() {
   keepLayout();
   showLayout();
 }
-// Gives a view a window of its own. Without one, as browsers may refuse it, the view stays.
+// Where a view's own window stood when it was closed last; null: it had none yet, or nothing is kept.
+function keptPlace(view) {
+  try {
+    const place = JSON.parse(localStorage.getItem(kPlaceKept + view));
+    return ['left', 'top', 'width', 'height'].every(name => Number.isInteger(place?.[name])) ? place : null;
+  } catch (problem) { return null; }
+}
+// Puts a window onto the other screen, whole, where this host has one and the browser may tell of it.
+async function moveToOtherScreen(opened) {
+  if (!globalThis.screen?.isExtended || !globalThis.getScreenDetails) return;
+  try {
+    const { screens, currentScreen } = await getScreenDetails();
+    const other = screens.find(one => one !== currentScreen);
+    if (!other) return;
+    opened.moveTo(other.availLeft, other.availTop);
+    opened.resizeTo(other.availWidth, other.availHeight);
+  } catch (problem) { /* not allowed: it stays where the browser put it */ }
+}
+// Gives a view a window of its own: where it stood last, else on the other screen. Without one, as browsers may refuse it,
+// the view stays.
 function detach(view) {
-  const opened = windows && window.open(`?view=${view}`, `phantom-${view}`, 'popup,width=1280,height=760');
+  const place = keptPlace(view), { width, height } = place ?? { width: 1280, height: 760 };
+  const at = place ? `,left=${place.left},top=${place.top}` : '';
+  const opened = windows && window.open(`?view=${view}`, `phantom-${view}`, `popup,width=${width},height=${height}${at}`);
   if (!opened) return say(text('layout.refused'), true);
+  if (!place) moveToOtherScreen(opened);
   elsewhere.set(view, performance.now() + 10 * kAlive_ms);  // until it speaks for itself
   showLayout();
 }
@@ -88,7 +112,11 @@ if (alone) {
   const alive = gone => windows?.postMessage({ view: alone, gone });
   alive(false);
   setInterval(() => alive(false), kAlive_ms);
-  addEventListener('pagehide', () => alive(true));
+  addEventListener('pagehide', () => {
+    alive(true);
+    const place = { left: window.screenX, top: window.screenY, width: window.innerWidth, height: window.innerHeight };
+    try { localStorage.setItem(kPlaceKept + alone, JSON.stringify(place)); } catch (problem) { /* it opens as at first */ }
+  });
 }
 
 // ---- drawers ----

@@ -90,6 +90,31 @@ test('a window of its own shows its view alone, and says that it is there until 
   assert.equal((await open({ search: '?view=nothing' })).document.body.classList.contains('alone'), false);
 });
 
+test('a window of its own opens on the other screen, whole, and later where it stood last', async () => {
+  const [near, far] = [{ availLeft: 0, availTop: 0 }, { availLeft: 1920, availTop: 25, availWidth: 2560, availHeight: 1400 }];
+  const page = await open({ screens: { screens: [near, far], currentScreen: near } });
+  button(page, 'hit', 'detach').click();
+  await page.clock.advance(5);
+  assert.deepEqual(page.window.lastOpened.placed, [['move', 1920, 25], ['resize', 2560, 1400]]);
+  for (const screens of [undefined, 'refused', { screens: [near], currentScreen: near }]) {
+    const one = await open({ screens });
+    button(one, 'hit', 'detach').click();
+    await one.clock.advance(5);
+    assert.equal(one.window.lastOpened.wants, 'popup,width=1280,height=760');
+    assert.deepEqual(one.window.lastOpened.placed, []);
+  }
+  const own = await open({ search: '?view=hit' });
+  own.point('pagehide', own.window.document);
+  const { kept } = own.window.localStorage, again = await open({ kept, screens: { screens: [near, far], currentScreen: near } });
+  button(again, 'hit', 'detach').click();
+  await again.clock.advance(5);
+  assert.equal(again.window.lastOpened.wants, 'popup,width=1280,height=720,left=40,top=30');
+  assert.deepEqual(again.window.lastOpened.placed, [], 'it stays where the operator had put it');
+  const spoilt = await open({ kept: { 'phantom.window.hit': '{"left":"javascript:"}' } });
+  button(spoilt, 'hit', 'detach').click();
+  assert.equal(spoilt.window.lastOpened.wants, 'popup,width=1280,height=760');
+});
+
 test('one drawer is open at a time; the focus goes into it and back', async () => {
   const page = await open(), openOnes = () => ['settings', 'system', 'keys', 'history'].filter(id => !page.byId(id).hidden);
   page.byId('settings-open').click();
