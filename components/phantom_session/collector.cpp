@@ -158,9 +158,9 @@ void Collector::count_alarms(std::size_t begun) {
   if (master_.reach >= 0 && !reaches_.empty()) reaches_.back().alarms += begun;
 }
 
-void Collector::on_percept(const messages::Percept& percept) {
+void Collector::on_percept(double t_s, const messages::Percept& percept) {
   percept_ = percept;
-  count_alarms(alarms_.on_threats(std::span(percept.threats.begin(), percept.threats.size())));
+  count_alarms(alarms_.on_threats(t_s, std::span(percept.threats.begin(), percept.threats.size())));
 }
 
 void Collector::on_hit(const HitSample& sample) {

@@ -120,7 +120,7 @@ class Collector {
   void on_master(double t_s, const messages::MasterState& state);
   void on_slave(double t_s, const messages::SlaveState& state);
   void on_percepts(double t_s, const PerceptsInForce& percepts);
-  void on_percept(const messages::Percept& percept);
+  void on_percept(double t_s, const messages::Percept& percept);
   void on_hit(const HitSample& sample);
   void on_status(const StatusSample& sample);
   /// `process` writes `topic` beside the process that is followed; `samples` of others were left out so far.

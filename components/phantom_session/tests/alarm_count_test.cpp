@@ -38,7 +38,7 @@ TEST(AlarmCount, CountsWhatThePageLists) {
         threat.contact.time_s = contact_of(each[2]);
         threats.push_back(threat);
       }
-      begun += count.on_threats(threats);
+      begun += count.on_threats(t_s, threats);
       EXPECT_EQ(count.entries(), step["entries"].get<std::size_t>()) << one["name"] << " at " << t_s;
       EXPECT_EQ(begun, count.entries());
     }
@@ -49,10 +49,11 @@ TEST(AlarmCount, IsBoundedWhateverComes) {
   AlarmCount count;
   for (std::uint32_t alert = 1; alert < 3 * AlarmCount::kMaxStanding; ++alert)
     count.on_raised(20.0, alert, static_cast<int>(alert), true);
-  EXPECT_EQ(count.entries(), AlarmCount::kMaxStanding);
-  count.on_cleared(21.0, 1);
-  count.on_cleared(21.0, 1);
-  EXPECT_EQ(count.on_raised(22.0, 999999, 7, true), 0U) << "that object has its entry";
+  EXPECT_EQ(count.entries(), 1U) << "one motion";
+  EXPECT_EQ(count.on_raised(22.0, 999999, 7, true), 0U);
+  for (std::uint32_t alert = 1; alert < 3 * AlarmCount::kMaxStanding; ++alert) count.on_cleared(22.0, alert);
+  count.on_cleared(22.0, 1);
+  EXPECT_EQ(count.on_raised(30.0, 7, 999999, true), 1U) << "another motion";
 }
 
 }  // namespace

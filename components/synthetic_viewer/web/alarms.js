@@ -1,11 +1,13 @@
 'use strict';
 // The alarms: what threatens now, by urgency, and apart from it the history of alerts. After ISA-18.2 and EEMUA 191: one
-// entry for each object that the arm threatens, because the operator's answer is one, whichever links near it. What asks
-// for no answer yet is no alarm: it stands among the times to contact. The entry grows, sinks and ends with the threat; a
-// flood is summed up; an entry is acknowledged by button or key. Uses page.js's state.
+// entry for each motion that threatens, because the operator's answer is one, whichever links near whichever objects. It
+// leads with the most urgent object and names the others; which threaten at once, with their seconds, stands among the
+// times to contact. What asks for no answer yet is no alarm. The entry grows, sinks and ends with its threats; a flood is
+// summed up; an entry is acknowledged by button or key. Uses page.js's state.
 
 const kAlarmShown = 3;             // entries at once; the rest is summed up
 const kAlarmStays_ms = 10000;      // so long an entry stays after its threat has ended: a threat that returns continues it
+const kSameMotion_ms = 2000;       // what threatens while an entry stands, or so soon after, is of the same motion
 const kAlarmSinks_ms = 1000;       // so long a lower priority must hold before the entry sinks
 const kFloodWindow_ms = 600000, kFlood = 10;  // EEMUA 191: more than ten new alarms in ten minutes are a flood
 const kPriorities = ['high', 'medium', 'low'];
@@ -22,9 +24,10 @@ function priorityOf(rule, contact_s) {
 const asksForAnswer = ({ rule, contact_s }) => priorityOf(rule, contact_s ?? null) < 2;
 
 class AlarmList {
-  constructor() { Object.assign(this, { entries: new Map(), seen: new Set(), begun_ms: [], started: false }); }
+  constructor() { Object.assign(this, { entries: [], seen: new Set(), begun_ms: [], started: false }); }
 
-  // Takes the alerts that the viewer lists and the live threats. Returns the entries that are new.
+  // Takes the alerts that the viewer lists and the live threats. Returns the threats that are new: { opens, link, object … },
+  // whether they open an entry or join one.
   take(hits, threats, now_ms) {
     const fresh = [], standing = new Map();  // object → its newest alert that has not ended
     for (const hit of hits) if (hit.cleared_after_s === null && !standing.has(hit.object_id)) standing.set(hit.object_id, hit);
@@ -32,41 +35,57 @@ class AlarmList {
       if (this.seen.has(hit.number)) continue;
       this.seen.add(hit.number);
       if (!this.started && hit.cleared_after_s !== null) continue;  // before this page was opened: history
-      const entry = this.entries.get(hit.object_id);
-      if (entry) { entry.count += 1; entry.alert = hit; continue; }
-      if (asksForAnswer(hit)) fresh.push(this.begin(hit, now_ms));
+      const entry = this.entryOf(hit.object_id);
+      if (entry) { entry.count += 1; entry.threats.get(hit.object_id).alert = hit; } else if (asksForAnswer(hit)) fresh.push(this.begin(hit, now_ms));
     }
     for (const threat of threats) {
       const alert = standing.get(threat.object_id);
-      if (alert && !this.entries.has(threat.object_id) && asksForAnswer(threat)) fresh.push(this.begin(alert, now_ms));
+      if (alert && !this.entryOf(threat.object_id) && asksForAnswer(threat)) fresh.push(this.begin(alert, now_ms));
     }
     this.started = true;
-    for (const entry of this.entries.values()) this.follow(entry, standing.get(entry.object_id), threats, now_ms);
+    for (const entry of this.entries) this.follow(entry, standing, threats, now_ms);
+    this.entries = this.entries.filter(entry => entry.over_ms === null || now_ms - entry.over_ms < kAlarmStays_ms);
     this.begun_ms = this.begun_ms.filter(begun_ms => now_ms - begun_ms < kFloodWindow_ms);
     const listed = new Set(hits.map(hit => hit.number));
     for (const number of this.seen) if (!listed.has(number)) this.seen.delete(number);
     return fresh;
   }
 
+  entryOf(object_id) { return this.entries.find(entry => entry.threats.has(object_id)); }
+
+  // A threat of another object asks again for what was acknowledged.
   begin(hit, now_ms) {
     const { object_id, object_words, object, link } = hit;
-    const entry = { object_id, object_words, object, link, others: 0, contact_s: null, alert: hit, count: 1, priority: 2,
-      lower_ms: null, acknowledged: false, over_ms: null };
-    this.entries.set(object_id, entry);
-    this.begun_ms.push(now_ms);
-    return entry;
+    let entry = this.entries.findLast(one => one.over_ms === null || now_ms - one.over_ms < kSameMotion_ms);
+    const opens = !entry;
+    if (opens) {
+      entry = { threats: new Map(), count: 0, priority: 2, lower_ms: null, acknowledged: false, over_ms: null, also: [] };
+      this.entries.push(entry);
+      this.begun_ms.push(now_ms);
+    }
+    entry.count += 1;
+    entry.acknowledged = false;
+    const threat = { object_id, object_words, object, link, others: 0, rule: hit.rule, contact_s: null, error_s: null, alert: hit, over_ms: null, opens };
+    entry.threats.set(object_id, threat);
+    return threat;
   }
 
-  follow(entry, alert, threats, now_ms) {
-    if (!alert) {
-      entry.over_ms ??= now_ms;
-      if (now_ms - entry.over_ms >= kAlarmStays_ms) this.entries.delete(entry.object_id);
-      return;
+  follow(entry, standing, threats, now_ms) {
+    for (const threat of entry.threats.values()) {
+      const alert = standing.get(threat.object_id), near = threats.filter(one => one.object_id === threat.object_id), [live] = near;
+      if (!alert) { threat.over_ms ??= now_ms; continue; }
+      Object.assign(threat, { over_ms: null, link: live?.link ?? alert.link, others: Math.max(0, near.length - 1), rule: live?.rule ?? alert.rule,
+        priority: live ? priorityOf(live.rule, live.contact_s) : 2, contact_s: live?.contact_s ?? null, error_s: live?.error_s ?? null,
+        object_words: alert.object_words, object: alert.object });
     }
-    const near = threats.filter(threat => threat.object_id === entry.object_id), [live] = near;
-    const wanted = live ? priorityOf(live.rule, live.contact_s) : 2, resumed = entry.over_ms !== null;
-    Object.assign(entry, { over_ms: null, link: live?.link ?? alert.link, others: Math.max(0, near.length - 1), rule: live?.rule ?? alert.rule,
-      contact_s: live?.contact_s ?? null, error_s: live?.error_s ?? null, object_words: alert.object_words, object: alert.object });
+    const all = [...entry.threats.values()], now = all.filter(threat => threat.over_ms === null), soon = threat => threat.contact_s ?? Infinity;
+    const [lead] = now.length ? now.sort((a, b) => a.priority - b.priority || (soon(a) === soon(b) ? 0 : soon(a) - soon(b)))
+      : all.sort((a, b) => b.over_ms - a.over_ms);
+    const resumed = entry.over_ms !== null, { object_id, object_words, object, link, others, rule, contact_s, error_s, alert } = lead;
+    Object.assign(entry, { object_id, object_words, object, link, others, rule, contact_s, error_s, alert,
+      also: (now.length ? now : all).filter(threat => threat !== lead), over_ms: now.length ? null : Math.max(...all.map(threat => threat.over_ms)) });
+    if (!now.length) return;
+    const wanted = lead.priority;
     if (wanted < entry.priority || resumed) {
       if (wanted < entry.priority) entry.acknowledged = false;  // it has become worse than what was acknowledged
       Object.assign(entry, { priority: wanted, lower_ms: null });
@@ -77,8 +96,8 @@ class AlarmList {
   // The entries as they are listed: those that threaten before those that are over, the most urgent first.
   sorted() {
     const soon = entry => entry.contact_s ?? Infinity, over = entry => entry.over_ms !== null;
-    return [...this.entries.values()].filter(entry => !(over(entry) && entry.acknowledged))
-      .sort((a, b) => over(a) - over(b) || a.priority - b.priority || (soon(a) === soon(b) ? a.object_id - b.object_id : soon(a) - soon(b)));
+    return this.entries.filter(entry => !(over(entry) && entry.acknowledged))
+      .sort((a, b) => over(a) - over(b) || a.priority - b.priority || (soon(a) === soon(b) ? 0 : soon(a) - soon(b)));
   }
   // Acknowledges the first entry that is not. Returns it; undefined: there is none.
   acknowledge(entry = this.sorted().find(one => !one.acknowledged)) {
@@ -142,7 +161,8 @@ function showAlarm(entry) {
   const link = entry.others > 0 ? text('alarm.links', { link: entry.link, others: entry.others }) : entry.link;
   put(item.querySelector('.what'), `${link} → ${said(entry.object_words, entry.object)}`);
   const when = over ? text('alarm.over') : entry.contact_s !== null ? text('alarm.contact', { seconds: entry.contact_s }) : text('rule.' + entry.rule);
-  put(item.querySelector('.why'), [over ? '' : text('alarm_priority.' + kPriorities[entry.priority]), when, entry.count > 1 ? text('alarm.times', { count: entry.count }) : '']
+  put(item.querySelector('.why'), [over ? '' : text('alarm_priority.' + kPriorities[entry.priority]), when, entry.count > 1 ? text('alarm.times', { count: entry.count }) : '',
+    entry.also.length ? text('alarm.also', { objects: entry.also.map(one => said(one.object_words, one.object)).join(', ') }) : '']
     .filter(Boolean).join(' · '));
   put(button, entry.acknowledged ? '✓' : text('alarm.acknowledge'));
   button.title = text(entry.acknowledged ? 'alarm.acknowledged' : 'alarm.acknowledge_title');
