@@ -1,20 +1,37 @@
 'use strict';
-// A tour of the page in five steps, for whoever sees it for the first time. It stands in a bar of its own and covers nothing; what a step
-// is about has a frame. It takes no keys: Esc stops the arm during it, too. Offered once; the browser keeps that it was.
+// A tour of the page in five steps, for whoever sees it for the first time. It stands in a bar of its own and covers
+// nothing; what a step is about has a frame. It takes no keys: Esc stops the arm during it, too. Offered once; the
+// browser keeps that it was.
 
-const kTourKept = 'phantom.tour', kTourDone = 'seen';
-const kTourSteps = [['views', 'main-figure'], ['felt', 'felt'], ['alarms', 'alarm-panel'], ['why', 'why-line'], ['stop', 'stop']];
-const tour = { step: null };  // null: not begun
+const kTourKept = 'phantom.tour',
+  kTourDone = 'seen';
+const kTourSteps = [
+  ['views', 'main-figure'],
+  ['felt', 'felt'],
+  ['alarms', 'alarm-panel'],
+  ['why', 'why-line'],
+  ['stop', 'stop'],
+];
+const tour = { step: null }; // null: not begun
 
 function isTourOffered() {
-  try { return localStorage.getItem(kTourKept) === null; } catch (problem) { return false; }  // it would be offered each time
+  try {
+    return localStorage.getItem(kTourKept) === null;
+  } catch (problem) {
+    return false;
+  } // it would be offered each time
 }
 function keepTourSeen() {
-  try { localStorage.setItem(kTourKept, kTourDone); } catch (problem) { /* offered again at the next visit */ }
+  try {
+    localStorage.setItem(kTourKept, kTourDone);
+  } catch (problem) {
+    /* offered again at the next visit */
+  }
 }
 
 function showTour() {
-  const begun = tour.step !== null, offered = !begun && isTourOffered() && !alone && state !== null && !state.review;
+  const begun = tour.step !== null,
+    offered = !begun && isTourOffered() && !alone && state !== null && !state.review;
   byId('tour').hidden = !begun && !offered;
   kTourSteps.forEach(([, id], i) => byId(id).classList.toggle('toured', i === tour.step));
   if (byId('tour').hidden) return;
@@ -28,7 +45,8 @@ function showTour() {
 
 // Goes to a step; beyond the last, or before the first, the tour is over.
 function goTour(step) {
-  const over = step < 0 || step >= kTourSteps.length, had = byId('tour').contains(document.activeElement);
+  const over = step < 0 || step >= kTourSteps.length,
+    had = byId('tour').contains(document.activeElement);
   tour.step = over ? null : step;
   keepTourSeen();
   showTour();
@@ -37,7 +55,7 @@ function goTour(step) {
 }
 function beginTour() {
   if (!byId('keys').hidden) openDrawer('keys');
-  if (layout.enlarged) toggleEnlarged();  // what it shows has to be there
+  if (layout.enlarged) toggleEnlarged(); // what it shows has to be there
   goTour(0);
 }
 

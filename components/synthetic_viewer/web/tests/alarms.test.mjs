@@ -1,15 +1,43 @@
-// The alarms: one for each object that is threatened, which grows, sinks and ends; a flood is summed up; what is acknowledged.
+// The alarms: one for each object that is threatened, which grows, sinks and ends; a flood is summed up; what is
+// acknowledged.
 import assert from 'node:assert/strict';
 import { readFileSync } from 'node:fs';
 import test from 'node:test';
 import { aState, kPageScripts, Page } from './browser.mjs';
 
 const named = name => ({ key: 'object.named', values: { name } });
-const hit = (number, object_id, change = {}) => ({ number, alert: 100 + number, t: number, rule: 'far_nearing', link: 'gripper', object: `object${object_id}`,
-  object_words: named(`object${object_id}`), object_id, contact_s: 0.8, at_m: [0.5, 0.25, 0.4], towards: [0.01, 0, 0], speed_m_s: 0.2, cleared_after_s: null, ...change });
-const threat = (object_id, contact_s, change = {}) => ({ link: 'gripper', object_words: named(`object${object_id}`), object_id, rule: 'far_nearing', contact_s, error_s: 0.05, gap_m: 0.04, ...change });
+const hit = (number, object_id, change = {}) => ({
+  number,
+  alert: 100 + number,
+  t: number,
+  rule: 'far_nearing',
+  link: 'gripper',
+  object: `object${object_id}`,
+  object_words: named(`object${object_id}`),
+  object_id,
+  contact_s: 0.8,
+  at_m: [0.5, 0.25, 0.4],
+  towards: [0.01, 0, 0],
+  speed_m_s: 0.2,
+  cleared_after_s: null,
+  ...change,
+});
+const threat = (object_id, contact_s, change = {}) => ({
+  link: 'gripper',
+  object_words: named(`object${object_id}`),
+  object_id,
+  rule: 'far_nearing',
+  contact_s,
+  error_s: 0.05,
+  gap_m: 0.04,
+  ...change,
+});
 
-const alive = () => { const data = new DataView(new ArrayBuffer(16)); data.setUint8(0, 3); return data.buffer; };
+const alive = () => {
+  const data = new DataView(new ArrayBuffer(16));
+  data.setUint8(0, 3);
+  return data.buffer;
+};
 
 async function open() {
   const page = new Page(kPageScripts, { answers: { session: () => [200, { secrets: false, role: null }] } });
@@ -19,25 +47,47 @@ async function open() {
   page.socket = socket;
   page.hear = message => socket.hear({ type: 'state', ...message });
   // These alerts and threats are there now.
-  page.now = (hits, threats = []) => page.hear({ hits: Object.fromEntries(hits.map(one => [one.number, one])), total_hits: hits.length,
-    percept: { threats, threat_count: threats.length } });
+  page.now = (hits, threats = []) =>
+    page.hear({
+      hits: Object.fromEntries(hits.map(one => [one.number, one])),
+      total_hits: hits.length,
+      percept: { threats, threat_count: threats.length },
+    });
   page.hear(aState());
-  page.items = () => page.document.querySelectorAll('#alarms li').map(item => [item.className, item.querySelector('.what').textContent, item.querySelector('.why').textContent]);
+  page.items = () =>
+    page.document
+      .querySelectorAll('#alarms li')
+      .map(item => [item.className, item.querySelector('.what').textContent, item.querySelector('.why').textContent]);
   // So much time passes, in which states come as they do.
-  page.pass = async (ms, hits, threats = []) => { for (let past = 0; past < ms; past += 100) { page.now(hits, threats); socket.hear(alive()); await page.clock.advance(100); } page.now(hits, threats); };
+  page.pass = async (ms, hits, threats = []) => {
+    for (let past = 0; past < ms; past += 100) {
+      page.now(hits, threats);
+      socket.hear(alive());
+      await page.clock.advance(100);
+    }
+    page.now(hits, threats);
+  };
   return page;
 }
 
 const { cases } = JSON.parse(readFileSync(new URL('alarm_cases.json', import.meta.url), 'utf8'));
 for (const { name, steps } of cases) {
   test(`as the report counts them: ${name}`, () => {
-    const list = new Page(kPageScripts).run('new AlarmList()'), hits = [];
+    const list = new Page(kPageScripts).run('new AlarmList()'),
+      hits = [];
     list.take([], [], 0);
     let begun = 0;
     for (const { t_s, raised = [], cleared = [], threats = [], entries } of steps) {
-      for (const [number, object_id, rule, contact_s] of raised) hits.unshift(hit(number, object_id, { rule, contact_s }));
+      for (const [number, object_id, rule, contact_s] of raised)
+        hits.unshift(hit(number, object_id, { rule, contact_s }));
       for (const number of cleared) hits.find(one => one.number === number).cleared_after_s = 1;
-      begun += list.take(hits, threats.map(([object_id, rule, contact_s]) => threat(object_id, contact_s, { rule })), 1000 * t_s).filter(one => one.opens).length;
+      begun += list
+        .take(
+          hits,
+          threats.map(([object_id, rule, contact_s]) => threat(object_id, contact_s, { rule })),
+          1000 * t_s,
+        )
+        .filter(one => one.opens).length;
       assert.equal(begun, entries, `at ${t_s} s`);
     }
   });
@@ -49,7 +99,10 @@ test('a threat is one alarm, however many alerts and links it has, with the most
   assert.deepEqual(page.items(), [['over', 'gripper → object3', 'over']], 'also one that was over before it was told');
   page.now([hit(1, 3)], [threat(3, 2.4)]);
   assert.deepEqual(page.items(), [['medium', 'gripper → object3', 'soon · contact in 2.4 s']]);
-  page.now([hit(1, 3), hit(2, 3, { link: 'wrist' }), hit(3, 3, { rule: 'very_close' })], [threat(3, 0.4), threat(3, 1.3, { link: 'wrist' })]);
+  page.now(
+    [hit(1, 3), hit(2, 3, { link: 'wrist' }), hit(3, 3, { rule: 'very_close' })],
+    [threat(3, 0.4), threat(3, 1.3, { link: 'wrist' })],
+  );
   assert.deepEqual(page.items(), [['high', 'gripper and 1 more → object3', 'urgent · contact in 0.4 s · 3 times']]);
   assert.equal(page.text('alarm-count'), '1');
   assert.match(page.document.querySelector('#alarms a').href, /hits\/103\.jpg$/, 'the picture of its newest alert');
@@ -62,23 +115,34 @@ async function apart(page, ids, change = {}) {
     hits.unshift(hit(id, id, change));
     page.now(hits.map((one, i) => (i === 0 ? one : { ...one, cleared_after_s: 0.5 })));
     page.now(hits.map(one => ({ ...one, cleared_after_s: 0.5 })));
-    await page.pass(2100, hits.map(one => ({ ...one, cleared_after_s: 0.5 })));
+    await page.pass(
+      2100,
+      hits.map(one => ({ ...one, cleared_after_s: 0.5 })),
+    );
   }
   return hits;
 }
 
 test('what threatens in one motion is one entry, which leads with the most urgent object and names the others', async () => {
   const page = await open();
-  page.now([1, 2].map(id => hit(id, id)), [threat(2, 0.6), threat(1, 1.5)]);
+  page.now(
+    [1, 2].map(id => hit(id, id)),
+    [threat(2, 0.6), threat(1, 1.5)],
+  );
   assert.deepEqual(page.items(), [['high', 'gripper → object2', 'urgent · contact in 0.6 s · 2 times · also object1']]);
   page.now([hit(1, 1), hit(2, 2, { cleared_after_s: 1 })], [threat(1, 0.5, { link: 'wrist' })]);
-  assert.deepEqual(page.items(), [['high', 'wrist → object1', 'urgent · contact in 0.5 s · 2 times']], 'it leads with what threatens now');
+  assert.deepEqual(
+    page.items(),
+    [['high', 'wrist → object1', 'urgent · contact in 0.5 s · 2 times']],
+    'it leads with what threatens now',
+  );
   page.now([hit(1, 1, { cleared_after_s: 1 }), hit(2, 2, { cleared_after_s: 1 })]);
   assert.match(page.items()[0][2], /^over · 2 times · also object2$/);
 });
 
 test('all entries beyond three are summed up, and those that are over come last', async () => {
-  const page = await open(), hits = await apart(page, [1, 2, 3, 4]);
+  const page = await open(),
+    hits = await apart(page, [1, 2, 3, 4]);
   assert.equal(page.items().length, 3);
   assert.match(page.text('alarm-summary'), /^1 more: object\d\.$/);
   const over = hits.map(one => ({ ...one, cleared_after_s: 0.5 }));
@@ -88,7 +152,8 @@ test('all entries beyond three are summed up, and those that are over come last'
 });
 
 test('an alarm rises at once, sinks only after a second, and stays for a while when it is over', async () => {
-  const page = await open(), kind = () => page.items()[0]?.[0];
+  const page = await open(),
+    kind = () => page.items()[0]?.[0];
   page.now([hit(1, 3)], [threat(3, 0.5)]);
   assert.equal(kind(), 'high');
   await page.pass(800, [hit(1, 3)], [threat(3, 5)]);
@@ -103,7 +168,11 @@ test('an alarm rises at once, sinks only after a second, and stays for a while w
   assert.equal(page.text('alarm-count'), '0');
   await page.pass(9000, [over]);
   page.now([over, hit(2, 3)], [threat(3, 2)]);
-  assert.equal(page.items()[0][2], 'soon · contact in 2.0 s · 2 times', 'a threat that returns soon continues its alarm');
+  assert.equal(
+    page.items()[0][2],
+    'soon · contact in 2.0 s · 2 times',
+    'a threat that returns soon continues its alarm',
+  );
   page.now([over, hit(2, 3, { cleared_after_s: 0.5 })]);
   await page.pass(10100, [over, hit(2, 3, { cleared_after_s: 0.5 })]);
   assert.deepEqual(page.items(), []);
@@ -111,7 +180,8 @@ test('an alarm rises at once, sinks only after a second, and stays for a while w
 });
 
 test('Q acknowledges; what becomes worse, or another object, asks again; what is acknowledged and over goes', async () => {
-  const page = await open(), kinds = () => page.items().map(([kind]) => kind);
+  const page = await open(),
+    kinds = () => page.items().map(([kind]) => kind);
   page.now([hit(1, 3)], [threat(3, 2)]);
   page.press('q');
   assert.deepEqual(kinds(), ['medium acknowledged']);
@@ -132,16 +202,21 @@ test('Q acknowledges; what becomes worse, or another object, asks again; what is
 
 test('what was over before the page was opened is history, and what threatens then is an alarm', async () => {
   const page = await open();
-  page.now([]);  // aState had none
+  page.now([]); // aState had none
   const late = await open();
   late.run('alarmList.started = false');
   late.now([hit(1, 3, { cleared_after_s: 1 }), hit(2, 4)], [threat(4, 2)]);
-  assert.deepEqual(late.items().map(([, what]) => what), ['gripper → object4']);
+  assert.deepEqual(
+    late.items().map(([, what]) => what),
+    ['gripper → object4'],
+  );
   assert.deepEqual(page.items(), []);
 });
 
 test('more than ten new alarms in ten minutes are said to be a flood, until they are past', async () => {
-  const page = await open(), nine = [1, 2, 3, 4, 5, 6, 7, 8, 9], hits = await apart(page, nine);
+  const page = await open(),
+    nine = [1, 2, 3, 4, 5, 6, 7, 8, 9],
+    hits = await apart(page, nine);
   assert.doesNotMatch(page.text('alarm-summary'), /Flood/);
   const over = hits.map(one => ({ ...one, cleared_after_s: 0.5 }));
   page.now([hit(10, 10), ...over]);
@@ -165,13 +240,17 @@ test('a new alarm is said once to screen readers', async () => {
 test('the place stands there until the picture comes, which is asked for again while it is not made', async () => {
   const page = await open();
   page.now([hit(1, 3)], [threat(3, 2)]);
-  const image = page.document.querySelector('#alarms img'), asked = () => image.src;
+  const image = page.document.querySelector('#alarms img'),
+    asked = () => image.src;
   assert.ok(image.hidden);
   const place = page.document.querySelector('#alarms circle');
   // The cell is 2 m × 1 m; the operator looks along −x: y grows to the right, and x towards him.
   assert.deepEqual([+place.getAttribute('cx'), +place.getAttribute('cy')].map(Math.round), [71, 27]);
   const way = page.document.querySelector('#alarms line');
-  assert.ok(+way.getAttribute('y2') > +way.getAttribute('y1') && +way.getAttribute('x2') === +way.getAttribute('x1'), 'towards the object');
+  assert.ok(
+    +way.getAttribute('y2') > +way.getAttribute('y1') && +way.getAttribute('x2') === +way.getAttribute('x1'),
+    'towards the object',
+  );
   image.src = 'elsewhere';
   page.point('error', image);
   await page.clock.advance(600);
@@ -187,12 +266,28 @@ test('the place stands there until the picture comes, which is asked for again w
 });
 
 test('the three most urgent threats stand with seconds, link and object, and how many more there are', async () => {
-  const page = await open(), rows = () => page.document.querySelectorAll('#threats li').map(row => [row.className, row.firstChild.textContent, row.lastChild.textContent]);
+  const page = await open(),
+    rows = () =>
+      page.document
+        .querySelectorAll('#threats li')
+        .map(row => [row.className, row.firstChild.textContent, row.lastChild.textContent]);
   assert.equal(page.text('threats-none'), 'Nothing ahead.');
-  page.hear({ percept: { threats: [threat(3, 0.42), threat(4, 1.96, { link: 'wrist' }), threat(5, null, { error_s: null, gap_m: null })], threat_count: 5 } });
-  assert.deepEqual(rows(), [['high', '0.4 s', 'gripper → object3'], ['medium', '2.0 s', 'wrist → object4'], ['low', '–', 'gripper → object5']]);
+  page.hear({
+    percept: {
+      threats: [threat(3, 0.42), threat(4, 1.96, { link: 'wrist' }), threat(5, null, { error_s: null, gap_m: null })],
+      threat_count: 5,
+    },
+  });
+  assert.deepEqual(rows(), [
+    ['high', '0.4 s', 'gripper → object3'],
+    ['medium', '2.0 s', 'wrist → object4'],
+    ['low', '–', 'gripper → object5'],
+  ]);
   assert.equal(page.text('threats-none'), 'and 2 more');
-  assert.equal(page.document.querySelector('#threats li').title, 'gripper → object3\nnearing\ngap 40 mm\nknown to ±0.05 s');
+  assert.equal(
+    page.document.querySelector('#threats li').title,
+    'gripper → object3\nnearing\ngap 40 mm\nknown to ±0.05 s',
+  );
   page.hear({ percept: { known: false, threats: [], threat_count: 0 } });
   assert.deepEqual(rows(), []);
   assert.equal(page.text('threats-none'), 'unknown');

@@ -1,4 +1,5 @@
-// What limits the hand, in the headset: each cause has its pattern, patterns differ by what a person tells apart, and a pattern comes whole.
+// What limits the hand, in the headset: each cause has its pattern, patterns differ by what a person tells apart, and a
+// pattern comes whole.
 import assert from 'node:assert/strict';
 import { readFileSync } from 'node:fs';
 import test from 'node:test';
@@ -21,7 +22,8 @@ function run(signal, played, cause, { from_ms, for_ms, frame_ms = 11 }) {
   return { played: played.splice(0), busy };
 }
 function begin() {
-  const played = [], signal = new CauseSignal(one => played.push({ ...one, at_ms: signal.now }));
+  const played = [],
+    signal = new CauseSignal(one => played.push({ ...one, at_ms: signal.now }));
   return { signal, played };
 }
 
@@ -44,16 +46,22 @@ test('patterns of different causes differ by length, pitch or number, none is lo
     }
   }
   const of = family => patterns.find(pattern => pattern.family === family).pulses;
-  const [long] = of('follows'), [short] = of('farther'), [first, second] = of('felt');
+  const [long] = of('follows'),
+    [short] = of('farther'),
+    [first, second] = of('felt');
   assert.ok(long.on_ms >= 3 * short.on_ms && second.on_ms >= 3 * first.on_ms, 'long and short are told apart');
   const pitches = [long, short, first].map(one => one.tone_Hz).sort((a, b) => a - b);
   assert.ok(pitches[1] / pitches[0] >= 1.5 && pitches[2] / pitches[1] >= 1.5, 'by a fifth or more');
 });
 
 test('a pattern comes whole and in order, with silence round it, and again while its cause stands', () => {
-  const { signal, played } = begin(), { pulses } = patternOf('limit.master_switch');
+  const { signal, played } = begin(),
+    { pulses } = patternOf('limit.master_switch');
   const { played: first, busy } = run(signal, played, 'limit.master_switch', { from_ms: 1000, for_ms: 3000 });
-  assert.deepEqual(first.map(one => one.on_ms), pulses.map(one => one.on_ms));
+  assert.deepEqual(
+    first.map(one => one.on_ms),
+    pulses.map(one => one.on_ms),
+  );
   assert.ok(first[0].at_ms - 1000 >= 140, 'the closeness is silent before it');
   first.slice(1).forEach((one, i) => assert.ok(one.at_ms - first[i].at_ms >= first[i].on_ms + first[i].off_ms));
   assert.ok(busy.at(-1) - first.at(-1).at_ms >= first.at(-1).on_ms + 100, 'and after it');
@@ -74,10 +82,21 @@ test('a guard that flickers is not told, one that stands is; a graver cause come
     assert.deepEqual(run(signal, played, null, { from_ms: now + 200, for_ms: 100 }).played, []);
   }
   run(signal, played, null, { from_ms: 4200, for_ms: 100 });
-  assert.equal(run(signal, played, 'limit.percept', { from_ms: 5000, for_ms: 900 }).played.length, 2, 'short, then long');
+  assert.equal(
+    run(signal, played, 'limit.percept', { from_ms: 5000, for_ms: 900 }).played.length,
+    2,
+    'short, then long',
+  );
   const stop = run(signal, played, 'limit.stopped', { from_ms: 5900, for_ms: 1200 }).played;
-  assert.deepEqual(stop.map(one => one.on_ms), patternOf('limit.stopped').pulses.map(one => one.on_ms));
-  assert.equal(run(signal, played, 'limit.damped', { from_ms: 7100, for_ms: 3000 }).played.length, 0, 'the same pattern too soon after');
+  assert.deepEqual(
+    stop.map(one => one.on_ms),
+    patternOf('limit.stopped').pulses.map(one => one.on_ms),
+  );
+  assert.equal(
+    run(signal, played, 'limit.damped', { from_ms: 7100, for_ms: 3000 }).played.length,
+    0,
+    'the same pattern too soon after',
+  );
 });
 
 test('what is not known is not told', () => {
@@ -86,14 +105,21 @@ test('what is not known is not told', () => {
 });
 
 test('while a cause is told the controllers do not vibrate by closeness', t => {
-  const pulses = [], source = { gamepad: { hapticActuators: [{ pulse: (strength, ms) => pulses.push([strength, ms]) }] } };
+  const pulses = [],
+    source = { gamepad: { hapticActuators: [{ pulse: (strength, ms) => pulses.push([strength, ms]) }] } };
   let now = 1000;
   t.mock.method(performance, 'now', () => now);
   const headset = { felt_ms: -Infinity, session: { inputSources: [source] }, vibrate: Headset.prototype.vibrate };
   headset.causes = new CauseSignal(one => headset.vibrate(one.strength, one.on_ms));
-  const feel = cause => { now += 40; Headset.prototype.feel.call(headset, { known: true, closeness: 0.3, cause }); };
+  const feel = cause => {
+    now += 40;
+    Headset.prototype.feel.call(headset, { known: true, closeness: 0.3, cause });
+  };
   feel(null);
-  assert.deepEqual(pulses.splice(0).map(([strength]) => strength), [0.3]);
+  assert.deepEqual(
+    pulses.splice(0).map(([strength]) => strength),
+    [0.3],
+  );
   for (let i = 0; i < 15; ++i) feel('limit.stopped');
   assert.deepEqual(pulses.splice(0), [[1, 360]]);
   for (let i = 0; i < 15; ++i) feel(null);
