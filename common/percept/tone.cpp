@@ -27,26 +27,40 @@ double loudness_factor(const ToneLaw& law, double frequency_Hz) noexcept {
       1.0, std::pow(10.0, (equal_loudness_level_dB(frequency_Hz, law.loudness_phon) - most_dB) / 20.0));
 }
 
-Tone tone_of(const ToneLaw& law, double closeness, double speed_m_s) noexcept {
+double pulse_rate_Hz(const ToneLaw& law, double contact_s) noexcept {
+  if (!(contact_s >= 0.0 && contact_s < law.pulses_from_s)) return 0.0;
+  const double urgency =
+      std::min(1.0, (law.pulses_from_s - contact_s) / (law.pulses_from_s - law.pulses_full_s));
+  return law.min_pulse_Hz * std::pow(law.max_pulse_Hz / law.min_pulse_Hz, urgency);
+}
+
+Tone tone_of(const ToneLaw& law, double closeness, double speed_m_s, double contact_s) noexcept {
   if (!std::isfinite(closeness) || !std::isfinite(speed_m_s) || closeness <= 0.0)
     return {law.min_frequency_Hz, 0.0};
   const double frequency_Hz = mapped(law.pitch, law.min_frequency_Hz, law.max_frequency_Hz,
                                      law.pitch_exponent, std::min(closeness, 1.0));
   const double speed = std::clamp(speed_m_s / law.full_speed_m_s, 0.0, 1.0);
   const double gain = mapped(law.level, law.rest_gain, law.full_gain, law.speed_exponent, speed);
-  return {frequency_Hz, gain * loudness_factor(law, frequency_Hz)};
+  return {frequency_Hz, gain * loudness_factor(law, frequency_Hz), pulse_rate_Hz(law, contact_s),
+          law.pulse_floor};
 }
 
 ToneSynthesizer::ToneSynthesizer(double sample_rate_Hz, double smoothing_s, double alarm_gain)
     : sample_rate_Hz_(sample_rate_Hz),
       share_(1.0 -
              std::exp(-2.0 / (smoothing_s * sample_rate_Hz))),  // each filter does half of the smoothing
-      alarm_level_(alarm_gain) {}
+      alarm_level_(alarm_gain) {
+  pulse_.snap(1.0);
+}
 
 void ToneSynthesizer::set_tone(const Tone& tone) noexcept {
   const bool audible = std::isfinite(tone.gain) && tone.gain > 0.0 && std::isfinite(tone.frequency_Hz) &&
                        tone.frequency_Hz > 0.0;
   gain_.target = audible ? std::min(tone.gain, 1.0) : 0.0;
+  const bool pulses = audible && std::isfinite(tone.pulse_Hz) && tone.pulse_Hz > 0.0;
+  if (pulses && pulse_Hz_ <= 0.0) pulse_phase_ = 0.0;  // the first begins now
+  pulse_Hz_ = pulses ? tone.pulse_Hz : 0.0;
+  pulse_floor_ = std::clamp(tone.pulse_floor, 0.0, 1.0);
   if (!audible) return;
   const double log_frequency = std::log(std::min(tone.frequency_Hz, 0.45 * sample_rate_Hz_));
   if (gain_.value < kInaudible) {
@@ -78,13 +92,22 @@ void ToneSynthesizer::advance_burst() noexcept {
   if (++alarm_pulse_ == burst.size()) start_alarm(Alarm::kNone);
 }
 
+// Half of a pulse's period at its level, half at the floor; edges are as smooth as all of the sound.
+double ToneSynthesizer::next_pulse() noexcept {
+  pulse_phase_ += pulse_Hz_ / sample_rate_Hz_;
+  pulse_phase_ -= std::floor(pulse_phase_);
+  pulse_.target = pulse_Hz_ > 0.0 && pulse_phase_ >= 0.5 ? pulse_floor_ : 1.0;
+  return pulse_.next(share_);
+}
+
 double ToneSynthesizer::next_percept() noexcept {
+  const double pulse = next_pulse();
   const double gain = gain_.next(share_);
   const double log_frequency = log_frequency_.next(share_);
   if (gain < kInaudible && gain_.target <= 0.0) return 0.0;
   phase_ += std::exp(log_frequency) / sample_rate_Hz_;
   phase_ -= std::floor(phase_);
-  return gain * std::sin(kTurn * phase_);
+  return pulse * gain * std::sin(kTurn * phase_);
 }
 
 double ToneSynthesizer::next_alarm() noexcept {

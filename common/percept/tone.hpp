@@ -16,8 +16,10 @@ enum class MappingLaw {
   kLinear        ///< low + (high − low)·s
 };
 
-/// Dual-function tone law (spec 4.1): pitch encodes closeness, level encodes speed. Constant after
-/// configuration.
+/// Tone law: pitch encodes closeness and level encodes speed (thesis 6.5.2); the rate of pulses encodes
+/// urgency, the time to contact. A rate is heard beside pitch and level and changes neither: pulses begin at
+/// their level and fall to a share of it, never to silence. Steps of urgency are equal ratios of rate, as the
+/// ear judges rates. Constant after configuration.
 struct ToneLaw {
   MappingLaw pitch = MappingLaw::kExponential;  ///< of closeness
   double pitch_exponent = 2.0;                  ///< for pitch: kPower, > 0
@@ -30,18 +32,29 @@ struct ToneLaw {
   double full_speed_m_s = 0.25;                 ///< > 0
   /// Loudness level at which all pitches sound equally loud (see loudness_factor); 0: off.
   double loudness_phon = 60.0;
+  double pulses_from_s = 3.0;  ///< time to contact at which the tone begins to pulse; 0: it never does
+  double pulses_full_s = 0.5;  ///< at which it pulses fastest, 0 < full < from
+  double min_pulse_Hz = 1.6;   ///< rate at pulses_from_s, > 0
+  double max_pulse_Hz = 9.0;   ///< rate at pulses_full_s and below; above 15 Hz pulses are roughness, no rate
+  double pulse_floor = 0.3;    ///< share of the level between pulses, 0 < floor ≤ 1
 };
 
-/// A sine tone: frequency and amplitude (1 = full scale).
+/// A sine tone: frequency and amplitude (1 = full scale) of its pulses.
 struct Tone {
   double frequency_Hz = 0.0;
   double gain = 0.0;
+  double pulse_Hz = 0.0;     ///< rate of pulses; 0: steady
+  double pulse_floor = 1.0;  ///< share of the amplitude between them
 };
 
+/// Returns the rate of pulses at a time to contact; 0 from the law's pulses_from_s on, and for a time that is
+/// negative (nothing nears) or not a number. Real-time safe: yes.
+double pulse_rate_Hz(const ToneLaw& law, double contact_s) noexcept;
+
 /// Returns the tone of a sensor at `closeness` (0 in free space … 1 at the surface, clamped) that moves at
-/// `speed_m_s` (≥ 0). The gain is 0 only in free space. Values that are not finite give silence. Real-time
-/// safe: yes.
-Tone tone_of(const ToneLaw& law, double closeness, double speed_m_s) noexcept;
+/// `speed_m_s` (≥ 0) and whose time to contact is `contact_s` (< 0: it does not near). The gain is 0 only in
+/// free space. A closeness or speed that is not finite gives silence. Real-time safe: yes.
+Tone tone_of(const ToneLaw& law, double closeness, double speed_m_s, double contact_s = -1.0) noexcept;
 
 /// Returns the amplitude factor, at most 1, that makes all pitches of the law's range equally loud. It
 /// follows the equal-loudness contour of ISO 226 at the law's loudness level, scaled so that the pitch to
@@ -87,10 +100,12 @@ class ToneSynthesizer {
   double next_percept() noexcept;
   double next_alarm() noexcept;
   void advance_burst() noexcept;
+  double next_pulse() noexcept;
 
   double sample_rate_Hz_, share_, alarm_level_;
-  Glide log_frequency_, gain_, alarm_gain_;
-  double phase_ = 0.0, alarm_phase_ = 0.0;  // in turns, 0…1
+  Glide log_frequency_, gain_, alarm_gain_, pulse_;
+  double phase_ = 0.0, alarm_phase_ = 0.0, pulse_phase_ = 0.0;  // in turns, 0…1
+  double pulse_Hz_ = 0.0, pulse_floor_ = 1.0;
   Alarm alarm_ = Alarm::kNone;
   std::size_t alarm_pulse_ = 0;
   double alarm_time_s_ = 0.0, alarm_frequency_Hz_ = 440.0;  // time since the pulse began

@@ -36,6 +36,11 @@ bool workspace_lost(PerceptCondition condition) noexcept {
   return condition == PerceptCondition::kWorkspaceStale || condition == PerceptCondition::kNoWorkspace;
 }
 
+/// Returns the time to contact of the most urgent threat; −1: none nears.
+double soonest_contact_s(const messages::Percept& percept) noexcept {
+  return percept.threats.empty() ? -1.0 : percept.threats.front().contact.time_s;
+}
+
 }  // namespace
 
 // The clocks of two hosts differ by more than a second, because the hosts were not started within the same
@@ -113,7 +118,8 @@ void AudioPercept::step(const Inputs& inputs, std::span<float> percept, std::spa
   situation_ = assess(inputs);
   if (situation_ == Situation::kSounding) turn_to(inputs, dt_s);
   tone_ = situation_ == Situation::kSounding
-              ? percept::tone_of(config_.law, inputs.percept.closeness, inputs.percept.speed_m_s)
+              ? percept::tone_of(config_.law, inputs.percept.closeness, inputs.percept.speed_m_s,
+                                 soonest_contact_s(inputs.percept))
               : percept::Tone{};
   synthesizer_.set_tone(tone_);
   const bool acknowledged = inputs.command.reset_ns != reset_ns_;

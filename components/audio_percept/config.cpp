@@ -41,6 +41,18 @@ void read_level(const Fields& level, percept::ToneLaw& law) {
               "is outside of ISO 226; allowed: 20 to 80 phon, or 0 for no compensation");
 }
 
+void read_urgency(const Fields& urgency, percept::ToneLaw& law) {
+  urgency.number("pulses_from_s", law.pulses_from_s);
+  urgency.number("pulses_full_s", law.pulses_full_s);
+  urgency.check(law.pulses_from_s <= 0.0 || law.pulses_full_s < law.pulses_from_s, "pulses_full_s",
+                "is not below pulses_from_s; allowed: less than that");
+  urgency.number("min_rate_Hz", law.min_pulse_Hz);
+  urgency.number("max_rate_Hz", law.max_pulse_Hz);
+  urgency.check(law.max_pulse_Hz >= law.min_pulse_Hz, "max_rate_Hz",
+                "is below min_rate_Hz; allowed: at least that, up to 15 Hz");
+  urgency.number("floor", law.pulse_floor);
+}
+
 void read_alarms(const Fields& alarms, AudioPerceptConfig& config) {
   AlarmRules& rules = config.alarms;
   alarms.number("gain", config.alarm_gain);
@@ -95,6 +107,7 @@ AudioPerceptConfig load_config(const std::filesystem::path& path) {
   AudioPerceptConfig config;
   read_pitch(file.section("pitch"), config.law);
   read_level(file.section("level"), config.law);
+  read_urgency(file.section("urgency"), config.law);
   file.number("smoothing_ms", config.smoothing_s, 1e-3);
   read_alarms(file.section("alarms"), config);
   const auto staleness = file.section("staleness");

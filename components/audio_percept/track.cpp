@@ -24,8 +24,8 @@ struct Column {
   double fallback;   // value if the column is missing
 };
 constexpr double kMax_s = 3600.0, kFar_m = 1000.0;
-enum Place { kTime, kCloseness, kSpeed, kX, kY, kZ, kValid, kMuted, kAlert, kLink };
-constexpr std::array<Column, 10> kColumns{{{"t", true, 0, kMax_s, 0},
+enum Place { kTime, kCloseness, kSpeed, kX, kY, kZ, kValid, kMuted, kAlert, kLink, kContact };
+constexpr std::array<Column, 11> kColumns{{{"t", true, 0, kMax_s, 0},
                                            {"closeness", true, 0, 1, 0},
                                            {"speed_m_s", true, 0, 100, 0},
                                            {"x_m", false, -kFar_m, kFar_m, 0},
@@ -34,12 +34,14 @@ constexpr std::array<Column, 10> kColumns{{{"t", true, 0, kMax_s, 0},
                                            {"valid", false, 0, 1, 1},
                                            {"muted", false, 0, 1, 0},
                                            {"alert", false, 0, 1, 0},
-                                           {"link", false, 0, 3, 0}}};
+                                           {"link", false, 0, 3, 0},
+                                           {"contact_s", false, -1, kMax_s, -1}}};
 
 /// Returns which column of the file holds which quantity.
 std::vector<std::size_t> read_header(const std::string& line, const std::string& where) {
   const std::string allowed =
-      "; allowed: t, closeness, speed_m_s and, optional, x_m, y_m, z_m, valid, muted, alert, link";
+      "; allowed: t, closeness, speed_m_s and, optional, x_m, y_m, z_m, valid, muted, alert, link, "
+      "contact_s";
   std::vector<std::size_t> places;
   for (const std::string& cell : core::cells_of(line)) {
     const auto column =
@@ -82,6 +84,10 @@ void advance(const Row& row, bool has_link, Inputs& inputs) {
                      .position_m = {row[kX], row[kY], row[kZ]},
                      .muted_sensors = row[kMuted] > 0.5 ? 1U : 0U},
                     inputs.now_ns};
+  if (row[kContact] >= 0.0) {
+    inputs.percept.threats.resize(1);
+    inputs.percept.threats[0].contact.time_s = row[kContact];
+  }
   const bool alert = row[kAlert] > 0.5;
   if (alert && inputs.alerts.active == 0) inputs.alerts.raised_ns = inputs.now_ns;
   inputs.alerts.active = alert ? 1 : 0;

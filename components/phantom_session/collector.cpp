@@ -154,8 +154,18 @@ std::string Collector::live_line() const {
   return age == sensing->second.figures.end() ? line : line + formatted(" | model age %.1f ms", age->second);
 }
 
+void Collector::count_alarms(std::size_t begun) {
+  if (master_.reach >= 0 && !reaches_.empty()) reaches_.back().alarms += begun;
+}
+
+void Collector::on_percept(double t_s, const messages::Percept& percept) {
+  percept_ = percept;
+  count_alarms(alarms_.on_threats(t_s, std::span(percept.threats.begin(), percept.threats.size())));
+}
+
 void Collector::on_hit(const HitSample& sample) {
-  if (sample.cleared) return;
+  if (sample.cleared) return alarms_.on_cleared(sample.t_s, sample.alert);
+  count_alarms(alarms_.on_raised(sample.t_s, sample.alert, sample.object, sample.asks));
   if (hits_.size() < kMaxEvents) {
     hits_.push_back(sample);
   } else {

@@ -13,6 +13,7 @@
 #include "common/messages/percept.hpp"
 #include "common/messages/teleoperation.hpp"
 #include "common/teleop/rendering/percept_set.hpp"
+#include "components/phantom_session/alarm_count.hpp"
 
 namespace phantom::phantom_session {
 
@@ -26,6 +27,7 @@ struct HitSample {
   std::string point;  ///< threatened interest point; empty: the link's skin
   int object = 0;
   bool cleared = false;
+  bool asks = false;  ///< AlarmCount::asks() when it was raised
 
   /// Returns "gripper", or "forearm (elbow)" for an interest point.
   std::string place() const { return point.empty() ? link : link + " (" + point + ")"; }
@@ -51,6 +53,7 @@ struct Reach {
   std::optional<double> contact_s;
   double contact_speed_m_s = 0.0;  ///< tool speed in the last sample before the contact
   int contact_object = 0;
+  std::size_t alarms = 0;  ///< entries that the operator's page began in its alarm list
 };
 
 /// Row and column of Table 6.1 that are in force: the operator's choice, whatever a script of reaches tries.
@@ -117,7 +120,7 @@ class Collector {
   void on_master(double t_s, const messages::MasterState& state);
   void on_slave(double t_s, const messages::SlaveState& state);
   void on_percepts(double t_s, const PerceptsInForce& percepts);
-  void on_percept(const messages::Percept& percept) { percept_ = percept; }
+  void on_percept(double t_s, const messages::Percept& percept);
   void on_hit(const HitSample& sample);
   void on_status(const StatusSample& sample);
   /// `process` writes `topic` beside the process that is followed; `samples` of others were left out so far.
@@ -129,6 +132,7 @@ class Collector {
 
   const std::vector<Reach>& reaches() const { return reaches_; }
   const std::vector<PerceptPeriod>& percept_periods() const { return percept_periods_; }
+  const AlarmCount& alarms() const { return alarms_; }
   const std::vector<Row>& rows() const { return rows_; }
   const std::vector<HitSample>& hits() const { return hits_; }  ///< raised alerts only
   const std::map<std::string, StatusSample>& statuses() const { return statuses_; }
@@ -155,6 +159,7 @@ class Collector {
     std::optional<HitSample> hit{};
     std::vector<std::string> places{};
   };
+  void count_alarms(std::size_t begun);
   void narrate(double t_s, const std::string& what);
   void narrate_hit(const HitSample& sample);
   void narrate_until(double now_s);
@@ -173,6 +178,7 @@ class Collector {
   std::vector<PerceptPeriod> percept_periods_;  // up to kMaxEvents
   std::vector<Row> rows_;
   std::vector<HitSample> hits_;
+  AlarmCount alarms_;
   std::deque<Line> waiting_;  // the first one is a hit's
   std::map<std::string, StatusSample> statuses_;
   std::vector<ForeignWriter> foreign_writers_;

@@ -107,10 +107,10 @@ struct DdsAdapter::Impl {
                 counterbalance = s.counterbalance;
               })),
         percept(participant, dds::kPercept, {},
-                into([this](const messages::Percept& p, double) { collector.on_percept(p); })),
+                into([this](const messages::Percept& p, double t_s) { collector.on_percept(t_s, p); })),
         hits(participant, dds::kHitAlert, {}, into([this](const messages::HitAlert& h, double t_s) {
-               collector.on_hit(
-                   {t_s, h.alert, words_for(h.rule), h.link_name, h.interest_point, h.object, h.cleared});
+               collector.on_hit({t_s, h.alert, words_for(h.rule), h.link_name, h.interest_point, h.object,
+                                 h.cleared, AlarmCount::asks(h.rule, h.contact.time_s)});
              }),
              &percept.source()),
         status(participant, dds::kComponentStatus,

@@ -1,8 +1,30 @@
+#include <unistd.h>
+
+#include <iostream>
 
 #include "common/dds/endpoints/participant.hpp"
 #include "common/runtime/configuration/role_secrets.hpp"
 #include "components/phantom_session/argument_check.hpp"
+#include "components/phantom_session/first_start.hpp"
 #include "components/phantom_session/session.hpp"
+
+namespace {
+
+/// Asks a person who named no topology what to begin with, once there is somebody to ask. Returns whether
+/// that was all: the beginnings of one's own are files, to be filled in first.
+bool begun_otherwise(const phantom::runtime::ProcessOptions& options) {
+  using namespace phantom::phantom_session;
+  if (options.deployment_named || options.check) return false;
+  if (isatty(STDIN_FILENO) == 0 || isatty(STDOUT_FILENO) == 0) return false;
+  const phantom::runtime::EndsAtOnce waiting;
+  const FirstAnswer answer = ask_first_start(std::cin, std::cout);
+  if (answer.beginning == Beginning::kDemo) return false;
+  std::cout << begin_own(answer.beginning, answer.folder, phantom::runtime::share_path("deploy"))
+            << std::flush;
+  return true;
+}
+
+}  // namespace
 
 int main(int argc, char** argv) {
   using namespace phantom;
@@ -14,7 +36,8 @@ int main(int argc, char** argv) {
       "Runs the processes of a topology's host as one session: "
       "starts them, tells what happens, watches that none dies, ends them in order and leaves a report.";
   description.details =
-      "Example: phantom_session --seconds 30 --report-dir report\n"
+      "Without --deployment it asks on a terminal what to begin with: the demo, a cell or an arm of your own.\n"
+      "Example: phantom_session --seconds 30 --report-dir report --deployment topology.yaml\n"
       "The report folder gets index.html, summary.json, plots, pictures, the sound and every process's log.";
   description.add_options = [&](runtime::Command app) {
     app.option("--seconds", request.seconds, "length of the session once all are ready; 0: until Ctrl-C")
@@ -28,6 +51,7 @@ int main(int argc, char** argv) {
   };
   description.parameters = {phantom_session::kParameters};
   description.run = [&](const runtime::ProcessOptions& given) {
+    if (begun_otherwise(given)) return static_cast<int>(runtime::kExitDone);
     runtime::ProcessOptions options = given;
     if (options.report_dir.empty()) options.report_dir = "phantom-report";
     options.report_dir = std::filesystem::absolute(options.report_dir);

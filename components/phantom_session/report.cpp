@@ -110,7 +110,8 @@ Json reaches_json(const Collector& collector) {
                    {"peak_torque_nm", reach.peak_torque_Nm},
                    {"contact_t", reach.contact_s ? Json(*reach.contact_s) : Json()},
                    {"contact_speed_m_s", reach.contact_s ? Json(reach.contact_speed_m_s) : Json()},
-                   {"object", reach.contact_s ? Json(collector.object_name(reach.contact_object)) : Json()}});
+                   {"object", reach.contact_s ? Json(collector.object_name(reach.contact_object)) : Json()},
+                   {"alarms", reach.alarms}});
   }
   return out;
 }
@@ -125,6 +126,14 @@ Json hits_json(const Collector& collector) {
                    {"rule", hit.rule}});
   }
   return out;
+}
+
+Json alarms_json(const Collector& collector) {
+  std::size_t most = 0;
+  for (const Reach& reach : collector.reaches()) most = std::max(most, reach.alarms);
+  return {{"entries", collector.alarms().entries()},
+          {"most_in_a_reach", most},
+          {"alerts", collector.hits().size() + collector.forgotten().hits}};
 }
 
 Json percept_sets_json(const Collector& collector) {
@@ -177,6 +186,7 @@ Json summary(const ReportInputs& in) {
           {"percept", percept_json(in.collector)},
           {"percept_sets", percept_sets_json(in.collector)},
           {"reaches", reaches_json(in.collector)},
+          {"alarms", alarms_json(in.collector)},
           {"hits", hits_json(in.collector)},
           {"foreign_writers", foreign_writers_json(in.collector)},
           {"forgotten", forgotten_json(in.collector.forgotten())},

@@ -156,7 +156,9 @@ const Fields kReaches{{"n"},
                       {"peak_torque_nm"},
                       {"contact_t"},
                       {"contact_speed_m_s", kToMilli},
-                      {"object"}};
+                      {"object"},
+                      {"alarms"}};
+const Fields kAlarms{{"entries"}, {"most_in_a_reach"}, {"alerts"}};
 const Fields kHits{{"t"}, {"alert"}, {"link"}, {"object"}, {"rule"}};
 const Fields kRoundTrip{{"p50_us", kMicroToMilli},
                         {"p99_us", kMicroToMilli},
@@ -230,6 +232,7 @@ std::string report_page(const std::string& summary_json, Language language) {
     out += figure(std::string(plot) + ".png", speech(std::string("plot.") + plot));
   out += heading(speech, "set") + grid_table(speech, summary["percept_sets"], "set", kPerceptSets);
   out += heading(speech, "reach") + grid_table(speech, summary["reaches"], "reach", kReaches);
+  out += heading(speech, "alarm") + pairs_table(speech, summary["alarms"], "alarm", kAlarms);
   out += heading(speech, "hit") + grid_table(speech, summary["hits"], "hit", kHits);
   out += heading(speech, "view") + views(speech, summary["views"], figure);
   const Json& audio = summary["audio"];

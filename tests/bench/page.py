@@ -252,7 +252,7 @@ def main():
         try:
             url = options.url
             if not url:
-                more = ["--topology", options.topology] if options.topology else []
+                more = ["--deployment", options.topology] if options.topology else []
                 session = subprocess.Popen([options.bin / "phantom_session", "--report-dir", scratch + "/report", *more], stdout=subprocess.PIPE, text=True,
                                            env={**os.environ, "PHANTOM_STATE_DIR": scratch + "/state"})
                 until = time.monotonic() + STARTS_S

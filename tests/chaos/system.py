@@ -24,7 +24,7 @@ HOST_OF = {"master_io": "master", "master_drives_a": "master", "master_drives_b"
 PROCESSES_IN_ORDER = ("master_drives_a", "master_drives_b", "slave_drives_a", "slave_drives_b", "wva_server", "slave_io", "phantom_sensing", "master_io",
                       "audio_percept", "synthetic_viewer")
 TAP_PRIORITY = 15  # of the recorders that see for the observer: what they miss cannot be concluded from
-NICE = {"audio_percept": 5, "synthetic_viewer": 10}
+NICE = {"audio_percept": 5}
 JOINTS = ("j1_gantry", "j2_yaw", "j3_shoulder", "j4_elbow", "j5_roll", "j6_wrist", "j7_tool_roll")
 SPEED = (0.4, 1.2, 1.2, 1.2, 1.4, 1.4, 1.5)  # of the arm's URDF
 N_PER_NM = 2 * math.pi / 0.2  # of the gantry: 0.2 m per turn

@@ -147,6 +147,68 @@ TEST(ToneLaw, AllPitchesAreEquallyLoudAndNoneIsAmplified) {
   EXPECT_EQ(loudness_factor(none, 300.0), 1.0);
 }
 
+TEST(ToneLaw, TheRateOfPulsesIsUrgencyAloneAndItsStepsAreTold) {
+  const ToneLaw law;
+  EXPECT_EQ(pulse_rate_Hz(law, -1.0), 0.0) << "nothing nears";
+  EXPECT_EQ(pulse_rate_Hz(law, 3.0), 0.0);
+  EXPECT_EQ(pulse_rate_Hz(law, kNan), 0.0);
+  EXPECT_EQ(pulse_rate_Hz(law, std::numeric_limits<double>::infinity()), 0.0);
+  EXPECT_NEAR(pulse_rate_Hz(law, 3.0 - 1e-9), law.min_pulse_Hz, 1e-6);
+  EXPECT_EQ(pulse_rate_Hz(law, 0.5), law.max_pulse_Hz);
+  EXPECT_EQ(pulse_rate_Hz(law, 0.0), law.max_pulse_Hz);
+  const double step = pulse_rate_Hz(law, 1.5) / pulse_rate_Hz(law, 2.0);
+  EXPECT_NEAR(pulse_rate_Hz(law, 1.0) / pulse_rate_Hz(law, 1.5), step, 1e-9) << "equal ratios";
+  EXPECT_GT(step, 1.25) << "half a second is heard: the ear tells rates that differ by a tenth";
+  const Tone steady = tone_of(law, 0.6, 0.1), pulsing = tone_of(law, 0.6, 0.1, 0.7);
+  EXPECT_EQ(pulsing.frequency_Hz, steady.frequency_Hz);
+  EXPECT_EQ(pulsing.gain, steady.gain);
+  EXPECT_EQ(steady.pulse_Hz, 0.0);
+  EXPECT_GT(pulsing.pulse_floor, 0.0) << "never silent near an object";
+  ToneLaw none;
+  none.pulses_from_s = 0.0;
+  EXPECT_EQ(tone_of(none, 0.6, 0.1, 0.1).pulse_Hz, 0.0);
+}
+
+/// Returns the peaks of stretches of 5 ms.
+std::vector<double> envelope_of(const std::vector<float>& samples) {
+  const std::size_t length = 240;
+  std::vector<double> peaks;
+  for (std::size_t i = 0; i + length <= samples.size(); i += length)
+    peaks.push_back(peak({samples.begin() + static_cast<std::ptrdiff_t>(i),
+                          samples.begin() + static_cast<std::ptrdiff_t>(i + length)}));
+  return peaks;
+}
+
+TEST(ToneSynthesizer, PulsesAtTheirRateBetweenTheLevelAndItsFloor) {
+  for (const double rate_Hz : {1.6, 4.0, 9.0}) {
+    ToneSynthesizer synthesizer;
+    synthesizer.set_tone({880.0, 0.5, rate_Hz, 0.3});
+    render(synthesizer, 0.5);
+    const std::vector<float> sound = render(synthesizer, 5.0);
+    const std::vector<double> envelope = envelope_of(sound);
+    EXPECT_NEAR(*std::max_element(envelope.begin(), envelope.end()), 0.5, 0.01) << rate_Hz;
+    EXPECT_NEAR(*std::min_element(envelope.begin(), envelope.end()), 0.15, 0.02) << rate_Hz;
+    int rises = 0;
+    for (std::size_t i = 1; i < envelope.size(); ++i)
+      rises += envelope[i - 1] < 0.325 && envelope[i] >= 0.325;
+    EXPECT_NEAR(rises, 5.0 * rate_Hz, 1.0);
+    const std::vector<float> second(sound.begin(), sound.begin() + 48000);
+    EXPECT_NEAR(measured_frequency_Hz(second, 900.0), 880.0, 1.0) << "the pitch stays";
+    EXPECT_LT(greatest_second_difference(sound),
+              1.02 * 0.5 * std::pow(2.0 * std::numbers::pi * 880.0 / kRate_Hz, 2))
+        << "pulses do not click";
+  }
+}
+
+TEST(ToneSynthesizer, IsSteadyAgainOnceNothingIsAhead) {
+  ToneSynthesizer synthesizer;
+  synthesizer.set_tone({440.0, 0.5, 9.0, 0.3});
+  render(synthesizer, 0.48);
+  synthesizer.set_tone({440.0, 0.5});
+  render(synthesizer, 0.1);
+  for (const double level : envelope_of(render(synthesizer, 0.5))) EXPECT_NEAR(level, 0.5, 0.01);
+}
+
 TEST(ToneSynthesizer, RendersTheFrequencyOfTheLaw) {
   for (double closeness : {0.1, 0.28, 0.41, 0.63, 1.0}) {
     const Tone tone = tone_of({}, closeness, 0.2);

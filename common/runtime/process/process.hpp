@@ -32,6 +32,7 @@ struct ProcessOptions {
   std::string name;                  ///< of its entry in the topology; empty: the component's
   std::filesystem::path config;      ///< default: <prefix>/share/phantom/config/<component>.yaml
   std::filesystem::path deployment;  ///< topology file; default: deploy/topologies/single_host.yaml
+  bool deployment_named = false;     ///< on the command line
   int domain = -1;                   ///< −1: the topology's
   std::string host;                  ///< name of this host in the topology; empty: found by its addresses
   std::string log_level = "info";

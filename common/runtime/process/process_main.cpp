@@ -106,11 +106,11 @@ int process_main(int argc, char** argv, const ProcessDescription& description) {
       "device, file "
       "or peer is missing.");
   if (const auto wrong = line.parse(argc, argv)) return *wrong ? kExitUsage : kExitDone;
-  const bool names_topology = !options.deployment.empty();
-  if (!names_topology) options.deployment = share_path("deploy/topologies/single_host.yaml");
+  options.deployment_named = !options.deployment.empty();
+  if (!options.deployment_named) options.deployment = share_path("deploy/topologies/single_host.yaml");
   const int code = ended_with(options, [&] {
     std::error_code unreadable;  // as where a folder on the way may not be entered
-    if (names_topology && !std::filesystem::exists(options.deployment, unreadable))
+    if (options.deployment_named && !std::filesystem::exists(options.deployment, unreadable))
       throw core::MissingError("--deployment " + options.deployment.string() + ": there is no such file");
     apply_entry(line, options, argc, argv);
     if (options.config.empty()) options.config = share_path("config/" + description.name + ".yaml");

@@ -80,6 +80,11 @@ TEST(TrackCsv, ReadsEveryColumnInAnyOrder) {
   EXPECT_EQ(track[1].slave.stop.cause, teleop::StopCause::kDriveFault);
   EXPECT_EQ(track[1].alerts.active, 1U);
   EXPECT_EQ(track[1].alerts.raised_ns, track[1].now_ns);
+  EXPECT_TRUE(track[0].percept.threats.empty());
+  const std::vector<Inputs> threats =
+      entries_of(track_of("t,closeness,speed_m_s,contact_s\n0,0.2,0.1,-1\n1,0.2,0.1,0.8\n"));
+  EXPECT_TRUE(threats.at(0).percept.threats.empty());
+  EXPECT_DOUBLE_EQ(threats.at(1).percept.threats[0].contact.time_s, 0.8);
 }
 
 TEST(TrackCsv, NamesPlaceValueAndWhatIsAllowed) {

@@ -25,17 +25,24 @@ struct SoundRig {
   Spatialiser spatialiser;
   Inputs inputs;
   core::Nanoseconds now_ns = 1'000'000 * core::kNsPerMillisecond;
-  std::vector<float> frames;  // all that was rendered
+  std::vector<double> contacts_s;  // of the threats, the most urgent first
+  std::vector<float> frames;       // all that was rendered
 
   explicit SoundRig(AudioPerceptConfig with = test_config())
       : config(with), percept(with), spatialiser(with.layout, with.listener.near_m) {}
   /// `periods` of 5 ms with a percept every 10 ms.
   void sense(double closeness, double speed_m_s, int periods, Vector3 position_m = {0, 0, 0}) {
     for (int i = 0; i < periods; ++i) {
-      if (i % 2 == 0)
+      if (i % 2 == 0) {
         inputs.percept = {
             {.valid = true, .closeness = closeness, .speed_m_s = speed_m_s, .position_m = position_m},
             now_ns};
+        for (const double contact_s : contacts_s) {
+          messages::Threat threat;
+          threat.contact.time_s = contact_s;
+          inputs.percept.threats.push_back(threat);
+        }
+      }
       period();
     }
   }
@@ -117,6 +124,36 @@ TEST(Sound, FrequencyAndLevelFollowEveryLaw) {
             << "decibels";
       }
     }
+  }
+}
+
+// Tries times to contact of the most urgent threat, with a less urgent one beside it, and none.
+TEST(Sound, TheRateOfPulsesIsTheUrgencyAndChangesNeitherPitchNorLevel) {
+  const auto pulses_in = [](const std::vector<float>& sound, double gain) {
+    int rises = 0;
+    bool low = false;
+    const std::size_t length = 240;
+    for (std::size_t i = 0; i + length <= sound.size(); i += length) {
+      float level = 0.0F;
+      for (std::size_t k = i; k < i + length; ++k) level = std::max(level, std::abs(sound[k]));
+      if (low && level > 0.9 * gain) ++rises, low = false;
+      if (level < 0.5 * gain) low = true;
+    }
+    return rises;
+  };
+  for (const std::vector<double>& contacts_s : {std::vector{2.5, 2.9}, {1.5, 2.9}, {0.5, 2.9}, {-1.0}, {}}) {
+    SoundRig rig;
+    rig.contacts_s = contacts_s;
+    rig.sense(0.6, 0.1, 1000);
+    const percept::Tone law = percept::tone_of(rig.config.law, 0.6, 0.1);
+    const double soonest_s = contacts_s.empty() ? -1.0 : contacts_s.front();
+    const auto sound = rig.last(4.0);
+    EXPECT_NEAR(pulses_in(sound, law.gain), 4.0 * percept::pulse_rate_Hz(rig.config.law, soonest_s), 1.0)
+        << soonest_s;
+    EXPECT_NEAR(12.0 * std::log2(strongest_Hz(rig.last(0.2), 180.0, 2200.0) / law.frequency_Hz), 0.0, 0.05);
+    float level = 0.0F;
+    for (const float sample : sound) level = std::max(level, std::abs(sample));
+    EXPECT_NEAR(level, law.gain, 0.02 * law.gain);
   }
 }
 

@@ -30,7 +30,7 @@ TEST(LiveLine, TellsTorquesWorstSensorClassAndModelAge) {
   sample.object = 2;
   sample.joint_count = 3;
   sample.drag_torque_Nm = {-0.5, 0.0, 1.234};
-  collector.on_percept(sample);
+  collector.on_percept(0, sample);
   StatusSample status;
   status.component = "phantom_sensing";
   status.figures["model_age"] = 0.62;
@@ -38,13 +38,13 @@ TEST(LiveLine, TellsTorquesWorstSensorClassAndModelAge) {
   EXPECT_EQ(collector.live_line(),
             "drag -0.50 +0.00 +1.23\ngripper, μ 20 of vice, nearing | model age 0.6 ms");
   sample.mu_Pa_s_per_m = 0.0;
-  collector.on_percept(sample);
+  collector.on_percept(0, sample);
   EXPECT_EQ(collector.live_line(), "drag -0.50 +0.00 +1.23\nfree | model age 0.6 ms");
   sample.muted_sensors = 7;
-  collector.on_percept(sample);
+  collector.on_percept(0, sample);
   EXPECT_THAT(collector.live_line(), testing::HasSubstr("| 7 sensors muted |"));
   sample.valid = false;
-  collector.on_percept(sample);
+  collector.on_percept(0, sample);
   EXPECT_THAT(collector.live_line(), testing::StartsWith("no percept"));
 }
 
@@ -55,7 +55,7 @@ TEST(LiveLine, ALinkWithoutANameIsNumbered) {
   sample.mu_Pa_s_per_m = 9.0;
   sample.link = 5;
   sample.object = 3;
-  collector.on_percept(sample);
+  collector.on_percept(0, sample);
   EXPECT_THAT(collector.live_line(), testing::HasSubstr("link 5, μ 9 of object 3"));
 }
 

@@ -1,6 +1,8 @@
 #include "components/synthetic_viewer/output/report.hpp"
 
 #include <spdlog/spdlog.h>
+#include <sys/resource.h>
+#include <unistd.h>
 
 #include <condition_variable>
 #include <fstream>
@@ -40,8 +42,10 @@ class Report::Writer {
 
  private:
   static constexpr std::size_t kMaxWaiting = 8;
+  static constexpr int kWriterNiceness = 15;
   void work() {
     core::apply_thread_config(core::ThreadRole::kPictures);
+    setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), kWriterNiceness);
     std::unique_lock lock(mutex_);
     while (true) {
       changed_.wait(lock, [this] { return ended_ || !waiting_.empty(); });

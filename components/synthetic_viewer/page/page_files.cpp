@@ -19,6 +19,7 @@ extern const char* const kAlarmsJs;
 extern const char* const kDelaysJs;
 extern const char* const kPageJs;
 extern const char* const kSessionJs;
+extern const char* const kTourJs;
 extern const char* const kReviewPlotsJs;
 extern const char* const kReviewJs;
 extern const char* const kCalibrateJs;
@@ -41,6 +42,7 @@ std::span<const PageFile> page_files() {
       {"/delays.js", assets::kDelaysJs, kJs},
       {"/page.js", assets::kPageJs, kJs},
       {"/session.js", assets::kSessionJs, kJs},
+      {"/tour.js", assets::kTourJs, kJs},
       {"/review_plots.js", assets::kReviewPlotsJs, kJs},
       {"/review.js", assets::kReviewJs, kJs},
       {"/calibrate.js", assets::kCalibrateJs, kJs},

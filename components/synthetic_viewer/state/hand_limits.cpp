@@ -1,11 +1,16 @@
 #include "components/synthetic_viewer/state/hand_limits.hpp"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <cmath>
+
+#include "common/robot/kinematics/jacobian.hpp"
 
 namespace phantom::synthetic_viewer {
 namespace {
 
-constexpr double kNearEnd = 0.01;  // of a joint's range
+constexpr double kNearEnd = 0.01;        // of a joint's range
+constexpr double kSingularBelow = 0.02;  // tool_freedom()
 
 /// Returns what keeps the arm from following at all; empty: it follows.
 LocalizedText withheld(const ViewerState& state, const Staleness& staleness, core::Nanoseconds now_ns) {
@@ -35,8 +40,19 @@ LocalizedText withheld(const ViewerState& state, const Staleness& staleness, cor
 
 }  // namespace
 
+double tool_freedom(const robot::SerialArm& arm, const core::JointArray& position) {
+  const auto count = static_cast<Eigen::Index>(arm.joint_count());
+  if (count < 3) return 1.0;
+  robot::LinkPoses X_WL;
+  arm.link_poses(position, X_WL);
+  const Eigen::Matrix3Xd J = robot::tool_jacobian(arm, X_WL).topLeftCorner(3, count);
+  const Eigen::Vector3d squares =
+      Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(J * J.transpose(), Eigen::EigenvaluesOnly).eigenvalues();
+  return squares[2] > 0.0 ? std::sqrt(std::max(0.0, squares[0]) / squares[2]) : 0.0;
+}
+
 std::vector<LocalizedText> hand_limits(const ViewerState& state, std::span<const robot::Joint> joints,
-                                       const Staleness& staleness, core::Nanoseconds now_ns) {
+                                       double freedom, const Staleness& staleness, core::Nanoseconds now_ns) {
   if (LocalizedText all = withheld(state, staleness, now_ns); !all.empty()) return {std::move(all)};
   std::vector<LocalizedText> limits;
   const std::size_t count =
@@ -47,6 +63,7 @@ std::vector<LocalizedText> hand_limits(const ViewerState& state, std::span<const
     if (at < joint.lower + near || at > joint.upper - near)
       limits.push_back({"limit.joint", {{"joint", joint.name}}});
   }
+  if (freedom < kSingularBelow) limits.push_back({"limit.singular", {}});
   const MasterSample& master = state.master;
   if (master.feedback_limited)
     limits.push_back({"limit.delay", {{"delay_ms", std::max(0.0, master.round_trip_s) * 1e3}}});

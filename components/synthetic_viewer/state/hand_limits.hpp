@@ -8,10 +8,16 @@
 
 namespace phantom::synthetic_viewer {
 
+/// Returns how freely the tool can be moved, 0…1: the least speed of its tip over the directions of space, as
+/// a share of the greatest, at equal joint speeds (inverse condition number of the translational Jacobian,
+/// Yoshikawa 1985). Prismatic joints count as revolute ones at 1 m. 1 for fewer than three joints. Pure.
+double tool_freedom(const robot::SerialArm& arm, const core::JointArray& position);
+
 /// Returns what limits the operator's hand now, each in one sentence, the most effective first: a stop, an
-/// enabling switch, alignment, a lost link, a joint's end, the delay, the guards of stability, a missing
-/// sensor. Empty: nothing does, as far as the states tell. `joints`: those of the arm. Pure.
+/// enabling switch, alignment, a lost link, a joint's end, a singular pose, the delay, the guards of
+/// stability, a missing sensor. Empty: nothing does, as far as the states tell. `joints`: those of the arm;
+/// `freedom`: tool_freedom(). Pure.
 std::vector<LocalizedText> hand_limits(const ViewerState& state, std::span<const robot::Joint> joints,
-                                       const Staleness& staleness, core::Nanoseconds now_ns);
+                                       double freedom, const Staleness& staleness, core::Nanoseconds now_ns);
 
 }  // namespace phantom::synthetic_viewer

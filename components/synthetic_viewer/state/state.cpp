@@ -144,7 +144,7 @@ LocalizedText percepts_words(const ViewerState& state) {
                      (master.views_enabled ? 4 : 0);  // the bits of set_percepts
   return {"percept.in_force",
           {{"row", LocalizedText{percept_row_key(master.law, state.arm.counterbalance), {}}},
-           {"chosen", LocalizedText{"percept_chosen." + std::to_string(chosen), {}}}}};
+           {"chosen", LocalizedText{std::string("percept_chosen.").append(std::to_string(chosen)), {}}}}};
 }
 
 LocalizedText object_words(const ViewerState& state, std::uint16_t id) {

@@ -63,12 +63,12 @@ tries.stream = loaded(new Image(), streams + '/stream/main');
 tries['stream with CORS'] = loaded(Object.assign(new Image(), { crossOrigin: 'use-credentials' }), streams + '/stream/main');
 tries.script = loaded(document.head.appendChild(document.createElement('script')), page + '/stop');
 tries.numbers = new Promise(done => {
-  const socket = new web::WebSocket(streams.replace('http', 'ws') + '/scene');
+  const socket = new WebSocket(streams.replace('http', 'ws') + '/scene');
   socket.onmessage = ({ data }) => { if (typeof data === 'string') { socket.close(); done('READ ' + data); } };
   socket.onerror = () => { socket.close(); done('refused'); };
 });
 tries.socket = new Promise(done => {
-  const socket = new web::WebSocket(page.replace('http', 'ws') + '/scene');
+  const socket = new WebSocket(page.replace('http', 'ws') + '/scene');
   socket.onopen = () => done('OPEN');
   socket.onerror = () => done('refused');
 });

@@ -10,7 +10,7 @@ function foreignWords() {
   for (const id of ['hits', 'components']) byId(id).dataset.key = '';  // so that they are written anew
   for (const items of [kAlarmItems, kHitItems]) items.clear();
   openDrawer('history');
-  alarmList.entries.clear();
+  alarmList.entries.length = 0;
   alarmList.seen.clear();
   takeAlarms(listedHits(state), state.percept.threats);
   speak('en');

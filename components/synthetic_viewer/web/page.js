@@ -55,8 +55,10 @@ function show() {
   showBanner();
   const { link, percept, view, viewer } = state;
   put('cell', state.cell);
-  for (const [id, name] of [['slave-state', link.slave], ['master-state', link.master]]) {
+  for (const [side, name] of [['slave', link.slave], ['master', link.master]]) {
+    const id = side + '-state';
     put(id, text('link_state.' + name));
+    byId(id).title = text('link_tip.' + name);
     byId(id).className = 'state ' + name;
   }
   put('pose-age', duration(link.slave_age_s));
@@ -96,7 +98,9 @@ function showPercept(percept, link) {
   put('speed', fixed(percept.speed_m_s, 3, ' m/s'));
   showBar('closeness', percept.closeness ?? 0, 1, percept.closeness ?? 0);
   showBar('speed', percept.speed_m_s ?? 0, 0.5, 0);
-  put('motion', text('motion.' + (percept.known ? percept.motion : 'unknown')));
+  const motion = percept.known ? percept.motion : 'unknown';
+  put('motion', text('motion.' + motion));
+  byId('motion').title = text('motion_tip.' + motion);
   byId('motion').className = 'chip ' + percept.motion;
   put('nearest-link', percept.known ? percept.link || text('vicinity.all_free') : text('vicinity.unknown'));
   put('nearest-object', percept.known ? said(percept.object_words, '–') : '–');
@@ -255,6 +259,12 @@ function rate(loop) {
   return loop.silent_s !== null ? text('component.no_tick', { seconds: loop.silent_s }) : fixed(loop.rate_hz, loop.rate_hz >= 100 ? 0 : 1, ' Hz');
 }
 
+// What a component does. A name with a suffix, as of a second one, is of that component, too.
+function componentTip(name) {
+  const known = Object.keys(kTexts.en).find(key => key.startsWith('component_tip.') && name.startsWith(key.slice('component_tip.'.length)));
+  return text(known ?? 'component_tip.other');
+}
+
 function showComponents(components) {
   const table = byId('components'), key = language + JSON.stringify(components), rows = [];
   if (table.dataset.key === key) return;
@@ -270,7 +280,7 @@ function showComponents(components) {
       if (kind) cell.className = kind;
       row.append(cell);
     }
-    row.title = c.host + c.loops.map(l => '\n' + text('component.loop_title', { name: l.name, rate: rate(l), slips: l.slips })).join('');
+    row.title = componentTip(c.name) + '\n' + c.host + c.loops.map(l => '\n' + text('component.loop_title', { name: l.name, rate: rate(l), slips: l.slips })).join('');
     rows.push(row);
     if (c.message) {
       row.className = 'with-message';

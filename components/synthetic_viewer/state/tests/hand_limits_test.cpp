@@ -2,6 +2,9 @@
 
 #include <gmock/gmock.h>
 
+#include "common/runtime/cell/arm_model.hpp"
+#include "common/runtime/cell/cell.hpp"
+
 namespace phantom::synthetic_viewer {
 namespace {
 
@@ -25,13 +28,14 @@ class HandLimits : public ::testing::Test {
   }
   std::vector<std::string> keys() const {
     std::vector<std::string> keys;
-    for (const LocalizedText& words : hand_limits(state_, joints_, {}, kLimitsNow_ns))
+    for (const LocalizedText& words : hand_limits(state_, joints_, freedom_, {}, kLimitsNow_ns))
       keys.push_back(words.key);
     return keys;
   }
 
   ViewerState state_;
   std::vector<robot::Joint> joints_;
+  double freedom_ = 0.3;
 };
 
 TEST_F(HandLimits, AreNoneWhileTheArmFollowsFreely) { EXPECT_THAT(keys(), ElementsAre()); }
@@ -67,13 +71,34 @@ TEST_F(HandLimits, NameAJointsEndBeforeTheGuards) {
   state_.arm.position[1] = 0.985;
   EXPECT_THAT(keys(), ElementsAre("limit.joint", "limit.delay", "limit.damped", "limit.percept",
                                   "limit.no_force_sensor"));
-  const std::vector<LocalizedText> limits = hand_limits(state_, joints_, {}, kLimitsNow_ns);
+  const std::vector<LocalizedText> limits = hand_limits(state_, joints_, freedom_, {}, kLimitsNow_ns);
   EXPECT_EQ(english_text(limits[0]), "Joint yaw is at its end: it moves back only.");
   EXPECT_EQ(english_text(limits[1]), "The delay of 120 ms holds the force feedback at what is stable.");
   state_.arm.position[1] = 0.97;
   EXPECT_EQ(keys().front(), "limit.delay") << "not near enough";
   state_.arm.position[0] = -1.1;
   EXPECT_EQ(keys().front(), "limit.joint");
+}
+
+TEST_F(HandLimits, NameASingularPose) {
+  state_.master.feedback_damped = true;
+  freedom_ = 0.01;
+  EXPECT_THAT(keys(), ElementsAre("limit.singular", "limit.damped"));
+  freedom_ = 0.03;
+  EXPECT_THAT(keys(), ElementsAre("limit.damped"));
+}
+
+// Tries a SCARA that is stretched, almost so, and bent, and the home poses of shipped arms.
+TEST(ToolFreedom, IsNothingWhereTheArmIsStretchedAndGrowsAsItBends) {
+  const auto arm_of = [](const char* cell, const char* name) {
+    return runtime::load_arm(
+        runtime::load_cell(std::string(PHANTOM_SOURCE_DIR "/deploy/cells/") + cell + "/cell.yaml").arm(name));
+  };
+  const robot::SerialArm scara = arm_of("scara_pair", "scara_a");
+  EXPECT_NEAR(tool_freedom(scara, {0.3, 0.0, 0.05, 0.0}), 0.0, 1e-6);
+  EXPECT_LT(tool_freedom(scara, {0.3, 0.02, 0.05, 0.0}), 0.02);
+  EXPECT_GT(tool_freedom(scara, {0.3, 1.2, 0.05, 0.0}), 0.1);
+  EXPECT_GT(tool_freedom(arm_of("hot_cell", ""), {-0.1, -1.5708, 1.4, -2.2, 0.0, 0.9, 0.0}), 0.05) << "home";
 }
 
 }  // namespace

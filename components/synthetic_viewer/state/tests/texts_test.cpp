@@ -81,9 +81,9 @@ TEST(PageTexts, EveryTextIsUsedAndEveryUsedTextIsThere) {
   }
   std::set<std::string> known;  // groups of texts
   for (const auto& [key, text] : english) known.insert(key.substr(0, key.find('.')));
-  const std::set<std::string> files{"hits.jpg",     "page.css",   "page.js",   "stop.js",   "views.js",
-                                    "choice.js",    "session.js", "scene.js",  "review.js", "review.css",
-                                    "calibrate.js", "layout.js",  "layout.css"};
+  const std::set<std::string> files{"hits.jpg",     "page.css",   "page.js",    "stop.js",   "views.js",
+                                    "choice.js",    "session.js", "scene.js",   "review.js", "review.css",
+                                    "calibrate.js", "layout.js",  "layout.css", "tour.js"};
   for (const std::string& name : names) {
     const std::string group = name.substr(0, name.find('.'));
     if (name.ends_with('.') || !known.contains(group) || files.contains(name)) continue;
@@ -94,19 +94,22 @@ TEST(PageTexts, EveryTextIsUsedAndEveryUsedTextIsThere) {
 TEST(PageTexts, EveryNameOfAStateHasAText) {
   const Texts english = texts("en");
   for (int i = 0; i < 6; ++i)
-    EXPECT_TRUE(english.contains("link_state." + label_of(static_cast<LinkState>(i)))) << i;
+    for (const char* group : {"link_state.", "link_tip."})
+      EXPECT_TRUE(english.contains(group + label_of(static_cast<LinkState>(i)))) << group << i;
   for (int i = 0; i < 6; ++i)
     EXPECT_TRUE(
         english.contains(std::string("component_state.") + label_of(static_cast<core::ComponentState>(i))))
         << i;
   for (int i = 0; i < 4; ++i) {
-    EXPECT_TRUE(english.contains(std::string("motion.") + name_of(static_cast<MotionClass>(i)))) << i;
+    for (const char* group : {"motion.", "motion_tip."})
+      EXPECT_TRUE(english.contains(group + std::string(name_of(static_cast<MotionClass>(i))))) << group << i;
     EXPECT_TRUE(english.contains(std::string("rule.") + name_of(static_cast<HitRule>(i)))) << i;
   }
   for (int i = 0; i <= static_cast<int>(HandWord::kEnd); ++i)
     EXPECT_TRUE(english.contains(std::string("hand.") + name_of(static_cast<HandWord>(i)))) << i;
   for (const DelayStage& stage : delay_stages({}, {}, 0))
-    EXPECT_TRUE(english.contains(std::string("delay.") + stage.name)) << stage.name;
+    for (const char* group : {"delay.", "delay_tip."})
+      EXPECT_TRUE(english.contains(group + std::string(stage.name))) << group << stage.name;
 }
 
 TEST(PageTexts, ThePageItselfHoldsNoSentence) {

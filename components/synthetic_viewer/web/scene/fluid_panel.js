@@ -108,6 +108,7 @@ export class FluidPanel {
       const swatch = make('span', { className: 'swatch' }), line = make('li', {}, swatch, words);
       swatch.style.background = `rgb(${colours.get(+order).join()})`;
       line.dataset.order = order;
+      line.title = say('fluid.unit_title');
       return line;
     }));
   }

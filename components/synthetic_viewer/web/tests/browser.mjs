@@ -71,7 +71,7 @@ export class Storage {
 }
 
 export class Window extends EventTarget {
-  constructor({ languages = ['en'], kept = {}, search = '', popups = true } = {}) {
+  constructor({ languages = ['en'], kept = {}, search = '', popups = true, screens = undefined } = {}) {
     super();
     const clock = this.clock = new Clock(), sockets = this.sockets = [];
     const markup = fileOf('index.html').replace('{stream_port}', '8081').replace(/<script[^>]*id="texts"[^>]*>.*?<\/script>/s, '<div id="texts"></div>');
@@ -87,7 +87,16 @@ export class Window extends EventTarget {
       location: { protocol: 'http:', hostname: 'viewer', search, reloads: 0, reload() { ++this.reloads; } }, scrollTo: () => undefined,
       setTimeout: (act, ms) => clock.set(act, ms), clearTimeout: id => clock.clear(id), clearInterval: id => clock.clear(id),
       setInterval: (act, ms) => clock.set(act, ms, ms), requestAnimationFrame: act => frames.push(act), AbortController, URLSearchParams,
-      open: (address, name) => (popups ? (this.opened.push({ address, name }), {}) : null),
+      // Of a window that was opened, `wants` is how, and `placed` what the page did with it.
+      open: (address, name, wants) => {
+        if (!popups) return null;
+        const placed = [];
+        this.opened.push({ address, name });
+        this.lastOpened = { wants, placed };
+        return { moveTo: (...at) => placed.push(['move', ...at]), resizeTo: (...size) => placed.push(['resize', ...size]) };
+      },
+      screenX: 40, screenY: 30, screen: screens ? { isExtended: true } : undefined,
+      getScreenDetails: screens && (async () => { if (screens === 'refused') throw new Error('refused'); return screens; }),
       BroadcastChannel: class extends Channel { constructor(name) { super(name); channels.push(this); } },
       ResizeObserver: class { constructor(act) { resizes.push(act); } observe() {} }, IntersectionObserver: class { observe() {} }, CSS: { escape: name => name },
       WebSocket: class extends Socket { constructor(url) { super(url); sockets.push(this); } },
@@ -160,4 +169,5 @@ export const aState = () => ({
   model: { voxel_error_m: 0.0043, min_m: [0, 0, 0], max_m: [2, 1, 1] }, recording: { running: false, view: '', file: '', problem: '' }, gripper: null, carried: '', carried_words: [],
   objects: [{ name: 'pump', carried: false }, { name: 'vice', carried: true }], hits: {}, total_hits: 0, components: {}, review: null,
 });
-export const kPageScripts = ['language.js', 'stop.js', 'choice.js', 'views.js', 'stream.js', 'layout.js', 'alarms.js', 'delays.js', 'page.js', 'session.js'];
+export const kPageScripts = ['language.js', 'stop.js', 'choice.js', 'views.js', 'stream.js', 'layout.js', 'alarms.js', 'delays.js', 'page.js', 'session.js',
+  'tour.js'];

@@ -4,14 +4,20 @@ import test from 'node:test';
 import { aState, kPageScripts, Page } from './browser.mjs';
 
 async function open({ change = {}, ...options } = {}) {
-  const page = new Page(kPageScripts, { answers: { session: () => [200, { secrets: false, role: null }] }, ...options });
+  const page = new Page(kPageScripts, {
+    answers: { session: () => [200, { secrets: false, role: null }] },
+    ...options,
+  });
   await page.clock.advance(5);
   const [socket] = page.window.sockets;
   socket.open();
   page.socket = socket;
   page.hear = message => socket.hear({ type: 'state', ...message });
   page.hear({ ...aState(), ...change });
-  page.places = () => Object.fromEntries(['main', 'hit', 'tool', 'camera'].map(view => [view, page.byId(view + '-figure').dataset.place]));
+  page.places = () =>
+    Object.fromEntries(
+      ['main', 'hit', 'tool', 'camera'].map(view => [view, page.byId(view + '-figure').dataset.place]),
+    );
   return page;
 }
 const button = (page, view, name) => page.document.querySelector(`[data-places=${view}] .${name}`);
@@ -35,7 +41,8 @@ test('a view is shown large by its button and by X, another time by X the main v
   page.press('x');
   assert.deepEqual(page.places(), kUsual);
   button(page, 'tool', 'swap').click();
-  const { kept } = page.window.localStorage, again = await open({ kept });
+  const { kept } = page.window.localStorage,
+    again = await open({ kept });
   assert.equal(again.places().tool, 'large');
   again.hear({ viewer: { tool_view: false } });
   assert.equal(again.places().main, 'large', 'a view that is not there cannot be large');
@@ -44,11 +51,16 @@ test('a view is shown large by its button and by X, another time by X the main v
 });
 
 test('Z hides the other views and shows them again', async () => {
-  const page = await open(), enlarged = () => page.byId('desk').classList.contains('enlarged');
+  const page = await open(),
+    enlarged = () => page.byId('desk').classList.contains('enlarged');
   page.press('z');
   assert.ok(enlarged());
   page.hear({});
-  assert.deepEqual(['main', 'hit', 'tool'].map(view => page.byId(view + '-view').dataset.stream || ''), ['stream/main', '', ''], 'what is not seen is not followed');
+  assert.deepEqual(
+    ['main', 'hit', 'tool'].map(view => page.byId(view + '-view').dataset.stream || ''),
+    ['stream/main', '', ''],
+    'what is not seen is not followed',
+  );
   assert.equal(button(page, 'main', 'enlarge').getAttribute('aria-pressed'), 'true');
   assert.ok((await open({ kept: page.window.localStorage.kept })).byId('desk').classList.contains('enlarged'));
   button(page, 'main', 'enlarge').click();
@@ -56,7 +68,8 @@ test('Z hides the other views and shows them again', async () => {
 });
 
 test('a view goes to a window of its own, leaves its place, and comes back when that window goes or falls silent', async () => {
-  const page = await open(), [channel] = page.window.channels;
+  const page = await open(),
+    [channel] = page.window.channels;
   page.byId('hit-view').focus();
   page.press('p');
   assert.deepEqual(page.window.opened, [{ address: '?view=hit', name: 'phantom-hit' }]);
@@ -78,9 +91,13 @@ test('a view goes to a window of its own, leaves its place, and comes back when 
 });
 
 test('a window of its own shows its view alone, and says that it is there until it goes', async () => {
-  const page = await open({ search: '?view=tool' }), [channel] = page.window.channels;
+  const page = await open({ search: '?view=tool' }),
+    [channel] = page.window.channels;
   assert.ok(page.document.body.classList.contains('alone'));
-  assert.deepEqual(['main', 'hit', 'tool'].map(view => page.byId(view + '-view').dataset.stream || ''), ['', '', 'stream/tool']);
+  assert.deepEqual(
+    ['main', 'hit', 'tool'].map(view => page.byId(view + '-view').dataset.stream || ''),
+    ['', '', 'stream/tool'],
+  );
   assert.deepEqual(page.places(), { main: 'none', hit: 'none', tool: 'large', camera: 'none' });
   assert.ok(button(page, 'tool', 'detach').hidden && button(page, 'tool', 'enlarge').hidden);
   await page.clock.advance(3000);
@@ -90,8 +107,41 @@ test('a window of its own shows its view alone, and says that it is there until 
   assert.equal((await open({ search: '?view=nothing' })).document.body.classList.contains('alone'), false);
 });
 
+test('a window of its own opens on the other screen, whole, and later where it stood last', async () => {
+  const [near, far] = [
+    { availLeft: 0, availTop: 0 },
+    { availLeft: 1920, availTop: 25, availWidth: 2560, availHeight: 1400 },
+  ];
+  const page = await open({ screens: { screens: [near, far], currentScreen: near } });
+  button(page, 'hit', 'detach').click();
+  await page.clock.advance(5);
+  assert.deepEqual(page.window.lastOpened.placed, [
+    ['move', 1920, 25],
+    ['resize', 2560, 1400],
+  ]);
+  for (const screens of [undefined, 'refused', { screens: [near], currentScreen: near }]) {
+    const one = await open({ screens });
+    button(one, 'hit', 'detach').click();
+    await one.clock.advance(5);
+    assert.equal(one.window.lastOpened.wants, 'popup,width=1280,height=760');
+    assert.deepEqual(one.window.lastOpened.placed, []);
+  }
+  const own = await open({ search: '?view=hit' });
+  own.point('pagehide', own.window.document);
+  const { kept } = own.window.localStorage,
+    again = await open({ kept, screens: { screens: [near, far], currentScreen: near } });
+  button(again, 'hit', 'detach').click();
+  await again.clock.advance(5);
+  assert.equal(again.window.lastOpened.wants, 'popup,width=1280,height=720,left=40,top=30');
+  assert.deepEqual(again.window.lastOpened.placed, [], 'it stays where the operator had put it');
+  const spoilt = await open({ kept: { 'phantom.window.hit': '{"left":"javascript:"}' } });
+  button(spoilt, 'hit', 'detach').click();
+  assert.equal(spoilt.window.lastOpened.wants, 'popup,width=1280,height=760');
+});
+
 test('one drawer is open at a time; the focus goes into it and back', async () => {
-  const page = await open(), openOnes = () => ['settings', 'system', 'keys', 'history'].filter(id => !page.byId(id).hidden);
+  const page = await open(),
+    openOnes = () => ['settings', 'system', 'keys', 'history'].filter(id => !page.byId(id).hidden);
   page.byId('settings-open').click();
   assert.deepEqual(openOnes(), ['settings']);
   assert.equal(page.document.activeElement, page.byId('settings').querySelector('.close'));
@@ -101,7 +151,12 @@ test('one drawer is open at a time; the focus goes into it and back', async () =
   page.press('i');
   assert.deepEqual(openOnes(), []);
   page.byId('hit-view').focus();
-  for (const [key, drawer] of [['o', 'settings'], ['j', 'history'], ['?', 'keys'], ['i', 'system']]) {
+  for (const [key, drawer] of [
+    ['o', 'settings'],
+    ['j', 'history'],
+    ['?', 'keys'],
+    ['i', 'system'],
+  ]) {
     page.press(key, {}, page.byId('hit-view'));
     assert.deepEqual(openOnes(), [drawer]);
   }
@@ -121,11 +176,27 @@ test('after a stop the reset is asked for beside it', async () => {
 });
 
 test('each stage of delay has its age and its budget, and the one that is over is named', async () => {
-  const page = await open({ change: { delay: { viewer: { age_s: 0.004, budget_s: 0.25 }, encoder: { age_s: 0.0011, budget_s: 0.002 }, master: { age_s: null, budget_s: 0.02 },
-    sensing: { age_s: 0.005, budget_s: 0.02 } } } });
-  const rows = () => page.document.querySelectorAll('#delay-stages tr').map(row => [row.className, ...row.children.map(cell => cell.textContent)]);
-  assert.deepEqual(rows(), [['', 'Encoders → slave_io', '1.10 ms', '2.00 ms', ''], ['', 'slave_io → phantom_sensing', '5.00 ms', '20 ms', ''],
-    ['', 'phantom_sensing → master_io', '–', '20 ms', ''], ['', 'master_io → viewer', '4.00 ms', '250 ms', ''], ['', 'viewer → this page', '–', '250 ms', '']]);
+  const page = await open({
+    change: {
+      delay: {
+        viewer: { age_s: 0.004, budget_s: 0.25 },
+        encoder: { age_s: 0.0011, budget_s: 0.002 },
+        master: { age_s: null, budget_s: 0.02 },
+        sensing: { age_s: 0.005, budget_s: 0.02 },
+      },
+    },
+  });
+  const rows = () =>
+    page.document
+      .querySelectorAll('#delay-stages tr')
+      .map(row => [row.className, ...row.children.map(cell => cell.textContent)]);
+  assert.deepEqual(rows(), [
+    ['', 'Encoders → slave_io', '1.10 ms', '2.00 ms', ''],
+    ['', 'slave_io → phantom_sensing', '5.00 ms', '20 ms', ''],
+    ['', 'phantom_sensing → master_io', '–', '20 ms', ''],
+    ['', 'master_io → viewer', '4.00 ms', '250 ms', ''],
+    ['', 'viewer → this page', '–', '250 ms', ''],
+  ]);
   assert.equal(page.text('delay'), '10 ms');
   assert.equal(page.text('delay-over'), '');
   page.hear({ delay: { sensing: { age_s: 0.035, budget_s: 0.02 } } });
@@ -140,24 +211,34 @@ test('each stage of delay has its age and its budget, and the one that is over i
 });
 
 test('the way to this page is measured by the stream, and grows while nothing comes', async () => {
-  const page = await open(), row = () => page.byId('delay-stages').lastChild.children.map(cell => cell.textContent);
-  const alive = there_s => { const data = new DataView(new ArrayBuffer(16)); data.setUint8(0, 3); data.setFloat64(8, there_s, true); return data.buffer; };
+  const page = await open(),
+    row = () => page.byId('delay-stages').lastChild.children.map(cell => cell.textContent);
+  const alive = there_s => {
+    const data = new DataView(new ArrayBuffer(16));
+    data.setUint8(0, 3);
+    data.setFloat64(8, there_s, true);
+    return data.buffer;
+  };
   await page.clock.advance(10);
   const echo = JSON.parse(page.socket.sent.at(-1)).echo;
   page.socket.hear({ type: 'echo', echo });
   const begin_s = page.clock.now_ms / 1000;
   page.socket.hear(alive(50));
   await page.clock.advance(340);
-  page.socket.hear(alive(50 + page.clock.now_ms / 1000 - begin_s - 0.3));  // 0.3 s later than the one before
+  page.socket.hear(alive(50 + page.clock.now_ms / 1000 - begin_s - 0.3)); // 0.3 s later than the one before
   page.hear({});
   assert.deepEqual(row().slice(1), ['305 ms', '250 ms', 'over']);
 });
 
 test('what limits the hand stands in one line, with how many more, and stays for a moment', async () => {
-  const percept = { key: 'limit.percept', values: { gain: 8.16 } }, joint = { key: 'limit.joint', values: { joint: 'j4' } };
+  const percept = { key: 'limit.percept', values: { gain: 8.16 } },
+    joint = { key: 'limit.joint', values: { joint: 'j4' } };
   const page = await open({ change: { limits_words: [joint, percept] } });
   assert.equal(page.text('why'), 'Joint j4 is at its end: it moves back only. (and 1 more)');
-  assert.equal(page.byId('why').title, 'Joint j4 is at its end: it moves back only.\nThe stability guard holds the drag at gain 8.2.');
+  assert.equal(
+    page.byId('why').title,
+    "Joint j4 is at its end: it moves back only.\nA guard holds the drag at gain 8.2: beyond it the hand's device would shake, or exceed its torque.",
+  );
   page.hear({ limits_words: null });
   assert.match(page.text('why'), /^Joint j4/);
   page.clock.stall(1100);

@@ -198,7 +198,8 @@ test('what the headset\'s panel says is what is known', async t => {
   desk.hand.take({ state: 'ready' });
   desk.view.banner = 'a banner';
   Object.assign(desk.stage.poses, { closeness: 0.6, speed_m_s: 0.1, perceptKnown: true, stale: false });
-  assert.deepEqual(desk.facts(), { closeness: 0.6, speed_m_s: 0.1, known: true, state: 'link_state.COUPLED', hand: 'hand.ready', alarm: 'a banner' });
+  assert.deepEqual(desk.facts(), { closeness: 0.6, speed_m_s: 0.1, known: true, state: 'link_state.COUPLED', hand: 'hand.ready', alarm: 'a banner',
+    cause: null, why: '' });
   desk.stage.poses.perceptKnown = false;
   assert.equal(desk.facts().known, false);
   Object.assign(desk.stage.poses, { perceptKnown: true, stale: true });
@@ -206,6 +207,12 @@ test('what the headset\'s panel says is what is known', async t => {
   desk.stage.poses.stale = false;
   stream.still = true;
   assert.deepEqual([desk.facts().known, desk.facts().state, desk.facts().alarm], [false, 'scene.unknown', 'scene.still']);
+  stream.still = false;
+  const { state } = desk.page;
+  desk.page.state = () => ({ ...state(), limits_words: ['limit.joint', 'limit.delay'].map(key => ({ key, values: {} })) });
+  assert.equal(desk.facts().cause, 'limit.joint');
+  stream.still = true;
+  assert.equal(desk.facts().cause, null, 'what is not heard is not told');
 });
 
 test('a camera that was moved here moves that of who may operate, in degrees', async t => {

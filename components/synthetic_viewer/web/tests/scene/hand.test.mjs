@@ -187,7 +187,8 @@ test('leaving the headset gives the hand back', () => {
 
 test('controllers vibrate by the closeness that is known, for as long as it lasts', t => {
   const pulses = [], source = hand => ({ gamepad: { hapticActuators: [{ pulse: (strength, ms) => pulses.push([hand, strength, ms]) }] } });
-  const headset = { felt_ms: -Infinity, session: { inputSources: [source('left'), source('right'), {}] } };
+  const headset = { felt_ms: -Infinity, session: { inputSources: [source('left'), source('right'), {}] }, causes: { step: () => false },
+    vibrate: Headset.prototype.vibrate };
   let now = 1000;
   t.mock.method(performance, 'now', () => now);
   const felt = (known, closeness) => { now += 1000; Headset.prototype.feel.call(headset, { known, closeness }); return pulses.splice(0); };
