@@ -78,16 +78,17 @@ core::Status WorkspaceCamera::take(const CameraImage& image, core::Nanoseconds n
     refused_ns_ = now_ns;
     return refuse(loaded);
   }
-  if (!view.watch.put(image.exposed_ns, image.depth_mm)) {
-    refused_ns_ = now_ns;
-    return refuse(core::Status::invalid_argument("camera '" + view.config.name +
-                                                 "' sends the same image again; allowed: a new one"));
-  }
+  // An image that is not fused does not count as one: what is published rests on older ones.
   if (arm_ != nullptr && !pose) {
     refused_ns_ = now_ns;
     return refuse(core::Status(core::ErrorCode::kUnavailable,
                                "where the arm was at the image's time is not known: it would be taken for "
                                "matter; allowed: images while slave_state comes"));
+  }
+  if (!view.watch.put(image.exposed_ns, image.depth_mm)) {
+    refused_ns_ = now_ns;
+    return refuse(core::Status::invalid_argument("camera '" + view.config.name +
+                                                 "' sends the same image again; allowed: a new one"));
   }
   arm_depth_m_.clear();
   if (pose) arm_->draw(*pose, image_.camera(), image_.X_WC(), arm_depth_m_);
