@@ -1,5 +1,5 @@
-// What wva_server computes for a change that depth cameras see, in the shipped hot cell: from the blocks of an
-// occupancy_change to a version whose bricks are packed. The row of rows/fusion.json.
+// What wva_server computes for a change that depth cameras see, in the shipped hot cell: from the blocks of
+// an occupancy_change to a version whose bricks are packed. The row of rows/fusion.json.
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
@@ -40,7 +40,8 @@ std::vector<messages::OccupancyBlock> hand(int step) {
     if (box.grown(-1).contains(v)) return;
     const std::array place{static_cast<std::uint16_t>(v.x >> 3), static_cast<std::uint16_t>(v.y >> 3),
                            static_cast<std::uint16_t>(v.z >> 3)};
-    auto& block = blocks.try_emplace(place, messages::OccupancyBlock{place[0], place[1], place[2], {}}).first->second;
+    auto& block =
+        blocks.try_emplace(place, messages::OccupancyBlock{place[0], place[1], place[2], {}}).first->second;
     block.bits[static_cast<std::size_t>(v.z & 7)] |= std::uint64_t{1} << (8 * (v.y & 7) + (v.x & 7));
   });
   std::vector<messages::OccupancyBlock> all;

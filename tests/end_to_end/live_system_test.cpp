@@ -30,7 +30,7 @@ using test::read_text;
 using testing::HasSubstr;
 
 constexpr std::uint16_t kLive = 65534;
-const Eigen::Vector3d kEye{1.3, -1.2, 1.4}, kTarget{0.5, 0.1, 0.55}, kPlace{0.5, 0.2, 0.58};
+const Eigen::Vector3d kEye{1.3, -1.2, 1.6}, kTarget{0.5, 0.0, 1.0}, kPlace{0.55, -0.16, 1.1};
 
 /// The states of an arm that stands still.
 class StillArm {
@@ -76,7 +76,7 @@ class PlayedCamera {
     moving.to_m = kPlace + Eigen::Vector3d(0.1, 0.0, 0.0);
     moving.trip_s = 2.0;
     const fusion::CameraScene table(
-        {{geometry::make_box({1.2, 1.2, 0.04}).transformed({Eigen::Matrix3d::Identity(), {0.0, 0.0, 0.48}}),
+        {{geometry::make_box({1.2, 1.2, 0.04}).transformed({Eigen::Matrix3d::Identity(), {0.0, 0.0, 0.2}}),
           false}});
     const geometry::Pose X_WC = workspace_camera::looking_at(kEye, kTarget);
     workspace_camera::SimulatedCamera empty(options, X_WC, table, {}), full(options, X_WC, table, {still}),
@@ -115,7 +115,7 @@ class LiveSystem : public testing::Test {
         "cell.yaml",
         "name: table\nworkspace: {min_m: [-0.8, -0.8, 0.0], max_m: [0.8, 0.8, 1.3], voxel_size_m: 0.01}\n"
         "profile: {thickness_vox: [4, 4, 4], mu_Pa_s_per_m: [30, 20, 10], mu_skin_Pa_s_per_m: 100}\nobjects:\n"
-        "  - {name: table, primitive: {box: {size_m: [1.2, 1.2, 0.04]}}, pose: {xyz_m: [0.0, 0.0, 0.48]}}\n"
+        "  - {name: table, primitive: {box: {size_m: [1.2, 1.2, 0.04]}}, pose: {xyz_m: [0.0, 0.0, 0.2]}}\n"
         "arms:\n  - {name: arm, urdf: " +
             source +
             "/deploy/arms/laboratory_arm.urdf, tip_link: tool, mount: {xyz_m: [0, 0, 0.5]}, home: [0, 0.3, 1.2, 0, "
@@ -125,7 +125,7 @@ class LiveSystem : public testing::Test {
               "/deploy/qos/phantom.xml\ncell: cell.yaml\nnetwork: {interfaces: [127.0.0.1]}\n");
     write("wva_server.yaml", "live: {source: workspace_camera, tolerance_vox: 3}\n");
     write("workspace_camera.yaml",
-          "cameras: [{name: above, looks_from_m: [1.3, -1.2, 1.4], looks_at_m: [0.5, 0.1, 0.55]}]\n");
+          "cameras: [{name: above, looks_from_m: [1.3, -1.2, 1.6], looks_at_m: [0.5, 0.0, 1.0]}]\n");
     participant_.emplace("live_system_test", network());
     status_.emplace(*participant_, dds::kComponentStatus,
                     [this](const msg::ComponentStatus& sample, const dds::SampleInfo&) {
@@ -133,9 +133,10 @@ class LiveSystem : public testing::Test {
                       said_[sample.component_name().c_str()] = sample.message().c_str();
                     });
     arm_.emplace(*participant_);
-    camera_.emplace(*participant_, robot::SerialArm::from_urdf(source + "/deploy/arms/laboratory_arm.urdf",
-                                                               "tool", {{}, {0.0, 0.0, 0.5}})
-                                       .value());
+    camera_.emplace(*participant_,
+                    robot::SerialArm::from_urdf(source + "/deploy/arms/laboratory_arm.urdf", "tool",
+                                                {Eigen::Matrix3d::Identity(), {0.0, 0.0, 0.5}})
+                        .value());
     observer_.emplace(network());
     start("wva_server", server_, {"--config", path("wva_server.yaml")});
     start("phantom_sensing", sensing_);
@@ -219,11 +220,15 @@ TEST_F(LiveSystem, AThingThatIsPutThereIsFeltAndGoneWhenItIsTakenAway) {
     EXPECT_GE(came_s, 0.0);
     EXPECT_GE(felt_s, 0.0);
     camera_->put_box(false);
-    const double gone_s = seconds_until([&] { return observer_->workspace()->content_hash() == before; });
+    const double gone_s = seconds_until([&] { return live_voxels() < 20; });
     EXPECT_GE(gone_s, 0.0) << live_voxels() << " voxels are left";
+    // A few voxels may wait for their brick's turn.
+    const double whole_s = seconds_until([&] { return observer_->workspace()->content_hash() == before; });
+    EXPECT_GE(whole_s, 0.0) << live_voxels() << " voxels are left";
     EXPECT_TRUE(eventually([&] { return agreed() && observer_->percept().object() != kLive; }));
     std::cout << "put there: in the workspace after " << came_s << " s, felt " << felt_s
-              << " s later; taken away: gone after " << gone_s << " s\n";
+              << " s later; taken away: gone after " << gone_s << " s, without a trace " << whole_s
+              << " s later\n";
   }
 }
 
@@ -287,7 +292,7 @@ TEST_F(LiveSystem, CommandsAreCarriedOutMeanwhile) {
   const std::uint64_t first = observer_->version();
   for (int i = 0; i < 3; ++i) {
     const test::Said said = test::run_line(
-        PHANTOM_BIN_DIR "/wva_server command move --object table --pose '0 0 0.4" + std::to_string(7 + i) +
+        PHANTOM_BIN_DIR "/wva_server command move --object table --pose '0 0 0.1" + std::to_string(7 + i) +
         " 0 0 0' --timeout-s 30 --deployment " + path("topology.yaml"));
     EXPECT_EQ(said.exit_code, 0) << said.output;
   }

@@ -133,8 +133,9 @@ TEST_F(Live, WhatTheModelExplainsIsTheModels) {
   EXPECT_EQ(matter.voxels(), 0U);
   EXPECT_EQ(cell_.content_hash(), before);
   // Once the ball is elsewhere, what is still seen there is matter.
-  const auto moved = cell_.apply(make_command(WorkspaceOperation::kMove, "ball", 0, {{}, {0.0, -0.3, 0.3}}),
-                                 cell_.workspace().version + 1, {});
+  const auto moved = cell_.apply(
+      make_command(WorkspaceOperation::kMove, "ball", 0, {Eigen::Matrix3d::Identity(), {0.0, -0.3, 0.3}}),
+      cell_.workspace().version + 1, {});
   ASSERT_TRUE(moved) << moved.status().message();
   matter.set_model(cell_.solid());
   merge(cell_, matter);
@@ -160,8 +161,9 @@ TEST_F(Live, EqualsWhatItsLastSightMakesFromNothing) {
     matter.take(last);
     if (i % 6 == 5) {
       const double x_m = -0.2 + 0.02 * i;
-      ASSERT_TRUE(cell_.apply(make_command(WorkspaceOperation::kMove, "ball", 0, {{}, {x_m, -0.1, 0.3}}),
-                              cell_.workspace().version + 1, {}));
+      ASSERT_TRUE(cell_.apply(
+          make_command(WorkspaceOperation::kMove, "ball", 0, {Eigen::Matrix3d::Identity(), {x_m, -0.1, 0.3}}),
+          cell_.workspace().version + 1, {}));
       matter.set_model(cell_.solid());
     }
     merge(cell_, matter);

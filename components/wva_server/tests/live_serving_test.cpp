@@ -60,7 +60,9 @@ class Serving : public TestCell {
     if (live_->is_due(now_ns)) live_->step(now_ns, cell_->workspace().version + 1);
   }
   bool has_matter_at(std::uint16_t block) const {
-    return cell_->workspace().object(workspace::Index3{8 * block + 4, 12, 36}) == kLiveId;
+    const workspace::Index3 middle{8 * block + 4, 12, 36};
+    return cell_->workspace().object(middle) == kLiveId &&
+           cell_->workspace().order(middle) == workspace::kOrderBoundary;
   }
   core::Health told() const {
     return live_->told({core::ComponentState::kRunning, "", {}, {}}, core::monotonic_ns());
