@@ -137,6 +137,53 @@ core::Expected<WorkspaceChange> LiveWorkspace::remove(std::uint16_t id, std::uin
   return apply(std::move(next), std::move(touched), {}, version, options);
 }
 
+core::Expected<WorkspaceChange> LiveWorkspace::put(std::uint16_t id, workspace::ObjectBricks bricks,
+                                                   const workspace::LayerProfile& profile,
+                                                   std::vector<workspace::BrickKey> touched,
+                                                   std::uint64_t version, const ActivationOptions& options) {
+  if (core::Status checked = check_version(version, workspace_.version); !checked) return checked;
+  if (id == 0 || id == 65535) return refusal(id, "no such id; allowed: 1 to 65534");
+  if (core::Status checked = workspace::check_profile(profile); !checked)
+    return refusal(id, checked.message());
+  Objects next = objects_;
+  const bool is_new = !next.contains(id);
+  Object& object = next[id];
+  if (is_new) object.latest = latest_ + 1;
+  object.bricks = std::make_shared<const workspace::ObjectBricks>(std::move(bricks));
+  object.profile = profile;
+  auto applied = apply(std::move(next), std::move(touched), {}, version, options);
+  if (applied && is_new) ++latest_;
+  return applied;
+}
+
+workspace::BitVolume LiveWorkspace::solid(std::uint16_t except) const {
+  const workspace::VoxelBox grid = workspace::VoxelBox::of(workspace_.grid());
+  workspace::BitVolume solid(workspace_.grid().size_vox);
+  for (const auto& [id, object] : objects_) {
+    if (id == except) continue;
+    for (const workspace::BrickKey key : object.bricks->keys()) {
+      const std::int8_t* const orders = object.bricks->orders(key);
+      const workspace::VoxelBox box = workspace::box_of(key).intersection(grid);
+      if (box.empty()) continue;
+      const workspace::Index3 end = box.end();
+      for (std::int32_t z = box.min.z; z < end.z; ++z) {
+        for (std::int32_t y = box.min.y; y < end.y; ++y) {
+          // A brick's row lies in one half of a word.
+          std::uint64_t row = 0;
+          for (std::int32_t x = box.min.x; x < end.x; ++x) {
+            const std::int8_t order = orders[workspace::brick_offset({x, y, z})];
+            row |= static_cast<std::uint64_t>((order >= workspace::kOrderBoundary) |
+                                              (order < workspace::kOrderFree))
+                   << (x & 63);
+          }
+          solid.row(y, z)[box.min.x >> 6] |= row;
+        }
+      }
+    }
+  }
+  return solid;
+}
+
 core::Expected<WorkspaceChange> LiveWorkspace::renew(std::uint64_t version,
                                                      const ActivationOptions& options) {
   if (core::Status checked = check_version(version, workspace_.version); !checked) return checked;

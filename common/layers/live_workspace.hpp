@@ -62,6 +62,13 @@ class LiveWorkspace {
                                        const ActivationOptions& options = {});
   core::Expected<WorkspaceChange> remove(std::uint16_t id, std::uint64_t version,
                                          const ActivationOptions& options = {});
+  /// Gives an object the voxels that the caller has computed, or adds it with them; `bricks` may hold
+  /// nothing: then its profile alone is there, and its μ keep their codes. `touched`: every brick in which it
+  /// differs from before; only those are merged. With MergeLaw::kLatestObject it stays as late as it was.
+  core::Expected<WorkspaceChange> put(std::uint16_t id, workspace::ObjectBricks bricks,
+                                      const workspace::LayerProfile& profile,
+                                      std::vector<workspace::BrickKey> touched, std::uint64_t version,
+                                      const ActivationOptions& options = {});
   /// Makes a new version with the same content.
   core::Expected<WorkspaceChange> renew(std::uint64_t version, const ActivationOptions& options = {});
 
@@ -71,6 +78,8 @@ class LiveWorkspace {
   /// Equals workspace().content_hash(), without reading the voxels.
   std::uint64_t content_hash() const { return content_hash_; }
   std::size_t object_count() const { return objects_.size(); }
+  /// Returns which voxels are boundary, interior or inside of any object but `except`.
+  workspace::BitVolume solid(std::uint16_t except) const;
   /// Returns the work of merging that many bricks of so many objects, in steps of a formula
   /// (core::WorkBudget): each brick is put together, hashed, packed and sent; each object is looked up in it,
   /// and merged where it is. `held`: in how many of the bricks the objects are, in all.

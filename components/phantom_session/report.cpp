@@ -169,6 +169,22 @@ Json views_json(const Json& viewer, std::int64_t start_utc_ns) {
   return views;
 }
 
+// Returns the distributions of live matter; null if there is none.
+Json live_json(const Json& server, const Json& camera) {
+  const Json live = member(server, "live");
+  if (!live.is_object()) return nullptr;
+  return {{"versions", member(live, "versions")},
+          {"most_voxels", member(live, "most_voxels")},
+          {"images", member(camera, "images")},
+          {"spreads",
+           {{"image → workspace [ms]", member(live, "image_to_version_ms")},
+            {"image → occupancy_change [ms]", member(camera, "image_to_change_ms")},
+            {"fusion of an image [ms]", member(camera, "fuse_ms")},
+            {"update of the workspace [ms]", member(live, "update_ms")},
+            {"bricks changed by a version", member(live, "bricks_changed")},
+            {"blocks changed by an image", member(camera, "blocks_changed")}}}};
+}
+
 Json summary(const ReportInputs& in) {
   const Json master = component_file(in.folder, "master_io");
   const Json viewer = component_file(in.folder, "synthetic_viewer");
@@ -192,7 +208,8 @@ Json summary(const ReportInputs& in) {
           {"forgotten", forgotten_json(in.collector.forgotten())},
           {"views", views_json(viewer, in.start_utc_ns)},
           {"audio", member(audio, "wav")},
-          {"workspace", workspace}};
+          {"workspace", workspace},
+          {"live", live_json(server, component_file(in.folder, "workspace_camera"))}};
 }
 
 std::ofstream open_file(const std::filesystem::path& path) {

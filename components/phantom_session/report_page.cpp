@@ -168,6 +168,8 @@ const Fields kRoundTrip{{"p50_us", kMicroToMilli},
 const Fields kLoops{{"rate_hz"}, {"nominal_hz"},  {"p50_us"}, {"p99_us"},
                     {"max_us"},  {"work_p50_us"}, {"ticks"},  {"slips"}};
 const Fields kWorkspace{{"version"}, {"bricks"}, {"bytes", kToMega}, {"build_seconds"}};
+const Fields kLive{{"images"}, {"versions"}, {"most_voxels"}};
+const Fields kSpreads{{"p50"}, {"p99"}, {"max"}, {"n"}};
 const Fields kForgotten{{"components"}, {"reaches"}, {"hits"}};
 const Fields kProcesses{{"exit"}, {"restarts"}};
 
@@ -250,6 +252,9 @@ std::string report_page(const std::string& summary_json, Language language) {
            grid_table(speech, summary["foreign_writers"], "foreign_writer", kForeignWriters);
   out += heading(speech, "forgotten") + pairs_table(speech, summary["forgotten"], "forgotten", kForgotten);
   out += heading(speech, "workspace") + pairs_table(speech, summary["workspace"], "workspace", kWorkspace);
+  if (const Json live = summary.value("live", Json()); live.is_object())
+    out += heading(speech, "live") + pairs_table(speech, live, "live", kLive) +
+           grid_table(speech, live["spreads"], "spread", kSpreads);
   out += heading(speech, "process") + grid_table(speech, summary["components"], "process", kProcesses);
   return out + "</main></body></html>\n";
 }

@@ -11,6 +11,23 @@ namespace {
 
 constexpr double kKibibyte = 1 << 10, kMebibyte = 1 << 20;
 
+void read_live(const runtime::Fields& live, LiveRules& rules) {
+  live.text("source", rules.source);
+  live.number("tolerance_vox", rules.tolerance_vox);
+  live.numbers("thickness_vox", rules.profile.thickness_vox);
+  std::vector<double> mu_Pa_s_per_m;
+  live.numbers("mu_Pa_s_per_m", mu_Pa_s_per_m);
+  rules.profile.mu_Pa_s_per_m.assign(mu_Pa_s_per_m.begin(), mu_Pa_s_per_m.end());
+  live.number("mu_skin_Pa_s_per_m", rules.profile.mu_skin_Pa_s_per_m);
+  live.check(rules.profile.thickness_vox.size() == rules.profile.mu_Pa_s_per_m.size(), "mu_Pa_s_per_m",
+             "has not one value for each of thickness_vox; allowed: as many");
+  if (!rules.profile.thickness_vox.empty())
+    if (const auto checked = workspace::check_profile(rules.profile); !checked)
+      throw live.error("thickness_vox", checked.message());
+  live.choice("on_loss", rules.on_loss, {{"keep", OnLoss::kKeep}, {"end", OnLoss::kEnd}});
+  live.number("silence_s", rules.silence_s);
+}
+
 }  // namespace
 
 WvaServerConfig load_config(const std::filesystem::path& path) {
@@ -33,6 +50,7 @@ WvaServerConfig load_config(const std::filesystem::path& path) {
   commands.number("max_import_cpu_s", config.command_import_s);
   commands.number("max_meshes_mib", config.command_mesh_bytes, kMebibyte);
   commands.number("max_objects", config.command_objects);
+  read_live(file.section("live"), config.live);
   file.number("threads", config.threads);
   file.finish();
   if (config.threads == 0)

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "common/geometry/mesh/mesh_io.hpp"
+#include "components/wva_server/live_matter.hpp"
 
 namespace phantom::wva_server {
 
@@ -25,6 +26,7 @@ struct WvaServerConfig {
   std::uint32_t command_triangles = 500'000;
   std::size_t command_objects = 4096;
   int command_import_s = 10;
+  LiveRules live;  ///< live matter's layers without a thickness: the cell's
 };
 
 extern const char* const kParameters;  ///< the parameter table: the shipped wva_server.yaml

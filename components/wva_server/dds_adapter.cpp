@@ -10,6 +10,7 @@
 #include "common/core/parallel.hpp"
 #include "common/core/snapshot.hpp"
 #include "common/dds/admission/source_guard.hpp"
+#include "common/messages/codecs/living_codec.hpp"
 #include "common/messages/codecs/teleoperation_codec.hpp"
 #include "common/messages/codecs/workspace_codec.hpp"
 #include "common/messages/command_service.hpp"
@@ -98,6 +99,9 @@ struct DdsAdapter::Impl {
   core::Snapshot<GripperSample> newest_gripper;
   std::unique_ptr<messages::TopicSubscriber<msg::SlaveState>> arm_states;
   std::unique_ptr<messages::TopicSubscriber<msg::GripperState>> gripper_states;
+  mutable std::mutex intake_mutex;
+  LiveIntake intake;  // guarded by intake_mutex
+  std::unique_ptr<messages::TopicSubscriber<msg::OccupancyChange>> occupancies;
 };
 
 void DdsAdapter::Impl::publish_mesh(const ServedObject& object, std::size_t chunk_bytes) {
@@ -141,6 +145,40 @@ void DdsAdapter::follow(const robot::SerialArm& arm) {
 void DdsAdapter::follow_gripper() {
   impl_->gripper_states = std::make_unique<messages::TopicSubscriber<msg::GripperState>>(
       impl_->participant, dds::kGripperState, messages::ArmBounds(), impl_->newest_gripper);
+}
+
+void DdsAdapter::follow_occupancy(const std::string& source, const std::string& cell,
+                                  const workspace::GridSpec& grid) {
+  const auto refusal = [source, cell, grid](const messages::OccupancyChange& change) -> std::string {
+    if (change.source != source) return "it is of '" + change.source + "'; allowed: '" + source + "'";
+    const workspace::GridSpec& its = change.grid;
+    const bool same = change.cell == cell && its.origin_m == grid.origin_m &&
+                      its.voxel_size_m == grid.voxel_size_m && its.size_vox == grid.size_vox;
+    return same ? "" : "it is of another cell or grid than this server's; allowed: the same cell file";
+  };
+  impl_->occupancies = std::make_unique<messages::TopicSubscriber<msg::OccupancyChange>>(
+      impl_->participant, dds::kOccupancyChange,
+      messages::TopicReceiver<msg::OccupancyChange>(messages::ArmBounds(), {.refusal = refusal}),
+      [this](const messages::Received<messages::OccupancyChange>& sample) {
+        const std::lock_guard lock(impl_->intake_mutex);
+        impl_->intake.put(sample, sample.received_ns);
+      });
+}
+
+LiveInput DdsAdapter::occupancy() const {
+  const bool has_rival = impl_->occupancies && impl_->occupancies->source().has_second(core::monotonic_ns());
+  const std::lock_guard lock(impl_->intake_mutex);
+  return {impl_->intake.waiting(), impl_->intake.received_ns(), impl_->intake.cameras(), has_rival};
+}
+
+std::optional<LiveIntake::Taken> DdsAdapter::take_occupancy() {
+  const std::lock_guard lock(impl_->intake_mutex);
+  return impl_->intake.take();
+}
+
+void DdsAdapter::restart_occupancy() {
+  const std::lock_guard lock(impl_->intake_mutex);
+  impl_->intake.restart();
 }
 
 bool DdsAdapter::newest_gripper(GripperSample& sample) { return impl_->newest_gripper.read(sample); }

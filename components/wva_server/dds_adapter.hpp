@@ -9,13 +9,22 @@
 #include "common/messages/workspace.hpp"
 #include "components/wva_server/carriers.hpp"
 #include "components/wva_server/grasp_watch.hpp"
+#include "components/wva_server/live_matter.hpp"
 
 namespace phantom::wva_server {
 
+/// What is known of the source of live matter.
+struct LiveInput {
+  bool waiting = false;               ///< something has come that take_occupancy() returns
+  core::Nanoseconds received_ns = 0;  ///< when the newest sample came; 0: none did
+  std::vector<messages::DepthCameraHealth> cameras = {};
+  bool has_rival = false;  ///< a second source sends, and is refused
+};
+
 /// The component's topics. It publishes workspace_brick, workspace_version, workspace_object, mesh_chunk,
-/// workspace_reply and component_status. It reads workspace_command, slave_state, gripper_state, and
-/// workspace_version to notice another server. Published samples stay with the writers, so that late joiners
-/// get all of them. One thread.
+/// workspace_reply and component_status. It reads workspace_command, occupancy_change, slave_state,
+/// gripper_state, and workspace_version to notice another server. Published samples stay with the writers, so
+/// that late joiners get all of them. One thread.
 class DdsAdapter {
  public:
   /// `accept_commands`: if false, every command is refused. Throws dds::DdsError.
@@ -27,6 +36,14 @@ class DdsAdapter {
   void follow(const robot::SerialArm& arm);
   /// Likewise of its gripper.
   void follow_gripper();
+  /// Begins to receive what depth cameras see: occupancy_change of the process `source`, of this cell and
+  /// grid; others' are refused. Call it at most once. Throws dds::DdsError.
+  void follow_occupancy(const std::string& source, const std::string& cell, const workspace::GridSpec& grid);
+  LiveInput occupancy() const;
+  /// Returns what came since the last call (LiveIntake).
+  std::optional<LiveIntake::Taken> take_occupancy();
+  /// Waits for a whole occupancy.
+  void restart_occupancy();
   /// Reads the newest valid state. Returns false if none came since the last call. One thread.
   bool newest_arm(ArmSample& sample);
   bool newest_gripper(GripperSample& sample);

@@ -16,12 +16,14 @@
 #include "common/runtime/process/process.hpp"
 #include "components/wva_server/change_under_way.hpp"
 #include "components/wva_server/dds_adapter.hpp"
+#include "components/wva_server/live_serving.hpp"
 
 namespace phantom::wva_server {
 namespace {
 
-constexpr double kMaxWait_s = 0.2;  // bounds the delay of a requested stop
-constexpr double kLook_s = 0.02;    // at commands and the clock, while a change is under way
+constexpr double kMaxWait_s = 0.2;     // bounds the delay of a requested stop
+constexpr double kLook_s = 0.02;       // at commands and the clock, while a change is under way
+constexpr double kLiveLook_s = 0.004;  // at what depth cameras see
 
 double now_s() { return core::seconds(core::monotonic_ns()); }
 
@@ -48,6 +50,38 @@ GraspWatch grasp_watch(const runtime::CellConfig& cell, const Carriers& carriers
   return {runtime::load_fingers(arm, *carriers.followed(), kPitch_m), arm.name, last_link_of(arm)};
 }
 
+/// Returns median, 99th of a hundred and greatest of values; null without any.
+template <class T>
+nlohmann::json spread_of(std::vector<T> values) {
+  if (values.empty()) return nullptr;
+  std::sort(values.begin(), values.end());
+  const auto at = [&values](double share) {
+    return values[static_cast<std::size_t>(share * static_cast<double>(values.size() - 1))];
+  };
+  return {{"p50", at(0.5)}, {"p99", at(0.99)}, {"max", values.back()}, {"n", values.size()}};
+}
+
+nlohmann::json report_of(const LiveFigures& live) {
+  return {{"versions", live.versions},
+          {"voxels", live.voxels},
+          {"most_voxels", live.most},
+          {"image_to_version_ms", spread_of(live.latency_ms)},
+          {"update_ms", spread_of(live.update_ms)},
+          {"bricks_changed", spread_of(live.bricks)}};
+}
+
+/// Returns the rules of live matter, with the cell's profile unless they have their own.
+LiveRules live_rules(const LiveRules& configured, const runtime::CellConfig& cell) {
+  LiveRules rules = configured;
+  if (!rules.profile.thickness_vox.empty()) return rules;
+  rules.profile = cell.profile;
+  rules.profile.method = workspace::LayerMethod::kDistance;
+  rules.profile.inside_thickness_vox.clear();
+  rules.profile.mu_inside_Pa_s_per_m.clear();
+  rules.profile.stiffness_inside_Pa_per_m.clear();
+  return rules;
+}
+
 /// The running server: serves one cell until a stop is requested.
 class Service {
  public:
@@ -63,6 +97,8 @@ class Service {
   void run(std::vector<runtime::CellBody> bodies) {
     if (const robot::SerialArm* arm = carriers_.followed(); arm != nullptr) adapter_.follow(*arm);
     if (grasps_.has_gripper()) adapter_.follow_gripper();
+    if (config_.live.wanted())
+      live_.emplace(live_rules(config_.live, cell_.cell()), cell_, adapter_, config_.threads);
     report_progress(0.0, "activating the workspace");
     if (!activate(std::move(bodies))) return;
     leave_report();
@@ -71,6 +107,8 @@ class Service {
       if (change_) {
         if (change_->wait(kLook_s)) finish_change();
         if (const auto command = adapter_.next_command(0.0)) take(*command);
+      } else if (live_ && (live_turn_ || waiting_.empty()) && live_->is_due(core::monotonic_ns())) {
+        serve_live();
       } else if (!waiting_.empty()) {
         begin_change();
       } else if (const auto grasp = watch_gripper()) {
@@ -89,8 +127,10 @@ class Service {
 
  private:
   bool activate(std::vector<runtime::CellBody> bodies);
+  layers::WorkspaceChange first_version(const layers::WorkspaceChange& activated) const;
   void take(const WorkspaceCommand& command);
-  double longest_wait_s() const { return grasps_.has_gripper() ? kLook_s : kMaxWait_s; }
+  double longest_wait_s() const { return live_ ? kLiveLook_s : grasps_.has_gripper() ? kLook_s : kMaxWait_s; }
+  void serve_live();
   std::optional<WorkspaceCommand> watch_gripper();
   void look_at_arm();
   void end_add(const WorkspaceCommand& add, const std::string& doing, const WorkspaceCommand& later);
@@ -124,6 +164,8 @@ class Service {
   std::uint64_t version_ = 0;                // likewise
   std::deque<WorkspaceCommand> waiting_;
   std::optional<ChangeUnderWay> change_;
+  std::optional<LiveServing> live_;
+  bool live_turn_ = false;  // a command was carried out since live matter was served
 };
 
 /// Returns milliseconds since 1970, or more where that would not rise. Versions rise across restarts, too, so
@@ -164,7 +206,8 @@ bool Service::activate(std::vector<runtime::CellBody> bodies) {
                  object.carrier->frame);
     adapter_.publish_object(object, config_.mesh_chunk_bytes);
   }
-  if (!publish_bricks(*change, "publishing the workspace")) return false;
+  if (live_) live_->begin(next_version());
+  if (!publish_bricks(first_version(*change), "publishing the workspace")) return false;
   note_figures();
   const workspace::Workspace& workspace = cell_.workspace();
   spdlog::info(
@@ -173,6 +216,20 @@ bool Service::activate(std::vector<runtime::CellBody> bodies) {
       cell_.cell().name, cell_.objects().size(), workspace.brick_count(),
       static_cast<double>(workspace.bytes()) / (1 << 20), build_s_, workspace.version, now_s() - from_s);
   return true;
+}
+
+/// Returns the change that the first version to be published is: all bricks that there are.
+layers::WorkspaceChange Service::first_version(const layers::WorkspaceChange& activated) const {
+  layers::WorkspaceChange first = activated;
+  first.version = cell_.workspace().version;
+  first.changed = cell_.workspace().bricks();
+  return first;
+}
+
+/// Between two commands live matter has its turn, so that neither waits for the other for long.
+void Service::serve_live() {
+  live_turn_ = false;
+  if (live_->step(core::monotonic_ns(), next_version())) note_figures();
 }
 
 /// Takes a command, to be carried out after those before it. A change that it overtakes is ended. An object
@@ -238,7 +295,9 @@ void Service::finish_change() {
       std::find_if(waiting_.begin(), waiting_.end(),
                    [this](const WorkspaceCommand& later) { return change_->is_overtaken_by(later); });
   change_.reset();
+  live_turn_ = true;
   if (change) {
+    if (live_) live_->model_changed();
     publish(command, *std::move(change));
   } else if (!was_ended) {
     refuse(command, doing, change.status().message());
@@ -341,7 +400,7 @@ core::Health Service::health(const std::string& doing, double progress) const {
       core::ComponentState::kRunning, doing.empty() ? published_ : doing, {}, {{"progress", progress, ""}}};
   if (figures_.empty()) health.state = core::ComponentState::kStarting;
   health.figures.insert(health.figures.end(), figures_.begin(), figures_.end());
-  return health;
+  return live_ ? live_->told(std::move(health), core::monotonic_ns()) : health;
 }
 
 void Service::report_progress(double share, const std::string& doing) {
@@ -365,10 +424,11 @@ void Service::leave_report() const {
                        {"interior_voxels", object.report.interior_voxels}});
   }
   const workspace::Workspace& workspace = cell_.workspace();
-  const nlohmann::json report = {
+  nlohmann::json report = {
       {"cell", cell_.cell().name},  {"version", workspace.version}, {"bricks", workspace.brick_count()},
       {"bytes", workspace.bytes()}, {"build_seconds", build_s_},    {"changes", changes_},
       {"objects", objects}};
+  if (live_) report["live"] = report_of(live_->figures());
   std::filesystem::create_directories(report_.parent_path());
   std::ofstream(report_) << report.dump(2) << '\n';
 }

@@ -147,7 +147,31 @@ std::string LiveCell::name_in(const WorkspaceCommand& command) const {
   return object != objects_.end() ? object->second.config.name : command.object;
 }
 
+core::Expected<layers::WorkspaceChange> LiveCell::begin_live(const workspace::LayerProfile& profile,
+                                                             std::uint64_t version) {
+  for (const auto& [id, object] : objects_)
+    if (id == kLiveId || object.config.name == kLiveName)
+      return core::Status::invalid_argument(label_of(object.config.name, id) +
+                                            " has the id or the name of live matter");
+  auto change = live_.put(kLiveId, {}, profile, {}, version);
+  has_live_ = has_live_ || change;
+  return change;
+}
+
+core::Expected<layers::WorkspaceChange> LiveCell::put_live(workspace::ObjectBricks bricks,
+                                                           const workspace::LayerProfile& profile,
+                                                           std::vector<workspace::BrickKey> touched,
+                                                           std::uint64_t version, int threads) {
+  layers::ActivationOptions options;
+  options.threads = threads;
+  return live_.put(kLiveId, std::move(bricks), profile, std::move(touched), version, options);
+}
+
 core::Expected<std::uint16_t> LiveCell::find(const WorkspaceCommand& command) const {
+  if (has_live_ && (command.object.empty() ? command.id == kLiveId : command.object == kLiveName))
+    return core::Status::invalid_argument(
+        std::string("'") + kLiveName +
+        "' is what depth cameras see; allowed: objects of the cell file and those that commands added");
   if (command.object.empty()) {
     if (objects_.contains(command.id)) return command.id;
     return core::Status::not_found(fmt::format("no object {} in cell {}", command.id, cell_.name));
@@ -192,7 +216,7 @@ void LiveCell::note_mesh(const ServedObject& object) {
 /// cell file keeps its id, by which the kept changes name it.
 std::uint16_t LiveCell::free_id() const {
   const auto taken = [this](std::uint32_t id) {
-    return objects_.contains(static_cast<std::uint16_t>(id)) ||
+    return (has_live_ && id == kLiveId) || objects_.contains(static_cast<std::uint16_t>(id)) ||
            std::ranges::any_of(changes_.objects,
                                [id](const ObjectChange& change) { return change.id == id; });
   };
@@ -211,6 +235,8 @@ CellChange LiveCell::add(const WorkspaceCommand& command, std::uint64_t version,
       throw ConfigError(label_of(config.name, id) +
                         " is there already; move it, or give the new one another name");
   }
+  if (has_live_ && config.name == kLiveName)
+    throw ConfigError(std::string("'") + kLiveName + "' is what depth cameras see; give it another name");
   if (!config.mesh.empty()) check_within(config.mesh, cell_.file.parent_path());
   const std::uint16_t id = config.id = free_id();
   geometry::MeshImportOptions import = limits_.mesh;

@@ -14,6 +14,7 @@
 #include "common/messages/workspace.hpp"
 #include "common/runtime/cell/cell_bodies.hpp"
 #include "components/wva_server/cell_changes.hpp"
+#include "components/wva_server/live_matter.hpp"
 
 namespace phantom::wva_server {
 
@@ -77,6 +78,18 @@ class LiveCell {
   core::Expected<CellChange> apply(const WorkspaceCommand& command, std::uint64_t version,
                                    const layers::ActivationOptions& options);
 
+  /// Makes room for live matter: its profile's μ get codes, and its id and name are given to nothing else.
+  /// Call it once, after activate().
+  core::Expected<layers::WorkspaceChange> begin_live(const workspace::LayerProfile& profile,
+                                                     std::uint64_t version);
+  /// Gives live matter its voxels (layers::LiveWorkspace::put).
+  core::Expected<layers::WorkspaceChange> put_live(workspace::ObjectBricks bricks,
+                                                   const workspace::LayerProfile& profile,
+                                                   std::vector<workspace::BrickKey> touched,
+                                                   std::uint64_t version, int threads);
+  /// Returns the voxels that the model's objects in the workspace fill.
+  workspace::BitVolume solid() const { return live_.solid(kLiveId); }
+
   /// Returns the object that a command other than add is about, or why there is none.
   core::Expected<std::uint16_t> find(const WorkspaceCommand& command) const;
   /// Returns what arms carry in the present version.
@@ -116,6 +129,7 @@ class LiveCell {
   std::set<std::uint64_t> meshes_;  // hashes of all meshes that were ever served: they stay published
   std::uint64_t mesh_bytes_ = 0;    // of these
   CellChanges changes_;
+  bool has_live_ = false;  // live matter has its id
 };
 
 /// Returns one line for the log: what the object's activation found.

@@ -14,7 +14,8 @@ import tempfile
 from pathlib import Path
 
 BUILD, VERSION, COMPONENTS = Path(sys.argv[1]).resolve(), sys.argv[2], sys.argv[3:]
-SERVICES = {"wva_server", "slave_io", "phantom_sensing", "master_io", "audio_percept", "synthetic_viewer", "dds_recorder", "ros2_gateway"}
+SERVICES = {"wva_server", "slave_io", "phantom_sensing", "master_io", "audio_percept", "synthetic_viewer", "dds_recorder", "ros2_gateway",
+            "workspace_camera"}
 
 
 def run(*words, **more):

@@ -98,7 +98,8 @@ TEST_P(Executable, ABrokenTopologyIsNamed) {
 INSTANTIATE_TEST_SUITE_P(Every, Executable,
                          testing::Values("wva_server", "slave_io", "phantom_sensing", "master_io",
                                          "audio_percept", "synthetic_viewer", "phantom_session",
-                                         "dds_recorder", "dds_spy", "workspace_survey", "ros2_gateway"),
+                                         "dds_recorder", "dds_spy", "workspace_survey", "ros2_gateway",
+                                         "workspace_camera"),
                          [](const auto& name) { return std::string(name.param); });
 
 class Parameters : public Executable {};
@@ -132,7 +133,7 @@ INSTANTIATE_TEST_SUITE_P(Every, Parameters,
                          testing::Values("wva_server", "slave_io", "phantom_sensing", "master_io",
                                          "audio_percept", "synthetic_viewer", "phantom_session",
                                          "dds_recorder", "dds_spy", "workspace_survey", "ros2_gateway",
-                                         "simulated_drive"),
+                                         "workspace_camera", "simulated_drive"),
                          [](const auto& name) { return std::string(name.param); });
 
 TEST(KeysOfFiles, ThoseThatOneComponentReadsAreShownByIt) {

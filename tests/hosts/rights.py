@@ -20,6 +20,7 @@ def read_rights(file=RIGHTS):
 
 def endpoints_have_exactly_their_rights(wall):
     rights = read_rights()
+    rights["wva_server"][1].discard("occupancy_change")  # only if its `live` names a source
     rights["slave_io"][0].discard("gripper_state")  # of a gripper, which this arm does not have
     rights["master_io"][1].discard("gripper_state")  # for a haptic device with a grip
     rights["phantom_sensing"][1].difference_update({"gripper_state", "drag_field", "percept"})  # the last two: of shares of the skin

@@ -19,4 +19,5 @@ const struct cyclone_type cyclone_types[] = {
     TYPE(OperatorReply),   TYPE(HapticDevice),    TYPE(HapticDeviceWrench),
     TYPE(GripperState),    TYPE(WristWrench),
     TYPE(ViewPicture),     TYPE(SensorPoints),    TYPE(CameraPicture),
+    TYPE(DepthImage),      TYPE(OccupancyChange),
     {0, 0}};

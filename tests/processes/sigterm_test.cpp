@@ -83,6 +83,7 @@ INSTANTIATE_TEST_SUITE_P(
     testing::Values(Executable{"master_io", "master_io", {}}, Executable{"slave_io", "slave_io", {}},
                     Executable{"phantom_sensing", "phantom_sensing", {}},
                     Executable{"wva_server", "wva_server", {}},
+                    Executable{"workspace_camera", "workspace_camera", {}},
                     Executable{"audio_percept", "audio_percept", {}},
                     Executable{"synthetic_viewer", "synthetic_viewer", {"--config", "VIEWER"}},
                     Executable{"dds_recorder", "dds_recorder", {"record", "--folder", "FOLDER"}},

@@ -160,6 +160,7 @@ INSTANTIATE_TEST_SUITE_P(
                              {"sensing", "dds", "alerts", "workspace", "output"}},
                     Expected{"simulated_drive", core::ThreadRole::kDrives, {"can_bus", "output"}},
                     Expected{"wva_server", core::ThreadRole::kMain, {"dds", "output"}},
+                    Expected{"workspace_camera", core::ThreadRole::kMain, {"dds", "output"}},
                     Expected{"audio_percept", core::ThreadRole::kMain, {"audio", "dds", "output"}}),
     [](const auto& tested) { return std::string(tested.param.component); });
 

@@ -153,6 +153,12 @@ void set(msg::SensorPoints& s) {
   s.stamp(stamp()), s.measured_utc_ns(long_count()), s.frame("camera"), s.width(20'000), s.height(1);
   s.xyz_m(std::vector<float>(60'000, -0.25F));
 }
+void set(msg::DepthImage& s) {
+  s.stamp(stamp()), s.camera("above"), s.age_s(number()), s.width(300), s.height(200);
+  s.fx_px(number()), s.fy_px(number()), s.cx_px(number()), s.cy_px(number());
+  s.min_depth_m(number()), s.max_depth_m(number());
+  s.depth_mm(std::vector<std::uint16_t>(60'000, 1234));
+}
 void set(msg::HapticDevice& s) {
   s.stamp(stamp()), s.wrench_echo(echo()), s.X_DH(pose()), s.velocity_m_s(vector()),
       s.angular_velocity_rad_s(vector());
@@ -189,6 +195,21 @@ void set(msg::WorkspaceObject& s) {
 void set(msg::MeshChunk& s) {
   s.mesh_hash(long_count()), s.chunk(5), s.chunk_count(6), s.vertex_count(count()), s.triangle_count(count());
   s.data(octets(256 * 1024));
+}
+void set(msg::OccupancyChange& s) {
+  s.stamp(stamp()), s.source("workspace_camera"), s.cell("hot_cell"), s.origin_m(vector());
+  s.voxel_size_m(number()), s.size_x_vox(count()), s.size_y_vox(count()), s.size_z_vox(count());
+  s.whole(true), s.image_age_s(number());
+  for (std::uint16_t i = 0; i < 1500; ++i) {
+    msg::OccupancyBlock block;
+    block.x(i), block.y(1023), block.z(7);
+    for (auto& word : block.bits()) word = long_count();
+    s.blocks().push_back(block);
+  }
+  msg::DepthCameraHealth camera;
+  camera.name("above"), camera.state(msg::DepthCameraState::DEPTH_CAMERA_LATE), camera.age_s(number()),
+      camera.rate_hz(number());
+  s.cameras().assign(16, camera);
 }
 void set(msg::WorkspaceCommand& s) {
   s.stamp(stamp()), s.requester("somebody"), s.object("pump"), s.id(6), s.X_WO(pose()), s.sets_guard(true),
@@ -240,7 +261,8 @@ void with_sample(const dds::TopicDescription& topic, const std::function<void(vo
       entry(dds::kViewPicture),        entry(dds::kCameraPicture),    entry(dds::kSensorPoints),
       entry(dds::kWorkspaceBrick),     entry(dds::kWorkspaceVersion), entry(dds::kHapticDevice),
       entry(dds::kHapticDeviceWrench), entry(dds::kWorkspaceObject),  entry(dds::kMeshChunk),
-      entry(dds::kWorkspaceCommand),   entry(dds::kWorkspaceReply),   entry(dds::kComponentStatus)};
+      entry(dds::kDepthImage),         entry(dds::kOccupancyChange),  entry(dds::kWorkspaceCommand),
+      entry(dds::kWorkspaceReply),     entry(dds::kComponentStatus)};
   const auto builder = builders.find(topic.name);
   if (builder == builders.end())
     throw std::runtime_error(std::string(topic.name) + ": no sample of it here; add one to samples.cpp");

@@ -88,6 +88,8 @@ const TopicSpec<msg::CameraPicture> kCameraPicture{
     {"camera_picture", "phantom::msg::CameraPicture", kLarge, &make_type<msg::CameraPicturePubSubType>}};
 const TopicSpec<msg::SensorPoints> kSensorPoints{
     {"sensor_points", "phantom::msg::SensorPoints", kLarge, &make_type<msg::SensorPointsPubSubType>}};
+const TopicSpec<msg::DepthImage> kDepthImage{
+    {"depth_image", "phantom::msg::DepthImage", kLarge, &make_type<msg::DepthImagePubSubType>}};
 const TopicSpec<msg::HapticDevice> kHapticDevice{{"haptic_device", "phantom::msg::HapticDevice",
                                                   periodic(20, 200),
                                                   &make_type<msg::HapticDevicePubSubType>}};
@@ -104,6 +106,8 @@ const TopicSpec<msg::WorkspaceObject> kWorkspaceObject{{"workspace_object", "pha
                                                         &make_type<msg::WorkspaceObjectPubSubType>}};
 const TopicSpec<msg::MeshChunk> kMeshChunk{
     {"mesh_chunk", "phantom::msg::MeshChunk", kDurable, &make_type<msg::MeshChunkPubSubType>}};
+const TopicSpec<msg::OccupancyChange> kOccupancyChange{{"occupancy_change", "phantom::msg::OccupancyChange",
+                                                        kEvent, &make_type<msg::OccupancyChangePubSubType>}};
 const TopicSpec<msg::WorkspaceCommand> kWorkspaceCommand{{"workspace_command",
                                                           "phantom::msg::WorkspaceCommand", kEvent,
                                                           &make_type<msg::WorkspaceCommandPubSubType>}};
@@ -115,12 +119,12 @@ const TopicSpec<msg::ComponentStatus> kComponentStatus{{"component_status", "pha
 
 std::span<const TopicDescription* const> all_topics() {
   static const TopicDescription* const topics[] = {
-      &kMasterState,     &kSlaveState,       &kGripperState,    &kDragField,      &kPercept,
-      &kInterestPoints,  &kSkinPercept,      &kHitAlert,        &kSensingCommand, &kSensingReply,
-      &kOperatorCommand, &kRecordingRequest, &kOperatorReply,   &kWristWrench,    &kViewPose,
-      &kViewPicture,     &kCameraPicture,    &kSensorPoints,    &kHapticDevice,   &kHapticDeviceWrench,
-      &kWorkspaceBrick,  &kWorkspaceVersion, &kWorkspaceObject, &kMeshChunk,      &kWorkspaceCommand,
-      &kWorkspaceReply,  &kComponentStatus};
+      &kMasterState,        &kSlaveState,       &kGripperState,     &kDragField,       &kPercept,
+      &kInterestPoints,     &kSkinPercept,      &kHitAlert,         &kSensingCommand,  &kSensingReply,
+      &kOperatorCommand,    &kRecordingRequest, &kOperatorReply,    &kWristWrench,     &kViewPose,
+      &kViewPicture,        &kCameraPicture,    &kSensorPoints,     &kDepthImage,      &kHapticDevice,
+      &kHapticDeviceWrench, &kWorkspaceBrick,   &kWorkspaceVersion, &kWorkspaceObject, &kMeshChunk,
+      &kOccupancyChange,    &kWorkspaceCommand, &kWorkspaceReply,   &kComponentStatus};
   return topics;
 }
 

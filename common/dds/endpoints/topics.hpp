@@ -61,12 +61,14 @@ extern const TopicSpec<msg::ViewPose> kViewPose;                      ///< 10 Hz
 extern const TopicSpec<msg::ViewPicture> kViewPicture;                ///< at most as configured
 extern const TopicSpec<msg::CameraPicture> kCameraPicture;            ///< at the camera's rate
 extern const TopicSpec<msg::SensorPoints> kSensorPoints;              ///< at the sensor's rate
+extern const TopicSpec<msg::DepthImage> kDepthImage;                  ///< at the camera's rate
 extern const TopicSpec<msg::HapticDevice> kHapticDevice;              ///< at its device's rate
 extern const TopicSpec<msg::HapticDeviceWrench> kHapticDeviceWrench;  ///< 1 kHz
 extern const TopicSpec<msg::WorkspaceBrick> kWorkspaceBrick;          ///< durable
 extern const TopicSpec<msg::WorkspaceVersion> kWorkspaceVersion;      ///< durable
 extern const TopicSpec<msg::WorkspaceObject> kWorkspaceObject;        ///< durable
 extern const TopicSpec<msg::MeshChunk> kMeshChunk;                    ///< durable
+extern const TopicSpec<msg::OccupancyChange> kOccupancyChange;        ///< with each image, 10 Hz at least
 extern const TopicSpec<msg::WorkspaceCommand> kWorkspaceCommand;      ///< on events
 extern const TopicSpec<msg::WorkspaceReply> kWorkspaceReply;          ///< on events
 extern const TopicSpec<msg::ComponentStatus> kComponentStatus;        ///< 2 Hz

@@ -188,6 +188,55 @@ TEST_F(Live, AMoveToTheSamePlaceChangesNothingButTheVersion) {
   EXPECT_EQ(live_.content_hash(), hash_of_both_);
 }
 
+TEST_F(Live, VoxelsOfTheCallersMakeWhatTheirBodyMakes) {
+  std::mt19937 random(3);
+  for (const MergeLaw law :
+       {MergeLaw::kHighestViscosity, MergeLaw::kLatestObject, MergeLaw::kObjectPriority}) {
+    LiveWorkspace live(kLiveGrid, law), twin(kLiveGrid, law);
+    const Body first = random_body(1, random), second = random_body(2, random),
+               moved = random_body(2, random);
+    const LiveBody one[] = {{&first, 0}}, both[] = {{&first, 0}, {&moved, 0}};
+    ASSERT_TRUE(live.add(one, 1));
+    const auto put = [&](const Body& body, std::vector<workspace::BrickKey> touched, std::uint64_t version) {
+      auto bricks = activate_object(body, kLiveGrid).value().bricks;
+      touched.insert(touched.end(), bricks.keys().begin(), bricks.keys().end());
+      return live.put(2, std::move(bricks), body.profile, touched, version);
+    };
+    ASSERT_TRUE(put(second, {}, 2));
+    ASSERT_TRUE(put(moved, activate_object(second, kLiveGrid).value().bricks.keys(), 3));
+    ASSERT_TRUE(twin.add(both, 1));
+    expect_same_content(live.workspace(), twin.workspace());
+    EXPECT_EQ(live.content_hash(), live.workspace().content_hash());
+    // Nothing of it is left, though its μ keep their codes.
+    ASSERT_TRUE(live.put(2, {}, moved.profile, activate_object(moved, kLiveGrid).value().bricks.keys(), 4));
+    LiveWorkspace alone(kLiveGrid, law);
+    ASSERT_TRUE(alone.add(one, 1));
+    expect_same_content(live.workspace(), alone.workspace());
+    EXPECT_FALSE(live.put(2, {}, moved.profile, {}, 4)) << "the version does not rise";
+    EXPECT_FALSE(live.put(0, {}, moved.profile, {}, 5));
+  }
+}
+
+TEST_F(Live, SolidsAreThoseOfAllObjectsButOne) {
+  std::mt19937 random(4);
+  LiveWorkspace live(kLiveGrid, MergeLaw::kHighestViscosity);
+  const Body first = random_body(1, random), second = random_body(2, random);
+  const LiveBody both[] = {{&first, 0}, {&second, 0}};
+  ASSERT_TRUE(live.add(both, 1));
+  const auto bricks_1 = activate_object(first, kLiveGrid).value().bricks;
+  const auto bricks_2 = activate_object(second, kLiveGrid).value().bricks;
+  const workspace::BitVolume all = live.solid(0), without_second = live.solid(2);
+  std::size_t wrong = 0, solids = 0;
+  workspace::VoxelBox::of(kLiveGrid).for_each([&](workspace::Index3 v) {
+    const bool in_1 = bricks_1.at(v) >= workspace::kOrderBoundary,
+               in_2 = bricks_2.at(v) >= workspace::kOrderBoundary;
+    solids += in_1 ? 1 : 0;
+    wrong += (all.get(v) != (in_1 || in_2)) + (without_second.get(v) != in_1);
+  });
+  EXPECT_GT(solids, 100U);
+  EXPECT_EQ(wrong, 0U);
+}
+
 TEST_F(Live, AViscosityOfItsOwnChangesOnlyTheBricksThatItsObjectTouches) {
   const Body odd = ball(3, {0, 0, 0.3}, kOwn);
   const auto reach = activate_object(odd, kLiveGrid).value().bricks.keys();

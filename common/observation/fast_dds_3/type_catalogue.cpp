@@ -167,12 +167,14 @@ void register_topics() {
   msg::register_ViewPicture_type_identifier(ids);
   msg::register_CameraPicture_type_identifier(ids);
   msg::register_SensorPoints_type_identifier(ids);
+  msg::register_DepthImage_type_identifier(ids);
   msg::register_HapticDevice_type_identifier(ids);
   msg::register_HapticDeviceWrench_type_identifier(ids);
   msg::register_WorkspaceBrick_type_identifier(ids);
   msg::register_WorkspaceVersion_type_identifier(ids);
   msg::register_WorkspaceObject_type_identifier(ids);
   msg::register_MeshChunk_type_identifier(ids);
+  msg::register_OccupancyChange_type_identifier(ids);
   msg::register_WorkspaceCommand_type_identifier(ids);
   msg::register_WorkspaceReply_type_identifier(ids);
   msg::register_ComponentStatus_type_identifier(ids);

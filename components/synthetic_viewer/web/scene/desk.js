@@ -5,6 +5,7 @@ import { hitCamera, mainCamera, toolCamera } from './cameras.js';
 import { CornerView } from './corner_view.js';
 import { LeadingHand } from './hand.js';
 import { FluidPanel } from './fluid_panel.js';
+import { LiveMatter } from './live_matter.js';
 import { Pace } from './pace.js';
 import { decode, decodeMesh } from './protocol.js';
 import { coarsen, shade } from './shade.js';
@@ -76,6 +77,7 @@ export class Desk {
     this.page.moved = view => drawn(view)?.offset.moved;
     this.page.corners = new CornerView(this, document.getElementById('calibration-model'));
     this.fluid = new FluidPanel(this.stage, () => this.shown && !this.page.state()?.review, () => this.draw());
+    this.live = new LiveMatter(this.stage, () => this.shown && !this.page.state()?.review, () => this.draw());
     setInterval(() => { this.judgePace(); this.choose(); }, kAgeShown_ms);
     navigator.xr?.addEventListener?.('devicechange', () => this.offerHeadset());
     this.offerHeadset();

@@ -13,6 +13,7 @@ import { makeShape } from './shapes.js';
 import { WholeCheck } from './whole.js';
 
 const kAllViews = 7;
+const kBody = 100, kLiveColour = [236, 110, 28];  // order of a body; colour of live matter, as shown
 const kManyAtOnce = 'WEBGL_multi_draw';
 const matrixOf = rows => new Matrix4().set(...rows, 0, 0, 0, 1);
 const geometryOf = (values, indices) => {
@@ -55,6 +56,10 @@ export class Stage {
     this.poses = null;            // the newest
     this.uniforms = makeUniforms(this.paint.texture);
     this.fluid = new Fluid(this.uniforms.cut);
+    this.live = new Fluid(this.uniforms.cut);  // of live matter, its body alone
+    this.live.setColours(new Map([[kBody, kLiveColour]]));
+    this.live.setOpacity(1);
+    Object.assign(this.live.shells.material, { transparent: false, depthWrite: true });
     this.wholeCheck = new WholeCheck();
     this.oneByOne = false;        // whether each item is drawn by a call of its own
     this.canvas.addEventListener('webglcontextrestored', () => { if (this.oneByOne) this.leaveOutManyAtOnce(); });  // three's own listener came first
@@ -79,7 +84,8 @@ export class Stage {
     this.scene = new Scene().add(this.background, this.floor, this.shadows.mesh, this.lines, this.solid.mesh, this.clear.mesh);
     this.scene.matrixWorldAutoUpdate = false;
     this.renderer.compile(this.scene, this.camera);  // the graphics do it while meshes come; what few look at is compiled when it is shown
-    this.scene.add(...this.fluid.meshes);
+    this.scene.add(...this.fluid.meshes, this.live.shells);
+    this.showLive([]);
     return this;
   }
 
@@ -125,6 +131,12 @@ export class Stage {
     if (cutting === this.fluid.cutting.value) return;
     this.fluid.cutting.value = cutting;
     for (const { material } of [this.solid, this.clear]) Object.assign(material, { defines: cutting ? { CUT: 1 } : {}, needsUpdate: true });
+  }
+
+  // Shows live matter (of decodeShell()) in all views.
+  showLive(shells) {
+    this.live.showShells(shells);
+    this.live.shells.visible = this.live.count > 0;
   }
 
   // Takes a message of the type `item`. Returns the mesh that it needs; null if it needs none, or that is there.

@@ -1,0 +1,139 @@
+#include "components/workspace_camera/config.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <set>
+
+#include "common/messages/living.hpp"
+#include "common/runtime/configuration/fields.hpp"
+
+namespace phantom::workspace_camera {
+namespace {
+
+using runtime::Fields;
+
+void read_simulated(const Fields& sim, SimulatedOptions& options) {
+  fusion::PinholeCamera& camera = options.camera;
+  camera.width_px = 320, camera.height_px = 240, camera.min_depth_m = 0.3, camera.max_depth_m = 4.0;
+  sim.number("width_px", camera.width_px);
+  sim.number("height_px", camera.height_px);
+  camera.fx_px = camera.fy_px = sim.value("focal_px", 280.0);
+  camera.cx_px = 0.5 * (camera.width_px - 1);
+  camera.cy_px = 0.5 * (camera.height_px - 1);
+  sim.number("min_depth_m", camera.min_depth_m);
+  sim.number("max_depth_m", camera.max_depth_m);
+  sim.check(camera.max_depth_m > camera.min_depth_m, "max_depth_m",
+            "is not above min_depth_m; allowed: more than that, up to 20 m");
+  sim.number("rate_hz", options.rate_hz);
+  sim.number("latency_s", options.latency_s);
+  sim.number("sigma_at_1m_m", options.noise.sigma.at_1m_m);
+  sim.number("seed", options.seed);
+}
+
+geometry::Pose read_place(const Fields& fields) {
+  if (fields.one_of("pose", "pose") == "pose") return fields.pose("pose");
+  const Eigen::Vector3d eye_m = fields.vector3("looks_from_m");
+  fields.check(fields.has("looks_at_m"), "looks_from_m", "needs looks_at_m, too; allowed: both, or a pose");
+  const Eigen::Vector3d way_m = fields.vector3("looks_at_m") - eye_m;
+  fields.check(way_m.head<2>().norm() > 1e-3 * way_m.norm(), "looks_at_m",
+               "is straight above or below looks_from_m, or there; allowed: another direction, or a pose");
+  return looking_at(eye_m, eye_m + way_m);
+}
+
+CameraConfig read_camera(const Fields& fields) {
+  CameraConfig camera;
+  fields.text("name", camera.name);
+  fields.choice("driver", camera.driver,
+                {{"topic", CameraDriver::kTopic}, {"sim", CameraDriver::kSimulated}});
+  camera.X_FC = read_place(fields);
+  fields.text("link", camera.link);
+  read_simulated(fields.section("sim"), camera.simulated);
+  return camera;
+}
+
+Thing read_thing(const Fields& fields) {
+  Thing thing;
+  fields.text("name", thing.name);
+  fields.choice(
+      "shape", thing.shape,
+      {{"box", Thing::Shape::kBox}, {"ball", Thing::Shape::kBall}, {"cylinder", Thing::Shape::kCylinder}});
+  fields.vector3("size_m", thing.size_m);
+  fields.check(thing.size_m.minCoeff() >= 0.001 && thing.size_m.maxCoeff() <= 10.0, "size_m",
+               "is out of range; allowed: 0.001 to 10 m each");
+  fields.vector3("from_m", thing.from_m);
+  thing.to_m = thing.from_m;
+  fields.vector3("to_m", thing.to_m);
+  fields.number("trip_s", thing.trip_s);
+  fields.number("appears_s", thing.appears_s);
+  fields.number("stays_s", thing.stays_s);
+  fields.number("every_s", thing.every_s);
+  fields.check(thing.every_s == 0.0 || (thing.stays_s > 0.0 && thing.stays_s < thing.every_s), "every_s",
+               "is not longer than it stays; allowed: 0, or more than stays_s, which is then above 0");
+  fields.flag("steel", thing.steel);
+  return thing;
+}
+
+}  // namespace
+
+bool Thing::is_there(double time_s) const noexcept {
+  double since_s = time_s - appears_s;
+  if (since_s < 0.0) return false;
+  if (every_s > 0.0) since_s = std::fmod(since_s, every_s);
+  return stays_s == 0.0 || since_s < stays_s;
+}
+
+Eigen::Vector3d Thing::middle_m(double time_s) const noexcept {
+  if (trip_s <= 0.0) return from_m;
+  const double share = 0.5 - 0.5 * std::cos(2.0 * std::numbers::pi * (time_s - appears_s) / trip_s);
+  return from_m + share * (to_m - from_m);
+}
+
+bool WorkspaceCameraConfig::simulates() const {
+  return std::ranges::any_of(
+      cameras, [](const CameraConfig& camera) { return camera.driver == CameraDriver::kSimulated; });
+}
+
+geometry::Pose looking_at(const Eigen::Vector3d& eye_m, const Eigen::Vector3d& target_m) {
+  geometry::Pose X{{}, eye_m};
+  const Eigen::Vector3d z = (target_m - eye_m).normalized(),
+                        x = z.cross(Eigen::Vector3d::UnitZ()).normalized();
+  X.rotation << x, z.cross(x), z;
+  return X;
+}
+
+WorkspaceCameraConfig load_config(const std::filesystem::path& path) {
+  const Fields file(path, {kParameters});
+  WorkspaceCameraConfig config;
+  file.text("arm", config.arm);
+  file.number("status_rate_hz", config.status_rate_hz);
+  file.number("heartbeat_s", config.heartbeat_s);
+  file.number("whole_every_s", config.whole_every_s);
+  file.number("late_s", config.late_s);
+  file.number("dead_s", config.dead_s);
+  file.check(config.dead_s > config.late_s, "dead_s", "is not above late_s; allowed: more than that");
+  file.choice("on_loss", config.on_loss, {{"keep", OnLoss::kKeep}, {"end", OnLoss::kEnd}});
+  file.number("arm_margin_m", config.fusion.masks.arm_margin_m);
+  const Fields fusion = file.section("fusion");
+  fusion.number("max_blocks", config.fusion.max_blocks);
+  fusion.number("sigma_at_1m_m", config.fusion.sigma.at_1m_m);
+  fusion.number("min_component_vox", config.fusion.min_component_vox);
+  config.fusion.unknown =
+      config.on_loss == OnLoss::kEnd ? fusion::UnknownPolicy::kFree : fusion::UnknownPolicy::kIgnore;
+  std::set<std::string> names;
+  for (const Fields& fields : file.sections("cameras")) {
+    config.cameras.push_back(read_camera(fields));
+    fields.check(names.insert(config.cameras.back().name).second, "name",
+                 "is another camera's, too; allowed: each once");
+  }
+  file.check(!config.cameras.empty() && config.cameras.size() <= messages::kMaxDepthCameras, "cameras",
+             "has none, or too many; allowed: 1 to 16");
+  constexpr std::size_t kMostThings = 64;
+  for (const Fields& fields : file.sections("things")) config.things.push_back(read_thing(fields));
+  file.check(config.things.size() <= kMostThings, "things", "has too many; allowed: 0 to 64");
+  file.finish();
+  return config;
+}
+
+}  // namespace phantom::workspace_camera

@@ -1,0 +1,137 @@
+#include "components/workspace_camera/dds_adapter.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <condition_variable>
+#include <mutex>
+
+#include "common/dds/admission/refusal_log.hpp"
+#include "common/messages/codecs/living_codec.hpp"
+#include "common/messages/codecs/teleoperation_codec.hpp"
+#include "common/messages/codecs/workspace_codec.hpp"
+#include "common/messages/publisher.hpp"
+#include "common/messages/status_reporter.hpp"
+#include "common/messages/topic_receiver.hpp"
+
+namespace phantom::workspace_camera {
+
+struct DdsAdapter::Impl {
+  Impl(const core::NetworkOptions& network, const std::string& name, const std::vector<std::string>& cameras,
+       const robot::SerialArm* arm, ArmHistory& history)
+      : participant("workspace_camera", network),
+        names(cameras),
+        receivers(cameras.size()),
+        waiting(cameras.size()),
+        changes(participant, dds::kOccupancyChange),
+        status(participant, name) {
+    if (arm != nullptr) {
+      slave.emplace(participant, dds::kSlaveState, messages::bounds_of(*arm),
+                    [&history](const messages::Received<messages::SlaveState>& state) {
+                      history.put(state.received_ns, state.position);
+                    });
+      gripper.emplace(participant, dds::kGripperState, messages::ArmBounds(),
+                      [&history](const messages::Received<messages::GripperState>& state) {
+                        history.set_closing(1.0 - state.sense.width_m / state.widest_m);
+                      });
+      versions.emplace(participant, dds::kWorkspaceVersion,
+                       [this](const msg::WorkspaceVersion& message, const dds::SampleInfo&) {
+                         const auto version = messages::from_idl(message);
+                         if (!version) return false;
+                         const std::lock_guard lock(mutex);
+                         carried = version->carried;
+                         return true;
+                       });
+    }
+    if (!cameras.empty())
+      images.emplace(participant, dds::kDepthImage,
+                     [this](const msg::DepthImage& message, const dds::SampleInfo& info) {
+                       return take(message, info);
+                     });
+  }
+
+  bool take(const msg::DepthImage& message, const dds::SampleInfo& info) {
+    const auto found = std::ranges::find(names, std::string(message.camera().c_str()));
+    if (found == names.end()) {
+      refusals.refused("no camera of that name is configured with driver: topic", info.received_ns);
+      return false;
+    }
+    const auto camera = static_cast<std::size_t>(found - names.begin());
+    auto image = receivers[camera].take(message, info.received_ns);
+    if (!image) {
+      refusals.refused(image.status().message(), info.received_ns);
+      return false;
+    }
+    const std::lock_guard lock(mutex);
+    waiting[camera] = *std::move(image);
+    arrived.notify_one();
+    return true;
+  }
+
+  dds::Participant participant;
+  const std::vector<std::string> names;
+  std::mutex mutex;
+  std::condition_variable arrived;
+  std::vector<messages::TopicReceiver<msg::DepthImage>> receivers;  // by camera; the middleware's thread
+  std::vector<std::optional<messages::Received<messages::DepthImage>>> waiting;  // guarded by mutex
+  std::optional<std::vector<messages::CarriedObject>> carried;                   // likewise
+  std::size_t turn = 0;
+  dds::RefusalLog refusals{"depth_image"};
+  messages::Publisher<messages::OccupancyChange> changes;
+  std::uint32_t served = 0;  // readers that have got a whole occupancy
+  messages::StatusReporter status;
+  std::optional<messages::TopicSubscriber<msg::SlaveState>> slave;
+  std::optional<messages::TopicSubscriber<msg::GripperState>> gripper;
+  std::optional<dds::Reader<msg::WorkspaceVersion>> versions;
+  std::optional<dds::Reader<msg::DepthImage>> images;
+};
+
+DdsAdapter::DdsAdapter(const core::NetworkOptions& network, const std::string& name,
+                       const std::vector<std::string>& cameras, const robot::SerialArm* arm,
+                       ArmHistory& history)
+    : impl_(std::make_unique<Impl>(network, name, cameras, arm, history)) {}
+DdsAdapter::~DdsAdapter() = default;
+
+std::optional<DdsAdapter::Image> DdsAdapter::next_image(double wait_s) {
+  std::unique_lock lock(impl_->mutex);
+  const auto some_waits = [this] {
+    return std::ranges::any_of(impl_->waiting, [](const auto& image) { return image.has_value(); });
+  };
+  if (!impl_->arrived.wait_for(lock, std::chrono::duration<double>(std::max(0.0, wait_s)), some_waits))
+    return std::nullopt;
+  while (!impl_->waiting[impl_->turn]) impl_->turn = (impl_->turn + 1) % impl_->waiting.size();
+  Image image{*std::move(impl_->waiting[impl_->turn]), impl_->turn};
+  impl_->waiting[impl_->turn].reset();
+  impl_->turn = (impl_->turn + 1) % impl_->waiting.size();
+  return image;
+}
+
+std::optional<std::vector<messages::CarriedObject>> DdsAdapter::carried() {
+  const std::lock_guard lock(impl_->mutex);
+  return std::exchange(impl_->carried, std::nullopt);
+}
+
+bool DdsAdapter::has_newcomer() const { return impl_->changes.matched() > impl_->served; }
+
+bool DdsAdapter::publish(const messages::OccupancyChange& change) {
+  const std::uint32_t readers = impl_->changes.matched();
+  const bool sent = impl_->changes.publish(change);
+  if (change.whole && sent) {
+    impl_->served = readers;
+  } else {
+    impl_->served = std::min(impl_->served, readers);
+  }
+  return sent && !has_newcomer();
+}
+
+void DdsAdapter::report(const core::Health& health) {
+  const core::Nanoseconds now_ns = core::monotonic_ns();
+  core::Health published = health;
+  if (impl_->slave && impl_->slave->source().has_second(now_ns))
+    published = dds::with_rival(std::move(published), "slave_state");
+  for (const auto& receiver : impl_->receivers)
+    if (receiver.source().has_second(now_ns))
+      published = dds::with_rival(std::move(published), "depth_image");
+  impl_->status.publish(published);
+}
+
+}  // namespace phantom::workspace_camera

@@ -1,0 +1,40 @@
+#include <future>
+#include <optional>
+
+#include "common/dds/endpoints/participant.hpp"
+#include "common/runtime/configuration/deployment.hpp"
+#include "common/runtime/process/process.hpp"
+#include "components/workspace_camera/service.hpp"
+
+int main(int argc, char** argv) {
+  using namespace phantom;
+  runtime::ProcessDescription description;
+  description.name = "workspace_camera";
+  description.summary =
+      "Turns what depth cameras see into changes of the workspace's occupancy: masks the arm at each image's own "
+      "time, fuses the images, and tells wva_server what has come and gone.";
+  description.details =
+      "Topics in: depth_image, slave_state, gripper_state, workspace_version. Topics out: occupancy_change, "
+      "component_status.\n"
+      "Example: workspace_camera --deployment deploy/topologies/live.yaml";
+  description.parameters = {workspace_camera::kParameters};
+  description.run = [](const runtime::ProcessOptions& options) {
+    const auto config = workspace_camera::load_config(options.config);
+    const auto deployment = runtime::load_deployment(options);
+    if (config.simulates())
+      runtime::require_simulation_meant(deployment, options, "workspace_camera.yaml: driver: sim");
+    std::optional<runtime::EndsAtOnce> starting(std::in_place);
+    auto profiles = std::async(std::launch::async, dds::check_qos_profiles, deployment.network.qos_profiles);
+    auto loaded = workspace_camera::load_cell(config, deployment.cell);
+    profiles.get();
+    if (options.check) {
+      workspace_camera::check_service(config, std::move(loaded));
+      return runtime::configuration_is_valid(": " + std::to_string(config.cameras.size()) + " cameras");
+    }
+    starting.reset();
+    const std::string name = options.name.empty() ? options.component : options.name;
+    workspace_camera::run_service(config, deployment.network, std::move(loaded), name, options.report_dir);
+    return static_cast<int>(runtime::kExitDone);
+  };
+  return runtime::process_main(argc, argv, description);
+}

@@ -1,0 +1,255 @@
+#include "components/workspace_camera/service.hpp"
+
+#include <spdlog/fmt/fmt.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "common/core/clock.hpp"
+#include "common/core/errors.hpp"
+#include "common/runtime/cell/arm_model.hpp"
+#include "common/runtime/cell/cell_bodies.hpp"
+#include "common/runtime/cell/cell_names.hpp"
+#include "common/runtime/process/process.hpp"
+#include "components/workspace_camera/dds_adapter.hpp"
+#include "components/workspace_camera/simulated_camera.hpp"
+#include "components/workspace_camera/workspace_camera.hpp"
+
+namespace phantom::workspace_camera {
+namespace {
+
+constexpr double kLongestWait_s = 0.05;  // bounds the delay of a requested stop
+
+std::unique_ptr<ArmView> load_arm_view(const runtime::CellConfig& cell, const std::string& name) {
+  if (cell.arms.empty() && name.empty()) return nullptr;
+  const runtime::ArmConfig& config = cell.arm(name);
+  robot::SerialArm arm = runtime::load_arm(config);
+  robot::SkinOptions options;
+  options.voxel_size_m = cell.voxel_size_m;
+  auto skin = robot::lay_out_skin(arm, runtime::load_skin(config, arm), options);
+  if (!skin) throw core::ConfigError("arm '" + config.name + "': " + skin.status().message());
+  const double pitch_m = options.pitch_vox * cell.voxel_size_m.reference_m();
+  return std::make_unique<ArmView>(std::move(arm), runtime::load_closed_arm(config), std::move(skin).value(),
+                                   pitch_m);
+}
+
+std::unique_ptr<const fusion::CameraScene> load_scene(const runtime::CellConfig& cell) {
+  std::vector<fusion::CameraScene::Object> objects;
+  for (const geometry::PlacedMesh& body : runtime::load_real_bodies(cell))
+    objects.push_back({body.mesh_W, false});
+  return std::make_unique<const fusion::CameraScene>(objects);
+}
+
+/// A simulated camera, and when its next image is due.
+struct Simulated {
+  std::size_t camera = 0;
+  SimulatedCamera simulator;
+  core::Nanoseconds period_ns, latency_ns, next_ns;
+};
+
+/// What the report tells.
+struct Tally {
+  std::uint64_t samples = 0, whole = 0, unsent = 0;
+  std::vector<float> age_ms;          // of the image that a change rests on, when it was sent
+  std::vector<float> fuse_ms;         // what an image took: drawing the arm, and fusing
+  std::vector<std::uint32_t> blocks;  // that a change had
+  static constexpr std::size_t kMost = 500'000;
+};
+
+template <class T>
+nlohmann::json spread_of(std::vector<T> values) {
+  if (values.empty()) return nullptr;
+  std::sort(values.begin(), values.end());
+  const auto at = [&values](double share) {
+    return values[static_cast<std::size_t>(share * static_cast<double>(values.size() - 1))];
+  };
+  return {{"p50", at(0.5)}, {"p99", at(0.99)}, {"max", values.back()}, {"n", values.size()}};
+}
+
+class Service {
+ public:
+  Service(const WorkspaceCameraConfig& config, const core::NetworkOptions& network, LoadedCell loaded,
+          const std::string& name)
+      : config_(config),
+        loaded_(std::move(loaded)),
+        camera_(config, name, loaded_.cell.name, runtime::grid_of(loaded_.cell), loaded_.arm.get(), history_),
+        start_ns_(core::monotonic_ns()) {
+    std::vector<std::string> heard;
+    for (std::size_t i = 0; i < config.cameras.size(); ++i) {
+      const CameraConfig& camera = config.cameras[i];
+      if (camera.driver == CameraDriver::kTopic) {
+        heard.push_back(camera.name);
+        heard_.push_back(i);
+        continue;
+      }
+      const SimulatedOptions& options = camera.simulated;
+      simulated_.push_back({i, SimulatedCamera(options, camera.X_FC, *loaded_.simulated, config.things),
+                            core::from_seconds(1.0 / options.rate_hz), core::from_seconds(options.latency_s),
+                            start_ns_});
+    }
+    adapter_.emplace(network, name, heard, loaded_.arm ? &loaded_.arm->arm() : nullptr, history_);
+  }
+
+  void run(const std::filesystem::path& report_dir) {
+    spdlog::info("fuses {} cameras, {} of them simulated, in cell {}", config_.cameras.size(),
+                 simulated_.size(), loaded_.cell.name);
+    while (!runtime::stop_requested()) {
+      take_carried();
+      for (Simulated& one : simulated_) simulate(one);
+      if (const auto image = adapter_->next_image(wait_s())) take(*image);
+      const core::Nanoseconds now_ns = core::monotonic_ns();
+      const bool changed = camera_.watch(now_ns);
+      publish(now_ns, changed);
+      if (changed || now_ns >= next_report_ns_) report(now_ns);
+    }
+    core::Health last = camera_.health(core::monotonic_ns());
+    last.state = core::ComponentState::kStopped;
+    last.message = "stopped on request";
+    adapter_->report(last);
+    if (!report_dir.empty()) leave_report(report_dir);
+  }
+
+ private:
+  double wait_s() const {
+    core::Nanoseconds due_ns = std::min(next_report_ns_, sent_ns_ + core::from_seconds(config_.heartbeat_s));
+    for (const Simulated& one : simulated_) due_ns = std::min(due_ns, one.next_ns);
+    return std::clamp(core::seconds(due_ns - core::monotonic_ns()), 0.0, kLongestWait_s);
+  }
+
+  /// An object that was added by a command has a mesh that is not of the cell file: it is not masked.
+  void take_carried() {
+    const auto carried = adapter_->carried();
+    if (!carried || !loaded_.arm) return;
+    std::vector<LinkPart> parts;
+    for (const messages::CarriedObject& object : *carried) {
+      const auto frame = loaded_.arm->arm().find_frame(object.frame);
+      const bool own = config_.arm.empty() || object.arm == config_.arm;
+      const auto mesh = std::ranges::find(loaded_.meshes, object.mesh_hash,
+                                          &std::pair<std::uint64_t, geometry::TriangleMesh>::first);
+      if (!own || !frame || mesh == loaded_.meshes.end()) continue;
+      parts.push_back({frame->first, frame->second * object.X_FO, mesh->second});
+    }
+    loaded_.arm->set_carried(std::move(parts));
+  }
+
+  /// Makes the image that is due: what was there when it was exposed.
+  void simulate(Simulated& one) {
+    const core::Nanoseconds now_ns = core::monotonic_ns();
+    if (now_ns < one.next_ns) return;
+    // A late image is left out, not made later: the newest counts.
+    one.next_ns += std::max<core::Nanoseconds>(1, (now_ns - one.next_ns) / one.period_ns + 1) * one.period_ns;
+    const core::Nanoseconds exposed_ns = now_ns - one.latency_ns;
+    const auto pose = loaded_.arm ? history_.at(exposed_ns) : std::nullopt;
+    const auto pixels = one.simulator.image(core::seconds(exposed_ns - start_ns_), loaded_.arm.get(),
+                                            pose ? &*pose : nullptr);
+    fuse({one.camera, one.simulator.camera(), exposed_ns, pixels});
+  }
+
+  void take(const DdsAdapter::Image& image) {
+    const fusion::PinholeCamera pinhole{static_cast<int>(image.width),
+                                        static_cast<int>(image.height),
+                                        image.fx_px,
+                                        image.fy_px,
+                                        image.cx_px,
+                                        image.cy_px,
+                                        image.min_depth_m,
+                                        image.max_depth_m};
+    fuse(
+        {heard_[image.camera], pinhole, image.received_ns - core::from_seconds(image.age_s), image.depth_mm});
+  }
+
+  void fuse(const CameraImage& image) {
+    const core::Nanoseconds from_ns = core::monotonic_ns();
+    if (!camera_.take(image, from_ns)) return;
+    if (tally_.fuse_ms.size() < Tally::kMost)
+      tally_.fuse_ms.push_back(static_cast<float>(1e3 * core::seconds(core::monotonic_ns() - from_ns)));
+  }
+
+  void publish(core::Nanoseconds now_ns, bool state_changed) {
+    const bool heartbeat = now_ns - sent_ns_ >= core::from_seconds(config_.heartbeat_s);
+    const bool newcomer = adapter_->has_newcomer();
+    if (!camera_.has_changes() && !heartbeat && !state_changed && !newcomer) return;
+    const bool whole =
+        must_be_whole_ || newcomer || now_ns - whole_ns_ >= core::from_seconds(config_.whole_every_s);
+    const messages::OccupancyChange change = camera_.change(whole, now_ns);
+    must_be_whole_ = !adapter_->publish(change);
+    sent_ns_ = now_ns;
+    if (whole) whole_ns_ = now_ns;
+    ++tally_.samples;
+    tally_.whole += whole ? 1 : 0;
+    tally_.unsent += must_be_whole_ ? 1 : 0;
+    if (whole || change.blocks.empty() || tally_.blocks.size() >= Tally::kMost) return;
+    tally_.blocks.push_back(static_cast<std::uint32_t>(change.blocks.size()));
+    if (change.image_age_s >= 0.0) tally_.age_ms.push_back(static_cast<float>(1e3 * change.image_age_s));
+  }
+
+  void report(core::Nanoseconds now_ns) {
+    const core::Health health = camera_.health(now_ns);
+    if (health.message != said_) {
+      const bool degraded = health.state == core::ComponentState::kDegraded;
+      spdlog::log(degraded ? spdlog::level::warn : spdlog::level::info, "{}", said_ = health.message);
+    }
+    adapter_->report(health);
+    next_report_ns_ = now_ns + core::from_seconds(1.0 / config_.status_rate_hz);
+  }
+
+  void leave_report(const std::filesystem::path& folder) const {
+    const nlohmann::ordered_json report{{"cell", loaded_.cell.name},
+                                        {"images", camera_.fused_images()},
+                                        {"samples", tally_.samples},
+                                        {"whole_samples", tally_.whole},
+                                        {"fuse_ms", spread_of(tally_.fuse_ms)},
+                                        {"image_to_change_ms", spread_of(tally_.age_ms)},
+                                        {"blocks_changed", spread_of(tally_.blocks)},
+                                        {"fusion_bytes", camera_.fusion().bytes()}};
+    std::filesystem::create_directories(folder);
+    std::ofstream(folder / "workspace_camera.json") << report.dump(2) << '\n';
+  }
+
+  const WorkspaceCameraConfig& config_;
+  LoadedCell loaded_;
+  ArmHistory history_;
+  WorkspaceCamera camera_;
+  const core::Nanoseconds start_ns_;
+  std::vector<Simulated> simulated_;
+  std::vector<std::size_t> heard_;  // cameras of depth_image, by their place in the adapter
+  std::optional<DdsAdapter> adapter_;
+  core::Nanoseconds sent_ns_ = 0, whole_ns_ = 0, next_report_ns_ = 0;
+  bool must_be_whole_ = true;
+  std::string said_;
+  Tally tally_;
+};
+
+}  // namespace
+
+LoadedCell load_cell(const WorkspaceCameraConfig& config, const std::filesystem::path& cell_file) {
+  LoadedCell loaded;
+  loaded.cell = runtime::load_checked_cell(cell_file, runtime::CellArms::kOptional);
+  loaded.arm = load_arm_view(loaded.cell, config.arm);
+  if (config.simulates()) loaded.simulated = load_scene(loaded.cell);
+  for (runtime::CellBody& body : runtime::load_bodies(loaded.cell)) {
+    const std::uint64_t hash = body.mesh_O.content_hash();
+    loaded.meshes.emplace_back(hash, std::move(body.mesh_O));
+  }
+  for (const CameraConfig& camera : config.cameras) {
+    if (camera.driver == CameraDriver::kSimulated && !camera.link.empty())
+      throw core::ConfigError("camera '" + camera.name +
+                              "': a simulated camera on a link; allowed: driver: sim with link: \"\"");
+  }
+  return loaded;
+}
+
+void check_service(const WorkspaceCameraConfig& config, LoadedCell loaded) {
+  const ArmHistory history;
+  const WorkspaceCamera camera(config, "check", loaded.cell.name, runtime::grid_of(loaded.cell),
+                               loaded.arm.get(), history);
+}
+
+void run_service(const WorkspaceCameraConfig& config, const core::NetworkOptions& network, LoadedCell loaded,
+                 const std::string& name, const std::filesystem::path& report_dir) {
+  Service(config, network, std::move(loaded), name).run(report_dir);
+}
+
+}  // namespace phantom::workspace_camera

@@ -1,0 +1,103 @@
+#include "components/workspace_camera/dds_adapter.hpp"
+
+#include <gtest/gtest.h>
+
+#include "common/dds/endpoints/endpoint.hpp"
+#include "common/dds/tests/test_network.hpp"
+#include "common/messages/codecs/living_codec.hpp"
+#include "common/messages/codecs/status_codec.hpp"
+#include "common/messages/publisher.hpp"
+#include "components/workspace_camera/tests/rig.hpp"
+
+namespace phantom::workspace_camera::dds_adapter_test {
+namespace {
+
+messages::DepthImage an_image(std::uint16_t depth_mm, const std::string& camera = "above") {
+  messages::DepthImage image;
+  image.camera = camera;
+  image.width = 64, image.height = 48;
+  image.fx_px = image.fy_px = 60.0;
+  image.min_depth_m = 0.2, image.max_depth_m = 4.0;
+  image.depth_mm.assign(64 * 48, depth_mm);
+  return image;
+}
+
+/// A camera's process.
+struct CameraProcess {
+  explicit CameraProcess(const core::NetworkOptions& network) : participant("camera", network) {}
+  dds::Participant participant;
+  messages::Publisher<messages::DepthImage> images{participant, dds::kDepthImage};
+};
+
+TEST(DdsAdapter, BringsTheImagesOfItsCamerasAlone) {
+  const core::NetworkOptions network = dds::test_network();
+  ArmHistory history;
+  DdsAdapter adapter(network, "workspace_camera", {"left", "above"}, nullptr, history);
+  CameraProcess sender(network);
+  std::optional<DdsAdapter::Image> image;
+  EXPECT_TRUE(dds::eventually([&] {
+    sender.images.publish(an_image(777, "of another cell"));
+    sender.images.publish(an_image(1234));
+    image = adapter.next_image(0.01);
+    return image.has_value();
+  }));
+  ASSERT_TRUE(image);
+  EXPECT_EQ(image->camera, 1U);
+  EXPECT_EQ(image->depth_mm, an_image(1234).depth_mm);
+  EXPECT_GT(image->received_ns, 0);
+}
+
+// Tries workspace_camera: two processes send the images of one camera
+TEST(DdsAdapter, OfTwoSendersOfOneCameraTheFirstIsFollowed) {
+  const core::NetworkOptions network = dds::test_network();
+  ArmHistory history;
+  DdsAdapter adapter(network, "workspace_camera", {"above"}, nullptr, history);
+  CameraProcess first(network);
+  ASSERT_TRUE(dds::eventually([&] {
+    first.images.publish(an_image(1000));
+    return adapter.next_image(0.01).has_value();
+  }));
+  CameraProcess second(network);
+  dds::Waiter waiter;
+  std::string message;
+  dds::Reader<msg::ComponentStatus> status(first.participant, dds::kComponentStatus,
+                                           [&](const msg::ComponentStatus& sample, const dds::SampleInfo&) {
+                                             waiter.change([&] { message = sample.message().c_str(); });
+                                           });
+  EXPECT_TRUE(dds::eventually([&] {
+    first.images.publish(an_image(1000));
+    second.images.publish(an_image(2000));
+    while (const auto image = adapter.next_image(0.005))
+      EXPECT_EQ(image->depth_mm[0], 1000) << "of the second";
+    adapter.report({core::ComponentState::kRunning, "", {}, {}});
+    return waiter.wait([&] { return message.find("depth_image") != std::string::npos; },
+                       std::chrono::seconds(0));
+  }));
+}
+
+TEST(DdsAdapter, WhoeverJoinsIsToldOnceWhole) {
+  const core::NetworkOptions network = dds::test_network();
+  ArmHistory history;
+  DdsAdapter adapter(network, "workspace_camera", {}, nullptr, history);
+  messages::OccupancyChange whole;
+  whole.source = "workspace_camera", whole.cell = "cell", whole.grid = rig::grid(), whole.whole = true;
+  EXPECT_TRUE(adapter.publish(whole));
+  EXPECT_FALSE(adapter.has_newcomer());
+  dds::Participant other("wva_server", network);
+  dds::Waiter waiter;
+  int heard = 0;
+  dds::Reader<msg::OccupancyChange> reader(other, dds::kOccupancyChange,
+                                           [&](const msg::OccupancyChange& sample, const dds::SampleInfo&) {
+                                             waiter.change([&] { heard += sample.whole() ? 1 : 0; });
+                                           });
+  ASSERT_TRUE(dds::eventually([&] { return adapter.has_newcomer(); }));
+  messages::OccupancyChange change = whole;
+  change.whole = false;
+  EXPECT_FALSE(adapter.publish(change)) << "the newcomer needs a whole one";
+  EXPECT_TRUE(adapter.publish(whole));
+  EXPECT_FALSE(adapter.has_newcomer());
+  EXPECT_TRUE(waiter.wait([&] { return heard == 1; }));
+}
+
+}  // namespace
+}  // namespace phantom::workspace_camera::dds_adapter_test

@@ -1,0 +1,115 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/fusion/incremental_layers.hpp"
+#include "common/messages/living.hpp"
+
+namespace phantom::wva_server {
+
+/// Name and id of live matter in the workspace. The id is given to nothing else while live matter is served.
+inline constexpr const char* kLiveName = "live matter";
+inline constexpr std::uint16_t kLiveId = 65534;
+
+/// What becomes of live matter whose source is silent.
+enum class OnLoss : std::uint8_t { kKeep, kEnd };
+
+/// Where live matter comes from, and how it is told from the model.
+struct LiveRules {
+  std::string source;     ///< name of the process whose occupancy_change is taken; empty: there is none
+  int tolerance_vox = 4;  ///< voxels so near to a solid of the model are the model's
+  /// Layers of live matter; without a thickness those of the cell.
+  workspace::LayerProfile profile;
+  OnLoss on_loss = OnLoss::kKeep;
+  double silence_s = 0.5;  ///< after which the source is lost
+
+  bool wanted() const { return !source.empty(); }
+};
+
+/// Samples of occupancy_change put together until somebody takes them: one change, however many came. A
+/// change counts only if all before it were heard since the last whole one. Bounded. Not thread-safe.
+class LiveIntake {
+ public:
+  /// Takes a sample. Returns false if it is of no use until a whole one comes.
+  bool put(messages::OccupancyChange sample, core::Nanoseconds received_ns);
+  /// Waits for a whole one.
+  void restart();
+
+  struct Taken {
+    bool whole = false;  ///< blocks that are not there are free
+    std::vector<messages::OccupancyBlock> blocks;
+    /// When the earliest image that these rest on was exposed, by this host's clock; none: no image.
+    std::optional<core::Nanoseconds> exposed_ns;
+  };
+  /// Returns what came since the last call; nothing, if no block may have changed.
+  std::optional<Taken> take();
+
+  bool waiting() const { return waiting_; }
+  /// When the newest sample came, useful or not; 0: none did.
+  core::Nanoseconds received_ns() const { return received_ns_; }
+  bool follows() const { return follows_; }
+  std::uint64_t missed() const { return missed_; }
+  /// The cameras as the newest sample tells of them.
+  const std::vector<messages::DepthCameraHealth>& cameras() const { return cameras_; }
+
+ private:
+  bool follows_ = false;  // all changes since a whole one were heard
+  core::SampleId newest_;
+  core::Nanoseconds received_ns_ = 0;
+  std::uint64_t missed_ = 0;
+  std::vector<messages::DepthCameraHealth> cameras_;
+  bool waiting_ = false, whole_ = false;
+  std::map<std::array<std::uint16_t, 3>, messages::OccupancyBlock> blocks_;
+  std::optional<core::Nanoseconds> exposed_ns_;
+};
+
+/// Occupied voxels that no object of the model explains, as one object of the workspace with layers. Every
+/// state equals what the same occupancy and the same model make from nothing. One thread; not real-time safe.
+class LiveMatter {
+ public:
+  /// Refuses a grid or a profile that live matter cannot have, and a tolerance out of 0…20 voxels.
+  static core::Expected<LiveMatter> create(const workspace::GridSpec& grid, const LiveRules& rules);
+
+  const workspace::LayerProfile& profile() const { return profile_; }
+  /// Takes what depth cameras see. Blocks beyond the grid are left out.
+  void take(const LiveIntake::Taken& seen);
+  /// Takes which voxels the model's objects fill.
+  void set_model(const workspace::BitVolume& solid);
+
+  struct Update {
+    workspace::ObjectBricks bricks;
+    std::vector<workspace::BrickKey> touched;  ///< bricks that differ from the update before; empty: none
+  };
+  /// Brings the layers up to date.
+  Update update();
+
+  std::size_t voxels() const { return voxels_; }
+  /// Returns the middle of the voxels in W; nothing, if there are none.
+  std::optional<Eigen::Vector3d> middle_m() const;
+
+ private:
+  LiveMatter(const workspace::GridSpec& grid, workspace::LayerProfile profile,
+             fusion::IncrementalLayers layers, std::optional<fusion::IncrementalLayers> near);
+
+  void touch(workspace::Index3 block);
+  void set_block(workspace::Index3 block, const std::array<std::uint64_t, 8>& bits);
+  void note_near(workspace::BrickKey key, const std::int8_t* orders);
+  bool renew(workspace::Index3 block);
+
+  workspace::GridSpec grid_;
+  workspace::LayerProfile profile_;
+  fusion::IncrementalLayers layers_;
+  std::optional<fusion::IncrementalLayers> near_layers_;  // of the model; none: no tolerance
+  workspace::BitVolume seen_, model_, near_, live_;
+  workspace::VoxelBox blocks_;                      // of the grid
+  std::vector<std::uint8_t> is_touched_, is_seen_;  // by blocks_.index()
+  std::vector<workspace::Index3> touched_;
+  std::size_t voxels_ = 0;
+  Eigen::Vector3d sum_ = Eigen::Vector3d::Zero();  // of the voxels' addresses
+};
+
+}  // namespace phantom::wva_server

@@ -1,0 +1,60 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/core/health.hpp"
+#include "components/wva_server/dds_adapter.hpp"
+#include "components/wva_server/live_matter.hpp"
+#include "components/wva_server/wva_server.hpp"
+
+namespace phantom::wva_server {
+
+/// What the serving of live matter has done.
+struct LiveFigures {
+  std::size_t versions = 0;           ///< published for live matter
+  std::size_t voxels = 0, most = 0;   ///< of it, now and at most
+  std::vector<float> latency_ms;      ///< from the exposure of an image to the version that it changed
+  std::vector<std::uint32_t> bricks;  ///< that each version changed or removed
+  std::vector<float> update_ms;       ///< what each version took here
+};
+
+/// Serves live matter: merges what depth cameras see into the workspace, one version for all that came since
+/// the last. The thread that serves the cell calls it while no command is being carried out.
+class LiveServing {
+ public:
+  /// Begins to hear the source. Throws core::ConfigError, dds::DdsError.
+  LiveServing(const LiveRules& rules, LiveCell& cell, DdsAdapter& adapter, int threads);
+
+  /// Makes room for live matter in the workspace, as a version of its own, which need not be published.
+  /// Throws core::ConfigError.
+  void begin(std::uint64_t version);
+  /// The model's objects have changed.
+  void model_changed() { model_changed_ = true; }
+  /// Returns whether there is something to do.
+  bool is_due(core::Nanoseconds now_ns);
+  /// Does it, and publishes. Returns whether there is a new version.
+  bool step(core::Nanoseconds now_ns, std::uint64_t version);
+
+  /// Returns `health` with what is to be said of live matter: degraded while its source, or a camera, is
+  /// late or lost, or a second source is there.
+  core::Health told(core::Health health, core::Nanoseconds now_ns) const;
+  const LiveFigures& figures() const { return figures_; }
+
+ private:
+  bool is_silent(const LiveInput& input, core::Nanoseconds now_ns) const;
+  void show_marker(core::Nanoseconds now_ns);
+
+  const LiveRules rules_;
+  LiveCell& cell_;
+  DdsAdapter& adapter_;
+  const int threads_;
+  LiveMatter matter_;
+  ServedObject marker_;
+  bool marker_shown_ = false, model_changed_ = true, ended_ = false;
+  core::Nanoseconds begun_ns_, next_marker_ns_ = 0;
+  LiveFigures figures_;
+};
+
+}  // namespace phantom::wva_server

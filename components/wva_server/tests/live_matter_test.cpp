@@ -1,0 +1,213 @@
+#include "components/wva_server/live_matter.hpp"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "common/workspace/workspace_hash.hpp"
+#include "components/wva_server/tests/test_cell.hpp"
+#include "tests/support/same_content.hpp"
+
+namespace phantom::wva_server::live_matter_test {
+namespace {
+
+using workspace::Index3;
+constexpr core::Nanoseconds kMs = core::kNsPerMillisecond;
+
+messages::OccupancyChange a_change(std::uint64_t number, bool whole,
+                                   std::vector<messages::OccupancyBlock> blocks, std::uint64_t session = 7) {
+  messages::OccupancyChange change;
+  change.stamp = {number, 0, session};
+  change.whole = whole;
+  change.blocks = std::move(blocks);
+  change.image_age_s = 0.03;
+  return change;
+}
+messages::OccupancyBlock a_block(std::uint16_t x, std::uint64_t word) { return {x, 1, 2, {word}}; }
+
+TEST(LiveIntake, PutsChangesTogetherUntilTheyAreTaken) {
+  LiveIntake intake;
+  EXPECT_FALSE(intake.take());
+  EXPECT_TRUE(intake.put(a_change(1, true, {a_block(1, 5), a_block(2, 6)}), 100 * kMs));
+  EXPECT_TRUE(intake.put(a_change(2, false, {a_block(2, 9)}), 200 * kMs));
+  const auto taken = intake.take();
+  ASSERT_TRUE(taken);
+  EXPECT_TRUE(taken->whole);
+  EXPECT_EQ(taken->blocks, (std::vector{a_block(1, 5), a_block(2, 9)}));
+  EXPECT_EQ(taken->exposed_ns, 70 * kMs);
+  EXPECT_FALSE(intake.take());
+  EXPECT_TRUE(intake.put(a_change(3, false, {}), 300 * kMs));
+  EXPECT_FALSE(intake.take()) << "nothing has changed";
+  EXPECT_TRUE(intake.put(a_change(4, false, {a_block(1, 0)}), 400 * kMs));
+  EXPECT_FALSE(intake.take()->whole);
+}
+
+// Tries wva_server: a change of what cameras see is lost
+TEST(LiveIntake, AfterAGapItWaitsForAWholeOne) {
+  LiveIntake intake;
+  EXPECT_FALSE(intake.put(a_change(1, false, {a_block(1, 5)}), kMs)) << "nothing to change yet";
+  EXPECT_TRUE(intake.put(a_change(2, true, {a_block(1, 5)}), kMs));
+  EXPECT_FALSE(intake.put(a_change(4, false, {a_block(1, 6)}), kMs));
+  EXPECT_FALSE(intake.put(a_change(5, false, {a_block(1, 6)}), kMs));
+  EXPECT_FALSE(intake.take());
+  EXPECT_EQ(intake.missed(), 1U);
+  EXPECT_TRUE(intake.put(a_change(6, true, {a_block(3, 1)}), kMs));
+  EXPECT_FALSE(intake.put(a_change(7, false, {}, 8), kMs)) << "of another process";
+}
+
+/// Where the blocks of test cells lie: 80 × 80 × 50 voxels of 10 mm from (−0.4, −0.4, 0).
+class Live : public TestCell {
+ protected:
+  static LiveRules rules(int tolerance_vox = 2) {
+    LiveRules rules;
+    rules.source = "workspace_camera";
+    rules.tolerance_vox = tolerance_vox;
+    rules.profile = {{2, 3}, {30.0F, 15.0F}, 100.0F, 0};
+    return rules;
+  }
+  static LiveIntake::Taken seen(const workspace::BitVolume& bits, const workspace::GridSpec& grid) {
+    std::map<std::array<std::uint16_t, 3>, messages::OccupancyBlock> blocks;
+    workspace::VoxelBox::of(grid).for_each([&](Index3 v) {
+      if (!bits.get(v)) return;
+      const std::array place{static_cast<std::uint16_t>(v.x >> 3), static_cast<std::uint16_t>(v.y >> 3),
+                             static_cast<std::uint16_t>(v.z >> 3)};
+      auto& block =
+          blocks.try_emplace(place, messages::OccupancyBlock{place[0], place[1], place[2], {}}).first->second;
+      block.bits[static_cast<std::size_t>(v.z & 7)] |= std::uint64_t{1} << (8 * (v.y & 7) + (v.x & 7));
+    });
+    LiveIntake::Taken taken{true, {}, {}};
+    for (const auto& [place, block] : blocks) taken.blocks.push_back(block);
+    return taken;
+  }
+  static workspace::BitVolume box(const workspace::GridSpec& grid, Index3 from, Index3 to) {
+    workspace::BitVolume bits(grid.size_vox);
+    workspace::VoxelBox::between(from, to).for_each([&](Index3 v) { bits.set(v.x, v.y, v.z); });
+    return bits;
+  }
+  void merge(LiveCell& cell, LiveMatter& matter) {
+    LiveMatter::Update update = matter.update();
+    const auto change = cell.put_live(std::move(update.bricks), matter.profile(), std::move(update.touched),
+                                      cell.workspace().version + 1, 1);
+    ASSERT_TRUE(change) << change.status().message();
+    EXPECT_EQ(cell.content_hash(), cell.workspace().content_hash());
+  }
+};
+
+TEST_F(Live, MatterIsAnObjectWithLayersAndGoesWithoutATrace) {
+  LiveCell cell_ = activated(cell());
+  ASSERT_TRUE(cell_.begin_live(rules().profile, 8));
+  LiveMatter matter = LiveMatter::create(cell_.workspace().grid(), rules()).value();
+  matter.set_model(cell_.solid());
+  merge(cell_, matter);
+  const std::uint64_t before = cell_.content_hash();
+  const auto& grid = cell_.workspace().grid();
+  matter.take(seen(box(grid, {40, 10, 20}, {46, 16, 26}), grid));
+  merge(cell_, matter);
+  EXPECT_NE(cell_.content_hash(), before);
+  const Index3 inside{43, 13, 23};
+  EXPECT_EQ(cell_.workspace().order(inside), workspace::kOrderBoundary);
+  EXPECT_EQ(cell_.workspace().object(inside), kLiveId);
+  EXPECT_EQ(cell_.workspace().order(Index3{43, 8, 23}), 1);
+  EXPECT_EQ(matter.voxels(), 216U);
+  EXPECT_TRUE(matter.middle_m()->isApprox(Eigen::Vector3d(0.03, -0.27, 0.23), 1e-9));
+  matter.take({true, {}, {}});
+  merge(cell_, matter);
+  EXPECT_EQ(cell_.content_hash(), before);
+  EXPECT_FALSE(matter.middle_m());
+}
+
+TEST_F(Live, WhatTheModelExplainsIsTheModels) {
+  LiveCell cell_ = activated(cell());
+  ASSERT_TRUE(cell_.begin_live(rules().profile, 8));
+  LiveMatter matter = LiveMatter::create(cell_.workspace().grid(), rules()).value();
+  matter.set_model(cell_.solid());
+  merge(cell_, matter);
+  const auto& grid = cell_.workspace().grid();
+  const std::uint64_t before = cell_.content_hash();
+  // What a camera sees of the model, and a voxel beside it, is the model's.
+  workspace::BitVolume of_model = cell_.solid();
+  const Index3 ball = grid.index_of({0.0, 0.0, 0.3});
+  of_model.set(ball.x - 7, ball.y, ball.z);
+  matter.take(seen(of_model, grid));
+  EXPECT_TRUE(matter.update().touched.empty());
+  EXPECT_EQ(matter.voxels(), 0U);
+  EXPECT_EQ(cell_.content_hash(), before);
+  // Once the ball is elsewhere, what is still seen there is matter.
+  const auto moved = cell_.apply(
+      make_command(WorkspaceOperation::kMove, "ball", 0, {Eigen::Matrix3d::Identity(), {0.0, -0.3, 0.3}}),
+      cell_.workspace().version + 1, {});
+  ASSERT_TRUE(moved) << moved.status().message();
+  matter.set_model(cell_.solid());
+  merge(cell_, matter);
+  EXPECT_GT(matter.voxels(), 500U);
+  EXPECT_EQ(cell_.workspace().object(ball), kLiveId);
+}
+
+/// A sequence of sights and of moves ends in what the last of them makes from nothing.
+TEST_F(Live, EqualsWhatItsLastSightMakesFromNothing) {
+  std::mt19937 random(5);
+  LiveCell cell_ = activated(cell());
+  ASSERT_TRUE(cell_.begin_live(rules().profile, 8));
+  LiveMatter matter = LiveMatter::create(cell_.workspace().grid(), rules()).value();
+  matter.set_model(cell_.solid());
+  const auto& grid = cell_.workspace().grid();
+  LiveIntake::Taken last;
+  for (int i = 0; i < 25; ++i) {
+    const auto at = [&random](int size) {
+      return static_cast<std::int32_t>(random() % static_cast<unsigned>(size));
+    };
+    const Index3 from{at(70), at(70), at(40)};
+    last = seen(box(grid, from, from + Index3{1 + at(10), 1 + at(10), 1 + at(10)}), grid);
+    matter.take(last);
+    if (i % 6 == 5) {
+      const double x_m = -0.2 + 0.02 * i;
+      ASSERT_TRUE(cell_.apply(
+          make_command(WorkspaceOperation::kMove, "ball", 0, {Eigen::Matrix3d::Identity(), {x_m, -0.1, 0.3}}),
+          cell_.workspace().version + 1, {}));
+      matter.set_model(cell_.solid());
+    }
+    merge(cell_, matter);
+  }
+  LiveMatter anew = LiveMatter::create(grid, rules()).value();
+  anew.take(last);
+  anew.set_model(cell_.solid());
+  LiveMatter::Update update = anew.update();
+  EXPECT_EQ(anew.voxels(), matter.voxels());
+  const std::uint64_t after_sequence = cell_.content_hash();
+  std::vector<workspace::BrickKey> all = cell_.workspace().bricks();
+  ASSERT_TRUE(
+      cell_.put_live(std::move(update.bricks), anew.profile(), all, cell_.workspace().version + 1, 1));
+  EXPECT_EQ(cell_.content_hash(), after_sequence);
+}
+
+TEST_F(Live, ItsIdAndNameAreNobodyElses) {
+  LiveCell cell_ = activated(cell());
+  ASSERT_TRUE(cell_.begin_live(rules().profile, 8));
+  const auto moved = cell_.apply(make_command(WorkspaceOperation::kMove, kLiveName), 9, {});
+  ASSERT_FALSE(moved);
+  EXPECT_NE(moved.status().message().find("is what depth cameras see"), std::string::npos);
+  EXPECT_FALSE(cell_.apply(make_command(WorkspaceOperation::kRemove, "", kLiveId), 9, {}));
+  const auto added = cell_.apply(
+      make_command(
+          WorkspaceOperation::kAdd, "", 0, {},
+          "{name: live matter, primitive: {box: {size_m: [0.1, 0.1, 0.1]}}, pose: {xyz_m: [0, -0.2, 0.2]}}"),
+      9, {});
+  ASSERT_FALSE(added);
+  EXPECT_NE(added.status().message().find("another name"), std::string::npos);
+}
+
+TEST_F(Live, WhatItCannotHaveIsRefused) {
+  const auto grid = runtime::grid_of(runtime::load_cell(cell()));
+  LiveRules odd = rules();
+  odd.tolerance_vox = 21;
+  EXPECT_FALSE(LiveMatter::create(grid, odd));
+  odd = rules();
+  odd.profile.method = workspace::LayerMethod::kDilation;
+  EXPECT_FALSE(LiveMatter::create(grid, odd));
+  workspace::GridSpec bars = grid;
+  bars.voxel_size_m = workspace::VoxelSize(Eigen::Vector3d(0.01, 0.01, 0.02));
+  EXPECT_FALSE(LiveMatter::create(bars, rules()));
+}
+
+}  // namespace
+}  // namespace phantom::wva_server::live_matter_test
