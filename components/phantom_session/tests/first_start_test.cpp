@@ -64,8 +64,11 @@ TEST_F(FirstStart, WhatIsBegunIsWholeAndRunsAsItIs) {
     EXPECT_TRUE(fs::exists(deployment.network.qos_profiles));
     const runtime::CellConfig cell = runtime::load_checked_cell(deployment.cell);
     EXPECT_GT(runtime::load_arm(cell.arm()).joint_count(), 0U);
-    for (const auto& process : deployment.hosts.at(0).processes)
-      if (!process.config.empty()) EXPECT_EQ(process.config.parent_path(), fs::canonical(folder_));
+    for (const auto& process : deployment.hosts.at(0).processes) {
+      if (!process.config.empty()) {
+        EXPECT_EQ(fs::canonical(process.config.parent_path()), fs::canonical(folder_));
+      }
+    }
     EXPECT_TRUE(fs::exists(folder_ / "reaches.yaml"));
     EXPECT_FALSE(fs::exists(folder_ / "cad"));
     for (const auto& entry : fs::recursive_directory_iterator(folder_)) {

@@ -237,7 +237,7 @@ test('what limits the hand stands in one line, with how many more, and stays for
   assert.equal(page.text('why'), 'Joint j4 is at its end: it moves back only. (and 1 more)');
   assert.equal(
     page.byId('why').title,
-    "Joint j4 is at its end: it moves back only.\nA guard holds the drag at gain 8.2: beyond it the hand's device would shake, or exceed its torque.",
+    'Joint j4 is at its end: it moves back only.\nA guard holds the drag at gain 8.2 (stability, or greatest torque).',
   );
   page.hear({ limits_words: null });
   assert.match(page.text('why'), /^Joint j4/);
