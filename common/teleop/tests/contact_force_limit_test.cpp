@@ -55,7 +55,7 @@ TEST(ContactForceLimit, FreeMotionIsTheTarget) {
   EXPECT_EQ(joint.limit.held_joint(), -1);
 }
 
-TEST(ContactForceLimit, PressesWithItsBoundHoweverFarTheTargetIs) {
+TEST(ContactForceLimit, SR22_PressesWithItsBoundHoweverFarTheTargetIs) {
   for (const int way : {1, -1}) {
     for (const double late_s : {0.0, 0.02, 0.1}) {
       Pressing joint;
@@ -75,7 +75,7 @@ TEST(ContactForceLimit, PressesWithItsBoundHoweverFarTheTargetIs) {
   }
 }
 
-TEST(ContactForceLimit, YieldsWhereTheSurroundingsComeAndFollowsWhereTheyGo) {
+TEST(ContactForceLimit, SR22_YieldsWhereTheSurroundingsComeAndFollowsWhereTheyGo) {
   Pressing joint;
   joint.target[0] = 1.0;
   joint.run(2.0);
@@ -147,7 +147,7 @@ TEST(ContactForceLimit, WhoBearsTheSameForceYieldsWithTheJointAtItsBound) {
   EXPECT_EQ(limit.held_joint(), 0);
 }
 
-TEST(ContactForceLimit, NumbersThatAreNoneAreNoForce) {
+TEST(ContactForceLimit, SR22_NumbersThatAreNoneAreNoForce) {
   ContactForceLimit limit(bounds(50.0));
   const double none = std::numeric_limits<double>::quiet_NaN();
   const core::JointArray target{1.0, 1.0};

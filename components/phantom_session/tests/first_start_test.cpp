@@ -50,7 +50,7 @@ TEST_F(FirstStart, OffersTheDemoACellAndAnArmOfOnesOwn) {
   EXPECT_EQ(arm.folder, "/tmp/lab arm");
 }
 
-// Tries both: what is copied is read and checked as the components do.
+// For both: what is copied is read and checked as the components do.
 TEST_F(FirstStart, WhatIsBegunIsWholeAndRunsAsItIs) {
   for (const Beginning beginning : {Beginning::kOwnCell, Beginning::kOwnArm}) {
     fs::remove_all(folder_);

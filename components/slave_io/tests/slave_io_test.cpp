@@ -345,7 +345,7 @@ double pressed_share(const Config& config, SlaveReport& last) {
 }
 
 // Tries slave_io: the arm presses on something as hard as `contact_limit` allows
-TEST(SlaveIo, PressesNoHarderThanItMayAndSaysSo) {
+TEST(SlaveIo, SR22_PressesNoHarderThanItMayAndSaysSo) {
   SlaveReport last;
   Config config = shipped_config();
   for (double& bound : config.contact_limit.torque_Nm) bound = 0.0;
