@@ -66,7 +66,10 @@ void Drive::enter(DrivePhase phase, core::Nanoseconds now_ns) noexcept {
     wanted_mode_ = 0;
     homed_ = homes_ = false;
   }
-  if (phase == DrivePhase::kSearching) booted_ = report_.answered = false;
+  if (phase == DrivePhase::kSearching) {
+    booted_ = report_.answered = false;
+    searches_ = 0;
+  }
   if (phase == DrivePhase::kConfiguring) {
     setup_next_ = 0;
     attempts_ = 0;
@@ -139,12 +142,20 @@ void Drive::forget_surplus() noexcept {
   heartbeat_credit_s_ = kHeldUp * timing_.heartbeat_timeout_s;
 }
 
+// Some drives fill every PDO up to eight bytes: the first ones are what was mapped (CiA 301).
+bool Drive::holds_mapping(const CanFrame& frame, std::uint16_t mapping, std::uint8_t bytes) noexcept {
+  if (frame.length >= bytes) return true;
+  if (pending_ == DriveFault::kPdoLength) return false;  // the first counts
+  pending_ = DriveFault::kPdoLength;
+  report_.pdo_mapping = mapping;
+  report_.mapped_bytes = bytes;
+  report_.pdo_bytes = frame.length;
+  return false;
+}
+
 void Drive::on_state_pdo(const CanFrame& frame) noexcept {
   if (report_.phase <= DrivePhase::kConfiguring) return;
-  if (frame.length != kStatePdoBytes) {
-    pending_ = DriveFault::kPdoLength;
-    return;
-  }
+  if (!holds_mapping(frame, 0x1A00, kStatePdoBytes)) return;
   if (!sync_open_) return;  // not requested: from before a restart, or false
   if (++answers_ > 1) {     // the first answer counts
     if (owed_ > 0) {        // a late one, after the next SYNC, from a busy drive and not from a second node
@@ -165,10 +176,7 @@ void Drive::on_state_pdo(const CanFrame& frame) noexcept {
 
 void Drive::on_measure_pdo(const CanFrame& frame) noexcept {
   if (report_.phase <= DrivePhase::kConfiguring) return;
-  if (frame.length != kMeasurePdoBytes) {
-    pending_ = DriveFault::kPdoLength;
-    return;
-  }
+  if (!holds_mapping(frame, 0x1A01, kMeasurePdoBytes)) return;
   const std::span<const std::uint8_t> bytes(frame.data);
   report_.velocity_counts = static_cast<std::int32_t>(get_le(bytes, 4));
   report_.torque_mille = static_cast<std::int16_t>(get_le(bytes.subspan(4), 2));
@@ -179,10 +187,7 @@ void Drive::on_measure_pdo(const CanFrame& frame) noexcept {
 // Whoever uses the inputs minds their age: a drive whose inputs do not come is no fault of the arm's.
 void Drive::on_inputs_pdo(const CanFrame& frame, core::Nanoseconds time_ns) noexcept {
   if (report_.phase <= DrivePhase::kConfiguring || !digital_inputs_) return;
-  if (frame.length != kInputsPdoBytes) {
-    pending_ = DriveFault::kPdoLength;
-    return;
-  }
+  if (!holds_mapping(frame, 0x1A02, kInputsPdoBytes)) return;
   report_.digital_inputs = get_le(frame.data, 4);
   report_.inputs_ns = time_ns;
 }
@@ -191,7 +196,9 @@ void Drive::on_heartbeat(const CanFrame& frame, core::Nanoseconds time_ns) noexc
   if (frame.length != 1) return;
   nmt_ = static_cast<NmtState>(frame.data[0] & 0x7F);
   report_.answered = true;
-  if (nmt_ == NmtState::kBootUp) {
+  // Some drives send no boot-up message after a reset of communication, only their state.
+  const bool waits = report_.phase == DrivePhase::kSearching && nmt_ == NmtState::kPreOperational;
+  if (nmt_ == NmtState::kBootUp || waits) {
     booted_ = true;
     return;
   }

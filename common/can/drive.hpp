@@ -35,7 +35,7 @@ enum class DriveFault : std::uint8_t {
   kNotOperational,      ///< does not become operational, or has left that state
   kModeMismatch,        ///< reports a mode other than the commanded one
   kDuplicateNode,       ///< its node id is used twice on the bus
-  kPdoLength,           ///< sent a PDO of a length other than the mapped one
+  kPdoLength,           ///< sent a PDO shorter than the mapped one
   kFeedbackMissing,     ///< does not answer SYNCs
   kMeasurementMissing,  ///< answers SYNCs, but its velocity and torque do not arrive
   kHeartbeatLost,
@@ -68,8 +68,10 @@ struct DriveReport {
   std::int8_t mode = 0;              ///< as the drive displays it
   std::uint16_t sdo_index = 0;       ///< the setting concerned by a setup fault
   std::uint8_t sdo_sub = 0;
-  std::uint32_t sdo_abort = 0;  ///< 0: the value that was read is wrong
-  std::uint32_t sdo_value = 0;  ///< the value that was read
+  std::uint32_t sdo_abort = 0;    ///< 0: the value that was read is wrong
+  std::uint32_t sdo_value = 0;    ///< the value that was read
+  std::uint16_t pdo_mapping = 0;  ///< of fault kPdoLength: the mapping's object, its bytes and those sent
+  std::uint8_t mapped_bytes = 0, pdo_bytes = 0;
   std::int32_t position_counts = 0, velocity_counts = 0;
   std::int16_t torque_mille = 0;
   bool has_position = false;
@@ -157,6 +159,7 @@ class Drive {
   void on_state_pdo(const CanFrame& frame) noexcept;
   void on_measure_pdo(const CanFrame& frame) noexcept;
   void on_inputs_pdo(const CanFrame& frame, core::Nanoseconds time_ns) noexcept;
+  bool holds_mapping(const CanFrame& frame, std::uint16_t mapping, std::uint8_t bytes) noexcept;
   void on_heartbeat(const CanFrame& frame, core::Nanoseconds time_ns) noexcept;
   void on_emergency(const CanFrame& frame) noexcept;
   void count_sdo_reply() noexcept;
@@ -213,7 +216,7 @@ class Drive {
   bool homed_ = false, homes_ = false;  // it says that it knows its home; its search has begun
   std::size_t setup_next_ = 0;
   std::uint32_t kept_bits_ = 0;  // of the last SetupStep::Kind::kKeep
-  int attempts_ = 0;
+  int attempts_ = 0, searches_ = 0;
   std::uint16_t controlword_;  // initially that of setup_steps(): a drive that still holds from an earlier
                                // process goes on holding
   DriveFault pending_ = DriveFault::kNone;  // found in a frame; processed by step()

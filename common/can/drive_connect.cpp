@@ -11,12 +11,16 @@ namespace {
 constexpr int kAttempts = 3;         // of an SDO transfer, because frames may be lost
 constexpr double kAskAgain_s = 0.1;  // NMT commands are not acknowledged, so they are repeated
 constexpr int kMaxSdoOwed = 8;
+constexpr int kMaxBootDoublings = 3;  // of the time until a drive that is not heard is asked again
 
 }  // namespace
 
 void Drive::search(core::Nanoseconds now_ns, Outbox& out) noexcept {
   if (booted_) return enter(DrivePhase::kConfiguring, now_ns);
-  if (asked_ns_ >= 0 && core::seconds(now_ns - asked_ns_) < timing_.boot_timeout_s) return;
+  // A drive that boots slowly is not to be reset again before it is done: the time doubles.
+  const int doublings = std::clamp(searches_ - 1, 0, kMaxBootDoublings);
+  if (asked_ns_ >= 0 && core::seconds(now_ns - asked_ns_) < timing_.boot_timeout_s * (1 << doublings)) return;
+  ++searches_;
   out.add(nmt_frame(NmtCommand::kResetCommunication, static_cast<std::uint8_t>(node_)));
   asked_ns_ = now_ns;
 }
@@ -41,15 +45,16 @@ void Drive::finish_setup_step(core::Nanoseconds now_ns) noexcept {
   const bool aborted = sdo_.state() == SdoClient::State::kAborted;
   const bool keeps = step.kind == SetupStep::Kind::kKeep;
   if (aborted && !step.optional && !keeps) return fail(DriveFault::kSetupRefused, now_ns);
-  if (step.kind != SetupStep::Kind::kWrite) {
-    const bool fits_word = !aborted && sdo_.data().size() <= 4;
-    const std::uint32_t read = fits_word ? get_le(sdo_.data(), sdo_.data().size()) : 0;
-    if (keeps) kept_bits_ = read & step.mask;
+  const bool fits_word = !aborted && sdo_.data().size() <= 4;
+  const std::uint32_t read =
+      step.kind != SetupStep::Kind::kWrite && fits_word ? get_le(sdo_.data(), sdo_.data().size()) : 0;
+  if (keeps) kept_bits_ = read & step.mask;
+  if (step.kind != SetupStep::Kind::kWrite && !keeps && !aborted) {
     const std::uint32_t off = read > step.value ? read - step.value : step.value - read;
     const bool fits = step.kind == SetupStep::Kind::kExpect ? (read & step.mask) == step.value
                                                             : off <= step.value / 100 + 1;
     report_.sdo_value = read;
-    if (!fits && !keeps) return fail(DriveFault::kSetupRefused, now_ns);
+    if (!fits) return fail(DriveFault::kSetupRefused, now_ns);
   }
   attempts_ = 0;
   if (++setup_next_ == setup_.size()) return enter(DrivePhase::kStarting, now_ns);

@@ -45,6 +45,7 @@ DriveGroup::DriveGroup(const DriveGroupConfig& config, std::vector<std::unique_p
   }
   drives_.reserve(config_.axes.size());
   monitors_.reserve(config_.axes.size());
+  targets_.resize(config_.axes.size());
   for (std::size_t a = 0; a < config_.axes.size(); ++a) {
     const AxisConfig& axis = config_.axes[a];
     drives_.emplace_back(axis, config_);
@@ -97,18 +98,43 @@ void DriveGroup::choose_homing(const DriveCommand& command) noexcept {
   if (homing_) homing_axis_ = static_cast<std::size_t>(next - drives_.begin());
 }
 
-void DriveGroup::check_feedback(std::size_t a, core::Nanoseconds now_ns) noexcept {
+void DriveGroup::check_feedback(std::size_t a, const DriveCommand& command,
+                                core::Nanoseconds now_ns) noexcept {
+  constexpr std::uint16_t kInternalLimit = 1U << 11;  // of the statusword (CiA 402)
+  constexpr double kNearlyFull = 0.9;
   Drive& drive = drives_[a];
   if (!drive.is_powered_phase()) return monitors_[a].reset();
+  if (command.implausible_axis == static_cast<int>(a))
+    return drive.fail_implausible(command.implausible, now_ns);
   if (!drive.answered_sync()) return;
   const DriveReport& r = drive.report();
-  const AxisUnits& units = config_.axes[a].units;
-  const ImplausibleMotion motion = monitors_[a].step({.at_ns = buses_[config_.axes[a].bus].sync_ns,
-                                                      .position = units.position(r.position_counts),
-                                                      .velocity = units.velocity(r.velocity_counts),
-                                                      .torque = units.torque(r.torque_mille),
-                                                      .moves_freely = drive.moves_freely(now_ns)});
+  const AxisConfig& axis = config_.axes[a];
+  const double torque = axis.units.torque(r.torque_mille);
+  const bool limited = axis.limits_force || (r.statusword & kInternalLimit) != 0 ||
+                       std::abs(torque) > kNearlyFull * axis.max_torque;
+  const ImplausibleMotion motion = monitors_[a].step({.at_ns = buses_[axis.bus].sync_ns,
+                                                      .position = axis.units.position(r.position_counts),
+                                                      .velocity = axis.units.velocity(r.velocity_counts),
+                                                      .torque = torque,
+                                                      .moves_freely = drive.moves_freely(now_ns),
+                                                      .target_kind = targets_[a].kind,
+                                                      .target = targets_[a].value,
+                                                      .limited = limited});
   if (motion.reason != Implausibility::kNone) drive.fail_implausible(motion, now_ns);
+}
+
+// A drive that is to press with a greatest force may stand still, or be pushed back, at any target.
+void DriveGroup::note_target(std::size_t a, const DriveTargets& sent) noexcept {
+  const AxisConfig& axis = config_.axes[a];
+  if (!drives_[a].follows() || axis.limits_force) {
+    targets_[a] = {};
+  } else if (axis.mode == DriveMode::kPosition) {
+    targets_[a] = {TargetKind::kPosition, axis.units.position(sent.position_counts)};
+  } else if (axis.mode == DriveMode::kVelocity) {
+    targets_[a] = {TargetKind::kVelocity, axis.units.velocity(sent.velocity_counts)};
+  } else {
+    targets_[a] = {TargetKind::kTorque, axis.units.torque(sent.torque_mille)};
+  }
 }
 
 DriveGoal DriveGroup::goal_of(const DriveCommand& command, std::size_t axis) const noexcept {
@@ -142,14 +168,17 @@ const DriveGroupReport& DriveGroup::step(const DriveCommand& command, core::Nano
   choose_homing(command);
   for (std::size_t a = 0; a < drives_.size(); ++a) {
     Bus& bus = buses_[config_.axes[a].bus];
-    check_feedback(a, now_ns);
+    check_feedback(a, command, now_ns);
     drives_[a].step(goal_of(command, a), reset, bus.port->state(), now_ns, bus.others);
     fault_latched_ = fault_latched_ || drives_[a].report().phase == DrivePhase::kFault;
   }
   all_ready_ =
       std::all_of(drives_.begin(), drives_.end(), [](const Drive& d) { return is_ready(d.report().phase); });
-  for (std::size_t a = 0; a < drives_.size(); ++a)
-    drives_[a].send_targets(targets_of(command, a), buses_[config_.axes[a].bus].targets);
+  for (std::size_t a = 0; a < drives_.size(); ++a) {
+    const DriveTargets targets = targets_of(command, a);
+    note_target(a, targets);
+    drives_[a].send_targets(targets, buses_[config_.axes[a].bus].targets);
+  }
   for (std::size_t b = 0; b < buses_.size(); ++b) send(buses_[b], b, command.hasten, now_ns);
   update_report(command);
   return report_;

@@ -17,9 +17,11 @@ struct DriveCommand {
   bool quick_stop = false;  ///< stop on the drives' ramps and hold; gives no power; overrides enable
   bool reset = false;       ///< a rising edge ends faults whose cause is gone
   bool home = false;  ///< a rising edge homes the drives that need it, one after the other, unless quick_stop
-  bool hasten = false;          ///< the cycle is late: the targets act with its SYNC, not with the next one
-  core::JointArray position{};  ///< rad or m, for axes in position mode
-  core::JointArray velocity{};  ///< for axes in velocity mode
+  bool hasten = false;            ///< the cycle is late: the targets act with its SYNC, not with the next one
+  int implausible_axis = -1;      ///< a drive with feedback that the caller has found false; −1: none
+  ImplausibleMotion implausible;  ///< of that drive
+  core::JointArray position{};    ///< rad or m, for axes in position mode
+  core::JointArray velocity{};    ///< for axes in velocity mode
   core::JointArray torque{};  ///< N·m or N at the joint: target in torque mode, else added by the drive; or
                               ///< the greatest (AxisConfig::limits_force)
 };
@@ -96,7 +98,8 @@ class DriveGroup {
   };
   void take_frames(Bus& bus) noexcept;
   bool take_reset(bool requested) noexcept;
-  void check_feedback(std::size_t axis, core::Nanoseconds now_ns) noexcept;
+  void check_feedback(std::size_t axis, const DriveCommand& command, core::Nanoseconds now_ns) noexcept;
+  void note_target(std::size_t axis, const DriveTargets& sent) noexcept;
   DriveGoal goal_of(const DriveCommand& command, std::size_t axis) const noexcept;
   void choose_homing(const DriveCommand& command) noexcept;
   DriveTargets targets_of(const DriveCommand& command, std::size_t axis) noexcept;
@@ -112,6 +115,11 @@ class DriveGroup {
   std::vector<Bus> buses_;
   std::vector<Drive> drives_;
   std::vector<PlausibilityMonitor> monitors_;  // of each drive
+  struct Target {
+    TargetKind kind = TargetKind::kNone;
+    double value = 0.0;  // joint units
+  };
+  std::vector<Target> targets_;  // sent to each drive in the last cycle
   core::JointArray reference_{};
   DriveGroupReport report_;
   bool fault_latched_ = false, reset_before_ = false, reset_pending_ = false;

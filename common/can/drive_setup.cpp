@@ -138,7 +138,9 @@ std::vector<SetupStep> setup_steps(const AxisConfig& axis, const DriveGroupConfi
   add_write(steps, 0x605A, 0, 2,
             axis.brake ? 2 : 6);  // quick stop: on its ramp, then off by the brake, or hold
   add_write(steps, 0x6040, 0, 2, stop ? kCommandQuickStop : kCommandDisableVoltage);
+  // Optional in CiA 402: a drive without it shows in 0x6061 what it does.
   steps.push_back({.kind = Kind::kExpect, .index = 0x6502, .value = mode_bit, .mask = mode_bit});
+  steps.back().optional = true;
   steps.push_back(
       {.kind = Kind::kNear,
        .index = 0x6076,

@@ -127,14 +127,16 @@ int run_convert(const ConvertRequest& request, std::ostream& notes) {
     throw core::ConfigError("--out " + request.out.string() +
                             ": allowed: a name that ends with .mcap or .jsonl");
   const auto opened = open_recordings(recordings_in(request.files));
+  ReadFigures read;
   write_whole(request.out, [&](const std::filesystem::path& partial) {
     const auto target = target_for(request, partial);
-    const std::uint64_t samples = read_all(opened, in_range(request.range, times_of(opened).first),
-                                           diagnostics::NameFilter(request.topics), *target, notes);
+    read = read_all(opened, in_range(request.range, times_of(opened).first),
+                    diagnostics::NameFilter(request.topics), *target, notes);
+    check_any_read(read);
     target->end();
-    notes << request.out.string() << ": " << samples << " samples\n";
+    notes << request.out.string() << ": " << read.samples << " samples\n";
   });
-  return runtime::kExitDone;
+  return exit_code_of(read, request.out.string(), notes);
 }
 
 }  // namespace phantom::dds_recorder

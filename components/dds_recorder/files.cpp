@@ -6,6 +6,7 @@
 
 #include "common/core/errors.hpp"
 #include "common/core/file_sync.hpp"
+#include "common/runtime/process/process.hpp"
 
 namespace phantom::dds_recorder {
 
@@ -24,10 +25,10 @@ std::vector<RangePart> parts_of(const recording::MessageFilter& range) {
   return {{{{}, 0, range.from_ns}, true}, {range, false}};
 }
 
-std::uint64_t read_all(const std::vector<OpenedRecording>& recordings, const recording::MessageFilter& range,
-                       const diagnostics::NameFilter& wanted, RecordingListener& listener,
-                       std::ostream& notes) {
-  std::uint64_t samples = 0;
+ReadFigures read_all(const std::vector<OpenedRecording>& recordings, const recording::MessageFilter& range,
+                     const diagnostics::NameFilter& wanted, RecordingListener& listener,
+                     std::ostream& notes) {
+  ReadFigures read;
   for (std::size_t i = 0; i < recordings.size(); ++i) {
     const recording::McapReader& reader = recordings[i].reader;
     for (const std::string& problem : reader.problems())
@@ -40,13 +41,26 @@ std::uint64_t read_all(const std::vector<OpenedRecording>& recordings, const rec
                (!part.durable_only || is_durable(channel));
       };
       recording::MessageCursor cursor(reader, chosen);
-      for (recording::Message message; cursor.next(message); ++samples)
+      for (recording::Message message; cursor.next(message); ++read.samples)
         listener.take(reader.channels().at(message.channel_id), message, !part.durable_only);
       for (const std::string& problem : cursor.problems())
         notes << recordings[i].path.string() << ": " << problem << '\n';
+      read.unread += cursor.problems().size();
     }
   }
-  return samples;
+  return read;
+}
+
+void check_any_read(const ReadFigures& read) {
+  if (read.unread > 0 && read.samples == 0)
+    throw std::runtime_error("none of the " + std::to_string(read.unread) +
+                             " chunks with the wanted samples can be read: nothing is written");
+}
+
+int exit_code_of(const ReadFigures& read, const std::string& made, std::ostream& notes) {
+  if (read.unread == 0) return runtime::kExitDone;
+  notes << read.unread << " chunks could not be read; " << made << " holds the rest\n";
+  return runtime::kExitFailed;
 }
 
 void write_whole(const std::filesystem::path& out,

@@ -41,11 +41,22 @@ struct RecordingListener {
   /// `says`: false: a durable sample from before the range.
   virtual void take(const recording::Channel& channel, const recording::Message& message, bool says) = 0;
 };
+/// What read_all() has read.
+struct ReadFigures {
+  std::uint64_t samples = 0;
+  std::uint64_t unread = 0;  ///< chunks of the range that cannot be read: damaged, or of another compression
+};
+
 /// Passes all messages of the wanted topics in the range to `listener`, and prints on `notes` what of the
-/// files cannot be read. What was carried over from one file into the next comes once. Returns their number.
-std::uint64_t read_all(const std::vector<OpenedRecording>& recordings, const recording::MessageFilter& range,
-                       const diagnostics::NameFilter& wanted, RecordingListener& listener,
-                       std::ostream& notes);
+/// files cannot be read. What was carried over from one file into the next comes once.
+ReadFigures read_all(const std::vector<OpenedRecording>& recordings, const recording::MessageFilter& range,
+                     const diagnostics::NameFilter& wanted, RecordingListener& listener, std::ostream& notes);
+
+/// Throws if chunks cannot be read and nothing came of the others: a file without content must not be made.
+void check_any_read(const ReadFigures& read);
+/// Returns the exit code of a command that has read recordings: kExitFailed if chunks could not be read,
+/// which it prints on `notes`. `made`: what it made of the others.
+int exit_code_of(const ReadFigures& read, const std::string& made, std::ostream& notes);
 
 /// Writes the new file `out` by calling `write` with a temporary name; then it has its own, on the disk
 /// itself. Throws ConfigError if it is there already, and what `write` throws; no file is left then.

@@ -113,7 +113,7 @@ struct CommandLine {
 // The arm is the deployment's: a recording has no kinematics.
 int export_arm_of(const ExportRequest& request, bool ros2, const runtime::ProcessOptions& options) {
   if (!ros2) throw core::ConfigError("export: no format given; allowed: --ros2");
-  const auto cell = runtime::load_checked_cell(runtime::load_deployment(options).cell);
+  const auto cell = runtime::load_checked_cell(runtime::load_deployment(options));
   const auto& config = cell.arm(request.arm);
   std::ostringstream urdf;
   if (!config.urdf.empty()) urdf << std::ifstream(config.urdf).rdbuf();

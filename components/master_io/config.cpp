@@ -258,7 +258,14 @@ Config load_config(const std::filesystem::path& path, const std::filesystem::pat
   file.text("reaches_file", reaches);
   file.finish();
   const auto reaches_file =
-      reaches.empty() ? cell_file.parent_path() / "reaches.yaml" : file.path("reaches_file");
+      reaches.empty() ? cell_file.parent_path() / "reaches.yaml" : file.existing_file("reaches_file");
+  if (reaches.empty() && !std::filesystem::exists(reaches_file)) {
+    throw core::MissingError(
+        reaches_file.string() +
+        " is not there: the simulated operator's reaches, beside the cell file. Write it "
+        "(--help-reaches has its keys), or name another by reaches_file in " +
+        path.string());
+  }
   for (const auto& reach : choose_reaches(sequence, load_reaches(reaches_file, arm))) {
     config.script.reaches.push_back(reach.reach);
     config.labels.push_back(reach.label);

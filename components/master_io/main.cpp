@@ -57,7 +57,7 @@ int main(int argc, char** argv) {
   description.run = [&](const runtime::ProcessOptions& options) {
     std::optional<runtime::EndsAtOnce> starting(std::in_place);
     const auto deployment = runtime::load_deployment(options);
-    const auto cell = runtime::load_checked_cell(deployment.cell);
+    const auto cell = runtime::load_checked_cell(deployment);
     const auto model = master_io::load_arm(cell, runtime::arm_name(options.config));
     if (command.given()) {
       starting.emplace(runtime::kExitFailed);  // a command that is interrupted has failed

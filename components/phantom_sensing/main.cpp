@@ -58,7 +58,7 @@ int main(int argc, char** argv) {
     if (command.given())
       return phantom_sensing::run_command(command_arguments, deployment.network, std::cout);
     std::optional<runtime::EndsAtOnce> starting(std::in_place);
-    const auto cell = phantom_sensing::sensed_cell(runtime::load_checked_cell(deployment.cell), config);
+    const auto cell = phantom_sensing::sensed_cell(runtime::load_checked_cell(deployment), config);
     auto model = phantom_sensing::load_model(cell, config);
     const auto others = phantom_sensing::load_other_arms(cell, config);
     model.other_links = phantom_sensing::links_of(others);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <iosfwd>
 #include <vector>
 
 #include "components/phantom_session/session.hpp"
@@ -13,6 +14,12 @@ namespace phantom::phantom_session {
 /// component refuses (its exit code 2), MissingError for a missing device, file or executable (3),
 /// std::runtime_error otherwise, each with the component's message. Returns early when a stop is requested.
 void check_arguments(const std::vector<PlannedProcess>& planned, const std::filesystem::path& bin);
+
+/// Checks every process: runs each from the folder `bin` with `--check`, one after the other, and prints on
+/// `out` what each says, a line once whoever says it. Throws as check_arguments() does, after the last one,
+/// for the first process of the gravest kind; the message has all that were refused.
+void check_all(const std::vector<PlannedProcess>& planned, const std::filesystem::path& bin,
+               std::ostream& out);
 
 /// Returns the folder of the components' executables: this process's own.
 std::filesystem::path component_folder();

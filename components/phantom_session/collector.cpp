@@ -81,7 +81,10 @@ void Collector::begin_reach(double t_s, const messages::MasterState& state) {
     return;
   }
   reaches_.push_back({.number = state.reach, .percept = state.percept_enabled, .start_s = t_s});
-  narrate(t_s, formatted("reach %d begins, percept %s", state.reach, state.percept_enabled ? "on" : "off"));
+  const char* percept = !state.percept_enabled ? "off"
+                        : has_percept()        ? "on"
+                                               : "on, but nothing is sensed yet";
+  narrate(t_s, formatted("reach %d begins, percept %s", state.reach, percept));
 }
 
 void Collector::on_master(double t_s, const messages::MasterState& state) {
@@ -91,6 +94,7 @@ void Collector::on_master(double t_s, const messages::MasterState& state) {
   if (state.reach < 0 || reaches_.empty()) return;
   Reach& reach = reaches_.back();
   if (reach.contact_s || !state.percept_enabled) return;
+  reach.percept_missing = reach.percept_missing || !has_percept();
   const double torque_Nm = greatest(state.percept_torque_Nm);
   reach.peak_torque_Nm = std::max(reach.peak_torque_Nm, torque_Nm);
   if (!reach.onset_distance_m && torque_Nm > onset_threshold_Nm_ && slave_.clearance_m >= 0.0) {

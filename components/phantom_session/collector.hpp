@@ -47,6 +47,7 @@ struct StatusSample {
 struct Reach {
   int number = 0;
   bool percept = false;
+  bool percept_missing = false;  ///< it was on, and phantom_sensing had none to give: counts as neither
   double start_s = 0.0;
   std::optional<double> onset_distance_m;  ///< clearance when the percept torque rose above the threshold
   double peak_torque_Nm = 0.0;             ///< greatest percept torque before contact
@@ -164,6 +165,7 @@ class Collector {
   void narrate_hit(const HitSample& sample);
   void narrate_until(double now_s);
   std::string text_of(const Line& line) const;
+  bool has_percept() const { return percept_ && percept_->valid; }
   void begin_reach(double t_s, const messages::MasterState& state);
   void add_row(double t_s);
 

@@ -61,11 +61,17 @@ int main(int argc, char** argv) {
     if (!driver.empty()) request.master_options.insert(request.master_options.end(), {"--driver", driver});
     const auto config = phantom_session::load_config(options.config);
     const auto deployment = runtime::load_deployment(options);
+    runtime::require_files(deployment);
     // A check makes nothing.
     if (!config.page_secrets.empty() && !options.check) runtime::make_role_secrets(config.page_secrets);
     if (std::filesystem::exists(config.page_secrets))
       request.page_secrets = std::filesystem::absolute(config.page_secrets);
-    if (options.check && options.host.empty()) {  // no --host: check all hosts
+    const bool one_host = !options.host.empty() || deployment.hosts.size() == 1;
+    if (options.check && one_host) {
+      if (options.host.empty()) options.host = deployment.hosts.front().name;
+      phantom_session::check_all(phantom_session::plan(deployment, options, request),
+                                 phantom_session::component_folder(), std::cout);
+    } else if (options.check) {  // other hosts' devices are not here
       for (const auto& host : deployment.hosts) {
         options.host = host.name;
         phantom_session::plan(deployment, options, request);

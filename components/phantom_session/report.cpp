@@ -76,7 +76,8 @@ Json deadlines_json(const Collector& collector) {
 std::set<int> compared_objects(const Collector& collector) {
   std::set<int> with, without, both;
   for (const Reach& reach : collector.reaches()) {
-    if (reach.contact_s) (reach.percept ? with : without).insert(reach.contact_object);
+    if (reach.contact_s && !reach.percept_missing)
+      (reach.percept ? with : without).insert(reach.contact_object);
   }
   std::set_intersection(with.begin(), with.end(), without.begin(), without.end(),
                         std::inserter(both, both.end()));
@@ -90,7 +91,7 @@ Json percept_json(const Collector& collector) {
   for (const Reach& reach : collector.reaches()) {
     peak_Nm = std::max(peak_Nm, reach.peak_torque_Nm);
     if (reach.onset_distance_m) onsets.push_back(*reach.onset_distance_m);
-    if (reach.contact_s && compared.contains(reach.contact_object)) {
+    if (reach.contact_s && !reach.percept_missing && compared.contains(reach.contact_object)) {
       (reach.percept ? with : without).push_back(reach.contact_speed_m_s);
     }
   }
@@ -106,6 +107,7 @@ Json reaches_json(const Collector& collector) {
     out.push_back({{"n", reach.number},
                    {"t", reach.start_s},
                    {"percept", reach.percept},
+                   {"percept_missing", reach.percept_missing},
                    {"onset_distance_m", reach.onset_distance_m ? Json(*reach.onset_distance_m) : Json()},
                    {"peak_torque_nm", reach.peak_torque_Nm},
                    {"contact_t", reach.contact_s ? Json(*reach.contact_s) : Json()},

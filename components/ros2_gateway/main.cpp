@@ -29,7 +29,7 @@ int main(int argc, char** argv) {
   description.run = [&](const runtime::ProcessOptions& options) {
     auto config = ros2_gateway::load_config(options.config);
     const auto deployment = runtime::load_deployment(options);
-    const auto cell = runtime::load_checked_cell(deployment.cell);
+    const auto cell = runtime::load_checked_cell(deployment);
     const auto arm = runtime::load_arm(cell.arm(config.arm));
     config.workspace.arm = cell.arm(config.arm).name;
     const auto names = ros2_gateway::message_names(config, arm);

@@ -175,7 +175,8 @@ void SimulatedDrive::on_sync() {
   report_motion();
   // Drives filter their current: the loops' ripple within a cycle, which keeps step with the SYNC, is not in
   // it.
-  if (torque_sum_s_ > 0.0) od_.set(0x6077, 0, std::llround(torque_sum_mille_s_ / torque_sum_s_));
+  if (torque_sum_s_ > 0.0 && !misbehaviour.frozen_feedback)
+    od_.set(0x6077, 0, std::llround(torque_sum_mille_s_ / torque_sum_s_));
   torque_sum_mille_s_ = torque_sum_s_ = 0.0;
   od_.set(0x6061, 0, displayed_mode());
   od_.set(0x60FD, 0, (switch_held_ ? options_.enabling_inputs : 0U) | misbehaviour.stuck_inputs);
@@ -198,6 +199,7 @@ bool SimulatedDrive::lies() const {
 
 // What the encoder says, lies included; the drive's own loops have the truth.
 void SimulatedDrive::report_motion() {
+  if (misbehaviour.frozen_feedback) return;
   const bool lies = misbehaviour.stuck_encoder || misbehaviour.mirrored_encoder;
   if (!lies) lie_began_counts_.reset();
   if (lies && !lie_began_counts_) lie_began_counts_ = counts();
@@ -231,7 +233,9 @@ void SimulatedDrive::send_tpdo(std::uint16_t communication) {
         od_.find(static_cast<std::uint16_t>(object >> 16), static_cast<std::uint8_t>(object >> 8));
     bytes.insert(bytes.end(), source->bytes.begin(), source->bytes.end());
   }
-  bytes.resize(bytes.size() - std::min<std::size_t>(bytes.size(), misbehaviour.cut_pdo_bytes));
+  const std::size_t cut = std::min<std::size_t>(bytes.size(), misbehaviour.cut_pdo_bytes);
+  bytes.erase(bytes.end() - static_cast<std::ptrdiff_t>(cut), bytes.end());
+  while (bytes.size() < misbehaviour.pad_pdo_bytes) bytes.push_back(0);
   send(tpdo.cob, bytes);
 }
 

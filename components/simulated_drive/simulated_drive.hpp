@@ -49,6 +49,8 @@ struct Misbehaviour {
   std::uint32_t stuck_inputs = 0;          ///< digital inputs that stay closed
   bool stuck_encoder = false;              ///< position and velocity stay as when it began
   bool mirrored_encoder = false;           ///< it counts the other way from where it stood when it began
+  bool frozen_feedback = false;            ///< position, velocity and torque stay as when it began
+  std::uint8_t pad_pdo_bytes = 0;          ///< its PDOs are filled with zeros up to this length
   std::int64_t count_jump = 0;             ///< added to its position, modulo 2^32
   double garbage_speed_rad_s = 0.0;        ///< amplitude of random velocity that it reports; 0: the true one
   bool negated_velocity = false;           ///< of what it reports; its position is right

@@ -1,11 +1,25 @@
 #include "components/slave_io/can_arm.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "common/robot/kinematics/arm_dynamics.hpp"
 
 namespace phantom::slave_io {
+namespace {
+
+teleop::FeedbackObserverParameters feedback_of(const ArmModel& model, const Config& config) {
+  teleop::FeedbackObserverParameters parameters{.dynamics = *config.force_observer,
+                                                .energy_share = config.unexplained_energy_share,
+                                                .max_payload_kg = config.max_payload_kg,
+                                                .tip_m = model.tip_in_last_link_m};
+  for (std::size_t j = 0; j < model.arm.joint_count(); ++j)
+    parameters.inertia_kg_m2[j] = config.plant.joints[j].inertia;
+  return parameters;
+}
+
+}  // namespace
 
 CanArm::CanArm(const ArmModel& model, const Config& config, std::vector<std::unique_ptr<can::CanBus>> buses)
     : model_(model),
@@ -17,6 +31,7 @@ CanArm::CanArm(const ArmModel& model, const Config& config, std::vector<std::uni
     const auto& gains = config.gains[j];
     velocity_per_error_[j] = gains.k_v > 0.0 ? gains.k_p / gains.k_v : 0.0;
   }
+  if (config.force_observer) feedback_.emplace(model.arm, feedback_of(model, config));
   if (!config.force_sensor || !config.force_observer) return;
   observer_.emplace(model.arm, *config.force_observer);
   if (config.wrist) return;  // its lag and threshold are those of F_e
@@ -40,10 +55,12 @@ const ArmSense& CanArm::sense() noexcept {
   exerted_Nm_ = drives.torque;
   model_.arm.link_poses(sense_.position, X_WL_);
   if (!balanced_) sense_.gravity_Nm = weight_Nm();
-  if (observer_) {
-    external_ = observer_->step(X_WL_, {drives.follows && drives.current, drives.velocity, drives.torque},
-                                since_last_s_, payload_);
-  }
+  const teleop::DriveMotion motion{drives.follows && drives.current, drives.velocity, drives.torque};
+  if (observer_) external_ = observer_->step(X_WL_, motion, since_last_s_, payload_);
+  // A torque that acted for longer than its period did more work than would be counted.
+  teleop::DriveMotion timely = motion;
+  timely.usable = motion.usable && punctual_;
+  if (feedback_) unexplained_ = feedback_->step(X_WL_, drives.position, timely, since_last_s_, payload_);
   return sense_;
 }
 
@@ -63,13 +80,18 @@ void CanArm::carry(const robot::Payload& payload) noexcept {
 
 void CanArm::move(const ArmDemand& demand, double dt_s, core::Nanoseconds now_ns) noexcept {
   since_last_s_ = dt_s;
+  punctual_ = std::abs(core::seconds(now_ns - moved_ns_) - dt_s) < 0.5 * dt_s;
+  moved_ns_ = now_ns;
   weight_Nm_ = demand.outputs.weight_Nm;
-  can::DriveCommand command{.enable = demand.outputs.power && !demand.stop,
-                            .quick_stop = demand.stop,
-                            .reset = demand.reset,
-                            .home = demand.home,
-                            .hasten = demand.outputs.loop.late,
-                            .position = demand.outputs.reference};
+  can::DriveCommand command{
+      .enable = demand.outputs.power && !demand.stop,
+      .quick_stop = demand.stop,
+      .reset = demand.reset,
+      .home = demand.home,
+      .hasten = demand.outputs.loop.late,
+      .implausible_axis = unexplained_.joint,
+      .implausible = {can::Implausibility::kEnergy, unexplained_.seen_J, unexplained_.allowed_J},
+      .position = demand.outputs.reference};
   for (std::size_t j = 0; j < axes_.size(); ++j) {
     const bool by_torque = axes_[j].mode == can::DriveMode::kTorque;
     command.torque[j] = by_torque ? demand.outputs.torque.drive_Nm[j] : weight_Nm_[j];

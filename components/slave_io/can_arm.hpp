@@ -4,6 +4,7 @@
 
 #include "common/can/arm_drives.hpp"
 #include "common/teleop/coupling/counterbalance.hpp"
+#include "common/teleop/guards/feedback_observer.hpp"
 #include "common/teleop/guards/momentum_observer.hpp"
 #include "components/slave_io/arm_driver.hpp"
 #include "components/slave_io/model.hpp"
@@ -23,6 +24,8 @@ inline HomingRequest::State homing_of(const can::ArmDrivesSense& drives) noexcep
 /// reference). The weight of what the arm carries is fed forward with the links'; it and its inertia count
 /// for the observer. An emergency stop is the drives' quick stop. With `force_sensor` and `force_observer`
 /// the external torques and contact come from the drives' torque (MomentumObserver), while the drives follow.
+/// With `force_observer` a drive with a motion that its torque cannot have caused (FeedbackObserver) is put
+/// into fault.
 /// Where the arm is touched and with which force is unknown, as is the clearance.
 class CanArm final : public ArmDriver {
  public:
@@ -55,8 +58,12 @@ class CanArm final : public ArmDriver {
   bool payload_changed_ = false;
   teleop::PayloadWeight payload_weight_;
   std::optional<teleop::MomentumObserver> observer_;
+  std::optional<teleop::FeedbackObserver> feedback_;
+  teleop::UnexplainedEnergy unexplained_;
   teleop::ExternalTorque external_;
-  double since_last_s_ = 0.0;  // from the last SYNC but one to the last, which the drives have answered
+  core::Nanoseconds moved_ns_ = 0;  // when the last SYNC was sent
+  bool punctual_ = false;           // it came a period after the one before
+  double since_last_s_ = 0.0;       // from the last SYNC but one to the last, which the drives have answered
   std::vector<core::HealthFigure> force_figures_;
 };
 

@@ -134,6 +134,7 @@ void read_force_observer(const Fields& section, const robot::SerialArm& arm, Con
   auto& observer = config.force_observer.emplace();
   section.number("lag_s", observer.lag_s);
   section.choice("model", observer.coupled, {{"arm", true}, {"joints", false}});
+  section.number("unexplained_energy_share", config.unexplained_energy_share);
   observer.weight = observer.coupled && !config.plant.balanced;
   const double share = section.value("threshold_share_of_effort", 0.05);
   for (std::size_t j = 0; j < arm.joint_count(); ++j) {

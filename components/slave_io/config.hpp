@@ -52,6 +52,7 @@ struct Config {
   double max_payload_kg = 10.0;  ///< what the arm carries counts for nothing beyond it
   bool force_sensor = false;     ///< the arm measures the external forces on it (F_e, laws c and e)
   std::optional<teleop::MomentumObserverParameters> force_observer;  ///< on CAN for that, or `wrist`
+  double unexplained_energy_share = 0.25;  ///< teleop::FeedbackObserverParameters::energy_share
   std::optional<WristSensorConfig> wrist;  ///< F_e is its, if force_sensor and this are set
   core::JointArray align_tolerance{}, align_speed{}, align_range{};  ///< rad, rad/s, rad; or m, m/s, m
   simulation::SlavePlantParameters plant;

@@ -46,7 +46,7 @@ int main(int argc, char** argv) {
       return static_cast<int>(runtime::exit_code(
           messages::run_operator_request(deployment.network, "slave_io command", request, std::cout)));
     }
-    const auto cell = runtime::load_checked_cell(deployment.cell);
+    const auto cell = runtime::load_checked_cell(deployment);
     const auto model = slave_io::load_arm(cell, runtime::arm_name(options.config));
     const auto config = slave_io::load_config(options.config, model.arm, model.home);
     const bool simulated = config.driver == slave_io::Driver::kSimulated;

@@ -170,7 +170,7 @@ int main(int argc, char** argv) {
     starting.emplace();
     const runtime::Deployment deployment = runtime::load_deployment(options);
     dds::check_qos_profiles(deployment.network.qos_profiles);
-    const runtime::CellConfig cell = runtime::load_checked_cell(deployment.cell);
+    const runtime::CellConfig cell = runtime::load_checked_cell(deployment);
     config.window.wanted = config.window.wanted || window;
     if (options.check) {
       const robot::SerialArm arm = runtime::load_arm(cell.arm(config.arm));

@@ -40,7 +40,10 @@ int run_sheet(const SheetRequest& request, const ViewerConfig& config) {
   const StillScene still = make_still_scene(cell, request.pose, renderer);
   const HitSample hit = still.hit();
   if (hit.object == 0)
-    throw core::ConfigError("--joints: no object is near the arm's skin in this pose; nothing to show");
+    throw core::ConfigError(
+        request.pose.position.empty()
+            ? "no object is near the arm's skin in its home pose, so nothing is shown; --joints gives another"
+            : "--joints: no object is near the arm's skin in this pose; nothing to show");
   ViewerConfig views = config;
   views.main_view.format.width_px = views.hit_view.format.width_px = request.tile_width_px;
   views.main_view.format.height_px = views.hit_view.format.height_px = request.tile_width_px * 9 / 16;

@@ -34,7 +34,7 @@ int main(int argc, char** argv) {
   description.run = [&](const runtime::ProcessOptions& options) {
     const auto config = workspace_survey::load_config(options.config);
     const auto deployment = runtime::load_deployment(options);
-    const auto cell = runtime::load_checked_cell(deployment.cell);
+    const auto cell = runtime::load_checked_cell(deployment);
     const workspace_survey::Workspace workspace{deployment.network, cell.voxel_size_m, cell};
     if (options.check || request.send || request.what == "touch")
       dds::check_qos_profiles(deployment.network.qos_profiles);

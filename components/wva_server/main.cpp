@@ -52,6 +52,7 @@ int main(int argc, char** argv) {
     std::optional<runtime::EndsAtOnce> starting(std::in_place);
     // Fast DDS needs as long for the profiles as the cell for its meshes: run both at once.
     auto profiles = std::async(std::launch::async, dds::check_qos_profiles, deployment.network.qos_profiles);
+    runtime::require_files(deployment);
     auto served = wva_server::load_served_cell(deployment.cell, changes_file, config.mesh_import);
     if (!config.arm.empty()) served.cell.arm(config.arm);  // throws if there is none
     profiles.get();

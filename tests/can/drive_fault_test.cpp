@@ -382,8 +382,10 @@ TEST(DriveFaults, AnotherRatedTorqueThanConfiguredIsRefused) {
   Rig rig(config);
   rig.run(2.0);
   EXPECT_EQ(rig.drive(0).fault, DriveFault::kSetupRefused);
-  EXPECT_EQ(rig.group->sentence(),
-            "j1 says 1000 (0x3E8) for object 0x6076: not the configured rated torque (mN·m)");
+  EXPECT_EQ(
+      rig.group->sentence(),
+      "j1 says 1000 (0x3E8) for object 0x6076: not the configured rated torque in mN·m (torque_constant "
+      "times rated_current in can.drives)");
 }
 
 TEST(DriveFaults, ARefusedSettingIsNamedWithItsAbortCode) {
@@ -391,8 +393,10 @@ TEST(DriveFaults, ARefusedSettingIsNamedWithItsAbortCode) {
   rig.drives[0]->misbehaviour.refuse_sdo = true;
   rig.run(2.0);
   EXPECT_EQ(rig.drive(0).fault, DriveFault::kSetupRefused);
-  EXPECT_EQ(rig.group->sentence(),
-            "j1 refuses object 0x6007:0: refused in the present state of the device (0x08000022)");
+  EXPECT_EQ(
+      rig.group->sentence(),
+      "j1 refuses object 0x6007:0: refused in the present state of the device (0x08000022); it has to stop by "
+      "itself when the master is lost: update it, or use another drive");
 }
 
 TEST(DriveFaults, ADriveThatWillNotSwitchOnIsNamed) {

@@ -66,7 +66,7 @@ const std::vector<DriveFault>& faults() {
       {"a PDO of the wrong length",
        [](Pair& p) { misbehaviour(p).cut_pdo_bytes = 1; },
        [](Pair& p) { misbehaviour(p).cut_pdo_bytes = 0; },
-       {"PDO of another length"}},
+       {"sent a PDO of"}},
       {"a node id twice on the bus",
        [](Pair& p) { p.rig->add_twin(kAxis); },
        [](Pair& p) { p.rig->remove_twin(); },

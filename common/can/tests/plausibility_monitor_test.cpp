@@ -189,5 +189,80 @@ TEST(PlausibilityMonitor, SpeedIsLimitedByThePositionWhateverTheVelocity) {
   EXPECT_NEAR(rig.found.allowed, 1.8, 0.01);
 }
 
+TEST(PlausibilityMonitor, SR12_FeedbackThatIsFrozenWithItsTorqueIsFound) {
+  const struct {
+    TargetKind kind;
+    std::function<double(double)> target;  // of the time
+  } kTargets[] = {{TargetKind::kTorque, [](double t) { return 100.0 * t; }},
+                  {TargetKind::kPosition, [](double t) { return 0.5 * t; }},
+                  {TargetKind::kVelocity, [](double) { return 0.5; }}};
+  for (const auto& [kind, target] : kTargets) {
+    MonitorRig rig;
+    rig.sample.target_kind = kind;
+    double t = 0.0;
+    const auto frozen_for = [&](double for_s) {
+      for (const double end = t + for_s; t < end; t += kJoint.period_s) {
+        rig.sample.target = target(t);
+        if (rig.run(1)) return true;
+      }
+      return false;
+    };
+    EXPECT_TRUE(frozen_for(0.5));
+    EXPECT_EQ(rig.found.reason, Implausibility::kFrozen);
+    EXPECT_LT(t, 0.35);
+
+    MonitorRig limited;  // a drive at its limit does not follow, and says so
+    limited.sample.target_kind = kind;
+    limited.sample.limited = true;
+    std::swap(rig, limited);
+    t = 0.0;
+    EXPECT_FALSE(frozen_for(0.5));
+  }
+}
+
+TEST(PlausibilityMonitor, AJointThatAnswersItsTargetByATorqueAloneIsNotFrozen) {
+  MonitorRig rig;  // pressed against a wall
+  rig.sample.target_kind = TargetKind::kPosition;
+  for (int i = 0; i < 500; ++i) {
+    rig.sample.target = 0.001 * i;
+    rig.torque = 0.001 * i * 10.0;
+    rig.q = rig.torque / 1e5;
+    ASSERT_FALSE(rig.run(1)) << i;
+  }
+}
+
+TEST(PlausibilityMonitor, SR12_AMotionAwayFromItsTargetIsFound) {
+  for (const TargetKind kind : {TargetKind::kPosition, TargetKind::kVelocity}) {
+    MonitorRig rig;
+    rig.sample.target_kind = kind;
+    rig.v = -0.6;
+    bool found = false;
+    for (int i = 0; i < 500 && !found; ++i) {
+      rig.sample.target = kind == TargetKind::kPosition ? 0.6 * kJoint.period_s * i : 0.6;
+      found = rig.run(1);
+    }
+    ASSERT_TRUE(found);
+    EXPECT_EQ(rig.found.reason, Implausibility::kContrary);
+    EXPECT_LT(std::abs(rig.q), 0.33) << "a quarter of a second of the greatest speed";
+  }
+}
+
+// A joint at its greatest speed that is told to turn back needs a while.
+TEST(PlausibilityMonitor, AJointThatTurnsBackAtItsAccelerationIsBelieved) {
+  for (const TargetKind kind : {TargetKind::kPosition, TargetKind::kVelocity}) {
+    MonitorRig rig;
+    rig.sample.target_kind = kind;
+    double wanted = 1.2, reference = 0.0;
+    for (int i = 0; i < 5000; ++i) {
+      if (i % 400 == 399) wanted = -wanted;
+      reference += wanted * kJoint.period_s;
+      rig.v += std::clamp(wanted - rig.v, -5.0 * kJoint.period_s, 5.0 * kJoint.period_s);
+      rig.torque = 0.01 * i;
+      rig.sample.target = kind == TargetKind::kPosition ? reference : wanted;
+      ASSERT_FALSE(rig.run(1)) << i << ": " << static_cast<int>(rig.found.reason) << ' ' << rig.found.seen;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace phantom::can

@@ -97,6 +97,14 @@ std::string no_stl(std::string_view bytes) {
   if (bytes.starts_with("\xff\xfe") || bytes.starts_with("\xfe\xff"))
     return "is a text of 16 bits a character (UTF-16), which is not read: save it as plain text";
   if (bytes.size() < kStlHeadBytes) return "is not a readable mesh: neither a text nor a binary STL";
+  const auto printable = [](char c) {
+    return (c >= ' ' && c != '\x7f') || (c >= '\t' && c <= '\r') || c < 0;
+  };
+  if (std::ranges::all_of(bytes.substr(0, std::min<std::size_t>(bytes.size(), kStlLookBytes)), printable)) {
+    const std::string_view line = bytes.substr(0, bytes.find_first_of("\r\n"));
+    return "is a text that does not begin with 'solid', as a text STL does, but with '" +
+           std::string(line.substr(0, 40)) + "'";
+  }
   std::uint32_t triangles = 0;
   for (std::size_t i = 4; i-- > 0;) triangles = triangles << 8 | static_cast<std::uint8_t>(bytes[80 + i]);
   const std::string neither = "is not a readable mesh: neither a text STL, nor a binary one, ";

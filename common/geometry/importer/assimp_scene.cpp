@@ -7,11 +7,8 @@
 #include <assimp/DefaultLogger.hpp>
 #include <assimp/Importer.hpp>
 #include <assimp/Logger.hpp>
-#include <charconv>
-#include <cstring>
 #include <fstream>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <string_view>
 #include <utility>
 
@@ -20,45 +17,6 @@
 
 namespace phantom::geometry::detail {
 namespace {
-
-using nlohmann::json;
-
-/// Returns whether the shape is read correctly although the file requires this extension: assimp supports it,
-/// or it concerns appearance and motion only.
-bool leaves_shape_true(std::string_view extension) {
-  return starts_with_any(extension,
-                         {"KHR_draco_mesh_compression", "KHR_materials_", "KHR_texture_", "EXT_texture_",
-                          "MSFT_texture_", "KHR_lights_", "EXT_lights_", "KHR_animation_", "KHR_xmp"});
-}
-
-/// Returns the JSON text of a .gltf or .glb file; empty if there is none.
-std::string json_of(const std::filesystem::path& path) {
-  std::error_code none;
-  const auto size = std::filesystem::file_size(path, none);
-  std::ifstream file(path, std::ios::binary);
-  char head[20] = {};  // magic, version, length; length and type of the first chunk
-  if (none || !file) return {};
-  if (!file.read(head, sizeof head) || std::memcmp(head, "glTF", 4) != 0) {
-    file.clear();
-    file.seekg(0);
-    return {std::istreambuf_iterator<char>(file), {}};
-  }
-  std::uint32_t length = 0;
-  for (std::size_t i = 4; i-- > 0;) length = length << 8 | static_cast<std::uint8_t>(head[12 + i]);
-  if (std::memcmp(head + 16, "JSON", 4) != 0 || length > size) return {};
-  std::string text(length, '\0');
-  file.read(text.data(), length);
-  return file ? text : std::string();
-}
-
-/// Returns only the extension lists of a glTF file.
-json extension_lists(const std::filesystem::path& path) {
-  const json::parser_callback_t only_lists = [](int depth, json::parse_event_t event, json& parsed) {
-    if (depth != 1 || event != json::parse_event_t::key) return true;
-    return parsed == "extensionsRequired" || parsed == "extensionsUsed";
-  };
-  return json::parse(json_of(path), only_lists, false);
-}
 
 bool is_sound(const aiMesh& mesh) {
   for (unsigned f = 0; f < mesh.mNumFaces; ++f) {
@@ -125,26 +83,6 @@ std::string refusal(const Assimp::Importer& importer, const std::filesystem::pat
   return "is not a readable mesh" + (reason.empty() ? ", the importer does not say why" : ": " + reason);
 }
 
-/// Returns a glTF 2 extension on which the shape of this file (.gltf, .glb) depends and which assimp ignores.
-/// Empty if there is none, or if the file has another format.
-std::string unread_gltf_extension(const std::filesystem::path& path) {
-  if (const std::string format = extension_of(path); format != "gltf" && format != "glb") return {};
-  const json lists = extension_lists(path);
-  if (!lists.is_object()) return {};  // not JSON: the importer reports it
-  for (const auto& [list, names] : lists.items()) {
-    if (!names.is_array()) continue;
-    for (const json& name : names) {
-      if (!name.is_string()) continue;
-      const auto& extension = name.get_ref<const std::string&>();
-      // Other number types and instances of a mesh change the shape even if the file does not require them of
-      // a reader.
-      const bool shape = extension == "KHR_mesh_quantization" || extension == "EXT_mesh_gpu_instancing";
-      if (shape || (list == "extensionsRequired" && !leaves_shape_true(extension))) return extension;
-    }
-  }
-  return {};
-}
-
 /// Returns whether the file is a STEP file (ISO 10303-21) of another schema than IFC: surfaces of a CAD
 /// program.
 bool is_cad_step(const std::filesystem::path& path) {
@@ -162,28 +100,12 @@ bool is_cad_step(const std::filesystem::path& path) {
 class UriFiles : public Assimp::DefaultIOSystem {
  public:
   bool Exists(const char* name) const override {
-    return Assimp::DefaultIOSystem::Exists(name) || Assimp::DefaultIOSystem::Exists(decoded(name).c_str());
+    return Assimp::DefaultIOSystem::Exists(name) ||
+           Assimp::DefaultIOSystem::Exists(decoded_uri(name).c_str());
   }
   Assimp::IOStream* Open(const char* name, const char* mode) override {
     const bool as_it_is = Assimp::DefaultIOSystem::Exists(name);
-    return Assimp::DefaultIOSystem::Open(as_it_is ? name : decoded(name).c_str(), mode);
-  }
-
- private:
-  static std::string decoded(std::string_view name) {
-    std::string text;
-    for (std::size_t i = 0; i < name.size(); ++i) {
-      unsigned value = 0;
-      const char* digits = name.data() + i + 1;
-      if (name[i] == '%' && i + 2 < name.size() &&
-          std::from_chars(digits, digits + 2, value, 16).ptr == digits + 2) {
-        text += static_cast<char>(value);
-        i += 2;
-      } else {
-        text += name[i];
-      }
-    }
-    return text;
+    return Assimp::DefaultIOSystem::Open(as_it_is ? name : decoded_uri(name).c_str(), mode);
   }
 };
 
@@ -192,13 +114,13 @@ class UriFiles : public Assimp::DefaultIOSystem {
 const aiScene* read_scene(Assimp::Importer& importer, const std::filesystem::path& path,
                           std::uint64_t max_memory_bytes, std::vector<std::string>& notes,
                           std::string& problem) {
-  if (const std::string extension = unread_gltf_extension(path); !extension.empty()) {
-    problem = "depends on the glTF extension " + extension + ", which is not read: export it without";
-    return nullptr;
-  }
-  if (is_cad_step(path)) {
+  if (problem = check_gltf(path, notes); !problem.empty()) return nullptr;
+  const std::string ending = extension_of(path);
+  const bool iges = ending == "igs" || ending == "iges";
+  if (iges || is_cad_step(path)) {
     problem =
-        "is a STEP file of a CAD program, of surfaces, which is not read: export it as a mesh (STL, 3MF, glTF …)";
+        std::string("is ") + (iges ? "an IGES" : "a STEP") +
+        " file of a CAD program, of surfaces, which is not read: export it as a mesh (STL, 3MF, glTF …)";
     return nullptr;
   }
   importer.SetIOHandler(new UriFiles);  // the importer owns it

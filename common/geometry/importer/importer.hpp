@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "common/geometry/mesh/mesh_io.hpp"
@@ -30,6 +31,14 @@ bool import_mesh(const std::filesystem::path& path, const MeshImportOptions& opt
 const aiScene* read_scene(Assimp::Importer& importer, const std::filesystem::path& path,
                           std::uint64_t max_memory_bytes, std::vector<std::string>& notes,
                           std::string& problem);
+
+/// Returns why the glTF 2 file (.gltf, .glb) would be misread, in a sentence without the file's name: it
+/// depends on an extension that is not read, or a buffer is not there. Empty if nothing is found, or the file
+/// has another format. Adds what of its shape is not applied to `notes`.
+std::string check_gltf(const std::filesystem::path& path, std::vector<std::string>& notes);
+
+/// Returns what a URI's escapes stand for: "part%20one.bin" is "part one.bin".
+std::string decoded_uri(std::string_view uri);
 
 /// Relates the scene's coordinates to the file's: p_file = to_file · p_scene, a rotation and a scale.
 struct SceneFrame {

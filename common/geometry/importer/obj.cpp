@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 
@@ -7,7 +8,17 @@
 namespace phantom::geometry::detail {
 namespace {
 
-/// The statements of the file: a line that ends with a backslash goes on in the next one.
+/// Returns whether a line goes on in the next one: it ends with a backslash, and holds numbers. Comments and
+/// names may end with a backslash of their own, as paths of folders do.
+bool goes_on(std::string_view line) {
+  std::string_view rest = line;
+  const std::string_view key = take_word(rest);
+  constexpr std::string_view kNames[] = {"o", "g", "usemtl", "mtllib", "usemap", "maplib", "call", "csh"};
+  if (key.starts_with('#') || std::ranges::find(kNames, key) != std::end(kNames)) return false;
+  return core::trimmed(line).ends_with('\\');
+}
+
+/// The statements of the file.
 class Lines {
  public:
   explicit Lines(std::string_view text) : rest_(text) {
@@ -18,16 +29,15 @@ class Lines {
     if (rest_.empty()) return false;
     number_ = passed_ + 1;
     std::string_view line = take_line();
-    if (!line.ends_with('\\')) {
+    if (!goes_on(line)) {
       statement = line;
       return true;
     }
     joined_.clear();
-    while (line.ends_with('\\')) {
-      joined_.append(line.substr(0, line.size() - 1)).push_back(' ');
-      if (rest_.empty()) break;
-      line = take_line();
-      if (!line.ends_with('\\')) joined_.append(line);
+    for (bool more = true; more; line = more ? take_line() : std::string_view()) {
+      const std::string_view part = core::trimmed(line);
+      more = part.ends_with('\\') && !rest_.empty();
+      joined_.append(part.ends_with('\\') ? part.substr(0, part.size() - 1) : part).push_back(' ');
     }
     statement = joined_;
     return true;
@@ -57,10 +67,13 @@ class ObjReader {
       const std::string_view key = take_word(rest);
       if (key == "v") vertex(rest);
       if (key == "f" || key == "fo") face(rest);
-      if (key == "curv" || key == "surf") surfaces_ = true;
+      if (key == "curv" || key == "surf" || key == "bzp" || key == "bsp") surfaces_ = true;
       if (key == "call" || key == "csh") lines_.refuse("runs '" + std::string(key) + "', which is not done");
     }
     resolve();
+    if (polygons_.ends.empty() && !polygons_.vertices.empty())
+      throw UnreadableMesh(
+          "it has vertices and no faces: it is a cloud of points, or of lines; mesh it first");
     if (surfaces_) polygons_.notes.push_back("its free-form curves and surfaces are left out");
     if (thin_ > 0)
       polygons_.notes.push_back(std::to_string(thin_) + " faces of fewer than three corners are left out");
@@ -84,14 +97,14 @@ class ObjReader {
           end != word.data() + word.size())
         lines_.refuse("has '" + std::string(word.substr(0, 40)) + "' as a coordinate");
     }
-    if (!position.allFinite()) lines_.refuse("has a coordinate that is not finite");
     polygons_.vertices.push_back(position);
   }
 
   void face(std::string_view rest) {
     Face face{.line = lines_.number(), .vertices = polygons_.vertices.size(), .begin = named_.size()};
     for (std::string_view word = take_word(rest); !word.empty(); word = take_word(rest)) {
-      const std::string_view vertex = word.substr(0, word.find('/'));
+      std::string_view vertex = word.substr(0, word.find('/'));
+      if (vertex.starts_with('+')) vertex.remove_prefix(1);
       std::int64_t index = 0;
       const auto [end, problem] = std::from_chars(vertex.data(), vertex.data() + vertex.size(), index);
       if (problem != std::errc() || end != vertex.data() + vertex.size() || index == 0)
@@ -121,6 +134,9 @@ class ObjReader {
           throw UnreadableMesh("line " + std::to_string(face.line) + " has a face that names vertex " +
                                std::to_string(named_[i]) + "; the file has " + std::to_string(count) +
                                " vertices");
+        if (!polygons_.vertices[static_cast<std::size_t>(index)].allFinite())
+          throw UnreadableMesh("line " + std::to_string(face.line) + " has a face that names vertex " +
+                               std::to_string(named_[i]) + ", which has a coordinate that is not finite");
         corners.push_back(static_cast<std::uint32_t>(index));
       }
       polygons_.add_face(corners);

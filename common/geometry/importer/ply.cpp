@@ -11,23 +11,24 @@
 namespace phantom::geometry::detail {
 namespace {
 
-enum class Kind { kInt8, kUint8, kInt16, kUint16, kInt32, kUint32, kFloat32, kFloat64 };
+enum class Kind { kInt8, kUint8, kInt16, kUint16, kInt32, kUint32, kInt64, kUint64, kFloat32, kFloat64 };
 
 constexpr std::size_t bytes_of(Kind kind) {
-  constexpr std::size_t kBytes[] = {1, 1, 2, 2, 4, 4, 4, 8};
+  constexpr std::size_t kBytes[] = {1, 1, 2, 2, 4, 4, 8, 8, 4, 8};
   return kBytes[static_cast<std::size_t>(kind)];
 }
 
 Kind kind_of(std::string_view name) {
   constexpr std::pair<std::string_view, Kind> kNames[] = {
-      {"char", Kind::kInt8},      {"uchar", Kind::kUint8},    {"short", Kind::kInt16},
-      {"ushort", Kind::kUint16},  {"int", Kind::kInt32},      {"uint", Kind::kUint32},
-      {"float", Kind::kFloat32},  {"double", Kind::kFloat64}, {"int8", Kind::kInt8},
-      {"uint8", Kind::kUint8},    {"int16", Kind::kInt16},    {"uint16", Kind::kUint16},
-      {"int32", Kind::kInt32},    {"uint32", Kind::kUint32},  {"float32", Kind::kFloat32},
-      {"float64", Kind::kFloat64}};
+      {"char", Kind::kInt8},       {"uchar", Kind::kUint8},    {"short", Kind::kInt16},
+      {"ushort", Kind::kUint16},   {"int", Kind::kInt32},      {"uint", Kind::kUint32},
+      {"float", Kind::kFloat32},   {"double", Kind::kFloat64}, {"int8", Kind::kInt8},
+      {"uint8", Kind::kUint8},     {"int16", Kind::kInt16},    {"uint16", Kind::kUint16},
+      {"int32", Kind::kInt32},     {"uint32", Kind::kUint32},  {"float32", Kind::kFloat32},
+      {"float64", Kind::kFloat64}, {"int64", Kind::kInt64},    {"uint64", Kind::kUint64}};
+  const std::string lower = core::lower_case(name);
   for (const auto& [known, kind] : kNames)
-    if (name == known) return kind;
+    if (lower == known) return kind;
   throw UnreadableMesh("its head has the type '" + std::string(name.substr(0, 40)) +
                        "'; allowed: char, uchar, short, ushort, int, uint, float, double, int8 to float64");
 }
@@ -74,12 +75,19 @@ void read_form(std::string_view line, Head& head) {
 }
 
 Head read_head(std::string_view& rest) {
-  if (core::trimmed(take_line(rest)) != "ply") throw UnreadableMesh("its first line is not 'ply'");
+  if (rest.starts_with("\xef\xbb\xbf")) rest.remove_prefix(3);
+  const std::size_t first_end = rest.find_first_of("\r\n");
+  const bool ends_by_cr = rest.substr(std::min(first_end, rest.size())).starts_with('\r') &&
+                          !rest.substr(std::min(first_end, rest.size())).starts_with("\r\n");
+  if (core::lower_case(core::trimmed(take_line(rest))) != "ply")
+    throw UnreadableMesh("its first line is not 'ply'");
   Head head;
   while (!rest.empty()) {
     std::string_view line = take_line(rest);
     const std::string_view key = take_word(line);
     if (key == "end_header") {
+      // Where lines end by \r alone, a \n behind it is the body's first byte.
+      if (ends_by_cr && *(rest.data() - 1) == '\n') rest = {rest.data() - 1, rest.size() + 1};
       if (!head.form) throw UnreadableMesh("its head has no format");
       return head;
     }
@@ -99,13 +107,15 @@ Head read_head(std::string_view& rest) {
 /// Reads the numbers of an element, one after the other.
 class Body {
  public:
-  Body(std::string_view bytes, Form form) : rest_(bytes), form_(form) {}
+  /// `by_lines`: in a text each element stands on a line of its own; else its numbers may stand anywhere.
+  Body(std::string_view bytes, Form form, bool by_lines) : rest_(bytes), form_(form), by_lines_(by_lines) {}
 
-  /// Begins element `number` of `count`: in a text each stands on a line of its own.
+  /// Begins element `number` of `count`.
   void begin(const Element& element, std::uint64_t number) {
     element_ = &element;
     number_ = number;
-    if (form_ != Form::kText) return;
+    if (form_ != Form::kText || !by_lines_ || element.properties.empty()) return;
+    if (!core::trimmed(line_).empty()) ++longer_;
     do {
       if (rest_.empty()) cut_short();
       line_ = take_line(rest_);
@@ -118,6 +128,18 @@ class Body {
       refuse("has a number that is no index or length");
     return static_cast<std::int64_t>(value);
   }
+  /// Ends the body. Adds what is left of it to `notes`.
+  void finish(std::vector<std::string>& notes) {
+    if (!core::trimmed(line_).empty()) ++longer_;
+    if (longer_ > 0)
+      notes.push_back(std::to_string(longer_) +
+                      " lines have more numbers than the head declares: the last ones are passed over");
+    const std::string_view left = form_ == Form::kText ? core::trimmed(rest_) : rest_;
+    if (!left.empty())
+      notes.push_back("has " + std::to_string(left.size()) +
+                      " bytes after what its head declares: they are passed over");
+  }
+  bool is_used_up() const { return core::trimmed(line_).empty() && core::trimmed(rest_).empty(); }
   [[noreturn]] void refuse(const std::string& why) const {
     throw UnreadableMesh(element_->name + " " + std::to_string(number_) + " of " +
                          std::to_string(element_->count) + " " + why);
@@ -130,6 +152,11 @@ class Body {
   }
   double text_number() {
     std::string_view word = take_word(line_);
+    while (word.empty() && !by_lines_ && !rest_.empty()) {
+      line_ = take_line(rest_);
+      word = take_word(line_);
+    }
+    if (word.empty() && !by_lines_) cut_short();
     if (word.empty()) refuse("has fewer numbers than the head declares");
     if (word.starts_with('+')) word.remove_prefix(1);
     double value = 0.0;
@@ -164,6 +191,10 @@ class Body {
         return as(std::int32_t{});
       case Kind::kUint32:
         return as(std::uint32_t{});
+      case Kind::kInt64:
+        return as(std::int64_t{});
+      case Kind::kUint64:
+        return as(std::uint64_t{});
       case Kind::kFloat32:
         return as(float{});
       case Kind::kFloat64:
@@ -174,6 +205,8 @@ class Body {
 
   std::string_view rest_, line_;
   Form form_;
+  bool by_lines_;
+  std::uint64_t longer_ = 0;  // lines with more numbers than declared
   const Element* element_ = nullptr;
   std::uint64_t number_ = 0;
 };
@@ -215,6 +248,7 @@ class Faces {
  public:
   Faces(const Body& body, std::uint64_t vertices, Polygons& polygons)
       : body_(body), vertices_(vertices), polygons_(polygons) {}
+
   void polygon(const Row& row) {
     if (row.list.size() < 3) {
       ++thin_;
@@ -257,19 +291,41 @@ class Faces {
 
 }  // namespace
 
-Polygons read_ply(std::string_view bytes) {
-  const Head head = read_head(bytes);
-  const auto named = [&](const char* name) {
-    const auto found = std::find_if(head.elements.begin(), head.elements.end(),
-                                    [&](const Element& element) { return element.name == name; });
-    return found == head.elements.end() ? nullptr : &*found;
-  };
-  if (named("vertex") == nullptr) throw UnreadableMesh("its head declares no vertices");
-  if (named("range_grid") != nullptr)
+namespace {
+
+const Element* element_of(const Head& head, std::string_view name) {
+  const auto found = std::ranges::find(head.elements, name, &Element::name);
+  return found == head.elements.end() ? nullptr : &*found;
+}
+
+/// Refuses a file that declares no face, and says what it has in place of them.
+void check_faces(const Head& head) {
+  const Element* vertices = element_of(head, "vertex");
+  if (vertices == nullptr) throw UnreadableMesh("its head declares no vertices");
+  for (const char* axis : {"x", "y", "z"}) {
+    const bool there = std::ranges::any_of(vertices->properties,
+                                           [&](const Property& p) { return !p.count && p.name == axis; });
+    if (!there) throw UnreadableMesh(std::string("its vertices have no coordinate '") + axis + "'");
+  }
+  if (element_of(head, "range_grid") != nullptr)
     throw UnreadableMesh("it is a grid of ranges, which has no faces: mesh it first");
+  std::string other;
+  bool any = false;
+  for (const Element& element : head.elements) {
+    if (element.name != "face" && element.name != "tristrips") continue;
+    any = any || std::ranges::any_of(element.properties, lists_vertices);
+    if (element.count == 0) continue;
+    for (const Property& property : element.properties) core::add_to_list(other, "'" + property.name + "'");
+  }
+  if (!any && !other.empty())
+    throw UnreadableMesh("its faces have no list 'vertex_indices' or 'vertex_index', but " + other);
+  if (!any) throw UnreadableMesh("its head declares no faces: it is a cloud of points; mesh it first");
+}
+
+Polygons read_body(const Head& head, std::string_view bytes, bool by_lines) {
   Polygons polygons;
-  Body body(bytes, *head.form);
-  Faces faces(body, named("vertex")->count, polygons);
+  Body body(bytes, *head.form, by_lines);
+  Faces faces(body, element_of(head, "vertex")->count, polygons);
   Row row;
   for (const Element& element : head.elements) {
     for (std::uint64_t i = 0; i < element.count; ++i) {
@@ -277,13 +333,37 @@ Polygons read_ply(std::string_view bytes) {
       read_row(body, element, row);
       if (element.name == "face") faces.polygon(row);
       if (element.name == "tristrips") faces.strip(row);
-      if (element.name != "vertex") continue;
-      if (!row.position.allFinite()) body.refuse("has a coordinate that is missing or not finite");
-      polygons.vertices.push_back(row.position);
+      if (element.name == "vertex") polygons.vertices.push_back(row.position);
     }
   }
+  // A scanner gives points that it did not see no coordinates; no face may name them.
+  for (const std::uint32_t corner : polygons.corners) {
+    if (!polygons.vertices[corner].allFinite())
+      throw UnreadableMesh("a face names vertex " + std::to_string(corner) + " of " +
+                           std::to_string(polygons.vertices.size()) +
+                           ", which has a coordinate that is missing or not finite");
+  }
   faces.finish();
+  if (!by_lines && !body.is_used_up()) throw UnreadableMesh("it has more numbers than its head declares");
+  body.finish(polygons.notes);
   return polygons;
+}
+
+}  // namespace
+
+Polygons read_ply(std::string_view bytes) {
+  const Head head = read_head(bytes);
+  check_faces(head);
+  try {
+    return read_body(head, bytes, true);
+  } catch (const UnreadableMesh&) {
+    if (*head.form != Form::kText) throw;
+    try {  // elements that do not stand on lines of their own, if all numbers then fit
+      return read_body(head, bytes, false);
+    } catch (const UnreadableMesh&) {  // the first reason is the better one
+    }
+    throw;
+  }
 }
 
 }  // namespace phantom::geometry::detail

@@ -149,7 +149,10 @@ bool import_polygons(const std::filesystem::path& path, const MeshImportOptions&
                      std::string& problem) {
   const bool ply = extension_of(path) == "ply";
   try {
-    Polygons polygons = ply ? read_ply(read_file(path)) : read_obj(read_file(path));
+    const std::string bytes = read_file(path);
+    if (bytes.starts_with("\xff\xfe") || bytes.starts_with("\xfe\xff"))
+      throw UnreadableMesh("it is a text of 16 bits a character (UTF-16): save it as plain text");
+    Polygons polygons = ply ? read_ply(bytes) : read_obj(bytes);
     mesh.notes = std::move(polygons.notes);
     return finish_polygons(polygons, ply ? "PLY" : "OBJ", options, mesh, problem);
   } catch (const UnreadableMesh& unreadable) {

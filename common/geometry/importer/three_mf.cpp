@@ -9,6 +9,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string_view>
 #include <vector>
 
@@ -205,11 +206,15 @@ Model parse_model(std::string_view text, const std::string& part) {
       seen = true;
       check_extensions(tag);
       model.frame = declared_in_text("3mf", text.substr(0, 1 << 18));
+      if (!model.frame.scale) {
+        throw Refused{"is in the unit '" + std::string(tag.find("unit").value_or("").substr(0, 40)) +
+                      "'; allowed: micron, millimeter, centimeter, inch, foot, meter"};
+      }
     } else if (tag.name == "object") {
       const auto id = attribute<std::uint32_t>(tag, "id");
       const auto [made, is_new] = model.objects.try_emplace(id);
       if (!is_new) throw Refused{"has object " + std::to_string(id) + " twice"};
-      made->second.type = tag.find("type").value_or("model");
+      made->second.type = tag.find("type").value_or("model").substr(0, 40);
       object = tag.closes ? nullptr : &made->second;
     } else if (tag.name == "item") {
       model.items.push_back(use_of(tag, part));
@@ -299,7 +304,9 @@ class Package {
 template <class Visit>
 class Builder {
  public:
-  Builder(Package& package, const Visit& visit) : package_(package), visit_(visit) {}
+  /// Adds to `other_types` which objects are built that are no model, such as a printer's supports.
+  Builder(Package& package, const Visit& visit, std::set<std::string>& other_types)
+      : package_(package), visit_(visit), other_types_(other_types) {}
 
   void place(const Use& use, const Placement& outer, int depth) {
     constexpr int kDeepest = 32, kMaxUses = 1'000'000;
@@ -310,6 +317,7 @@ class Builder {
     const auto found = objects.find(use.object);
     if (found == objects.end()) throw Refused{"builds " + name + ", which is not there"};
     const Object& object = found->second;
+    if (object.type != "model") other_types_.insert("its " + name + " is of type '" + object.type + "'");
     const Placement here = outer * use.placement;
     const bool mirrored = here.linear().determinant() < 0.0;
     for (const auto& [a, b, c] : object.triangles) {
@@ -322,14 +330,17 @@ class Builder {
  private:
   Package& package_;
   const Visit& visit_;
+  std::set<std::string>& other_types_;
   int uses_ = 0;
 };
 
-/// Calls visit(corner, corner, corner) for every triangle of the build.
+/// Calls visit(corner, corner, corner) for every triangle of the build. Returns which objects are no model.
 template <class Visit>
-void for_each_built(Package& package, const Visit& visit) {
-  Builder<Visit> builder(package, visit);
+std::set<std::string> for_each_built(Package& package, const Visit& visit) {
+  std::set<std::string> other_types;
+  Builder<Visit> builder(package, visit, other_types);
   for (const Use& item : package.root().items) builder.place(item, Placement::Identity(), 0);
+  return other_types;
 }
 
 std::array<double, 3> extents_of(Package& package) {
@@ -356,10 +367,11 @@ bool import_3mf(const std::filesystem::path& path, const MeshImportOptions& opti
     const auto vertex = [&](const Eigen::Vector3d& p) {
       return corners.vertex((to_metres * p).cast<float>());
     };
-    for_each_built(package, [&](const auto& a, const auto& b, const auto& c) {
+    const auto others = for_each_built(package, [&](const auto& a, const auto& b, const auto& c) {
       if (left-- == 0) throw Refused{too_many_triangles(options)};
       corners.triangle({vertex(a), vertex(b), vertex(c)});
     });
+    for (const std::string& other : others) mesh.notes.push_back(other + ", and counts");
     return finish_import(corners.finite(), corners.collapsed(), mesh, problem);
   } catch (const Refused& refused) {
     problem = refused.why;

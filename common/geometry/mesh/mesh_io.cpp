@@ -13,12 +13,12 @@
 #include <charconv>
 #include <cstdlib>
 #include <cstring>
-#include <fstream>
 #include <string>
 
 #include "common/core/clock.hpp"
 #include "common/geometry/mesh/mesh_answer.hpp"
 #include "common/geometry/mesh/mesh_import.hpp"
+#include "common/geometry/mesh/stand_in.hpp"
 
 namespace phantom::geometry {
 namespace {
@@ -28,19 +28,6 @@ using core::Status;
 
 Status error_of(const std::filesystem::path& path, ErrorCode code, const std::string& problem) {
   return {code, "mesh " + path.string() + ": " + problem};
-}
-
-/// Returns what a repository has left in place of a large file, in a sentence; empty if it is a file.
-std::string pointer_in(const std::filesystem::path& path) {
-  std::string head(64, '\0');
-  std::ifstream file(path, std::ios::binary);
-  file.read(head.data(), static_cast<std::streamsize>(head.size()));
-  head.resize(static_cast<std::size_t>(file.gcount()));
-  if (head.starts_with("version https://git-lfs.github.com/") || head.starts_with("version https://hawser."))
-    return "is a pointer of Git LFS, not the mesh itself: git lfs pull fetches it";
-  if (head.starts_with("/annex/objects/"))
-    return "is a pointer of git-annex, not the mesh itself: git annex get fetches it";
-  return {};
 }
 
 Status check_file(const std::filesystem::path& path, const MeshImportOptions& options) {
@@ -62,8 +49,8 @@ Status check_file(const std::filesystem::path& path, const MeshImportOptions& op
     return error_of(path, ErrorCode::kInvalidArgument,
                     std::string("cannot be read: ") + std::strerror(errno));
   }
-  if (const std::string pointer = pointer_in(path); !pointer.empty())
-    return error_of(path, ErrorCode::kInvalidArgument, pointer);
+  if (const std::string other = stand_in_at(path); !other.empty())
+    return error_of(path, ErrorCode::kInvalidArgument, other);
   return Status::ok();
 }
 

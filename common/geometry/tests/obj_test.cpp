@@ -39,6 +39,22 @@ TEST(Obj, ALineGoesOnAfterABackslashAndEndsAnyWay) {
   }
 }
 
+// A comment or a name may end with a backslash of its own: nothing behind it is lost.
+TEST(Obj, ABackslashAtTheEndOfAPathContinuesNothing) {
+  for (const char* line : {"# from C:\\parts\\", "mtllib C:\\parts\\", "o C:\\", "usemtl a\\"}) {
+    EXPECT_THAT(read_obj(std::string(line) + "\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").corners,
+                ElementsAre(0, 1, 2))
+        << line;
+  }
+  EXPECT_THAT(read_obj("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 \\ \t\n+3\n").corners, ElementsAre(0, 1, 2))
+      << "blanks behind it";
+}
+
+TEST(Obj, OnlyAVertexThatAFaceNamesNeedsItsCoordinates) {
+  EXPECT_THAT(read_obj("v 0 0 0\nv 1 0 0\nv 0 1 0\nv nan nan nan\nf 1 2 3\n").corners, ElementsAre(0, 1, 2));
+  EXPECT_THAT(refusal_of("v 0 0 0\nv 1 0 0\nl 1 2\n"), HasSubstr("no faces: it is a cloud of points"));
+}
+
 TEST(Obj, AFaceMayStandBeforeItsVerticesAndCountsBackFromItself) {
   EXPECT_THAT(read_obj("f 1 2 3\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf -1 -2 -3\nv 5 5 5\n").corners,
               ElementsAre(0, 1, 2, 2, 1, 0));
@@ -61,7 +77,7 @@ TEST(Obj, WhatIsWrongIsRefusedWithItsLine) {
   EXPECT_THAT(refusal_of(vertices + "f a b c\n"), HasSubstr("the corner 'a'"));
   EXPECT_THAT(refusal_of("v 0 0\n"), HasSubstr("line 1 has a vertex of fewer than three coordinates"));
   EXPECT_THAT(refusal_of("\nv 0 x 0\n"), HasSubstr("line 2 has 'x' as a coordinate"));
-  EXPECT_THAT(refusal_of("v 0 inf 0\n"), HasSubstr("not finite"));
+  EXPECT_THAT(refusal_of("v 0 inf 0\nv 0 0 0\nv 1 0 0\nf 1 2 3\n"), HasSubstr("not finite"));
   EXPECT_THAT(refusal_of("call other.obj\n"), HasSubstr("runs 'call'"));
 }
 

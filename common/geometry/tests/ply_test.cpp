@@ -114,13 +114,13 @@ TEST(Ply, WhatIsNotAsTheHeadDeclaresIsRefusedWithItsPlace) {
   EXPECT_THAT(with("3 1 2 3", "4 1 2 3"), HasSubstr("face 3 of 4 has fewer numbers than the head declares"));
   EXPECT_THAT(with("0 1 0", "0 one 0"), HasSubstr("vertex 2 of 4 has 'one', which is no number"));
   EXPECT_THAT(with("0 1 0", "0 nan 0"), HasSubstr("not finite"));
-  EXPECT_THAT(with("float y", "float v"), HasSubstr("missing or not finite"));
+  EXPECT_THAT(with("float y", "float v"), HasSubstr("no coordinate 'y'"));
   // A coordinate of another element does not stand in for it.
   EXPECT_THAT(
       refusal_of(
           head("element camera 1\nproperty float y\nelement vertex 1\nproperty float x\nproperty float z\n") +
           "1\n0 0\n"),
-      HasSubstr("missing or not finite"));
+      HasSubstr("no coordinate 'y'"));
   EXPECT_THAT(with("float y", "real y"), HasSubstr("type 'real'; allowed: char"));
   EXPECT_THAT(with("format ascii", "format utf8"), HasSubstr("format is 'utf8'; allowed: ascii"));
   EXPECT_THAT(with("end_header", "end"), HasSubstr("no end_header"));
@@ -128,6 +128,65 @@ TEST(Ply, WhatIsNotAsTheHeadDeclaresIsRefusedWithItsPlace) {
   EXPECT_THAT(refusal_of(head("element range_grid 1\nproperty list uchar int vertex_indices\n" +
                               std::string(kVertexHead))),
               HasSubstr("grid of ranges"));
+}
+
+TEST(Ply, UnusualFilesAreReadAsTheyAreMeant) {
+  const std::string text = tetrahedron();
+  const auto with = [&](const std::string& old, const std::string& now) {
+    std::string changed = text;
+    changed.replace(changed.find(old), old.size(), now);
+    return read_ply(changed);
+  };
+  expect_tetrahedron(read_ply("\xef\xbb\xbf" + text));
+  expect_tetrahedron(with("ply", "PLY"));
+  expect_tetrahedron(with("float x", "Float x"));
+  expect_tetrahedron(with("3 1 2 3", "3 1\n 2 3"));
+  // Numbers one after the other, whatever the lines.
+  const std::size_t body = text.find("end_header\n") + 11;
+  std::string one_line = text.substr(body);
+  std::replace(one_line.begin(), one_line.end(), '\n', ' ');
+  expect_tetrahedron(read_ply(text.substr(0, body) + one_line));
+  // An element without properties has no lines.
+  expect_tetrahedron(
+      read_ply(head("element material 2\n" + std::string(kVertexHead) + kFaceHead) + kVertices + kFaces));
+}
+
+TEST(Ply, WhatIsPassedOverIsNoted) {
+  const std::string text = tetrahedron();
+  EXPECT_THAT(read_ply(text + "1 2 3\n").notes, ElementsAre(HasSubstr("has 5 bytes after")));
+  std::string longer = text;
+  longer.insert(longer.find("3 1 2 3") + 7, " 255 0 0");
+  EXPECT_THAT(read_ply(longer).notes, ElementsAre(HasSubstr("1 lines have more numbers")));
+  EXPECT_THAT(read_ply(text).notes, testing::IsEmpty());
+}
+
+TEST(Ply, OnlyAVertexThatAFaceNamesNeedsItsCoordinates) {
+  std::string text = tetrahedron();
+  text.replace(text.find("element vertex 4"), 16, "element vertex 5");
+  const std::size_t faces = text.find(kFaces);
+  EXPECT_EQ(read_ply(text.substr(0, faces) + "nan nan nan\n" + text.substr(faces)).corners.size(), 12u);
+}
+
+TEST(Ply, AFileWithoutFacesIsNamedForWhatItIs) {
+  EXPECT_THAT(refusal_of(head(kVertexHead) + kVertices), HasSubstr("cloud of points"));
+  EXPECT_THAT(refusal_of(head(std::string(kVertexHead) +
+                              "element face 1\nproperty list uchar int corners\nproperty uchar red\n") +
+                         kVertices + "3 0 1 2 255\n"),
+              HasSubstr("no list 'vertex_indices' or 'vertex_index', but 'corners', 'red'"));
+}
+
+// Where the head's lines end by \r alone, the body may begin with \n.
+TEST(Ply, ABodyThatBeginsWithANewlineIsReadWhole) {
+  for (const std::string end : {"\n", "\r\n", "\r"}) {
+    std::string bytes;
+    for (const char c :
+         head("element vertex 3\nproperty uchar q\nproperty uchar x\nproperty uchar y\nproperty uchar "
+              "z\nelement face 1\nproperty list uchar uchar vertex_indices\n",
+              "binary_little_endian"))
+      bytes += c == '\n' ? end : std::string(1, c);
+    bytes += std::string("\n\0\0\0\n\1\0\0\n\0\1\0\3\0\1\2", 16);
+    EXPECT_THAT(read_ply(bytes).corners, ElementsAre(0, 1, 2)) << end.size();
+  }
 }
 
 TEST(Ply, WhateverStandsInAFileIsReadOrRefused) {

@@ -103,6 +103,41 @@ TEST_F(Scenes, FilesOfAGltfMayBeNamedByEncodedUris) {
   EXPECT_EQ(mesh->triangles.size(), 1U);
 }
 
+// Tries wva_server: is a Git LFS pointer
+TEST_F(Scenes, WhatStandsInPlaceOfAFileOfAGltfIsNamed) {
+  std::string text = gltf("");
+  const std::size_t data = text.find("data:"), end = text.find('"', data);
+  text.replace(data, end - data, "part%20one.bin");
+  write("part one.bin", "version https://git-lfs.github.com/spec/v1\noid sha256:00\nsize 36\n");
+  expect_refused(write("part.gltf", text),
+                 "has the buffer 'part%20one.bin', which is a pointer of Git LFS, not the file itself");
+  expect_refused(write("marked.gltf", "\xef\xbb\xbf" + gltf("")), "begins with a byte order mark");
+}
+
+TEST_F(Scenes, WhatOfAGltfsShapeIsNotAppliedIsNoted) {
+  std::string text = gltf("");
+  text.replace(text.find("\"primitives\""), 0, "\"weights\": [0, 0.5], ");
+  auto mesh = load_mesh(write("morph.gltf", text));
+  ASSERT_TRUE(mesh) << mesh.status().message();
+  EXPECT_THAT(mesh->notes, Contains(HasSubstr("morph targets with weights, which are not applied")));
+  text.replace(text.find("0.5"), 3, "0.0");
+  mesh = load_mesh(write("still.gltf", text), {.scale = 1.0, .y_up = false});
+  ASSERT_TRUE(mesh) << mesh.status().message();
+  EXPECT_THAT(mesh->notes, IsEmpty());
+}
+
+// Tries wva_server: is a Git LFS pointer
+TEST_F(Scenes, AWebPageOrAnArchiveIsNamedForWhatItIs) {
+  for (const char* name : {"part.stl", "part.obj", "part.ply", "part.glb", "part.dae"}) {
+    expect_refused(write(name, "\n <!DOCTYPE HTML>\n<html><body>Not found</body></html>\n"),
+                   "is a web page (HTML)");
+    expect_refused(write(name, std::string("\x1f\x8b\b\0", 4)), "is compressed by gzip: unpack it");
+    expect_refused(write(name, "PK\x03\x04 and more"), "is a ZIP archive: unpack it");
+  }
+  expect_refused(write("part.igs", std::string(72, ' ') + "S      1\n"), "is an IGES file of a CAD program");
+  expect_refused(write("part.obj", std::string("\xff\xfev\0 \0", 6)), "(UTF-16)");
+}
+
 TEST_F(Scenes, UnitOfA3mfIsItsRootModels) {
   const std::string relationships =
       R"(<?xml version="1.0"?>

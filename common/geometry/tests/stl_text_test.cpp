@@ -171,6 +171,8 @@ TEST_F(StlFiles, ThatAreNoneAreNamedForWhatTheyAre) {
   const std::string whole = binary("");
   expect_refused(write("cut.stl", whole.substr(0, whole.size() - 1)), "Was it cut short?");
   expect_refused(write("none.stl", std::string(84, '\0') + whole), "of which the head declares 0 triangles");
+  expect_refused(write("remark.stl", "# by hand\nsolid x\n" + std::string(100, ' ') + "endsolid x\n"),
+                 "is a text that does not begin with 'solid', as a text STL does, but with '# by hand'");
   expect_refused(write("wide.stl", std::string("\xff\xfes\0o\0l\0i\0d\0 \0", 14)), "UTF-16");
   expect_refused(write("part.stl", "version https://git-lfs.github.com/spec/v1\noid sha256:00\nsize 12345\n"),
                  "is a pointer of Git LFS");
@@ -185,7 +187,7 @@ TEST_F(StlFiles, TextOnesAreReadAsTheirBytesStand) {
   const auto mesh = load_mesh(write("part.STL",
                                     "\xef\xbb\xbf\n SOLID Part\r\n\tFACET NORMAL 0 0 1\r\n\tOUTER LOOP\r\n"
                                     "\tVERTEX 0 0 0\r\n\tVERTEX 1E0 0 0\r\n\tVERTEX 0 1 0\r\n\tENDLOOP\r\n"
-                                    "\tENDFACET\r\nENDSOLID Part\r\n"),
+                                    "\tENDFACET\r\nENDSOLID Part\r\n\x1a"),
                               {.scale = 1.0, .y_up = false});
   ASSERT_TRUE(mesh) << mesh.status().message();
   EXPECT_EQ(mesh->triangles.size(), 1U);

@@ -116,6 +116,17 @@ TEST_F(ThreeMf, WhatWouldVanishIsRefused) {
   expect_refused(package(model_text(one, item), {}), "more than 11 triangles", {.max_triangles = 11});
 }
 
+TEST_F(ThreeMf, AUnitThatTheStandardLacksIsRefusedAndAPrintersSupportIsNoted) {
+  const std::string one = object_text(1, box_);
+  expect_refused(package(model_text(one, use_text("item", 1), "", "furlong")),
+                 "is in the unit 'furlong'; allowed: micron, millimeter");
+  std::string support = one;
+  support.replace(support.find("type=\"model\""), 12, "type=\"support\"");
+  const auto mesh = load_mesh(package(model_text(support, use_text("item", 1))));
+  ASSERT_TRUE(mesh) << mesh.status().message();
+  EXPECT_THAT(mesh->notes, ::testing::ElementsAre(::testing::HasSubstr("is of type 'support', and counts")));
+}
+
 /// Objects of boxes and of components, in three parts, against the same sum by hand.
 TEST_F(ThreeMf, RandomPackagesAreReadWhole) {
   std::mt19937 random(3);

@@ -69,6 +69,12 @@ struct DhRow {
 /// Returns whether `inertia_kg_m2` may be that of a body: finite, symmetric, no principal moment below zero.
 bool is_inertia(const Eigen::Matrix3d& inertia_kg_m2);
 
+/// What stands instead of values in a URDF's `<limit>`, by joint: rad, rad/s and N·m, or m, m/s and N.
+/// Vendors' files have an effort of 0, or none, and soft limits that are narrower.
+struct JointLimits {
+  std::map<std::string, double> lower, upper, max_speed, max_effort;
+};
+
 /// Poses of the links in the workspace frame, by link index (0 = base).
 using LinkPoses = std::array<geometry::Pose, core::kMaxJoints + 1>;
 
@@ -85,10 +91,12 @@ class SerialArm {
   /// notices() has what was decided. Errors name the file, the link or joint, and what is allowed: a joint of
   /// the chain that mimics another or whose type is not revolute, continuous or prismatic, more than 16 of
   /// them, a missing mesh file, a missing limit, a stated position of no held joint or outside of its
-  /// limits, an inertia that no body has.
+  /// limits, an inertia that no body has. `limits` stand instead of the file's; they may name moving joints
+  /// of the chain only.
   static core::Expected<SerialArm> from_urdf(const std::filesystem::path& urdf, const std::string& tip_link,
                                              const geometry::Pose& X_WB,
-                                             const std::map<std::string, double>& held = {});
+                                             const std::map<std::string, double>& held = {},
+                                             const JointLimits& limits = {});
 
   /// Builds the chain of a DH table, in the order of its rows (thesis eq. 2.2: A_1(q_1)…A_n(q_n)). Frame
   /// "base" is the parent of the first row, at `X_WB`. find_frame() finds each row's frame by its link's

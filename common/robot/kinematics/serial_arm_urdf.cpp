@@ -15,6 +15,7 @@
 
 #include "common/core/text.hpp"
 #include "common/geometry/implicit/primitives.hpp"
+#include "common/geometry/mesh/stand_in.hpp"
 #include "common/robot/kinematics/link_tree.hpp"
 #include "common/robot/kinematics/serial_arm.hpp"
 
@@ -141,6 +142,7 @@ std::string about_xacro(const std::string& file, std::initializer_list<std::stri
 }
 
 urdf::ModelInterfaceSharedPtr parse(const std::filesystem::path& file) {
+  if (const std::string other = geometry::stand_in_at(file); !other.empty()) throw Fault{other};
   const std::string text = text_of_file(file);
   Parsed parsed = parse_text(text);
   const std::string left_over = about_xacro(text, {"<xacro:"});
@@ -205,7 +207,12 @@ bool turns_or_slides(const urdf::Joint& source) {
          source.type == urdf::Joint::PRISMATIC;
 }
 
-Joint joint_of(const urdf::Joint& source) {
+/// Sets `value` to what is stated for the joint, if it is.
+void state(const std::map<std::string, double>& stated, const std::string& joint, double& value) {
+  if (const auto found = stated.find(joint); found != stated.end()) value = found->second;
+}
+
+Joint joint_of(const urdf::Joint& source, const JointLimits& stated) {
   const std::string place = "joint '" + source.name + "'";
   if (!turns_or_slides(source))
     throw Fault{place + " has an unsupported type; allowed are revolute, continuous, prismatic, fixed"};
@@ -213,21 +220,55 @@ Joint joint_of(const urdf::Joint& source) {
     throw Fault{place + " mimics another; every moving joint of the chain must move by itself (a finger is " +
                 "off the chain if tip_link is the link that carries it)"};
   }
-  if (!source.limits) {
+  const bool whole = stated.max_speed.contains(source.name) && stated.max_effort.contains(source.name);
+  if (!source.limits && !whole) {
     throw Fault{place +
-                " has no <limit>; lower, upper, velocity and effort are needed (continuous: the last two)"};
+                " has no <limit>; lower, upper, velocity and effort are needed (continuous: the last " +
+                "two), there or as lower_limits, upper_limits, max_speeds and max_efforts of the arm's file"};
   }
   Joint joint = moving_part(source);
   std::tie(joint.lower, joint.upper) = range_of(source);
-  joint.max_speed = source.limits->velocity;
-  joint.max_effort = source.limits->effort;
+  if (source.limits) {
+    joint.max_speed = source.limits->velocity;
+    joint.max_effort = source.limits->effort;
+  }
+  state(stated.lower, source.name, joint.lower);
+  state(stated.upper, source.name, joint.upper);
+  state(stated.max_speed, source.name, joint.max_speed);
+  state(stated.max_effort, source.name, joint.max_effort);
   // Written so that a NaN fails as well.
-  if (!(joint.lower < joint.upper)) throw Fault{place + ": limit lower must be less than upper"};
+  if (!(joint.lower < joint.upper)) {
+    throw Fault{place + ": limit lower must be less than upper; lower_limits and upper_limits of the arm's " +
+                "file may state them"};
+  }
   if (!(joint.max_speed > 0.0) || !std::isfinite(joint.max_speed))
-    throw Fault{place + ": limit velocity must be above 0"};
+    throw Fault{place + ": limit velocity must be above 0; max_speeds of the arm's file may state it"};
   if (!(joint.max_effort > 0.0) || !std::isfinite(joint.max_effort))
-    throw Fault{place + ": limit effort must be above 0"};
+    throw Fault{place + ": limit effort must be above 0; max_efforts of the arm's file may state it"};
   return joint;
+}
+
+/// Throws a Fault if a stated limit is of no moving joint of the chain.
+void check_stated_limits(const JointLimits& stated, const std::vector<urdf::JointSharedPtr>& chain) {
+  std::string allowed;
+  std::set<std::string> names;
+  for (const auto& joint : chain) {
+    if (!is_moving(*joint)) continue;
+    names.insert(joint->name);
+    core::add_to_list(allowed, joint->name);
+  }
+  const std::pair<const char*, const std::map<std::string, double>&> kAll[] = {
+      {"lower_limits", stated.lower},
+      {"upper_limits", stated.upper},
+      {"max_speeds", stated.max_speed},
+      {"max_efforts", stated.max_effort}};
+  for (const auto& [key, values] : kAll) {
+    for (const auto& [name, value] : values) {
+      if (!names.contains(name))
+        throw Fault{std::string(key) + ": '" + name +
+                    "' is no moving joint of the chain; allowed: " + allowed};
+    }
+  }
 }
 
 std::string text_of(double number) { return core::formatted("%g", number); }
@@ -327,6 +368,8 @@ struct Reading {
   std::filesystem::path folder;  // the URDF's
   HeldJoints held;
   std::vector<std::string> notices = {};
+  std::size_t moved = 0;         // meshes of packages that are taken from elsewhere
+  std::string first_moved = {};  // the first, in a sentence
 };
 
 /// Adds what is passed over, or looks like a mistake, in a moving joint of the chain.
@@ -339,7 +382,8 @@ void note_limits(const urdf::Joint& source, const Joint& joint, std::vector<std:
     if (stated && (soft.soft_lower_limit > joint.lower || soft.soft_upper_limit < joint.upper)) {
       notices.push_back(place + "the soft limits of its <safety_controller>, " +
                         range(soft.soft_lower_limit, soft.soft_upper_limit) +
-                        ", are not applied; its range is " + range(joint.lower, joint.upper));
+                        ", are not applied; its range is " + range(joint.lower, joint.upper) +
+                        " (lower_limits and upper_limits of the arm's file may state them)");
     }
   }
   constexpr double kFourTurns_rad = 8 * std::numbers::pi;
@@ -418,8 +462,8 @@ void add_mesh(const urdf::Geometry& shape, const geometry::Pose& X_link_piece, c
                       about_mesh_name(mesh.filename),
                   true};
     }
-    if (is_of_package(mesh.filename) && !lies_in_package(result.file, mesh.filename))
-      reading.notices.push_back(place + ": " + mesh.filename + " is taken from " + result.file.string());
+    if (is_of_package(mesh.filename) && !lies_in_package(result.file, mesh.filename) && reading.moved++ == 0)
+      reading.first_moved = place + ": " + mesh.filename + " is taken from " + result.file.string();
     result.scale = {mesh.scale.x, mesh.scale.y, mesh.scale.z};
     if (!result.scale.allFinite() || !(result.scale.cwiseAbs().minCoeff() > 0.0))
       throw Fault{place + ": mesh '" + mesh.filename +
@@ -525,7 +569,8 @@ void absorb(const urdf::ModelInterface& model, const urdf::Link& carried, const 
 
 core::Expected<SerialArm> SerialArm::from_urdf(const std::filesystem::path& urdf, const std::string& tip_link,
                                                const geometry::Pose& X_WB,
-                                               const std::map<std::string, double>& held) {
+                                               const std::map<std::string, double>& held,
+                                               const JointLimits& limits) {
   try {
     const urdf::ModelInterfaceSharedPtr model = parse(urdf);
     std::vector<urdf::JointSharedPtr> chain = chain_to(*model, tip_link);
@@ -537,6 +582,8 @@ core::Expected<SerialArm> SerialArm::from_urdf(const std::filesystem::path& urdf
       throw Fault{"has " + std::to_string(moving) + " moving joints up to '" + tip_link + "'; at most " +
                   std::to_string(core::kMaxJoints) + " are allowed"};
     }
+
+    check_stated_limits(limits, chain);
 
     Reading reading{urdf.parent_path(), HeldJoints(*model, chain, held)};
     SerialArm arm;
@@ -558,13 +605,16 @@ core::Expected<SerialArm> SerialArm::from_urdf(const std::filesystem::path& urdf
       absorb(*model, *carried, i < chain.size() ? chain[i]->name : std::string(), reading, link);
       arm.links_.push_back(std::move(link));
       if (i == chain.size()) break;
-      arm.joints_.push_back(joint_of(*chain[i]));
+      arm.joints_.push_back(joint_of(*chain[i], limits));
       note_limits(*chain[i], arm.joints_.back(), reading.notices);
       arm.joints_.back().X_parent_joint = X_link_frame;
       carried = model->getLink(chain[i]->child_link_name);
       X_link_frame = {};
     }
     arm.notices_ = std::move(reading.notices);
+    if (reading.moved > 1)
+      reading.first_moved += "; so are " + std::to_string(reading.moved - 1) + " more meshes of packages";
+    if (reading.moved > 0) arm.notices_.push_back(reading.first_moved);
     note_mass(arm.links_, arm.notices_);
     if (!reading.held.notice().empty()) arm.notices_.push_back(reading.held.notice());
     arm.tip_m_ = arm.find_frame(tip_link)->second.translation_m;

@@ -396,9 +396,12 @@ TEST(Notices, NameLimitsThatAreNotApplied) {
                       R"(<safety_controller k_position="1" k_velocity="1" soft_lower_limit=")" + lower +
                           R"(" soft_upper_limit=")" + upper + R"("/>)");
   };
-  EXPECT_THAT(notices_of(soft("-0.1", "0.2")),
-              ElementsAre("joint 'j2': the soft limits of its <safety_controller>, -0.1 to "
-                          "0.2, are not applied; its range is -1 to 1"));
+  EXPECT_THAT(
+      notices_of(soft("-0.1", "0.2")),
+      ElementsAre(
+          "joint 'j2': the soft limits of its <safety_controller>, -0.1 to "
+          "0.2, are not applied; its range is -1 to 1 (lower_limits and upper_limits of the arm's file may state "
+          "them)"));
   EXPECT_THAT(notices_of(soft("-1", "1")), IsEmpty());
   EXPECT_THAT(notices_of(soft("0", "0")), IsEmpty());
   EXPECT_THAT(notices_of(two_joints(inertia("1", "1"), "",

@@ -63,9 +63,9 @@ std::vector<robot::MeshSensors> visual_skin(const ArmConfig& config, const robot
 }  // namespace
 
 robot::SerialArm load_kinematics(const ArmConfig& config) {
-  auto arm = config.urdf.empty()
-                 ? robot::SerialArm::from_dh(config.dh, config.dh_convention, config.X_WB)
-                 : robot::SerialArm::from_urdf(config.urdf, config.tip_link, config.X_WB, config.held_joints);
+  auto arm = config.urdf.empty() ? robot::SerialArm::from_dh(config.dh, config.dh_convention, config.X_WB)
+                                 : robot::SerialArm::from_urdf(config.urdf, config.tip_link, config.X_WB,
+                                                               config.held_joints, config.limits);
   if (!arm) fail(config, arm.status());
   check_per_joint(config, "home", config.home.size(), arm->joint_count());
   for (std::size_t j = 0; j < arm->joint_count(); ++j) {

@@ -42,6 +42,10 @@ void read_kinematics(const Fields& fields, ArmConfig& arm) {
     fields.text("tip_link", arm.tip_link);
     fields.numbers("held_joints", arm.held_joints);
     fields.numbers("gripper_closed", arm.gripper_closed);
+    fields.numbers("lower_limits", arm.limits.lower);
+    fields.numbers("upper_limits", arm.limits.upper);
+    fields.numbers("max_speeds", arm.limits.max_speed);
+    fields.numbers("max_efforts", arm.limits.max_effort);
     for (const auto& [joint, q] : arm.gripper_closed)
       fields.check(arm.held_joints.contains(joint), "gripper_closed",
                    "names " + joint +

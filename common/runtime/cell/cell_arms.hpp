@@ -66,7 +66,8 @@ struct ArmConfig {
   std::string tip_link;                       ///< last link of the serial chain
   std::map<std::string, double> held_joints;  ///< positions of the URDF's joints off the chain, rad or m
   std::map<std::string, double>
-      gripper_closed;  ///< of those, where a closed gripper's stand; empty: none moves
+      gripper_closed;         ///< of those, where a closed gripper's stand; empty: none moves
+  robot::JointLimits limits;  ///< instead of the URDF's
   std::vector<robot::DhRow> dh;
   robot::DhConvention dh_convention = robot::DhConvention::kClassic;
   geometry::Pose X_WB;       ///< pose of the base link in the workspace frame

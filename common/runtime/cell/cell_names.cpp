@@ -89,4 +89,9 @@ CellConfig load_checked_cell(const std::filesystem::path& path, CellArms arms) {
   return cell;
 }
 
+CellConfig load_checked_cell(const Deployment& deployment) {
+  require_files(deployment);
+  return load_checked_cell(deployment.cell);
+}
+
 }  // namespace phantom::runtime

@@ -3,6 +3,7 @@
 #include <filesystem>
 
 #include "common/runtime/cell/cell.hpp"
+#include "common/runtime/configuration/deployment.hpp"
 
 namespace phantom::runtime {
 
@@ -15,5 +16,7 @@ void check_names(const CellConfig& cell);
 
 /// Reads a cell as load_cell() does, and checks its names.
 CellConfig load_checked_cell(const std::filesystem::path& path, CellArms arms = CellArms::kNeeded);
+/// Does so for a topology's cell, after require_files().
+CellConfig load_checked_cell(const Deployment& deployment);
 
 }  // namespace phantom::runtime

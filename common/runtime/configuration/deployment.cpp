@@ -137,6 +137,8 @@ Deployment load_deployment(const ProcessOptions& options) {
   file.number("domain", net.domain);
   if (options.domain >= 0) net.domain = options.domain;
   net.qos_profiles = file.path("qos_profiles");
+  deployment.qos_place = file.error("qos_profiles", "is not there").what();
+  deployment.cell_place = file.error("cell", "is not there").what();
   read_network(file.section("network"), net);
   for (const Fields& section : file.sections("hosts")) deployment.hosts.push_back(read_host(section));
   file.finish();
@@ -148,9 +150,23 @@ Deployment load_deployment(const ProcessOptions& options) {
     }
   }
   deployment.own = own_entry(deployment, options.name.empty() ? options.component : options.name);
-  if (deployment.own && !deployment.own->cell.empty()) deployment.cell = deployment.own->cell;
+  if (deployment.own && !deployment.own->cell.empty()) {
+    deployment.cell = deployment.own->cell;
+    deployment.cell_place = deployment.own->place + ".cell: is not there";
+  }
   if (deployment.own && !deployment.own->partition.empty()) net.partition = deployment.own->partition;
   return deployment;
+}
+
+// A topology that was copied elsewhere names files by paths that lead nowhere from there.
+void require_files(const Deployment& deployment) {
+  const auto require = [](const std::filesystem::path& path, const std::string& place) {
+    if (path.empty() || std::filesystem::exists(path)) return;
+    throw core::MissingError(place + " (" + path.string() +
+                             "); relative paths begin at the topology's folder");
+  };
+  require(deployment.network.qos_profiles, deployment.qos_place);
+  require(deployment.cell, deployment.cell_place);
 }
 
 void require_simulation_meant(const Deployment& deployment, const ProcessOptions& options,

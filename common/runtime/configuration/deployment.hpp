@@ -35,8 +35,9 @@ struct DeployedHost {
 struct Deployment {
   std::string name;
   std::filesystem::path file;
-  core::NetworkOptions network;  ///< the options that apply on this host
-  std::filesystem::path cell;    ///< cell.yaml
+  core::NetworkOptions network;       ///< the options that apply on this host
+  std::filesystem::path cell;         ///< cell.yaml
+  std::string cell_place, qos_place;  ///< where the files of both are named, for messages
   std::vector<DeployedHost> hosts;
   std::string host;                    ///< the host of this process; empty: not known and not needed
   std::optional<DeployedProcess> own;  ///< this process's entry; none: the topology has none of its name here
@@ -52,6 +53,10 @@ extern const char* const kTopologyKeys;
 /// they differ; throws MissingError if this machine is none of the hosts. Cell and partition of the own entry
 /// are the deployment's.
 Deployment load_deployment(const ProcessOptions& options);
+
+/// Throws MissingError if the QoS profiles or the cell file are not there: by file, line and key of the
+/// topology.
+void require_files(const Deployment& deployment);
 
 /// Ends a process that would simulate what it moves although its entry in the topology does not say
 /// `simulation: true`. `setting`: what makes it simulate, "slave_io.yaml: driver: sim". Throws ConfigError.

@@ -186,7 +186,12 @@ Fields Fields::from_text(const std::string& yaml, const std::string& name, const
   auto node = std::make_shared<Node>();
   node->file = name;
   try {
-    node->yaml = YAML::Load(yaml);
+    const std::vector<YAML::Node> documents = YAML::LoadAll(yaml);
+    if (documents.size() > 1) {
+      throw ConfigError(name + ":" + std::to_string(documents[1].Mark().line + 1) +
+                        ": a second YAML document begins here (after '---'); allowed: one in a file");
+    }
+    if (!documents.empty()) node->yaml = documents.front();
   } catch (const YAML::Exception& problem) {
     throw ConfigError(name + ":" + std::to_string(problem.mark.line + 1) +
                       ": not valid YAML: " + problem.msg);

@@ -194,6 +194,38 @@ TEST_F(ArmFile, NamesHeldJointsThatTheUrdfDoesNotHold) {
       << "of a URDF only";
 }
 
+// A vendor's file stays as it is, also with an effort of 0.
+TEST_F(ArmFile, StatesLimitsInsteadOfTheUrdfs) {
+  std::string urdf = test::text_of(PHANTOM_SOURCE_DIR "/deploy/arms/laboratory_arm.urdf");
+  const std::size_t effort = urdf.find("effort=\"");
+  urdf.replace(effort, urdf.find('"', effort + 8) + 1 - effort, "effort=\"0\"");
+  std::ofstream(folder_ / "arm.urdf") << urdf;
+  const auto written = [&](const std::string& limits) {
+    std::ofstream(folder_ / "arm.yaml")
+        << "urdf: arm.urdf\ntip_link: tool\nhome: [0, 0, 0, 0, 0, 0]\n" + limits;
+    return load_cell(folder_ / "cell.yaml").arm();
+  };
+  const auto refusal = [&](const std::string& limits) -> std::string {
+    try {
+      load_arm(written(limits));
+    } catch (const ConfigError& error) {
+      return error.what();
+    }
+    return "";
+  };
+  EXPECT_THAT(refusal(""), HasSubstr("effort must be above 0; max_efforts of the arm's file may state it"));
+  const std::string first = "waist";
+  const robot::SerialArm arm = load_arm(written("max_efforts: {" + first + ": 55}\nlower_limits: {" + first +
+                                                ": -0.5}\nmax_speeds: {" + first + ": 0.25}\n"));
+  EXPECT_EQ(arm.joints()[0].max_effort, 55.0);
+  EXPECT_EQ(arm.joints()[0].max_speed, 0.25);
+  EXPECT_EQ(arm.joints()[0].lower, -0.5);
+  EXPECT_GT(arm.joints()[0].upper, 0.0);
+  EXPECT_THAT(refusal("max_efforts: {finger_left: 5}"),
+              HasSubstr("max_efforts: 'finger_left' is no moving joint of the chain; allowed: " + first));
+  EXPECT_THAT(refusal("max_efforts: {" + first + ": 0}"), HasSubstr("max_efforts." + first));
+}
+
 TEST_F(ArmFile, EachFaultIsNamed) {
   expect_refused("convention: classic", "convention: denavit", "allowed: classic, modified");
   expect_refused("dh:\n", "urdf: arm.urdf\ndh:\n", "stands beside urdf");

@@ -1,6 +1,7 @@
 #include "common/teleop/coupling/device_watch.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 namespace phantom::teleop {
 namespace {
@@ -9,6 +10,8 @@ constexpr double kForgotten = 0.1;  // s of the loop's length per s
 // By how much the pose may differ from where its velocities lead, besides a share of the way itself:
 // encoders' steps, filters, and 50 m/s² of a hand over the longest gap between two samples.
 constexpr double kJump_m = 0.005, kJump_rad = 0.05, kShareOfWay = 0.5;
+
+constexpr double kVelocityLag_s = 0.02;  // that a device's filter of its velocity may have
 
 using Vector = Eigen::Map<const Eigen::Vector3d>;
 
@@ -49,6 +52,9 @@ const char* sentence(DeviceTrouble trouble) noexcept {
       return "the loop through the haptic device takes too long: torques off";
     case DeviceTrouble::kJumped:
       return "the haptic device's pose jumped: torques off; release the clutch";
+    case DeviceTrouble::kDisagrees:
+      return "the haptic device's velocity does not fit its pose (a wrong sign or unit): torques off; release "
+             "the clutch";
     case DeviceTrouble::kRestarted:
       return "another process serves the haptic device now: torques off; release the clutch";
     case DeviceTrouble::kClutchIn:
@@ -67,6 +73,29 @@ bool DeviceWatch::jumped(const DeviceReading& newest) const noexcept {
   return apart(moved, Vector(a.velocity_m_s.data()), Vector(b.velocity_m_s.data()), dt_s, kJump_m) ||
          apart(turned, Vector(a.angular_velocity_rad_s.data()), Vector(b.angular_velocity_rad_s.data()), dt_s,
                kJump_rad);
+}
+
+bool DeviceWatch::disagrees(const DeviceReading& newest) noexcept {
+  const HandleMotion &a = last_.handle, &b = newest.handle;
+  const double dt_s = core::seconds(newest.measured_ns - last_.measured_ns);
+  const Eigen::Vector3d moved = Vector(b.position_m.data()) - Vector(a.position_m.data());
+  const Eigen::Vector3d turned = geometry::rotation_vector(rotation(b) * rotation(a).transpose());
+  const double kept = std::exp(-dt_s / core::MotionAgreement::kMemory_s);
+  bool any = false;
+  for (std::size_t i = 0; i < coordinates_.size(); ++i) {
+    const bool turns = i >= 3;
+    const std::size_t k = i % 3;
+    const double way = turns ? turned[static_cast<Eigen::Index>(k)] : moved[static_cast<Eigen::Index>(k)];
+    const double velocity = turns ? 0.5 * (a.angular_velocity_rad_s[k] + b.angular_velocity_rad_s[k])
+                                  : 0.5 * (a.velocity_m_s[k] + b.velocity_m_s[k]);
+    Coordinate& c = coordinates_[i];
+    c.fastest_by_pose = std::max(kept * c.fastest_by_pose, std::abs(way) / dt_s);
+    c.fastest_by_velocity = std::max(kept * c.fastest_by_velocity, std::abs(velocity));
+    const double lag = kVelocityLag_s * std::min(c.fastest_by_pose, c.fastest_by_velocity);
+    c.agreement.step(way, velocity, dt_s, (turns ? kJump_rad : kJump_m) + lag);
+    any = any || c.agreement.disagrees();
+  }
+  return any;
 }
 
 DeviceTrouble DeviceWatch::present(const DeviceReading& newest, double loop_s,
@@ -89,14 +118,19 @@ const DeviceVerdict& DeviceWatch::step(const DeviceReading& newest, core::Nanose
   // Beyond the limit nothing is rendered, so that nothing longer has to be remembered.
   round_trip_s_ =
       std::min(parameters_.round_trip_limit_s, std::max(loop_s, round_trip_s_ - kForgotten * dt_s));
-  const DeviceTrouble now = present(newest, loop_s, now_ns);
+  DeviceTrouble now = present(newest, loop_s, now_ns);
+  if (now != DeviceTrouble::kNone || latched_ != DeviceTrouble::kNone) {
+    coordinates_ = {};
+  } else if (newest.received_ns != last_.received_ns && disagrees(newest)) {
+    now = DeviceTrouble::kDisagrees;
+  }
   last_ = newest;
   if (now != DeviceTrouble::kNone) {
     latched_ = now;
   } else if (latched_ != DeviceTrouble::kNone && !newest.clutch) {
     latched_ = DeviceTrouble::kNone;
   } else if (latched_ != DeviceTrouble::kNone && latched_ != DeviceTrouble::kJumped &&
-             latched_ != DeviceTrouble::kRestarted) {
+             latched_ != DeviceTrouble::kDisagrees && latched_ != DeviceTrouble::kRestarted) {
     latched_ = DeviceTrouble::kClutchIn;
   }
   verdict_.trouble = latched_;

@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "common/core/clock.hpp"
+#include "common/core/motion_agreement.hpp"
 #include "common/teleop/coupling/cartesian_hand.hpp"
 
 namespace phantom::teleop {
@@ -35,6 +36,7 @@ enum class DeviceTrouble {
   kUnanswered,  ///< it does not say which of our wrenches acts: how long the loop is, is not known
   kLate,        ///< the loop through it is too long
   kJumped,      ///< its pose jumped: it was homed, or something is wrong with it
+  kDisagrees,   ///< its velocity leads elsewhere than its pose: a sign or a unit is wrong
   kRestarted,   ///< another process serves it
   kClutchIn,    ///< all is well again, but the clutch was not let out since
 };
@@ -64,7 +66,10 @@ struct DeviceVerdict {
 /// 3. The length of the loop is the age of the wrench of ours that acted in the newest measurement, by our
 /// own clock: it counts both ways, the device's sampling and the time that its state waits for a tick. It
 /// follows what is longer at once, and forgets it at 0.1 s per second.
-/// A pose has jumped if it moved otherwise than its velocities say, by more than encoders and a hand can.
+/// A pose has jumped if it moved otherwise than its velocities say, by more than encoders and a hand can in
+/// one sample. Pose and velocity disagree if the same adds up over samples (core::MotionAgreement, along each
+/// axis of D); what is allowed is 5 mm or 0.05 rad, and 20 ms of the way that both make of it. What is not
+/// found: pose and velocity that are false alike. A hand is active, so that no energy tells them.
 /// Pure: it uses no clock. Real-time safe: yes.
 class DeviceWatch {
  public:
@@ -75,9 +80,16 @@ class DeviceWatch {
  private:
   DeviceTrouble present(const DeviceReading& newest, double loop_s, core::Nanoseconds now_ns) const noexcept;
   bool jumped(const DeviceReading& newest) const noexcept;
+  bool disagrees(const DeviceReading& newest) noexcept;
 
   DeviceWatchParameters parameters_;
   DeviceReading last_;
+  /// One coordinate of the handle's motion.
+  struct Coordinate {
+    core::MotionAgreement agreement;
+    double fastest_by_pose = 0.0, fastest_by_velocity = 0.0;  // of late
+  };
+  std::array<Coordinate, 6> coordinates_;  // three of position, three of rotation
   DeviceTrouble latched_ = DeviceTrouble::kSilent;
   double round_trip_s_ = 0.0;
   DeviceVerdict verdict_;

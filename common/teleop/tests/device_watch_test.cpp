@@ -241,5 +241,30 @@ TEST(DeviceWatch, DampingWithinTheLimitOfTheMeasuredLoopComesToRest) {
   }
 }
 
+// Slow enough that no single sample differs by what a jump is.
+TEST(DeviceWatch, AVelocityOfTheWrongSignOrUnitIsFoundOverSamples) {
+  for (const double factor : {-1.0, 0.0, 1000.0, 57.3}) {
+    WatchRig rig;
+    rig.reading.handle.velocity_m_s = {0.0, 0.15, 0.0};
+    rig.tick(300);
+    ASSERT_EQ(rig.last.trouble, DeviceTrouble::kNone);
+    int ticks = 0;
+    for (; rig.last.trouble == DeviceTrouble::kNone && ticks < 500; ++ticks) {
+      rig.reading.handle.position_m[1] += kWatchTick_s * 0.15 * (1.0 - factor);  // moves on as before
+      rig.reading.handle.velocity_m_s[1] = 0.15 * factor;
+      rig.tick();
+    }
+    EXPECT_LT(ticks, 150) << factor;
+    EXPECT_TRUE(rig.last.trouble == DeviceTrouble::kDisagrees || rig.last.trouble == DeviceTrouble::kJumped)
+        << factor;
+    EXPECT_FALSE(rig.last.hand.valid);
+    const DeviceTrouble found = rig.last.trouble;
+    rig.reading.handle.velocity_m_s = {};
+    EXPECT_EQ(rig.tick(500).trouble, found) << "until the clutch is let out";
+    rig.reading.clutch = false;
+    EXPECT_EQ(rig.tick().trouble, DeviceTrouble::kNone);
+  }
+}
+
 }  // namespace
 }  // namespace phantom::teleop

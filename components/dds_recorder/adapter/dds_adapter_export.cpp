@@ -158,16 +158,18 @@ int run_export(const ExportRequest& request, const robot::SerialArm& arm, const 
     throw core::ConfigError("--out " + request.out.string() + ": allowed: a name that ends with .mcap");
   const auto opened = open_recordings(recordings_in(request.files));
   const recording::MessageFilter filter = in_range(request.range, times_of(opened).first);
+  ReadFigures read;
   write_whole(request.out, [&](const std::filesystem::path& partial) {
     Ros2Bag bag(partial, request.zstd_level);
     Export into(request, arm, bag);
     into.say_fixed(std::max(filter.from_ns, times_of(opened).first), urdf);
-    read_all(opened, filter, {}, into, notes);
+    read = read_all(opened, filter, {}, into, notes);
+    check_any_read(read);
     bag.finish(request.out.filename().string());
     into.end(notes);
     notes << request.out.string() << ": " << bag.messages() << " messages\n";
   });
-  return runtime::kExitDone;
+  return exit_code_of(read, request.out.string(), notes);
 }
 
 }  // namespace phantom::dds_recorder

@@ -198,13 +198,13 @@ int run_replay(const ReplayRequest& request, const core::NetworkOptions& network
   ProcessClock clock;
   const ReplayFigures figures = replay(recordings, request, output, clock);
   output.finish();
-  for (const std::string& problem : figures.problems) spdlog::warn("{}", problem);
+  for (const std::string& problem : figures.problems)
+    spdlog::error("{}: its samples were not replayed", problem);
   spdlog::info("{} samples replayed in {} {}, latest {:.1f} ms after its time", figures.samples,
                figures.loops, figures.loops == 1 ? "turn" : "turns",
                1e-6 * static_cast<double>(figures.worst_lateness_ns));
-  if (figures.failed == 0) return runtime::kExitDone;
-  spdlog::error("{} samples could not be sent", figures.failed);
-  return runtime::kExitFailed;
+  if (figures.failed > 0) spdlog::error("{} samples could not be sent", figures.failed);
+  return figures.failed == 0 && figures.problems.empty() ? runtime::kExitDone : runtime::kExitFailed;
 }
 
 }  // namespace phantom::dds_recorder

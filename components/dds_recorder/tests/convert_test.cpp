@@ -12,6 +12,7 @@
 #include "common/dds/endpoints/cdr.hpp"
 #include "components/dds_recorder/info.hpp"
 #include "components/dds_recorder/tests/fake_world.hpp"
+#include "tests/support/files.hpp"
 
 namespace phantom::dds_recorder {
 namespace {
@@ -106,6 +107,32 @@ TEST_F(Files, ConvertMakesAWholeFileOfADamagedOne) {
   EXPECT_THAT(output.str(), HasSubstr("ends in the middle of a record"));
   EXPECT_TRUE(recording::check(out)->ok());
   EXPECT_GT(numbers(open_recordings({out})[0].reader, "state").size(), 10u);
+}
+
+// Tries dds_recorder: has a compression that is not read
+// As other tools write: with lz4, or a name of tomorrow.
+TEST_F(Files, ChunksThatCannotBeReadEndAConversionWithAFailure) {
+  std::string bytes = test::text_of(files[0]);
+  std::size_t changed = 0;
+  const std::string as_it_is("\4\0\0\0zstd", 8);
+  for (std::size_t at = bytes.find(as_it_is); at != std::string::npos; at = bytes.find(as_it_is, at + 1)) {
+    bytes.replace(at, 8, std::string("\4\0\0\0lz4x", 8));
+    if (++changed == 1) {  // the first chunk alone
+      std::ofstream(folder / "some.mcap", std::ios::binary) << bytes;
+    }
+  }
+  ASSERT_GT(changed, 2U);
+  std::ofstream(folder / "none.mcap", std::ios::binary) << bytes;
+
+  EXPECT_EQ(run_convert({.files = {folder / "some.mcap"}, .out = folder / "rest.mcap"}, output), 1);
+  EXPECT_THAT(output.str(), AllOf(HasSubstr("is compressed with 'lz4x'; readable: zstd, none"),
+                                  HasSubstr("1 chunks could not be read; ")));
+  EXPECT_GT(numbers(open_recordings({folder / "rest.mcap"})[0].reader, "state").size(), 0U);
+  for (const char* out : {"nothing.mcap", "nothing.jsonl"}) {
+    EXPECT_THROW(run_convert({.files = {folder / "none.mcap"}, .out = folder / out}, output),
+                 std::runtime_error);
+    EXPECT_FALSE(std::filesystem::exists(folder / out));
+  }
 }
 
 TEST_F(Files, ConvertTakesAPartWithTheStateThatHoldsInIt) {

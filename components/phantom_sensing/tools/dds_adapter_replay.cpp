@@ -314,6 +314,9 @@ ReplayReport replay_recording(const std::vector<std::filesystem::path>& files, c
     recording::MessageCursor cursor(*reader);
     for (recording::Message message; cursor.next(message);)
       replay.take(reader->channels().at(message.channel_id).topic, message);
+    // What is missing would be taken for a difference of the percepts.
+    if (!cursor.problems().empty())
+      throw std::runtime_error(file.string() + ": " + cursor.problems().front());
   }
   return replay.finish();
 }

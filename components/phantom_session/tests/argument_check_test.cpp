@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <fstream>
+#include <sstream>
 
 #include "common/core/errors.hpp"
 #include "tests/support/files.hpp"
@@ -55,6 +56,23 @@ TEST_F(ArgumentCheck, ARefusalIsToldInTheComponentsWordsByItsKind) {
 
 TEST_F(ArgumentCheck, WhoGetsTheCommonArgumentsOnlyIsNotAsked) {
   EXPECT_NO_THROW(check_arguments({component("a", "exit 2", false)}, bin_));
+}
+
+// A check of the topology is one of all its processes, with what each warns of.
+TEST_F(ArgumentCheck, AllProcessesAreCheckedAndEachLineIsToldOnce) {
+  std::ostringstream out;
+  const auto quiet = component("a", "echo 'mesh x: millimetres are assumed'; exit 0", false);
+  const auto other = component("b", "echo 'mesh x: millimetres are assumed'; echo 'b: fine'; exit 0", false);
+  EXPECT_NO_THROW(check_all({quiet, other}, bin_, out));
+  EXPECT_EQ(out.str(), "my a: mesh x: millimetres are assumed\nmy b: b: fine\n");
+  const auto missing = component("c", "echo 'c: can0 is not there'; exit 3", false);
+  const auto wrong = component("d", "echo 'd: cell.yaml:4: hold: no such arm'; exit 2", false);
+  EXPECT_THAT(
+      [&] {
+        check_all({quiet, missing, wrong, other}, bin_, out);
+      },
+      ThrowsMessage<core::ConfigError>("my c: can0 is not there\nmy d: cell.yaml:4: hold: no such arm"));
+  EXPECT_THAT([&] { check_all({missing}, bin_, out); }, ThrowsMessage<core::MissingError>(HasSubstr("can0")));
 }
 
 // Tries phantom_session: an executable is missing

@@ -97,7 +97,7 @@ TEST(Collector, AHitThatSkinAndInterestPointTellIsOneLineAndLinesKeepTheirOrder)
   EXPECT_EQ(lines.size(), 6u);
   collector.narrate_rest();
   EXPECT_THAT(lines, ElementsAre("   1.00 s    hit threatens: forearm (skin, elbow) near pump (nearing fast)",
-                                 "   1.05 s  reach 0 begins, percept on",
+                                 "   1.05 s  reach 0 begins, percept on, but nothing is sensed yet",
                                  "   2.00 s    hit threatens: wrist (wrist) near pump (nearing fast)",
                                  "   2.10 s    hit threatens: wrist (wrist) near pump (very close)",
                                  "   2.20 s    hit threatens: gripper near pump (nearing fast)",

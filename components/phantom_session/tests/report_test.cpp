@@ -24,6 +24,11 @@ class Report : public testing::Test {
     return nlohmann::json::parse(summary_json(
         {folder_, 30.0, 1'000'000'000, "http://127.0.0.1:8080/", {{"slave_io", 0, true}}, collector_}));
   }
+  void sense(bool valid) {
+    messages::Percept felt;
+    felt.valid = valid;
+    collector_.on_percept(felt);
+  }
   void reach(int number, bool percept, double speed_m_s, int object = 1) {
     messages::SlaveState slave;
     slave.tool_speed_m_s = speed_m_s;
@@ -46,6 +51,21 @@ class Report : public testing::Test {
   double t_s_ = 0.0;
 };
 
+// A percept that is on, while phantom_sensing has none to give, says nothing of what it does.
+TEST_F(Report, AReachBeforeAnythingIsSensedCountsAsNeither) {
+  reach(0, true, 0.90);
+  sense(false);
+  reach(1, true, 0.80);
+  sense(true);
+  reach(2, true, 0.04);
+  reach(3, false, 0.10);
+  const auto s = summary();
+  EXPECT_NEAR(s["percept"]["contact_speed_with"].get<double>(), 0.04, 1e-12);
+  EXPECT_NEAR(s["percept"]["contact_speed_without"].get<double>(), 0.10, 1e-12);
+  EXPECT_TRUE(s["reaches"][1]["percept_missing"].get<bool>());
+  EXPECT_FALSE(s["reaches"][2]["percept_missing"].get<bool>());
+}
+
 TEST_F(Report, SummaryHoldsWhatTheComponentsLeftAndWhatWasSeen) {
   leave("master_io.json", R"({"round_trip": {"p50_us": 900, "n": 25000}})");
   leave("wva_server.json", R"({"version": 1, "bricks": 300, "bytes": 123, "build_seconds": 0.5})");
@@ -53,6 +73,7 @@ TEST_F(Report, SummaryHoldsWhatTheComponentsLeftAndWhatWasSeen) {
   leave("synthetic_viewer.json",
         R"({"views": [{"t": 3, "node": "NE", "png": "hit_001.png", "utc_ns": 6000000000}]})");
   collector_.on_object_name(1, "drum");
+  sense(true);
   reach(0, true, 0.04);
   reach(1, false, 0.10);
   reach(2, true, 0.06);
@@ -86,6 +107,7 @@ TEST_F(Report, SummaryHoldsWhatTheComponentsLeftAndWhatWasSeen) {
 }
 
 TEST_F(Report, ContactSpeedsCompareOnlyObjectsTouchedBothWays) {
+  sense(true);
   reach(0, true, 0.04, 1);
   reach(1, false, 0.10, 1);
   reach(2, true, 0.90, 2);  // never reached without the percept
@@ -126,6 +148,7 @@ TEST_F(Report, ThePageTellsInWordsAndUnitsWhatTheSummaryHasByKeys) {
   leave("synthetic_viewer.json",
         R"({"views": [{"t": 3, "alert": 7, "node": "NE", "png": "hit_001.png", "utc_ns": 6000000000}]})");
   collector_.on_object_name(1, "drum");
+  sense(true);
   reach(0, true, 0.04);
   reach(1, false, 0.10);
   collector_.on_status({.component = "slave_io",
@@ -147,6 +170,7 @@ TEST_F(Report, ThePageTellsInWordsAndUnitsWhatTheSummaryHasByKeys) {
 
 TEST_F(Report, TheGermanPageSaysItInGerman) {
   collector_.on_object_name(1, "drum");
+  sense(true);
   reach(0, true, 0.0415);
   reach(1, false, 0.10);
   collector_.on_percepts(1.0, {teleop::BilateralLaw::kSctfb, teleop::Counterbalance::kMechanical, {}});

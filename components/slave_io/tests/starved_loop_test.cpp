@@ -30,6 +30,7 @@ Config unguarded(Config config) {
 }
 
 struct StarvedRun {
+  std::string trouble;     // of the drives, at the end
   double fastest = 0.0;    ///< greatest speed of a joint ÷ its limit
   bool uncoupled = false;  ///< the loop was found starved
   bool recovered = false;  ///< coupled again by itself, on schedule
@@ -75,6 +76,7 @@ StarvedRun starve(const Config& config, double duration_s, Gap gap_s, Ticks tick
   bench.arm->health();
   run(static_cast<int>(2.5 / config.period_s));
   was.recovered = bench.state() == LinkState::kCoupled;
+  was.trouble = bench.arm->health().message;
   return was;
 }
 
@@ -117,7 +119,7 @@ TEST(StarvedLoop, SR18_WhereTheDrivesCloseTheirLoopsThemselvesTheArmStaysWithinI
           starvable(mode), 2.0, [&] { return gap_s; }, [] { return 2; });
       EXPECT_LT(with.fastest, kOverspeed);
       EXPECT_TRUE(with.uncoupled);
-      EXPECT_TRUE(with.recovered);
+      EXPECT_TRUE(with.recovered) << with.trouble;
     }
   }
 }
