@@ -33,7 +33,7 @@ class ArmHistory {
   /// When the newest pose came; 0: none did.
   core::Nanoseconds newest_ns() const;
 
-  static constexpr core::Nanoseconds kAhead_ns = 60 * core::kNsPerMillisecond;
+  static constexpr core::Nanoseconds kAhead_ns = 10 * core::kNsPerMillisecond;
   /// Greatest time between two poses around a time.
   static constexpr core::Nanoseconds kGap_ns = 100 * core::kNsPerMillisecond;
 

@@ -9,6 +9,7 @@
 
 #include "common/core/clock.hpp"
 #include "common/core/errors.hpp"
+#include "common/geometry/implicit/primitives.hpp"
 #include "common/runtime/cell/arm_model.hpp"
 #include "common/runtime/cell/cell_bodies.hpp"
 #include "common/runtime/cell/cell_names.hpp"
@@ -21,6 +22,8 @@ namespace phantom::workspace_camera {
 namespace {
 
 constexpr double kLongestWait_s = 0.05;  // bounds the delay of a requested stop
+constexpr double kHeldWait_s = 0.002;    // while an image waits for the arm's states
+constexpr core::Nanoseconds kLongestHold_ns = 60 * core::kNsPerMillisecond;
 
 std::unique_ptr<ArmView> load_arm_view(const runtime::CellConfig& cell, const std::string& name) {
   if (cell.arms.empty() && name.empty()) return nullptr;
@@ -35,8 +38,23 @@ std::unique_ptr<ArmView> load_arm_view(const runtime::CellConfig& cell, const st
                                    pitch_m);
 }
 
-std::unique_ptr<const fusion::CameraScene> load_scene(const runtime::CellConfig& cell) {
-  std::vector<fusion::CameraScene::Object> objects;
+/// Returns a room around the workspace and the cameras: a camera measures nothing where it sees nothing, and
+/// only what lies before something measured is seen to be free.
+geometry::TriangleMesh room_around(const runtime::CellConfig& cell, const WorkspaceCameraConfig& config) {
+  constexpr double kToFloor_m = 0.03, kToWall_m = 0.3;  // outside of the workspace: of no voxel
+  Eigen::Vector3d low = cell.min_m, high = cell.max_m;
+  for (const CameraConfig& camera : config.cameras) {
+    low = low.cwiseMin(camera.X_FC.translation_m);
+    high = high.cwiseMax(camera.X_FC.translation_m);
+  }
+  low -= Eigen::Vector3d(kToWall_m, kToWall_m, kToFloor_m);
+  high += Eigen::Vector3d::Constant(kToWall_m);
+  return geometry::make_box(high - low).transformed({Eigen::Matrix3d::Identity(), 0.5 * (low + high)});
+}
+
+std::unique_ptr<const fusion::CameraScene> load_scene(const runtime::CellConfig& cell,
+                                                      const WorkspaceCameraConfig& config) {
+  std::vector<fusion::CameraScene::Object> objects{{room_around(cell, config), false}};
   for (const geometry::PlacedMesh& body : runtime::load_real_bodies(cell))
     objects.push_back({body.mesh_W, false});
   return std::make_unique<const fusion::CameraScene>(objects);
@@ -98,7 +116,8 @@ class Service {
     while (!runtime::stop_requested()) {
       take_carried();
       for (Simulated& one : simulated_) simulate(one);
-      if (const auto image = adapter_->next_image(wait_s())) take(*image);
+      if (auto image = adapter_->next_image(wait_s())) held_ = *std::move(image);
+      take_held();
       const core::Nanoseconds now_ns = core::monotonic_ns();
       const bool changed = camera_.watch(now_ns);
       publish(now_ns, changed);
@@ -115,7 +134,8 @@ class Service {
   double wait_s() const {
     core::Nanoseconds due_ns = std::min(next_report_ns_, sent_ns_ + core::from_seconds(config_.heartbeat_s));
     for (const Simulated& one : simulated_) due_ns = std::min(due_ns, one.next_ns);
-    return std::clamp(core::seconds(due_ns - core::monotonic_ns()), 0.0, kLongestWait_s);
+    return std::clamp(core::seconds(due_ns - core::monotonic_ns()), 0.0,
+                      held_ ? kHeldWait_s : kLongestWait_s);
   }
 
   /// An object that was added by a command has a mesh that is not of the cell file: it is not masked.
@@ -140,24 +160,31 @@ class Service {
     if (now_ns < one.next_ns) return;
     // A late image is left out, not made later: the newest counts.
     one.next_ns += std::max<core::Nanoseconds>(1, (now_ns - one.next_ns) / one.period_ns + 1) * one.period_ns;
-    const core::Nanoseconds exposed_ns = now_ns - one.latency_ns;
+    // Of no time after the arm's newest state: it would stand elsewhere in the image than it then did.
+    const core::Nanoseconds known_ns = loaded_.arm ? history_.newest_ns() : now_ns;
+    const core::Nanoseconds exposed_ns = std::min(now_ns - one.latency_ns, known_ns);
     const auto pose = loaded_.arm ? history_.at(exposed_ns) : std::nullopt;
     const auto pixels = one.simulator.image(core::seconds(exposed_ns - start_ns_), loaded_.arm.get(),
                                             pose ? &*pose : nullptr);
     fuse({one.camera, one.simulator.camera(), exposed_ns, pixels});
   }
 
-  void take(const DdsAdapter::Image& image) {
-    const fusion::PinholeCamera pinhole{static_cast<int>(image.width),
-                                        static_cast<int>(image.height),
-                                        image.fx_px,
-                                        image.fy_px,
-                                        image.cx_px,
-                                        image.cy_px,
-                                        image.min_depth_m,
-                                        image.max_depth_m};
-    fuse(
-        {heard_[image.camera], pinhole, image.received_ns - core::from_seconds(image.age_s), image.depth_mm});
+  /// Takes the image that has come once the arm's states of its time have, too, or it has waited for long.
+  void take_held() {
+    if (!held_) return;
+    const core::Nanoseconds exposed_ns = held_->received_ns - core::from_seconds(held_->age_s);
+    const bool known = !loaded_.arm || history_.newest_ns() >= exposed_ns;
+    if (!known && core::monotonic_ns() - held_->received_ns < kLongestHold_ns) return;
+    const fusion::PinholeCamera pinhole{static_cast<int>(held_->width),
+                                        static_cast<int>(held_->height),
+                                        held_->fx_px,
+                                        held_->fy_px,
+                                        held_->cx_px,
+                                        held_->cy_px,
+                                        held_->min_depth_m,
+                                        held_->max_depth_m};
+    fuse({heard_[held_->camera], pinhole, exposed_ns, held_->depth_mm});
+    held_.reset();
   }
 
   void fuse(const CameraImage& image) {
@@ -216,6 +243,7 @@ class Service {
   std::vector<Simulated> simulated_;
   std::vector<std::size_t> heard_;  // cameras of depth_image, by their place in the adapter
   std::optional<DdsAdapter> adapter_;
+  std::optional<DdsAdapter::Image> held_;  // waits for the arm's states of its time
   core::Nanoseconds sent_ns_ = 0, whole_ns_ = 0, next_report_ns_ = 0;
   bool must_be_whole_ = true;
   std::string said_;
@@ -228,7 +256,7 @@ LoadedCell load_cell(const WorkspaceCameraConfig& config, const std::filesystem:
   LoadedCell loaded;
   loaded.cell = runtime::load_checked_cell(cell_file, runtime::CellArms::kOptional);
   loaded.arm = load_arm_view(loaded.cell, config.arm);
-  if (config.simulates()) loaded.simulated = load_scene(loaded.cell);
+  if (config.simulates()) loaded.simulated = load_scene(loaded.cell, config);
   for (runtime::CellBody& body : runtime::load_bodies(loaded.cell)) {
     const std::uint64_t hash = body.mesh_O.content_hash();
     loaded.meshes.emplace_back(hash, std::move(body.mesh_O));

@@ -100,22 +100,27 @@ core::Expected<LiveMatter> LiveMatter::create(const workspace::GridSpec& grid, c
     if (!made) return made.status();
     near = std::move(made).value();
   }
-  return LiveMatter(grid, rules.profile, std::move(layers).value(), std::move(near));
+  return LiveMatter(grid, rules, std::move(layers).value(), std::move(near));
 }
 
-LiveMatter::LiveMatter(const workspace::GridSpec& grid, workspace::LayerProfile profile,
+LiveMatter::LiveMatter(const workspace::GridSpec& grid, const LiveRules& rules,
                        fusion::IncrementalLayers layers, std::optional<fusion::IncrementalLayers> near)
     : grid_(grid),
-      profile_(std::move(profile)),
+      profile_(rules.profile),
+      min_voxels_(static_cast<std::size_t>(std::max(1, rules.min_voxels))),
       layers_(std::move(layers)),
       near_layers_(std::move(near)),
       seen_(grid.size_vox),
       model_(grid.size_vox),
       near_(grid.size_vox),
+      unexplained_(grid.size_vox),
+      left_(grid.size_vox),
+      kept_(grid.size_vox),
       live_(grid.size_vox),
       blocks_(blocks_of(grid)),
       is_touched_(blocks_.voxel_count()),
-      is_seen_(blocks_.voxel_count()) {}
+      is_seen_(blocks_.voxel_count()),
+      is_unexplained_(blocks_.voxel_count()) {}
 
 void LiveMatter::touch(Index3 block) {
   std::uint8_t& touched = is_touched_[blocks_.index(block)];
@@ -201,8 +206,60 @@ void LiveMatter::set_model(const workspace::BitVolume& solid) {
   }
 }
 
-/// Renews what is live of a block. Returns whether it differs.
+/// Renews what the model does not explain of a block. Returns whether it differs.
 bool LiveMatter::renew(Index3 block) {
+  const Index3 first = fusion::kBlockEdge * block;
+  bool differs = false, any = false;
+  for_rows(grid_, block, [&](std::int32_t y, std::int32_t z) {
+    const auto now = static_cast<std::uint8_t>(row_of(seen_, first, y, z) & ~row_of(near_, first, y, z));
+    differs = differs || now != row_of(unexplained_, first, y, z);
+    any = any || now != 0;
+    set_row(unexplained_, first, y, z, now);
+  });
+  std::uint8_t& listed = is_unexplained_[blocks_.index(block)];
+  if (any && listed == 0) {
+    listed = 1;
+    unexplained_blocks_.push_back(block);
+  }
+  return differs;
+}
+
+/// Moves the voxels that are connected with one, through 26 neighbours, from left_ to part_.
+void LiveMatter::collect_part(Index3 from) {
+  const VoxelBox grid = VoxelBox::of(grid_);
+  part_.assign(1, from);
+  left_.flip(from.x, from.y, from.z);
+  for (std::size_t next = 0; next < part_.size(); ++next) {
+    VoxelBox{part_[next], {1, 1, 1}}.grown(1).intersection(grid).for_each([&](Index3 v) {
+      if (!left_.get(v)) return;
+      left_.flip(v.x, v.y, v.z);
+      part_.push_back(v);
+    });
+  }
+}
+
+/// Puts what is in parts that are large enough into kept_.
+void LiveMatter::keep_large_parts() {
+  for (const Index3 block : unexplained_blocks_) {
+    const Index3 first = fusion::kBlockEdge * block;
+    for_rows(grid_, block, [&](std::int32_t y, std::int32_t z) {
+      set_row(left_, first, y, z, row_of(unexplained_, first, y, z));
+    });
+  }
+  for (const Index3 block : unexplained_blocks_) {
+    const Index3 first = fusion::kBlockEdge * block;
+    for_rows(grid_, block, [&](std::int32_t y, std::int32_t z) {
+      while (const std::uint8_t row = row_of(left_, first, y, z)) {
+        collect_part({first.x + std::countr_zero(row), y, z});
+        if (part_.size() < min_voxels_) continue;
+        for (const Index3 v : part_) kept_.set(v.x, v.y, v.z);
+      }
+    });
+  }
+}
+
+/// Makes what was kept of a block what is live there. Returns whether that differs.
+bool LiveMatter::take_kept(Index3 block) {
   const Index3 first = fusion::kBlockEdge * block;
   bool differs = false;
   const auto count = [&](std::uint8_t row, std::int32_t y, std::int32_t z, double sign) {
@@ -210,8 +267,8 @@ bool LiveMatter::renew(Index3 block) {
       sum_ += sign * Eigen::Vector3d(first.x + std::countr_zero(row), y, z);
   };
   for_rows(grid_, block, [&](std::int32_t y, std::int32_t z) {
-    const std::uint8_t before = row_of(live_, first, y, z);
-    const auto now = static_cast<std::uint8_t>(row_of(seen_, first, y, z) & ~row_of(near_, first, y, z));
+    const std::uint8_t before = row_of(live_, first, y, z), now = row_of(kept_, first, y, z);
+    set_row(kept_, first, y, z, 0);
     if (before == now) return;
     differs = true;
     const auto came = static_cast<std::uint8_t>(now & ~before),
@@ -226,12 +283,25 @@ bool LiveMatter::renew(Index3 block) {
 }
 
 LiveMatter::Update LiveMatter::update() {
-  std::vector<Index3> changed;
+  bool differs = false;
   for (const Index3 block : touched_) {
     is_touched_[blocks_.index(block)] = 0;
-    if (renew(block)) changed.push_back(block);
+    differs = renew(block) || differs;
   }
   touched_.clear();
+  if (!differs) return {};
+  keep_large_parts();
+  // Blocks that were listed before are, too, so that what is gone of them is seen.
+  std::vector<Index3> changed;
+  std::erase_if(unexplained_blocks_, [&](Index3 block) {
+    if (take_kept(block)) changed.push_back(block);
+    const Index3 first = fusion::kBlockEdge * block;
+    bool any = false;
+    for_rows(grid_, block,
+             [&](std::int32_t y, std::int32_t z) { any = any || row_of(unexplained_, first, y, z) != 0; });
+    is_unexplained_[blocks_.index(block)] = any ? 1 : 0;
+    return !any;
+  });
   if (changed.empty()) return {};
   const fusion::LayersChange& change = layers_.update(live_, changed);
   Update update{layers_.bricks(), change.changed};

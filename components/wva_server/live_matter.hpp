@@ -22,6 +22,7 @@ enum class OnLoss : std::uint8_t { kKeep, kEnd };
 struct LiveRules {
   std::string source;     ///< name of the process whose occupancy_change is taken; empty: there is none
   int tolerance_vox = 4;  ///< voxels so near to a solid of the model are the model's
+  int min_voxels = 32;    ///< smaller connected parts are what is left of the model's edges: no matter
   /// Layers of live matter; without a thickness those of the cell.
   workspace::LayerProfile profile;
   OnLoss on_loss = OnLoss::kKeep;
@@ -92,22 +93,29 @@ class LiveMatter {
   std::optional<Eigen::Vector3d> middle_m() const;
 
  private:
-  LiveMatter(const workspace::GridSpec& grid, workspace::LayerProfile profile,
-             fusion::IncrementalLayers layers, std::optional<fusion::IncrementalLayers> near);
+  LiveMatter(const workspace::GridSpec& grid, const LiveRules& rules, fusion::IncrementalLayers layers,
+             std::optional<fusion::IncrementalLayers> near);
 
   void touch(workspace::Index3 block);
   void set_block(workspace::Index3 block, const std::array<std::uint64_t, 8>& bits);
   void note_near(workspace::BrickKey key, const std::int8_t* orders);
   bool renew(workspace::Index3 block);
+  void keep_large_parts();
+  void collect_part(workspace::Index3 from);
+  bool take_kept(workspace::Index3 block);
 
   workspace::GridSpec grid_;
   workspace::LayerProfile profile_;
+  std::size_t min_voxels_;
   fusion::IncrementalLayers layers_;
   std::optional<fusion::IncrementalLayers> near_layers_;  // of the model; none: no tolerance
-  workspace::BitVolume seen_, model_, near_, live_;
-  workspace::VoxelBox blocks_;                      // of the grid
-  std::vector<std::uint8_t> is_touched_, is_seen_;  // by blocks_.index()
-  std::vector<workspace::Index3> touched_;
+  workspace::BitVolume seen_, model_, near_;
+  workspace::BitVolume unexplained_;  // seen, and not near to the model
+  workspace::BitVolume left_, kept_;  // during update(): not looked at yet; in parts that are large enough
+  workspace::BitVolume live_;
+  workspace::VoxelBox blocks_;                                       // of the grid
+  std::vector<std::uint8_t> is_touched_, is_seen_, is_unexplained_;  // by blocks_.index()
+  std::vector<workspace::Index3> touched_, unexplained_blocks_, part_;
   std::size_t voxels_ = 0;
   Eigen::Vector3d sum_ = Eigen::Vector3d::Zero();  // of the voxels' addresses
 };

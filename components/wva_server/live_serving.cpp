@@ -56,6 +56,7 @@ LiveServing::LiveServing(const LiveRules& rules, LiveCell& cell, DdsAdapter& ada
 void LiveServing::begin(std::uint64_t version) {
   const auto change = cell_.begin_live(matter_.profile(), version);
   if (!change) throw core::ConfigError("live: " + change.status().message());
+  begun_ns_ = core::monotonic_ns();
 }
 
 bool LiveServing::is_silent(const LiveInput& input, core::Nanoseconds now_ns) const {

@@ -62,6 +62,7 @@ class Live : public TestCell {
     LiveRules rules;
     rules.source = "workspace_camera";
     rules.tolerance_vox = tolerance_vox;
+    rules.min_voxels = 1;
     rules.profile = {{2, 3}, {30.0F, 15.0F}, 100.0F, 0};
     return rules;
   }
@@ -143,12 +144,34 @@ TEST_F(Live, WhatTheModelExplainsIsTheModels) {
   EXPECT_EQ(cell_.workspace().object(ball), kLiveId);
 }
 
+TEST_F(Live, SmallPartsAreNoMatter) {
+  LiveRules strict = rules();
+  strict.min_voxels = 9;
+  const auto grid = runtime::grid_of(runtime::load_cell(cell()));
+  LiveMatter matter = LiveMatter::create(grid, strict).value();
+  workspace::BitVolume bits = box(grid, {40, 10, 20}, {42, 12, 22});  // 8 voxels
+  matter.take(seen(bits, grid));
+  EXPECT_TRUE(matter.update().touched.empty());
+  EXPECT_EQ(matter.voxels(), 0U);
+  bits.set(42, 12, 22);  // by a corner, beyond a block's border
+  matter.take(seen(bits, grid));
+  EXPECT_FALSE(matter.update().touched.empty());
+  EXPECT_EQ(matter.voxels(), 9U);
+  bits.flip(41, 11, 21);  // 7 voxels, and one that is connected with nothing
+  matter.take(seen(bits, grid));
+  EXPECT_FALSE(matter.update().touched.empty());
+  EXPECT_EQ(matter.voxels(), 0U);
+  EXPECT_FALSE(matter.middle_m());
+}
+
 /// A sequence of sights and of moves ends in what the last of them makes from nothing.
 TEST_F(Live, EqualsWhatItsLastSightMakesFromNothing) {
   std::mt19937 random(5);
   LiveCell cell_ = activated(cell());
   ASSERT_TRUE(cell_.begin_live(rules().profile, 8));
-  LiveMatter matter = LiveMatter::create(cell_.workspace().grid(), rules()).value();
+  LiveRules strict = rules();
+  strict.min_voxels = 60;
+  LiveMatter matter = LiveMatter::create(cell_.workspace().grid(), strict).value();
   matter.set_model(cell_.solid());
   const auto& grid = cell_.workspace().grid();
   LiveIntake::Taken last;
@@ -168,7 +191,7 @@ TEST_F(Live, EqualsWhatItsLastSightMakesFromNothing) {
     }
     merge(cell_, matter);
   }
-  LiveMatter anew = LiveMatter::create(grid, rules()).value();
+  LiveMatter anew = LiveMatter::create(grid, strict).value();
   anew.take(last);
   anew.set_model(cell_.solid());
   LiveMatter::Update update = anew.update();
