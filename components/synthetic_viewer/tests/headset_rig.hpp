@@ -122,6 +122,13 @@ class SceneInHeadset : public SceneInChromium {
     sample.received_ns = core::monotonic_ns() - age_ns;
     inbox_.percept.write(sample);
   }
+  /// What limits the hand from now on, as the page hears it; empty: nothing.
+  void limited_by(const std::string& key) {
+    browser_->run(
+        "const page = phantomScene.page; window.heard ??= page.state;"
+        "page.state = () => ({ ...heard(), limits_words: " +
+        (key.empty() ? "[]" : "[{ key: '" + key + "', values: {} }]") + " })");
+  }
   /// What the controllers were made to feel in some frames: hand, strength, ms.
   Json felt() {
     browser_->run("felt.length = 0");

@@ -105,6 +105,7 @@ TEST_F(SceneInHeadset, TheControllersVibrateByThePerceptAlone) {
     }
   };
   enter();
+  limited_by("");
   strength_of_all(0.6);
   strength_of_all(0.25);
   percept(0.0);
@@ -122,6 +123,24 @@ TEST_F(SceneInHeadset, TheControllersVibrateByThePerceptAlone) {
   ASSERT_TRUE(eventually([&] { return truth("phantomScene.connection.still"); }));
   ASSERT_TRUE(truth("phantomScene.stage.poses.perceptKnown")) << "the last that was heard";
   EXPECT_THAT(felt(), IsEmpty()) << "nothing comes any more";
+}
+
+TEST_F(SceneInHeadset, TheControllersTellWhatLimitsTheHandAndThePanelSaysIt) {
+  enter();
+  limited_by("");
+  percept(0.25);
+  const auto told = [this](const char* pulse) {
+    return eventually([&] {
+      return truth("felt.filter(([hand, strength, ms]) => hand === 'right' && " + std::string(pulse) +
+                   ").length > 0");
+    });
+  };
+  EXPECT_TRUE(told("strength < 0.3")) << "closeness";
+  browser_->run("felt.length = 0");
+  limited_by("limit.stopped");
+  EXPECT_TRUE(told("strength === 1 && ms > 300")) << "one long pulse: a stop";
+  EXPECT_TRUE(truth("phantomScene.headset.written.includes('A stop is in force')"));
+  EXPECT_TRUE(truth("phantomScene.headset.beeper.context.state")) << "it has a sound of its own";
 }
 
 TEST_F(SceneInHeadset, ThePanelIsReadable) {

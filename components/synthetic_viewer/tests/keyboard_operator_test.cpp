@@ -119,7 +119,7 @@ TEST_F(KeyboardOperator, DoesTheTenCommonestThings) {
   inbox_.stops.take_request(teleop::CommandAnswers(true, true, core::monotonic_ns()));
   ASSERT_TRUE(eventually([&] { return truth("!document.getElementById('stop-board').hidden"); }));
   does(
-      "resets", 40,
+      "resets", 20,
       [&] {
         tab_to("reset");
         press({Browser::kEnter});

@@ -96,16 +96,20 @@ const height = facts => plotNames(facts).reduce((sum, plot) => sum + 20 + kPlotH
 function drawFrame(g, plot, series, top, right) {
   const units = [...new Set(series.map(one => one.unit))].filter(Boolean).join(' / ');
   g.fillStyle = '#e4e8ec';
-  g.fillText(text('review_plot.' + plot) + (units ? `, ${units}` : ''), kLeft, top + 11);
+  const title = text('review_plot.' + plot) + (units ? `, ${units}` : '');
+  g.fillText(title, kLeft, top + 11);
   if (series.length < 2 || plot === 'link') return;
+  const names = series.map(one => one.label.replace(/_.*/, ''));
+  const wide = names.reduce((sum, name) => sum + g.measureText(name).width + 7, 0);
+  // Beside the title, or in the plot's own corner where there is no room.
+  const row = kLeft + g.measureText(title).width + 7 > right - wide ? 24 : 11;
   let at = right;
   g.textAlign = 'right';
-  [...series].reverse().forEach((one, back) => {
-    g.fillStyle = kPlotColours[(series.length - 1 - back) % kPlotColours.length];
-    const name = one.label.replace(/_.*/, '');
-    g.fillText(name, at, top + 11);
-    at -= g.measureText(name).width + 7;
-  });
+  for (let i = names.length - 1; i >= 0; --i) {
+    g.fillStyle = kPlotColours[i % kPlotColours.length];
+    g.fillText(names[i], at, top + row);
+    at -= g.measureText(names[i]).width + 7;
+  }
   g.textAlign = 'left';
 }
 
