@@ -40,6 +40,8 @@ class McapReader {
   /// names what is missing.
   bool complete() const { return complete_; }
   const std::vector<std::string>& problems() const { return problems_; }
+  /// Returns the number of chunks that were left out as the file was read without its summary.
+  std::uint64_t chunks_left_out() const { return chunks_left_out_; }
 
   /// Returns where the summary begins; 0: there is no usable summary.
   std::uint64_t summary_start() const { return summary_start_; }
@@ -79,6 +81,7 @@ class McapReader {
   std::unique_ptr<ByteSource> source_;
   ReaderLimits limits_;
   bool complete_ = false;
+  std::uint64_t chunks_left_out_ = 0;
   std::vector<std::string> problems_;
   Header header_;
   std::uint64_t data_begin_ = 0, summary_start_ = 0;

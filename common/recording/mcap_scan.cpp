@@ -95,6 +95,7 @@ void McapReader::scan_chunk(std::uint64_t offset, ByteView content) {
   auto records = parsed ? decompressed(chunk, limits_.chunk_bytes, buffer)
                         : core::Expected<ByteView>(core::Status::invalid_argument("a chunk is damaged"));
   if (!records) {
+    ++chunks_left_out_;
     problems_.push_back("byte " + std::to_string(offset) + ": " + records.status().message() +
                         "; its messages are left out");
     return;

@@ -33,6 +33,7 @@ ReadFigures read_all(const std::vector<OpenedRecording>& recordings, const recor
     const recording::McapReader& reader = recordings[i].reader;
     for (const std::string& problem : reader.problems())
       notes << recordings[i].path.string() << ": " << problem << '\n';
+    read.unread += reader.chunks_left_out();
     listener.begin(reader);
     for (const auto& part : parts_of(range)) {
       recording::MessageFilter chosen = part.filter;

@@ -62,6 +62,24 @@ TEST(Deployment, TwoProcessesOfOneNameAreRefused) {
               testing::ThrowsMessage<ConfigError>(testing::HasSubstr("'simulated_drive' is there already")));
 }
 
+// A topology that was copied out of deploy/ names files that are not there.
+TEST(Deployment, AFileThatIsNotThereIsNamedByTheTopologysLine) {
+  ProcessOptions options;
+  options.deployment = test::new_file("name: x\ndomain: 5\nqos_profiles: q.xml\ncell: c.yaml\n");
+  EXPECT_THAT([&] { require_files(load_deployment(options)); },
+              testing::ThrowsMessage<core::MissingError>(
+                  testing::AllOf(testing::HasSubstr(":3: qos_profiles: 'q.xml' is not there ("),
+                                 testing::HasSubstr("relative paths begin at the topology's folder"))));
+  const auto there = options.deployment.string();
+  options.deployment = test::new_file("name: x\ndomain: 5\nqos_profiles: " + there + "\ncell: c.yaml\n");
+  EXPECT_THAT(
+      [&] { require_files(load_deployment(options)); },
+      testing::ThrowsMessage<core::MissingError>(testing::HasSubstr(":4: cell: 'c.yaml' is not there (")));
+  options.deployment =
+      test::new_file("name: x\ndomain: 5\nqos_profiles: " + there + "\ncell: " + there + "\n");
+  EXPECT_NO_THROW(require_files(load_deployment(options)));
+}
+
 TEST(Deployment, FaultsAreNamed) {
   ProcessOptions options;
   options.deployment = test::new_file("name: x\ndomain: 500\nqos_profiles: q.xml\ncell: c.yaml\n");

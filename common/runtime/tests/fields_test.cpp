@@ -275,5 +275,13 @@ TEST(StrictYaml, BrokenFilesAreRefused) {
   EXPECT_THAT([] { read_text("- 1\n- 2\n"); }, ThrowsMessage<ConfigError>(HasSubstr("must be a mapping")));
 }
 
+TEST(FieldsDocuments, ASecondDocumentIsRefusedWithItsLine) {
+  const FieldTable table({"a: 1  # [0 to 9]\n"});
+  EXPECT_NO_THROW(Fields::from_text("---\na: 1\n...\n", "one.yaml", table));
+  EXPECT_THAT(
+      [&] { Fields::from_text("a: 1\n---\na: 2\n", "two.yaml", table); },
+      testing::ThrowsMessage<core::ConfigError>(testing::HasSubstr("two.yaml:3: a second YAML document")));
+}
+
 }  // namespace
 }  // namespace phantom::runtime

@@ -3,6 +3,7 @@
 #include <spdlog/spdlog.h>
 #include <time.h>
 
+#include <algorithm>
 #include <mutex>
 
 #include "common/core/text.hpp"
@@ -204,7 +205,10 @@ int run_replay(const ReplayRequest& request, const core::NetworkOptions& network
                figures.loops, figures.loops == 1 ? "turn" : "turns",
                1e-6 * static_cast<double>(figures.worst_lateness_ns));
   if (figures.failed > 0) spdlog::error("{} samples could not be sent", figures.failed);
-  return figures.failed == 0 && figures.problems.empty() ? runtime::kExitDone : runtime::kExitFailed;
+  const bool whole = std::ranges::all_of(
+      recordings, [](const OpenedRecording& opened) { return opened.reader.chunks_left_out() == 0; });
+  if (!whole) spdlog::error("chunks that cannot be read were not replayed");
+  return figures.failed == 0 && figures.problems.empty() && whole ? runtime::kExitDone : runtime::kExitFailed;
 }
 
 }  // namespace phantom::dds_recorder

@@ -315,8 +315,9 @@ ReplayReport replay_recording(const std::vector<std::filesystem::path>& files, c
     for (recording::Message message; cursor.next(message);)
       replay.take(reader->channels().at(message.channel_id).topic, message);
     // What is missing would be taken for a difference of the percepts.
-    if (!cursor.problems().empty())
-      throw std::runtime_error(file.string() + ": " + cursor.problems().front());
+    if (!cursor.problems().empty() || reader->chunks_left_out() > 0)
+      throw std::runtime_error(file.string() +
+                               ": chunks of it cannot be read; dds_recorder check names them");
   }
   return replay.finish();
 }
