@@ -30,7 +30,7 @@ using test::read_text;
 using testing::HasSubstr;
 
 constexpr std::uint16_t kLive = 65534;
-const Eigen::Vector3d kEye{1.3, -1.2, 1.6}, kTarget{0.5, 0.0, 1.0}, kPlace{0.55, -0.16, 1.1};
+const Eigen::Vector3d kEye{1.3, -1.2, 1.6}, kTarget{0.5, 0.0, 1.0}, kPlace{0.75, 0.0, 1.1};
 
 /// The states of an arm that stands still.
 class StillArm {
@@ -75,9 +75,13 @@ class PlayedCamera {
     moving.from_m = kPlace - Eigen::Vector3d(0.1, 0.0, 0.0),
     moving.to_m = kPlace + Eigen::Vector3d(0.1, 0.0, 0.0);
     moving.trip_s = 2.0;
+    // A room around it, too: what is before nothing that is measured is not seen to be free.
+    const auto at = [](const geometry::TriangleMesh& mesh, double z_m) {
+      return fusion::CameraScene::Object{mesh.transformed({Eigen::Matrix3d::Identity(), {0.0, 0.0, z_m}}),
+                                         false};
+    };
     const fusion::CameraScene table(
-        {{geometry::make_box({1.2, 1.2, 0.04}).transformed({Eigen::Matrix3d::Identity(), {0.0, 0.0, 0.2}}),
-          false}});
+        {at(geometry::make_box({1.2, 1.2, 0.04}), 0.2), at(geometry::make_box({3.4, 3.4, 2.6}), 1.2)});
     const geometry::Pose X_WC = workspace_camera::looking_at(kEye, kTarget);
     workspace_camera::SimulatedCamera empty(options, X_WC, table, {}), full(options, X_WC, table, {still}),
         busy(options, X_WC, table, {moving});

@@ -53,7 +53,7 @@ void expect_refused(const std::string& profiles, const testing::Matcher<const st
 
 TEST(Qos, ShippedProfilesKeepEveryTopicsContract) {
   EXPECT_NO_THROW(check_qos_profiles(PHANTOM_SOURCE_DIR "/deploy/qos/phantom.xml"));
-  EXPECT_EQ(all_topics().size(), 27u);
+  EXPECT_EQ(all_topics().size(), 29u);
 }
 
 TEST(Qos, ProfilesMayNameTimesAsEitherVersionDoes) {
@@ -89,7 +89,7 @@ TEST(Qos, ShippedReadersAskForWhatTheyMissAtOnce) {
     ++reliable;
     EXPECT_TRUE(fast_dds::asks_at_once(qos)) << topic->name;
   }
-  EXPECT_EQ(reliable, 17);
+  EXPECT_EQ(reliable, 19);
   participant->delete_contained_entities();
   factory->delete_participant(participant);
 }
