@@ -125,7 +125,7 @@ class SceneInHeadset : public SceneInChromium {
   /// What limits the hand from now on, as the page hears it; empty: nothing.
   void limited_by(const std::string& key) {
     browser_->run(
-        "const page = phantomScene.page; window.heard ??= page.state;"
+        "const page = phantomScene.page; window.heard = window.heard || page.state;"
         "page.state = () => ({ ...heard(), limits_words: " +
         (key.empty() ? "[]" : "[{ key: '" + key + "', values: {} }]") + " })");
   }
