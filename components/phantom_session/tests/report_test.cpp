@@ -27,7 +27,7 @@ class Report : public testing::Test {
   void sense(bool valid) {
     messages::Percept felt;
     felt.valid = valid;
-    collector_.on_percept(felt);
+    collector_.on_percept(t_s_, felt);
   }
   void reach(int number, bool percept, double speed_m_s, int object = 1) {
     messages::SlaveState slave;
