@@ -29,12 +29,24 @@ const ArmDrivesSense& ArmDrives::sense() noexcept {
   sense_.torque = r.torque;
   sense_.current = r.current;
   sense_.follows = r.state == DriveGroupState::kEnabled;
-  sense_.fault = r.state == DriveGroupState::kFault;
+  were_ready_ = were_ready_ || (r.state != DriveGroupState::kStarting && r.state != DriveGroupState::kFault);
+  published_.refused = merely_refused();
+  sense_.fault = r.state == DriveGroupState::kFault && !published_.refused;
   if (inputs_axis_ < config_.axes.size()) {
     const DriveReport& drive = group_.drive(inputs_axis_);
     sense_.inputs = {drive.digital_inputs, drive.inputs_ns};
   }
   return sense_;
+}
+
+// Returns whether the drives' only fault is that they refuse settings, and none has been ready since the
+// start: nothing had power, and a reset would change nothing.
+bool ArmDrives::merely_refused() const noexcept {
+  const DriveGroupReport& r = group_.report();
+  return !were_ready_ && r.state == DriveGroupState::kFault &&
+         std::all_of(r.drives.begin(), r.drives.end(), [](const DriveReport& d) {
+           return d.phase != DrivePhase::kFault || d.fault == DriveFault::kSetupRefused;
+         });
 }
 
 // Returns a joint outside its range: with power it would be driven back into the range at once.
@@ -81,7 +93,9 @@ core::ActuatorHealth ArmDrives::health(const char* reset) {
   health.fault = read_.report.state == DriveGroupState::kFault;
   health.follows = read_.report.state == DriveGroupState::kEnabled;
   if (!health.follows) health.message = why_not_following();
-  if (health.fault) {
+  if (read_.refused) {
+    health.message += "; nothing gets power: start anew once that is mended";
+  } else if (health.fault) {
     health.message +=
         config_.reaction == FaultReaction::kHold ? "; the drives hold until " : "; the drives coast until ";
     health.message += reset;

@@ -20,7 +20,9 @@ struct ArmDrivesSense {
   bool follows = false;       ///< all drives follow their commands
   bool needs_homing = false;  ///< the position is unknown until the drives are homed, which may begin now
   bool homing = false;
-  bool fault = false;    ///< the drives hold or coast until a reset
+  /// The drives hold or coast until a reset. Not set while all that is wrong is a setting that drives refuse,
+  /// and none was ready since the start: nothing gets power, and a reset would change nothing.
+  bool fault = false;
   DigitalInputs inputs;  ///< of the first drive that is to send them
 };
 
@@ -58,8 +60,10 @@ class ArmDrives {
     DriveGroupReport report;
     std::int32_t outside = -1;  // joint outside its range, which prevents power; −1: none
     bool permitted = false;     // the caller permits power
+    bool refused = false;       // drives refuse their settings, and none was ready since the start
   };
   std::int32_t joint_outside() const noexcept;
+  bool merely_refused() const noexcept;
   std::string why_not_following() const;
 
   DriveGroupConfig config_;
@@ -67,6 +71,7 @@ class ArmDrives {
   DriveGroup group_;
   std::size_t inputs_axis_;  // the first drive that sends its digital inputs; as many as there are: none
   ArmDrivesSense sense_;
+  bool were_ready_ = false;  // since the start
   Published published_, read_;
   core::Snapshot<Published> for_health_;
   double worst_load_ = 0.0;  // share of the bit rate

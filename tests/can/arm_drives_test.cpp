@@ -337,6 +337,37 @@ TEST_P(Reactions, ADriveThatSomebodyElseEnabledIsStoppedAtOnce) {
   }
 }
 
+// Tries slave_io: a drive refuses a setting before any was ready
+TEST(ArmDrives, ASettingThatIsRefusedAtTheStartIsToldAndIsNoFaultThatAResetEnds) {
+  ArmRig rig(test::group_config(DriveMode::kTorque, kDrives));
+  rig.drives[1]->misbehaviour.lacks_object = 0x605A;
+  EXPECT_FALSE(rig.bring_up());
+  EXPECT_EQ(rig.arm->report().state, can::DriveGroupState::kFault);
+  EXPECT_FALSE(rig.arm->sense().fault) << "no stop that the next process would keep";
+  EXPECT_FALSE(rig.arm->sense().follows);
+  EXPECT_FALSE(rig.any(Power::kEnabled));
+  const core::ActuatorHealth health = rig.arm->health();
+  EXPECT_TRUE(health.fault);
+  EXPECT_THAT(health.message,
+              testing::AllOf(HasSubstr("0x605A"), HasSubstr("start anew once that is mended")));
+  rig.kill();  // mended
+  rig.drives[1]->misbehaviour.lacks_object = 0;
+  rig.start();
+  EXPECT_TRUE(rig.bring_up());
+}
+
+TEST(ArmDrives, ASettingThatIsRefusedOnceTheDrivesWereReadyIsAFaultUntilAReset) {
+  ArmRig rig(test::group_config(DriveMode::kTorque, kDrives));
+  ASSERT_TRUE(rig.bring_up());
+  rig.drives[1]->misbehaviour.lacks_object = 0x605A;
+  rig.drives[1]->power_cycle();
+  ASSERT_TRUE(rig.run_until([&] { return rig.arm->report().state == can::DriveGroupState::kFault; }));
+  rig.command.reset = true;
+  rig.run(3.0);
+  EXPECT_TRUE(rig.arm->sense().fault);
+  EXPECT_THAT(rig.arm->health().message, HasSubstr("until a reset"));
+}
+
 // Without a stop: what holds a weight is not let go while the new process comes up.
 TEST(ArmDrives, ARestartedProcessDoesNotDropWhatItsDrivesHold) {
   simulated_drive::DriveOptions options;
