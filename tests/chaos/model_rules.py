@@ -8,7 +8,7 @@ class LyingDrive(Rule):
     A lie that is found stops the arm; one that is not must do no harm."""
     name = "a lying drive leads no joint astray"
     promise = "While a drive of the arm reports a false motion and the sides are coupled, its joint stays by the master's."
-    unit, bound = "rad", 0.5
+    unit, bound = "rad", 0.25
 
     def __init__(self, scene):
         super().__init__(scene)

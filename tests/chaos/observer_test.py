@@ -374,12 +374,12 @@ class Invariants(unittest.TestCase):
     def test_a_lying_drive(self):
         rule = "a lying drive leads no joint astray"
         trace = Trace().run(1.0)
-        trace.lies, trace.position = True, 0.3
+        trace.lies, trace.position = True, 0.1
         trace.run(0.5)
-        trace.position = 0.7                        # by 0.4 since the lie began
+        trace.position = 0.3                        # by 0.2 since the lie began
         self.held(trace.run(0.5), rule)
-        trace.position = 0.9
-        self.violated(trace.run(0.1), rule, "slave's drive of a is 0.60 rad farther from the master's")
+        trace.position = 0.4
+        self.violated(trace.run(0.1), rule, "slave's drive of a is 0.30 rad farther from the master's")
         trace = Trace().run(1.0)                    # found: the arm is stopped, and may be moved by hand
         trace.lies = True
         trace.run(0.1)

@@ -194,11 +194,12 @@ TEST_F(MeshFiles, ReadsABinaryStlAsTheTextOfTheSame) {
 TEST_F(MeshFiles, RefusesWhatHoldsNoMesh) {
   expect_refused(folder_, "not a regular file");
   expect_refused(write("empty.stl", ""), "is empty");
-  expect_refused(write("garbage.stl", std::string(5000, '\x5a')), "is not a readable mesh");
+  expect_refused(write("garbage.stl", std::string(5000, '\x5a')), "does not begin with 'solid'");
+  expect_refused(write("noise.stl", std::string(5000, '\xa5')), "");
   expect_refused(write("part.unknown", "hello"), "by its ending 'unknown'); allowed: STL, OBJ");
   expect_refused(write("model.wrl", "#VRML V2.0 utf8\n"), "is in no format that is read");
   expect_refused(write("garbage.glb", "glTF and no more"), "holds something else than its ending 'glb' says");
-  expect_refused(write("points.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\n"), "holds no triangles");
+  expect_refused(write("points.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\n"), "vertices and no faces");
   expect_refused(write("sliver.stl",
                        "solid s\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 0 0 0\n"
                        "vertex 1 0 0\nendloop\nendfacet\nendsolid s\n"),
