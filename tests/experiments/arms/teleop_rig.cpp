@@ -74,6 +74,7 @@ TeleopSetup teleop_setup_of(runtime::CellConfig cell, phantom_sensing::PhantomMo
   master.script.duration_scatter = master.script.overreach = 0.0;
   master.script.reaction_s = 1e6;  // nobody lets go at contact
   slave.contact.point_pitch_m = 0.005;
+  slave.contact_limit.torque_Nm = {};  // the thesis's rig bounds no force of contact
   auto workspace = phantom_sensing::build_workspace(cell);
   return {std::move(cell),   std::move(arm),   std::move(phantom),
           std::move(master), std::move(slave), std::move(workspace)};
