@@ -42,7 +42,7 @@ std::string pressing_sentence(const SlaveOutputs& now, const robot::SerialArm& a
                        now.pressing_N);
   const robot::Joint& joint = arm.joints()[static_cast<std::size_t>(now.pressing_joint)];
   const bool slides = joint.type == robot::JointType::kPrismatic;
-  return fmt::format("{} presses with {:.3g} {}, as hard as it may: it goes no farther", joint.name,
+  return fmt::format("{} presses with {:.2g} {}, as hard as it may: it goes no farther", joint.name,
                      now.pressing_N, slides ? "N" : "N·m");
 }
 

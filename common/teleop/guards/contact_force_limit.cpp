@@ -5,8 +5,9 @@
 
 namespace phantom::teleop {
 namespace {
+constexpr double kHeld = 0.9;    // r from which on an arm that does not go on counts as held at its bound
 constexpr double kBears = 0.01;  // share of its bound from which on a joint bears some of the tool's force
-}
+}  // namespace
 
 // Returns r, and notes whose it is.
 double ContactForceLimit::greatest_ratio(const ContactForce& force) noexcept {
@@ -50,7 +51,7 @@ core::JointArray ContactForceLimit::step(const core::JointArray& target, const c
       continue;
     }
     allowed[j] = stop.at;
-    held = held || opposes;
+    held = held || (opposes && ratio > kHeld);
   }
   if (!held) held_joint_ = -1, held_by_tool_ = false, held_force_ = 0.0;
   return allowed;

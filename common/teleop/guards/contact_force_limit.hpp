@@ -43,7 +43,7 @@ class ContactForceLimit {
   /// Lets go of all stops: the references begin anew.
   void reset() noexcept { stops_ = {}, held_joint_ = -1, held_by_tool_ = false, held_force_ = 0.0; }
 
-  /// The joint that is nearest to its bound or beyond, while some are held; −1: none is held.
+  /// The joint that is nearest to its bound or beyond, while some are held near theirs; −1: none is.
   int held_joint() const noexcept { return held_joint_; }
   /// Whether the tool's bound holds it.
   bool held_by_tool() const noexcept { return held_by_tool_; }
