@@ -197,8 +197,8 @@ fs::path write_topology(const fs::path& folder) {
   std::string text = read_text(source / "deploy/topologies/single_host.yaml");
   text = replaced(text, "../qos/", (source / "deploy/qos/").string());
   text = replaced(text, "../cells/", (source / "deploy/cells/").string());
-  text = replaced(text, "component: synthetic_viewer,",
-                  "component: synthetic_viewer, arguments: [\"--config\", \"" + viewer.string() + "\"],");
+  text = replaced(text, "component: synthetic_viewer",
+                  "component: synthetic_viewer, arguments: [\"--config\", \"" + viewer.string() + "\"]");
   std::ofstream(folder / "topology.yaml") << text;
   return folder / "topology.yaml";
 }
