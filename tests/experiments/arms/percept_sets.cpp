@@ -160,8 +160,8 @@ void run(Report& report, const Settings& settings) {
   report.check("d1, percepts off: heedful ÷ cautious person, speed at contact", deaf / d1.touch_deg_s, 0.9,
                1.1, "");
   report.check("d1, tone alone ÷ percepts off: speed at contact", by_tone / deaf, 0.02, 0.6, "");
-  // A view opens with the threat, later than the tone begins; the eyes need longer. In a reach of 1.5 s it helps
-  // little.
+  // A view opens with the threat, later than the tone begins; the eyes need longer. In a reach of 1.5 s it
+  // helps little.
   report.check("d1, views alone ÷ percepts off: speed at contact", by_views / deaf, 0.02, 0.95, "");
   report.check("d1, d2: speed at contact by tone and views ÷ without heeding them",
                std::max(d1.heeded_deg_s / d1.touch_deg_s, d2.heeded_deg_s / d2.touch_deg_s), 0.02, 0.6, "");
