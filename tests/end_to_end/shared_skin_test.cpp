@@ -143,7 +143,15 @@ class SharedSkin : public testing::Test {
       const std::lock_guard lock(mutex_);
       return fields_.size() > ticks && percepts_.size() > ticks / 20;
     }));
-    const std::lock_guard lock(mutex_);
+    std::deque<msg::DragField> fields;
+    std::map<std::uint64_t, msg::Percept> percepts;
+    {
+      // What follows takes seconds: a listener that waited for it would hold up its participant, which others
+      // would take for lost.
+      const std::lock_guard lock(mutex_);
+      fields = fields_;
+      percepts = percepts_;
+    }
     const auto cell = runtime::load_cell(PHANTOM_SOURCE_DIR "/deploy/cells/hot_cell/cell.yaml");
     const auto world = observer_->workspace();
     const phantom_sensing::PhantomModel shared = phantom_sensing::load_model(cell, config_);
@@ -151,7 +159,7 @@ class SharedSkin : public testing::Test {
     unshared.shares.clear();
     phantom_sensing::PhantomSensing by_shares(shared, config_.percept), by_one(unshared, config_.percept);
     std::size_t felt = 0;
-    for (const msg::DragField& field : fields_) {
+    for (const msg::DragField& field : fields) {
       const std::uint64_t n = field.slave_echo().sequence_number();
       ASSERT_TRUE(field.valid()) << "state " << n;
       const messages::SlaveState state = state_of(n);
@@ -168,8 +176,8 @@ class SharedSkin : public testing::Test {
       const double greatest = *std::max_element(single.drag.coupled.begin(), single.drag.coupled.end());
       for (std::size_t j = 0; j < kJoints; ++j)
         ASSERT_NEAR(field.coefficient_plus()[j], single.drag.plus[j], 1e-12 * greatest);
-      if (!percepts_.contains(n)) continue;
-      const msg::Percept& percept = percepts_.at(n);
+      if (!percepts.contains(n)) continue;
+      const msg::Percept& percept = percepts.at(n);
       ASSERT_EQ(percept.mu(), single.percept.mu);
       ASSERT_EQ(percept.sensor(), single.percept.sensor);
       ASSERT_EQ(percept.link(), single.percept.link);
@@ -178,6 +186,7 @@ class SharedSkin : public testing::Test {
       felt += single.percept.mu > 0.0 ? 1U : 0U;
     }
     EXPECT_GT(felt, 0U);
+    const std::lock_guard lock(mutex_);
     EXPECT_EQ(writers_.size(), 1U) << "one process publishes percept, drag_field and hit_alert";
     for (const auto& [number, times] : raised_) EXPECT_EQ(times, 1) << "alert " << number;
   }
