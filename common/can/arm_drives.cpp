@@ -94,7 +94,7 @@ core::ActuatorHealth ArmDrives::health(const char* reset) {
   health.follows = read_.report.state == DriveGroupState::kEnabled;
   if (!health.follows) health.message = why_not_following();
   if (read_.refused) {
-    health.message += "; nothing gets power: start anew once that is mended";
+    health.message += "; power stays off: correct that, then restart this process";
   } else if (health.fault) {
     health.message +=
         config_.reaction == FaultReaction::kHold ? "; the drives hold until " : "; the drives coast until ";

@@ -26,6 +26,11 @@ constexpr std::int32_t block_along(std::int32_t voxel) { return voxel >> 3; }
 constexpr workspace::Index3 block_of(workspace::Index3 v) {
   return {block_along(v.x), block_along(v.y), block_along(v.z)};
 }
+/// Returns the box of a grid's blocks.
+inline workspace::VoxelBox blocks_of(const workspace::GridSpec& grid) {
+  const workspace::Index3 last{grid.size_vox[0] - 1, grid.size_vox[1] - 1, grid.size_vox[2] - 1};
+  return workspace::VoxelBox::between({0, 0, 0}, block_of(last) + workspace::Index3{1, 1, 1});
+}
 /// Returns the box of a block's voxels. The last blocks may reach beyond the grid.
 constexpr workspace::VoxelBox voxels_of(workspace::Index3 block) {
   return {kBlockEdge * block, {kBlockEdge, kBlockEdge, kBlockEdge}};

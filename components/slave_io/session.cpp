@@ -31,19 +31,15 @@ namespace {
 using Json = nlohmann::ordered_json;
 using teleop::LinkState;
 
-}  // namespace
-
-namespace {
-
 // Says what the operator is to know while the arm holds its force on what it presses on.
 std::string pressing_sentence(const SlaveOutputs& now, const robot::SerialArm& arm) {
   if (now.pressing_tool)
     return fmt::format("the tool presses with {:.0f} N, as hard as it may: it goes no farther",
-                       now.pressing_N);
+                       now.pressing_effort);
   const robot::Joint& joint = arm.joints()[static_cast<std::size_t>(now.pressing_joint)];
   const bool slides = joint.type == robot::JointType::kPrismatic;
   return fmt::format("{} presses with {:.2g} {}, as hard as it may: it goes no farther", joint.name,
-                     now.pressing_N, slides ? "N" : "N·m");
+                     now.pressing_effort, slides ? "N" : "N·m");
 }
 
 }  // namespace

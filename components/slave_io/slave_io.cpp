@@ -55,7 +55,7 @@ SlaveOutputs SlaveIo::step(const SlaveInputs& in, double dt_s) noexcept {
   out.reference_velocity = lead_reference(in, out.far_joint < 0, dt_s);
   out.pressing_joint = static_cast<std::int8_t>(contact_limit_.held_joint());
   out.pressing_tool = contact_limit_.held_by_tool();
-  out.pressing_N = contact_limit_.held_force();
+  out.pressing_effort = contact_limit_.held_force();
   out.reference = limiter_.reference();
   out.weight_Nm = weight_.step(in.counterbalance, in.gravity_Nm, dt_s);
   out.counterbalance = weight_.in_force();

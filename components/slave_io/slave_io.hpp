@@ -30,7 +30,7 @@ struct SlaveOutputs : teleop::SideOutputs {
       -1;  ///< index of a joint too far from the master's pose to align by itself; −1: none
   std::int8_t pressing_joint = -1;  ///< index of a joint that is held at its bound of contact force; −1: none
   bool pressing_tool = false;       ///< held by the bound at the tool
-  double pressing_N = 0.0;          ///< how hard: of that joint (N·m or N), or at the tool (N)
+  double pressing_effort = 0.0;     ///< of that joint, N·m or N; or at the tool, N
   teleop::ServoTorque torque;
   core::JointArray weight_Nm{};  ///< part of the drives' torque that carries the weight, outside F_as
   teleop::Counterbalance counterbalance = teleop::Counterbalance::kMechanical;  ///< in force

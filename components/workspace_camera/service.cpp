@@ -14,6 +14,7 @@
 #include "common/runtime/cell/cell_bodies.hpp"
 #include "common/runtime/cell/cell_names.hpp"
 #include "common/runtime/process/process.hpp"
+#include "common/runtime/process/spread_json.hpp"
 #include "components/workspace_camera/dds_adapter.hpp"
 #include "components/workspace_camera/simulated_camera.hpp"
 #include "components/workspace_camera/workspace_camera.hpp"
@@ -75,16 +76,6 @@ struct Tally {
   std::vector<std::uint32_t> blocks;  // that a change had
   static constexpr std::size_t kMost = 500'000;
 };
-
-template <class T>
-nlohmann::json spread_of(std::vector<T> values) {
-  if (values.empty()) return nullptr;
-  std::sort(values.begin(), values.end());
-  const auto at = [&values](double share) {
-    return values[static_cast<std::size_t>(share * static_cast<double>(values.size() - 1))];
-  };
-  return {{"p50", at(0.5)}, {"p99", at(0.99)}, {"max", values.back()}, {"n", values.size()}};
-}
 
 class Service {
  public:
@@ -227,9 +218,9 @@ class Service {
                                         {"images", camera_.fused_images()},
                                         {"samples", tally_.samples},
                                         {"whole_samples", tally_.whole},
-                                        {"fuse_ms", spread_of(tally_.fuse_ms)},
-                                        {"image_to_change_ms", spread_of(tally_.age_ms)},
-                                        {"blocks_changed", spread_of(tally_.blocks)},
+                                        {"fuse_ms", runtime::spread_json(tally_.fuse_ms)},
+                                        {"image_to_change_ms", runtime::spread_json(tally_.age_ms)},
+                                        {"blocks_changed", runtime::spread_json(tally_.blocks)},
                                         {"fusion_bytes", camera_.fusion().bytes()}};
     std::filesystem::create_directories(folder);
     std::ofstream(folder / "workspace_camera.json") << report.dump(2) << '\n';

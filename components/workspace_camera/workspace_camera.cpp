@@ -23,11 +23,6 @@ fusion::Fusion fusion_or_throw(const WorkspaceCameraConfig& config, const worksp
   return std::move(made).value();
 }
 
-VoxelBox blocks_of(const workspace::GridSpec& grid) {
-  const Index3 last{grid.size_vox[0] - 1, grid.size_vox[1] - 1, grid.size_vox[2] - 1};
-  return VoxelBox::between({0, 0, 0}, fusion::block_of(last) + Index3{1, 1, 1});
-}
-
 }  // namespace
 
 WorkspaceCamera::WorkspaceCamera(const WorkspaceCameraConfig& config, std::string source, std::string cell,
@@ -38,7 +33,7 @@ WorkspaceCamera::WorkspaceCamera(const WorkspaceCameraConfig& config, std::strin
       arm_(arm),
       history_(history),
       fusion_(fusion_or_throw(config, grid)),
-      blocks_(blocks_of(grid)),
+      blocks_(fusion::blocks_of(grid)),
       occupied_(blocks_.voxel_count()) {
   for (const CameraConfig& camera : config.cameras) {
     View view{camera, CameraWatch(camera.name, config.late_s, config.dead_s)};

@@ -33,11 +33,6 @@ void for_rows(const workspace::GridSpec& grid, Index3 block, Each each) {
 /// A layer of that thickness: whatever is in it is near.
 workspace::LayerProfile near_profile(int tolerance_vox) { return {{tolerance_vox}, {1.0F}, 1.0F, 0}; }
 
-VoxelBox blocks_of(const workspace::GridSpec& grid) {
-  const Index3 last{grid.size_vox[0] - 1, grid.size_vox[1] - 1, grid.size_vox[2] - 1};
-  return VoxelBox::between({0, 0, 0}, fusion::block_of(last) + Index3{1, 1, 1});
-}
-
 }  // namespace
 
 bool LiveIntake::put(messages::OccupancyChange sample, core::Nanoseconds received_ns) {
@@ -117,7 +112,7 @@ LiveMatter::LiveMatter(const workspace::GridSpec& grid, const LiveRules& rules,
       left_(grid.size_vox),
       kept_(grid.size_vox),
       live_(grid.size_vox),
-      blocks_(blocks_of(grid)),
+      blocks_(fusion::blocks_of(grid)),
       is_touched_(blocks_.voxel_count()),
       is_seen_(blocks_.voxel_count()),
       is_unexplained_(blocks_.voxel_count()) {}

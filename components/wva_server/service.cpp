@@ -14,6 +14,7 @@
 #include "common/runtime/cell/arm_model.hpp"
 #include "common/runtime/cell/cell_names.hpp"
 #include "common/runtime/process/process.hpp"
+#include "common/runtime/process/spread_json.hpp"
 #include "components/wva_server/change_under_way.hpp"
 #include "components/wva_server/dds_adapter.hpp"
 #include "components/wva_server/live_serving.hpp"
@@ -50,24 +51,13 @@ GraspWatch grasp_watch(const runtime::CellConfig& cell, const Carriers& carriers
   return {runtime::load_fingers(arm, *carriers.followed(), kPitch_m), arm.name, last_link_of(arm)};
 }
 
-/// Returns median, 99th of a hundred and greatest of values; null without any.
-template <class T>
-nlohmann::json spread_of(std::vector<T> values) {
-  if (values.empty()) return nullptr;
-  std::sort(values.begin(), values.end());
-  const auto at = [&values](double share) {
-    return values[static_cast<std::size_t>(share * static_cast<double>(values.size() - 1))];
-  };
-  return {{"p50", at(0.5)}, {"p99", at(0.99)}, {"max", values.back()}, {"n", values.size()}};
-}
-
 nlohmann::json report_of(const LiveFigures& live) {
   return {{"versions", live.versions},
           {"voxels", live.voxels},
           {"most_voxels", live.most},
-          {"image_to_version_ms", spread_of(live.latency_ms)},
-          {"update_ms", spread_of(live.update_ms)},
-          {"bricks_changed", spread_of(live.bricks)}};
+          {"image_to_version_ms", runtime::spread_json(live.latency_ms)},
+          {"update_ms", runtime::spread_json(live.update_ms)},
+          {"bricks_changed", runtime::spread_json(live.bricks)}};
 }
 
 /// Returns the rules of live matter, with the cell's profile unless they have their own.

@@ -348,9 +348,8 @@ TEST(ArmDrives, ASettingThatIsRefusedAtTheStartIsToldAndIsNoFaultThatAResetEnds)
   EXPECT_FALSE(rig.any(Power::kEnabled));
   const core::ActuatorHealth health = rig.arm->health();
   EXPECT_TRUE(health.fault);
-  EXPECT_THAT(health.message,
-              testing::AllOf(HasSubstr("0x605A"), HasSubstr("start anew once that is mended")));
-  rig.kill();  // mended
+  EXPECT_THAT(health.message, testing::AllOf(HasSubstr("0x605A"), HasSubstr("then restart this process")));
+  rig.kill();  // corrected
   rig.drives[1]->misbehaviour.lacks_object = 0;
   rig.start();
   EXPECT_TRUE(rig.bring_up());

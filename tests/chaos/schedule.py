@@ -166,7 +166,7 @@ def drives(chance):
 
 
 def lying_drive(chance):
-    """A drive of either arm begins to report a false motion once the arms are coupled again (its process is started anew for that)."""
+    """A drive of either arm begins to report a false motion once the arms are coupled again (its process is restarted for that)."""
     process = chance.choice(DRIVES)
     # Their revolute joints: the first node of the buses a is the gantry's.
     node = chance.choice((2, 3, 4) if process.endswith("_a") else (1, 2, 3))
@@ -196,8 +196,9 @@ def lost_files(chance):
     return actions + [action(6.0, "look")]
 
 
-KINDS = {make.__name__: make for make in (kill, freeze, freeze_thread, network, partition, clock, full_disk, blocked_log, second_writer, stop, commands, load, drives,
-                                          lying_drive, other_arm, fragments, lost_files)}
+KINDS = {make.__name__: make for make in (
+    kill, freeze, freeze_thread, network, partition, clock, full_disk, blocked_log, second_writer, stop, commands, load, drives,
+    lying_drive, other_arm, fragments, lost_files)}
 # Of some kinds there are more stories than of others.
 WEIGHTS = {"stop": 3, "kill": 2, "partition": 2, "freeze": 2}
 

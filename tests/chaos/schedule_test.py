@@ -5,9 +5,11 @@ import unittest
 
 import schedule
 
-ENDS = {"freeze": ("thaw", "process"), "freeze_thread": ("thaw_thread", "process"), "cut": ("heal", "host"), "fill_disk": ("free_disk", "host"),
-        "block_log": ("free_log", "process"), "start_intruder": ("end_intruder", "component"), "start_load": ("end_load", "processes"), "kill": ("start", "process"),
-        "start_lying": ("end_lying", "process"), "start_other_arm": ("end_other_arm", "component"), "lose_fragments": ("pass_fragments", "host")}
+ENDS = {
+    "freeze": ("thaw", "process"), "freeze_thread": ("thaw_thread", "process"), "cut": ("heal", "host"),
+    "fill_disk": ("free_disk", "host"), "block_log": ("free_log", "process"), "start_intruder": ("end_intruder", "component"),
+    "start_load": ("end_load", "processes"), "kill": ("start", "process"), "start_lying": ("end_lying", "process"),
+    "start_other_arm": ("end_other_arm", "component"), "lose_fragments": ("pass_fragments", "host")}
 
 
 def first(seed, count=400, only=()):
@@ -45,8 +47,9 @@ class Schedule(unittest.TestCase):
 
     def test_all_stories_come_up(self):
         seen = {(a["do"], a.get("how") or a.get("names") or a.get("way") or a.get("lie")) for step in first(2, 3000) for a in step["actions"]}
-        for expected in (("stop", "signal_slave"), ("reset", "old"), ("reset", "looked"), ("reset", "now"), ("cut", "from"), ("freeze_thread", None), ("spoil_files", "removed"),
-                         ("spoil_files", "cut"), ("start_lying", "encoder_mirrored")):
+        for expected in (
+                ("stop", "signal_slave"), ("reset", "old"), ("reset", "looked"), ("reset", "now"), ("cut", "from"),
+                ("freeze_thread", None), ("spoil_files", "removed"), ("spoil_files", "cut"), ("start_lying", "encoder_mirrored")):
             self.assertIn(expected, seen)
 
 

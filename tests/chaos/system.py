@@ -382,7 +382,7 @@ class System:
                 self.logs.pop(f"second_{component}").close()
 
     def start_lying(self, process, node, lie, after_s):
-        """Drives anew, one of which reports a false motion after a while."""
+        """Restarted drives, one of which reports a false motion after a while."""
         with self.lock:
             self.kill(process)
             self.start(process, ("--fault", f"{lie}@{after_s}:{node}"), lie=lie, node=node)

@@ -211,7 +211,7 @@ TEST(PlausibilityMonitor, SR12_FeedbackThatIsFrozenWithItsTorqueIsFound) {
     EXPECT_EQ(rig.found.reason, Implausibility::kFrozen);
     EXPECT_LT(t, 0.35);
 
-    MonitorRig limited;  // a drive at its limit does not follow, and says so
+    MonitorRig limited;  // a drive at its limit does not follow, and reports the limit
     limited.sample.target_kind = kind;
     limited.sample.limited = true;
     std::swap(rig, limited);
@@ -247,7 +247,7 @@ TEST(PlausibilityMonitor, SR12_AMotionAwayFromItsTargetIsFound) {
   }
 }
 
-// A joint at its greatest speed that is told to turn back needs a while.
+// A joint at its greatest speed needs time to reverse.
 TEST(PlausibilityMonitor, AJointThatTurnsBackAtItsAccelerationIsBelieved) {
   for (const TargetKind kind : {TargetKind::kPosition, TargetKind::kVelocity}) {
     MonitorRig rig;

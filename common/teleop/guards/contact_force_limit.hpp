@@ -40,7 +40,7 @@ class ContactForceLimit {
   /// Returns where the references may go in this tick: `target`, or the stops. `reference`: where they are.
   core::JointArray step(const core::JointArray& target, const core::JointArray& reference,
                         const ContactForce& force, double dt_s) noexcept;
-  /// Lets go of all stops: the references begin anew.
+  /// Forgets all stops, as after the references were set otherwise.
   void reset() noexcept { stops_ = {}, held_joint_ = -1, held_by_tool_ = false, held_force_ = 0.0; }
 
   /// The joint that is nearest to its bound or beyond, while some are held near theirs; −1: none is.

@@ -15,7 +15,7 @@ struct FeedbackObserverParameters {
   core::JointArray inertia_kg_m2{};  ///< of all that each joint moves, > 0; kg of a prismatic one
   /// Energy that a joint may seem to gain from nowhere, as a share of inertia · (greatest speed)². > 0
   double energy_share = 0.25;
-  double max_payload_kg = 0.0;  ///< that the arm may carry at its tip beyond what it is told of, ≥ 0
+  double max_payload_kg = 0.0;                      ///< greatest unmodelled payload at the tip, ≥ 0
   Eigen::Vector3d tip_m = Eigen::Vector3d::Zero();  ///< in the last link's frame
 };
 

@@ -84,6 +84,36 @@ TEST_P(ForceInEachMode, FreeMotionIsNoContactAndAWallIsFeltAsItPushes) {
   EXPECT_EQ(bench.last.external_torque_Nm[kElbow], 0.0);
 }
 
+TEST_P(ForceInEachMode, SR22_PressesOnAWallNoHarderThanItMay) {
+  constexpr double kBound_Nm = 20.0;
+  const auto bounded_by = [](double bound_Nm) {
+    Config config = can_config(GetParam());
+    config.contact_limit.torque_Nm.fill(bound_Nm);
+    return config;
+  };
+  WalledBench unbounded(bounded_by(0.0));
+  ASSERT_TRUE(unbounded.reaches(LinkState::kCoupled)) << unbounded.arm->health().message;
+  double greatest_Nm = 0.0;
+  for (int i = 0; i < 100; ++i) {  // 0.1 rad into the wall, unless a drive gives up
+    unbounded.lead(kElbow, 0.2, 0.01);
+    greatest_Nm = std::max(greatest_Nm, -unbounded.wall_Nm());
+  }
+  EXPECT_GT(greatest_Nm, 1.5 * kBound_Nm);
+
+  WalledBench bench(bounded_by(kBound_Nm));
+  ASSERT_TRUE(bench.reaches(LinkState::kCoupled)) << bench.arm->health().message;
+  bench.lead(kElbow, 0.2, 1.0);
+  bench.run(2.0);
+  EXPECT_EQ(bench.last.outputs.pressing_joint, static_cast<int>(kElbow));
+  // The observer's threshold softens what is felt, and friction at rest hides some of it.
+  const double unfelt_Nm = bench.config.force_observer->threshold_Nm[kElbow] + bench.hidden_Nm();
+  EXPECT_LT(-bench.wall_Nm(), kBound_Nm + unfelt_Nm + 1.0);
+  EXPECT_GT(-bench.wall_Nm(), kBound_Nm - 1.0);
+  bench.lead(kElbow, -0.2, 1.0);
+  bench.run(0.5);
+  EXPECT_EQ(bench.wall_Nm(), 0.0) << "it comes away";
+}
+
 INSTANTIATE_TEST_SUITE_P(Modes, ForceInEachMode,
                          testing::Values(DriveMode::kTorque, DriveMode::kVelocity, DriveMode::kPosition));
 

@@ -280,7 +280,8 @@ function showComponents(components) {
       if (kind) cell.className = kind;
       row.append(cell);
     }
-    row.title = componentTip(c.name) + '\n' + c.host + c.loops.map(l => '\n' + text('component.loop_title', { name: l.name, rate: rate(l), slips: l.slips })).join('');
+    const loops = c.loops.map(l => text('component.loop_title', { name: l.name, rate: rate(l), slips: l.slips }));
+    row.title = [componentTip(c.name), c.host, ...loops].join('\n');
     rows.push(row);
     if (c.message) {
       row.className = 'with-message';

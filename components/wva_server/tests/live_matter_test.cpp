@@ -191,15 +191,15 @@ TEST_F(Live, EqualsWhatItsLastSightMakesFromNothing) {
     }
     merge(cell_, matter);
   }
-  LiveMatter anew = LiveMatter::create(grid, strict).value();
-  anew.take(last);
-  anew.set_model(cell_.solid());
-  LiveMatter::Update update = anew.update();
-  EXPECT_EQ(anew.voxels(), matter.voxels());
+  LiveMatter rebuilt = LiveMatter::create(grid, strict).value();
+  rebuilt.take(last);
+  rebuilt.set_model(cell_.solid());
+  LiveMatter::Update update = rebuilt.update();
+  EXPECT_EQ(rebuilt.voxels(), matter.voxels());
   const std::uint64_t after_sequence = cell_.content_hash();
   std::vector<workspace::BrickKey> all = cell_.workspace().bricks();
   ASSERT_TRUE(
-      cell_.put_live(std::move(update.bricks), anew.profile(), all, cell_.workspace().version + 1, 1));
+      cell_.put_live(std::move(update.bricks), rebuilt.profile(), all, cell_.workspace().version + 1, 1));
   EXPECT_EQ(cell_.content_hash(), after_sequence);
 }
 

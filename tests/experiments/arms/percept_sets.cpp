@@ -168,8 +168,8 @@ void run(Report& report, const Settings& settings) {
   report.prints_no_more("table 6.1 (page 226) and section 6.11 (pages 224 to 233) judge the rows in words.");
   report.difference(
       "The thesis judges the rows in words, and prints no gains. With the shipped ones, and 1/A = 0.004, the weight in row "
-      "b2 stands behind the drag as a tenth of it: it does not mask it, as the thesis's heavier arm does. How fast a person reacts to a tone or a view, and how slowly "
-      "she goes on, are the simulation's (0.2 and 0.35 s; 0.15 of her pace), not the thesis's.");
+      "b2 stands behind the drag as a tenth of it: it does not mask it, as the thesis's heavier arm does. "
+      "How fast a person reacts to a tone or a view, and how slowly she goes on, are the simulation's (0.2 and 0.35 s; 0.15 of her pace), not the thesis's.");
 }
 
 }  // namespace

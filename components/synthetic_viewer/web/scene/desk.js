@@ -217,7 +217,9 @@ export class Desk {
     const { closeness, speed_m_s, perceptKnown, stale, heard } = this.stage.poses, link = this.page.state()?.link;
     const { still } = this.connection, known = perceptKnown && !still, [limit] = (!still && this.page.state()?.limits_words) || [];
     const alarm = still ? say('scene.still') : said(this.view.banner);
-    return { closeness, speed_m_s, known, state: heard && !stale && !still ? link ? say('link_state.' + link.slave) : '–' : say('scene.unknown'), hand: this.hand.words(), alarm,
+    const shown = link ? say('link_state.' + link.slave) : '–';
+    const state = heard && !stale && !still ? shown : say('scene.unknown');
+    return { closeness, speed_m_s, known, state, hand: this.hand.words(), alarm,
       cause: limit?.key ?? null, why: limit ? said(limit) : '' };
   }
 
