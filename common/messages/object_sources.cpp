@@ -54,10 +54,10 @@ ObjectSources::Taken ObjectSources::take(const workspace::SourceId& server, cons
   return {true, choose()};
 }
 
-ObjectSources::Taken ObjectSources::commit(const workspace::SourceId& server) {
+ObjectSources::Taken ObjectSources::commit(const workspace::SourceId& server, WorkspaceVersion version) {
   Source* source = find_or_add(server);
   if (source == nullptr) return {};
-  source->committed = true;
+  source->version = std::move(version);
   std::vector<WorkspaceObject> changes = choose();
   return {sources_.front().server == server, std::move(changes)};
 }
@@ -73,14 +73,28 @@ std::vector<WorkspaceObject> ObjectSources::gone(const workspace::SourceId& serv
 
 /// Puts another server in force if there is one that may be and it is needed.
 std::vector<WorkspaceObject> ObjectSources::choose() {
-  if (sources_.empty() || (sources_.front().committed && !sources_.front().gone)) return {};
+  if (sources_.empty() || (sources_.front().version && !sources_.front().gone)) return {};
   const auto successor = std::find_if(sources_.begin(), sources_.end(),
-                                      [](const Source& source) { return !source.gone && source.committed; });
+                                      [](const Source& source) { return !source.gone && source.version; });
   if (successor == sources_.end() || successor == sources_.begin()) return {};
   std::vector<WorkspaceObject> changes = difference(sources_.front().objects, successor->objects);
   std::iter_swap(sources_.begin(), successor);
   sources_.erase(successor);
   return changes;
+}
+
+const std::optional<WorkspaceVersion>& ObjectSources::version() const {
+  static const std::optional<WorkspaceVersion> none;
+  return sources_.empty() ? none : sources_.front().version;
+}
+
+const std::vector<CarriedObject>& ObjectSources::carried() const {
+  static const std::vector<CarriedObject> none;
+  return version() ? version()->carried : none;
+}
+
+std::optional<workspace::SourceId> ObjectSources::server() const {
+  return version() ? std::optional(sources_.front().server) : std::nullopt;
 }
 
 const ObjectSources::Objects& ObjectSources::in_force() const {

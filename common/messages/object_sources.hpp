@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <vector>
 
 #include "common/messages/workspace.hpp"
@@ -34,11 +35,18 @@ class ObjectSources {
 
   /// Takes an object's newest state.
   Taken take(const workspace::SourceId& server, const WorkspaceObject& object);
-  /// Reports that a server has committed a version. `accepted`: it is the one in force.
-  Taken commit(const workspace::SourceId& server);
+  /// Takes a version that a server commits. `accepted`: that server is in force.
+  Taken commit(const workspace::SourceId& server, WorkspaceVersion version = {});
   /// Reports that a server has ended or is no longer heard; returns the changes.
   std::vector<WorkspaceObject> gone(const workspace::SourceId& server);
 
+  /// Returns the version in force, which says what arms carry: the newest of the server whose objects are;
+  /// none: it has committed none. It may become another one by take(), commit() and gone() alike.
+  const std::optional<WorkspaceVersion>& version() const;
+  /// Returns what arms carry in that version.
+  const std::vector<CarriedObject>& carried() const;
+  /// Returns the server in force; none: no version is.
+  std::optional<workspace::SourceId> server() const;
   /// Returns the objects in force.
   const Objects& in_force() const;
   /// Returns the objects of a server, or those in force if that server is unknown.
@@ -48,7 +56,8 @@ class ObjectSources {
   struct Source {
     workspace::SourceId server;
     Objects objects = {};
-    bool committed = false, gone = false;
+    std::optional<WorkspaceVersion> version = {};  // its newest; none: it has committed none
+    bool gone = false;
   };
   Source* find_or_add(const workspace::SourceId& server);
   std::vector<WorkspaceObject> choose();

@@ -7,10 +7,10 @@
 #include <vector>
 
 #include "common/core/clock.hpp"
-#include "common/core/log_rate.hpp"
 #include "common/dds/endpoints/topics.hpp"
 #include "common/messages/codecs/teleoperation_codec.hpp"
 #include "common/messages/command_service.hpp"
+#include "common/messages/request_log.hpp"
 
 namespace phantom::messages {
 namespace {
@@ -79,10 +79,7 @@ struct OperatorResponder::Impl {
   // At a rate of its own for each kind, so that a flood of one does not hide the other.
   void log_request(core::LogRate& rate, spdlog::level::level_enum level, const char* what,
                    const OperatorCommand& command) {
-    const auto answer = rate.admit(core::monotonic_ns());
-    if (!answer.log) return;
-    if (answer.left_out > 0) spdlog::warn("{}: {} more, not logged", what, answer.left_out);
-    spdlog::log(level, "{} by {}", what, command.issuer);
+    if (is_logged(rate, what)) spdlog::log(level, "{} by {}", what, command.issuer);
   }
 
   void wait_for(const Waiting& command) {

@@ -10,9 +10,11 @@
 #include "common/core/sample_id.hpp"
 #include "common/messages/received.hpp"
 #include "common/percept/hit_susceptibility.hpp"
+#include "common/percept/model_doubt.hpp"
 #include "common/percept/motion_class.hpp"
 #include "common/robot/drag/reaction.hpp"
 #include "common/teleop/rendering/percept_rendering.hpp"
+#include "phantom_contract/percept_samples.hpp"
 
 // The samples of the topics of idl/percept.idl as components use them. Units and frames are in the IDL where
 // a name does not say them.
@@ -32,18 +34,6 @@ struct DragField {
   double model_age_s = 0.0;
 
   friend bool operator==(const DragField&, const DragField&) = default;
-};
-
-/// The data on which a percept is based, and so whether it is valid.
-enum class PerceptCondition {
-  kFresh,                ///< valid
-  kWorkspaceUnattended,  ///< valid, marked: no wva_server is present that would report changes
-  kWorkspaceBehind,      ///< valid, marked: a newer version was announced but is not complete yet
-  kWorkspaceStale,       ///< invalid: one of the two marked conditions has lasted too long
-  kNoWorkspace,          ///< invalid: none has arrived yet
-  kNoState,              ///< invalid: no slave_state has arrived yet
-  kStateStale,           ///< invalid: the last slave_state is too old
-  kSelfTestFailed        ///< invalid: a virtual probe did not perceive the expected value
 };
 
 /// A link that may hit an object: the percept at the most urgent of its places there. Trivially copyable.
@@ -166,35 +156,6 @@ struct HitAlert {
   friend bool operator==(const HitAlert&, const HitAlert&) = default;
 };
 
-/// What a sensing_command asks for.
-enum class SensingRequest {
-  kAllowContact,   ///< the link may touch the object: neither percept nor alert for that contact
-  kForbidContact,  ///< ends such a permission; if no object is named: all permissions
-  kSelfTest,
-  kListContacts
-};
-
-/// Topic sensing_command: a request to phantom_sensing while it runs.
-struct SensingCommand {
-  core::SampleId stamp;   ///< identifies the command, also when it is sent again
-  std::string requester;  ///< for the log
-  SensingRequest request = SensingRequest::kSelfTest;
-  std::string object;       ///< name; empty: the object is given by its id
-  std::uint16_t id = 0;     ///< of the object; 0 and no name: all allowed contacts (forbid only)
-  std::string link;         ///< link or frame of the arm; empty: the whole arm
-  double duration_s = 0.0;  ///< allow: for how long; 0: until it is forbidden
-};
-
-/// Topic sensing_reply: the answer to a sensing_command.
-struct SensingReply {
-  core::SampleId stamp;
-  core::SampleId command;  ///< the command's stamp
-  std::string requester;
-  SensingRequest request = SensingRequest::kSelfTest;
-  bool done = false;    ///< false: refused, or the self-test failed
-  std::string message;  ///< what was done, or why not and what is allowed
-
-  friend bool operator==(const SensingReply&, const SensingReply&) = default;
-};
+inline constexpr std::size_t kMaxDoubts = percept::ModelDoubtMonitor::kPlaces;  ///< as in the IDL
 
 }  // namespace phantom::messages

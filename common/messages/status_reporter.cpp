@@ -86,6 +86,8 @@ void StatusReporter::publish(const core::Health& health) {
   ComponentStatus status{
       health, {}, name_, core::host_name(), static_cast<std::uint32_t>(getpid()), participant_.endpoints()};
   add_security(status);
+  if (const std::string peer = participant_.half_known_peer(); !peer.empty())
+    status.message += (status.message.empty() ? "" : "; ") + peer;
   add_hung_readers(status);
   add_forgotten(participant_, status.figures);
   add_refused(guarded_, status.figures);

@@ -13,7 +13,8 @@ namespace phantom::messages {
 /// network: the maps of them are bounded.
 inline constexpr const char* kForgotten = "forgotten";
 
-/// Publishes this process's component_status: its health, that its security documents end soon, the DDS
+/// Publishes this process's component_status: its health, that its security documents end soon, that a
+/// component's readers and writers do not become known (dropped fragments of IP), the DDS
 /// statistics of each of its endpoints, how much was forgotten (kForgotten, if any), and how many datagrams
 /// were refused, as two figures for each reason: {"refused: REASON", count, "datagrams"} and {"refused from:
 /// REASON", count, address}, the address that sent most of them, and how many at least.

@@ -15,6 +15,7 @@
 #include "common/teleop/coupling/link_state.hpp"
 #include "common/teleop/coupling/stop_latch.hpp"
 #include "common/teleop/gripper/gripper.hpp"
+#include "phantom_contract/teleoperation_samples.hpp"
 
 // The samples of the topics of idl/teleoperation.idl as components use them. Units and frames are in the IDL
 // where a name does not say them. States are trivially copyable, as core::Snapshot requires.
@@ -82,15 +83,6 @@ struct GripperState : teleop::GripperStatus {
   double widest_m = 0.0, least_force_N = 0.0, greatest_force_N = 0.0;
 };
 
-/// Topic wrist_wrench: what a force/torque sensor at the arm's wrist measures, in its own frame.
-struct WristWrench {
-  core::SampleId stamp;
-  bool valid = false;  ///< the sensor vouches for it
-  Vector3 force_N{}, torque_Nm{};
-
-  friend bool operator==(const WristWrench&, const WristWrench&) = default;
-};
-
 /// Topic sensor_points: what a sensor measures of its surroundings, in its own frame.
 struct SensorPoints {
   core::SampleId stamp;
@@ -138,16 +130,6 @@ struct ViewPose {
   Vector3 look_at_m{};     ///< in W
 };
 
-enum class PictureView { kMain, kHit, kTool, kCamera };
-
-/// Topic view_picture: a view's newest picture.
-struct ViewPicture {
-  core::SampleId stamp;
-  PictureView view = PictureView::kMain;
-  std::vector<std::uint8_t> jpeg;
-
-  friend bool operator==(const ViewPicture&, const ViewPicture&) = default;
-};
 /// Greatest size of a picture.
 inline constexpr std::size_t kMaxPictureBytes = std::size_t{4} << 20;
 

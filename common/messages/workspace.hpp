@@ -11,6 +11,7 @@
 #include "common/core/sample_id.hpp"
 #include "common/geometry/pose.hpp"
 #include "common/workspace/workspace_assembler.hpp"
+#include "phantom_contract/workspace_samples.hpp"
 
 // The samples of the topics of idl/workspace.idl as components use them.
 
@@ -58,18 +59,6 @@ struct WorkspaceBrick {
   std::span<const std::uint8_t> voxels_zstd;
 };
 
-/// Topic mesh_chunk: a part of a mesh.
-struct MeshChunk {
-  std::uint64_t mesh_hash = 0;  ///< of the whole mesh
-  std::uint32_t chunk = 0, chunk_count = 0;
-  std::uint32_t vertex_count = 0, triangle_count = 0;  ///< of the whole mesh
-  std::vector<std::uint8_t> data;                      ///< part of zstd(geometry::mesh_bytes)
-
-  friend bool operator==(const MeshChunk&, const MeshChunk&) = default;
-};
-
-enum class WorkspaceOperation { kAdd, kMove, kRemove, kAttach, kRelease };
-
 /// Topic workspace_command: a request to add, move or remove one object while the workspace is served, or to
 /// make it a part of an arm for a while.
 struct WorkspaceCommand {
@@ -86,29 +75,6 @@ struct WorkspaceCommand {
   std::string frame = {};    ///< attach: the arm's link that holds it; empty: the last one
   bool sets_pose = false;    ///< attach, release: X_FO, X_WO apply; otherwise the arm's newest state decides
   geometry::Pose X_FO = {};  ///< attach with `sets_pose`: its pose in the frame of the link
-};
-
-enum class WorkspaceOutcome {
-  kAccepted,  ///< the request is being carried out; one of the others follows
-  kDone,
-  kRefused  ///< the workspace is unchanged
-};
-
-/// Topic workspace_reply: the answer to a workspace_command.
-struct WorkspaceReply {
-  core::SampleId stamp;
-  core::SampleId command;  ///< the command's stamp
-  std::string requester;
-  WorkspaceOperation operation = WorkspaceOperation::kMove;
-  std::string object;
-  std::uint16_t id = 0;  ///< 0: no such object
-  WorkspaceOutcome outcome = WorkspaceOutcome::kRefused;
-  std::string message;                                   ///< what was done, or why not and what is allowed
-  std::uint64_t version = 0;                             ///< done: the first version with the change
-  std::uint32_t changed_bricks = 0, removed_bricks = 0;  ///< published for it; that do not exist any more
-  double seconds = 0.0;                                  ///< from the start to publishing the version
-
-  friend bool operator==(const WorkspaceReply&, const WorkspaceReply&) = default;
 };
 
 }  // namespace phantom::messages

@@ -166,6 +166,7 @@ Fault detail::check_data(const Submessage& submessage, const GuidPrefix& sender,
       return fault;
   }
   const std::span<std::uint8_t> payload = submessage.octets.subspan(reader.position());
+  facts.note_discovery({head.writer, head.sequence, head.sequence, false});
   if (!data && !key)
     return head.builtin != nullptr ? add(head.builtin->topic, head.writer, list, facts) : Fault::kNone;
   if (payload.empty()) return Fault::kPayload;
@@ -207,6 +208,7 @@ Fault detail::check_data_frag(const Submessage& submessage, const GuidPrefix& se
   fact.built_in = head.builtin != nullptr;
   if (facts.fragment_count == facts.fragments.size()) return Fault::kSubmessage;
   facts.fragments[facts.fragment_count++] = fact;
+  facts.note_discovery({head.writer, head.sequence, head.sequence, false});
   return Fault::kNone;
 }
 

@@ -39,6 +39,26 @@ void blank(std::span<std::uint8_t> datagram, const Place& place) {
   header[place.little_endian ? 3 : 2] = static_cast<std::uint8_t>(length >> 8);
 }
 
+/// What a GAP makes readers of one writer count.
+struct GapCost {
+  double fresh = 0.0;           ///< for numbers that were not declared missing before
+  double repeated = 0.0;        ///< numbers that were
+  std::int64_t missing_to = 1;  ///< of the writer, once that is paid
+};
+
+GapCost cost_of(const SequenceFact& gap, const WriterSamples& samples) {
+  const std::int64_t known_to = std::max(samples.missing_to, samples.first);
+  if (gap.end <= known_to) return {0.0, static_cast<double>(gap.missing), known_to};
+  const auto repeated =
+      static_cast<double>(std::clamp<std::int64_t>(std::min(gap.base, known_to) - gap.start, 0, gap.missing));
+  GapCost cost{Guard::kCostOfMissing * (gap.missing - repeated), repeated, known_to};
+  const std::int64_t between = std::max<std::int64_t>(gap.start - known_to, 0);
+  if (between > Guard::kMaxBetweenGaps) return cost;
+  cost.fresh += Guard::kCostOfMissing * static_cast<double>(between);
+  cost.missing_to = gap.end;
+  return cost;
+}
+
 std::int64_t longest_step(EntityId writer) {
   switch (writer) {
     case kTopicWriter:
@@ -58,7 +78,8 @@ Guard::Guard(const GuardOptions& options)
     : options_(options),
       participants_({options.participants, options.participants_per_source, options.new_participants_per_s,
                      options.discovery_per_s, options.discovery_burst, options.unannounced_per_s,
-                     options.unannounced_burst, options.counted_per_s, options.counted_burst}),
+                     options.unannounced_burst, options.counted_per_s, options.counted_burst,
+                     options.repeated_per_s, options.repeated_burst}),
       assembled_facts_(std::make_unique<MessageFacts>()),
       assembled_octets_(std::make_unique_for_overwrite<std::uint8_t[]>(kMaxAssembled * kAssembledBytes)) {
   if (!options.crashes_on_interleaved_fragments) return;
@@ -228,18 +249,26 @@ Fault Guard::check_sequences(std::span<std::uint8_t> datagram, const MessageFact
       continue;
     }
     participant->forget_samples_after_lease(now);
-    double cost = kCostOfMissing * fact.missing;
-    std::int64_t* known = nullptr;
-    if (fact.first != 0) {
-      known = participant->first_sample(fact.writer.entity, options_.endpoints_per_participant);
-      if (known == nullptr) return Fault::kEndpoints;
-      const std::int64_t step = fact.first - *known;
-      if (step <= 0) continue;
-      if (step > longest_step(fact.writer.entity)) return Fault::kCounting;
-      cost = static_cast<double>(step);
+    WriterSamples* const known =
+        participant->samples_of(fact.writer.entity, options_.endpoints_per_participant);
+    if (known == nullptr) return Fault::kEndpoints;
+    if (fact.first == 0) {
+      const GapCost gap = cost_of(fact, *known);
+      if (!participants_.admits_repeating(source.address, gap.repeated, now)) {
+        blank(datagram, fact.place);  // it will be told again
+        continue;
+      }
+      if (gap.fresh > 0.0 && !participants_.admits_counting(*participant, source.address, gap.fresh, now))
+        return Fault::kCounting;
+      known->missing_to = gap.missing_to;
+      continue;
     }
-    if (!participants_.admits_counting(*participant, source.address, cost, now)) return Fault::kCounting;
-    if (known != nullptr) *known = fact.first;
+    const std::int64_t step = fact.first - known->first;
+    if (step <= 0) continue;
+    if (step > longest_step(fact.writer.entity)) return Fault::kCounting;
+    if (!participants_.admits_counting(*participant, source.address, static_cast<double>(step), now))
+      return Fault::kCounting;
+    known->first = fact.first;
   }
   return Fault::kNone;
 }

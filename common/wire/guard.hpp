@@ -40,6 +40,9 @@ struct GuardOptions {
   double new_participants_per_s = 16.0;  ///< as many as participants_per_source at once
   /// Sequence numbers through which one sender may make readers count in a second, and at once.
   double counted_per_s = 1 << 18, counted_burst = 1 << 22;
+  /// Numbers that were declared missing before: each costs a comparison. Writers repeat them with each sample
+  /// until all readers have acknowledged it. Above this, such a GAP is hidden, and its datagram passes.
+  double repeated_per_s = 1 << 22, repeated_burst = 1 << 22;
 };
 
 enum class Verdict : std::uint8_t {
@@ -79,6 +82,9 @@ class Guard {
   static constexpr std::int64_t kMaxStepOfDiscovery = 1 << 16;
   /// A number that a GAP declares missing costs as much as so many that are counted: it takes memory.
   static constexpr double kCostOfMissing = 16.0;
+  /// Between two GAPs are samples. As many are passed over at the price of missing ones; a GAP that lies
+  /// farther ahead is not remembered.
+  static constexpr std::int64_t kMaxBetweenGaps = 8192;
 
   explicit Guard(const GuardOptions& options);
 

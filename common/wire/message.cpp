@@ -43,6 +43,7 @@ Fault check_heartbeat(const Submessage& submessage, const GuidPrefix& sender, Me
   reader.u32();  // count
   if (!reader.good()) return Fault::kSubmessage;
   if (first < 1 || last < first - 1) return Fault::kSequence;
+  facts.note_discovery({writer, first, last, true});
   return add_sequence({.writer = writer, .first = first, .place = submessage.place()}, facts);
 }
 
@@ -56,10 +57,18 @@ Fault check_gap(const Submessage& submessage, const GuidPrefix& sender, MessageF
   if (base > start && base - start > kMaxGap) return Fault::kSequence;
   const std::size_t before = reader.left();
   if (!number_set(reader, base)) return Fault::kNumberSet;
-  const auto listed = static_cast<std::int64_t>(8 * (before - reader.left()));
-  const std::int64_t missing = std::max<std::int64_t>(base - start, 0) + listed;
-  return add_sequence(
-      {.writer = writer, .missing = static_cast<std::uint32_t>(missing), .place = submessage.place()}, facts);
+  constexpr std::int64_t kCountBits = 32;  // of the set: how many bits follow
+  const auto listed = static_cast<std::int64_t>(8 * (before - reader.left())) - kCountBits;
+  const std::int64_t missing = std::max<std::int64_t>(base - start, 0) + listed,
+                     end = std::max(base, start) + listed;
+  facts.note_discovery({writer, start, end - 1, false});
+  return add_sequence({.writer = writer,
+                       .missing = static_cast<std::uint32_t>(missing),
+                       .start = start,
+                       .base = std::max(base, start),
+                       .end = end,
+                       .place = submessage.place()},
+                      facts);
 }
 
 Fault check_nack_frag(OctetReader reader) {
@@ -211,6 +220,7 @@ bool MessageFacts::of_discovery() const {
 
 Fault check_message(std::span<std::uint8_t> datagram, const Receiver& receiver, MessageFacts& facts) {
   facts.participant_count = facts.endpoint_count = facts.fragment_count = facts.sequence_count = 0;
+  facts.discovery_count = 0;
   facts.handshake = facts.for_another = false;
   facts.described = receiver.asks_for_types;
   facts.unchecked_leases = receiver.unchecked_leases;

@@ -49,8 +49,17 @@ struct FragmentFact {
 struct SequenceFact {
   Guid writer;
   std::int64_t first = 0;     ///< a HEARTBEAT's: the first sample that the writer still has; 0: a GAP
-  std::uint32_t missing = 0;  ///< a GAP's: how many numbers it declares missing
+  std::uint32_t missing = 0;  ///< a GAP's: how many numbers it declares missing, at most
+  /// A GAP's: all numbers from start to before base, and some from there to before end.
+  std::int64_t start = 0, base = 0, end = 0;
   Place place;
+};
+
+/// What a writer that announces endpoints says of its samples.
+struct DiscoverySequence {
+  Guid writer;
+  std::int64_t first = 0, last = 0;  ///< numbers of the samples
+  bool announced = false;            ///< a HEARTBEAT's: it has them; else they have come, or never will (GAP)
 };
 
 /// What the state of the guard depends on, of one datagram. More than the limits: Fault::kSubmessage. It is
@@ -63,12 +72,21 @@ struct MessageFacts {
   std::array<EndpointFact, kMax> endpoints;
   std::array<FragmentFact, kMax> fragments;
   std::array<SequenceFact, kMax> sequences;
-  std::size_t participant_count = 0, endpoint_count = 0, fragment_count = 0, sequence_count = 0;
+  std::array<DiscoverySequence, kMax> discovery;
+  std::size_t participant_count = 0, endpoint_count = 0, fragment_count = 0, sequence_count = 0,
+              discovery_count = 0;
   bool handshake = false;         ///< holds a message of the security handshake
   bool described = false;         ///< the receiver asks for descriptions of types
   bool unchecked_leases = false;  ///< Fast DDS is to check no lease of a participant
   bool for_another = false;       ///< INFO_SRC lets a part of it speak for another participant than `sender`
 
+  /// Takes numbers of `writer`, if that announces readers or writers in the clear. What is beyond kMax is
+  /// left out: nothing but a report depends on it.
+  void note_discovery(const DiscoverySequence& sequence) {
+    const EntityId entity = sequence.writer.entity;
+    if ((entity == kPublicationWriter || entity == kSubscriptionWriter) && discovery_count < kMax)
+      discovery[discovery_count++] = sequence;
+  }
   /// Returns whether any of it is discovery's or a handshake's, whatever port it came in by.
   bool of_discovery() const;
 };

@@ -52,15 +52,15 @@ bool Participant::add_endpoint(EntityId endpoint, std::size_t most) {
 
 void Participant::remove_endpoint(EntityId endpoint) {
   std::erase(endpoints_, endpoint);
-  std::erase_if(first_samples_, [&](const auto& one) { return one.first == endpoint; });
+  std::erase_if(samples_, [&](const auto& one) { return one.first == endpoint; });
 }
 
-std::int64_t* Participant::first_sample(EntityId writer, std::size_t most) {
-  const auto known = std::find_if(first_samples_.begin(), first_samples_.end(),
-                                  [&](const auto& one) { return one.first == writer; });
-  if (known != first_samples_.end()) return &known->second;
-  if (first_samples_.size() >= most + kMaxBuiltIn) return nullptr;
-  return &first_samples_.emplace_back(writer, 1).second;
+WriterSamples* Participant::samples_of(EntityId writer, std::size_t most) {
+  const auto known =
+      std::find_if(samples_.begin(), samples_.end(), [&](const auto& one) { return one.first == writer; });
+  if (known != samples_.end()) return &known->second;
+  if (samples_.size() >= most + kMaxBuiltIn) return nullptr;
+  return &samples_.emplace_back(writer, WriterSamples()).second;
 }
 
 bool Participant::keeps_fragment_size(EntityId writer, std::uint16_t bytes) {
@@ -131,6 +131,7 @@ Participants::Address& Participants::address_of(std::uint32_t address, core::Nan
                       {limits_.discovery_per_s, limits_.discovery_burst},
                       {limits_.unannounced_per_s, limits_.unannounced_burst},
                       {limits_.counted_per_s, limits_.counted_burst},
+                      {limits_.repeated_per_s, limits_.repeated_burst},
                       now};
   return addresses_.emplace(address, fresh).first->second;
 }
@@ -147,6 +148,10 @@ bool Participants::admits_counting(Participant& participant, std::uint32_t addre
                                    core::Nanoseconds now) {
   if (participant.counting().holds(numbers, now)) return participant.counting().take_at_once(numbers, now);
   return address_of(address, now).counting.take_at_once(numbers, now);
+}
+
+bool Participants::admits_repeating(std::uint32_t address, double numbers, core::Nanoseconds now) {
+  return numbers == 0.0 || address_of(address, now).repeated.take_at_once(numbers, now);
 }
 
 }  // namespace phantom::wire

@@ -30,6 +30,13 @@ class TokenBucket {
   core::Nanoseconds filled_ = 0;
 };
 
+/// How far readers have counted a writer's samples.
+struct WriterSamples {
+  std::int64_t first = 1;  ///< the first that it still had, by its HEARTBEATs
+  /// All numbers below were charged as missing ones, or are older than `first`.
+  std::int64_t missing_to = 1;
+};
+
 /// What is known of one participant that has announced itself.
 class Participant {
  public:
@@ -61,9 +68,9 @@ class Participant {
   /// Returns whether the writer's fragments have that size, which its first ones decide.
   bool keeps_fragment_size(EntityId writer, std::uint16_t bytes);
 
-  /// Returns the greatest first sample that the writer has told of, 1 if none yet, to be changed by the
-  /// caller; null if `most` endpoints and the built-in ones have told theirs already.
-  std::int64_t* first_sample(EntityId writer, std::size_t most);
+  /// Returns how far the writer's samples were counted, to be changed by the caller; null if that is kept of
+  /// `most` endpoints and the built-in ones already.
+  WriterSamples* samples_of(EntityId writer, std::size_t most);
 
   /// One of its messages was handed on to Fast DDS, whose lease of it begins anew.
   void passed(core::Nanoseconds now) { passed_ = now; }
@@ -71,7 +78,7 @@ class Participant {
   bool lapsed(core::Nanoseconds now) const { return passed_ != 0 && now - passed_ > lease_; }
   /// If none was for its lease, Fast DDS has forgotten it, and its readers begin at the start again.
   void forget_samples_after_lease(core::Nanoseconds now) {
-    if (now - passed_ >= lease_) first_samples_.clear();
+    if (now - passed_ >= lease_) samples_.clear();
   }
 
   /// It has said that it leaves. Its lease may still run in Fast DDS.
@@ -104,7 +111,7 @@ class Participant {
   std::size_t socket_count_ = 0;
   std::vector<EntityId> endpoints_;
   std::vector<std::pair<EntityId, std::uint16_t>> fragment_sizes_;
-  std::vector<std::pair<EntityId, std::int64_t>> first_samples_;
+  std::vector<std::pair<EntityId, WriterSamples>> samples_;
 };
 
 /// The participants that have announced themselves, and what senders without one may send. Bounded in total
@@ -114,7 +121,7 @@ class Participants {
   struct Limits {
     std::size_t total, per_source;
     double new_per_s, discovery_per_s, discovery_burst, unannounced_per_s, unannounced_burst, counted_per_s,
-        counted_burst;
+        counted_burst, repeated_per_s, repeated_burst;
   };
   explicit Participants(const Limits& limits);
 
@@ -133,6 +140,8 @@ class Participants {
   /// Lets a participant make readers count `numbers`: few by its own budget, more by its address's.
   bool admits_counting(Participant& participant, std::uint32_t address, double numbers,
                        core::Nanoseconds now);
+  /// Returns whether an address may name so many numbers again that it has declared missing before.
+  bool admits_repeating(std::uint32_t address, double numbers, core::Nanoseconds now);
 
  private:
   static constexpr std::size_t kMaxAddresses = 1024;
@@ -140,7 +149,7 @@ class Participants {
     std::size_t operator()(const GuidPrefix& prefix) const noexcept;
   };
   struct Address {
-    TokenBucket fresh, discovery, unannounced, counting;
+    TokenBucket fresh, discovery, unannounced, counting, repeated;
     core::Nanoseconds last = 0;
   };
   struct Known {

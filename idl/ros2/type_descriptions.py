@@ -5,9 +5,12 @@
 """
 import hashlib
 import json
-import re
 import sys
 from pathlib import Path
+
+sys.dont_write_bytecode = True
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+import idl_reader  # noqa: E402
 
 NESTED, BOUNDED_STRING = 1, 21
 # Field types of type_description_interfaces/msg/FieldType, and their names in .msg files. IDL's octet is ROS 2's byte.
@@ -15,9 +18,6 @@ BASIC = {"int8": (2, "int8"), "uint8": (3, "uint8"), "int16": (4, "int16"), "uin
          "int64": (8, "int64"), "uint64": (9, "uint64"), "float": (10, "float32"), "double": (11, "float64"), "boolean": (15, "bool"),
          "octet": (16, "byte"), "string": (17, "string")}
 ARRAY, BOUNDED_SEQUENCE, SEQUENCE = 48, 96, 144  # added to the type of one element
-
-TOKEN = re.compile(r'\s+|//[^\n]*|#[^\n]*|(?P<word>[A-Za-z_][\w:]*|\d+|[{}<>\[\];,])')
-
 
 class Field:
     def __init__(self, name, element, string_capacity, shape, capacity):
@@ -36,75 +36,28 @@ class Field:
         return element + {0: "", ARRAY: f"[{self.capacity}]", BOUNDED_SEQUENCE: f"[<={self.capacity}]", SEQUENCE: "[]"}[self.shape] + " " + self.name
 
 
-class Reader:
-    """Reads the part of IDL that these files use: modules, structs, basic types, strings, sequences and arrays. Throws ValueError with file and line."""
-
-    def __init__(self, path):
-        self.path, self.words, at, text = path, [], 0, Path(path).read_text()
-        while at < len(text):
-            found = TOKEN.match(text, at)
-            line = text.count("\n", 0, at) + 1
-            if not found:
-                raise ValueError(f"{path}:{line}: unexpected character '{text[at]}'")
-            if found["word"]:
-                self.words.append((found["word"], line))
-            at = found.end()
-
-    def next(self, *allowed):
-        word, line = self.words.pop(0) if self.words else ("the end", 0)
-        if allowed and word not in allowed:
-            raise ValueError(f"{self.path}:{line}: found '{word}'; allowed: {', '.join(allowed)}")
+def ros_name(word, package):
+    """Header_, std_msgs::msg::dds_::Header_ → std_msgs/msg/Header; basic types as they are."""
+    if word in BASIC:
         return word
+    return (word.replace("::dds_::", "/").replace("::", "/") if "::" in word else f"{package}/msg/{word}").removesuffix("_")
 
-    def read(self):
-        """{type name: its fields}, in the file's order."""
-        types = {}
-        while self.words:
-            self.next("module")
-            package = self.next()
-            for word in ("{", "module", "msg", "{", "module", "dds_", "{"):
-                self.next(word)
-            while self.next("struct", "}") == "struct":
-                name = f"{package}/msg/{self.next().removesuffix('_')}"
-                self.next("{")
-                types[name] = self.fields(package)
-                self.next(";")
-            for word in (";", "}", ";", "}", ";"):
-                self.next(word)
-        return types
 
-    def fields(self, package):
-        fields = []
-        while (word := self.next()) != "}":
-            shape, capacity = 0, 0
-            if word == "sequence":
-                self.next("<")
-                element, string_capacity = self.element(self.next(), package)
-                shape = SEQUENCE
-                if self.next(",", ">") == ",":
-                    shape, capacity = BOUNDED_SEQUENCE, int(self.next())
-                    self.next(">")
-            else:
-                element, string_capacity = self.element(word, package)
-            name = self.next()
-            if self.next(";", "[") == "[":
-                shape, capacity = ARRAY, int(self.next())
-                self.next("]")
-                self.next(";")
-            fields.append(Field(name, element, string_capacity, shape, capacity))
-        return fields
-
-    def element(self, word, package):
-        if word == "string" and self.words[0][0] == "<":
-            self.next("<")
-            capacity = int(self.next())
-            self.next(">")
-            return word, capacity
-        if word in BASIC:
-            return word, 0
-        if "::" in word:
-            return word.replace("::dds_::", "/").replace("::", "/").removesuffix("_"), 0
-        return f"{package}/msg/{word.removesuffix('_')}", 0
+def read(path):
+    """{type name: its fields} of a file, in its order; raises IdlError with file and line."""
+    types = {}
+    for struct in idl_reader.Reader(path).read().structs:
+        package = struct.module[0]
+        if struct.module != (package, "msg", "dds_"):
+            raise idl_reader.IdlError(f"{struct.place}: modules {'::'.join(struct.module)}; allowed: PACKAGE::msg::dds_")
+        fields = types[f"{package}/msg/{struct.name.removesuffix('_')}"] = []
+        for member in struct.members:
+            shape, capacity = (ARRAY, member.count) if member.count else (0, 0)
+            if member.type == "sequence":
+                shape, capacity = (BOUNDED_SEQUENCE, member.bound) if member.bound else (SEQUENCE, 0)
+            element = ros_name(member.element or member.type, package)
+            fields.append(Field(member.name, element, member.bound if member.type == "string" else 0, shape, capacity))
+    return types
 
 
 def referenced(name, types):
@@ -147,7 +100,7 @@ def main(arguments):
         return 2
     types = {}
     for path in arguments:
-        types.update(Reader(path).read())
+        types.update(read(path))
     if out:
         Path(out).write_text(header(types))
     else:

@@ -134,6 +134,8 @@ class GuardedTransport final : public fast_dds::MessageTransport {
       for (std::size_t i = 0; i < memory.facts.participant_count; ++i)
         descriptor_.announcements->note(memory.facts.participants[i], now);
     }
+    if (descriptor_.gaps != nullptr)
+      descriptor_.gaps->note({memory.facts.discovery.data(), memory.facts.discovery_count}, now);
     if (descriptor_.leases != nullptr) {
       for (std::size_t i = 0; i < memory.facts.participant_count; ++i) {
         const wire::ParticipantFact& fact = memory.facts.participants[i];

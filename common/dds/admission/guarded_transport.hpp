@@ -5,6 +5,7 @@
 #include "common/dds/admission/bans.hpp"
 #include "common/dds/admission/refused_datagrams.hpp"
 #include "common/dds/arbitration/announcements.hpp"
+#include "common/dds/arbitration/discovery_gaps.hpp"
 #include "common/dds/endpoints/outbox.hpp"
 #include "common/dds/recovery/lease_monitor.hpp"
 #include "common/wire/guard.hpp"
@@ -37,6 +38,7 @@ struct GuardedTransportDescriptor : fast_dds::rtps::ChainingTransportDescriptor 
   std::shared_ptr<Outbox> outbox = std::make_shared<Outbox>();
   std::shared_ptr<Bans> bans = std::make_shared<Bans>();
   std::shared_ptr<Announcements> announcements;  ///< null: nobody asks for them
+  std::shared_ptr<DiscoveryGaps> gaps;           ///< null: nobody asks for them
   std::shared_ptr<LeaseMonitor> leases;          ///< null: Fast DDS judges leases
 };
 

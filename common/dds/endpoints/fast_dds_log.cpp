@@ -2,6 +2,7 @@
 
 #include <spdlog/spdlog.h>
 
+#include <cstdlib>
 #include <fastdds/dds/log/Log.hpp>
 #include <memory>
 #include <mutex>
@@ -30,10 +31,13 @@ class Consumer final : public LogConsumer {
 void take_over_fast_dds_log() {
   static std::once_flag once;
   std::call_once(once, [] {
+    spdlog::default_logger();     // made before the handler below is registered, it ends after it
     with_dds_threads(false, [] {  // Fast DDS starts its log thread here
       Log::ClearConsumers();
       Log::RegisterConsumer(std::make_unique<Consumer>());
     });
+    // That thread goes on while the process ends: it must not use a log that is gone.
+    std::atexit([] { Log::ClearConsumers(); });
   });
 }
 

@@ -73,10 +73,14 @@ enum class Joins { kNow, kNever };
 
 // Creates every participant of the process, one at a time: whether a participant joins is a setting of the
 // factory, which all threads share. Returns null if Fast DDS refuses.
+// Samples between participants of one process take the transport: delivered by call, an announcement can
+// reach a reader that its participant has destroyed, which ends the process (Fast DDS pull request 5034).
 edds::DomainParticipant* make_participant(int domain, const edds::DomainParticipantQos& qos,
                                           edds::DomainParticipantListener* listener, Joins joins) {
   static std::mutex mutex;
   const std::lock_guard lock(mutex);
+  static const bool by_transport = (fast_dds::deliver_by_transport(), true);
+  (void)by_transport;
   auto* factory = edds::DomainParticipantFactory::get_instance();
   edds::DomainParticipantFactoryQos before;
   factory->get_qos(before);
@@ -167,9 +171,9 @@ Participant::Participant(const std::string& component, const core::NetworkOption
   impl_->outbox = transport->outbox;
   impl_->bans = transport->bans;
   if (network.discovery_servers.empty()) {  // with discovery servers, a peer's end is reported by others
-    discovery = impl_->readmission =
-        std::make_shared<RediscoveryManager>(component, !network.security.empty(), transport->outbox,
-                                             transport->announcements, transport->leases, discovery);
+    discovery = impl_->readmission = std::make_shared<RediscoveryManager>(
+        component, !network.security.empty(), transport->outbox, transport->announcements, transport->gaps,
+        transport->leases, discovery);
   }
   impl_->model_label = network.model_label;
   if (!network.security.empty()) impl_->documents_end = dds::documents_end(network.security, component);
@@ -228,6 +232,10 @@ void Participant::suspend(const GuidPrefix& other) {
 }
 const std::optional<DocumentsEnd>& Participant::documents_end() const { return impl_->documents_end; }
 bool Participant::resume() { return impl_->bans->resume(); }
+
+std::string Participant::half_known_peer() const {
+  return impl_->readmission ? impl_->readmission->half_known() : "";
+}
 
 std::uint64_t Participant::forgotten() const {
   return impl_->outbox->forgotten() + impl_->bans->forgotten() +

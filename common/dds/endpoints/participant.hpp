@@ -57,6 +57,10 @@ class Participant {
   void suspend(const GuidPrefix& other);
   /// Takes again from everybody that refuse_for_now() named; returns whether there was anybody. Thread-safe.
   bool resume();
+  /// Returns a sentence about a component of whose readers and writers some do not become known: mostly, the
+  /// network drops fragments of IP. Empty if there is none; on a secured site, where the handshake fails
+  /// first and is logged; and with discovery servers. Thread-safe.
+  std::string half_known_peer() const;
   /// Returns how many addresses of peers, lost peers and bans were forgotten for others: 0, unless there are
   /// very many or somebody invents them. Thread-safe.
   std::uint64_t forgotten() const;

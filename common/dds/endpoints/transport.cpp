@@ -72,6 +72,8 @@ std::shared_ptr<GuardedTransportDescriptor> transport_of(const core::NetworkOpti
   guarded->guard.crashes_on_interleaved_fragments = fast_dds::kEndsByMixedSamples;
   guarded->guard.receiver.asks_for_types = asks_for_types;
   guarded->guard.relayed = !network.discovery_servers.empty();
+  if (!guarded->guard.relayed && !guarded->guard.receiver.secured)
+    guarded->gaps = std::make_shared<DiscoveryGaps>();
   // Servers judge the leases of those whom they announce.
   if (!guarded->guard.relayed && !guarded->guard.forgets_by_silence) {
     guarded->guard.receiver.unchecked_leases = true;

@@ -1,5 +1,6 @@
 #include "common/dds/recovery/rediscovery_manager.hpp"
 
+#include <spdlog/fmt/fmt.h>
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
@@ -18,6 +19,7 @@ namespace {
 namespace rtps = fast_dds::rtps;
 
 constexpr std::chrono::seconds kLookPeriod{1};
+constexpr core::Nanoseconds kHalfKnownLogPeriod_ns = 60 * core::kNsPerSecond;
 
 rtps::Locator_t locator_of(const wire::Source& address) {
   rtps::Locator_t locator(LOCATOR_KIND_UDPv4, address.port);
@@ -32,12 +34,14 @@ rtps::Locator_t locator_of(const wire::Source& address) {
 
 RediscoveryManager::RediscoveryManager(std::string component, bool secured, std::shared_ptr<Outbox> outbox,
                                        std::shared_ptr<Announcements> announcements,
+                                       std::shared_ptr<DiscoveryGaps> gaps,
                                        std::shared_ptr<LeaseMonitor> leases,
                                        std::shared_ptr<DiscoveryEvents> next)
     : component_(std::move(component)),
       secured_(secured),
       outbox_(std::move(outbox)),
       announcements_(std::move(announcements)),
+      gaps_(std::move(gaps)),
       leases_(std::move(leases)),
       next_(std::move(next)),
       ends_(secured ? EndpointLossMonitor::kPatienceIfSecured : EndpointLossMonitor::kPatience) {}
@@ -74,6 +78,31 @@ std::uint64_t RediscoveryManager::forgotten() const {
   return ends_.forgotten();
 }
 
+std::string RediscoveryManager::half_known() const {
+  if (!gaps_) return "";
+  const core::Nanoseconds now = core::monotonic_ns();
+  const auto incomplete = gaps_->incomplete(now - kHalfKnown);
+  if (incomplete.empty()) return "";
+  const std::lock_guard lock(mutex_);
+  for (const DiscoveryGaps::Incomplete& one : incomplete) {
+    const auto peer = peers_.find(one.participant);
+    if (peer == peers_.end()) continue;
+    return fmt::format(
+        "some readers and writers of {} at {} have not become known for {:.0f} s: a firewall or tunnel may "
+        "drop IP fragments; phantom-doctor tries it",
+        peer->second.name, address_of(peer->second), core::seconds(now - one.since));
+  }
+  return "";
+}
+
+void RediscoveryManager::log_half_known(core::Nanoseconds now) {
+  if (now < half_known_quiet_until_ns_) return;
+  const std::string sentence = half_known();
+  if (sentence.empty()) return;
+  spdlog::warn("{}: {}", component_, sentence);
+  half_known_quiet_until_ns_ = now + kHalfKnownLogPeriod_ns;
+}
+
 void RediscoveryManager::on_participant(const FoundParticipant& participant) {
   leases_ ? take(leases_->judged(participant)) : take(participant);
 }
@@ -98,6 +127,7 @@ void RediscoveryManager::take(const FoundParticipant& participant) {
         ends_.discovered(prefix, now);
       }
     } else if (participant.event != Discovered::kChanged) {
+      if (gaps_) gaps_->forget(prefix);
       bool gone = ends_.left(prefix, now);
       if (secured_ && (gone || !announcements_)) gone = handshakes_.left(prefix, now);
       if (gone) peers_.erase(prefix);
@@ -181,15 +211,18 @@ void RediscoveryManager::run() {
     };
     for (const auto& attempt : handshakes) restart(attempt, known(attempt.peer));
     for (const auto& attempt : ends) restart(attempt, known(attempt.peer));
+    log_half_known(now);
     lock.lock();
   }
 }
 
+std::string RediscoveryManager::address_of(const Peer& peer) {
+  return peer.addresses.empty() ? "unknown" : rtps::IPLocator::ip_to_string(*peer.addresses.begin());
+}
+
 std::string RediscoveryManager::take_leave(const GuidPrefix& peer, const Peer& known) const {
-  const std::string address =
-      known.addresses.empty() ? "unknown" : rtps::IPLocator::ip_to_string(*known.addresses.begin());
   outbox_->put(departure(own_, peer, kDepartureSequence), known.addresses);
-  return (known.name.empty() ? "somebody" : known.name) + " at " + address;
+  return (known.name.empty() ? "somebody" : known.name) + " at " + address_of(known);
 }
 
 void RediscoveryManager::restart(const HandshakeWatch::Attempt& attempt, const Peer& peer) const {
@@ -197,7 +230,7 @@ void RediscoveryManager::restart(const HandshakeWatch::Attempt& attempt, const P
   spdlog::warn(
       "{}: {} announces itself, but has not authenticated for {:.0f} s; "
       "restarting its handshake (attempt {}). It is ignored until that succeeds; "
-      "if this repeats, check its documents.",
+      "if this repeats, check its documents, and by phantom-doctor whether IP fragments pass.",
       component_, who, core::seconds(attempt.waited_ns), attempt.number);
 }
 

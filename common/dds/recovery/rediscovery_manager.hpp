@@ -11,6 +11,7 @@
 #include "common/dds/admission/handshake_watch.hpp"
 #include "common/dds/arbitration/announcements.hpp"
 #include "common/dds/arbitration/discovery.hpp"
+#include "common/dds/arbitration/discovery_gaps.hpp"
 #include "common/dds/arbitration/endpoint_loss_monitor.hpp"
 #include "common/dds/endpoints/outbox.hpp"
 #include "common/dds/recovery/lease_monitor.hpp"
@@ -39,10 +40,10 @@ namespace phantom::dds {
 /// Private to common/dds. It passes every event on to `next`.
 class RediscoveryManager : public DiscoveryEvents {
  public:
-  /// `outbox`, `announcements`, `leases`: of the participant's transport.
+  /// `outbox`, `announcements`, `gaps`, `leases`: of the participant's transport.
   RediscoveryManager(std::string component, bool secured, std::shared_ptr<Outbox> outbox,
-                     std::shared_ptr<Announcements> announcements, std::shared_ptr<LeaseMonitor> leases,
-                     std::shared_ptr<DiscoveryEvents> next);
+                     std::shared_ptr<Announcements> announcements, std::shared_ptr<DiscoveryGaps> gaps,
+                     std::shared_ptr<LeaseMonitor> leases, std::shared_ptr<DiscoveryEvents> next);
   ~RediscoveryManager() override;
   /// Starts the thread. Call it once, with the participant's own GUID, when the participant has been created.
   void start(const fast_dds::rtps::GUID_t& own);
@@ -51,6 +52,10 @@ class RediscoveryManager : public DiscoveryEvents {
   /// Takes leave of `peer`, so that it forgets this participant, too, and both know nothing of each other
   /// when they meet again. Thread-safe.
   void leave(const GuidPrefix& peer);
+  /// Returns a sentence about a component of whose readers and writers some have been missing for
+  /// kHalfKnown; empty if there is none. Thread-safe.
+  std::string half_known() const;
+  static constexpr core::Nanoseconds kHalfKnown = 12 * core::kNsPerSecond;
   /// Returns how many lost participants were forgotten for others. Thread-safe.
   std::uint64_t forgotten() const;
 
@@ -64,9 +69,11 @@ class RediscoveryManager : public DiscoveryEvents {
     fast_dds::rtps::LocatorList_t addresses;  // UDP, where it listens for announcements
     bool reported = true;                     // by Fast DDS; else it was seen to announce itself
   };
+  static std::string address_of(const Peer& peer);
   static Peer at(const wire::Source& listens);
   void take(const FoundParticipant& participant);
   void run();
+  void log_half_known(core::Nanoseconds now);
   void admit(const GuidPrefix& prefix, core::Nanoseconds now);
   void look_at_announcements(core::Nanoseconds now);
   /// Sends the departure message to `peer`. Returns the peer's name and address, for a log message.
@@ -78,6 +85,7 @@ class RediscoveryManager : public DiscoveryEvents {
   const bool secured_;
   const std::shared_ptr<Outbox> outbox_;
   const std::shared_ptr<Announcements> announcements_;  // null: Fast DDS reports who announces itself
+  const std::shared_ptr<DiscoveryGaps> gaps_;           // null: not seen
   const std::shared_ptr<LeaseMonitor> leases_;          // null: Fast DDS judges leases
   const std::shared_ptr<DiscoveryEvents> next_;
   mutable std::mutex mutex_;
@@ -86,7 +94,8 @@ class RediscoveryManager : public DiscoveryEvents {
   HandshakeWatch handshakes_;
   EndpointLossMonitor ends_;
   std::map<GuidPrefix, Peer> peers_;
-  GuidPrefix own_{};  // set by start()
+  core::Nanoseconds half_known_quiet_until_ns_ = 0;  // the thread's
+  GuidPrefix own_{};                                 // set by start()
   std::thread thread_;
 };
 

@@ -14,7 +14,6 @@
 #include "common/dds/endpoints/endpoint.hpp"
 #include "common/dds/endpoints/stamp.hpp"
 #include "common/dds/tests/test_network.hpp"
-#include "fast_dds/participants.hpp"
 #include "fast_dds/threads.hpp"
 
 namespace phantom::dds {
@@ -60,8 +59,6 @@ bool permitted() {
 }
 
 core::NetworkOptions network(int servo_priority) {
-  // As between processes: else a writer calls the readers of its own process itself.
-  fast_dds::deliver_by_transport();
   auto made = test_network();
   made.servo_priority = servo_priority;
   return made;

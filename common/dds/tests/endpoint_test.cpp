@@ -2,8 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <fastdds/dds/publisher/DataWriter.hpp>
 #include <map>
+#include <memory>
+#include <thread>
 #include <vector>
 
 #include "common/dds/endpoints/participant_impl.hpp"
@@ -132,6 +135,22 @@ TEST(Endpoint, AMismatchingQosIsCountedAtBothEndsAndNothingFlows) {
   msg::Percept sample;
   foreign->write(&sample);
   publisher->delete_datawriter(foreign);
+}
+
+// As a process ends while it still finds others: what it announces must not reach a participant that it has
+// just destroyed.
+TEST(Endpoint, MayEndRightAfterAnotherParticipantOfItsProcess) {
+  const auto ignore = [](const msg::SlaveState&, const SampleInfo&) {};
+  for (int time = 0; time < 100; ++time) {
+    Participant stays("stays", test_network());
+    auto goes = std::make_unique<Participant>("goes", test_network());
+    std::vector<std::unique_ptr<Reader<msg::SlaveState>>> readers;
+    for (int i = 0; i < 3; ++i)
+      readers.push_back(std::make_unique<Reader<msg::SlaveState>>(stays, kSlaveState, ignore));
+    std::this_thread::sleep_for(std::chrono::microseconds(200 * time));
+    goes.reset();
+    readers.clear();
+  }
 }
 
 }  // namespace

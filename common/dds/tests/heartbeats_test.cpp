@@ -23,7 +23,6 @@ namespace edds = eprosima::fastdds::dds;
 TEST(Heartbeats, AreNotSentWithEachBrickToALateJoiner) {
   constexpr int kBricks = 500, kLateJoiners = 3;
   constexpr std::size_t kBytes = 12000;  // 6 MB for each who joins
-  fast_dds::deliver_by_transport();
   const core::NetworkOptions network = test_network();
   const Participant loads_profiles("profiles", network);
 

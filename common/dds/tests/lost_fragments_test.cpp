@@ -41,7 +41,6 @@ test::MessageFilter losing_last_fragments(const std::atomic<bool>& losing) {
 class LostFragments : public ::testing::TestWithParam<int> {};
 
 TEST_P(LostFragments, CostTheirSampleAlone) {
-  fast_dds::deliver_by_transport();
   const core::NetworkOptions network = test_network();
   Participant participant("reads", network);
   const TopicSpec<msg::ViewPicture> topic{{"pictures_of_others",

@@ -28,7 +28,14 @@ using test::replaced;
 using testing::AllOf;
 using testing::HasSubstr;
 
-std::string shipped_profiles() { return test::text_of(PHANTOM_SOURCE_DIR "/deploy/qos/phantom.xml"); }
+/// A site's file with one profile.
+std::string overrides(const std::string& profile) {
+  return "<dds><profiles>" + profile + "</profiles></dds>";
+}
+/// One that sets an element of the QoS of master_state's writers.
+std::string of_master(const std::string& element) {
+  return overrides("<data_writer profile_name=\"master_state\"><qos>" + element + "</qos></data_writer>");
+}
 
 // Fast DDS keeps profiles for a process's life, so every case runs in a process of its own: a death test that
 // exits with the message.
@@ -53,11 +60,10 @@ void expect_refused(const std::string& profiles, const testing::Matcher<const st
 
 TEST(Qos, ShippedProfilesKeepEveryTopicsContract) {
   EXPECT_NO_THROW(check_qos_profiles(PHANTOM_SOURCE_DIR "/deploy/qos/phantom.xml"));
-  EXPECT_EQ(all_topics().size(), 29u);
 }
 
 TEST(Qos, ProfilesMayNameTimesAsEitherVersionDoes) {
-  const std::string shipped = shipped_profiles();
+  const std::string shipped = default_profiles();
   std::string renamed = shipped;
   for (const auto& [camel_case, snake_case] :
        {std::pair("heartbeatPeriod>", "heartbeat_period>"),
@@ -68,6 +74,7 @@ TEST(Qos, ProfilesMayNameTimesAsEitherVersionDoes) {
     renamed = test::all_replaced(renamed, camel_case, snake_case);
   ASSERT_NE(renamed, shipped);
   EXPECT_EQ(with_names_of_this_version(renamed), with_names_of_this_version(shipped));
+  EXPECT_EQ(overridden_profiles("site.xml", renamed), overridden_profiles("site.xml", shipped));
 }
 
 // Fast DDS's own times would let who joins late wait for up to 0.1 s.
@@ -89,24 +96,51 @@ TEST(Qos, ShippedReadersAskForWhatTheyMissAtOnce) {
     ++reliable;
     EXPECT_TRUE(fast_dds::asks_at_once(qos)) << topic->name;
   }
-  EXPECT_EQ(reliable, 19);
+  EXPECT_GT(reliable, 0);
   participant->delete_contained_entities();
   factory->delete_participant(participant);
 }
 
+TEST(Qos, ASitesFileOverridesSingleElements) {
+  const std::string none = overridden_profiles("site.xml", overrides(""));
+  EXPECT_EQ(none, overridden_profiles("site.xml", default_profiles())) << "the defaults again change nothing";
+  const std::string changed = overridden_profiles(
+      "site.xml", overrides("<data_reader profile_name=\"mesh_chunk\"><topic><resourceLimitsQos>"
+                            "<max_samples>100000</max_samples></resourceLimitsQos></topic></data_reader>"));
+  EXPECT_EQ(changed, replaced(none, "<max_samples>49152</max_samples>", "<max_samples>100000</max_samples>"));
+  const std::string added = overridden_profiles(
+      "site.xml", overrides("<data_writer profile_name=\"percept\"><matchedSubscribersAllocation>"
+                            "<maximum>9</maximum></matchedSubscribersAllocation></data_writer>"));
+  EXPECT_THAT(added, HasSubstr("<maximum>9</maximum>"));
+}
+
 TEST(Qos, AProfileThatContradictsTheContractIsRefusedInWords) {
-  expect_refused(replaced(shipped_profiles(), "<nanosec>20000000</nanosec>", "<nanosec>30000000</nanosec>"),
+  expect_refused(of_master("<deadline><period><nanosec>30000000</nanosec></period></deadline>"),
                  AllOf(HasSubstr("'master_state' (data_writer)"), HasSubstr("deadline is 30 ms"),
                        HasSubstr("says 20 ms")));
-  expect_refused(replaced(shipped_profiles(), "BEST_EFFORT", "RELIABLE"),
+  expect_refused(of_master("<reliability><kind>RELIABLE</kind></reliability>"),
                  AllOf(HasSubstr("master_state"), HasSubstr("reliability is RELIABLE")));
-  expect_refused(replaced(shipped_profiles(), "<data_sharing><kind>OFF</kind></data_sharing>", ""),
+  expect_refused(of_master("<data_sharing><kind>AUTOMATIC</kind></data_sharing>"),
                  AllOf(HasSubstr("master_state"), HasSubstr("data sharing is on")));
 }
 
-TEST(Qos, AMissingProfileFileOrProfileIsRefused) {
-  expect_refused(replaced(shipped_profiles(), "profile_name=\"percept\"", "profile_name=\"precept\""),
-                 HasSubstr("no data_writer profile called 'percept'"));
+TEST(Qos, AFileThatNamesNoTopicOrIsNoneIsRefused) {
+  const auto refused = [](const std::string& text) {
+    try {
+      overridden_profiles("site.xml", text);
+      return std::string();
+    } catch (const DdsError& problem) {
+      return std::string(problem.what());
+    }
+  };
+  EXPECT_THAT(refused(overrides("\n<data_writer profile_name=\"precept\"/>")),
+              HasSubstr("site.xml:2: QoS profiles: no topic is called 'precept'"));
+  EXPECT_THAT(refused(overrides("<data_writer/>")), HasSubstr("no topic is called ''"));
+  EXPECT_THAT(refused(overrides("<participant/>")), HasSubstr("<participant>; allowed: <data_writer>"));
+  EXPECT_THAT(refused("<dds>\n<profiles>"), HasSubstr("site.xml:2: QoS profiles: no XML"));
+  EXPECT_THAT(refused("<dds/>"), HasSubstr("no element <profiles>"));
+  EXPECT_THAT(refused("<!-- -->"), HasSubstr("site.xml"));
+  EXPECT_THAT(refused(""), HasSubstr("no XML"));
   EXPECT_THROW(check_qos_profiles("/nowhere/phantom.xml"), core::MissingError);
 }
 
@@ -116,7 +150,7 @@ TEST(Qos, AFileThatWasRefusedIsReadAgain) {
       std::filesystem::temp_directory_path() / ("phantom_qos_again_" + std::to_string(getpid()) + ".xml");
   EXPECT_EXIT(
       {
-        std::ofstream(path) << replaced(shipped_profiles(), "<kind>BEST_EFFORT</kind>", "<kind>FAIR</kind>");
+        std::ofstream(path) << of_master("<reliability><kind>FAIR</kind></reliability>");
         for (int i = 0; i < 2; ++i) {
           try {
             check_qos_profiles(path);
@@ -125,7 +159,7 @@ TEST(Qos, AFileThatWasRefusedIsReadAgain) {
             std::cerr << problem.what() << "; ";
           }
         }
-        std::ofstream(path) << shipped_profiles();
+        std::ofstream(path) << overrides("");
         check_qos_profiles(path);
         std::_Exit(0);
       },

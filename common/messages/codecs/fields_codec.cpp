@@ -29,6 +29,14 @@ bool Decoder::in_range(const char* field, double value, double least, double mos
   return false;
 }
 
+bool Decoder::counts(const char* field, const char* unit, std::size_t count, std::size_t least,
+                     std::size_t most) {
+  if (count >= least && count <= most) return true;
+  refuse(least == 0 ? text(field, " has ", count, " ", unit, "; allowed: at most ", most)
+                    : text(field, " has ", count, " ", unit, "; allowed: ", least, " to ", most));
+  return false;
+}
+
 std::string Decoder::joint_text(const char* field, std::size_t joint) const {
   std::string name = text(field, "[", joint, "]");
   if (joint < arm_.joint_names.size()) name += " (" + arm_.joint_names[joint] + ")";
@@ -71,6 +79,17 @@ void Decoder::positions(const char* field, const core::JointArray& from, core::J
     refuse(text(joint_text(field, j), " is ", from[j], "; allowed: ", arm_.lower[j], " to ", arm_.upper[j],
                 " and ", 100.0 * robot::kLimitMarginShare, " % of that range beyond"));
   }
+}
+
+void Decoder::place(const char* field, const msg::Vector3& from, workspace::VoxelSize& to) {
+  Eigen::Vector3d sides_m;
+  place(field, from, sides_m);
+  to = workspace::VoxelSize(sides_m);
+}
+
+void Decoder::number(const char* field, double from, workspace::VoxelSize& to, double least, double most) {
+  in_range(field, from, least, most);
+  to = workspace::VoxelSize(from);
 }
 
 void Decoder::pose(const char* field, const msg::Pose& from, geometry::Pose& to) {

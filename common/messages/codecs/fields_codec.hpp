@@ -1,9 +1,10 @@
 #pragma once
 
-// The parts of a topic's codec. Each topic has one list of its fields,
+// The parts of a topic's codec. Each message has one list of its fields, which idl/contract.py makes from the
+// IDL,
 //
-//     constexpr auto kPercept = [](auto& codec, auto& message, auto& sample) {
-//       codec.number("speed_m_s", message.speed_m_s(), sample.speed_m_s, 0.0, 100.0);
+//     constexpr auto kPercept = [](auto& codec, auto& m, auto& s) {
+//       codec.number("speed_m_s", m.speed_m_s(), s.speed_m_s, 0.0, 100.0);
 //       …
 //     };
 //
@@ -11,8 +12,8 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <initializer_list>
 #include <limits>
-#include <span>
 #include <string>
 #include <type_traits>
 #include <utility>
@@ -26,6 +27,7 @@
 #include "common/geometry/pose.hpp"
 #include "common/messages/arm_bounds.hpp"
 #include "common/messages/received.hpp"
+#include "common/workspace/grid.hpp"
 
 namespace phantom::messages {
 
@@ -42,13 +44,13 @@ class Decoder {
 
   void stamp(const msg::Stamp& from, core::SampleId& to);
   void echo(const msg::Echo& from, core::SampleId& to) { to = dds::id_of(from); }
-  /// Reads an enumeration and checks it, because values arrive from the network unchecked. The list in the
-  /// IDL and `To` (or false, true) must have the same order.
+  /// Reads an enumeration of `count` values and checks it, because values arrive from the network unchecked.
+  /// The list in the IDL and `To` (or false, true) must have the same order (enumerators_agree()).
   template <class From, class To>
-  void enumeration(const char* field, const From& from, To& to, To last) {
+  void enumeration(const char* field, const From& from, To& to, int count) {
     static_assert(std::is_enum_v<From>);
     to = static_cast<To>(from);
-    in_range(field, static_cast<double>(from), 0.0, static_cast<double>(last));
+    in_range(field, static_cast<double>(from), 0.0, count - 1.0);
   }
   void joint_count(std::uint32_t from, std::uint32_t& to);
   void link(std::uint32_t from, std::uint32_t& to);
@@ -61,6 +63,7 @@ class Decoder {
   void place(const char* field, const msg::Vector3& from, To& to) {
     vector(field, from, to, kFarthest_m);
   }
+  void place(const char* field, const msg::Vector3& from, workspace::VoxelSize& to);
   /// Reads a vector whose coordinates are each within ± `most`.
   template <class To>
   void vector(const char* field, const msg::Vector3& from, To& to, double most) {
@@ -79,7 +82,10 @@ class Decoder {
     to = static_cast<To>(from);
     in_range(field, static_cast<double>(from), least, most);
   }
-  /// Reads a field that may have any value: a flag, a number of the whole range, a text.
+  /// Reads the edge of cubes.
+  void number(const char* field, double from, workspace::VoxelSize& to, double least, double most);
+  /// Reads a field that may have any value: a flag, a number of the whole range, a text. A span points into
+  /// the message.
   template <class From, class To>
   void any(const From& from, To& to) {
     if constexpr (requires { from.c_str(); }) {
@@ -88,11 +94,20 @@ class Decoder {
       to = from;
     }
   }
-  /// Makes `to` point into the message.
-  void octets(const std::vector<std::uint8_t>& from, std::span<const std::uint8_t>& to) { to = from; }
+  /// Reads a list of `least` to `most` numbers; `unit`: what they are, for the error. Copies nothing of a
+  /// message that is refused.
+  template <class From, class To>
+  void values(const char* field, const char* unit, const std::vector<From>& from, To& to, std::size_t least,
+              std::size_t most) {
+    if (counts(field, unit, from.size(), least, most) && why_.empty()) to = from;
+  }
   /// Reads a text that must not be cut, for example a name that identifies something.
   template <class From>
   void whole_text(const char*, const From& from, std::string& to) {
+    any(from, to);
+  }
+  template <class From>
+  void whole_or_empty(const char*, const From& from, std::string& to) {
     any(from, to);
   }
   /// Reads a name as whole_text() does. Refuses one that is not core::is_printable(), because names stand in
@@ -103,9 +118,11 @@ class Decoder {
     if (!core::is_printable(to))
       refuse(std::string(field) + " has control characters; allowed: one line of text");
   }
-  /// Reads a list into a vector or a bounded list, of which it reads as many items as there is room for.
+  /// Reads a list of at most `most` items into a vector or a bounded list.
   template <class From, class To, class Fields>
-  void list(const std::vector<From>& from, To& to, const Fields& fields, std::size_t = 0) {
+  void list(const char* field, const std::vector<From>& from, To& to, const Fields& fields,
+            std::size_t most) {
+    if (!counts(field, "items", from.size(), 0, most)) return;
     to.resize(from.size());
     for (std::size_t i = 0; i < to.size(); ++i) fields(*this, from[i], to[i]);
   }
@@ -119,6 +136,7 @@ class Decoder {
 
  private:
   bool in_range(const char* field, double value, double least, double most);
+  bool counts(const char* field, const char* unit, std::size_t count, std::size_t least, std::size_t most);
   Eigen::Matrix3d rotation(const char* field, const msg::Pose& from);
   std::string joint_text(const char* field, std::size_t joint) const;
 
@@ -134,7 +152,7 @@ class Encoder {
   void stamp(msg::Stamp& to, const core::SampleId& from);
   void echo(msg::Echo& to, const core::SampleId& from) { to = dds::echo_of(from); }
   template <class To, class From>
-  void enumeration(const char*, To& to, const From& from, From) {
+  void enumeration(const char*, To& to, const From& from, int) {
     to = static_cast<To>(from);
   }
   void joint_count(std::uint32_t& to, std::uint32_t from) { to = from; }
@@ -144,6 +162,9 @@ class Encoder {
   template <class From>
   void place(const char* field, msg::Vector3& to, const From& from) {
     vector(field, to, from, kFarthest_m);
+  }
+  void place(const char* field, msg::Vector3& to, const workspace::VoxelSize& from) {
+    place(field, to, from.sides_m());
   }
   template <class From>
   void vector(const char*, msg::Vector3& to, const From& from, double) {
@@ -158,13 +179,26 @@ class Encoder {
   void number(const char*, To& to, const From& from, double = 0.0, double = 0.0) {
     to = static_cast<To>(from);
   }
+  void number(const char*, double& to, const workspace::VoxelSize& from, double, double) {
+    to = from.reference_m();
+  }
   /// Cuts a text that is longer than the IDL allows.
   template <class To, class From>
   void any(To& to, const From& from) {
-    to = from;
+    if constexpr (std::is_assignable_v<To&, const From&>) {
+      to = from;
+    } else {
+      to.assign(from.begin(), from.end());
+    }
   }
-  void octets(std::vector<std::uint8_t>& to, std::span<const std::uint8_t> from) {
-    to.assign(from.begin(), from.end());
+  template <class To, class From>
+  void values(const char*, const char*, To& to, const From& from, std::size_t, std::size_t) {
+    any(to, from);
+  }
+  /// Leaves out a text that is longer than the IDL allows, for example an address, which would lead nowhere.
+  template <class To>
+  void whole_or_empty(const char*, To& to, const std::string& from) {
+    to = from.size() > To::max_size ? std::string() : from;
   }
   /// Throws core::ConfigError for a text that is longer than the IDL allows.
   template <class To>
@@ -180,7 +214,7 @@ class Encoder {
   }
   /// Leaves out the items beyond the `most` that the IDL allows.
   template <class To, class From, class Fields>
-  void list(std::vector<To>& to, const From& from, const Fields& fields, std::size_t most) {
+  void list(const char*, std::vector<To>& to, const From& from, const Fields& fields, std::size_t most) {
     to.resize(std::min(most, from.size()));
     for (std::size_t i = 0; i < to.size(); ++i) fields(*this, to[i], from[i]);
   }
@@ -194,18 +228,19 @@ core::Status decode(const Fields& fields, const Message& message, const ArmBound
   fields(decoder, message, sample);
   return decoder.result();
 }
-/// Returns the sample that a list of fields reads from a message, or why the message cannot be used.
-template <class Sample, class Fields, class Message>
-core::Expected<Sample> decoded(const Fields& fields, const Message& message, const ArmBounds& arm) {
-  Sample sample;
-  if (core::Status status = decode(fields, message, arm, sample); !status) return status;
-  return sample;
+/// Returns `status`, or what `refusal` says against a sample that could be decoded: why its fields do not fit
+/// together; empty if they do.
+template <class Sample, class Refusal>
+core::Status judged(core::Status status, const Sample& sample, const Refusal& refusal) {
+  if (!status) return status;
+  const std::string why = refusal(sample);
+  return why.empty() ? status : core::Status::invalid_argument(why);
 }
 /// Returns the sample that `read` reads from a message, or why the message cannot be used.
 template <class Sample, class Message>
-core::Expected<Sample> read_whole(const Message& message) {
+core::Expected<Sample> read_whole(const Message& message, const ArmBounds& arm) {
   Sample sample;
-  if (core::Status status = read(message, sample); !status) return status;
+  if (core::Status status = read(message, sample, arm); !status) return status;
   return sample;
 }
 template <class Message, class Fields, class Sample>
@@ -214,6 +249,15 @@ Message encoded(const Fields& fields, const Sample& sample) {
   Message message;
   fields(encoder, message, sample);
   return message;
+}
+
+/// Returns whether the enumerators of each pair travel as the same number.
+template <class InMessage, class InSample>
+constexpr bool enumerators_agree(std::initializer_list<std::pair<InMessage, InSample>> pairs) {
+  for (const auto& [a, b] : pairs) {
+    if (static_cast<int>(a) != static_cast<int>(b)) return false;
+  }
+  return true;
 }
 
 }  // namespace phantom::messages

@@ -14,7 +14,7 @@ core::Health told(ClockReport& report, std::optional<double> difference_s) {
 // Tries slave_io: its host's wall clock differs from the master's
 // Tries master_io: its host's wall clock differs from the slave's; from phantom_sensing's
 // Tries phantom_sensing: its host's wall clock differs from the slave's
-TEST(ClockReport, SaysBySecondsOrDaysWhoseClockIsAhead) {
+TEST(ClockReport, SR24_SaysBySecondsOrDaysWhoseClockIsAhead) {
   ClockReport report("master_io");
   const core::Health ahead = told(report, 5.04);
   EXPECT_EQ(ahead.message,

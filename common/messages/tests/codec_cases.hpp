@@ -34,9 +34,6 @@ inline core::JointArray by_joint(double step) {
   return values;
 }
 
-/// Returns whether two enumerators, or truth values, travel as the same number.
-constexpr bool same_number(auto a, auto b) { return static_cast<int>(a) == static_cast<int>(b); }
-
 template <class Sample>
 void expect_same_after_round_trip(const Sample& sample) {
   const auto back = from_idl(to_idl(sample), an_arm());

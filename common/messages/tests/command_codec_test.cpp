@@ -16,35 +16,7 @@ namespace {
 using teleop::CommandKind;
 using testing::HasSubstr;
 
-// Enumerations travel as numbers: both lists must count alike.
-static_assert(same_number(CommandKind::kEmergencyStop, msg::CommandKind::COMMAND_EMERGENCY_STOP));
-static_assert(same_number(CommandKind::kReset, msg::CommandKind::COMMAND_RESET));
-static_assert(same_number(CommandKind::kSetPerceptGain, msg::CommandKind::COMMAND_SET_PERCEPT_GAIN));
-static_assert(same_number(CommandKind::kSetFeedbackGain, msg::CommandKind::COMMAND_SET_FEEDBACK_GAIN));
-static_assert(same_number(CommandKind::kEnablePercept, msg::CommandKind::COMMAND_ENABLE_PERCEPT));
-static_assert(same_number(CommandKind::kViewHold, msg::CommandKind::COMMAND_VIEW_HOLD));
-static_assert(same_number(CommandKind::kViewNode, msg::CommandKind::COMMAND_VIEW_NODE));
-static_assert(same_number(CommandKind::kSetLaw, msg::CommandKind::COMMAND_SET_LAW));
-static_assert(same_number(CommandKind::kMark, msg::CommandKind::COMMAND_MARK));
-static_assert(same_number(CommandKind::kHome, msg::CommandKind::COMMAND_HOME));
-static_assert(same_number(CommandKind::kGripperWidth, msg::CommandKind::COMMAND_GRIPPER_WIDTH));
-static_assert(same_number(CommandKind::kGripperForce, msg::CommandKind::COMMAND_GRIPPER_FORCE));
-static_assert(same_number(CommandKind::kTareForceSensor, msg::CommandKind::COMMAND_TARE_FORCE_SENSOR));
-static_assert(same_number(CommandKind::kSetPercepts, msg::CommandKind::COMMAND_SET_PERCEPTS));
-static_assert(same_number(CommandKind::kCounterbalance, msg::CommandKind::COMMAND_COUNTERBALANCE));
 static_assert(teleop::kLastCommandKind == CommandKind::kCounterbalance);
-static_assert(same_number(SensingRequest::kAllowContact, msg::SensingRequest::SENSING_ALLOW_CONTACT));
-static_assert(same_number(SensingRequest::kForbidContact, msg::SensingRequest::SENSING_FORBID_CONTACT));
-static_assert(same_number(SensingRequest::kSelfTest, msg::SensingRequest::SENSING_SELF_TEST));
-static_assert(same_number(SensingRequest::kListContacts, msg::SensingRequest::SENSING_LIST_CONTACTS));
-static_assert(same_number(WorkspaceOperation::kAdd, msg::WorkspaceOperation::WORKSPACE_ADD));
-static_assert(same_number(WorkspaceOperation::kMove, msg::WorkspaceOperation::WORKSPACE_MOVE));
-static_assert(same_number(WorkspaceOperation::kRemove, msg::WorkspaceOperation::WORKSPACE_REMOVE));
-static_assert(same_number(WorkspaceOperation::kAttach, msg::WorkspaceOperation::WORKSPACE_ATTACH));
-static_assert(same_number(WorkspaceOperation::kRelease, msg::WorkspaceOperation::WORKSPACE_RELEASE));
-static_assert(same_number(WorkspaceOutcome::kAccepted, msg::WorkspaceOutcome::WORKSPACE_ACCEPTED));
-static_assert(same_number(WorkspaceOutcome::kDone, msg::WorkspaceOutcome::WORKSPACE_DONE));
-static_assert(same_number(WorkspaceOutcome::kRefused, msg::WorkspaceOutcome::WORKSPACE_REFUSED));
 
 constexpr core::SampleId kStamp{3, 4, 5}, kCommandStamp{6, 7, 8};
 
@@ -92,9 +64,6 @@ TEST(OperatorCommandCodec, ThereAndBackItIsTheSame) {
 TEST(OperatorCommandCodec, WhatCannotBeTrueIsRefused) {
   const Refusals<msg::OperatorCommand> refusal{to_idl(a_gain())};
   EXPECT_EQ(refusal([](auto&) {}), "");
-  EXPECT_THAT(refusal([](auto& m) { m.stamp().sequence_number(0); }), HasSubstr("sequence_number"));
-  EXPECT_EQ(refusal([](auto& m) { m.kind(static_cast<msg::CommandKind>(teleop::kCommandKinds)); }),
-            "kind is 15; allowed: 0 to 14");
   EXPECT_EQ(refusal([](auto& m) { m.joint(16); }), "joint is 16; allowed: -1 (all) to 15");
   EXPECT_EQ(refusal([](auto& m) { m.joint(-2); }), "joint is -2; allowed: -1 (all) to 15");
   const auto value = [&](msg::CommandKind kind, double number) {
@@ -143,9 +112,6 @@ TEST(OperatorReplyCodec, ThereAndBackItIsTheSameAndWhatCannotBeTrueIsRefused) {
   const OperatorReply reply{kStamp, kCommandStamp, "slave_io", CommandKind::kReset, true, "released"};
   expect_same_after_round_trip(reply);
   const Refusals<msg::OperatorReply> refusal{to_idl(reply)};
-  EXPECT_THAT(refusal([](auto& m) { m.stamp().sequence_number(0); }), HasSubstr("sequence_number"));
-  EXPECT_THAT(refusal([](auto& m) { m.kind(static_cast<msg::CommandKind>(teleop::kCommandKinds)); }),
-              HasSubstr("kind is 15"));
 }
 
 TEST(SensingCommandCodec, ThereAndBackItIsTheSame) {
@@ -163,14 +129,9 @@ TEST(SensingCommandCodec, ThereAndBackItIsTheSame) {
 TEST(SensingCommandCodec, WhatCannotBeTrueIsRefused) {
   const Refusals<msg::SensingCommand> refusal{to_idl(an_allowed_contact())};
   EXPECT_EQ(refusal([](auto&) {}), "");
-  EXPECT_THAT(refusal([](auto& m) { m.stamp().sequence_number(0); }), HasSubstr("sequence_number"));
-  EXPECT_EQ(refusal([](auto& m) { m.request(static_cast<msg::SensingRequest>(4)); }),
-            "request is 4; allowed: 0 to 3");
   EXPECT_EQ(refusal([](auto& m) { m.id(65535); }), "id is 65535; allowed: 0 to 65534");
   EXPECT_EQ(refusal([](auto& m) { m.duration_s(-1); }), "duration_s is -1; allowed: 0 to 86400");
   EXPECT_EQ(refusal([](auto& m) { m.duration_s(86401); }), "duration_s is 86401; allowed: 0 to 86400");
-  for (const double bad : kNoNumbers)
-    EXPECT_EQ(refusal([&](auto& m) { m.duration_s(bad); }), "duration_s is not finite");
   const auto no_object = [](auto& m) {
     m.object("");
     m.id(0);
@@ -188,8 +149,6 @@ TEST(SensingReplyCodec, ThereAndBackItIsTheSameAndWhatCannotBeTrueIsRefused) {
   const SensingReply reply{kStamp, kCommandStamp, "test", SensingRequest::kListContacts, true, "none"};
   expect_same_after_round_trip(reply);
   const Refusals<msg::SensingReply> refusal{to_idl(reply)};
-  EXPECT_THAT(refusal([](auto& m) { m.stamp().sequence_number(0); }), HasSubstr("sequence_number"));
-  EXPECT_THAT(refusal([](auto& m) { m.request(static_cast<msg::SensingRequest>(4)); }), HasSubstr("request"));
 }
 
 TEST(WorkspaceCommandCodec, ThereAndBackItIsTheSame) {
@@ -217,9 +176,6 @@ TEST(WorkspaceCommandCodec, ThereAndBackItIsTheSame) {
 TEST(WorkspaceCommandCodec, WhatCannotBeTrueIsRefused) {
   const Refusals<msg::WorkspaceCommand> refusal{to_idl(a_move())};
   EXPECT_EQ(refusal([](auto&) {}), "");
-  EXPECT_THAT(refusal([](auto& m) { m.stamp().sequence_number(0); }), HasSubstr("sequence_number"));
-  EXPECT_EQ(refusal([](auto& m) { m.operation(static_cast<msg::WorkspaceOperation>(5)); }),
-            "operation is 5; allowed: 0 to 4");
   EXPECT_EQ(refusal([](auto& m) { m.id(65535); }), "id is 65535; allowed: 0 to 65534");
   EXPECT_EQ(refusal([](auto& m) { m.guard_vox(101); }), "guard_vox is 101; allowed: 0 to 100");
   EXPECT_EQ(refusal([](auto& m) {
@@ -230,8 +186,6 @@ TEST(WorkspaceCommandCodec, WhatCannotBeTrueIsRefused) {
       << "not used";
   EXPECT_THAT(refusal([](auto& m) { m.X_WO(msg::Pose()); }), HasSubstr("X_WO's quaternion has length 0"));
   EXPECT_THAT(refusal([](auto& m) { m.X_WO().qx(kNoNumbers[0]); }), HasSubstr("X_WO's quaternion"));
-  for (const double z_m : {kNoNumbers[0], kNoNumbers[1], 1e9})
-    EXPECT_THAT(refusal([&](auto& m) { m.X_WO().position_m().z(z_m); }), HasSubstr("X_WO.position_m"));
   EXPECT_THAT(refusal([](auto& m) {
                 m.object("");
                 m.id(0);
@@ -296,11 +250,6 @@ TEST(WorkspaceReplyCodec, ThereAndBackItIsTheSameAndWhatCannotBeTrueIsRefused) {
                              0.5};
   expect_same_after_round_trip(reply);
   const Refusals<msg::WorkspaceReply> refusal{to_idl(reply)};
-  EXPECT_THAT(refusal([](auto& m) { m.stamp().sequence_number(0); }), HasSubstr("sequence_number"));
-  EXPECT_THAT(refusal([](auto& m) { m.operation(static_cast<msg::WorkspaceOperation>(5)); }),
-              HasSubstr("operation is 5"));
-  EXPECT_THAT(refusal([](auto& m) { m.outcome(static_cast<msg::WorkspaceOutcome>(3)); }),
-              HasSubstr("outcome is 3"));
   EXPECT_THAT(refusal([](auto& m) { m.seconds(-1); }), HasSubstr("seconds is -1"));
 }
 

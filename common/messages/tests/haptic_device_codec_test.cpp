@@ -61,22 +61,6 @@ TEST(HapticDeviceCodec, TheMessageSaysItFieldByField) {
 
 TEST(HapticDeviceCodec, SR11_WhatCannotBeTrueIsRefused) {
   const Refusals<msg::HapticDevice> refusal{to_idl(a_device())};
-  for (const double bad : kNoNumbers) {
-    EXPECT_THAT(refusal([&](auto& m) { m.X_DH().position_m().x(bad); }), HasSubstr("X_DH is not finite"));
-    EXPECT_THAT(refusal([&](auto& m) { m.X_DH().qw(bad); }), HasSubstr("X_DH's quaternion"));
-    EXPECT_THAT(refusal([&](auto& m) { m.velocity_m_s().y(bad); }), HasSubstr("velocity_m_s"));
-    EXPECT_THAT(refusal([&](auto& m) { m.angular_velocity_rad_s().y(bad); }), HasSubstr("angular_velocity"));
-    EXPECT_THAT(refusal([&](auto& m) { m.grip_opening(bad); }), HasSubstr("grip_opening"));
-    EXPECT_THAT(refusal([&](auto& m) { m.max_force_N(bad); }), HasSubstr("max_force_N"));
-    EXPECT_THAT(refusal([&](auto& m) { m.max_moment_N_m(bad); }), HasSubstr("max_moment_N_m"));
-    EXPECT_THAT(refusal([&](auto& m) { m.mass_kg(bad); }), HasSubstr("mass_kg"));
-    EXPECT_THAT(refusal([&](auto& m) { m.inertia_kg_m2(bad); }), HasSubstr("inertia_kg_m2"));
-    EXPECT_THAT(refusal([&](auto& m) { m.workspace_m(bad); }), HasSubstr("workspace_m"));
-    EXPECT_THAT(refusal([&](auto& m) { m.workspace_rad(bad); }), HasSubstr("workspace_rad"));
-    EXPECT_THAT(refusal([&](auto& m) { m.period_s(bad); }), HasSubstr("period_s"));
-  }
-  EXPECT_EQ(refusal([](auto& m) { m.stamp().sequence_number(0); }),
-            "stamp.sequence_number is 0; allowed: 1 or more");
   EXPECT_THAT(refusal([](auto& m) { m.X_DH().qx(m.X_DH().qx() + 0.5); }), HasSubstr("quaternion has length"));
   EXPECT_EQ(refusal([](auto& m) { m.X_DH().position_m().z(11); }), "X_DH is 11; allowed: -10 to 10");
   EXPECT_EQ(refusal([](auto& m) { m.velocity_m_s().x(-10.5); }), "velocity_m_s is -10.5; allowed: -10 to 10");
@@ -122,16 +106,9 @@ TEST(HapticDeviceWrenchCodec, ThereAndBackItIsTheSameAndWhatCannotBeTrueIsRefuse
   EXPECT_EQ(refusal.good.force_N().y(), -2);
   EXPECT_EQ(refusal.good.moment_N_m().z(), -0.3);
   EXPECT_EQ(refusal.good.device_echo().monotonic_ns(), 2);
-  for (const double bad : kNoNumbers) {
-    EXPECT_THAT(refusal([&](auto& m) { m.force_N().x(bad); }), HasSubstr("force_N is not finite"));
-    EXPECT_THAT(refusal([&](auto& m) { m.moment_N_m().x(bad); }), HasSubstr("moment_N_m"));
-    EXPECT_THAT(refusal([&](auto& m) { m.time_to_live_s(bad); }), HasSubstr("time_to_live_s"));
-    EXPECT_THAT(refusal([&](auto& m) { m.fade_s(bad); }), HasSubstr("fade_s"));
-  }
   EXPECT_THAT(refusal([](auto& m) { m.force_N().z(1001); }), HasSubstr("-1000 to 1000"));
   EXPECT_THAT(refusal([](auto& m) { m.moment_N_m().z(-101); }), HasSubstr("-100 to 100"));
   EXPECT_THAT(refusal([](auto& m) { m.fade_s(0.0); }), HasSubstr("fade_s"));
-  EXPECT_THAT(refusal([](auto& m) { m.stamp().sequence_number(0); }), HasSubstr("sequence_number"));
 }
 
 TEST(HapticDeviceWrench, AWrenchThatIsNotRenewedFadesToNothing) {

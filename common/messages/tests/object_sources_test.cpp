@@ -53,6 +53,30 @@ TEST(ObjectSources, ASecondServersObjectsAreNotShownBesideTheFirsts) {
   EXPECT_EQ(sources.of(kThird).at(1).name, "vice") << "of one that is unknown";
 }
 
+// A server that is killed is present until its lease has run out; its successor commits before that, and
+// once.
+TEST(ObjectSources, WhatASuccessorCommittedMeanwhileIsInForceOnceTheServerHasGone) {
+  ObjectSources sources;
+  const auto carrying = [](std::uint64_t number, std::uint16_t id) {
+    WorkspaceVersion version;
+    version.description.version = number;
+    version.carried.push_back({.id = id, .arm = "arm", .frame = "tool"});
+    return version;
+  };
+  EXPECT_FALSE(sources.version());
+  EXPECT_FALSE(sources.server());
+  sources.take(kFirst, object(1, "vice"));
+  EXPECT_TRUE(sources.commit(kFirst, carrying(7, 1)).accepted);
+  sources.take(kSecond, object(2, "drum"));
+  EXPECT_FALSE(sources.commit(kSecond, carrying(3, 2)).accepted);
+  EXPECT_EQ(sources.carried().front().id, 1);
+  EXPECT_EQ(sources.server(), kFirst);
+  EXPECT_EQ(sources.gone(kFirst).size(), 2U);
+  EXPECT_EQ(sources.server(), kSecond);
+  EXPECT_EQ(sources.version()->description.version, 3U);
+  EXPECT_EQ(sources.carried().front().id, 2);
+}
+
 TEST(ObjectSources, WhoOnlyTalksGivesWayToWhoCommits) {
   ObjectSources sources;
   sources.take(kFirst, object(1, "ghost"));

@@ -14,14 +14,6 @@ namespace {
 using core::ComponentState;
 using testing::HasSubstr;
 
-// Enumerations travel as numbers: both lists must count alike.
-static_assert(same_number(ComponentState::kStarting, msg::ComponentState::COMPONENT_STARTING));
-static_assert(same_number(ComponentState::kReady, msg::ComponentState::COMPONENT_READY));
-static_assert(same_number(ComponentState::kRunning, msg::ComponentState::COMPONENT_RUNNING));
-static_assert(same_number(ComponentState::kDegraded, msg::ComponentState::COMPONENT_DEGRADED));
-static_assert(same_number(ComponentState::kStopped, msg::ComponentState::COMPONENT_STOPPED));
-static_assert(same_number(ComponentState::kFault, msg::ComponentState::COMPONENT_FAULT));
-
 ComponentStatus a_status() {
   ComponentStatus status;
   status.state = ComponentState::kDegraded;
@@ -79,20 +71,7 @@ TEST(ComponentStatusCodec, ThereAndBackItIsTheSame) {
 TEST(ComponentStatusCodec, WhatCannotBeTrueIsRefused) {
   const Refusals<msg::ComponentStatus> refusal{to_idl(a_status())};
   EXPECT_EQ(refusal([](auto&) {}), "");
-  EXPECT_THAT(refusal([](auto& m) { m.stamp().sequence_number(0); }), HasSubstr("sequence_number"));
   EXPECT_THAT(refusal([](auto& m) { m.component_name(""); }), HasSubstr("component_name is empty"));
-  EXPECT_EQ(refusal([](auto& m) { m.state(static_cast<msg::ComponentState>(6)); }),
-            "state is 6; allowed: 0 to 5");
-  for (const double bad : kNoNumbers) {
-    EXPECT_THAT(refusal([&](auto& m) { m.loops()[0].period_s(bad); }), HasSubstr("period_s"));
-    EXPECT_THAT(refusal([&](auto& m) { m.loops()[0].rate_hz(bad); }), HasSubstr("rate_hz"));
-    EXPECT_THAT(refusal([&](auto& m) { m.loops()[0].idle_s(bad); }), HasSubstr("idle_s"));
-    EXPECT_THAT(refusal([&](auto& m) { m.loops()[0].wakeup_p50_us(bad); }), HasSubstr("wakeup_p50_us"));
-    EXPECT_THAT(refusal([&](auto& m) { m.loops()[0].wakeup_p99_us(bad); }), HasSubstr("wakeup_p99_us"));
-    EXPECT_THAT(refusal([&](auto& m) { m.loops()[0].wakeup_max_us(bad); }), HasSubstr("wakeup_max_us"));
-    EXPECT_THAT(refusal([&](auto& m) { m.loops()[0].work_p50_us(bad); }), HasSubstr("work_p50_us"));
-    EXPECT_THAT(refusal([&](auto& m) { m.loops()[0].work_max_us(bad); }), HasSubstr("work_max_us"));
-  }
 }
 
 TEST(ComponentStatusCodec, WhatTheTopicCannotTakeIsLeftOut) {

@@ -13,25 +13,6 @@
 namespace phantom::messages {
 namespace {
 
-// Enumerations travel as numbers: both lists must count alike.
-static_assert(same_number(teleop::LinkState::kInit, msg::LinkState::LINK_INIT));
-static_assert(same_number(teleop::LinkState::kReady, msg::LinkState::LINK_READY));
-static_assert(same_number(teleop::LinkState::kAligned, msg::LinkState::LINK_ALIGNED));
-static_assert(same_number(teleop::LinkState::kCoupled, msg::LinkState::LINK_COUPLED));
-static_assert(same_number(teleop::LinkState::kDegraded, msg::LinkState::LINK_DEGRADED));
-static_assert(same_number(teleop::LinkState::kStopped, msg::LinkState::LINK_STOPPED));
-static_assert(same_number(teleop::Counterbalance::kNone, msg::Counterbalance::COUNTERBALANCE_NONE));
-static_assert(same_number(teleop::Counterbalance::kMechanical,
-                          msg::Counterbalance::COUNTERBALANCE_MECHANICAL));
-static_assert(same_number(teleop::Counterbalance::kAutomatic, msg::Counterbalance::COUNTERBALANCE_AUTOMATIC));
-static_assert(same_number(teleop::StopCause::kNone, msg::StopCause::STOP_NONE));
-static_assert(same_number(teleop::StopCause::kEmergency, msg::StopCause::STOP_EMERGENCY));
-static_assert(same_number(teleop::StopCause::kDriveFault, msg::StopCause::STOP_DRIVE_FAULT));
-static_assert(same_number(teleop::StopCause::kPartner, msg::StopCause::STOP_PARTNER));
-static_assert(same_number(teleop::BilateralLaw::kPf, msg::BilateralLaw::LAW_PF));
-static_assert(same_number(teleop::BilateralLaw::kPeff, msg::BilateralLaw::LAW_PEFF));
-static_assert(same_number(false, msg::ViewKind::VIEW_MAIN) && same_number(true, msg::ViewKind::VIEW_HIT));
-
 using testing::HasSubstr;
 
 SlaveState a_slave_state() {
@@ -176,15 +157,6 @@ TEST(SlaveStateCodec, SR11_WhatCannotBeTrueIsRefused) {
   const msg::SlaveState good = to_idl(a_slave_state());
   expect_side_is_checked(good);
   const Refusals<msg::SlaveState> refusal{good};
-  for (const double bad : kNoNumbers) {
-    EXPECT_THAT(refusal([&](auto& m) { m.loop_torque_Nm()[0] = bad; }), HasSubstr("loop_torque_Nm[0]"));
-    EXPECT_THAT(refusal([&](auto& m) { m.external_torque_Nm()[2] = bad; }),
-                HasSubstr("external_torque_Nm[2]"));
-    EXPECT_EQ(refusal([&](auto& m) { m.tool_speed_m_s(bad); }), "tool_speed_m_s is not finite");
-    EXPECT_EQ(refusal([&](auto& m) { m.clearance_m(bad); }), "clearance_m is not finite");
-    EXPECT_EQ(refusal([&](auto& m) { m.contact_force_N(bad); }), "contact_force_N is not finite");
-    EXPECT_EQ(refusal([&](auto& m) { m.contact_point_m().x(bad); }), "contact_point_m is not finite");
-  }
   EXPECT_EQ(refusal([](auto& m) { m.contact_point_m().x(1e9); }),
             "contact_point_m is 1e+09; allowed: -10000 to 10000");
 }
@@ -194,16 +166,7 @@ TEST(MasterStateCodec, SR11_WhatCannotBeTrueIsRefused) {
   const msg::MasterState good = to_idl(a_master_state());
   expect_side_is_checked(good);
   const Refusals<msg::MasterState> refusal{good};
-  for (const double bad : kNoNumbers) {
-    EXPECT_THAT(refusal([&](auto& m) { m.percept_torque_Nm()[3] = bad; }), HasSubstr("percept_torque_Nm[3]"));
-    EXPECT_THAT(refusal([&](auto& m) { m.feedback_torque_Nm()[0] = bad; }), HasSubstr("feedback_torque_Nm"));
-    EXPECT_THAT(refusal([&](auto& m) { m.operator_torque_Nm()[6] = bad; }), HasSubstr("operator_torque_Nm"));
-    EXPECT_THAT(refusal([&](auto& m) { m.percept_gain(bad); }), HasSubstr("percept_gain"));
-    EXPECT_THAT(refusal([&](auto& m) { m.feedback_gain(bad); }), HasSubstr("feedback_gain"));
-    EXPECT_THAT(refusal([&](auto& m) { m.round_trip_s(bad); }), HasSubstr("round_trip_s"));
-  }
   EXPECT_EQ(refusal([](auto& m) { m.percept_gain(-0.1); }), "percept_gain is -0.1; allowed: 0 or more");
-  EXPECT_EQ(refusal([](auto& m) { m.law(static_cast<msg::BilateralLaw>(5)); }), "law is 5; allowed: 0 to 4");
   EXPECT_EQ(refusal([](auto& m) { m.round_trip_s(-1); }), "");
 }
 
@@ -227,16 +190,6 @@ TEST(GripperStateCodec, ThereAndBackItIsTheSameAndWhatCannotBeTrueIsRefused) {
   ASSERT_TRUE(back) << back.status().message();
   EXPECT_EQ(to_idl(*back), good);
   const Refusals<msg::GripperState> refusal{good};
-  for (const double bad : kNoNumbers) {
-    EXPECT_THAT(refusal([&](auto& m) { m.width_m(bad); }), HasSubstr("width_m is not finite"));
-    EXPECT_THAT(refusal([&](auto& m) { m.velocity_m_s(bad); }), HasSubstr("velocity_m_s is not finite"));
-    EXPECT_THAT(refusal([&](auto& m) { m.force_N(bad); }), HasSubstr("force_N is not finite"));
-    EXPECT_THAT(refusal([&](auto& m) { m.requested_width_m(bad); }), HasSubstr("requested_width_m"));
-    EXPECT_THAT(refusal([&](auto& m) { m.requested_force_N(bad); }), HasSubstr("requested_force_N"));
-    EXPECT_THAT(refusal([&](auto& m) { m.widest_m(bad); }), HasSubstr("widest_m"));
-    EXPECT_THAT(refusal([&](auto& m) { m.least_force_N(bad); }), HasSubstr("least_force_N"));
-    EXPECT_THAT(refusal([&](auto& m) { m.greatest_force_N(bad); }), HasSubstr("greatest_force_N"));
-  }
   EXPECT_EQ(refusal([](auto& m) { m.width_m(1.02); }), "width_m is 1.02; allowed: -0.01 to 1.01");
   EXPECT_EQ(refusal([](auto& m) { m.width_m(-0.02); }), "width_m is -0.02; allowed: -0.01 to 1.01");
   EXPECT_THAT(refusal([](auto& m) { m.requested_width_m(-0.001); }), HasSubstr("requested_width_m"));
@@ -245,7 +198,6 @@ TEST(GripperStateCodec, ThereAndBackItIsTheSameAndWhatCannotBeTrueIsRefused) {
   EXPECT_THAT(refusal([](auto& m) { m.requested_force_N(0.0); }), HasSubstr("requested_force_N"));
   EXPECT_THAT(refusal([](auto& m) { m.least_force_N(0.0); }), HasSubstr("least_force_N"));
   EXPECT_THAT(refusal([](auto& m) { m.greatest_force_N(20'000.0); }), HasSubstr("greatest_force_N"));
-  EXPECT_THAT(refusal([](auto& m) { m.stamp().sequence_number(0); }), HasSubstr("sequence_number"));
 }
 
 TEST(WristWrenchCodec, SR11_ThereAndBackItIsTheSameAndWhatIsNoWrenchIsRefused) {
@@ -256,13 +208,8 @@ TEST(WristWrenchCodec, SR11_ThereAndBackItIsTheSameAndWhatIsNoWrenchIsRefused) {
   EXPECT_EQ(good.force_N().y(), -2.0);
   EXPECT_EQ(good.torque_Nm().x(), -4.0);
   const Refusals<msg::WristWrench> refusal{good};
-  for (const double bad : kNoNumbers) {
-    EXPECT_EQ(refusal([&](auto& m) { m.force_N().z(bad); }), "force_N is not finite");
-    EXPECT_EQ(refusal([&](auto& m) { m.torque_Nm().x(bad); }), "torque_Nm is not finite");
-  }
   EXPECT_EQ(refusal([](auto& m) { m.force_N().x(-2e6); }), "force_N is -2e+06; allowed: -1e+06 to 1e+06");
   EXPECT_THAT(refusal([](auto& m) { m.torque_Nm().y(2e6); }), HasSubstr("torque_Nm"));
-  EXPECT_THAT(refusal([](auto& m) { m.stamp().sequence_number(0); }), HasSubstr("sequence_number"));
   const test::HeapGuard guard;
   EXPECT_TRUE(from_idl(good).has_value());
 }
@@ -292,18 +239,14 @@ TEST(ViewPoseCodec, ThereAndBackItIsTheSameAndWhatIsNoPoseIsRefused) {
               HasSubstr("X_WC.position_m is not finite"));
   EXPECT_THAT(refusal([](auto& m) { m.look_at_m().z(kNoNumbers[0]); }), HasSubstr("look_at_m"));
   EXPECT_EQ(refusal([](auto& m) { m.node(15); }), "node is 15; allowed: 0 to 14");
-  EXPECT_EQ(refusal([](auto& m) { m.view(static_cast<msg::ViewKind>(2)); }), "view is 2; allowed: 0 to 1");
-  EXPECT_THAT(refusal([](auto& m) { m.stamp().sequence_number(0); }), HasSubstr("sequence_number"));
 }
 
 TEST(ViewPictureCodec, ThereAndBackItIsTheSameAndWhatIsNoPictureIsRefused) {
   const ViewPicture picture{.stamp = {3, 4, 5}, .view = PictureView::kTool, .jpeg = {0xff, 0xd8, 7}};
   expect_same_after_round_trip(picture);
   const Refusals<msg::ViewPicture> refusal{to_idl(picture)};
-  EXPECT_EQ(refusal([](auto& m) { m.view(static_cast<msg::PictureView>(4)); }), "view is 4; allowed: 0 to 3");
   EXPECT_EQ(refusal([](auto& m) { m.jpeg().clear(); }), "jpeg has 0 octets; allowed: 1 to 4194304");
   EXPECT_THAT(refusal([](auto& m) { m.jpeg().resize(4'194'305); }), HasSubstr("4194305 octets"));
-  EXPECT_THAT(refusal([](auto& m) { m.stamp().sequence_number(0); }), HasSubstr("sequence_number"));
 }
 
 TEST(CameraPictureCodec, SR11_ThereAndBackItIsTheSameAndWhatIsNoPictureIsRefused) {
@@ -325,7 +268,6 @@ TEST(CameraPictureCodec, SR11_ThereAndBackItIsTheSameAndWhatIsNoPictureIsRefused
   EXPECT_EQ(refusal([](auto& m) { m.camera(""); }), "camera is empty; allowed: its name");
   EXPECT_THAT(refusal([](auto& m) { m.exposed_utc_ns(1ULL << 63); }), HasSubstr("exposed_utc_ns is 9.2"));
   EXPECT_EQ(refusal([](auto& m) { m.exposed_utc_ns(0); }), "") << "not said";
-  EXPECT_THAT(refusal([](auto& m) { m.stamp().sequence_number(0); }), HasSubstr("sequence_number"));
 }
 
 TEST(SensorPointsCodec, SR11_ThereAndBackTheyAreTheSameAndWhatAreNoPointsIsRefused) {
@@ -348,7 +290,6 @@ TEST(SensorPointsCodec, SR11_ThereAndBackTheyAreTheSameAndWhatAreNoPointsIsRefus
   EXPECT_THAT(refusal([](auto& m) { m.width(0); }), HasSubstr("width is 0"));
   EXPECT_THAT(refusal([](auto& m) { m.width(1'000), m.height(10'000); }),
               HasSubstr("width·height is 10000000"));
-  EXPECT_THAT(refusal([](auto& m) { m.stamp().sequence_number(0); }), HasSubstr("sequence_number"));
 }
 
 TEST(SlaveStateCodec, WhoKnowsNoArmTakesAnyThatCanBe) {

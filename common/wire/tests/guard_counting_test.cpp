@@ -19,7 +19,11 @@ using test::peer;
 constexpr EntityId kUserWriter = 0x103;
 
 struct Counting : GuardTest {
-  Counting() : GuardTest({.counted_per_s = 1000, .counted_burst = 100'000}) {
+  Counting()
+      : GuardTest({.counted_per_s = 1000,
+                   .counted_burst = 100'000,
+                   .repeated_per_s = 10'000,
+                   .repeated_burst = 20'000}) {
     receive(test::announcement(peer(1)));
   }
   Fault begins(std::int64_t first, EntityId writer = kUserWriter, core::Nanoseconds at = kSecond) {
@@ -65,6 +69,63 @@ TEST_F(Counting, BoundsWhatGapsMakeReadersKeep) {
   EXPECT_EQ(receive(test::gap(writer, 10, 60)), Fault::kNone);
   EXPECT_EQ(receive(test::gap(writer, 10, 50'000)), Fault::kNone);
   EXPECT_EQ(receive(test::gap(writer, 50'000, 50'100)), Fault::kCounting);
+}
+
+// A writer with many instances has gaps in its history. It repeats them with each sample until all readers
+// have acknowledged it.
+TEST_F(Counting, HolesThatAreToldAgainAndAgainCostLittleAndTakeNoSampleAlong) {
+  const Guid writer{peer(1), kUserWriter};
+  std::int64_t next = 1700;  // the first are there still
+  int passed = 0, told = 0;
+  for (int k = 0; k < 3000; ++k) {  // a minute
+    const core::Nanoseconds at = kSecond + k * (kSecond / 50);
+    next += 2;
+    for (std::int64_t hole = 1701; hole < next; hole += 2000, ++told)
+      passed += receive(test::gap(writer, hole, std::min(hole + 2000, next)), kHost, at) == Fault::kNone;
+  }
+  EXPECT_EQ(passed, told) << "all are passed, or hidden in what is passed";
+}
+
+// Numbers far ahead must not make those before them cheap.
+TEST_F(Counting, AGapFarAheadDoesNotPayForThoseBeforeIt) {
+  const Guid writer{peer(1), kUserWriter};
+  EXPECT_EQ(receive(test::gap(writer, 2'000'000, 2'000'010)), Fault::kNone);
+  EXPECT_EQ(receive(test::gap(writer, 1, 6400)), Fault::kNone) << "for all of the budget";
+  EXPECT_EQ(receive(test::gap(writer, 6400, 6500)), Fault::kCounting);
+}
+
+TEST_F(Counting, WhatLiesBetweenTwoGapsIsPaidForAndCheapAfterwards) {
+  const Guid writer{peer(1), kUserWriter};
+  EXPECT_EQ(receive(test::gap(writer, 5000, 5010)), Fault::kNone) << "5000 times 16 of 100,000";
+  EXPECT_EQ(receive(test::gap(writer, 20, 4900)), Fault::kNone) << "known";
+  EXPECT_EQ(receive(test::gap(writer, 5010, 5500)), Fault::kNone);
+  EXPECT_EQ(receive(test::gap(writer, 5500, 7000)), Fault::kNone) << "for all of the budget";
+  EXPECT_EQ(receive(test::gap(writer, 7000, 7100)), Fault::kCounting);
+}
+
+// Whatever GAPs come within a minute, the numbers that were not declared missing before are bounded.
+TEST_F(Counting, BoundsWhatAnySequenceOfGapsDeclaresMissing) {
+  std::mt19937_64 random(11);
+  std::vector<bool> missing(400'000, false);
+  std::size_t new_ones = 0;
+  for (int k = 0; k < 20'000; ++k) {
+    const auto start = static_cast<std::int64_t>(1 + random() % 300'000);
+    const auto end = start + static_cast<std::int64_t>(random() % (random() % 4 == 0 ? 2000 : 200));
+    const core::Nanoseconds at = kSecond + k * (kSecond / 400);
+    auto datagram = test::gap({peer(1), kUserWriter}, start, end);
+    if (receive(datagram, kHost, at) != Fault::kNone) continue;
+    constexpr std::size_t kHeader = 20;
+    if (last[kHeader] == static_cast<std::uint8_t>(SubmessageId::kPad)) continue;  // hidden
+    for (std::int64_t n = start; n < end; ++n) {
+      new_ones += !missing[static_cast<std::size_t>(n)];
+      missing[static_cast<std::size_t>(n)] = true;
+    }
+  }
+  // Of both budgets: the participant's own, and its address's.
+  const double budget = 100'000 + 50.0 * 1000 + Participant::kCountedBurst + 50.0 * Participant::kCountedPerS;
+  // The last GAP that passes may take more than was left.
+  EXPECT_LE(static_cast<double>(new_ones), budget / Guard::kCostOfMissing + 2000);
+  EXPECT_GT(new_ones, 1000U);
 }
 
 TEST_F(Counting, LeavesTheBudgetOfAnotherAddress) {

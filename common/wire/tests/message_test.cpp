@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <memory>
+#include <vector>
 
 #include "common/wire/tests/messages.hpp"
 
@@ -11,6 +12,7 @@ namespace {
 
 using test::data_fields;
 using test::fragment_submessage;
+using test::kPeer;
 using test::message;
 using test::Octets;
 using test::submessage;
@@ -134,6 +136,31 @@ TEST_F(MessageTest, ChecksHeartbeats) {
   EXPECT_EQ(of(SubmessageId::kHeartbeat, 0, heartbeat(0, 9)), Fault::kSequence);
   EXPECT_EQ(of(SubmessageId::kHeartbeat, 0, heartbeat(5, 3)), Fault::kSequence);
   EXPECT_EQ(of(SubmessageId::kHeartbeat, 0, Octets().u32(0)), Fault::kSubmessage);
+}
+
+// By these it is known what of somebody's endpoints does not arrive (dds::DiscoveryGaps).
+TEST_F(MessageTest, TellsTheNumbersOfThoseWhoAnnounceEndpoints) {
+  const auto numbers = [&](SubmessageId id, EntityId writer, const Octets& rest) {
+    EXPECT_EQ(of(id, 0, Octets().entity(0).entity(writer).raw(rest.bytes)), Fault::kNone);
+    if (facts->discovery_count == 0) return std::vector<std::int64_t>();
+    const DiscoverySequence& told = facts->discovery[0];
+    EXPECT_EQ(told.writer, (Guid{kPeer, writer}));
+    return std::vector<std::int64_t>{told.first, told.last, told.announced ? 1 : 0};
+  };
+  using Numbers = std::vector<std::int64_t>;
+  for (const EntityId writer : {kPublicationWriter, kSubscriptionWriter}) {
+    EXPECT_EQ(numbers(SubmessageId::kHeartbeat, writer, Octets().sequence(3).sequence(9).u32(1)),
+              (Numbers{3, 9, 1}));
+    EXPECT_EQ(numbers(SubmessageId::kGap, writer, Octets().sequence(2).sequence(6).u32(0)),
+              (Numbers{2, 5, 0}));
+  }
+  EXPECT_EQ(numbers(SubmessageId::kHeartbeat, 0x103, Octets().sequence(3).sequence(9).u32(1)), Numbers());
+  ASSERT_EQ(of(SubmessageId::kData, 0, data_fields(kPublicationReader, kPublicationWriter, 7, {}, {})),
+            Fault::kNone);
+  ASSERT_EQ(facts->discovery_count, 1U);
+  EXPECT_EQ(facts->discovery[0].first, 7);
+  EXPECT_EQ(facts->discovery[0].last, 7);
+  EXPECT_FALSE(facts->discovery[0].announced);
 }
 
 TEST_F(MessageTest, BoundsWhatFastDdsWalksThrough) {
