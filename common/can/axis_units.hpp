@@ -16,16 +16,25 @@ struct AxisUnits {
       6.283185307179586;  ///< joint units per turn of the output: 2π rad, or the lead in m; > 0
   int sign = 1;           ///< −1: the motor turns opposite to the joint
   double offset = 0.0;    ///< joint position at count 0
-  double torque_constant_Nm_per_A = 0.0;  ///< of the motor; > 0
-  double rated_current_A = 0.0;           ///< of the motor; > 0
+  // λ, the motor's torque per command (thesis eq. 3.12): of a drive that takes a current ...
+  double torque_constant_Nm_per_A = 0.0;  ///< > 0
+  double rated_current_A = 0.0;           ///< > 0
   double velocity_counts_per_turn = 0.0;  ///< velocity units of the drive per turn/s; 0: counts_per_turn
+  // ... or λ of an amplifier that takes a voltage, as behind an analogue output; both 0: it takes a current.
+  double torque_sensitivity_Nm_per_V = 0.0;  ///< > 0
+  double rated_voltage_V = 0.0;              ///< at which the motor gives its rated torque; > 0
+
+  bool takes_voltage() const noexcept { return torque_sensitivity_Nm_per_V != 0.0 || rated_voltage_V != 0.0; }
 
   double counts_per_unit() const noexcept { return sign * counts_per_turn * gear_ratio / travel_per_turn; }
   double velocity_per_unit() const noexcept {
     return counts_per_unit() *
            (velocity_counts_per_turn > 0.0 ? velocity_counts_per_turn / counts_per_turn : 1.0);
   }
-  double rated_motor_torque_Nm() const noexcept { return torque_constant_Nm_per_A * rated_current_A; }
+  double rated_motor_torque_Nm() const noexcept {
+    return takes_voltage() ? torque_sensitivity_Nm_per_V * rated_voltage_V
+                           : torque_constant_Nm_per_A * rated_current_A;
+  }
   /// Returns N·m (or N) at the joint per mille of rated motor torque, without losses in the gear.
   double torque_per_mille() const noexcept {
     return sign * rated_motor_torque_Nm() * 1e-3 * gear_ratio * 6.283185307179586 / travel_per_turn;

@@ -102,7 +102,7 @@ const char* advice_on(std::uint16_t index) {
       {0x6065, 0x6066, "leave out following_window and following_time_s in can.drives"},
       {0x607D, 0x607D,
        "leave out limits_margin in can.drives, and set its limits in the drive's own software"},
-      {0x6072, 0x6072, "it has to limit its torque: correct max_torque, torque_constant and rated_current"},
+      {0x6072, 0x6072, "it has to limit its torque: correct max_torque and the rated torque in can.drives"},
       {0x6076, 0x6076, "its rated torque has to be known: update it, or use another drive"},
       {0x607C, 0x609A, "it cannot be homed like this: correct homing in can.drives"}};
   for (const Advice& each : kAdvice)
@@ -117,11 +117,12 @@ std::string setup_sentence(const DriveReport& r) {
   if (r.sdo_abort != 0)
     return core::formatted("refuses object 0x%04X:%u: %s (0x%08X); %s", r.sdo_index, r.sdo_sub,
                            sdo_abort_text(r.sdo_abort), r.sdo_abort, advice_on(r.sdo_index));
-  const char* meaning = r.sdo_index == 0x1000 ? "it is no CiA 402 drive"
-                        : r.sdo_index == 0x6502
-                            ? "it does not support the configured mode (mode in can.drives)"
-                            : "not the configured rated torque in mN·m "
-                              "(torque_constant times rated_current in can.drives)";
+  const char* meaning =
+      r.sdo_index == 0x1000 ? "it is no CiA 402 drive"
+      : r.sdo_index == 0x6502
+          ? "it does not support the configured mode (mode in can.drives)"
+          : "not the configured rated torque in mN·m "
+            "(in can.drives torque_constant times rated_current, or torque_sensitivity times rated_voltage)";
   return core::formatted("says %u (0x%X) for object 0x%04X: %s", r.sdo_value, r.sdo_value, r.sdo_index,
                          meaning);
 }

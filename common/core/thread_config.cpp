@@ -40,7 +40,7 @@ constexpr ThreadConfig kScheme[] = {
     {kControl, "", 8, "master_io, slave_io, phantom_sensing",
      "the main thread: component_status, commands, notices",
      "locks of Fast DDS; files at start and end; the disk when a stop begins or ends"},
-    {kAlerts, "alerts", 8, "phantom_sensing", "publishes hit_alert",
+    {kAlerts, "alerts", 8, "phantom_sensing", "publishes hit_alert and model_doubt",
      "locks of Fast DDS; a reader that joins"},
     {kReplies, "replies", 8, "all that take commands; FIFO in master_io, slave_io, phantom_sensing",
      "publishes the replies to commands", "locks of Fast DDS; a reader that joins"},

@@ -20,7 +20,7 @@ core::NetworkOptions network_of(std::span<char* const> arguments) {
   options.deployment = runtime::share_path("deploy/topologies/single_host.yaml");
   for (std::size_t i = 0; i + 1 < arguments.size(); ++i) {
     const std::string name = arguments[i], value = arguments[i + 1];
-    if (name == "--deployment") options.deployment = value;
+    if (name == "--deployment" || name == "--topology") options.deployment = value;
     if (name == "--host") options.host = value;
     if (name != "--domain") continue;
     if (value.empty() || value.size() > 3 || value.find_first_not_of("0123456789") != std::string::npos)

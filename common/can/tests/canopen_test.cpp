@@ -159,6 +159,21 @@ TEST(AxisUnits, ConvertBothWays) {
   EXPECT_NEAR(spindle.torque(1000), 5 * 2 * M_PI / 0.01, 1e-9);
 }
 
+// λ in N·m/V: the joystick of the thesis has its 0.32 N·m at 3.6 V (table 3.1).
+TEST(AxisUnits, AnAmplifierThatTakesAVoltageHasItsTorquePerVolt) {
+  AxisUnits u{.counts_per_turn = 65536, .torque_sensitivity_Nm_per_V = 0.32 / 3.6, .rated_voltage_V = 3.6};
+  EXPECT_TRUE(u.takes_voltage());
+  EXPECT_NEAR(u.rated_motor_torque_Nm(), 0.32, 1e-12);
+  EXPECT_EQ(u.torque_mille(0.16), 500);
+  EXPECT_NEAR(u.torque(1000), 0.32, 1e-12);
+  u.torque_sensitivity_Nm_per_V *= 2.0;
+  EXPECT_EQ(u.torque_mille(0.16), 250);
+  EXPECT_TRUE(check_units(u, "j", -1, 1));
+  u.rated_voltage_V = 0.0;
+  EXPECT_EQ(check_units(u, "j", -1, 1).message(),
+            "j.rated_voltage_V: 0; allowed: greater than 0, at most 1000");
+}
+
 TEST(DriveConfig, EachFaultIsNamedWithValueAndWhatIsAllowed) {
   const auto refused = [](auto change) {
     DriveGroupConfig config;

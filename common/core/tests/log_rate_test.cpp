@@ -5,7 +5,7 @@
 namespace phantom::core {
 namespace {
 
-TEST(LogRate, AFloodIsLoggedAtARateAndCounted) {
+TEST(LogRate, SR26_AFloodIsLoggedAtARateAndCounted) {
   LogRate rate;
   int logged = 0;
   for (int i = 0; i < 1000; ++i) logged += rate.admit(1 + i).log ? 1 : 0;

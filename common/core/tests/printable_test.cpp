@@ -12,7 +12,7 @@ TEST(Printable, WordsOfAnyLanguageStay) {
   }
 }
 
-TEST(Printable, CharactersThatForgeOrHideTextAreEscaped) {
+TEST(Printable, SR26_CharactersThatForgeOrHideTextAreEscaped) {
   EXPECT_EQ(printable("me\n12:00:00.000 info slave_io: reset by you"),
             "me\\n12:00:00.000 info slave_io: reset by you");
   EXPECT_EQ(printable("\x1b[2J\r\t\x7f"), "\\x1b[2J\\r\\t\\x7f");
