@@ -5,6 +5,11 @@
 
 namespace phantom::geometry {
 
+bool same_pose(const Pose& a, const Pose& b) {
+  constexpr double kSame = 1e-9;
+  return (a.translation_m - b.translation_m).norm() < kSame && (a.rotation - b.rotation).norm() < kSame;
+}
+
 Eigen::Matrix3d rotation_about(const Eigen::Vector3d& axis, double angle_rad) {
   return Eigen::AngleAxisd(angle_rad, axis).toRotationMatrix();
 }

@@ -16,6 +16,9 @@ struct Pose {
   Pose inverse() const { return {rotation.transpose(), -(rotation.transpose() * translation_m)}; }
 };
 
+/// Returns whether two poses are the same but for rounding: to 1 nm and 1 nrad. Real-time safe: yes.
+bool same_pose(const Pose& a, const Pose& b);
+
 /// Returns the rotation about the fixed axes x (roll), then y (pitch), then z (yaw), as in URDF: R =
 /// Rz(yaw)·Ry(pitch)·Rx(roll).
 Eigen::Matrix3d rotation_from_rpy(double roll_rad, double pitch_rad, double yaw_rad);

@@ -1,5 +1,6 @@
 #include "common/layers/activation.hpp"
 
+#include <algorithm>
 #include <atomic>
 #include <cmath>
 
@@ -127,6 +128,18 @@ void count_in(const voxelise::SolidVoxels& solid, const workspace::VoxelBox& par
   });
 }
 
+/// Makes a body's voxels, and those of its guard, fluid of layer 1.
+void make_fluid(workspace::ObjectBricks& bricks) {
+  constexpr std::int8_t kInnermost = 1;
+  const std::vector<workspace::BrickKey> keys = bricks.keys();
+  for (const workspace::BrickKey key : keys) {
+    std::int8_t* const orders = bricks.edit(key);
+    std::replace_if(
+        orders, orders + workspace::kBrickVoxels,
+        [](std::int8_t order) { return order >= workspace::kOrderGuard; }, kInnermost);
+  }
+}
+
 /// Divides the part of a grid that an object reaches into parts of whole bricks.
 std::vector<workspace::VoxelBox> parts_of(const workspace::VoxelBox& reached, const workspace::GridSpec& grid,
                                           std::size_t most_voxels) {
@@ -196,6 +209,7 @@ class ObjectActivation {
     workspace::ObjectBricks bricks = lay_layers(body_.mesh_W, solid, body_.profile, grid_, part,
                                                 {options_.threads, go_on, options_.budget});
     if (stopped || (options_.budget != nullptr && options_.budget->ended())) return false;
+    if (!body_.solid) make_fluid(bricks);
     for (workspace::ObjectBricks::Part& brick : bricks.take_parts()) bricks_.push_back(std::move(brick));
     BodyReport& report = object_.report;
     SolidCount count;
@@ -233,6 +247,9 @@ class ObjectActivation {
 /// Checks the profile and the place. Returns the voxels that the body takes without its layers.
 core::Expected<workspace::VoxelBox> checked_place(const Body& body, const workspace::GridSpec& grid) {
   if (core::Status checked = workspace::check_profile(body.profile); !checked) return error_of(body, checked);
+  if (!body.solid && !body.profile.inside_thickness_vox.empty())
+    return error_of(body, core::Status::invalid_argument(
+                              "has layers inside, but is no body; allowed: none of a protected zone"));
   auto place = place_of(body, grid);
   if (!place) return error_of(body, place.status());
   return place;

@@ -22,6 +22,9 @@ struct Body {
   geometry::TriangleMesh mesh_W;  ///< the body's surface; if there is a formula, made from it
   workspace::LayerProfile profile;
   geometry::ImplicitPtr implicit_W = nullptr;  ///< if not null, it decides exactly what is solid
+  /// False: no body but a protected zone. All of it and of its guard is layer 1, so that it has no voxel of a
+  /// body; `profile` must have no layers inside.
+  bool solid = true;
 };
 
 /// Results and durations of one body's activation.

@@ -12,6 +12,7 @@
 #include <string_view>
 #include <utility>
 
+#include "common/geometry/importer/gltf_shape.hpp"
 #include "common/geometry/importer/importer.hpp"
 #include "common/geometry/mesh/mesh_import.hpp"
 
@@ -114,7 +115,8 @@ class UriFiles : public Assimp::DefaultIOSystem {
 const aiScene* read_scene(Assimp::Importer& importer, const std::filesystem::path& path,
                           std::uint64_t max_memory_bytes, std::vector<std::string>& notes,
                           std::string& problem) {
-  if (problem = check_gltf(path, notes); !problem.empty()) return nullptr;
+  GltfShape declared;
+  if (problem = check_gltf(path, notes, declared); !problem.empty()) return nullptr;
   const std::string ending = extension_of(path);
   const bool iges = ending == "igs" || ending == "iges";
   if (iges || is_cad_step(path)) {
@@ -149,6 +151,7 @@ const aiScene* read_scene(Assimp::Importer& importer, const std::filesystem::pat
   }
   scene = importer.ApplyPostProcessing(aiProcess_Triangulate);
   if (scene == nullptr) problem = refusal(importer, path, max_memory_bytes);
+  if (scene == nullptr || !(problem = compare_with(declared, *scene, notes)).empty()) return nullptr;
   return scene;
 }
 

@@ -4,6 +4,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "common/geometry/importer/gltf_shape.hpp"
 #include "common/geometry/importer/importer.hpp"
 #include "common/geometry/mesh/mesh_import.hpp"
 #include "common/geometry/mesh/stand_in.hpp"
@@ -46,7 +47,8 @@ json parts_of(const std::string& text) {
   const json::parser_callback_t only = [](int depth, json::parse_event_t event, json& parsed) {
     if (depth != 1 || event != json::parse_event_t::key) return true;
     constexpr std::string_view kWanted[] = {
-        "extensionsRequired", "extensionsUsed", "buffers", "meshes", "nodes", "skins"};
+        "extensionsRequired", "extensionsUsed", "buffers", "meshes", "nodes", "skins",
+        "accessors",          "scenes",         "scene"};
     return std::ranges::find(kWanted, parsed.get_ref<const std::string&>()) != std::end(kWanted);
   };
   return json::parse(text, only, false);
@@ -113,7 +115,7 @@ std::string decoded_uri(std::string_view uri) {
   return text;
 }
 
-std::string check_gltf(const std::filesystem::path& path, std::vector<std::string>& notes) {
+std::string check_gltf(const std::filesystem::path& path, std::vector<std::string>& notes, GltfShape& shape) {
   if (const std::string format = extension_of(path); format != "gltf" && format != "glb") return {};
   const std::string text = json_of(path);
   if (text.starts_with("\xef\xbb\xbf"))
@@ -127,6 +129,7 @@ std::string check_gltf(const std::filesystem::path& path, std::vector<std::strin
     notes.emplace_back("has morph targets with weights, which are not applied: its shape is that without");
   if (gltf.contains("skins"))
     notes.emplace_back("has skins, which are not applied: its shape is that of its meshes at their nodes");
+  shape = declared_shape(gltf, notes);
   return {};
 }
 

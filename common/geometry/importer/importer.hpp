@@ -18,6 +18,8 @@ class Importer;
 
 namespace phantom::geometry::detail {
 
+struct GltfShape;
+
 /// Reads the file as load_mesh() describes, but in this process. On failure returns false with the reason in
 /// `problem` (without the file's name). May crash or hang on malformed files, and throw std::bad_alloc.
 bool import_mesh(const std::filesystem::path& path, const MeshImportOptions& options, LoadedMesh& mesh,
@@ -34,8 +36,8 @@ const aiScene* read_scene(Assimp::Importer& importer, const std::filesystem::pat
 
 /// Returns why the glTF 2 file (.gltf, .glb) would be misread, in a sentence without the file's name: it
 /// depends on an extension that is not read, or a buffer is not there. Empty if nothing is found, or the file
-/// has another format. Adds what of its shape is not applied to `notes`.
-std::string check_gltf(const std::filesystem::path& path, std::vector<std::string>& notes);
+/// has another format. Adds what of its shape is not applied to `notes`. `shape`: what it declares.
+std::string check_gltf(const std::filesystem::path& path, std::vector<std::string>& notes, GltfShape& shape);
 
 /// Returns what a URI's escapes stand for: "part%20one.bin" is "part one.bin".
 std::string decoded_uri(std::string_view uri);

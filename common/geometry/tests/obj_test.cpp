@@ -60,7 +60,7 @@ TEST(Obj, AFaceMayStandBeforeItsVerticesAndCountsBackFromItself) {
               ElementsAre(0, 1, 2, 2, 1, 0));
 }
 
-TEST(Obj, WhatIsLeftOutIsNoted) {
+TEST(Obj, SR27_WhatIsLeftOutIsNoted) {
   EXPECT_THAT(read_obj("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nf 1 2\nl 1 2\np 1\n").notes,
               ElementsAre(HasSubstr("1 faces of fewer than three corners")));
   EXPECT_THAT(read_obj("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nsurf 0 1 0 1 1 2 3\n").notes,

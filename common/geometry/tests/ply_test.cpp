@@ -100,7 +100,7 @@ TEST(Ply, StripsTurnEverySecondTriangleAndEndAtMinusOne) {
   EXPECT_THAT(read.corners, ElementsAre(0, 1, 2, 2, 1, 3, 1, 2, 0));
 }
 
-TEST(Ply, WhatIsNotAsTheHeadDeclaresIsRefusedWithItsPlace) {
+TEST(Ply, SR27_WhatIsNotAsTheHeadDeclaresIsRefusedWithItsPlace) {
   const std::string text = tetrahedron();
   const auto with = [&](const std::string& old, const std::string& now) {
     std::string changed = text;

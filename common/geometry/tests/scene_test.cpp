@@ -62,7 +62,7 @@ TEST_F(Scenes, FlawsOfLooksAreNotTold) {
 }
 
 // Tries wva_server: depends on a glTF extension
-TEST_F(Scenes, ExtensionsOfGltfThatWouldChangeTheShapeAreRefused) {
+TEST_F(Scenes, SR27_ExtensionsOfGltfThatWouldChangeTheShapeAreRefused) {
   EXPECT_TRUE(load_mesh(write("plain.gltf", gltf(""))));
   EXPECT_TRUE(load_mesh(write("looks.gltf", gltf(R"(, "extensionsRequired": ["KHR_texture_transform"])"))));
   EXPECT_TRUE(load_mesh(write("optional.gltf", gltf(R"(, "extensionsUsed": ["VENDOR_notes"])"))));
@@ -124,6 +124,30 @@ TEST_F(Scenes, WhatOfAGltfsShapeIsNotAppliedIsNoted) {
   mesh = load_mesh(write("still.gltf", text), {.scale = 1.0, .y_up = false});
   ASSERT_TRUE(mesh) << mesh.status().message();
   EXPECT_THAT(mesh->notes, IsEmpty());
+}
+
+TEST_F(Scenes, SR27_AGltfIsComparedWithTheCountsAndBoundsThatItDeclares) {
+  const auto with = [](const std::string& what, const std::string& now) {
+    std::string text = gltf("");
+    return text.replace(text.find(what), what.size(), now);
+  };
+  auto mesh = load_mesh(write("twice.gltf", with(R"("scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}])",
+                                                 R"("scenes": [{"nodes": [0, 1]}], "nodes": [{"mesh": 0},
+ {"mesh": 0, "translation": [5, 0, 0], "children": [2]}, {"mesh": 0, "scale": [2, 2, 2]}])")),
+                        {.scale = 1.0, .y_up = false});
+  ASSERT_TRUE(mesh) << mesh.status().message();
+  EXPECT_EQ(mesh->triangles.size(), 3U);
+  EXPECT_THAT(mesh->notes, IsEmpty());
+  mesh = load_mesh(write("beyond.gltf", with(R"("max": [1, 1, 0])", R"("max": [1, 0.5, 0])")),
+                   {.scale = 1.0, .y_up = false});
+  ASSERT_TRUE(mesh) << mesh.status().message();
+  EXPECT_THAT(mesh->notes,
+              Contains(HasSubstr("lie 0.500000 of its units beyond the bounds that it declares")));
+  mesh = load_mesh(write("scenes.gltf", with(R"("scenes": [{"nodes": [0]}])",
+                                             R"("scenes": [{"nodes": [0]}, {"nodes": []}])")),
+                   {.scale = 1.0, .y_up = false});
+  ASSERT_TRUE(mesh) << mesh.status().message();
+  EXPECT_THAT(mesh->notes, Contains(HasSubstr("has 2 scenes, of which number 0 is read")));
 }
 
 // Tries wva_server: is a Git LFS pointer

@@ -109,7 +109,7 @@ TEST(TextStl, OfAnyHabitGivesTheShapeThatWasWritten) {
   }
 }
 
-TEST(TextStl, ThatEndsEarlyGivesWhatIsWholeAndTellsOfIt) {
+TEST(TextStl, SR27_ThatEndsEarlyGivesWhatIsWholeAndTellsOfIt) {
   const std::string whole = ascii_stl(make_box({1, 2, 3}));
   std::size_t before = 0;
   for (std::size_t cut = 6; cut < whole.size() - 1; cut += 7) {

@@ -69,7 +69,7 @@ class ThreeMf : public MeshFiles {
   const std::string path_ = "/3D/Objects/one.model";
 };
 
-TEST_F(ThreeMf, PartsInOtherModelsAreRead) {
+TEST_F(ThreeMf, SR27_PartsInOtherModelsAreRead) {
   expect_volume(package(model_text(object_text(2, component(1, path_)),
                                    use_text("item", 2, "", "1 0 0 0 1 0 0 0 1 50 0 0"), required_),
                         other_),
@@ -91,7 +91,7 @@ TEST_F(ThreeMf, WhatIsNotBuiltIsNotRead) {
 }
 
 // Tries wva_server: has 3MF parts that would vanish
-TEST_F(ThreeMf, WhatWouldVanishIsRefused) {
+TEST_F(ThreeMf, SR27_WhatWouldVanishIsRefused) {
   const std::string item = use_text("item", 1), one = object_text(1, box_);
   expect_refused(package(model_text(one, "")), "builds nothing");
   expect_refused(package(model_text(one, item + use_text("item", 7))),

@@ -112,6 +112,65 @@ TEST(Activation, PartByPartIsThatOfTheWhole) {
   }
 }
 
+TEST(Activation, AProtectedZoneIsLayerOneThroughoutAndAsABodyAroundIt) {
+  const workspace::GridSpec grid{{0, 0, 0}, 0.01, {100, 100, 100}};
+  const geometry::Pose at{Eigen::Matrix3d::Identity(), {0.48, 0.48, 0.48}};
+  Body body{"ball", 3, geometry::make_sphere(0.35, 4).transformed(at), kProfile};
+  for (const workspace::LayerMethod method :
+       {workspace::LayerMethod::kDistance, workspace::LayerMethod::kDilation,
+        workspace::LayerMethod::kSurface}) {
+    body.profile.method = method;
+    Body zone = body;
+    zone.solid = false;
+    const auto of_body = activate_object(body, grid), of_zone = activate_object(zone, grid);
+    ASSERT_TRUE(of_body && of_zone);
+    ASSERT_TRUE(of_body->bricks.is_interior({1, 1, 1})) << "a brick of its own kind";
+    EXPECT_EQ(of_zone->bricks.keys(), of_body->bricks.keys());
+    std::size_t different = 0, solid = 0;
+    voxelise::twin::for_each(workspace::VoxelBox::of(grid), [&](workspace::Index3 v) {
+      const std::int8_t order = of_body->bricks.at(v);
+      const bool within = order == workspace::kOrderGuard || order == workspace::kOrderBoundary ||
+                          order == workspace::kOrderInterior;
+      different += of_zone->bricks.at(v) != (within ? 1 : order) ? 1 : 0;
+      solid += within ? 1 : 0;
+    });
+    EXPECT_EQ(different, 0U);
+    EXPECT_GT(solid, 150'000U);
+    const workspace::Workspace world = workspace_of(zone, grid);
+    EXPECT_EQ(world.mu({48, 48, 48}), 30.0F);
+    EXPECT_EQ(world.object({48, 48, 48}), 3);
+  }
+}
+
+TEST(Activation, ABodyInAProtectedZonePrevailsByItsViscosity) {
+  const workspace::GridSpec grid{{0, 0, 0}, 0.01, {60, 60, 60}};
+  const geometry::Pose at{Eigen::Matrix3d::Identity(), {0.3, 0.3, 0.3}};
+  Body zone{"zone", 1, geometry::make_sphere(0.2, 4).transformed(at), kProfile};
+  zone.solid = false;
+  const Body bone{"bone", 2, geometry::make_sphere(0.05, 4).transformed(at), kProfile};
+  const auto of_zone = activate_object(zone, grid), of_bone = activate_object(bone, grid);
+  ASSERT_TRUE(of_zone && of_bone);
+  workspace::Workspace world(grid, *workspace::make_palette({kProfile}));
+  const workspace::CodeTable codes = workspace::code_table(kProfile, world.palette());
+  const MergeEntry entries[] = {{&of_zone->bricks, 1, &codes}, {&of_bone->bricks, 2, &codes}};
+  merge_bricks(MergeLaw::kHighestViscosity, entries, keys_of(entries), world);
+  EXPECT_EQ(world.object({30, 30, 30}), 2);
+  EXPECT_EQ(world.order({30, 30, 30}), workspace::kOrderInterior);
+  EXPECT_EQ(world.object({40, 30, 30}), 1);
+  EXPECT_EQ(world.order({40, 30, 30}), 1);
+}
+
+TEST(Activation, AProtectedZoneHasNoLayersInside) {
+  Body zone{"zone", 1, geometry::make_sphere(0.1, 3), kProfile};
+  zone.profile.inside_thickness_vox = {2};
+  zone.profile.mu_inside_Pa_s_per_m = {50.0F};
+  ASSERT_TRUE(activate_alone(zone, 0.01));
+  zone.solid = false;
+  const auto refused = activate_alone(zone, 0.01);
+  ASSERT_FALSE(refused);
+  EXPECT_NE(refused.status().message().find("'zone': has layers inside"), std::string::npos);
+}
+
 TEST(Activation, EndsWhenToldTo) {
   const Body body{"ball", 1, geometry::make_sphere(0.2, 4), kProfile};
   for (int answers = 0; answers < 2; ++answers) {
