@@ -28,6 +28,7 @@ FusedBlock* BlockPool::allocate(std::size_t place) noexcept {
   block.weight.fill(0);
   block.published = block.once = block.twice = block.appears = block.vanishes = {};
   block.place = block_at(place);
+  block.fused_count = 0;
   block.used = true;
   return &block;
 }

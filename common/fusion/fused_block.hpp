@@ -47,6 +47,7 @@ struct FusedBlock {
   BlockBits appears;   ///< free voxels that this frame's votes publish as occupied
   BlockBits vanishes;  ///< occupied voxels that they withdraw
   workspace::Index3 place;
+  std::uint8_t fused_count = 0;  ///< times that it was fused, as far as Fusion counts
   bool used = false;
 };
 

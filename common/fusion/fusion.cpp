@@ -13,6 +13,11 @@ using workspace::Index3;
 const double kBlockRadius_vox = 3.5 * std::sqrt(3.0);
 /// One of so many blocks without content is looked at in a frame.
 constexpr std::size_t kFreeTurns = 8;
+/// A block that was fused so often is fused in one of so many frames while nothing changes there.
+constexpr std::uint8_t kMature = 64;
+constexpr std::uint32_t kQuietTurns = 4;
+/// Cells of the image count as changed at this part of what resets a voxel.
+constexpr double kCellTolerance = 0.5;
 /// One of so many rows is searched for new blocks in a frame.
 constexpr std::uint32_t kRowTurns = 2;
 
@@ -124,7 +129,7 @@ void Fusion::allocate_near_surfaces() noexcept {
 
 Fusion::BlockView Fusion::view_of(const Eigen::Vector3d& first_voxel) const noexcept {
   const Eigen::Vector3d p = first_voxel + centre_;
-  BlockView view{p.z(), {}};
+  BlockView view{.z = p.z(), .depths = {}};
   const double nearest = p.z() - kBlockRadius_vox;
   if (p.z() + kBlockRadius_vox <= static_cast<double>(view_->min_z)) return view;
   int u0 = 0, v0 = 0, u1 = view_->width - 1, v1 = view_->height - 1;
@@ -140,8 +145,7 @@ Fusion::BlockView Fusion::view_of(const Eigen::Vector3d& first_voxel) const noex
     u1 = static_cast<int>(std::min<double>(u1, u + du));
     v1 = static_cast<int>(std::min<double>(v1, v + dv));
   }
-  view.depths = pyramid_.in(u0, v0, u1, v1);
-  return view;
+  return {p.z(), pyramid_.in(u0, v0, u1, v1), u0, v0, u1, v1};
 }
 
 void Fusion::fuse(FusedBlock& block) noexcept {
@@ -150,6 +154,13 @@ void Fusion::fuse(FusedBlock& block) noexcept {
   if (!seen.depths.any() ||
       seen.z - kBlockRadius_vox > static_cast<double>(seen.depths.greatest_vox) + parameters_.truncation_vox)
     return;  // outside of the image, or hidden
+  const auto slot = static_cast<std::uint32_t>(&block - pool_->slots().data());
+  if (block.fused_count >= kMature && (slot + frame_) % kQuietTurns != 0 && none_set(block.once) &&
+      none_set(block.twice) && pyramid_.steady(seen.u0, seen.v0, seen.u1, seen.v1)) {
+    ++report_.quiet;
+    return;
+  }
+  if (block.fused_count < kMature) ++block.fused_count;
   detail::BlockVotes votes;
   detail::fuse_block(*view_, static_cast<float>(camera_.fx_px * first.x() + camera_.cx_px * first.z()),
                      static_cast<float>(camera_.fy_px * first.y() + camera_.cy_px * first.z()),
@@ -191,7 +202,13 @@ const FusionReport& Fusion::integrate(const DepthImage& image, std::span<const f
   ++frame_;
   depth_.prepare(image, arm_depth_m, parameters_.sigma, parameters_.masks,
                  parameters_.grid.voxel_size_m.reference_m());
-  pyramid_.build(depth_);
+  SeenCells& before =
+      history_.of({image.camera(), image.X_WC(), 0.0}, DepthPyramid::cells_of(image.camera()), frame_);
+  const double voxel_m = parameters_.grid.voxel_size_m.reference_m();
+  pyramid_.build(depth_, before,
+                 {static_cast<float>(kCellTolerance * parameters_.surprise_vox),
+                  static_cast<float>(kCellTolerance * parameters_.surprise_sigmas *
+                                     parameters_.sigma.at_1m_m * voxel_m)});
   set_view(image);
   allocate_near_surfaces();
   fuse_blocks();

@@ -16,6 +16,7 @@ namespace phantom::fusion {
 struct FusionReport {
   std::size_t blocks = 0;     ///< with content, after the frame
   std::size_t fused = 0;      ///< blocks that the frame was fused into
+  std::size_t quiet = 0;      ///< blocks in view that it was not, since nothing changes there
   std::size_t allocated = 0;  ///< blocks that got a content
   std::size_t released = 0;   ///< blocks without a surface near, which lost theirs
   std::size_t refused = 0;    ///< blocks that found no memory; the space there stays as it was
@@ -82,6 +83,7 @@ class Fusion {
   struct BlockView {
     double z = 0.0;  ///< of the block's centre, in voxels
     DepthPyramid::Depths depths;
+    int u0 = 0, v0 = 0, u1 = -1, v1 = -1;  ///< pixels around its image
   };
   BlockView view_of(const Eigen::Vector3d& first_voxel) const noexcept;
 
@@ -95,6 +97,7 @@ class Fusion {
 
   PreparedDepth depth_;
   DepthPyramid pyramid_;
+  CameraHistory history_;
   PinholeCamera camera_;
   Eigen::Vector3d first_voxel_, centre_;  // of block 0 in C; from a block's first voxel to its centre
   Eigen::Matrix3d step_;                  // from block to block in C

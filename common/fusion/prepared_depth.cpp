@@ -2,12 +2,30 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "common/fusion/prepared_depth.cpp"
 #include <hwy/foreach_target.h>  // compiled once for each instruction set
 // foreach_target.h must come before highway.h.
 #include <hwy/highway.h>
+
+#ifndef PHANTOM_FUSION_THIN_PX
+#define PHANTOM_FUSION_THIN_PX
+namespace phantom::fusion {
+constexpr int kThin_px = 4;            // what is thinner is widened by a pixel
+constexpr std::size_t kMaxLanes = 16;  // of a vector
+constexpr std::size_t kBorder = 24;    // of 0 around an image: a vector beside its last pixel, and kThin_px
+
+/// The rows around one row: depths without edges, and depths with them.
+struct RowsAround {
+  const float *before, *here, *after;  // without edges; `here` has a border
+  const float* seen;                   // with edges and a border, rows `stride` apart
+  std::size_t stride;
+  float offset, slope;  // as of RowWithoutEdges()
+};
+}  // namespace phantom::fusion
+#endif
 
 HWY_BEFORE_NAMESPACE();
 namespace phantom::fusion::HWY_NAMESPACE {
@@ -36,7 +54,7 @@ void RowWithoutEdges(const float* centre, std::size_t stride, std::size_t width,
       alike = hn::Or(alike, hn::AndNot(hn::Or(before, behind), valid));
     }
     const auto edge = hn::Or(nearer, hn::AndNot(alike, farther));
-    hn::StoreU(hn::IfThenZeroElse(edge, here), d, to + x);
+    hn::StoreU(hn::IfThenElseZero(hn::AndNot(edge, hn::Gt(here, zero)), here), d, to + x);
   };
   std::size_t x = 0;
   for (; x + lanes <= width; x += lanes) put(x);
@@ -52,8 +70,40 @@ void RowWithoutEdges(const float* centre, std::size_t stride, std::size_t width,
         farther = farther || *other - here > limit;
         alike = alike || std::abs(*other - here) <= limit;
       }
-      to[x] = nearer || (farther && !alike) ? 0.0F : here;
+      to[x] = here <= 0.0F || nearer || (farther && !alike) ? 0.0F : here;
     }
+  }
+}
+
+/// Gives pixels that are left out the depth of what is thin beside them: of a neighbour whose surface ends
+/// within kThin_px. Writes the row to `to`. Pixels of the arm, below 0 in `seen`, stay left out.
+void FillBesideThin(const RowsAround& rows, std::size_t width, float* to) {
+  const hn::CappedTag<float, kMaxLanes> d;
+  const auto zero = hn::Zero(d), none = hn::Set(d, 1e9F), base = hn::Set(d, rows.offset),
+             square = hn::Set(d, rows.slope);
+  const auto step = static_cast<std::ptrdiff_t>(rows.stride);
+  for (std::size_t x = 0; x < width; x += hn::Lanes(d)) {
+    const auto here = hn::LoadU(d, rows.here + x);
+    const float* const seen = rows.seen + x;
+    const auto open = hn::And(hn::Eq(here, zero), hn::Ge(hn::LoadU(d, seen), zero));
+    auto filled = none;
+    if (!hn::AllFalse(d, open)) {
+      const auto look = [&](const float* neighbour, std::ptrdiff_t away) HWY_ATTR {
+        const auto near = hn::LoadU(d, neighbour);
+        const auto beyond = hn::Add(near, hn::MulAdd(square, hn::Mul(near, near), base));
+        auto ends = hn::Lt(zero, zero);
+        for (int k = 2; k <= kThin_px + 1; ++k)
+          ends = hn::Or(ends, hn::Gt(hn::LoadU(d, seen + k * away), beyond));
+        const auto thin = hn::And(hn::Gt(near, zero), ends);
+        filled = hn::IfThenElse(thin, hn::Min(filled, near), filled);
+      };
+      look(rows.here + x - 1, -1);
+      look(rows.here + x + 1, 1);
+      look(rows.before + x, -step);
+      look(rows.after + x, step);
+    }
+    const auto fills = hn::And(open, hn::Lt(filled, none));
+    hn::BlendedStore(hn::IfThenElse(fills, filled, here), hn::FirstN(d, width - x), d, to + x);
   }
 }
 
@@ -64,10 +114,12 @@ HWY_AFTER_NAMESPACE();
 namespace phantom::fusion {
 
 HWY_EXPORT(RowWithoutEdges);
+HWY_EXPORT(FillBesideThin);
 
 namespace {
 constexpr float kNoArm = 1e9F;
-}
+constexpr float kOfArm = -1.0F;
+}  // namespace
 
 void PreparedDepth::grow_arm(std::span<const float> arm_depth_m, const MaskParameters& masks) {
   arm_.resize(std::max(arm_.size(), pixels()));
@@ -92,36 +144,57 @@ void PreparedDepth::grow_arm(std::span<const float> arm_depth_m, const MaskParam
   }
 }
 
+void PreparedDepth::resize(const PinholeCamera& camera) {
+  if (width_ == camera.width_px && height_ == camera.height_px) return;
+  width_ = camera.width_px;
+  height_ = camera.height_px;
+  const std::size_t width = static_cast<std::size_t>(width_);
+  stride_ = width + 2 * kBorder;
+  first_ = kBorder * stride_ + kBorder;
+  // The border is 0 from here on.
+  seen_.assign(stride_ * (static_cast<std::size_t>(height_) + 2 * kBorder), 0.0F);
+  fused_.assign(1 + pixels() + kMaxLanes, 0.0F);
+  for (std::vector<float>& row : kept_) row.assign(width + 2 * kBorder, 0.0F);
+}
+
 void PreparedDepth::prepare(const DepthImage& image, std::span<const float> arm_depth_m,
                             const DepthSigma& sigma, const MaskParameters& masks, double voxel_size_m) {
-  width_ = image.camera().width_px;
-  height_ = image.camera().height_px;
-  const auto width = static_cast<std::size_t>(width_);
-  seen_.resize(std::max(seen_.size(), stride() * (static_cast<std::size_t>(height_) + 2)));
-  fused_.resize(std::max(fused_.size(), pixels() + 1));
+  resize(image.camera());
+  const auto width = static_cast<std::size_t>(width_), height = static_cast<std::size_t>(height_);
   const bool has_arm = arm_depth_m.size() == pixels();
   if (has_arm) grow_arm(arm_depth_m, masks);
   const auto to_voxels = static_cast<float>(1.0 / voxel_size_m),
              margin_m = static_cast<float>(masks.arm_margin_m);
-  std::fill_n(seen_.begin(), stride(), 0.0F);
-  for (std::size_t v = 0; v < static_cast<std::size_t>(height_); ++v) {
+  for (std::size_t v = 0; v < height; ++v) {
     const float* const from = image.depth_m().data() + v * width;
-    float* const to = seen_.data() + (v + 1) * stride() + 1;
-    to[-1] = to[width] = 0.0F;
+    float* const to = seen_.data() + first_ + v * stride_;
     if (has_arm) {
       const float* const arm = arm_.data() + v * width;
       for (std::size_t u = 0; u < width; ++u)
-        to[u] = from[u] >= arm[u] - margin_m ? 0.0F : to_voxels * from[u];
+        to[u] = from[u] >= arm[u] - margin_m ? kOfArm : to_voxels * from[u];
     } else {
       for (std::size_t u = 0; u < width; ++u) to[u] = to_voxels * from[u];
     }
   }
-  std::fill_n(seen_.begin() + static_cast<std::ptrdiff_t>((static_cast<std::size_t>(height_) + 1) * stride()),
-              stride(), 0.0F);
   const auto offset = static_cast<float>(masks.edge_m / voxel_size_m),
              slope = static_cast<float>(masks.edge_sigmas * sigma.at_1m_m * voxel_size_m);
-  for (int v = 0; v < height_; ++v) HWY_DYNAMIC_DISPATCH(RowWithoutEdges)
-  (row(v), stride(), width, offset, slope, fused_.data() + 1 + static_cast<std::size_t>(v) * width);
+  for (int v = 0; v < height_; ++v)
+    HWY_DYNAMIC_DISPATCH(RowWithoutEdges)(row(v), stride_, width, offset, slope, fused_row(v));
+  fill_beside_thin(offset, slope);
+}
+
+/// Widens what is thin. Each row is filled from rows as they were before.
+void PreparedDepth::fill_beside_thin(float offset, float slope) {
+  const auto width = static_cast<std::size_t>(width_);
+  std::fill(kept_[0].begin(), kept_[0].end(), 0.0F);  // before the first row
+  std::size_t now = 1;
+  for (int v = 0; v < height_; ++v, now ^= 1) {
+    float* const here = kept_[now].data() + kBorder;
+    std::copy_n(fused_row(v), width, here);
+    const float* const after = v + 1 < height_ ? fused_row(v + 1) : seen_.data();
+    HWY_DYNAMIC_DISPATCH(FillBesideThin)
+    ({kept_[now ^ 1].data() + kBorder, here, after, row(v), stride_, offset, slope}, width, fused_row(v));
+  }
 }
 
 }  // namespace phantom::fusion

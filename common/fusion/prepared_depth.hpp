@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <span>
 #include <vector>
 
@@ -10,7 +11,8 @@ namespace phantom::fusion {
 /// Which pixels are not fused.
 struct MaskParameters {
   /// Neighbours that differ by more than edge_m + edge_sigmas · σ are an edge. What lies behind it is not
-  /// fused, since pixels between two surfaces measure neither; nor is a pixel that is alone in front.
+  /// fused, since pixels between two surfaces measure neither; nor is a pixel that is alone in front. What is
+  /// at most four pixels wide is made wider by one at each side, so that no voxel falls beside it.
   double edge_m = 0.02;
   double edge_sigmas = 6.0;
   /// A pixel that sees the arm, or anything behind the place where the arm is, belongs to the arm.
@@ -30,21 +32,31 @@ class PreparedDepth {
   int height() const noexcept { return height_; }
   /// Depths in voxels that are fused; 0: none. Rows of width(). The element before the first one is 0.
   std::span<const float> fused_vox() const noexcept { return {fused_.data() + 1, pixels()}; }
-  /// The same with edges: what may be seen through. Row v begins at row(v).
+  const float* fused_row(int v) const noexcept {
+    return fused_.data() + 1 + static_cast<std::size_t>(v) * static_cast<std::size_t>(width_);
+  }
+  /// The same with edges: what may be seen through; below 0: the arm. Row v begins at row(v).
   const float* row(int v) const noexcept {
-    return seen_.data() + (static_cast<std::size_t>(v) + 1) * stride() + 1;
+    return seen_.data() + first_ + static_cast<std::size_t>(v) * stride_;
   }
 
  private:
   std::size_t pixels() const noexcept {
     return static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_);
   }
-  std::size_t stride() const noexcept { return static_cast<std::size_t>(width_) + 2; }
+  float* fused_row(int v) noexcept {
+    return fused_.data() + 1 + static_cast<std::size_t>(v) * static_cast<std::size_t>(width_);
+  }
+  void resize(const PinholeCamera& camera);
   void grow_arm(std::span<const float> arm_depth_m, const MaskParameters& masks);
+  void fill_beside_thin(float offset, float slope);
 
   int width_ = 0, height_ = 0;
-  std::vector<float> seen_;  // with a border of 0
+  std::size_t stride_ = 0, first_ = 0;  // of seen_: of its rows, and of its first pixel
+  std::vector<float> seen_;             // with a border of 0; below 0: the arm
   std::vector<float> fused_;
+  std::array<std::vector<float>, 2>
+      kept_;                       // two rows, with a border of 0, as they were before they are filled
   std::vector<float> arm_, rows_;  // least depth of the arm near each pixel, and along its row
 };
 

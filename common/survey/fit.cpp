@@ -151,6 +151,12 @@ core::Expected<PoseFit> refine(const PartModel& part, const Measurement& measure
   return fit;
 }
 
+Matrix6 mounting_covariance_of(const PoseFit& fit, const Measurement& measurement) {
+  Matrix6 J = Matrix6::Identity();
+  J.bottomRows<3>() = lever(fit.centre_W_m - measurement.eye_W_m);
+  return J * measurement.mounting_covariance * J.transpose();
+}
+
 Eigen::Matrix<double, 3, 6> displacement_jacobian(const PoseFit& fit, const Eigen::Vector3d& p_W_m) {
   return lever(p_W_m - fit.centre_W_m);
 }

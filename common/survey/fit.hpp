@@ -53,6 +53,10 @@ geometry::Pose rigid_fit(const std::vector<Eigen::Vector3d>& from, const std::ve
 core::Expected<PoseFit> refine(const PartModel& part, const Measurement& measurement, const NodeMap& map,
                                const geometry::Pose& start);
 
+/// Returns the covariance of a fitted pose's error (θ, d) by the head's mounting alone: the part turns and
+/// shifts with all that was measured.
+Eigen::Matrix<double, 6, 6> mounting_covariance_of(const PoseFit& fit, const Measurement& measurement);
+
 /// Returns ∂(displacement of a point that moves with the part)/∂(θ, d), for a point given in W at the fitted
 /// pose.
 Eigen::Matrix<double, 3, 6> displacement_jacobian(const PoseFit& fit, const Eigen::Vector3d& p_W_m);

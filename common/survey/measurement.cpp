@@ -20,11 +20,17 @@ constexpr double kContradiction = 1e-5;
 constexpr double kOneSpot_sigmas = 2.0;  // corners nearer than this cannot be told apart
 constexpr double kInLine_sigmas = 4.0;   // below this height of a triangle, its corners may be in line
 
+using Normals = std::map<std::string, Eigen::Vector3d>;  // unit, in W, by the face's name
+
 /// Registers readings in the order in which they come, and averages those of one corner.
 class Registration {
  public:
-  Registration(const RangeHead& head, const HeadErrors& errors) : head_(head), errors_(errors) {
+  /// `normals`: of the faces as far as they are known; null: of none, and readings of a corner are averaged
+  /// although they contradict each other, to find them.
+  Registration(const RangeHead& head, const HeadErrors& errors, const Normals* normals)
+      : head_(head), errors_(errors), normals_(normals) {
     measurement_.eye_W_m = head.X_WH.translation_m;
+    measurement_.mounting_covariance = mounting_covariance(errors);
   }
 
   Status take(const Targeting& targeting) {
@@ -40,7 +46,7 @@ class Registration {
     const Reading& reading = *targeting.reading;
     if (auto checked = check_reading(head_, reading); !checked)
       return Status::invalid_argument(about + checked.message());
-    MeasuredNode node{targeting.node, spot_W_m(head_, reading), spot_covariance_m2(head_, errors_, reading),
+    MeasuredNode node{targeting.node, spot_W_m(head_, reading), covariance_m2(targeting.face, reading),
                       beam_direction_W(head_, reading), 1};
     if (is_new) {
       measurement_.nodes.push_back(std::move(node));
@@ -55,10 +61,17 @@ class Registration {
   Measurement done() && { return std::move(measurement_); }
 
  private:
-  static Status merge(MeasuredNode& node, const MeasuredNode& again, const std::string& about) {
+  Eigen::Matrix3d covariance_m2(const std::string& face, const Reading& reading) const {
+    if (normals_ != nullptr)
+      if (const auto known = normals_->find(face); known != normals_->end())
+        return spot_covariance_m2(head_, errors_, reading, known->second);
+    return spot_covariance_unknown_face_m2(head_, errors_, reading);
+  }
+
+  Status merge(MeasuredNode& node, const MeasuredNode& again, const std::string& about) const {
     const Eigen::Vector3d apart = again.p_W_m - node.p_W_m;
     const Eigen::Matrix3d both = node.covariance_m2 + again.covariance_m2;
-    if (chi_square_tail(apart.dot(both.inverse() * apart), 3) < kContradiction) {
+    if (normals_ != nullptr && chi_square_tail(apart.dot(both.inverse() * apart), 3) < kContradiction) {
       return Status::invalid_argument(
           about + formatted("measured again %.1f mm away, more than its errors explain; allowed: "
                             "the same corner, or another name",
@@ -86,6 +99,7 @@ class Registration {
 
   const RangeHead& head_;
   const HeadErrors& errors_;
+  const Normals* normals_;
   Measurement measurement_;
   std::map<std::string, std::size_t> node_of_, face_of_;
   std::vector<Reading> last_;  // for each node
@@ -117,15 +131,37 @@ Height least_height(const Measurement& measurement, const MeasuredFace& face, co
           std::sqrt(variance(c) + (1 - share) * (1 - share) * variance(a) + share * share * variance(b))};
 }
 
-}  // namespace
-
-core::Expected<Measurement> register_nodes(const RangeHead& head, const HeadErrors& errors,
-                                           const std::vector<Targeting>& targetings) {
-  Registration registration(head, errors);
+core::Expected<Measurement> registered(const RangeHead& head, const HeadErrors& errors,
+                                       const std::vector<Targeting>& targetings, const Normals* normals) {
+  Registration registration(head, errors, normals);
   for (const Targeting& targeting : targetings) {
     if (auto taken = registration.take(targeting); !taken) return taken;
   }
   return std::move(registration).done();
+}
+
+/// Returns the normals of the faces whose corners determine one.
+Normals normals_of(const Measurement& measurement) {
+  Normals normals;
+  for (const MeasuredFace& face : measurement.faces) {
+    if (face.nodes.size() < 3) continue;
+    const auto corners = corners_of(measurement, face);
+    const CornerTriangle triangle = largest_triangle(corners);
+    const Height height = least_height(measurement, face, triangle);
+    if (height.m > kInLine_sigmas * height.sigma_m)
+      normals[face.name] = triangle_normal(corners, triangle, measurement.eye_W_m);
+  }
+  return normals;
+}
+
+}  // namespace
+
+core::Expected<Measurement> register_nodes(const RangeHead& head, const HeadErrors& errors,
+                                           const std::vector<Targeting>& targetings) {
+  const auto rough = registered(head, errors, targetings, nullptr);
+  if (!rough) return rough;
+  const Normals normals = normals_of(*rough);
+  return registered(head, errors, targetings, &normals);
 }
 
 Status check_measurement(const Measurement& measurement) {

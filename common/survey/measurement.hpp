@@ -35,6 +35,9 @@ struct Measurement {
   std::vector<MeasuredNode> nodes;
   std::vector<MeasuredFace> faces;
   Eigen::Vector3d eye_W_m = Eigen::Vector3d::Zero();  ///< the head's rotation centre; measured faces face it
+  /// Covariance of the head's mounting, which displaces all nodes together: of a turn about the eye and a
+  /// shift (rad, m; W axes). The nodes' covariances do not contain it.
+  Eigen::Matrix<double, 6, 6> mounting_covariance = Eigen::Matrix<double, 6, 6>::Zero();
 };
 
 /// One targeting of one corner of a face, as a person or a file gives it.
@@ -46,10 +49,11 @@ struct Targeting {
   std::string place;               ///< source of the targeting for messages, such as "points.csv:7"
 };
 
-/// Registers targetings as nodes with positions and covariances. Several readings of a corner are averaged,
-/// weighted by their covariances; a reading equal to the previous one to the last bit is not counted again.
-/// Errors name place and node: invalid readings, a node whose readings contradict each other, a corner
-/// without a reading, a face that is closed in one row and not in another.
+/// Registers targetings as nodes with positions and covariances. A covariance grows with the beam's incidence
+/// on the face in whose row the reading stands; the face's normal is that of its measured corners. Several
+/// readings of a corner are averaged, weighted by their covariances; a reading equal to the previous one to
+/// the last bit is not counted again. Errors name place and node: invalid readings, a node whose readings
+/// contradict each other, a corner without a reading, a face that is closed in one row and not in another.
 core::Expected<Measurement> register_nodes(const RangeHead& head, const HeadErrors& errors,
                                            const std::vector<Targeting>& targetings);
 

@@ -15,7 +15,9 @@ using std::numbers::pi;
 
 std::string number(double value) { return core::formatted("%g", value); }
 
-double draw(ErrorLaw law, double bound, std::mt19937_64& random) {
+}  // namespace
+
+double draw_error(ErrorLaw law, double bound, std::mt19937_64& random) {
   switch (law) {
     case ErrorLaw::kUniform:
       return bound * std::uniform_real_distribution<double>(-1.0, 1.0)(random);
@@ -27,8 +29,6 @@ double draw(ErrorLaw law, double bound, std::mt19937_64& random) {
   return 0.0;
 }
 
-}  // namespace
-
 double sigma_of(ErrorLaw law, double bound) {
   return law == ErrorLaw::kUniform  ? bound / std::numbers::sqrt3
          : law == ErrorLaw::kNormal ? 0.5 * bound
@@ -37,6 +37,25 @@ double sigma_of(ErrorLaw law, double bound) {
 
 double range_bound_m(const HeadErrors& errors, const Reading& reading) {
   return errors.range_m + errors.range_per_m * reading.range_m;
+}
+
+double spot_radius_m(const HeadErrors& errors, double range_m) {
+  return errors.spot_m + errors.spot_per_m * range_m;
+}
+
+double targeting_bound_m(const HeadErrors& errors, double range_m) {
+  return std::hypot(errors.targeting_m, spot_radius_m(errors, range_m) / sigma_of(errors.law, 1.0));
+}
+
+Eigen::Vector3d displacement_on_face_m(const Eigen::Vector3d& across_m, const Eigen::Vector3d& beam,
+                                       const Eigen::Vector3d& normal) {
+  const double cosine = normal.dot(beam);
+  const Eigen::Vector3d tilted = normal - cosine * beam;  // of length sine
+  const double sine = tilted.norm();
+  if (sine == 0.0) return across_m;
+  const double tangent = std::min(sine / std::abs(cosine), std::tan(kMaxIncidence_rad));
+  const double along_m = -tangent * across_m.dot(tilted) / sine;
+  return across_m + (cosine < 0.0 ? -along_m : along_m) * beam;
 }
 
 core::Status check_reading(const RangeHead& head, const Reading& reading) {
@@ -78,14 +97,35 @@ Eigen::Vector3d beam_direction_W(const RangeHead& head, const Reading& reading) 
   return spot_jacobian(head, reading).col(0).normalized();
 }
 
-Eigen::Matrix3d spot_covariance_m2(const RangeHead& head, const HeadErrors& errors, const Reading& reading) {
+Eigen::Matrix3d spot_covariance_m2(const RangeHead& head, const HeadErrors& errors, const Reading& reading,
+                                   const std::optional<Eigen::Vector3d>& normal_W) {
   const Eigen::Vector3d sigma(sigma_of(errors.law, range_bound_m(errors, reading)),
                               sigma_of(errors.law, errors.pan_rad), sigma_of(errors.law, errors.tilt_rad));
   const Eigen::Matrix3d scaled = spot_jacobian(head, reading) * sigma.asDiagonal();
   const Eigen::Vector3d beam = beam_direction_W(head, reading);
-  const double targeting_m = sigma_of(errors.law, errors.targeting_m);
-  return scaled * scaled.transpose() +
-         targeting_m * targeting_m * (Eigen::Matrix3d::Identity() - beam * beam.transpose());
+  const double targeting_m = sigma_of(errors.law, targeting_bound_m(errors, reading.range_m));
+  const Eigen::Vector3d across = beam.unitOrthogonal();
+  Eigen::Matrix<double, 3, 2> moved;
+  moved << across, beam.cross(across);
+  if (normal_W)
+    for (int i = 0; i < 2; ++i) moved.col(i) = displacement_on_face_m(moved.col(i), beam, *normal_W);
+  return scaled * scaled.transpose() + targeting_m * targeting_m * moved * moved.transpose();
+}
+
+Eigen::Matrix3d spot_covariance_unknown_face_m2(const RangeHead& head, const HeadErrors& errors,
+                                                const Reading& reading) {
+  const Eigen::Vector3d beam = beam_direction_W(head, reading);
+  const double along_m =
+      std::tan(kUnknownIncidence_rad) * sigma_of(errors.law, targeting_bound_m(errors, reading.range_m));
+  return spot_covariance_m2(head, errors, reading) + along_m * along_m * beam * beam.transpose();
+}
+
+Eigen::Matrix<double, 6, 6> mounting_covariance(const HeadErrors& errors) {
+  const double turn_rad = sigma_of(errors.law, errors.mounting_rad),
+               shift_m = sigma_of(errors.law, errors.mounting_m);
+  Eigen::Matrix<double, 6, 1> variances;
+  variances << Eigen::Vector3d::Constant(turn_rad * turn_rad), Eigen::Vector3d::Constant(shift_m * shift_m);
+  return variances.asDiagonal();
 }
 
 core::Expected<Reading> aim(const RangeHead& head, const Eigen::Vector3d& p_W_m) {
@@ -105,20 +145,32 @@ core::Expected<Reading> aim(const RangeHead& head, const Eigen::Vector3d& p_W_m)
 }
 
 core::Expected<Reading> simulate_reading(const RangeHead& head, const HeadErrors& errors,
-                                         const Eigen::Vector3d& p_W_m, std::mt19937_64& random) {
+                                         const Eigen::Vector3d& p_W_m, std::mt19937_64& random,
+                                         const std::optional<Eigen::Vector3d>& normal_W) {
   const auto meant = aim(head, p_W_m);
   if (!meant) return meant;
   const Eigen::Vector3d beam = beam_direction_W(head, *meant);
   const Eigen::Vector3d across = beam.unitOrthogonal(), along = beam.cross(across);
-  const double a_m = draw(errors.law, errors.targeting_m, random),
-               b_m = draw(errors.law, errors.targeting_m, random);
-  auto read = aim(head, p_W_m + a_m * across + b_m * along);
+  const double bound_m = targeting_bound_m(errors, meant->range_m);
+  const double a_m = draw_error(errors.law, bound_m, random), b_m = draw_error(errors.law, bound_m, random);
+  const Eigen::Vector3d off_m = a_m * across + b_m * along;
+  auto read = aim(head, p_W_m + (normal_W ? displacement_on_face_m(off_m, beam, *normal_W) : off_m));
   if (!read) return read;
-  read->range_m += draw(errors.law, range_bound_m(errors, *meant), random);
-  read->pan_rad += draw(errors.law, errors.pan_rad, random);
-  read->tilt_rad += draw(errors.law, errors.tilt_rad, random);
+  read->range_m += draw_error(errors.law, range_bound_m(errors, *meant), random);
+  read->pan_rad += draw_error(errors.law, errors.pan_rad, random);
+  read->tilt_rad += draw_error(errors.law, errors.tilt_rad, random);
   if (auto checked = check_reading(head, *read); !checked) return checked;
   return read;
+}
+
+RangeHead simulate_mounting(const RangeHead& head, const HeadErrors& errors, std::mt19937_64& random) {
+  Eigen::Vector3d turn_rad, shift_m;
+  for (double& component : turn_rad) component = draw_error(errors.law, errors.mounting_rad, random);
+  for (double& component : shift_m) component = draw_error(errors.law, errors.mounting_m, random);
+  RangeHead mounted = head;
+  mounted.X_WH.rotation = geometry::rotation_from_vector(turn_rad) * head.X_WH.rotation;
+  mounted.X_WH.translation_m += shift_m;
+  return mounted;
 }
 
 }  // namespace phantom::survey

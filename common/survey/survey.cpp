@@ -130,11 +130,19 @@ class Survey {
 
   SurveyResult fitted(const Candidate& candidate, const Placement& best) {
     const PartModel& part = library_[candidate.part];
-    FittedObject object{candidate.part, best.map, {}, *best.fit, 0.0, result_.choice.symmetric, 0};
+    FittedObject object{.part = candidate.part, .map = best.map, .four_steps_WO = {}, .fit = *best.fit};
+    object.symmetric = result_.choice.symmetric;
+    PoseFit mounting = object.fit;
+    mounting.covariance = mounting_covariance_of(object.fit, measurement_);
+    object.fit.covariance += mounting.covariance;
     object.worst_displacement_m = worst_displacement_m(part, object.fit, options_.confidence);
+    object.mounting_displacement_m = worst_displacement_m(part, mounting, options_.confidence);
     if (!(object.worst_displacement_m <= options_.largest_displacement_m)) {
       result_.advice.push_back(
-          "measure corners that lie farther apart, or on another face; or each corner several times");
+          object.mounting_displacement_m > options_.largest_displacement_m
+              ? "survey the head's mounting better: alone it may displace the part by " +
+                    formatted("%.1f mm", 1e3 * object.mounting_displacement_m)
+              : "measure corners that lie farther apart, or on another face; or each corner several times");
       return refused(
           std::string("the pose is known too badly: some point of ") + part.name +
           formatted(

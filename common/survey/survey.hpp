@@ -26,10 +26,11 @@ struct FittedObject {
   NodeMap map;
   /// Pose by the thesis's fit; none if no face of three corners was measured.
   std::optional<geometry::Pose> four_steps_WO;
-  PoseFit fit;                        ///< fitted to all nodes
-  double worst_displacement_m = 0.0;  ///< no point of the part exceeds it, with the options' confidence
-  std::size_t symmetric = 1;          ///< number of poses of this part that occupy the same space
-  std::size_t picked_among = 0;       ///< alternatives from which a person chose it; 0: it is the only one
+  PoseFit fit;                           ///< fitted to all nodes; its covariance includes the head's mounting
+  double worst_displacement_m = 0.0;     ///< no point of the part exceeds it, with the options' confidence
+  double mounting_displacement_m = 0.0;  ///< the same by the head's mounting alone: no further reading helps
+  std::size_t symmetric = 1;             ///< number of poses of this part that occupy the same space
+  std::size_t picked_among = 0;          ///< alternatives from which a person chose it; 0: it is the only one
 };
 
 /// The result of a survey.

@@ -79,6 +79,11 @@ core::Expected<TouchCorrection> correct_by_touch(const TouchSurface& surface, co
                                                  const std::vector<FreePlace>& free,
                                                  const TouchOptions& options = {});
 
+/// Returns the corrected pose without what the touches leave open: in those directions the object stays where
+/// the model has it. `correction`: made with these options; `centre_O_m`: of the touched surface. Pure.
+geometry::Pose determined_pose(const TouchCorrection& correction, const Eigen::Vector3d& centre_O_m,
+                               const TouchOptions& options = {});
+
 /// Splits a normally distributed error of a pose into ways to move that are known to `determined_m`, the best
 /// known first (2.5 sigma of them together at the worst of `extremes_W_m`; by touches more than by the
 /// prior), and those that are not, and puts them into words. `information`: of the touches alone, about

@@ -136,6 +136,26 @@ void split_directions(const Matrix6& information, const Eigen::Vector3d& centre_
   for (const Vector6& way : readable(unknown)) open.push_back(direction(way));
 }
 
+geometry::Pose determined_pose(const TouchCorrection& correction, const Eigen::Vector3d& centre_O_m,
+                               const TouchOptions& options) {
+  const geometry::Pose &model_WO = correction.model_WO, &fitted_WO = correction.fit.X_WO;
+  Vector6 motion;
+  motion << geometry::rotation_vector(fitted_WO.rotation * model_WO.rotation.transpose()),
+      fitted_WO * centre_O_m - model_WO * centre_O_m;
+  // The directions are orthogonal in units of the prior.
+  const Vector6 prior = prior_of(options), whole = motion.cwiseQuotient(prior);
+  Vector6 known = Vector6::Zero();
+  for (const TouchDirection& direction : correction.determined) {
+    const Vector6 way = direction.motion.cwiseQuotient(prior).normalized();
+    known += way.dot(whole) * way;
+  }
+  known = known.cwiseProduct(prior);
+  geometry::Pose X_WO;
+  X_WO.rotation = geometry::rotation_from_vector(known.head<3>()) * model_WO.rotation;
+  X_WO.translation_m = model_WO * centre_O_m + known.tail<3>() - X_WO.rotation * centre_O_m;
+  return X_WO;
+}
+
 double displacement_in_m(const std::vector<TouchDirection>& directions, const Vector6& motion,
                          const Eigen::Vector3d& centre_W_m, const std::vector<Eigen::Vector3d>& extremes_W_m,
                          const TouchOptions& options) {

@@ -27,6 +27,7 @@ bool sees(const PartModel& part, const Eigen::Vector3d& eye_O, const Eigen::Vect
 /// Returns the longest run of successive corners that are seen.
 VisibleFace seen_part(const BorderLoop& loop, const std::vector<bool>& seen) {
   VisibleFace face;
+  face.face = loop.face;
   const std::size_t n = loop.nodes.size();
   if (std::all_of(seen.begin(), seen.end(), [](bool s) { return s; })) {
     face.nodes = loop.nodes;
@@ -83,7 +84,8 @@ core::Expected<std::vector<Targeting>> simulate_targetings(const PartModel& part
                           {}};
       const auto [known, is_new] = first_of.try_emplace(node, targetings.size());
       if (is_new) {
-        const auto reading = simulate_reading(head, errors, X_WO * part.nodes_O_m[node], random);
+        const auto reading = simulate_reading(head, errors, X_WO * part.nodes_O_m[node], random,
+                                              X_WO.rotation * part.faces[faces[f].face].normal_O);
         if (!reading) return reading.status();
         targeting.reading = *reading;
       } else {

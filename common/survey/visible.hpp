@@ -20,6 +20,7 @@ struct VisibleOptions {
 struct VisibleFace {
   bool closed = true;  ///< whether the whole border is seen; otherwise the nodes are successive corners
   std::vector<std::uint32_t> nodes;
+  std::uint32_t face = 0;  ///< index into PartModel::faces
 };
 
 /// Returns what a person at the head would measure of a part at a pose: the faces that look largest from

@@ -104,41 +104,6 @@ TEST(Fusion, TheArmIsNeitherMatterNorSeenThrough) {
   EXPECT_EQ(seen_before.occupied().count(), before);
 }
 
-/// Depths of a row of an image of 3 rows, in voxels of 5 mm, after the masks.
-std::vector<float> masked_row(const std::vector<float>& row_m, const DepthSigma& sigma = {}) {
-  const auto width = static_cast<int>(row_m.size());
-  std::vector<float> pixels(row_m.size(), 0.0F);
-  pixels.insert(pixels.end(), row_m.begin(), row_m.end());
-  pixels.resize(3 * row_m.size(), 0.0F);
-  DepthImage image;
-  EXPECT_TRUE(image.load_m({{width, 3, 500.0, 500.0, 0.5 * width, 1.0, 0.1, 9.0}, {}, 0.0}, pixels));
-  PreparedDepth depth;
-  depth.prepare(image, {}, sigma, {}, 0.005);
-  std::vector<float> masked;
-  for (std::size_t u = 0; u < row_m.size(); ++u)
-    masked.push_back(0.005F * depth.fused_vox()[row_m.size() + u]);
-  return masked;
-}
-
-TEST(Fusion, PixelsBehindAnEdgeAndAloneInFrontAreNotFused) {
-  using testing::FloatNear;
-  using testing::Pointwise;
-  const auto is = [](const std::vector<float>& expected) { return Pointwise(FloatNear(1e-5F), expected); };
-  EXPECT_THAT(masked_row({1, 1, 1, 2, 2, 2}), is({1, 1, 1, 0, 2, 2}));
-  EXPECT_THAT(masked_row({1, 1, 1.4F, 1.7F, 2, 2}), is({1, 1, 0, 0, 0, 2}));  // flying pixels
-  EXPECT_THAT(masked_row({2, 2, 1, 1, 2, 2}), is({2, 0, 1, 1, 0, 2}));        // a thin rod
-  EXPECT_THAT(masked_row({2, 2, 1, 2, 2, 2}), is({2, 0, 0, 0, 2, 2}));        // a single pixel in front
-  EXPECT_THAT(masked_row({2, 0, 1, 0, 2, 2}), is({2, 0, 1, 0, 2, 2}));        // nothing measured is no edge
-  EXPECT_THAT(masked_row({1, 1.028F, 1, 1.028F, 1, 1}), is({1, 1.028F, 1, 1.028F, 1, 1}));
-  std::vector<float> wide, expected;  // longer than a vector
-  for (int i = 0; i < 70; ++i) wide.push_back(i / 10 % 2 == 0 ? 1.0F : 2.0F);
-  for (int i = 0; i < 70; ++i)
-    expected.push_back(i / 10 % 2 == 1 && (i % 10 == 0 || i % 10 == 9) ? 0.0F
-                       : i / 10 % 2 == 0                               ? 1.0F
-                                                                       : 2.0F);
-  EXPECT_THAT(masked_row(wide), is(expected));
-}
-
 TEST(Fusion, MemoryIsBoundedAndNothingIsAllocatedAfterTheFirstImage) {
   FusionParameters parameters = small_fusion();
   scenes::Simulated camera = wall(), nearer = wall(0.1);

@@ -308,6 +308,34 @@ TEST(Touch, OneFaceDeterminesItsNormalAndTwoTurnsAndTheRestIsSaidToBeOpen) {
   EXPECT_GT(c->worst_after_m, 0.02) << "the guard covers what is open";
 }
 
+// A side that is known badly moves the most probable pose, and not the one of what is determined.
+TEST(Touch, TheDeterminedPoseIsThatOfTheModelInOpenDirections) {
+  std::mt19937_64 random(6);
+  Fixture fixture(block());
+  fixture.model_WO.translation_m = {0.1, 0.2, 0.3};
+  fixture.deviate({0.0, 0.012, 0.012}, Eigen::Vector3d::Zero());
+  auto spots = three_two_one();
+  spots.resize(5);
+  auto touches = touch_all(fixture, spots, 0.0001, random);
+  ASSERT_EQ(touches.size(), 5U);
+  for (std::size_t i = 3; i < 5; ++i) touches[i].sigma_m = 0.008;
+  const auto c = correct_by_touch(fixture.surface, fixture.model_WO, touches, {});
+  ASSERT_TRUE(c);
+  ASSERT_THAT(c->open[1].words, HasSubstr("shift along y of W"));
+  EXPECT_GT(c->fit.X_WO.translation_m.y(), 0.205);
+  const geometry::Pose known_WO = determined_pose(*c, fixture.surface.centre_O_m());
+  EXPECT_NEAR(known_WO.translation_m.z(), 0.312, 0.0005);
+  EXPECT_NEAR(known_WO.translation_m.y(), 0.2, 2e-4);
+  EXPECT_NEAR(known_WO.translation_m.x(), 0.1, 2e-4);
+  // Where all is determined, it is the corrected pose.
+  const auto whole = correct_by_touch(fixture.surface, fixture.model_WO,
+                                      touch_all(fixture, three_two_one(), 0.0001, random), {});
+  ASSERT_TRUE(whole && whole->open.empty());
+  const geometry::Pose all_WO = determined_pose(*whole, fixture.surface.centre_O_m());
+  EXPECT_LT((all_WO.translation_m - whole->fit.X_WO.translation_m).norm(), 1e-9);
+  EXPECT_LT((all_WO.rotation - whole->fit.X_WO.rotation).norm(), 1e-9);
+}
+
 TEST(Touch, AHoleThatIsTouchedAllRoundLeavesShiftAndTurnAlongItsAxisOpenWhereverItLies) {
   std::mt19937_64 random(7);
   Fixture fixture(geometry::make_cylinder(0.03, 0.12, 64));

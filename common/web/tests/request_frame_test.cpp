@@ -83,6 +83,7 @@ TEST(RequestFraming, WhatCannotBeBoundedOrReadInOneWayOnlyIsRefused) {
       {"GET  HTTP/1.1\r\n" + kHost + "\r\n", 400},
       {"GET /\r\n" + kHost + "\r\n", 400},
       {"GET / HTTP/2.0\r\n" + kHost + "\r\n", 505},
+      {"GET / HTTP/9.9\r\n" + kHost + "\r\n", 505},
       {"PUT / HTTP/1.1\r\n" + kHost + "\r\n", 405},
       {"OPTIONS / HTTP/1.1\r\n" + kHost + "\r\n", 405},
       {"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n", 505},
