@@ -22,6 +22,12 @@ std::uint32_t ThreatMonitor::alert_of(std::uint32_t link, std::uint16_t object) 
   return found != followed_.end() ? found->number : 0;
 }
 
+bool ThreatMonitor::has_alert(std::uint32_t link) const noexcept {
+  return std::ranges::any_of(followed_, [link](const Followed& one) {
+    return one.used && one.link == link && one.hits.active().has_value();
+  });
+}
+
 std::size_t ThreatMonitor::active_count() const noexcept {
   return static_cast<std::size_t>(std::ranges::count_if(
       followed_, [](const Followed& one) { return one.used && one.hits.active().has_value(); }));

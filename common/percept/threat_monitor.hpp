@@ -35,6 +35,7 @@ class ThreatMonitor {
 
   /// Returns the number of the alert that is up for a link near an object; 0: none.
   std::uint32_t alert_of(std::uint32_t link, std::uint16_t object) const noexcept;
+  bool has_alert(std::uint32_t link) const noexcept;  ///< near any object
   std::size_t active_count() const noexcept;
 
  private:

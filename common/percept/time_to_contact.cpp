@@ -21,17 +21,21 @@ struct Way {
 
 Way way_to_surface(const workspace::Workspace& workspace, const Eigen::Vector3d& from_m,
                    const Eigen::Vector3d& direction, double step_m) noexcept {
-  Way way;
-  std::uint8_t greatest = 0;
-  for (int step = 0; step <= kMaxSteps; ++step) {
-    const double length_m = step * step_m;
-    const workspace::Index3 voxel = workspace.grid().index_of(from_m + length_m * direction);
-    const Along along = what_is(workspace, voxel);
+  const auto voxel_at = [&](int step) {
+    return workspace.grid().index_of(from_m + step * step_m * direction);
+  };
+  int steps = 0;
+  for (; steps <= kMaxSteps; ++steps) {
+    const Along along = what_is(workspace, voxel_at(steps));
     if (along == Along::kOutside) break;
     // The boundary lies between this step and the one before.
-    if (along == Along::kSurface) return {step == 0 ? 0.0 : length_m - 0.5 * step_m, true};
-    const std::uint8_t code = workspace.mu_code(voxel);
-    if (code > greatest) greatest = code, way.length_m = length_m;
+    if (along == Along::kSurface) return {steps == 0 ? 0.0 : (steps - 0.5) * step_m, true};
+  }
+  Way way;
+  std::uint8_t greatest = 0;
+  for (int step = 0; step < steps; ++step) {
+    const std::uint8_t code = workspace.mu_code(voxel_at(step));
+    if (code > greatest) greatest = code, way.length_m = step * step_m;
   }
   return way;
 }

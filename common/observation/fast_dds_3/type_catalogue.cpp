@@ -158,6 +158,7 @@ void register_topics() {
   msg::register_InterestPoints_type_identifier(ids);
   msg::register_SkinPercept_type_identifier(ids);
   msg::register_HitAlert_type_identifier(ids);
+  msg::register_ModelDoubt_type_identifier(ids);
   msg::register_SensingCommand_type_identifier(ids);
   msg::register_SensingReply_type_identifier(ids);
   msg::register_OperatorCommand_type_identifier(ids);
@@ -173,6 +174,8 @@ void register_topics() {
   msg::register_WorkspaceBrick_type_identifier(ids);
   msg::register_WorkspaceVersion_type_identifier(ids);
   msg::register_WorkspaceObject_type_identifier(ids);
+  msg::register_ObjectUncertainty_type_identifier(ids);
+  msg::register_PoseFinding_type_identifier(ids);
   msg::register_MeshChunk_type_identifier(ids);
   msg::register_OccupancyChange_type_identifier(ids);
   msg::register_WorkspaceCommand_type_identifier(ids);

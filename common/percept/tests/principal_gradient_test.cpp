@@ -68,7 +68,7 @@ int ball(workspace::Index3 v) {
 
 void expect_literal(const workspace::Workspace& workspace) {
   for (const ZoneShape shape : {ZoneShape::kCube, ZoneShape::kSphere}) {
-    for (const int m : {1, 2, 3, 5}) {
+    for (const int m : {1, 2, 3, 4, 5, 9, 15}) {
       const ClusterZone zone(m, shape);
       for (int i = 0; i < 200; ++i) {
         const workspace::Index3 centre{(i * 7) % 66 - 1, (i * 13) % 66 - 1,

@@ -7,17 +7,6 @@
 namespace phantom::robot {
 namespace {
 
-enum class Cover { kNone, kPart, kAll };
-
-/// How much of a sphere a region holds. What cannot be decided within rounding is a part.
-Cover cover_of(const MediumRegion& region, const Eigen::Vector3d& centre_m, double radius_m) noexcept {
-  const Eigen::Array3d c = centre_m.array();
-  const double r = radius_m + 1e-9;
-  if ((c + r < region.min_m.array()).any() || (c - r > region.max_m.array()).any()) return Cover::kNone;
-  const bool inside = (c - r >= region.min_m.array()).all() && (c + r < region.max_m.array()).all();
-  return inside ? Cover::kAll : Cover::kPart;
-}
-
 void add_sensor(double weight, const Eigen::Vector3d& d_m, ViscousSums& sums) noexcept {
   sums.mu += weight;
   sums.mu_d += weight * d_m;
@@ -67,6 +56,14 @@ core::JointArray coupled_drift(const DragCoefficients& drag, const core::JointAr
 }
 
 }  // namespace
+
+Cover cover_of(const MediumRegion& region, const Eigen::Vector3d& centre_m, double radius_m) noexcept {
+  const Eigen::Array3d c = centre_m.array();
+  const double r = radius_m + 1e-9;
+  if ((c + r < region.min_m.array()).any() || (c - r > region.max_m.array()).any()) return Cover::kNone;
+  const bool inside = (c - r >= region.min_m.array()).all() && (c + r < region.max_m.array()).all();
+  return inside ? Cover::kAll : Cover::kPart;
+}
 
 MediumSensing::MediumSensing(const SkinLayout& layout, Medium medium)
     : layout_(layout), medium_(std::move(medium)) {

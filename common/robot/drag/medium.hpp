@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <limits>
+#include <optional>
 #include <vector>
 
 #include "common/robot/drag/drag.hpp"
@@ -17,6 +18,9 @@ struct MediumRegion {
   Eigen::Vector3d min_m = Eigen::Vector3d::Constant(-std::numeric_limits<double>::infinity());
   Eigen::Vector3d max_m = Eigen::Vector3d::Constant(std::numeric_limits<double>::infinity());
   Eigen::Vector3d current_m_s = Eigen::Vector3d::Zero();  ///< velocity at which the fluid flows
+  /// ≥ 0; none: that of the region before it that holds a point (a jet is of the water it flows in), of air
+  /// 0.
+  std::optional<double> density_kg_per_m3 = {};
 
   bool contains(const Eigen::Vector3d& p_W_m) const noexcept {
     return (p_W_m.array() >= min_m.array()).all() && (p_W_m.array() < max_m.array()).all();
@@ -26,6 +30,11 @@ struct MediumRegion {
 /// Where regions overlap, the last one that holds a point counts. Where there is none, the medium is air,
 /// which is not felt.
 using Medium = std::vector<MediumRegion>;
+
+enum class Cover { kNone, kPart, kAll };
+/// Returns how much of a sphere in W a region holds. What cannot be decided within rounding is a part.
+/// Real-time safe: yes.
+Cover cover_of(const MediumRegion& region, const Eigen::Vector3d& centre_m, double radius_m) noexcept;
 
 /// What a medium does to one link: sums over its sensors that are in it, in W axes about the link's origin,
 /// with the sensors' velocity u_i of the fluid.

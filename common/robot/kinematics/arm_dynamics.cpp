@@ -75,6 +75,14 @@ void add_body(Payload& payload, std::size_t link, double mass_kg, const Eigen::V
   Eigen::Matrix3d::Map(load.inertia_kg_m2.data()) = whole.inertia_kg_m2;
 }
 
+void add_displaced(Payload& payload, std::size_t link, double volume_m3, const Eigen::Vector3d& centre_m) {
+  if (!(volume_m3 > 0.0)) return;
+  LoadBody& load = payload.on_link.at(link);
+  auto at = Eigen::Vector3d::Map(load.displaced_at_m.data());
+  at = (load.displaced_m3 * at + volume_m3 * centre_m).eval() / (load.displaced_m3 + volume_m3);
+  load.displaced_m3 += volume_m3;
+}
+
 void add_weight(const SerialArm& arm, const Payload& payload, const LinkPoses& X_WL,
                 core::JointArray& tau) noexcept {
   for (std::size_t link = 1; link <= arm.joint_count(); ++link) {

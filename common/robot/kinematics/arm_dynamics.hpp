@@ -29,6 +29,10 @@ ArmMomentum momentum_of(const SerialArm& arm, const core::JointArray& rotor, con
 void add_body(Payload& payload, std::size_t link, double mass_kg, const Eigen::Vector3d& centre_m,
               const Eigen::Matrix3d& inertia_kg_m2);
 
+/// Says that a body on link `link` takes up a volume of the fluid it is in, with its centre in the link's
+/// frame.
+void add_displaced(Payload& payload, std::size_t link, double volume_m3, const Eigen::Vector3d& centre_m);
+
 /// Adds to `tau` the torques that hold the payload's weight (gravity along −z of W). Real-time safe: yes.
 void add_weight(const SerialArm& arm, const Payload& payload, const LinkPoses& X_WL,
                 core::JointArray& tau) noexcept;

@@ -7,9 +7,10 @@
 
 namespace phantom::robot {
 
-SkinPatches::SkinPatches(const SerialArm& arm, const SkinLayout& layout) : arm_(arm), layout_(layout) {
+SkinPatches::SkinPatches(const SerialArm& arm, const SkinLayout& layout, double voxel_m)
+    : arm_(arm), layout_(layout) {
   for (const ClusterSpec& spec : layout.clusters) stencils_.emplace_back(spec, layout.voxel_stretch);
-  double edge_m = 0.02;
+  double edge_m = std::min(0.02, 4.0 * voxel_m);
   while (!divide(edge_m)) edge_m *= 1.25;
   worst_.resize(patches_.size());
 }

@@ -19,9 +19,9 @@ class SkinPatches {
  public:
   static constexpr std::size_t kMax = 1024;  ///< patches; the same as in SkinPercept of the IDL
 
-  /// Divides the skin by cubes in its links' frames. The cubes' edge is 20 mm, or longer if that would give
-  /// more than kMax patches. `arm` and `layout` must outlive this object.
-  SkinPatches(const SerialArm& arm, const SkinLayout& layout);
+  /// Divides the skin by cubes in its links' frames. The cubes' edge is 20 mm, in voxels below 5 mm four of
+  /// these, or longer if that would give more than kMax patches. `arm` and `layout` must outlive this object.
+  SkinPatches(const SerialArm& arm, const SkinLayout& layout, double voxel_m = 0.005);
 
   struct Patch {
     std::size_t link = 0;

@@ -5,6 +5,7 @@
 #include <bitset>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <memory>
 #include <optional>
 #include <span>
@@ -13,6 +14,7 @@
 #include "common/robot/drag/drag.hpp"
 #include "common/robot/drag/medium.hpp"
 #include "common/robot/sensing/cluster_sensor.hpp"
+#include "common/robot/sensing/place_speeds.hpp"
 #include "common/robot/sensing/sensing_kernel.hpp"
 #include "common/robot/sensing/viscosity_filter.hpp"
 #include "common/robot/sensing/worker_team.hpp"
@@ -142,14 +144,25 @@ class SkinSensing {
         if (cluster_codes_[i] >= code) visit(link, i);
     }
   }
-  /// Calls visit(sensor, code) for sensors of a link that met fluid and are not muted, each once: of each
-  /// block that met some the first one in its greatest code, and some `most` evenly chosen of all, or all if
-  /// they are fewer. Of a moving fluid's: that of in_fluid(). Cost: as the sensors of its blocks in fluid, in
-  /// steps. Real-time safe: as visit is.
+  /// Calls visit(sensor, code) for sensors of a link that met fluid and are not muted, each once: some `most`
+  /// evenly chosen, or all if they are fewer, and of the blocks that these are in the first one in its
+  /// greatest code. Where blocks outnumber `most`, of so many evenly chosen blocks that first one alone. Of a
+  /// moving fluid's: that of in_fluid(). Cost: as the sensors of its blocks in fluid, in steps. Real-time
+  /// safe: as visit is.
   template <class Visit>
   void for_each_place(std::size_t link, std::size_t most, const Visit& visit) const noexcept;
+  /// Calls visit(sensor, code) for the sensors of a link that met fluid, are not muted and may exceed the
+  /// limit of their code; `more_m_s`: how much faster than the link they may be. Leaves out blocks of sensors
+  /// near which is nothing but objects with is_known(object), which is asked before each block. Of more than
+  /// `most` sensors that are left, so many evenly chosen. Cost: of a block's bounds, then of a comparison for
+  /// each sensor. Of a moving fluid's: that of in_fluid(). Not for several threads at once. Real-time safe:
+  /// as is_known and visit are.
+  template <class IsKnown, class Visit>
+  void for_each_exceeding(std::size_t link, const PlaceVelocity& velocity, double more_m_s,
+                          const CodeSpeedLimits& limits, const workspace::Workspace& workspace,
+                          std::size_t most, const IsKnown& is_known, const Visit& visit) noexcept;
   /// Returns what the skin has met in a moving fluid, by its index in the last sense().
-  const SkinSensing& in_fluid(std::size_t fluid) const noexcept { return *in_fluids_[fluid]; }
+  SkinSensing& in_fluid(std::size_t fluid) const noexcept { return *in_fluids_[fluid]; }
   /// Returns the voxel in which a sensor met a code: its own or, for a cluster sensor, the nearest of its
   /// zone. None: it did not meet it. Real-time safe: yes.
   std::optional<workspace::Index3> place_of(std::size_t link, std::size_t sensor, std::uint8_t code,
@@ -205,6 +218,9 @@ class SkinSensing {
   void enclose(const SkinLayout& layout) noexcept;
   /// The fluids that reach a link, as bits.
   using Fluids = std::bitset<kMaxFluids>;
+  template <class IsKnown>
+  bool is_near_known_only(std::size_t link, const Eigen::Vector3d& middle_L_m, double radius_m,
+                          const workspace::Workspace& workspace, const IsKnown& is_known) const noexcept;
   bool reaches(const MovingFluid& fluid, std::size_t link, const geometry::Pose& X_WL) const noexcept;
   void place_in_fluids(std::size_t link, const geometry::Pose& X_WL) noexcept;
   void take_fluids(std::size_t link, Part& first) noexcept;
@@ -246,6 +262,7 @@ class SkinSensing {
   workspace::AlignedVector<std::uint32_t> voxels_;  // only with memory
   workspace::AlignedVector<double> mu_;             // only with memory or muted objects
   std::vector<std::uint8_t> block_worst_;    // greatest code of each block of kernel::kBlock packed sensors
+  std::vector<std::uint8_t> block_fast_;     // whether a sensor of the block may exceed its limit
   std::vector<std::uint8_t> cluster_codes_;  // greatest code of each cluster sensor, by sensor index
   std::shared_ptr<const Neighbourhood> neighbourhood_;
   std::vector<Part> parts_;  // link by link
@@ -281,14 +298,96 @@ void SkinSensing::for_each_place(std::size_t link, std::size_t most, const Visit
   const auto in_fluid = blocks - static_cast<std::size_t>(std::count(worst, worst + blocks, std::uint8_t{0}));
   const std::size_t stride =
       std::max<std::size_t>(1, (in_fluid * kernel::kBlock + clusters + most - 1) / most);
+  std::size_t next = stride / 2;  // sensor of the blocks in fluid that is taken next
   for (std::size_t block = 0; block < blocks; ++block) {
     if (worst[block] == 0) continue;
+    if (next >= kernel::kBlock) {
+      next -= kernel::kBlock;
+      continue;
+    }
     const std::size_t begin = block * kernel::kBlock, count = std::min(kernel::kBlock, points - begin);
     const std::uint8_t* const codes = codes_.data() + packed_first_[link] + begin;
-    const auto thickest = static_cast<std::size_t>(std::find(codes, codes + count, worst[block]) - codes);
+    const void* const found = std::memchr(codes, worst[block], count);
+    const auto thickest =
+        found == nullptr ? count : static_cast<std::size_t>(static_cast<const std::uint8_t*>(found) - codes);
     if (thickest < count) visit(first + begin + thickest, worst[block]);
-    for (std::size_t i = 0; i < count; i += stride)
-      if (codes[i] != 0 && i != thickest) visit(first + begin + i, codes[i]);
+    for (; next < kernel::kBlock; next += stride)
+      if (stride < kernel::kBlock && next < count && codes[next] != 0 && next != thickest)
+        visit(first + begin + next, codes[next]);
+    next -= kernel::kBlock;
+  }
+  for (std::size_t i = first_cluster; i < first_cluster + clusters; i += stride)
+    if (cluster_codes_[i] != 0) visit(i, cluster_codes_[i]);
+}
+
+/// Returns whether all fluid in a sphere is that of known objects, as far as the bricks tell.
+template <class IsKnown>
+bool SkinSensing::is_near_known_only(std::size_t link, const Eigen::Vector3d& middle_L_m, double radius_m,
+                                     const workspace::Workspace& workspace,
+                                     const IsKnown& is_known) const noexcept {
+  constexpr int kMaxBricks = 64;
+  const kernel::ToVoxels& to = to_voxels_[link];
+  std::array<std::int32_t, 3> low{}, high{};
+  int bricks = 1;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Eigen::Map<const Eigen::Vector3d> row(to.r + 3 * k);
+    const double middle_vox = row.dot(middle_L_m) + to.t[k], reach_vox = row.norm() * radius_m + 1.0;
+    const std::int32_t last = workspace.size_bricks()[k] - 1;
+    const auto brick_at = [&](double vox) {
+      return static_cast<std::int32_t>(
+          std::clamp(std::floor(vox / workspace::kBrickEdge), 0.0, static_cast<double>(last)));
+    };
+    low[k] = brick_at(middle_vox - reach_vox), high[k] = brick_at(middle_vox + reach_vox);
+    bricks *= high[k] - low[k] + 1;
+  }
+  if (bricks > kMaxBricks) return false;
+  for (std::int32_t z = low[2]; z <= high[2]; ++z)
+    for (std::int32_t y = low[1]; y <= high[1]; ++y)
+      for (std::int32_t x = low[0]; x <= high[0]; ++x) {
+        if (!workspace.has_brick({x, y, z})) continue;
+        const auto brick = workspace.brick({x, y, z});
+        if (brick.object != nullptr || !is_known(brick.sole_object)) return false;
+      }
+  return true;
+}
+
+template <class IsKnown, class Visit>
+void SkinSensing::for_each_exceeding(std::size_t link, const PlaceVelocity& velocity, double more_m_s,
+                                     const CodeSpeedLimits& limits, const workspace::Workspace& workspace,
+                                     std::size_t most, const IsKnown& is_known, const Visit& visit) noexcept {
+  const std::size_t first = layout_->first[link], first_cluster = layout_->first_cluster[link];
+  const std::size_t points = first_cluster - first, clusters = layout_->first[link + 1] - first_cluster;
+  const std::size_t blocks = (points + kernel::kBlock - 1) / kernel::kBlock;
+  // The zones of cluster sensors reach farther than the sensors.
+  if (clusters == 0 && is_near_known_only(link, middle_m_[link], radius_m_[link], workspace, is_known))
+    return;
+  const kernel::Block* const bounds = blocks_.data() + first_block_[link];
+  std::size_t left = clusters;
+  for (std::size_t block = 0; block < blocks; ++block) {
+    const std::uint8_t worst = block_worst_[first_block_[link] + block];
+    const auto is_fast = [&] {
+      const Eigen::Map<const Eigen::Vector3d> centre_m(bounds[block].centre_m);
+      return !limits.none_exceeds(worst,
+                                  velocity.greatest_within(centre_m, bounds[block].radius_m) + more_m_s);
+    };
+    const bool fast = worst != 0 && is_fast();
+    block_fast_[first_block_[link] + block] = fast ? 1 : 0;
+    left += fast ? kernel::kBlock : 0;
+  }
+  const std::size_t stride = std::max<std::size_t>(1, (left + most - 1) / most);
+  for (std::size_t block = 0; block < blocks; ++block) {
+    if (block_fast_[first_block_[link] + block] == 0) continue;
+    const Eigen::Vector3d centre_m(bounds[block].centre_m);
+    if (is_near_known_only(link, centre_m, bounds[block].radius_m, workspace, is_known)) continue;
+    const std::size_t begin = block * kernel::kBlock, count = std::min(kernel::kBlock, points - begin);
+    const std::size_t packed = packed_first_[link] + begin;
+    const double greatest_m_s = velocity.greatest_within(centre_m, bounds[block].radius_m) + more_m_s;
+    for (std::size_t i = 0; i < count; i += stride) {
+      const std::uint8_t code = codes_[packed + i];
+      if (code == 0 || limits.holds(code, greatest_m_s)) continue;
+      const Eigen::Vector3d p_L_m(x_m_[packed + i], y_m_[packed + i], z_m_[packed + i]);
+      if (limits.exceeds(code, velocity.at(p_L_m).squaredNorm(), more_m_s)) visit(first + begin + i, code);
+    }
   }
   for (std::size_t i = first_cluster; i < first_cluster + clusters; i += stride)
     if (cluster_codes_[i] != 0) visit(i, cluster_codes_[i]);

@@ -87,6 +87,7 @@ SkinSensing::SkinSensing(const SkinLayout& layout, const SensingOptions& options
   codes_.resize(x_m_.size());
   mu_.resize(x_m_.size());
   block_worst_.resize(blocks_.size());
+  block_fast_.resize(blocks_.size());
   if (!options.memory.empty()) {
     memory_.emplace(x_m_.size(), options.memory);
     voxels_.resize(x_m_.size());

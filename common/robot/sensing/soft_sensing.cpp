@@ -99,12 +99,13 @@ SoftBody soft_body(std::uint16_t object, const workspace::LayerProfile& profile,
 SoftSensing::SoftSensing(std::vector<SoftBody> bodies) : bodies_(std::move(bodies)) {}
 
 void SoftSensing::sense(const SkinSensing& sensed, const LinkPoses& X_WL,
-                        const workspace::Workspace& workspace) noexcept {
+                        const workspace::Workspace& workspace, const LinkSet& links) noexcept {
   if (bodies_.empty()) return;
   links_ = {};
   const SkinLayout& skin = sensed.layout();
   const workspace::GridSpec& grid = workspace.grid();
   sensed.for_each_in(1, [&](std::size_t link, std::size_t sensor) {
+    if (!links[link]) return;
     const Eigen::Vector3d p_W_m = X_WL[link] * skin.position(sensor);
     const Index3 voxel = grid.index_of(p_W_m);
     const std::int8_t order = workspace.order(voxel);

@@ -41,9 +41,9 @@ class SoftSensing {
   static constexpr int kReach_vox = 4;
 
   explicit SoftSensing(std::vector<SoftBody> bodies);
-  /// After `sensed` has sensed with that pose in that workspace. Real-time safe: yes.
-  void sense(const SkinSensing& sensed, const LinkPoses& X_WL,
-             const workspace::Workspace& workspace) noexcept;
+  /// After `sensed` has sensed these links, or more, with that pose in that workspace. Real-time safe: yes.
+  void sense(const SkinSensing& sensed, const LinkPoses& X_WL, const workspace::Workspace& workspace,
+             const LinkSet& links = all_links()) noexcept;
   const LinkReactions& links() const noexcept { return links_; }
 
  private:

@@ -122,6 +122,15 @@ bool place_along_link_axis(const SerialArm& arm, const std::string& link, double
   return true;
 }
 
+std::optional<std::pair<Eigen::Vector3d, Eigen::Vector3d>> SkinLayout::box_of(std::size_t link) const {
+  if (first[link] == first[link + 1]) return std::nullopt;
+  std::pair box_m(position(first[link]), position(first[link]));
+  for (std::size_t i = first[link]; i < first[link + 1]; ++i)
+    for (const Eigen::Vector3d& p_m : {position(i, 0.0), position(i, 1.0)})
+      box_m = {box_m.first.cwiseMin(p_m), box_m.second.cwiseMax(p_m)};
+  return box_m;
+}
+
 std::size_t SkinLayout::link_of(std::size_t sensor) const noexcept {
   std::size_t link = 0;
   while (link < core::kMaxJoints && sensor >= first[link + 1]) ++link;
@@ -142,7 +151,9 @@ core::Expected<SkinLayout> lay_out_skin(const SerialArm& arm, const std::vector<
     layout.first[moving] = layout.size();
     std::vector<PlacedSensor> sensors;
     for (const LinkSkin& link : skin) {
-      const auto [carrier, X_link_frame] = *arm.find_frame(link.link);
+      const auto frame = *arm.find_frame(link.link);
+      const std::size_t carrier = frame.first;
+      const geometry::Pose& X_link_frame = frame.second;
       if (carrier != moving) continue;
       const auto add = [&](const auto& parts, const char* kind) {
         return add_parts(parts, kind, link, moving == 0, X_link_frame, options, layout.size(), sensors,

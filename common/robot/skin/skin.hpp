@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "common/core/joints.hpp"
@@ -140,6 +141,9 @@ struct SkinLayout {
   }
   /// Returns the link that carries a sensor. Real-time safe: yes.
   std::size_t link_of(std::size_t sensor) const noexcept;
+  /// Returns the least and the greatest corner of the box around a link's sensors in its frame, with the
+  /// gripper open and closed; none without sensors.
+  std::optional<std::pair<Eigen::Vector3d, Eigen::Vector3d>> box_of(std::size_t link) const;
 };
 
 struct SkinOptions {
