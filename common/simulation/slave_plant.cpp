@@ -25,7 +25,8 @@ robot::Payload on_last_link(const robot::SerialArm& arm, const robot::LoadBody& 
 SlavePlant::SlavePlant(const robot::SerialArm& arm, const SlavePlantParameters& parameters,
                        std::vector<ContactPoint> points, const ContactWorld& world,
                        const core::JointArray& start_q, const Eigen::Vector3d& tip_in_last_link_m,
-                       const Handling& handling, std::unique_ptr<Yielding> yielding)
+                       const Handling& handling, std::unique_ptr<Yielding> yielding,
+                       const robot::Buoyancy* buoyancy)
     : arm_(arm),
       parameters_(parameters),
       points_(std::move(points)),
@@ -40,7 +41,8 @@ SlavePlant::SlavePlant(const robot::SerialArm& arm, const SlavePlantParameters& 
       load_(on_last_link(arm, parameters.payload)),
       dynamics_(arm, parameters.joints, parameters.rotor, start_q, load_, loose_.bodies(),
                 0.001 / parameters.sub_steps),
-      yielding_(std::move(yielding)) {
+      yielding_(std::move(yielding)),
+      buoyancy_(buoyancy) {
   if (handling.gripper) {
     gripper_.emplace(*handling.gripper, handling.gripper->widest_m);
     demand_m_ = handling.gripper->widest_m;
@@ -263,6 +265,7 @@ void SlavePlant::step(const core::JointArray& drive_Nm, double dt_s) noexcept {
     torque_Nm[j] = (std::isfinite(drive_Nm[j]) ? drive_Nm[j] : 0.0) - gravity_Nm_[j];
   core::JointArray load_Nm{};
   robot::add_weight(arm_, load_, X_WL_, load_Nm);
+  if (buoyancy_ != nullptr) buoyancy_->add_lift(arm_, load_, X_WL_, load_Nm);
   for (std::size_t j = 0; j < count; ++j) torque_Nm[j] -= load_Nm[j];
   if (yielding_) yielding_->sense(arm_, X_WL_, q_, v_, closed_share_);
   dynamics_.set_sub_step(dt_s / parameters_.sub_steps);
@@ -281,7 +284,8 @@ void SlavePlant::step(const core::JointArray& drive_Nm, double dt_s) noexcept {
 }
 
 void SlavePlant::take_weight() noexcept {
-  if (!parameters_.balanced) gravity_Nm_ = arm_.gravity_torque(X_WL_);
+  gravity_Nm_ = parameters_.balanced ? core::JointArray{} : arm_.gravity_torque(X_WL_);
+  if (buoyancy_ != nullptr) buoyancy_->add_lift(arm_, X_WL_, gravity_Nm_);
 }
 
 double SlavePlant::tool_speed_m_s() const noexcept {

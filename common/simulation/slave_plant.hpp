@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "common/core/joints.hpp"
+#include "common/robot/drag/buoyancy.hpp"
 #include "common/robot/kinematics/serial_arm.hpp"
 #include "common/simulation/contact_world.hpp"
 #include "common/simulation/encoder.hpp"
@@ -71,11 +72,13 @@ class SlavePlant {
 
   /// `arm` and `world` must outlive the plant. Throws std::runtime_error if the parameters make no arm.
   /// `tip_in_last_link_m`: the tool's tip in the last link's frame, for tool_speed_m_s(). `yielding`: what
-  /// gives way round the arm; null: nothing does.
+  /// gives way round the arm; null: nothing does. `buoyancy`, which must outlive it, too: lifts links and
+  /// payload, also of a balanced arm, whose counterweights are in air; null: nothing is lifted. Loose objects
+  /// are not.
   SlavePlant(const robot::SerialArm& arm, const SlavePlantParameters& parameters,
              std::vector<ContactPoint> points, const ContactWorld& world, const core::JointArray& start_q,
              const Eigen::Vector3d& tip_in_last_link_m, const Handling& handling = {},
-             std::unique_ptr<Yielding> yielding = nullptr);
+             std::unique_ptr<Yielding> yielding = nullptr, const robot::Buoyancy* buoyancy = nullptr);
 
   /// Advances by dt_s under the drives' torques. Torques that are not finite count as zero. Real-time safe:
   /// yes.
@@ -105,7 +108,8 @@ class SlavePlant {
   const core::JointArray& velocity() const noexcept { return encoders_.velocity(); }
   const ContactReport& contact() const noexcept { return report_; }
   double tool_speed_m_s() const noexcept;
-  /// Returns the torques that hold the weight at the present pose, for feed-forward; zero for a balanced arm.
+  /// Returns the torques that hold the links' weight, and hold them down against their lift, at the present
+  /// pose, for feed-forward; of a balanced arm those against the lift alone.
   const core::JointArray& gravity_Nm() const noexcept { return gravity_Nm_; }
   std::size_t contact_point_count() const noexcept { return points_.size(); }
 
@@ -156,6 +160,7 @@ class SlavePlant {
   robot::Payload load_;
   Multibody dynamics_;
   std::unique_ptr<Yielding> yielding_;
+  const robot::Buoyancy* buoyancy_;
   std::vector<ArmPoint> arm_points_;  // where points_ are
   std::vector<LastSeen> seen_;        // per point
   std::size_t nearest_ = 0;           // the point nearest to a body in the last scan

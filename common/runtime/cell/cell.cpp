@@ -46,6 +46,7 @@ MediumConfig read_medium(const Fields& fields) {
   fields.check((medium.min_m.array() < medium.max_m.array()).all(), "max_m",
                "is not greater than min_m along each axis; allowed: a box");
   fields.vector3("current_m_s", medium.current_m_s);
+  if (fields.has("density_kg_per_m3")) medium.density_kg_per_m3 = fields.value("density_kg_per_m3");
   return medium;
 }
 

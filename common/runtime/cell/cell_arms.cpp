@@ -1,6 +1,7 @@
 #include <set>
 
 #include "common/core/units.hpp"
+#include "common/runtime/cell/arm_file.hpp"
 #include "common/runtime/cell/cell_parts.hpp"
 
 namespace phantom::runtime {
@@ -73,16 +74,35 @@ void read_interest_points(const Fields& fields, ArmConfig& arm) {
                    std::to_string(kMaxInterestPoints));
 }
 
+void read_displaced(const Fields& fields, ArmConfig& arm) {
+  for (const Fields& link : fields.sections("displaced")) {
+    DisplacedLinkConfig& stated = arm.displaced.emplace_back();
+    link.text("link", stated.link);
+    link.number("volume_m3", stated.volume_m3);
+    if (link.has("centre_m")) stated.centre_m = link.vector3("centre_m");
+  }
+}
+
 /// Reads the description of the arm itself, which does not depend on its mounting.
 void read_arm(const Fields& fields, ArmConfig& arm) {
   arm.file = fields.file();
   read_kinematics(fields, arm);
   for (const Fields& link : fields.sections("skin")) arm.skin.push_back(read_link_skin(link));
+  read_displaced(fields, arm);
   read_interest_points(fields, arm);
   fields.numbers("home", arm.home);
 }
 
 }  // namespace
+
+ArmConfig read_arm_file(const std::filesystem::path& file) {
+  ArmConfig arm;
+  arm.name = file.stem().string();
+  const Fields own = Fields(file, cell_table()).as("arm");
+  read_arm(own, arm);
+  own.finish();
+  return arm;
+}
 
 ArmConfig read_mounted_arm(const Fields& fields) {
   ArmConfig arm;

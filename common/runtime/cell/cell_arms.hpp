@@ -59,6 +59,13 @@ struct AllowedContactConfig {
   std::string link;  ///< empty: the whole arm
 };
 
+/// What a moving link displaces of a medium, instead of what its visuals enclose.
+struct DisplacedLinkConfig {
+  std::string link;                         ///< the frame of `centre_m`, and with it its moving link
+  double volume_m3 = 0.0;                   ///< ≥ 0, of the whole moving link
+  std::optional<Eigen::Vector3d> centre_m;  ///< none: that of the visuals
+};
+
 struct ArmConfig {
   std::string name;
   std::filesystem::path file;                 ///< describes the arm: the cell's file, or a file of its own
@@ -73,6 +80,7 @@ struct ArmConfig {
   geometry::Pose X_WB;       ///< pose of the base link in the workspace frame
   std::vector<double> home;  ///< joint positions in rad or m, one per moving joint
   std::vector<LinkSkinConfig> skin;
+  std::vector<DisplacedLinkConfig> displaced;
   std::vector<InterestPointConfig> interest_points;
   std::vector<AllowedContactConfig> allowed_contact;
 };

@@ -166,6 +166,7 @@ layers::Body place_body(const ObjectConfig& object, const geometry::TriangleMesh
                         const CellConfig& cell) {
   layers::Body body{object.name, object.id, mesh_O.transformed(object.X_WO), object.profile};
   if (object.solid_O) body.implicit_W = geometry::implicit_placed(object.solid_O, object.X_WO);
+  body.solid = !object.is_zone();
   check_place(object, body.mesh_W, cell);
   return body;
 }
@@ -211,7 +212,9 @@ std::vector<geometry::PlacedMesh> load_real_bodies(const CellConfig& cell,
                                                    const geometry::MeshImportOptions& limits) {
   return load_some(
       cell, limits,
-      [](const ObjectConfig& object) { return !object.loose && !(object.hold && !object.hold->arm.empty()); },
+      [](const ObjectConfig& object) {
+        return !object.loose && !object.is_zone() && !(object.hold && !object.hold->arm.empty());
+      },
       [](const ObjectConfig& object, const geometry::TriangleMesh& mesh_O) {
         return geometry::PlacedMesh{mesh_O.transformed(object.X_WO * object.X_deviation), object.id};
       });

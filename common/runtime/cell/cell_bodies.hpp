@@ -39,8 +39,8 @@ layers::Body place_body(const ObjectConfig& object, const geometry::TriangleMesh
 std::vector<CellBody> load_bodies(const CellConfig& cell, const geometry::MeshImportOptions& limits = {});
 
 /// Loads the surfaces of the cell's objects at their real poses: model pose · real deviation. The poses may
-/// lie outside of the workspace. Loose objects, and those that an arm carries from the start, are left out.
-/// For the simulated world.
+/// lie outside of the workspace. Loose objects, those that an arm carries from the start, and protected
+/// zones, which are no bodies, are left out. For the simulated world.
 std::vector<geometry::PlacedMesh> load_real_bodies(const CellConfig& cell,
                                                    const geometry::MeshImportOptions& limits = {});
 

@@ -17,6 +17,7 @@ robot::ModelIdentity identity_of(const CellConfig& cell, const std::string& arm_
   for (const ObjectConfig& object : cell.objects) {
     print = robot::add_to_fingerprint(print, object.name);
     print = robot::add_to_fingerprint(print, object.X_WO);
+    if (object.is_zone()) print = robot::add_to_fingerprint(print, "protected_zone");
   }
   identity.cell = print;
   return identity;

@@ -1,6 +1,7 @@
 #include "common/runtime/cell/cell_objects.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "common/core/utf8.hpp"
 #include "common/runtime/cell/cell.hpp"
@@ -50,7 +51,26 @@ void read_body(const Fields& fields, ObjectConfig& object) {
   if (scale != 1.0) object.solid_O = geometry::implicit_placed(std::move(object.solid_O), {}, scale);
 }
 
+/// Checks an object that is no body: nothing may be stated of it that only a body has. Layers inside, which
+/// it may have from the cell's profile, are left out.
+void make_zone(const Fields& fields, ObjectConfig& object) {
+  for (const char* key : {"real_deviation", "mass_kg", "max_contact_force_N", "loose", "hold"})
+    fields.check(!fields.has(key), key,
+                 "does not go with kind: protected_zone, which is no body; allowed: without it");
+  if (fields.has("profile"))
+    fields.check(object.profile.inside_thickness_vox.empty(), "profile",
+                 "has layers inside the body, which a protected_zone is not; allowed: without inside");
+  object.profile.inside_thickness_vox.clear();
+  object.profile.mu_inside_Pa_s_per_m.clear();
+  object.profile.stiffness_inside_Pa_per_m.clear();
+}
+
 }  // namespace
+
+int guard_for(double pose_error_m, const workspace::VoxelSize& size) {
+  constexpr double kExact = 1e-9;  // a whole number of voxels is that number
+  return static_cast<int>(std::ceil(pose_error_m / size.reference_m() - kExact));
+}
 
 std::string read_name(const Fields& fields) {
   std::string name = fields.text("name");
@@ -66,15 +86,21 @@ ObjectConfig read_object(const Fields& fields, const workspace::LayerProfile& ce
   ObjectConfig object;
   object.name = read_name(fields);
   object.place = fields.place();
+  fields.choice("kind", object.kind,
+                {{"solid", ObjectKind::kSolid}, {"protected_zone", ObjectKind::kProtectedZone}});
   read_body(fields, object);
   object.X_WO = fields.pose("pose");
   object.X_deviation = fields.pose("real_deviation");
   object.profile =
       fields.has("profile") ? read_profile(fields.section("profile").as("profile"), size) : cell_profile;
   fields.number("guard_vox", object.profile.guard_vox);
+  fields.number("pose_error_m", object.pose_error_m);
+  object.profile.guard_vox = std::max(object.profile.guard_vox, guard_for(object.pose_error_m, size));
+  if (object.is_zone()) make_zone(fields, object);
   check_in_voxels(fields, object.profile, size);
   fields.number("priority", object.priority);
   fields.number("mass_kg", object.mass_kg);
+  fields.number("max_contact_force_N", object.max_contact_force_N);
   fields.flag("loose", object.loose);
   fields.check(!object.loose || object.mass_kg > 0.0, "loose", "needs mass_kg; allowed: with it, above 0");
   if (fields.has("hold")) {

@@ -13,12 +13,26 @@ namespace {
 
 constexpr double kAskAgain_s = 0.5;
 
+// λ: the motor's torque per ampere, or per volt of an amplifier that takes its torque as a voltage.
+void read_sensitivity(const Fields& drive, can::AxisUnits& units) {
+  if (!drive.has("torque_sensitivity_Nm_per_V") && !drive.has("rated_voltage_V")) {
+    drive.number("torque_constant_Nm_per_A", units.torque_constant_Nm_per_A);
+    drive.number("rated_current_A", units.rated_current_A);
+    return;
+  }
+  drive.check(!drive.has("torque_constant_Nm_per_A") && !drive.has("rated_current_A"),
+              "torque_sensitivity_Nm_per_V",
+              "stands beside those of a current; allowed: torque_constant_Nm_per_A and rated_current_A, or "
+              "torque_sensitivity_Nm_per_V and rated_voltage_V");
+  drive.number("torque_sensitivity_Nm_per_V", units.torque_sensitivity_Nm_per_V);
+  drive.number("rated_voltage_V", units.rated_voltage_V);
+}
+
 void read_units(const Fields& drive, bool slides, can::AxisUnits& units) {
   drive.number("counts_per_turn", units.counts_per_turn);
   drive.number("gear_ratio", units.gear_ratio);
   if (slides) drive.number("travel_per_turn_m", units.travel_per_turn);
-  drive.number("torque_constant_Nm_per_A", units.torque_constant_Nm_per_A);
-  drive.number("rated_current_A", units.rated_current_A);
+  read_sensitivity(drive, units);
   drive.number("sign", units.sign);
   drive.check(units.sign != 0, "sign", "gives no direction; allowed: 1 or -1");
   drive.number(slides ? "offset_m" : "offset_rad", units.offset);
@@ -144,7 +158,7 @@ std::vector<std::string> joint_names(const robot::SerialArm& arm) {
   return names;
 }
 
-DrivesConfig read_drives(const Fields& section, const robot::SerialArm& arm,
+DrivesConfig read_drives(const Fields& section, const std::vector<robot::Joint>& joints,
                          const core::JointArray& max_torque, double period_s,
                          const teleop::GripperLimits* gripper) {
   DrivesConfig config;
@@ -166,10 +180,10 @@ DrivesConfig read_drives(const Fields& section, const robot::SerialArm& arm,
   section.number("overspeed_ratio", group.overspeed_ratio);
   read_timing(section, group.timing);
   const Fields drives = section.section("drives");
-  for (std::size_t j = 0; j < arm.joint_count(); ++j) {
-    const std::string& name = arm.joints()[j].name;
+  for (std::size_t j = 0; j < joints.size(); ++j) {
+    const std::string& name = joints[j].name;
     drives.check(drives.has(name), name, "is missing; allowed: a mapping");
-    group.axes.push_back(read_axis(drives.section(name, "NAME"), arm.joints()[j], max_torque[j], config));
+    group.axes.push_back(read_axis(drives.section(name, "NAME"), joints[j], max_torque[j], config));
   }
   can::DriveGroupConfig together = group;
   if (gripper != nullptr)

@@ -39,11 +39,12 @@ struct DrivesConfig {
 /// Parameter table drives.yaml of section `can`; appended to the tables of slave_io and master_io.
 extern const char* const kDriveParameters;
 
-/// Reads the section for `arm`. Its drives exert at most `max_torque` (N·m or N at the joint) and are served
-/// every `period_s`. Throws ConfigError naming file, line, drive, key, value and what is allowed. Refuses
-/// also a node id that is used twice, and a bus load above the budget (with the numbers).
-/// `gripper`: if not null, the drive `gripper` is read, too: the width of that gripper as a sliding axis.
-DrivesConfig read_drives(const Fields& section, const robot::SerialArm& arm,
+/// Reads the section for the joints of an arm or a master. Their drives exert at most `max_torque` (N·m or N
+/// at the joint) and are served every `period_s`. Throws ConfigError naming file, line, drive, key, value and
+/// what is allowed. Refuses also a node id that is used twice, and a bus load above the budget (with the
+/// numbers). `gripper`: if not null, the drive `gripper` is read, too: the width of that gripper as a sliding
+/// axis.
+DrivesConfig read_drives(const Fields& section, const std::vector<robot::Joint>& joints,
                          const core::JointArray& max_torque, double period_s,
                          const teleop::GripperLimits* gripper = nullptr);
 

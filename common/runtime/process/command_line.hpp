@@ -46,8 +46,8 @@ class Command {
   explicit Command(CLI::App& app) noexcept : app_(&app) {}
 
   /// Binds `value` to "--name", or to a positional argument (a name without dashes). T: std::string,
-  /// std::filesystem::path, int, unsigned, std::uint64_t, double, std::optional<double>, or a vector of
-  /// std::string, std::filesystem::path, int or double.
+  /// std::filesystem::path, int, unsigned, std::uint64_t, double, std::optional of int or double, or a vector
+  /// of std::string, std::filesystem::path, int or double.
   template <class T>
   Option option(const std::string& name, T& value, const std::string& help);
   /// Calls `take` with the option's text once the text is valid.

@@ -5,6 +5,7 @@
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <ctime>
 #include <iostream>
@@ -73,10 +74,18 @@ void begin_log(const std::string& component, const std::string& level) {
 }
 
 void print_line(const std::string& line) {
+  // What others named or sent may be in it: only its own line breaks and tabs stay.
+  std::string shown;
+  for (std::size_t at = 0; at <= line.size();) {
+    const std::size_t end = std::min(line.find_first_of("\n\t", at), line.size());
+    shown += core::printable(std::string_view(line).substr(at, end - at));
+    shown += end < line.size() ? line[end] : '\n';
+    at = end + 1;
+  }
   if (g_lines != nullptr) {
-    g_lines->put(line + '\n');
+    g_lines->put(shown);
   } else {
-    std::cerr << line << '\n';
+    std::cerr << shown;
   }
 }
 

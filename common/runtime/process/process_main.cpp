@@ -27,7 +27,8 @@ void add_common_options(Command app, ProcessOptions& options, const std::vector<
   app.option("--config", options.config, "parameters of this component (YAML); default: the shipped ones");
   app.text_flag("--help-config", fmt::format("{}", fmt::join(parameters, "\n\n")),
                 "print every parameter with its default, range and meaning: the shipped file");
-  app.option("--deployment", options.deployment, "topology: domain, hosts, transports, cell (YAML)");
+  app.option("--deployment,--topology", options.deployment,
+             "topology: domain, hosts, transports, cell (YAML)");
   app.text_flag("--help-deployment", kTopologyKeys, "print every key of a topology with range and meaning");
   app.text_flag("--help-cell", fmt::format("{}\n\n{}", kCellKeys, kArmKeys),
                 "print every key of cell and arm files with range and meaning");

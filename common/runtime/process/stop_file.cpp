@@ -17,6 +17,7 @@
 #include "common/core/random.hpp"
 #include "common/core/thread_config.hpp"
 #include "common/runtime/process/stop_file_image.hpp"
+#include "common/runtime/process/stop_folders.hpp"
 
 namespace phantom::runtime {
 namespace {
@@ -60,8 +61,14 @@ StopFile::StopFile(StopPlace place, const std::string& component, const core::Ne
     : place_(std::move(place)), component_(component), name_(stem(component, network)) {
   static_assert(sizeof(Content) == sizeof(StopImage) && std::atomic<std::uint64_t>::is_always_lock_free);
   content_ = static_cast<Content*>(page_.address());
-  open_first_free(true);
-  adopt_all();
+  try {
+    open_first_free(true);
+    adopt_all();
+    join_other_folders();
+  } catch (...) {
+    if (descriptor_ >= 0) close(descriptor_);
+    throw;
+  }
   if (const teleop::StopRecord kept = read(); kept.id != 0)
     add_notice(std::string("stopped since before this start (") + name_of(kept.cause) + "), until a reset");
   keeper_ = std::jthread([this](const std::stop_token& stop) {
@@ -147,20 +154,48 @@ void StopFile::take(int descriptor, const std::filesystem::path& file) {
 
 void StopFile::adopt_all() {
   for (int process = 1; process <= kMaxProcesses; ++process) {
-    adopt_from(numbered(place_.folder, name_, process));
-    for (const auto& folder : place_.former) adopt_from(numbered(folder, name_, process));
+    adopt_from(numbered(place_.folder, name_, process), true);
+    for (const auto& folder : place_.former) adopt_from(numbered(folder, name_, process), true);
+  }
+}
+
+// Two folders for one side of a cell on one host: a stop in either is in force for both. Both are entered in
+// the list before the other's files are looked at, so that of two processes that start at once one is
+// refused.
+void StopFile::join_other_folders() {
+  const std::filesystem::path& host = place_.host.empty() ? place_.folder : place_.host;
+  const StopFolders list(host / (name_ + ".folders"));
+  if (!place_.host.empty()) {
+    make_stop_folder(host, place_.host_shared);
+    std::error_code problem;
+    if (!std::filesystem::exists(host, problem) && !problem) return;  // so nobody can keep a stop there
+    list.add(place_.folder);
+  }
+  std::vector<std::filesystem::path> others = list.read();
+  if (!place_.host.empty()) others.push_back(host);
+  for (const auto& folder : others) {
+    if (folder == place_.folder) continue;
+    for (int process = 1; process <= kMaxProcesses; ++process)
+      adopt_from(numbered(folder, name_, process), false);
   }
 }
 
 // Adopts the stop from another process's file, and clears it there if no process holds that file any more.
-void StopFile::adopt_from(const std::filesystem::path& file) {
+void StopFile::adopt_from(const std::filesystem::path& file, bool may_be_held) {
   if (file == file_) return;
   const int descriptor = ::open(file.c_str(), O_RDWR | O_CLOEXEC);
   if (descriptor < 0 && (errno == ENOENT || errno == ENOTDIR)) return;
   if (descriptor < 0) refuse(file, because("cannot be read"));
   const teleop::StopRecord kept = stop_in(descriptor).value_or(a_stop());
+  // Only where it matters: a process that starts now would take a lock for another process's.
+  const bool is_held = (kept.id != 0 || !may_be_held) && flock(descriptor, LOCK_EX | LOCK_NB) != 0;
+  if (is_held && !may_be_held) {
+    close(descriptor);
+    refuse(file, "held by another " + component_ +
+                     " of this cell, which would not know the stops of this one; start both alike");
+  }
   if (kept.id != 0 && read().id == 0) write(kept);
-  if (kept.id != 0 && flock(descriptor, LOCK_EX | LOCK_NB) == 0) {
+  if (kept.id != 0 && !is_held) {
     flush();  // it is on the disk here before it goes there
     write_stop_image(descriptor, {});
   }

@@ -34,8 +34,9 @@ class StopFile final : public teleop::StopStore {
   /// of another size or with other contents counts as an emergency stop, because it may have been one. If
   /// another process holds the file, the next free one of up to eight numbered files is used. A stop in any
   /// of the eight files is adopted with its id, whichever file the previous process used; so is one in a
-  /// former place. Throws core::MissingError naming the file if no file can be used, or if one of the eight
-  /// cannot be read, because a stop must outlive the process.
+  /// former place, in the host's one place, and in any folder that this one lists (StopFolders). Throws
+  /// core::MissingError naming the file if no file can be used, if one of the eight cannot be read, or if a
+  /// process of this side runs that keeps its stops in another folder.
   StopFile(StopPlace place, const std::string& component, const core::NetworkOptions& network);
   ~StopFile() override;
   StopFile(const StopFile&) = delete;
@@ -62,7 +63,8 @@ class StopFile final : public teleop::StopStore {
   bool open(const std::filesystem::path& file, bool starting);
   void open_first_free(bool starting);
   void adopt_all();
-  void adopt_from(const std::filesystem::path& file);
+  void adopt_from(const std::filesystem::path& file, bool may_be_held);
+  void join_other_folders();
   void add_notice(const std::string& sentence);
   void set_trouble(const std::string& text);
   void take(int descriptor, const std::filesystem::path& file);

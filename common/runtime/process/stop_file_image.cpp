@@ -42,23 +42,20 @@ bool write_stop_image(int descriptor, const teleop::StopRecord& record) noexcept
          fdatasync(descriptor) == 0;
 }
 
-namespace {
-
-mode_t mode_in(const std::filesystem::path& folder) noexcept {
+mode_t mode_of_stops_in(const std::filesystem::path& folder) noexcept {
   struct stat about {};
   if (stat(folder.c_str(), &about) != 0) return 0644;
   const mode_t shared = about.st_mode & (S_IRGRP | S_IWGRP | S_IROTH | S_IWOTH);
   return S_IRUSR | S_IWUSR | shared | ((about.st_mode & S_IWOTH) != 0 ? S_ISVTX : 0);
 }
 
-}  // namespace
-
 int create_stop_image(const std::filesystem::path& file) {
   const std::string made = file.string() + ".new-" + std::to_string(getpid());
   unlink(made.c_str());  // of a process that died here
   const int descriptor = ::open(made.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
   if (descriptor < 0) return -1;
-  bool placed = fchmod(descriptor, mode_in(file.parent_path())) == 0 && write_stop_image(descriptor, {});
+  bool placed =
+      fchmod(descriptor, mode_of_stops_in(file.parent_path())) == 0 && write_stop_image(descriptor, {});
   if (placed && renameat2(AT_FDCWD, made.c_str(), AT_FDCWD, file.c_str(), RENAME_NOREPLACE) != 0)
     placed = errno == EINVAL && link(made.c_str(), file.c_str()) == 0;  // as on NFS
   if (placed) {

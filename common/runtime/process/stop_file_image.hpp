@@ -1,5 +1,7 @@
 #pragma once
 
+#include <sys/types.h>
+
 #include <array>
 #include <cstdint>
 #include <filesystem>
@@ -28,10 +30,12 @@ bool has_image_size(int descriptor) noexcept;
 /// Makes the stop the whole content of the file and brings it to the disk. Returns false if that fails; errno
 /// says why.
 bool write_stop_image(int descriptor, const teleop::StopRecord& record) noexcept;
+/// Returns the mode of a file of stops in the folder: who may read and write there may do so with the file.
+/// In a folder for all users it has the sticky bit, by which systemd-tmpfiles spares it.
+mode_t mode_of_stops_in(const std::filesystem::path& folder) noexcept;
 /// Creates the file with no stop in it. It appears with its whole content, so an empty file is never one that
-/// is about to be written. Who may read and write it may who can do so in its folder; in a folder for all
-/// users it has the sticky bit, by which systemd-tmpfiles spares it. Returns its descriptor, or −1 and errno;
-/// EEXIST: there is such a file now.
+/// is about to be written. Its mode is mode_of_stops_in(). Returns its descriptor, or −1 and errno; EEXIST:
+/// there is such a file now.
 int create_stop_image(const std::filesystem::path& file);
 /// Returns whether the open file is the one at that path.
 bool is_same_file(int descriptor, const std::filesystem::path& file) noexcept;

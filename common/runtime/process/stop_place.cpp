@@ -21,15 +21,29 @@ std::vector<std::filesystem::path> former_places() {
   return places;
 }
 
+StopPlace place_of_host(const std::filesystem::path& root) {
+  if (const auto given = from_environment("PHANTOM_STATE_DIR"); !given.empty()) return {.folder = given};
+  std::error_code absent;
+  const auto shared = root / "var/tmp/phantom", packaged = root / "var/lib/phantom/stops";
+  StopPlace place{.folder = shared, .shared = true, .former = former_places()};
+  if (std::filesystem::exists(packaged, absent)) {
+    // A stop from before the packages were installed holds, too.
+    place.former.push_back(shared);
+    place.folder = packaged;
+    place.shared = false;
+  }
+  return place;
+}
+
 }  // namespace
 
 StopPlace stop_place(const std::filesystem::path& state_dir, const std::filesystem::path& root) {
-  if (!state_dir.empty()) return {.folder = state_dir};
-  if (const auto given = from_environment("PHANTOM_STATE_DIR"); !given.empty()) return {.folder = given};
-  std::error_code absent;
-  if (const auto packaged = root / "var/lib/phantom/stops"; std::filesystem::exists(packaged, absent))
-    return {.folder = packaged, .former = former_places()};
-  return {.folder = root / "var/tmp/phantom", .shared = true, .former = former_places()};
+  StopPlace host = place_of_host(root);
+  if (state_dir.empty()) return host;
+  std::error_code problem;
+  const auto given = std::filesystem::weakly_canonical(std::filesystem::absolute(state_dir), problem);
+  if (given == std::filesystem::weakly_canonical(host.folder, problem)) return host;
+  return {.folder = problem ? state_dir : given, .host = host.folder, .host_shared = host.shared};
 }
 
 void make_stop_folder(const std::filesystem::path& folder, bool shared) noexcept {

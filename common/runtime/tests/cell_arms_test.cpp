@@ -140,6 +140,7 @@ skin:
   - link: slide
     axes: [{from_m: [0, 0, 0], to_m: [0, 0, 0.2], count: 30, cluster: {reach_vox: 3, shape: fraction}, tip_reach_vox: 1}]
 interest_points: [{name: end, link: slide, position_m: [0, 0, 0.2]}]
+displaced: [{link: base_turn, volume_m3: 0.002}, {link: slide, volume_m3: 0.001, centre_m: [0, 0, 0.1]}]
 )";
   const std::filesystem::path folder_ = test::new_folder();
 };
@@ -156,6 +157,10 @@ TEST_F(ArmFile, LoadsWithUnits) {
   EXPECT_EQ(arm.dh[0].inertia_kg_m2, inertia);
   EXPECT_EQ(arm.skin[1].axes[0].cluster->shape, robot::ClusterShape::kFraction);
   EXPECT_EQ(arm.skin[1].axes[0].tip_reach_vox, 1);
+  ASSERT_EQ(arm.displaced.size(), 2U);
+  EXPECT_EQ(arm.displaced[0].volume_m3, 0.002);
+  EXPECT_FALSE(arm.displaced[0].centre_m);
+  EXPECT_EQ(arm.displaced[1].centre_m, Eigen::Vector3d(0, 0, 0.1));
   const auto skin = load_skin(arm, load_arm(arm));
   EXPECT_NEAR((skin[0].segments[0].to_m - skin[0].segments[0].from_m).norm(), 0.2, 1e-12)
       << "placed along the axis";

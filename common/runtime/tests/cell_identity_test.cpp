@@ -24,6 +24,9 @@ TEST(CellIdentity, SR21_TheSameFilesAreTheSameAndAMovedObjectIsAnotherCell) {
   EXPECT_THAT(difference(hot_cell(), there), HasSubstr("its cell is another"));
   EXPECT_THAT(difference(hot_cell(), there), HasSubstr("hot_cell/cell.yaml here"));
   there = hot_cell();
+  there.objects.back().kind = ObjectKind::kProtectedZone;
+  EXPECT_THAT(difference(hot_cell(), there), HasSubstr("its cell is another"));
+  there = hot_cell();
   there.objects.pop_back();
   EXPECT_THAT(difference(hot_cell(), there), HasSubstr("its cell is another"));
 }

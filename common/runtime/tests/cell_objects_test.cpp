@@ -379,6 +379,46 @@ TEST_F(CellObjects, LooseOnesAndThoseThatAnArmCarriesAreNoneOfTheFixedBodies) {
   EXPECT_NEAR(loose[0].mesh_O.bounding_box().max_m.x(), 0.1, 1e-4);
 }
 
+TEST_F(CellObjects, AProtectedZoneIsNoBody) {
+  const std::string ball = "primitive: {sphere: {radius_m: 0.1}}\n", zone = ball + "kind: protected_zone\n";
+  EXPECT_FALSE(read(ball).is_zone());
+  EXPECT_FALSE(read(ball + "kind: solid").is_zone());
+  EXPECT_TRUE(read(zone).is_zone());
+  EXPECT_EQ(read(zone + "pose_error_m: 0.01").profile.guard_vox, 2) << "where it is may be unsure, too";
+  EXPECT_THAT(refused(ball + "kind: wall"), HasSubstr("allowed: solid, protected_zone"));
+  for (const char* of_a_body : {"mass_kg: 1", "max_contact_force_N: 5", "mass_kg: 1\nloose: true",
+                                "hold: {frame: tool}", "real_deviation: {xyz_m: [0.01, 0, 0]}"})
+    EXPECT_THAT(refused(zone + of_a_body), HasSubstr("does not go with kind: protected_zone")) << of_a_body;
+  const std::string inside = "inside: {thickness_vox: [2], mu_Pa_s_per_m: [50], stiffness_Pa_per_m: [1e6]}";
+  EXPECT_THAT(refused(zone + "profile: {set: nonlinear, " + inside + "}"),
+              HasSubstr("has layers inside the body"));
+  cell_.profile.inside_thickness_vox = {2};
+  cell_.profile.mu_inside_Pa_s_per_m = {50};
+  cell_.profile.stiffness_inside_Pa_per_m = {1e6};
+  EXPECT_TRUE(read(zone).profile.inside_thickness_vox.empty()) << "of the cell's profile they are left out";
+  EXPECT_TRUE(read(zone).profile.stiffness_inside_Pa_per_m.empty());
+  EXPECT_FALSE(read(ball).profile.inside_thickness_vox.empty());
+  cell_.objects = {read(ball), read(zone)};
+  EXPECT_EQ(load_real_bodies(cell_).size(), 1U) << "nothing can touch a zone";
+  const auto bodies = load_bodies(cell_);
+  EXPECT_TRUE(bodies.at(0).body.solid);
+  EXPECT_FALSE(bodies.at(1).body.solid);
+}
+
+TEST_F(CellObjects, TheErrorOfAPoseGrowsTheGuard) {
+  const std::string ball = "primitive: {sphere: {radius_m: 0.1}}\n";
+  const double side_m = cell_.voxel_size_m.reference_m();
+  EXPECT_EQ(read(ball).pose_error_m, 0.0);
+  EXPECT_EQ(read(ball).profile.guard_vox, cell_.profile.guard_vox);
+  const auto error = [&](double voxels) { return ball + "pose_error_m: " + std::to_string(voxels * side_m); };
+  EXPECT_EQ(read(error(2.0)).profile.guard_vox, std::max(2, cell_.profile.guard_vox));
+  EXPECT_EQ(read(error(2.2)).profile.guard_vox, 3);
+  EXPECT_EQ(read(error(2.2) + "\nguard_vox: 5").profile.guard_vox, 5) << "the greater one holds";
+  EXPECT_THAT(refused(ball + "pose_error_m: -0.1"), HasSubstr("pose_error_m"));
+  EXPECT_EQ(read(ball + "max_contact_force_N: 12").max_contact_force_N, 12.0);
+  EXPECT_THAT(refused(ball + "max_contact_force_N: -1"), HasSubstr("max_contact_force_N"));
+}
+
 TEST_F(CellObjects, AliasesThatMakeMuchOfLittleAreRefused) {
   std::string text = "csg_0: &s0 {sphere: {radius_m: 0.1}}\n";
   std::string last = "s0";

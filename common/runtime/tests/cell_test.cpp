@@ -160,13 +160,16 @@ TEST_F(CellFile, LayersInsideMayHaveAStiffness) {
 }
 
 TEST_F(CellFile, MediaFillABoxOrAllSpace) {
-  const CellConfig cell = load("arms:\n",
-                               "media:\n  - {name: water, mu_Pa_s_per_m: 2, max_m: [1, 1, 0.8], current_m_s: "
-                               "[0.1, 0, 0]}\n  - {name: haze, mu_Pa_s_per_m: 0.1}\narms:\n");
+  const CellConfig cell =
+      load("arms:\n",
+           "media:\n  - {name: water, mu_Pa_s_per_m: 2, max_m: [1, 1, 0.8], current_m_s: "
+           "[0.1, 0, 0], density_kg_per_m3: 998}\n  - {name: haze, mu_Pa_s_per_m: 0.1}\narms:\n");
   ASSERT_EQ(cell.media.size(), 2U);
   EXPECT_EQ(cell.media[0].current_m_s.x(), 0.1);
   EXPECT_TRUE(cell.media[0].contains({-50.0, 0.99, -3.0}));
   EXPECT_FALSE(cell.media[0].contains({0.0, 0.0, 0.8})) << "at its surface";
+  EXPECT_EQ(cell.media[0].density_kg_per_m3, 998.0);
+  EXPECT_FALSE(cell.media[1].density_kg_per_m3) << "as what it is in";
   EXPECT_TRUE(cell.media[1].contains({7.0, 8.0, 9.0}));
   EXPECT_TRUE(load().media.empty()) << "air";
 }
@@ -182,6 +185,8 @@ TEST_F(CellFile, FaultsOfMediaAreNamed) {
   expect_medium_refused("{name: water, mu_Pa_s_per_m: 2, current_m_s: [0, 0, -200]}",
                         "allowed: -100 to 100 m/s");
   expect_medium_refused("{name: water, mu_Pa_s_per_m: 2, min_m: [0, 0, .nan]}", "min_m");
+  expect_medium_refused("{name: water, mu_Pa_s_per_m: 2, density_kg_per_m3: -1}",
+                        "allowed: 0 to 25000 kg/m³");
   expect_medium_refused("{name: water, mu_Pa_s_per_m: 2}, {name: water, mu_Pa_s_per_m: 3}",
                         "two entries called 'water'");
 }

@@ -32,7 +32,7 @@ int outcome(
   return WIFSIGNALED(status) ? 128 + WTERMSIG(status) : WEXITSTATUS(status);
 }
 
-TEST(Signals, EverySignalThatEndsRequestsAnOrderlyEnd) {
+TEST(Signals, SR25_EverySignalThatEndsRequestsAnOrderlyEnd) {
   for (const int number : {SIGINT, SIGTERM, SIGHUP, SIGQUIT}) {
     EXPECT_EQ(outcome([number] {
                 signals_started();

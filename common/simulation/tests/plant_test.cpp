@@ -4,6 +4,7 @@
 #include <numbers>
 #include <random>
 
+#include "common/robot/kinematics/arm_dynamics.hpp"
 #include "common/robot/tests/kdl_arm.hpp"
 #include "common/robot/tests/test_arms.hpp"
 #include "common/simulation/master_plant.hpp"
@@ -132,6 +133,61 @@ TEST(SlavePlant, APayloadWeighsOnABalancedArm) {
   EXPECT_EQ(falling.gravity_Nm()[0], 0.0);
   EXPECT_GT(std::abs(falling.true_position()[0]), 0.02);
   EXPECT_NEAR(held.true_position()[0], 0.0, 1e-9);
+}
+
+// Links lighter than water: held by what the model knows of weight and lift the arm rests. Held as in air it
+// rises, and so does an arm whose counterweights balance it in air.
+TEST(SlavePlant, UnderWaterAnArmRestsWhereItsLiftIsKnownAndRisesWhereItIsNot) {
+  const auto arm = robot::test_arms::planar(
+      {geometry::rotation_from_rpy(std::numbers::pi / 2, 0, 0), Eigen::Vector3d::Zero()});
+  HalfSpace far(Eigen::Vector3d::UnitX(), -100);
+  robot::DisplacedParts parts;
+  for (std::size_t link : {1U, 2U}) parts[link] = {{arm.links()[link].centre_of_mass_m, 1.5e-3, 0.1}};
+  robot::MediumRegion water;
+  water.mu_Pa_s_per_m = 2.0;
+  water.density_kg_per_m3 = 1000.0;
+  const robot::Buoyancy buoyancy(parts, {water});
+  auto parameters = slave_parameters(arm);
+  SlavePlant counterweighed(arm, parameters, tip_of_planar(), far, {}, {0.3, 0, 0}, {}, nullptr, &buoyancy);
+  parameters.balanced = false;
+  SlavePlant known(arm, parameters, tip_of_planar(), far, {}, {0.3, 0, 0}, {}, nullptr, &buoyancy);
+  SlavePlant as_in_air(arm, parameters, tip_of_planar(), far, {}, {0.3, 0, 0}, {}, nullptr, &buoyancy);
+  for (int i = 0; i < 500; ++i) {
+    known.step(known.gravity_Nm(), kDt);
+    if (i >= 200) continue;
+    robot::LinkPoses X_WL;
+    arm.link_poses(as_in_air.true_position(), X_WL);
+    as_in_air.step(arm.gravity_torque(X_WL), kDt);
+    counterweighed.step({}, kDt);
+  }
+  for (const double q : known.true_position()) EXPECT_NEAR(q, 0.0, 1e-9);
+  for (const double torque : known.contact().joint_torque_Nm)
+    EXPECT_EQ(torque, 0.0) << "no force from outside";
+  // 1.5 l lift each link by half more than its 1 kg weighs, so gravity and lift are −½ of the weight.
+  EXPECT_NEAR(known.gravity_Nm()[0], -0.5 * robot::kGravity_m_s2 * (0.2 + 0.55), 1e-9);
+  EXPECT_GT(as_in_air.true_position()[0], 0.05);
+  EXPECT_NEAR(as_in_air.true_position()[0], counterweighed.true_position()[0], 1e-3);
+}
+
+TEST(SlavePlant, WhatItCarriesIsLiftedWithIt) {
+  const auto arm = robot::test_arms::planar(
+      {geometry::rotation_from_rpy(std::numbers::pi / 2, 0, 0), Eigen::Vector3d::Zero()});
+  HalfSpace far(Eigen::Vector3d::UnitX(), -100);
+  robot::MediumRegion water;
+  water.density_kg_per_m3 = 1000.0;
+  const robot::Buoyancy buoyancy({}, {water});
+  SlavePlant sinking(arm, slave_parameters(arm), tip_of_planar(), far, {}, {0.3, 0, 0}, {}, nullptr,
+                     &buoyancy);
+  SlavePlant floating(arm, slave_parameters(arm), tip_of_planar(), far, {}, {0.3, 0, 0}, {}, nullptr,
+                      &buoyancy);
+  robot::Payload payload;
+  robot::add_body(payload, 2, 2.0, {0.3, 0, 0}, 1e-3 * Eigen::Matrix3d::Identity());
+  sinking.carry(payload);
+  robot::add_displaced(payload, 2, 2e-3, {0.3, 0, 0});
+  floating.carry(payload);
+  for (int i = 0; i < 300; ++i) sinking.step({}, kDt), floating.step({}, kDt);
+  EXPECT_LT(sinking.true_position()[0], -0.02);
+  EXPECT_NEAR(floating.true_position()[0], 0.0, 1e-9);
 }
 
 // The tip is pressed against a wall by a torque on the base joint: at rest, force × lever = torque −

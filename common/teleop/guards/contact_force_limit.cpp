@@ -23,6 +23,11 @@ double ContactForceLimit::greatest_ratio(const ContactForce& force) noexcept {
     greatest = tool;
     held_by_tool_ = true, held_force_ = force.tool_force_N;
   }
+  const double object = force.object_bound_N > 0.0 ? force.object_force_N / force.object_bound_N : 0.0;
+  if (object > greatest && std::isfinite(object)) {
+    greatest = object;
+    held_by_tool_ = false, held_by_object_ = true, held_force_ = force.object_force_N;
+  }
   return greatest;
 }
 
@@ -33,7 +38,7 @@ bool ContactForceLimit::bears(std::size_t joint, double external_Nm) const noexc
 core::JointArray ContactForceLimit::step(const core::JointArray& target, const core::JointArray& reference,
                                          const ContactForce& force, double dt_s) noexcept {
   core::JointArray allowed = target;
-  held_joint_ = -1, held_by_tool_ = false, held_force_ = 0.0;
+  forget_held();
   const double ratio = force.measured ? greatest_ratio(force) : 0.0;
   bool held = false;
   for (std::size_t j = 0; j < parameters_.joint_count; ++j) {
@@ -53,7 +58,7 @@ core::JointArray ContactForceLimit::step(const core::JointArray& target, const c
     allowed[j] = stop.at;
     held = held || (opposes && ratio > kHeld);
   }
-  if (!held) held_joint_ = -1, held_by_tool_ = false, held_force_ = 0.0;
+  if (!held) forget_held();
   return allowed;
 }
 

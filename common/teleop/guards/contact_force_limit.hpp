@@ -19,19 +19,21 @@ struct ContactForce {
   bool measured = false;
   core::JointArray external_Nm{};  ///< torques that the surroundings exert on the joints (F_e)
   double tool_force_N = 0.0;       ///< at the tool, by those torques; 0: unknown
+  double object_force_N = 0.0;     ///< on the object that is touched; 0: unknown
+  double object_bound_N = 0.0;     ///< that this object bears; 0: any
 };
 
 /// Bounds the force with which the arm presses on its surroundings (thesis 6.11.1: forces that build up
 /// unseen damage the hardware).
 ///
-/// r is the greatest of |τ|/B over the joints, τ being a joint's external torque and B its bound, and of tool
-/// force ÷ its bound. Where r reaches 1, each joint that bears a hundredth of its bound against its way goes
-/// no farther that way than a stop s, which begins at its reference and moves by ds/dt = v·clamp(1 − r, −1,
-/// 1) towards the target, v being the yield speed. So the references settle where r = 1: the arm holds that
-/// force, and yields if its surroundings move. All joints that bear the force count with the same r, or one
-/// would press on while another yields. A stop ends when it has reached the target, or the target has come
-/// back behind it. While no force is measured, it stays where it is. What an impact exerts before the
-/// references yield is not bounded. Real-time safe: yes.
+/// r is the greatest of |τ|/B over the joints, τ being a joint's external torque and B its bound, of tool
+/// force ÷ its bound, and of the force on the touched object ÷ what that bears. Where r reaches 1, each joint
+/// that bears a hundredth of its bound against its way goes no farther that way than a stop s, which begins
+/// at its reference and moves by ds/dt = v·clamp(1 − r, −1, 1) towards the target, v being the yield speed.
+/// So the references settle where r = 1: the arm holds that force, and yields if its surroundings move. All
+/// joints that bear the force count with the same r, or one would press on while another yields. A stop ends
+/// when it has reached the target, or the target has come back behind it. While no force is measured, it
+/// stays where it is. What an impact exerts before the references yield is not bounded. Real-time safe: yes.
 class ContactForceLimit {
  public:
   explicit ContactForceLimit(const ContactForceLimitParameters& parameters) noexcept
@@ -41,13 +43,15 @@ class ContactForceLimit {
   core::JointArray step(const core::JointArray& target, const core::JointArray& reference,
                         const ContactForce& force, double dt_s) noexcept;
   /// Forgets all stops, as after the references were set otherwise.
-  void reset() noexcept { stops_ = {}, held_joint_ = -1, held_by_tool_ = false, held_force_ = 0.0; }
+  void reset() noexcept { stops_ = {}, forget_held(); }
 
   /// The joint that is nearest to its bound or beyond, while some are held near theirs; −1: none is.
   int held_joint() const noexcept { return held_joint_; }
   /// Whether the tool's bound holds it.
   bool held_by_tool() const noexcept { return held_by_tool_; }
-  /// How hard it presses: its torque, or the force at the tool. N·m or N.
+  /// Whether what the touched object bears holds it.
+  bool held_by_object() const noexcept { return held_by_object_; }
+  /// How hard it presses: its torque, or the force at the tool, or on the object. N·m or N.
   double held_force() const noexcept { return held_force_; }
 
  private:
@@ -57,11 +61,14 @@ class ContactForceLimit {
   };
   double greatest_ratio(const ContactForce& force) noexcept;
   bool bears(std::size_t joint, double external_Nm) const noexcept;
+  void forget_held() noexcept {
+    held_joint_ = -1, held_by_tool_ = held_by_object_ = false, held_force_ = 0.0;
+  }
 
   ContactForceLimitParameters parameters_;
   std::array<Stop, core::kMaxJoints> stops_{};
   int held_joint_ = -1;
-  bool held_by_tool_ = false;
+  bool held_by_tool_ = false, held_by_object_ = false;
   double held_force_ = 0.0;
 };
 

@@ -23,8 +23,9 @@ core::JointArray reach_m(const robot::SerialArm& arm, const Eigen::Vector3d& tip
 
 }  // namespace
 
-FeedbackObserver::FeedbackObserver(const robot::SerialArm& arm, const FeedbackObserverParameters& parameters)
-    : arm_(arm), momentum_(arm, parameters.dynamics) {
+FeedbackObserver::FeedbackObserver(const robot::SerialArm& arm, const FeedbackObserverParameters& parameters,
+                                   const robot::Buoyancy* buoyancy)
+    : arm_(arm), momentum_(arm, parameters.dynamics, buoyancy) {
   const core::JointArray reach = reach_m(arm, parameters.tip_m);
   for (std::size_t j = 0; j < arm.joint_count(); ++j) {
     const robot::Joint& joint = arm.joints()[j];

@@ -45,8 +45,9 @@ class FeedbackObserver {
  public:
   static constexpr double kForgotten_s = 1.0, kStored_s = 60.0, kJump = 5.0;
 
-  /// `arm` must outlive the observer.
-  FeedbackObserver(const robot::SerialArm& arm, const FeedbackObserverParameters& parameters);
+  /// `arm` and `buoyancy` must outlive the observer; null: the arm is in air.
+  FeedbackObserver(const robot::SerialArm& arm, const FeedbackObserverParameters& parameters,
+                   const robot::Buoyancy* buoyancy = nullptr);
 
   /// Takes the next sample as MomentumObserver::step() does, at `position` (rad or m); returns the first
   /// joint with energy that its torque did not give it. Real-time safe: yes.

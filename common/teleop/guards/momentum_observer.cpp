@@ -48,6 +48,10 @@ const ExternalTorque& MomentumObserver::step(const robot::LinkPoses& X_WL, const
   }
   core::JointArray weight_Nm = parameters_.weight ? arm_.gravity_torque(X_WL) : core::JointArray{};
   robot::add_weight(arm_, payload_, X_WL, weight_Nm);
+  if (buoyancy_ != nullptr) {
+    buoyancy_->add_lift(arm_, X_WL, weight_Nm);
+    buoyancy_->add_lift(arm_, payload_, X_WL, weight_Nm);
+  }
   for (std::size_t j = 0; j < count; ++j) {
     const double v = motion.velocity[j];
     const double friction_Nm =

@@ -3,6 +3,7 @@
 #include <cstddef>
 
 #include "common/core/joints.hpp"
+#include "common/robot/drag/buoyancy.hpp"
 #include "common/robot/kinematics/payload.hpp"
 #include "common/robot/kinematics/serial_arm.hpp"
 #include "common/teleop/guards/contact_latch.hpp"
@@ -42,9 +43,11 @@ struct ExternalTorque {
 /// any sample that is not usable or not finite.
 class MomentumObserver {
  public:
-  /// `arm` must outlive the observer.
-  MomentumObserver(const robot::SerialArm& arm, const MomentumObserverParameters& parameters)
-      : arm_(arm), parameters_(parameters) {}
+  /// `arm` and `buoyancy` must outlive the observer. The lift of links and payload is known, whether their
+  /// weight acts or the arm is balanced; null: the arm is in air.
+  MomentumObserver(const robot::SerialArm& arm, const MomentumObserverParameters& parameters,
+                   const robot::Buoyancy* buoyancy = nullptr)
+      : arm_(arm), buoyancy_(buoyancy), parameters_(parameters) {}
 
   static constexpr double kSettleLags = 3.0;
 
@@ -62,6 +65,7 @@ class MomentumObserver {
   double greatest_share() const noexcept;
 
   const robot::SerialArm& arm_;
+  const robot::Buoyancy* buoyancy_;
   MomentumObserverParameters parameters_;
   robot::Payload payload_;
   core::JointArray momentum_{}, residual_Nm_{};

@@ -61,12 +61,14 @@ RenderedFeedback FeedbackRenderer::step(const FeedbackInputs& in, double dt_s) n
     const double cap_Nm = parameters_.torque_cap_Nm[j];
     const double slave_Nm = std::isfinite(coupled_Nm_[j]) ? coupled_Nm_[j] : 0.0;
     const double reaction_Nm = std::isfinite(in.reaction_Nm[j]) ? in.reaction_Nm[j] : 0.0;
+    out.torque_limited = out.torque_limited || (authority > 0.0 && std::abs(slave_Nm + reaction_Nm) > cap_Nm);
     torque_Nm[j] = authority * std::clamp(slave_Nm + reaction_Nm, -cap_Nm, cap_Nm);
   }
   out.torque_Nm =
       passivity_.step(torque_Nm, in.master.position, in.master.velocity, in.limit_share * authority, dt_s);
   for (std::size_t j = 0; j < parameters_.joint_count; ++j) {
     const double cap_Nm = parameters_.torque_cap_Nm[j];
+    out.torque_limited = out.torque_limited || std::abs(out.torque_Nm[j]) > cap_Nm;
     out.torque_Nm[j] = std::clamp(out.torque_Nm[j], -cap_Nm, cap_Nm);
   }
   passivity_.note_rendered(out.torque_Nm);

@@ -55,6 +55,7 @@ struct RenderedFeedback {
   double round_trip_s = 0.0;                ///< delay in force: measured and smoothed
   bool limited = false;                     ///< 1/A of a joint is reduced to the stable value for that delay
   bool passivity_limited = false;           ///< the passivity guard adds damping
+  bool torque_limited = false;              ///< a joint's torque is at its cap
   bool force_missing = false;               ///< the law in force needs F_e, which the slave does not measure
 };
 

@@ -49,7 +49,10 @@ void TorqueSlew::let_go(const core::JointArray& velocity) noexcept {
 const SlewedTorque& TorqueSlew::step(const core::JointArray& percept_Nm, const core::JointArray& feedback_Nm,
                                      const core::JointArray& velocity, double dt_s) noexcept {
   const auto& p = parameters_;
+  now_.percept_capped = now_.feedback_capped = false;
   for (std::size_t j = 0; j < p.joint_count; ++j) {
+    now_.percept_capped = now_.percept_capped || std::abs(percept_Nm[j]) > p.percept_cap_Nm[j];
+    now_.feedback_capped = now_.feedback_capped || std::abs(feedback_Nm[j]) > p.feedback_cap_Nm[j];
     now_.percept_Nm[j] =
         towards(now_.percept_Nm[j], percept_Nm[j], p.percept_cap_Nm[j], percept_rate_[j] * dt_s);
     feedback_Nm_[j] =
@@ -58,7 +61,9 @@ const SlewedTorque& TorqueSlew::step(const core::JointArray& percept_Nm, const c
   let_go(velocity);
   for (std::size_t j = 0; j < p.joint_count; ++j) {
     // The device's limit reduces the feedback only, so that drag keeps opposing the motion.
-    now_.motor_Nm[j] = std::clamp(now_.percept_Nm[j] + feedback_Nm_[j], -p.limit_Nm[j], p.limit_Nm[j]);
+    const double both_Nm = now_.percept_Nm[j] + feedback_Nm_[j];
+    now_.motor_Nm[j] = std::clamp(both_Nm, -p.limit_Nm[j], p.limit_Nm[j]);
+    now_.feedback_capped = now_.feedback_capped || now_.motor_Nm[j] != both_Nm;
     now_.feedback_Nm[j] = now_.motor_Nm[j] - now_.percept_Nm[j];
   }
   return now_;

@@ -18,6 +18,9 @@ struct TorqueSlewParameters {
 /// Torque of the motors and its two parts: percept + feedback = motor.
 struct SlewedTorque {
   core::JointArray motor_Nm{}, percept_Nm{}, feedback_Nm{};
+  /// More was asked of a joint than its cap allows, or, of the feedback, than drag leaves of the device's
+  /// limit.
+  bool percept_capped = false, feedback_capped = false;
 };
 
 /// Limits the rate of change of the torque. It is the last stage before the device, whatever the torque's

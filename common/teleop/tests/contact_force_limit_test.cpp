@@ -137,6 +137,26 @@ TEST(ContactForceLimit, TheToolsBoundHoldsTheJointsThatBearItsForce) {
   EXPECT_EQ(limit.held_force(), 50.0);
 }
 
+TEST(ContactForceLimit, SR22_WhatTheTouchedObjectBearsHoldsTheJointsThatBearItsForce) {
+  ContactForceLimit limit(bounds(50.0));
+  core::JointArray reference{}, target{1.0, 1.0};
+  ContactForce force{.measured = true,
+                     .external_Nm = {-5.0, 0.1},
+                     .tool_force_N = 40.0,
+                     .object_force_N = 8.0,
+                     .object_bound_N = 8.0};
+  for (int i = 0; i < 100; ++i) reference = limit.step(target, reference, force, kDt);
+  EXPECT_EQ(reference[0], 0.0);
+  EXPECT_EQ(reference[1], 1.0) << "bears nothing of it";
+  EXPECT_TRUE(limit.held_by_object());
+  EXPECT_FALSE(limit.held_by_tool());
+  EXPECT_EQ(limit.held_force(), 8.0);
+  force.object_bound_N = 0.0;  // it bears any force
+  for (int i = 0; i < 30'000; ++i) reference = limit.step(target, reference, force, kDt);
+  EXPECT_EQ(reference[0], 1.0) << "below the tool's bound";
+  EXPECT_FALSE(limit.held_by_object());
+}
+
 TEST(ContactForceLimit, WhoBearsTheSameForceYieldsWithTheJointAtItsBound) {
   ContactForceLimit limit(bounds());
   core::JointArray reference{}, target{1.0, 1.0};
@@ -151,8 +171,13 @@ TEST(ContactForceLimit, SR22_NumbersThatAreNoneAreNoForce) {
   ContactForceLimit limit(bounds(50.0));
   const double none = std::numeric_limits<double>::quiet_NaN();
   const core::JointArray target{1.0, 1.0};
-  const auto allowed =
-      limit.step(target, {}, {.measured = true, .external_Nm = {none, -1e308}, .tool_force_N = none}, kDt);
+  const auto allowed = limit.step(target, {},
+                                  {.measured = true,
+                                   .external_Nm = {none, -1e308},
+                                   .tool_force_N = none,
+                                   .object_force_N = none,
+                                   .object_bound_N = 1.0},
+                                  kDt);
   EXPECT_EQ(allowed[0], 1.0);
   EXPECT_TRUE(std::isfinite(allowed[1]));
 }

@@ -47,6 +47,7 @@ TEST(FeedbackRendering, EveryLawSettlesAtItsOwnGain) {
     EXPECT_EQ(out.law, law);
     EXPECT_NEAR(out.torque_Nm[0], std::max(-4.0, expected_Nm[static_cast<std::size_t>(law)]), 1e-9)
         << name_of(law);
+    EXPECT_EQ(out.torque_limited, law == BilateralLaw::kPeff) << name_of(law);
   }
 }
 

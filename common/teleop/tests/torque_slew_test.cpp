@@ -143,6 +143,30 @@ TEST(TorqueSlew, TheDevicesLimitTakesFromTheFeedbackNotFromTheDrag) {
   EXPECT_EQ(now.motor_Nm[2], -5.0);
   EXPECT_EQ(now.percept_Nm[2], -5.0);
   EXPECT_EQ(now.feedback_Nm[2], 0.0);
+  EXPECT_TRUE(now.feedback_capped);
+  EXPECT_FALSE(now.percept_capped);
+}
+
+TEST(TorqueSlew, SaysWhichPartIsAtItsCap) {
+  const auto p = parameters(robot::DragMode::kSeparable);
+  TorqueSlew slew(p);
+  core::JointArray drag{}, feedback{}, v{};
+  const auto settled = [&] {
+    SlewedTorque now;
+    for (int i = 0; i < 1000; ++i) now = slew.step(drag, feedback, v, kDt);
+    return now;
+  };
+  v[1] = 1.0, drag[1] = -0.9 * p.percept_cap_Nm[1], feedback[1] = -0.9 * p.feedback_cap_Nm[1];
+  SlewedTorque now = settled();
+  EXPECT_FALSE(now.percept_capped || now.feedback_capped);
+  drag[1] = -1.1 * p.percept_cap_Nm[1];
+  now = settled();
+  EXPECT_TRUE(now.percept_capped);
+  EXPECT_FALSE(now.feedback_capped);
+  drag[1] = 0.0, feedback[1] = 1.1 * p.feedback_cap_Nm[1];
+  now = settled();
+  EXPECT_FALSE(now.percept_capped);
+  EXPECT_TRUE(now.feedback_capped);
 }
 
 }  // namespace
