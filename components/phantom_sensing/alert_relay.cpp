@@ -14,10 +14,14 @@ AlertRelay::AlertRelay(PerceptSink& next, int servo_priority)
 
 AlertRelay::~AlertRelay() { end(); }
 
-void AlertRelay::on_alert(const percept::Alert& alert, bool cleared) {
-  if (!waiting_.put({alert, cleared})) left_out_.fetch_add(1, std::memory_order_relaxed);
+void AlertRelay::put(const Event& event) {
+  if (!waiting_.put(event)) left_out_.fetch_add(1, std::memory_order_relaxed);
   wake_.raise();
 }
+
+void AlertRelay::on_alert(const percept::Alert& alert, bool cleared) { put(RaisedAlert{alert, cleared}); }
+
+void AlertRelay::on_doubt(const percept::ModelDoubt& doubt, bool holds) { put(RaisedDoubt{doubt, holds}); }
 
 void AlertRelay::end() {
   stop_.store(true, std::memory_order_release);
@@ -32,7 +36,10 @@ void AlertRelay::work() {
   for (bool last = false; !last;) {
     progress_.tick();
     last = stop_.load(std::memory_order_acquire);
-    while (waiting_.take(event)) next_.on_alert(event.alert, event.cleared);
+    while (waiting_.take(event)) {
+      if (const auto* alert = std::get_if<RaisedAlert>(&event)) next_.on_alert(alert->alert, alert->cleared);
+      if (const auto* doubt = std::get_if<RaisedDoubt>(&event)) next_.on_doubt(doubt->doubt, doubt->holds);
+    }
     if (const std::uint64_t now = left_out(); now != logged) {
       spdlog::warn("{} hit alerts found no room on their way to their topic and were left out", now - logged);
       logged = now;

@@ -3,6 +3,7 @@
 #include <atomic>
 #include <cstdint>
 #include <thread>
+#include <variant>
 
 #include "common/core/event_ring.hpp"
 #include "common/core/progress.hpp"
@@ -11,8 +12,18 @@
 
 namespace phantom::phantom_sensing {
 
-/// Passes drag and percept on immediately, and alerts from its own thread. The alert topic is reliable: a
-/// write can block while a reader joins, and the haptic loop must not wait for it.
+/// What an AlertRelay has waiting.
+struct RaisedAlert {
+  percept::Alert alert;
+  bool cleared = false;
+};
+struct RaisedDoubt {
+  percept::ModelDoubt doubt;
+  bool holds = false;
+};
+
+/// Passes drag and percept on immediately, and alerts and doubts from its own thread. Their topics are
+/// reliable: a write can block while a reader joins, and the haptic loop must not wait for it.
 class AlertRelay : public PerceptSink {
  public:
   static constexpr std::size_t kMaxWaiting = 256;  ///< more than the monitors raise and clear in a second
@@ -29,6 +40,8 @@ class AlertRelay : public PerceptSink {
   /// Queues the alert. If the queue is full, the alert is dropped, counted and reported in the log. Real-time
   /// safe: yes.
   void on_alert(const percept::Alert& alert, bool cleared) override;
+  /// Likewise.
+  void on_doubt(const percept::ModelDoubt& doubt, bool holds) override;
   /// Passes on the queued alerts and ends the thread. Call it after the last on_alert().
   void end();
   /// Returns the thread's progress. Thread-safe.
@@ -36,10 +49,8 @@ class AlertRelay : public PerceptSink {
   std::uint64_t left_out() const noexcept { return left_out_.load(std::memory_order_relaxed); }
 
  private:
-  struct Event {
-    percept::Alert alert;
-    bool cleared = false;
-  };
+  using Event = std::variant<RaisedAlert, RaisedDoubt>;
+  void put(const Event& event);
   static constexpr double kHangsAfter_s = 5.0;  // a joining reader can block a write for a while
   void work();
 

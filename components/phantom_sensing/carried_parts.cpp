@@ -28,6 +28,21 @@ bool is_same(const messages::CarriedObject& a, const messages::CarriedObject& b)
 
 }  // namespace
 
+std::uint64_t key_of(std::span<const messages::CarriedObject> own) {
+  std::uint64_t key = 0;
+  for (const messages::CarriedObject& object : own) {
+    std::uint64_t hash = 0xCBF29CE484222325ULL;  // FNV-1a
+    const auto add = [&hash](std::uint64_t value) {
+      for (int byte = 0; byte < 8; ++byte, value >>= 8U) hash = (hash ^ (value & 0xFFU)) * 0x100000001B3ULL;
+    };
+    add(object.id);
+    add(object.mesh_hash);
+    for (const char c : object.frame) add(static_cast<unsigned char>(c));
+    key += hash;
+  }
+  return key != 0 || own.empty() ? key : 1;
+}
+
 CarriedParts::CarriedParts(const PhantomModel& model, const PerceptSettings& settings, int servo_priority)
     : model_(model), settings_(settings), servo_priority_(servo_priority) {}
 
@@ -91,6 +106,8 @@ core::Expected<std::shared_ptr<CarryingSkin>> CarriedParts::make(
     const auto options = sensing_options(model_, settings_, layout->size());
     skin = std::make_shared<CarryingSkin>(*std::move(layout), options, std::move(ids));
   });
+  skin->key = key_of(own);
+  skin->boxes = boxes_of_share(model_, skin->layout);
   return skin;
 }
 

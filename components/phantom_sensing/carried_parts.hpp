@@ -17,12 +17,18 @@ struct CarryingSkin {
   robot::SkinLayout layout;
   robot::SkinSensing sensing;          ///< of that layout
   std::vector<std::uint16_t> objects;  ///< ids of what it carries
+  std::uint64_t key = 0;               ///< SensedWorkspace::carried_key
+  std::vector<LinkBox> boxes;          ///< boxes_of_share() of that layout
 
   CarryingSkin(robot::SkinLayout skin, const robot::SensingOptions& options, std::vector<std::uint16_t> ids)
       : layout(std::move(skin)), sensing(layout, options), objects(std::move(ids)) {}
   CarryingSkin(const CarryingSkin&) = delete;
   CarryingSkin& operator=(const CarryingSkin&) = delete;
 };
+
+/// Returns SensedWorkspace::carried_key of what an arm carries: alike for the same objects, with the same
+/// meshes at the same links, in any order; wherever there they are held.
+std::uint64_t key_of(std::span<const messages::CarriedObject> own);
 
 /// Makes the skin of the phantom with what its arm carries: sensors all over each object's mesh, as on a link
 /// of the arm (robot::skin_with_bodies). Collects the meshes of all objects for that. Bounded in memory. One

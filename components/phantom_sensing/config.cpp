@@ -84,6 +84,16 @@ void read_hit(const Fields& section, PerceptSettings& percept) {
                 "is not below mu_unsafe_Pa_s_per_m; allowed: above 0 and below that");
 }
 
+void read_doubt(const Fields& section, Config& config) {
+  DoubtSettings& doubt = config.percept.doubt;
+  section.number("tolerance_vox", doubt.tolerance_vox);
+  section.number("rest_speed_m_s", doubt.rest_speed_m_s);
+  section.number("after_s", doubt.timing.after_s);
+  section.number("rest_s", doubt.timing.rest_s);
+  section.number("clear_after_s", doubt.timing.clear_after_s);
+  section.text("first_link", config.first_feeling_link);
+}
+
 void read_skin(const Fields& fields, robot::SkinOptions& options) {
   using enum robot::Normalisation;
   fields.choice("normalisation", options.normalisation,
@@ -181,6 +191,7 @@ Config load_config(const std::filesystem::path& path) {
                  {{"sphere", percept::ZoneShape::kSphere}, {"cube", percept::ZoneShape::kCube}});
   read_motion(file.section("motion"), percept.motion);
   read_hit(file.section("hit"), percept);
+  read_doubt(file.section("doubt"), config);
   read_sharing(file, config);
   read_other_arms(file, config);
   file.finish();

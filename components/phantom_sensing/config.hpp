@@ -33,8 +33,9 @@ struct Config {
   std::uint64_t workspace_max_bytes = 0;  ///< of one server's workspace
   std::vector<OtherArmConfig> other_arms;  ///< at most kMaxOtherArms
   std::vector<ShareConfig> shares;
-  double share_wait_s = 0.0005;  ///< for what others have sensed; then it is sensed here
-  std::string own_share;         ///< by the command line: the share that this process senses; empty: none
+  std::string first_feeling_link;  ///< from which on the arm feels what touches it; empty: all links
+  double share_wait_s = 0.0005;    ///< for what others have sensed; then it is sensed here
+  std::string own_share;           ///< by the command line: the share that this process senses; empty: none
   int servo_priority = core::kServoPriority;  ///< SCHED_FIFO priority of the servos; 0: none requested
 };
 

@@ -3,17 +3,20 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <map>
 #include <mutex>
 #include <optional>
 #include <utility>
 
 #include "common/dds/admission/refusal_log.hpp"
+#include "common/geometry/pose.hpp"
 #include "common/messages/clock_report.hpp"
 #include "common/messages/codecs/percept_codec.hpp"
 #include "common/messages/codecs/workspace_codec.hpp"
 #include "common/messages/command_service.hpp"
 #include "common/messages/object_sources.hpp"
 #include "common/messages/publisher.hpp"
+#include "common/messages/request_log.hpp"
 #include "common/messages/status_reporter.hpp"
 #include "common/messages/topic_receiver.hpp"
 #include "components/phantom_sensing/dds_adapter_messages.hpp"
@@ -24,6 +27,9 @@ namespace {
 /// DDS drops a killed server only 5 s after its last announcement. A second server is therefore reported only
 /// if both are present for longer than that.
 constexpr core::Nanoseconds kSecondServerAfter_ns = 7 * core::kNsPerSecond;
+
+/// Objects whose findings are kept.
+constexpr std::size_t kMaxFindings = 4096;
 
 messages::ArmBounds bounds_of(const PhantomModel& model) {
   return messages::bounds_of(model.arm, model.identity);
@@ -69,6 +75,7 @@ struct DdsAdapter::Impl {
     messages::TopicSubscriber<msg::SlaveState> slave;
     std::optional<messages::TopicSubscriber<msg::GripperState>> gripper;  // of an arm with fingers
     std::unique_ptr<WorkspaceReaders> workspace;
+    dds::Reader<msg::PoseFinding> finding;
     std::optional<ObjectReaders> of_arm;
     std::vector<std::unique_ptr<ShareReaders>> shares;
     std::vector<std::unique_ptr<messages::TopicSubscriber<msg::SlaveState>>> others;  // other arms' states
@@ -88,6 +95,7 @@ struct DdsAdapter::Impl {
         drag_field(results, dds::kDragField),
         percept(results, dds::kPercept),
         hit_alert(results, dds::kHitAlert),
+        model_doubt(results, dds::kModelDoubt),
         interest_points(results, dds::kInterestPoints),
         skin_percept(results, dds::kSkinPercept),
         commands(results, dds::kSensingCommand, dds::kSensingReply,
@@ -112,6 +120,8 @@ struct DdsAdapter::Impl {
     return readers->gripper && readers->gripper->source().has_rival(now_ns) ? "gripper_state" : nullptr;
   }
 
+  /// Takes what a camera has found of an object. Returns whether it is valid.
+  bool take(const msg::PoseFinding& message);
   bool second_server(core::Nanoseconds now_ns);
   void suspend(const workspace::SourceId& source);
   void resume();
@@ -141,11 +151,13 @@ struct DdsAdapter::Impl {
   messages::Publisher<messages::DragField> drag_field;
   messages::Publisher<messages::Percept> percept;
   messages::Publisher<messages::HitAlert> hit_alert;
+  messages::Publisher<messages::ModelDoubt> model_doubt;
   messages::Publisher<messages::InterestPoints> interest_points;
   messages::Publisher<messages::SkinPercept> skin_percept;
   mutable std::mutex objects_mutex;
-  messages::ObjectSources objects;         // guarded by objects_mutex
-  messages::ObjectSources objects_of_arm;  // likewise
+  messages::ObjectSources objects;                          // guarded by objects_mutex
+  messages::ObjectSources objects_of_arm;                   // likewise
+  std::map<std::uint16_t, messages::PoseFinding> findings;  // likewise
   dds::RefusalLog workspace_refusals{"workspace_brick, workspace_version"};
   std::mutex readers_mutex;  // shared by stop_reading() and the keeper's thread
   std::unique_ptr<Readers> readers;
@@ -154,6 +166,7 @@ struct DdsAdapter::Impl {
   bool contest_logged = false;
   messages::ClockReport clocks{"slave_io"};
   messages::CommandService<messages::SensingCommand, messages::SensingReply> commands;
+  core::LogRate command_rate;  // of the thread that handles them
 };
 
 DdsAdapter::Impl::Participants DdsAdapter::Impl::participants_of(const core::NetworkOptions& network,
@@ -202,7 +215,10 @@ DdsAdapter::Impl::ShareReaders::ShareReaders(Impl& owner, SensingLoop& loop, std
 DdsAdapter::Impl::Readers::Readers(Impl& owner, SensingLoop& loop, WorkspaceSubscriber& keeper)
     : slave(owner.participant, dds::kSlaveState, bounds_of(owner.model),
             [&loop](const SlaveSample& sample) { loop.offer(sample); }),
-      workspace(std::make_unique<WorkspaceReaders>(owner, keeper)) {
+      workspace(std::make_unique<WorkspaceReaders>(owner, keeper)),
+      finding(
+          owner.of_workspace, dds::kPoseFinding,
+          [&owner](const msg::PoseFinding& message, const dds::SampleInfo&) { return owner.take(message); }) {
   if (owner.apart) of_arm.emplace(owner);
   if (!owner.model.own_share)
     for (std::size_t i = 0; i < owner.shares.size(); ++i)
@@ -230,7 +246,7 @@ DdsAdapter::Impl::WorkspaceReaders::WorkspaceReaders(Impl& owner, WorkspaceSubsc
             if (!received) return workspace.refuse(received.status());
             workspace.commit(info.writer, received->description, received->carried);
             const std::lock_guard lock(owner.objects_mutex);
-            owner.objects.commit(info.writer);
+            owner.objects.commit(info.writer, *received);
           },
           [&owner, &workspace](const dds::GuidPrefix& server) {
             workspace.gone(server);
@@ -258,9 +274,10 @@ DdsAdapter::Impl::ObjectReaders::ObjectReaders(Impl& owner)
     : version(
           owner.participant, dds::kWorkspaceVersion,
           [&owner](const msg::WorkspaceVersion& message, const dds::SampleInfo& info) {
-            if (!messages::from_idl(message)) return false;
+            const auto received = messages::from_idl(message);
+            if (!received) return false;
             const std::lock_guard lock(owner.objects_mutex);
-            return owner.objects_of_arm.commit(info.writer).accepted;
+            return owner.objects_of_arm.commit(info.writer, *received).accepted;
           },
           [&owner](const dds::GuidPrefix& server) {
             const std::lock_guard lock(owner.objects_mutex);
@@ -273,6 +290,15 @@ DdsAdapter::Impl::ObjectReaders::ObjectReaders(Impl& owner)
                const std::lock_guard lock(owner.objects_mutex);
                return owner.objects_of_arm.take(info.writer, *sample).accepted;
              }) {}
+
+bool DdsAdapter::Impl::take(const msg::PoseFinding& message) {
+  auto finding = messages::from_idl(message);
+  if (!finding) return false;
+  const std::lock_guard lock(objects_mutex);
+  if (findings.size() == kMaxFindings && !findings.contains(finding->id)) return false;
+  findings.insert_or_assign(finding->id, *std::move(finding));
+  return true;
+}
 
 void DdsAdapter::Impl::suspend(const workspace::SourceId& source) {
   workspace_refusals.refused(
@@ -356,15 +382,39 @@ SecondaryWorkspace::Objects DdsAdapter::objects() const {
   return in_force ? impl_->objects.of(*in_force) : impl_->objects.in_force();
 }
 
-SecondaryWorkspace::Objects DdsAdapter::objects_of_arm() const {
+// A finding is of the object where it stood then: one that was moved since may stand where the model has it.
+DisplacedObjects DdsAdapter::displaced() const {
+  std::map<std::uint16_t, messages::PoseFinding> findings;
+  {
+    const std::lock_guard lock(impl_->objects_mutex);
+    findings = impl_->findings;
+  }
+  DisplacedObjects displaced;
+  if (findings.empty()) return displaced;
+  const SecondaryWorkspace::Objects all = objects();
+  for (const auto& [id, finding] : findings) {
+    const auto object = all.find(id);
+    if (finding.verdict == messages::PoseVerdict::kAgrees || object == all.end()) continue;
+    if (geometry::same_pose(object->second.X_WO, finding.X_WO)) displaced.add(id);
+  }
+  return displaced;
+}
+
+std::vector<std::string> DdsAdapter::objects_apart(SecondaryWorkspace& workspaces,
+                                                   core::Nanoseconds now_ns) const {
+  const SecondaryWorkspace::Objects here = objects();
   const std::lock_guard lock(impl_->objects_mutex);
-  return impl_->objects_of_arm.in_force();
+  return workspaces.compare(
+      SecondaryWorkspace::with_carried(here, impl_->objects.carried()),
+      SecondaryWorkspace::with_carried(impl_->objects_of_arm.in_force(), impl_->objects_of_arm.carried()),
+      now_ns);
 }
 
 void DdsAdapter::handle_commands(const std::function<Answer(const messages::SensingCommand&)>& carry_out) {
   while (const auto command = impl_->commands.next()) {
     const Answer answer = carry_out(*command);
-    spdlog::info("{} asked: {}", command->requester, answer.message);
+    if (messages::is_logged(impl_->command_rate, "requests"))
+      spdlog::info("{} asked: {}", command->requester, answer.message);
     impl_->commands.complete(command->stamp, reply_to(*command, answer));
   }
 }
@@ -386,17 +436,26 @@ void DdsAdapter::publish_status(const core::Health& health) {
   impl_->status.publish(published);
 }
 
+// Of a share in a workspace of its own, what is carried there stands in place of its version (ShareInbox).
 void DdsAdapter::on_drag(const StepOutputs& outputs, const TickInfo& info) {
-  impl_->drag_field.publish(drag_field_of(outputs, info, impl_->model.arm.joint_count()));
+  messages::DragField field = drag_field_of(outputs, info, impl_->model.arm.joint_count());
+  if (impl_->apart) field.workspace_version = outputs.carried_key;
+  impl_->drag_field.publish(field);
 }
 
 void DdsAdapter::on_percept(const StepOutputs& outputs, const TickInfo& info) {
-  impl_->percept.publish(percept_of(outputs, info, impl_->model.arm.joint_count()));
+  messages::Percept percept = percept_of(outputs, info, impl_->model.arm.joint_count());
+  if (impl_->apart) percept.workspace_version = outputs.carried_key;
+  impl_->percept.publish(percept);
   impl_->interest_points.publish(interest_points_of(outputs, info, impl_->model));
 }
 
 void DdsAdapter::on_alert(const percept::Alert& alert, bool cleared) {
   impl_->hit_alert.publish(hit_alert_of(alert, cleared, impl_->model));
+}
+
+void DdsAdapter::on_doubt(const percept::ModelDoubt& doubt, bool holds) {
+  impl_->model_doubt.publish(model_doubt_of(doubt, holds, impl_->model));
 }
 
 }  // namespace phantom::phantom_sensing

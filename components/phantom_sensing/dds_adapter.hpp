@@ -17,9 +17,9 @@
 namespace phantom::phantom_sensing {
 
 /// The component's DDS readers and writers. In: slave_state, gripper_state of an arm with fingers,
-/// workspace_brick, workspace_version, workspace_object, mesh_chunk and sensing_command. Out: drag_field,
-/// percept, interest_points, skin_percept, hit_alert, sensing_reply and component_status. Invalid samples are
-/// refused, counted, and reported in the log at most once in five seconds per topic.
+/// workspace_brick, workspace_version, workspace_object, mesh_chunk, pose_finding and sensing_command. Out:
+/// drag_field, percept, interest_points, skin_percept, hit_alert, sensing_reply and component_status. Invalid
+/// samples are refused, counted, and reported in the log at most once in five seconds per topic.
 class DdsAdapter : public PerceptSink {
  public:
   /// Joins the DDS domain with all writers and the reader of commands; start_reading() adds the other
@@ -37,8 +37,11 @@ class DdsAdapter : public PerceptSink {
   bool workspace_attended() const;
   /// Returns the objects announced by the wva_server whose workspace is in use. Thread-safe.
   SecondaryWorkspace::Objects objects() const;
-  /// Returns those of the arm's workspace where this senses a share in another one; else none. Thread-safe.
-  SecondaryWorkspace::Objects objects_of_arm() const;
+  /// Returns which of these do not stand where depth cameras see them. Thread-safe.
+  DisplacedObjects displaced() const;
+  /// Compares these, and what arms carry, with the arm's workspace where this senses a share in another one:
+  /// SecondaryWorkspace::compare(). One thread.
+  std::vector<std::string> objects_apart(SecondaryWorkspace& workspaces, core::Nanoseconds now_ns) const;
   /// Carries out the commands received so far, on the calling thread, and answers them. A repeated command is
   /// answered again but not carried out again.
   void handle_commands(const std::function<Answer(const messages::SensingCommand&)>& carry_out);
@@ -50,10 +53,11 @@ class DdsAdapter : public PerceptSink {
   /// Publishes component_status. One thread.
   void publish_status(const core::Health& health);
 
-  // Called on the sensing loop's thread; on_alert() on the relay's thread.
+  // Called on the sensing loop's thread; on_alert() and on_doubt() on the relay's thread.
   void on_drag(const StepOutputs& outputs, const TickInfo& info) override;
   void on_percept(const StepOutputs& outputs, const TickInfo& info) override;
   void on_alert(const percept::Alert& alert, bool cleared) override;
+  void on_doubt(const percept::ModelDoubt& doubt, bool holds) override;
 
  private:
   struct Impl;

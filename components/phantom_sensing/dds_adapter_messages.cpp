@@ -1,5 +1,7 @@
 #include "components/phantom_sensing/dds_adapter_messages.hpp"
 
+#include <cmath>
+
 #include "common/core/utf8.hpp"
 
 namespace phantom::phantom_sensing {
@@ -104,6 +106,26 @@ messages::HitAlert hit_alert_of(const percept::Alert& alert, bool cleared, const
   message.contact = alert.at.contact;
   if (alert.at.interest_point >= 0)
     message.interest_point = model.interest_points[static_cast<std::size_t>(alert.at.interest_point)].name;
+  return message;
+}
+
+messages::ModelDoubt model_doubt_of(const percept::ModelDoubt& doubt, bool holds, const PhantomModel& model) {
+  const percept::DoubtEvidence& at = doubt.at;
+  messages::ModelDoubt message;
+  message.place = doubt.place;
+  message.doubt = doubt.number;
+  message.kind = at.kind;
+  message.holds = holds;
+  message.workspace_version = at.workspace_version;
+  message.link = at.link;
+  message.link_name = model.arm.links()[at.link].name;
+  message.object = at.object;
+  message.position_m = messages::vector_of(at.position_W_m);
+  message.located = at.located;
+  message.force_N = at.force_N;
+  message.residual_known = std::isfinite(at.residual_m);
+  if (message.residual_known) message.residual_m = at.residual_m;
+  message.shift_m = messages::vector_of(at.shift_W_m);
   return message;
 }
 

@@ -18,5 +18,6 @@ messages::Percept percept_of(const StepOutputs& outputs, const TickInfo& info, s
 messages::InterestPoints interest_points_of(const StepOutputs& outputs, const TickInfo& info,
                                             const PhantomModel& model);
 messages::HitAlert hit_alert_of(const percept::Alert& alert, bool cleared, const PhantomModel& model);
+messages::ModelDoubt model_doubt_of(const percept::ModelDoubt& doubt, bool holds, const PhantomModel& model);
 
 }  // namespace phantom::phantom_sensing

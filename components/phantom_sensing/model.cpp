@@ -43,6 +43,14 @@ std::vector<SkinShare> shares_of(const Config& config, const robot::SerialArm& a
   return shares;
 }
 
+std::size_t first_feeling_link(const Config& config, const robot::SerialArm& arm) {
+  if (config.first_feeling_link.empty()) return 1;
+  const auto frame = arm.find_frame(config.first_feeling_link);
+  if (frame && frame->first > 0) return frame->first;
+  throw ConfigError(config.file.string() + ": doubt.first_link: '" + config.first_feeling_link +
+                    "' is no moving link; allowed: one of the arm's, or \"\"");
+}
+
 std::optional<std::size_t> own_share_of(const Config& config) {
   if (config.own_share.empty()) return {};
   const auto named = std::find_if(config.shares.begin(), config.shares.end(),
@@ -72,10 +80,18 @@ bool stand_alike(const runtime::ArmConfig& one, const runtime::ArmConfig& other)
 /// A share's own cell is the arm's in other voxels: alerts name objects by their numbers, and the arm stands
 /// where it stands.
 void check_alike(const runtime::CellConfig& cell, const runtime::CellConfig& other, const Config& config) {
-  const auto same_name = [](const auto& a, const auto& b) { return a.name == b.name && a.id == b.id; };
+  const auto same_name = [](const auto& a, const auto& b) {
+    return a.name == b.name && a.id == b.id && a.kind == b.kind;
+  };
   if (!std::ranges::equal(cell.objects, other.objects, same_name))
     throw ConfigError(other.file.string() + ": objects: are not those of " + cell.file.string() +
-                      "; allowed: the same names in the same order");
+                      "; allowed: the same names and kinds in the same order");
+  const auto is_soft = [](const auto& object) { return !object.profile.stiffness_inside_Pa_per_m.empty(); };
+  for (std::size_t i = 0; i < cell.objects.size(); ++i)
+    if (is_soft(cell.objects[i]) != is_soft(other.objects[i]))
+      throw ConfigError(other.objects[i].place + " '" + other.objects[i].name +
+                        "': is soft in this file or in " + cell.file.string() +
+                        " only (inside.stiffness_Pa_per_m); allowed: in both or in neither");
   const runtime::ArmConfig &arm = cell.arm(config.arm), &twin = other.arm(config.arm);
   if (arm.name != twin.name || arm.home != twin.home || !stand_alike(arm, twin))
     throw ConfigError(other.file.string() + ": arm '" + twin.name + "': is not that of " +
@@ -139,15 +155,15 @@ PhantomModel load_model(const runtime::CellConfig& cell, const Config& config) {
   }
   if (own_share) points.clear();  // the arm's process watches them
   auto soft = soft_bodies(cell);
-  if (!soft.empty() && !shares.empty())
-    throw ConfigError(config.file.string() + ": sharing: does not go with soft bodies, which " +
-                      cell.file.string() + " has (inside.stiffness_Pa_per_m); allowed: one of them");
   robot::ModelIdentity identity = runtime::identity_of(cell, config.arm, arm);
   if (own_share) identity.cell = 0;  // a share may have voxels of its own
-  return {std::move(arm),     std::move(skin),   std::move(points),
-          arm_config.name,    options,           {cell.media.begin(), cell.media.end()},
-          std::move(soft),    std::move(shares), own_share,
-          std::move(identity)};
+  const std::size_t first_feeling = first_feeling_link(config, arm);
+  PhantomModel model{std::move(arm),     std::move(skin),   std::move(points),
+                     arm_config.name,    options,           {cell.media.begin(), cell.media.end()},
+                     std::move(soft),    std::move(shares), own_share,
+                     std::move(identity)};
+  model.first_feeling_link = first_feeling;
+  return model;
 }
 
 ContactRegister contacts_of_cell(const runtime::CellConfig& cell, const Config& config,

@@ -64,17 +64,11 @@ void OtherArm::put(const core::JointArray& position, const core::JointArray& vel
                    std::span<OtherLink> links) const noexcept {
   robot::LinkPoses X_WL;
   arm_.link_poses(position, X_WL);
-  std::array<Eigen::Vector3d, core::kMaxJoints + 1> angular_W_rad_s;
-  angular_W_rad_s[0].setZero();
-  for (std::size_t j = 0; j < arm_.joint_count(); ++j) {
-    angular_W_rad_s[j + 1] = angular_W_rad_s[j];
-    if (!robot::is_prismatic(arm_.joints()[j])) angular_W_rad_s[j + 1] += velocity[j] * arm_.axis_W(j, X_WL);
-  }
   for (std::size_t i = 0; i < links_.size(); ++i) {
     const Link& link = links_[i];
-    links[i] = {&link.fluid, link.greatest_neighbour_mu, X_WL[link.index],
-                arm_.point_velocity_W(link.index, X_WL[link.index].translation_m, X_WL, velocity),
-                angular_W_rad_s[link.index]};
+    const robot::PlaceVelocity moves(arm_, link.index, X_WL, velocity);
+    links[i] = {&link.fluid, link.greatest_neighbour_mu, X_WL[link.index], moves.origin_W_m_s,
+                moves.angular_W_rad_s};
   }
 }
 

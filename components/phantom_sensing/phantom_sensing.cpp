@@ -32,6 +32,13 @@ void add(const robot::DragCoefficients& links, robot::DragCoefficients& arm) noe
   for (std::size_t i = 0; i < robot::kPackedMatrix; ++i) arm.coupled[i] += links.coupled[i];
 }
 
+void add(const robot::JointReaction& links, robot::JointReaction& arm) noexcept {
+  for (std::size_t j = 0; j < core::kMaxJoints; ++j) {
+    arm.torque[j] += links.torque[j];
+    arm.stiffness[j] += links.stiffness[j];
+  }
+}
+
 }  // namespace
 
 robot::SensingOptions sensing_options(const PhantomModel& model, const PerceptSettings& settings,
@@ -52,30 +59,34 @@ PhantomSensing::PhantomSensing(const PhantomModel& model, const PerceptSettings&
       soft_(model.soft_bodies),
       zone_(settings.cluster_reach_vox, settings.cluster_shape),
       monitor_(settings.hit, settings.alert),
+      doubts_(settings.doubt.timing),
       interest_(model.interest_points.size()),
       own_links_(links_of_process(model)),
-      boxes_(boxes_of(model)) {}
+      boxes_(boxes_of_share(model, model.skin)) {
+  fast_places_.reserve(kMaxFastPlaces);
+  for (const Eigen::Vector3d& way_m : model.skin.closing_m)
+    greatest_way_m_ = std::max(greatest_way_m_, way_m.norm());
+}
 
-std::vector<PhantomSensing::LinkBox> PhantomSensing::boxes_of(const PhantomModel& model) {
+std::vector<LinkBox> boxes_of_share(const PhantomModel& model, const robot::SkinLayout& layout) {
   std::vector<LinkBox> boxes;
   if (!model.own_share || !model.shares[*model.own_share].has_own_workspace()) return boxes;
   for (std::size_t link = 1; link <= core::kMaxJoints; ++link) {
     if (!model.shares[*model.own_share].links[link]) continue;
-    LinkBox box{link, {}};
-    for (std::size_t i = model.skin.first[link]; i < model.skin.first[link + 1]; ++i)
-      box.box_m.extend(model.skin.position(i, 0.0)).extend(model.skin.position(i, 1.0));
-    if (!box.box_m.isEmpty()) boxes.push_back(box);
+    if (const auto box_m = layout.box_of(link)) boxes.push_back({link, {box_m->first, box_m->second}});
   }
   return boxes;
 }
 
 /// Returns whether a sensor of the own share, or the zone around one, may be outside of the grid, where no
 /// fluid is known.
-bool PhantomSensing::reaches_out(const workspace::GridSpec& grid) const noexcept {
+bool PhantomSensing::reaches_out(const SensedWorkspace& workspace) const noexcept {
+  const workspace::GridSpec& grid = workspace.voxels->grid();
+  const std::vector<LinkBox>& boxes = workspace.boxes != nullptr ? *workspace.boxes : boxes_;
   const int margin_vox = std::max(settings_.gradient_reach_vox, settings_.cluster_reach_vox);
   const Eigen::Vector3d margin_m = margin_vox * grid.voxel_size_m.sides_m();
   const Eigen::AlignedBox3d inside(grid.origin_m + margin_m, grid.origin_m + grid.extent_m() - margin_m);
-  return std::any_of(boxes_.begin(), boxes_.end(), [&](const LinkBox& link) {
+  return std::any_of(boxes.begin(), boxes.end(), [&](const LinkBox& link) {
     for (int corner = 0; corner < 8; ++corner) {
       const auto which = static_cast<Eigen::AlignedBox3d::CornerType>(corner);
       if (!inside.contains(X_WL_[link.link] * link.box_m.corner(which))) return true;
@@ -217,6 +228,7 @@ void PhantomSensing::set_active_skin(robot::SkinSensing* carrying) noexcept {
 /// Ends all alerts and clears the sensors' memory of μ, because their inputs are no longer known.
 void PhantomSensing::forget(StepOutputs& outputs) noexcept {
   monitor_.close(outputs.alerts);
+  doubts_.close(outputs.doubts);
   sensing_->forget();
   std::fill(interest_.begin(), interest_.end(), InterestPercept{});
 }
@@ -231,18 +243,29 @@ void PhantomSensing::add_drag_of(const robot::LinkSet& links, const StepInputs& 
   add(drag_of_links_, outputs.drag);
 }
 
+/// Adds what soft bodies do to links that have been sensed here.
+void PhantomSensing::add_reaction_of(const robot::LinkSet& links, const StepInputs& inputs,
+                                     StepOutputs& outputs) noexcept {
+  outputs.reaction.position = inputs.position;
+  if (model_.soft_bodies.empty()) return;
+  soft_.sense(*sensing_, X_WL_, *inputs.workspace.voxels, links);
+  robot::joint_reaction(model_.arm, X_WL_, soft_.links(), inputs.position, reaction_of_links_);
+  add(reaction_of_links_, outputs.reaction);
+}
+
 /// Adds a share that was sensed elsewhere. Returns false if its worst sensor does not meet that μ here, or
-/// the workspace of its own lacks what the arm carries.
+/// the arm carries something else in the workspace of its own.
 bool PhantomSensing::take_share(const StepInputs& inputs, std::size_t which, const SensedShare& share,
                                 StepOutputs& outputs) noexcept {
   if (model_.shares[which].has_own_workspace()) {
-    if (inputs.workspace.carrying != nullptr) return false;
+    if (inputs.workspace.carried_key != share.carried_key) return false;
     if (share.mu > (worst_remote_ != nullptr ? worst_remote_->mu : 0.0F)) worst_remote_ = &share;
   } else if (share.mu > 0.0F &&
              !sensing_->consider(X_WL_, *inputs.workspace.voxels, share.sensor, share.mu)) {
     return false;
   }
   add(share.drag, outputs.drag);
+  add(share.reaction, outputs.reaction);
   sensed_elsewhere_[which] = &share;
   muted_elsewhere_ += share.muted_sensors;
   return true;
@@ -258,9 +281,10 @@ void PhantomSensing::begin(const StepInputs& inputs, StepOutputs& outputs) noexc
   set_active_skin(inputs.workspace.carrying);
   const bool known = inputs.workspace.voxels != nullptr;
   if (known) outputs.workspace_version = inputs.workspace.voxels->version;
+  outputs.carried_key = inputs.workspace.carried_key;
   if (!known || !inputs.state_valid) return forget(outputs);
   model_.arm.link_poses(inputs.position, X_WL_);
-  outputs.outside = reaches_out(inputs.workspace.voxels->grid());
+  outputs.outside = reaches_out(inputs.workspace);
   if (outputs.outside) return forget(outputs);
   mute(inputs.allowed);
   sensing_->close_gripper(inputs.fingers.closed);
@@ -275,8 +299,7 @@ void PhantomSensing::begin(const StepInputs& inputs, StepOutputs& outputs) noexc
   }
   robot::relieve_by_flow(model_.arm, X_WL_, std::span(flows_).first(others), settings_.directional.still,
                          inputs.velocity, outputs.drag);
-  soft_.sense(*sensing_, X_WL_, *inputs.workspace.voxels);
-  robot::joint_reaction(model_.arm, X_WL_, soft_.links(), inputs.position, outputs.reaction);
+  add_reaction_of(own_links_, inputs, outputs);
   outputs.valid = true;
 }
 
@@ -289,6 +312,7 @@ std::size_t PhantomSensing::end(const StepInputs& inputs, const SensedShares& sh
     const robot::LinkSet& links = model_.shares[i].links;
     sensing_->sense_also(X_WL_, model_.arm.joint_count(), *inputs.workspace.voxels, links);
     add_drag_of(links, inputs, outputs);
+    add_reaction_of(links, inputs, outputs);
     ++sensed_here;
   }
   if (!model_.own_share)  // the medium is felt by all links at once
@@ -301,6 +325,7 @@ std::size_t PhantomSensing::end(const StepInputs& inputs, const SensedShares& sh
   outputs.threats.sort();
   lead(outputs);
   alert(inputs.dt_s, outputs);
+  doubt(inputs, shares, outputs);
   outputs.percept.drag_torque =
       robot::drag_torque(outputs.drag, settings_.mode, inputs.velocity, model_.arm.joint_count());
   return sensed_here;

@@ -13,6 +13,7 @@
 #include "common/core/joints.hpp"
 #include "common/percept/allowed_contact.hpp"
 #include "common/percept/hit_susceptibility.hpp"
+#include "common/percept/model_doubt.hpp"
 #include "common/percept/motion_class.hpp"
 #include "common/percept/principal_gradient.hpp"
 #include "common/percept/threat_monitor.hpp"
@@ -23,9 +24,17 @@
 #include "common/robot/sensing/soft_sensing.hpp"
 #include "common/robot/skin/skin.hpp"
 #include "common/workspace/workspace.hpp"
+#include "components/phantom_sensing/gradient_cache.hpp"
 #include "components/phantom_sensing/prospects.hpp"
 
 namespace phantom::phantom_sensing {
+
+/// When what the arm feels contradicts the model.
+struct DoubtSettings {
+  int tolerance_vox = 4;          ///< the model may be wrong by so much; at most percept::kMaxNearVoxels
+  double rest_speed_m_s = 0.005;  ///< slower is rest
+  percept::DoubtTiming timing;
+};
 
 /// Settings from which the percept is computed; phantom_sensing.yaml explains each value.
 struct PerceptSettings {
@@ -39,6 +48,7 @@ struct PerceptSettings {
   percept::MotionThresholds motion;
   percept::HitThresholds hit;
   percept::AlertTiming alert;
+  DoubtSettings doubt;
   /// Number of threads that share the sensors, including the one that calls step(). 0: one for each
   /// kSensorsOfThread sensors, at most as many as the host has cores. It does not affect the result.
   std::size_t threads = 0;
@@ -56,6 +66,17 @@ struct InterestPoint {
 /// How far a gripper is closed: 0 at its widest, 1 closed.
 struct Fingers {
   double closed = 0.0, closing_per_s = 0.0;
+};
+
+/// What the arm feels of its surroundings, as slave_state has it.
+struct FeltForce {
+  bool known = false;    ///< a contact would be reported
+  bool contact = false;  ///< something touches the arm
+  bool located = false;  ///< point_W_m is known
+  Eigen::Vector3d point_W_m = Eigen::Vector3d::Zero();
+  double force_N = -1.0;       ///< −1: not known
+  bool torques_known = false;  ///< torque_Nm is
+  core::JointArray torque_Nm{};
 };
 
 /// A link of another arm as it is now: the fluid around it, where it is, and how it moves.
@@ -100,6 +121,8 @@ struct PhantomModel {
   robot::ModelIdentity identity = {};  ///< by which others know arm and cell
 
   std::size_t other_links = 0;  ///< greatest number of StepInputs::others, at most kMaxOtherLinks
+  /// The first link at which the arm feels what touches it: behind a sensor at the wrist, say.
+  std::size_t first_feeling_link = 1;
 
   /// Returns whether the arm has a gripper that moves what is sensed.
   bool has_fingers() const noexcept {
@@ -113,12 +136,42 @@ struct PhantomModel {
 robot::SensingOptions sensing_options(const PhantomModel& model, const PerceptSettings& settings,
                                       std::size_t sensors);
 
+/// Bounds of a link's sensors in its frame, wherever a gripper's fingers are.
+struct LinkBox {
+  std::size_t link;
+  Eigen::AlignedBox3d box_m;
+};
+/// Returns those of the own share's links in a layout of the model's skin; none if the own share has no
+/// workspace of its own. Not real-time safe.
+std::vector<LinkBox> boxes_of_share(const PhantomModel& model, const robot::SkinLayout& layout);
+
 /// A workspace, a value precomputed from it, and the skin that belongs to it; all must outlive the step.
 struct SensedWorkspace {
   const workspace::Workspace* voxels = nullptr;
   double greatest_neighbour_mu = 0.0;  ///< Pa·s/m
   /// Senses with the skin of the arm and of what it carries in this version; null: it carries nothing.
   robot::SkinSensing* carrying = nullptr;
+  /// Tells what the arm carries from all else that it may carry, alike in every process; 0: nothing.
+  std::uint64_t carried_key = 0;
+  /// boxes_of_share() of that skin; null: of the model's.
+  const std::vector<LinkBox>* boxes = nullptr;
+};
+
+/// Objects of which a depth camera sees that they do not stand where the model has them. Bounded; real-time
+/// safe: yes.
+class DisplacedObjects {
+ public:
+  static constexpr std::size_t kMax = 64;
+
+  /// Where there are more than kMax, every object counts as displaced.
+  void add(std::uint16_t id) noexcept { all_ = !ids_.push_back(id) || all_; }
+  bool contains(std::uint16_t id) const noexcept {
+    return id != 0 && (all_ || std::ranges::find(ids_, id) != ids_.end());
+  }
+
+ private:
+  core::BoundedList<std::uint16_t, kMax> ids_;
+  bool all_ = false;
 };
 
 struct StepInputs {
@@ -130,6 +183,8 @@ struct StepInputs {
   percept::AllowedContact allowed;    ///< contacts allowed now
   Fingers fingers;                    ///< as long as their width is not known: at their widest
   std::span<const OtherLink> others;  ///< links of other arms, as they are now
+  FeltForce force;
+  DisplacedObjects displaced;
 };
 
 /// The percept at one place of the arm: the percept parameters of spec 2.5. All zero in free space and if
@@ -189,6 +244,7 @@ struct StepOutputs {
   /// A share's process with a workspace of its own: a link reaches out of it, so nothing is sensed.
   bool outside = false;
   std::uint64_t workspace_version = 0;  ///< 0: none
+  std::uint64_t carried_key = 0;        ///< SensedWorkspace::carried_key
   std::size_t active_sensors = 0;
   robot::DragCoefficients drag;                             ///< all zero if invalid
   robot::JointReaction reaction;                            ///< of soft bodies; all zero if invalid
@@ -198,6 +254,9 @@ struct StepOutputs {
   SensorPercept worst;
   ThreatList threats;  ///< most urgent first
   percept::ThreatMonitor::Changes alerts;
+  percept::ModelDoubtMonitor::Changes doubts;
+  /// A doubt holds, or the object that leads the percept is displaced.
+  bool model_in_doubt = false;
   std::size_t muted_sensors = 0;  ///< sensors in fluid of an object that they may touch
   /// In the order of the model's interest points; valid until the next step.
   std::span<const InterestPercept> interest;
@@ -214,6 +273,8 @@ struct SensedShare {
   // Of a share with a workspace of its own: the percept at the worst sensor, and its link.
   PlacePercept place = {};
   std::size_t link = 0;
+  std::uint64_t carried_key = 0;       ///< of such a share: with what it was sensed
+  robot::JointReaction reaction = {};  ///< of soft bodies to these links alone
 };
 /// By the model's shares; null: this process senses them.
 using SensedShares = std::array<const SensedShare*, kMaxShares>;
@@ -221,11 +282,11 @@ using SensedShares = std::array<const SensedShare*, kMaxShares>;
 /// Computes one tick of the phantom: kinematics, all sensors, drag coefficients, worst sensor, gradient,
 /// motion, the same for each interest point, and which links threaten to hit which objects. The same inputs
 /// in the same order give the same outputs, bit for bit, whoever senses the shares of the skin in the arm's
-/// workspace. The coefficients of the arm are those of the links in no share plus those of each share, in
-/// that order; without shares they differ from that by rounding. A share with a workspace of its own, whose
-/// voxels are finer, say, is felt as its process has sensed it there (thesis 7.3(2)); as long as that has
-/// sensed nothing, or the arm carries something, which is in no other workspace, as the arm's workspace has
-/// it.
+/// workspace. The coefficients of the arm, and what soft bodies do to it, are those of the links in no share
+/// plus those of each share, in that order; without shares they differ from that by rounding. A share with a
+/// workspace of its own, whose voxels are finer, say, is felt as its process has sensed it there
+/// (thesis 7.3(2)); as long as that has sensed nothing, or the arm carries something else there, as the arm's
+/// workspace has it.
 class PhantomSensing {
  public:
   /// Allocates all memory that step() needs. The model must outlive this.
@@ -247,12 +308,16 @@ class PhantomSensing {
   /// now must live until this returns. step() calls it, too. Real-time safe: yes (no heap, lock, clock or
   /// file).
   void set_active_skin(robot::SkinSensing* carrying) noexcept;
+  /// Greatest number of a link's sensors in one fluid that are looked at because they may be too fast near an
+  /// object whose threat is not found yet: all of the shipped arms'. Of more, so many evenly chosen.
+  static constexpr std::size_t kMaxFastPlaces = 8192;
 
  private:
   void add_drag_of(const robot::LinkSet& links, const StepInputs& inputs, StepOutputs& outputs) noexcept;
+  void add_reaction_of(const robot::LinkSet& links, const StepInputs& inputs, StepOutputs& outputs) noexcept;
   bool take_share(const StepInputs& inputs, std::size_t which, const SensedShare& share,
                   StepOutputs& outputs) noexcept;
-  bool reaches_out(const workspace::GridSpec& grid) const noexcept;
+  bool reaches_out(const SensedWorkspace& workspace) const noexcept;
   percept::HitSituation situation_of(const PlacePercept& place) const noexcept;
   void perceive_worst(const StepInputs& inputs, StepOutputs& outputs) const noexcept;
   void perceive_interest_points(const StepInputs& inputs, ThreatList& threats) noexcept;
@@ -271,22 +336,34 @@ class PhantomSensing {
   // Threats (threats.cpp).
   bool offer(const Threat& threat, ThreatList& threats) const noexcept;
   void time_contact(const StepInputs& inputs, std::size_t fluid, PlacePercept& place) const noexcept;
-  void search(const StepInputs& inputs, std::size_t link, std::size_t fluid, Prospects& found) const noexcept;
+  struct LinkInFluid;
+  void search(const LinkInFluid& in, Prospects& found) const noexcept;
+  bool assess(const StepInputs& inputs, std::size_t link, std::uint16_t object, const Prospect& prospect,
+              ThreatList& threats) const noexcept;
   void assess(const StepInputs& inputs, std::size_t link, const Prospects& found,
               ThreatList& threats) const noexcept;
+  void complete(const StepInputs& inputs, const LinkInFluid& in, std::size_t& gradients,
+                ThreatList& threats) noexcept;
+  void assess_fast_places(const StepInputs& inputs, const LinkInFluid& in, std::size_t& gradients,
+                          ThreatList& threats) noexcept;
   void find_threats(const StepInputs& inputs, StepOutputs& outputs) noexcept;
   void lead(StepOutputs& outputs) const noexcept;
   void alert(double dt_s, StepOutputs& outputs) noexcept;
+  // Doubts (doubts.cpp).
+  void doubt(const StepInputs& inputs, const SensedShares& shares, StepOutputs& outputs) noexcept;
+  bool may_touch_unseen(const StepInputs& inputs, const SensedShares& shares,
+                        const StepOutputs& outputs) const noexcept;
+  std::optional<percept::DoubtEvidence> force_in_free_space(const StepInputs& inputs) const noexcept;
+  std::optional<percept::DoubtEvidence> no_force_inside(const StepInputs& inputs) const noexcept;
+  std::size_t first_touched_link(const FeltForce& force) const noexcept;
+  std::optional<std::size_t> link_at(const Eigen::Vector3d& point_W_m, double within_m) const noexcept;
+  bool is_near_body(const StepInputs& inputs, std::size_t link) const noexcept;
+  void locate(const StepInputs& inputs, percept::DoubtEvidence& evidence) const noexcept;
+  double tolerance_m(const workspace::Workspace& voxels) const noexcept;
+
   void forget(StepOutputs& outputs) noexcept;
   void mute(const percept::AllowedContact& allowed) noexcept;
   void set_muted(const percept::AllowedContact& contacts, bool muted) noexcept;
-
-  /// Bounds of a link's sensors in its frame, wherever a gripper's fingers are.
-  struct LinkBox {
-    std::size_t link;
-    Eigen::AlignedBox3d box_m;
-  };
-  static std::vector<LinkBox> boxes_of(const PhantomModel& model);
 
   const PhantomModel& model_;
   PerceptSettings settings_;
@@ -296,12 +373,18 @@ class PhantomSensing {
   percept::AllowedContact muted_;  // as last set in *sensing_
   percept::ClusterZone zone_;
   percept::ThreatMonitor monitor_;
-  Prospects prospects_;  // of the link in turn
+  percept::ModelDoubtMonitor doubts_;
+  double since_doubt_s_ = 0.0;          // since what is felt was last held against the model
+  Prospects prospects_;                 // of the link in turn
+  std::vector<FastPlace> fast_places_;  // likewise; at most kMaxFastPlaces
+  GradientCache gradients_;             // of the workspace's voxels
+  double greatest_way_m_ = 0.0;         // of a sensor on the gripper's fingers
   std::vector<InterestPercept> interest_;
   robot::LinkPoses X_WL_;
   robot::LinkSet own_links_;
   robot::LinkSums sums_of_links_;
   robot::DragCoefficients drag_of_links_;
+  robot::JointReaction reaction_of_links_;
   std::size_t muted_elsewhere_ = 0;
   const SensedShare* worst_remote_ = nullptr;  // of shares with workspaces of their own, in this step
   SensedShares sensed_elsewhere_{};            // that were taken in this step

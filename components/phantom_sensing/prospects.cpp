@@ -35,6 +35,14 @@ void Prospects::offer_worst(std::uint16_t object, Prospect prospect) noexcept {
   if (of != nullptr && is_thicker(prospect, of->thickest)) of->thickest = prospect;
 }
 
+bool Prospects::may_matter(std::uint16_t object, const Prospect& prospect,
+                           bool counts_at_any_direction) const noexcept {
+  const auto found = std::ranges::find(objects_, object, &OfObject::object);
+  return found == objects_.end() || is_thicker(prospect, found->thickest) ||
+         (counts_at_any_direction && prospect.speed_share > found->fastest.speed_share) ||
+         !found->nearing.full() || nears_faster(prospect, found->nearing.back());
+}
+
 void Prospects::offer(std::uint16_t object, const Prospect& prospect, bool counts_at_any_direction) noexcept {
   OfObject* const of = place_of(object, prospect);
   if (of == nullptr) return;

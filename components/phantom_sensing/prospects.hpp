@@ -33,6 +33,9 @@ class Prospects {
   };
 
   void clear() noexcept { objects_.clear(); }
+  /// Returns whether offer() may keep a prospect whose `closing_m_s` is an upper bound.
+  bool may_matter(std::uint16_t object, const Prospect& prospect,
+                  bool counts_at_any_direction) const noexcept;
   /// `counts_at_any_direction`: rule 2 may hold there.
   void offer(std::uint16_t object, const Prospect& prospect, bool counts_at_any_direction) noexcept;
   /// As offer(), of the link's worst sensor, which is preferred to any other in fluid of the same μ.
@@ -43,6 +46,16 @@ class Prospects {
  private:
   OfObject* place_of(std::uint16_t object, const Prospect& prospect) noexcept;
   core::BoundedList<OfObject, kMaxObjects> objects_;
+};
+
+/// A sensor in thin fluid that is too fast, as a quick look has it: rule 3 holds there if it nears.
+struct FastPlace {
+  std::uint32_t sensor = 0;
+  std::uint16_t object = 0;
+  workspace::Index3 voxel{};
+  float mu = 0.0F;      ///< Pa·s/m
+  float cosine = 0.0F;  ///< of the angle between motion and gradient, by central differences
+  float share = 0.0F;   ///< of the speed limit
 };
 
 }  // namespace phantom::phantom_sensing

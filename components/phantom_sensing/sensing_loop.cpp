@@ -117,6 +117,7 @@ void SensingLoop::turn(core::Nanoseconds now_ns) {
   const bool fresh = inbox_.read(newest_);
   if (fresh) counted_.state_seen = true;
   permits_inbox_.read(permits_);
+  displaced_inbox_.read(displaced_);
   const SensedWorkspace workspace = workspace_.look();
   sensing_.set_active_skin(workspace.carrying);  // while the skin before is still there
   workspace_.release_older();
@@ -137,6 +138,18 @@ double elapsed_s(const SlaveSample& before, const SlaveSample& sample) noexcept 
   if (sample.stamp.session != before.stamp.session || before.stamp.sequence_number == 0) return 0.0;
   return std::clamp(core::seconds(core::elapsed_ns(before.stamp.monotonic_ns, sample.stamp.monotonic_ns)),
                     0.0, 1.0);
+}
+
+FeltForce force_of(const messages::SlaveState& state) noexcept {
+  FeltForce force;
+  force.torques_known = state.force_measured;
+  force.torque_Nm = state.external_torque_Nm;
+  force.force_N = state.contact_force_N;
+  force.contact = state.contact;
+  force.known = state.force_measured || state.contact_force_N >= 0.0;
+  force.located = state.contact && state.contact_force_N >= 0.0;
+  force.point_W_m = messages::eigen(state.contact_point_m);
+  return force;
 }
 
 Fingers fingers_of(const messages::GripperState& gripper) noexcept {
@@ -167,11 +180,13 @@ void SensingLoop::tick(core::Nanoseconds now_ns, const SensedWorkspace& workspac
   inputs.workspace = workspace;
   inputs.state_valid = is_valid(condition);
   inputs.allowed = permits_.at(now_ns);
+  inputs.displaced = displaced_;
   if (inputs.state_valid) {
     inputs.position = newest_.position;
     inputs.velocity = newest_.velocity;
     inputs.dt_s = elapsed_s(ticked_, newest_);
     inputs.others = place_others(now_ns);
+    inputs.force = force_of(newest_);
     ticked_ = newest_;
   }
   gripper_inbox_.read(gripper_);
@@ -197,6 +212,10 @@ void SensingLoop::tick(core::Nanoseconds now_ns, const SensedWorkspace& workspac
   counted_.active_sensors = outputs_.active_sensors;
   counted_.muted_sensors = outputs_.muted_sensors;
   counted_.outside = outputs_.outside;
+  counted_.model_in_doubt = outputs_.model_in_doubt;
+  // A workspace that is not current is marked as that: it may be why.
+  if (outputs_.model_in_doubt && condition == PerceptCondition::kFresh)
+    condition = PerceptCondition::kModelInDoubt;
   counted_.condition = condition;
   publish(now_ns, {newest_, age_s, core::seconds(step_ns), condition, inputs.allowed.size(), gripper});
 }
@@ -210,6 +229,8 @@ void SensingLoop::publish(core::Nanoseconds now_ns, const TickInfo& info) {
   }
   for (const percept::Alert& alert : outputs_.alerts.cleared) sink_.on_alert(alert, true);
   for (const percept::Alert& alert : outputs_.alerts.raised) sink_.on_alert(alert, false);
+  for (const percept::ModelDoubt& doubt : outputs_.doubts.ended) sink_.on_doubt(doubt, false);
+  for (const percept::ModelDoubt& doubt : outputs_.doubts.raised) sink_.on_doubt(doubt, true);
 }
 
 LoopFigures SensingLoop::figures() {

@@ -35,6 +35,9 @@ Fingers fingers_of(const messages::GripperState& gripper) noexcept;
 bool is_current(const GripperSample& sample, core::Nanoseconds now_ns,
                 core::Nanoseconds staleness_ns) noexcept;
 
+/// Returns what the arm feels by its state. Real-time safe: yes.
+FeltForce force_of(const messages::SlaveState& state) noexcept;
+
 /// Returns the time between two states that are processed one after the other, by their writer's clock, so
 /// that a replay gives the same value. Returns 0 for the first state and after a restart of the writer.
 /// Real-time safe: yes.
@@ -57,6 +60,8 @@ class PerceptSink {
   virtual void on_drag(const StepOutputs& outputs, const TickInfo& info) = 0;
   virtual void on_percept(const StepOutputs& outputs, const TickInfo& info) = 0;
   virtual void on_alert(const percept::Alert& alert, bool cleared) = 0;
+  /// A doubt of the model was raised, or no longer holds.
+  virtual void on_doubt(const percept::ModelDoubt& /*doubt*/, bool /*holds*/) {}
 };
 
 /// Figures of the loop for the status; only the newest are kept.
@@ -73,6 +78,7 @@ struct LoopFigures {
   std::bitset<kMaxOtherArms> others_silent;  ///< other arms whose state is stale, or has never come
   std::uint64_t shares_sensed_here = 0;      ///< in all ticks, of shares that others sense
   bool outside = false;                      ///< StepOutputs::outside, in the newest tick
+  bool model_in_doubt = false;               ///< likewise
   bool state_seen = false;                   ///< a slave_state has come since the start
   PerceptCondition condition = PerceptCondition::kNoWorkspace;  ///< of the newest result
 };
@@ -103,6 +109,8 @@ class SensingLoop {
   void stop() noexcept;  ///< thread-safe
   /// Sets the contacts that are allowed from now on. One thread.
   void permit(const ContactPermits& permits) noexcept { permits_inbox_.write(permits); }
+  /// Sets the objects that do not stand where the model has them. One thread.
+  void know_displaced(const DisplacedObjects& objects) noexcept { displaced_inbox_.write(objects); }
   /// Takes a state of another arm. Each arm's on one thread.
   void offer_other(std::size_t arm, const SlaveSample& sample) noexcept { others_[arm].inbox.write(sample); }
   /// Takes what the process of a share has published. Each share's on one thread.
@@ -157,6 +165,8 @@ class SensingLoop {
   core::Snapshot<GripperSample, 2> gripper_inbox_;
   core::Snapshot<ContactPermits> permits_inbox_;
   ContactPermits permits_;
+  core::Snapshot<DisplacedObjects> displaced_inbox_;
+  DisplacedObjects displaced_;
   std::atomic<bool> self_test_passed_{true};
   WorkspaceWatch watch_;
 

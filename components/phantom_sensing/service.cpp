@@ -34,6 +34,7 @@ struct Situation {
   std::vector<std::string> apart;    ///< of objects that stand elsewhere in the arm's workspace than here
   std::uint64_t self_tests = 0;
   SelfTestResult self_test;
+  std::string doubt;  ///< what the newest doubt of the model that holds says
 };
 
 struct ConditionReport {
@@ -42,7 +43,7 @@ struct ConditionReport {
 };
 
 /// What component_status says of each PerceptCondition, in its order.
-constexpr std::array<ConditionReport, 8> kReports{{
+constexpr std::array<ConditionReport, 9> kReports{{
     {"", core::ComponentState::kRunning},
     {"no wva_server is there: the workspace stays as it was", core::ComponentState::kRunning},
     {"a newer workspace was announced and is not whole yet", core::ComponentState::kDegraded},
@@ -52,8 +53,9 @@ constexpr std::array<ConditionReport, 8> kReports{{
     {"waiting for slave_state", core::ComponentState::kReady},
     {"slave_state is stale: no percept", core::ComponentState::kDegraded},
     {"no percept", core::ComponentState::kFault},
+    {"", core::ComponentState::kDegraded},
 }};
-static_assert(static_cast<std::size_t>(PerceptCondition::kSelfTestFailed) + 1 == kReports.size());
+static_assert(static_cast<std::size_t>(PerceptCondition::kModelInDoubt) + 1 == kReports.size());
 
 std::string names_of(const std::bitset<kMaxShares>& shares, const PhantomModel& model) {
   std::string names;
@@ -106,6 +108,8 @@ core::Health health_of(const Situation& now, const PhantomModel& model, const st
     if (health.state == core::ComponentState::kRunning) health.state = core::ComponentState::kDegraded;
     health.message += apart_sentence(now.apart);
   }
+  if (!now.doubt.empty())
+    health.message += (health.message.empty() ? "" : "; ") + ("THE MODEL IS IN DOUBT: " + now.doubt);
   if (now.allowed_contacts > 0) {
     health.message += (health.message.empty() ? "" : "; ") + std::to_string(now.allowed_contacts) +
                       " contacts are allowed and not felt";
@@ -135,7 +139,7 @@ core::Health health_of(const Situation& now, const PhantomModel& model, const st
 }
 
 void write_report(const std::filesystem::path& folder, const Situation& now, const PhantomModel& model,
-                  double seconds, const nlohmann::ordered_json& hits) {
+                  double seconds, const nlohmann::ordered_json& hits, const nlohmann::ordered_json& doubts) {
   const LoopFigures& figures = now.figures;
   const nlohmann::ordered_json report = {{"component", "phantom_sensing"},
                                          {"seconds", seconds},
@@ -149,7 +153,8 @@ void write_report(const std::filesystem::path& folder, const Situation& now, con
                                          {"invalid_turns", figures.invalid_turns},
                                          {"self_tests", now.self_tests},
                                          {"self_test", now.self_test.message},
-                                         {"hits", hits}};
+                                         {"hits", hits},
+                                         {"doubts", doubts}};
   std::filesystem::create_directories(folder);
   const std::string share = model.own_share ? "_" + model.shares[*model.own_share].name : "";
   const std::filesystem::path path = folder / ("phantom_sensing" + share + ".json");
@@ -173,7 +178,7 @@ class Service {
         workspace_(workspace),
         loop_(loop),
         contacts_(model.arm),
-        patches_(model.arm, model.skin) {
+        patches_(model.arm, model.skin, model.skin_options.voxel_size_m.reference_m()) {
     know_objects();
     for (const auto& contact : cell.arm(config.arm).allowed_contact) {
       const Answer answer = contacts_.handle({.request = messages::SensingRequest::kAllowContact,
@@ -192,6 +197,7 @@ class Service {
   /// Call it once in kPoll_s.
   void poll() {
     know_objects();
+    loop_.know_displaced(adapter_.displaced());
     loop_.workspace_watch().attended(adapter_.workspace_attended());
     if (!tested_ && workspace_.version() != 0) self_test();
     adapter_.handle_commands([this](const messages::SensingCommand& command) { return carry_out(command); });
@@ -229,9 +235,9 @@ class Service {
   }
 
   Situation situation(core::Nanoseconds now_ns) {
-    Situation now{loop_.figures(), workspace_.version(), 0.0, contacts_.permits().size(), {}, {}, self_tests_,
-                  tested_as_};
-    now.apart = apart_.compare(adapter_.objects(), adapter_.objects_of_arm(), now_ns);
+    Situation now{loop_.figures(), workspace_.version(), 0.0, contacts_.permits().size(), {}, {},
+                  self_tests_,     tested_as_,           {}};
+    now.apart = adapter_.objects_apart(apart_, now_ns);
     if (now.apart != reported_apart_ && !now.apart.empty())
       spdlog::warn("{}", apart_sentence(now.apart).substr(2));
     reported_apart_ = now.apart;
@@ -364,7 +370,8 @@ int run_service(const runtime::ProcessOptions& options, const runtime::Deploymen
     service.show_skin(now_ns);
     if (now_ns < next_status_ns) continue;
     next_status_ns = now_ns + core::from_seconds(kStatusPeriod_s);
-    const Situation now = service.situation(now_ns);
+    Situation now = service.situation(now_ns);
+    now.doubt = hits.doubt_in_force(object_name);
     core::Health health = health_of(now, model, others);
     health.loops = {loop.progress().statistics(), relay.progress().statistics(),
                     workspace.progress().statistics()};
@@ -384,7 +391,7 @@ int run_service(const runtime::ProcessOptions& options, const runtime::Deploymen
   adapter.publish_status(ended);
   if (!options.report_dir.empty())
     write_report(options.report_dir, last, model, core::seconds(core::monotonic_ns() - start_ns),
-                 hits.json(object_name));
+                 hits.json(object_name), hits.doubts_json(object_name));
   return runtime::kExitDone;
 }
 

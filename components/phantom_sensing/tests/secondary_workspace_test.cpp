@@ -51,5 +51,23 @@ TEST(SecondaryWorkspace, TurnedAddedAndRemovedOnesAreApartAndRoundingIsNot) {
   EXPECT_THAT(after_a_while(two_objects(), {}), IsEmpty()) << "no server there has announced any";
 }
 
+TEST(SecondaryWorkspace, WhatAnArmCarriesInOneOnlyOrOtherwiseIsApart) {
+  const auto carried_at = [](double x_m, const std::string& frame = "probe") {
+    messages::CarriedObject held{.id = 3, .arm = "arm", .frame = frame};
+    held.X_FO.translation_m.x() = x_m;
+    return SecondaryWorkspace::with_carried(two_objects(), {held});
+  };
+  const auto apart = [](const SecondaryWorkspace::Objects& here, const SecondaryWorkspace::Objects& there) {
+    SecondaryWorkspace workspaces;
+    workspaces.compare(here, there, 0);
+    return workspaces.compare(here, there, SecondaryWorkspace::kReportedAfter_ns);
+  };
+  EXPECT_THAT(apart(carried_at(0.0), carried_at(0.0)), IsEmpty());
+  EXPECT_THAT(apart(carried_at(0.1), two_objects()), ElementsAre("vessel (carried by 'arm' at 'probe')"))
+      << "even where its pose in the hand has the numbers of its place";
+  EXPECT_THAT(apart(carried_at(0.0), carried_at(0.001)), testing::SizeIs(1));
+  EXPECT_THAT(apart(carried_at(0.0), carried_at(0.0, "head")), testing::SizeIs(1));
+}
+
 }  // namespace
 }  // namespace phantom::phantom_sensing

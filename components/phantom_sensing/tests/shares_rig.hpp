@@ -2,6 +2,10 @@
 
 // The suspended arm among balls, with links that two other processes sense.
 
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
 #include <optional>
 #include <random>
 
@@ -38,8 +42,34 @@ inline StepInputs random_inputs(const PhantomModel& model, std::mt19937& random)
 }
 
 inline SensedShare share_of(const StepOutputs& helper) {
-  return {helper.drag, static_cast<float>(helper.percept.mu), helper.percept.sensor, helper.muted_sensors,
-          helper.threats};
+  SensedShare share{helper.drag, static_cast<float>(helper.percept.mu), helper.percept.sensor,
+                    helper.muted_sensors, helper.threats};
+  share.reaction = helper.reaction;
+  return share;
+}
+
+/// The balls as bodies that give way: all of each is boundary, under one pressure.
+inline robot::SoftBody soft_balls() {
+  robot::SoftBody soft;
+  soft.object = 1;
+  soft.pressure_Pa[static_cast<std::uint8_t>(workspace::kOrderBoundary)] = 500.0;
+  soft.stiffness_Pa_per_m[static_cast<std::uint8_t>(workspace::kOrderBoundary)] = 1e5;
+  return soft;
+}
+
+/// Expects that two reactions differ by the order of addition only. Returns whether there is one.
+inline bool expect_same_reaction(const robot::JointReaction& a, const robot::JointReaction& b) {
+  double greatest_torque = 0.0, greatest_stiffness = 0.0;
+  for (std::size_t j = 0; j < core::kMaxJoints; ++j) {
+    greatest_torque = std::max(greatest_torque, std::abs(b.torque[j]));
+    greatest_stiffness = std::max(greatest_stiffness, b.stiffness[j]);
+  }
+  for (std::size_t j = 0; j < core::kMaxJoints; ++j) {
+    EXPECT_NEAR(a.torque[j], b.torque[j], 1e-12 * greatest_torque) << j;
+    EXPECT_NEAR(a.stiffness[j], b.stiffness[j], 1e-12 * greatest_stiffness) << j;
+  }
+  EXPECT_EQ(a.position, b.position);
+  return greatest_torque > 0.0;
 }
 
 }  // namespace phantom::phantom_sensing::rig

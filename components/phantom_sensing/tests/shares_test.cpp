@@ -73,6 +73,7 @@ TEST_P(Shares, SR20_AreFeltAsByOneProcessWhoeverSensesThem) {
   settings.directional.enabled = GetParam().directional;
   const auto made = [](PhantomModel model) {
     model.medium = {{.mu_Pa_s_per_m = 2.0, .current_m_s = {0.1, 0.0, -0.2}}};
+    model.soft_bodies = {rig::soft_balls()};
     return GetParam().clusters ? clustered(std::move(model)) : std::move(model);
   };
   const PhantomModel one_model = made(rig::suspended_model()), arm_model = made(shared_model()),
@@ -80,7 +81,7 @@ TEST_P(Shares, SR20_AreFeltAsByOneProcessWhoeverSensesThem) {
   PhantomSensing one(one_model, settings), alone(arm_model, settings), arm(arm_model, settings),
       upper(upper_model, settings), hand(hand_model, settings);
   std::mt19937 random(7);
-  int felt = 0, worst_elsewhere = 0, alerts = 0;
+  int felt = 0, worst_elsewhere = 0, alerts = 0, pressed = 0;
   for (int trial = 0; trial < 300; ++trial) {
     StepInputs inputs = random_inputs(arm_model, random);
     if (GetParam().mutes) inputs.allowed.add(1, trial % 8);
@@ -103,6 +104,8 @@ TEST_P(Shares, SR20_AreFeltAsByOneProcessWhoeverSensesThem) {
     expect_same_percept(by_arm, by_arm_alone);
     EXPECT_EQ(by_arm.drag, by_arm_alone.drag) << "bit for bit, whoever senses the shares";
     EXPECT_EQ(by_arm.percept.drag_torque, by_arm_alone.percept.drag_torque);
+    EXPECT_EQ(by_arm.reaction, by_arm_alone.reaction) << "of soft bodies, too";
+    pressed += rig::expect_same_reaction(by_arm.reaction, by_one.reaction) ? 1 : 0;
     double greatest = 0.0;
     for (const double b : by_one.drag.coupled) greatest = std::max(greatest, b);
     for (std::size_t j = 0; j < core::kMaxJoints; ++j) {
@@ -118,6 +121,7 @@ TEST_P(Shares, SR20_AreFeltAsByOneProcessWhoeverSensesThem) {
     alerts += static_cast<int>(by_one.alerts.raised.size());
   }
   EXPECT_GT(felt, 150);
+  EXPECT_GT(pressed, 20);
   EXPECT_GT(worst_elsewhere, 20);
   EXPECT_GT(alerts, 1);
 }
@@ -191,6 +195,8 @@ class Inbox : public testing::Test {
     field.workspace_version = 3;
     field.drag.plus[0] = static_cast<double>(number);
     field.drag.valid = true;
+    field.reaction.torque[1] = 2.0 * static_cast<double>(number);
+    field.reaction.stiffness[1] = 7.0;
     messages::Percept percept;
     percept.slave_echo = field.slave_echo;
     percept.workspace_version = 3;
@@ -209,6 +215,8 @@ TEST_F(Inbox, HandsOnWhatRestsOnTheSameAndNothingElse) {
   const SensedShares sensed = inbox_.await(basis(4));
   ASSERT_NE(sensed[0], nullptr);
   EXPECT_EQ(sensed[0]->drag.plus[0], 4.0);
+  EXPECT_EQ(sensed[0]->reaction.torque[1], 8.0);
+  EXPECT_EQ(sensed[0]->reaction.stiffness[1], 7.0);
   EXPECT_EQ(sensed[0]->mu, 32.0F);
   EXPECT_EQ(sensed[0]->sensor, 12U);
   EXPECT_EQ(sensed[1], nullptr);
@@ -272,6 +280,9 @@ TEST(SharePartitions, MeetOnlyWhoWouldSenseTheSame) {
   EXPECT_EQ(share_partitions("hall/cell", config, shared_model(1), {}), names);
   EXPECT_THAT(share_partitions("", config, model, {})[1], testing::StartsWith("skin-"));
   EXPECT_NE(share_partitions("hall/cell", config, clustered(shared_model()), {}), names);
+  PhantomModel soft = shared_model();
+  soft.soft_bodies = {rig::soft_balls()};
+  EXPECT_NE(share_partitions("hall/cell", config, soft, {}), names);
   percept::AllowedContact contacts;
   contacts.add(3, 2);
   EXPECT_NE(share_partitions("hall/cell", config, model, contacts), names);

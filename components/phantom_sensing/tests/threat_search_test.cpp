@@ -1,12 +1,13 @@
 // Which links threaten which objects, in the shipped cells, against a literal twin that judges every sensor.
 #include <gtest/gtest.h>
 
-#include <map>
+#include <iostream>
 #include <random>
 #include <set>
 
 #include "common/percept/closeness.hpp"
 #include "components/phantom_sensing/model.hpp"
+#include "tests/support/thorough.hpp"
 
 namespace phantom::phantom_sensing {
 namespace {
@@ -39,39 +40,55 @@ struct ThreatCell {
   workspace::Workspace voxels;
 };
 
-/// So many sensors of a link at an object's fluid must be found; of large skins not every sensor is looked
-/// at.
-constexpr int kSurelyFound = 16;
+/// The nearest voxel of a cluster sensor's zone among those of its greatest μ.
+workspace::Index3 felt_by_cluster(const workspace::Workspace& voxels, const robot::ClusterSpec& kind,
+                                  workspace::Index3 centre) {
+  const Eigen::Vector3d stretch = voxels.grid().voxel_size_m.stretch();
+  workspace::Index3 felt = centre;
+  std::pair<float, double> best{0.0F, 0.0};  // greatest μ, then the least distance
+  robot::ClusterStencil(kind, stretch).for_each(centre, [&](workspace::Index3 voxel, double) {
+    const double distance = workspace::vector(voxel - centre).cwiseProduct(stretch).norm();
+    const std::pair<float, double> here{voxels.mu(voxel), -distance};
+    if (here.first > 0.0F && (best.first == 0.0F || here > best)) best = here, felt = voxel;
+  });
+  return felt;
+}
 
-/// Assesses each sensor by itself, with its own voxel, velocity and gradient. Returns for each threat how
-/// many sensors have it, up to kSurelyFound; an interest point counts for as many.
-std::map<LinkAndObject, int> every_sensor(const ThreatCell& in, const StepInputs& inputs) {
+/// Assesses each sensor and interest point by itself, with its own voxel, velocity and gradient. Returns the
+/// threats.
+std::set<LinkAndObject> every_sensor(const ThreatCell& in, const StepInputs& inputs) {
   const PerceptSettings settings;
   const percept::ClusterZone zone(settings.cluster_reach_vox, settings.cluster_shape);
   robot::LinkPoses X_WL;
   in.model.arm.link_poses(inputs.position, X_WL);
-  std::map<LinkAndObject, int> threats;
-  const auto assess = [&](std::size_t link, const Eigen::Vector3d& p_W_m, int counts) {
-    const workspace::Index3 voxel = in.voxels.grid().index_of(p_W_m);
+  std::set<LinkAndObject> threats;
+  const auto assess = [&](std::size_t link, const Eigen::Vector3d& p_W_m, const workspace::Index3& voxel) {
     const auto mu = static_cast<double>(in.voxels.mu(voxel));
     if (mu == 0.0) return;
     const LinkAndObject which{link, in.voxels.object(voxel)};
-    if (const auto found = threats.find(which); found != threats.end() && found->second >= kSurelyFound)
-      return;
+    if (threats.contains(which)) return;
     const Eigen::Vector3d v_m_s = in.model.arm.point_velocity_W(link, p_W_m, X_WL, inputs.velocity);
     const double speed_m_s = v_m_s.norm();
     if (percept::assess_hit({mu, speed_m_s, 1.0}, settings.hit) == percept::HitRule::kNone) return;
     const auto cosine = percept::approach_cosine(zone.gradient(in.voxels, voxel).pgv_W_m, v_m_s,
                                                  settings.motion.least_speed_m_s);
     if (percept::assess_hit({mu, speed_m_s, cosine}, settings.hit) != percept::HitRule::kNone)
-      threats[which] += counts;
+      threats.insert(which);
   };
   const robot::SkinLayout& skin = in.model.skin;
+  const auto assess_sensor = [&](std::size_t link, std::size_t i) {
+    const Eigen::Vector3d p_W_m = X_WL[link] * skin.position(i);
+    const workspace::Index3 centre = in.voxels.grid().index_of(p_W_m);
+    const std::uint8_t kind = skin.cluster_kind[i];
+    assess(link, p_W_m,
+           kind == 0 ? centre : felt_by_cluster(in.voxels, skin.clusters[kind - std::size_t{1}], centre));
+  };
   for (std::size_t link = 1; link <= in.model.arm.joint_count(); ++link)
-    for (std::size_t i = skin.first[link]; i < skin.first[link + 1]; ++i)
-      assess(link, X_WL[link] * skin.position(i), 1);
-  for (const InterestPoint& point : in.model.interest_points)
-    assess(point.link, X_WL[point.link] * point.position_m, kSurelyFound);
+    for (std::size_t i = skin.first[link]; i < skin.first[link + 1]; ++i) assess_sensor(link, i);
+  for (const InterestPoint& point : in.model.interest_points) {
+    const Eigen::Vector3d p_W_m = X_WL[point.link] * point.position_m;
+    assess(point.link, p_W_m, in.voxels.grid().index_of(p_W_m));
+  }
   return threats;
 }
 
@@ -82,9 +99,12 @@ std::set<LinkAndObject> found_in(const StepOutputs& out) {
   return threats;
 }
 
-/// What differs over some random poses and speeds.
+/// Ticks in which all threats of a pose are found.
+constexpr int kTicks = 5;
+
+/// What differs over some random poses and speeds, after kTicks at each; and what was missed in the first.
 struct Differences {
-  int threats = 0, missed = 0, missed_of_few = 0, invented = 0;
+  int threats = 0, missed = 0, invented = 0, missed_at_first = 0;
 };
 Differences differences(const ThreatCell& in, int poses, unsigned seed) {
   std::mt19937 random(seed);
@@ -93,12 +113,14 @@ Differences differences(const ThreatCell& in, int poses, unsigned seed) {
   StepOutputs out;
   for (int i = 0; i < poses; ++i) {
     const StepInputs inputs = in.random_inputs(random);
-    sensing.step(inputs, out);
     const auto expected = every_sensor(in, inputs);
-    const auto found = found_in(out);
+    sensing.step(inputs, out);
+    auto found = found_in(out);
+    for (const auto& one : expected) seen.missed_at_first += found.contains(one) ? 0 : 1;
+    for (int tick = 1; tick < kTicks; ++tick) sensing.step(inputs, out);
+    found = found_in(out);
     seen.threats += static_cast<int>(expected.size());
-    for (const auto& [one, sensors] : expected)
-      if (!found.contains(one)) ++(sensors >= kSurelyFound ? seen.missed : seen.missed_of_few);
+    for (const auto& one : expected) seen.missed += found.contains(one) ? 0 : 1;
     for (const auto& one : found) seen.invented += expected.contains(one) ? 0 : 1;
   }
   return seen;
@@ -111,11 +133,13 @@ class ThreatSearch : public testing::TestWithParam<ThreatCase> {};
 
 TEST_P(ThreatSearch, SR20_FindsTheThreatsThatALookAtEverySensorFinds) {
   const ThreatCell in(GetParam().cell, GetParam().arm);
-  const Differences seen = differences(in, 100, 45);
+  const Differences seen = differences(in, test::thorough() ? 10'000 : 100, 45);
+  std::cout << GetParam().cell << ": " << seen.threats << " threats, " << seen.missed
+            << " missed, in the first tick " << seen.missed_at_first << '\n';
   EXPECT_GT(seen.threats, 10);
   EXPECT_EQ(seen.invented, 0);
-  EXPECT_LE(seen.missed, seen.threats / 100) << "of " << seen.threats;
-  EXPECT_LE(seen.missed_of_few, 1 + seen.threats / 20) << "of " << seen.threats;
+  EXPECT_EQ(seen.missed, 0);
+  EXPECT_LE(seen.missed_at_first, seen.threats / 500) << "of " << seen.threats;
 }
 
 INSTANTIATE_TEST_SUITE_P(Cells, ThreatSearch,
@@ -123,6 +147,25 @@ INSTANTIATE_TEST_SUITE_P(Cells, ThreatSearch,
                                          ThreatCase{"two_plates/cell.yaml", ""},
                                          ThreatCase{"gripper_bench/cell.yaml", ""},
                                          ThreatCase{"surgery_bench/cell.yaml", ""}));
+
+// The other shipped cells, in the thorough stage alone: some have few threats within reach.
+class MoreThreatSearch : public ThreatSearch {};
+TEST_P(MoreThreatSearch, FindsTheThreatsThatALookAtEverySensorFinds) {
+  if (!test::thorough()) GTEST_SKIP() << "PHANTOM_THOROUGH=1";
+  const ThreatCell in(GetParam().cell, GetParam().arm);
+  const Differences seen = differences(in, 10'000, 46);
+  std::cout << GetParam().cell << ": " << seen.threats << " threats, " << seen.missed
+            << " missed, in the first tick " << seen.missed_at_first << '\n';
+  EXPECT_EQ(seen.invented, 0);
+  EXPECT_EQ(seen.missed, 0);
+  EXPECT_LE(seen.missed_at_first, seen.threats / 500) << "of " << seen.threats;
+}
+INSTANTIATE_TEST_SUITE_P(
+    Cells, MoreThreatSearch,
+    testing::Values(ThreatCase{"arm_bench/cell.yaml", "wall_arm"}, ThreatCase{"formula_bench/cell.yaml", ""},
+                    ThreatCase{"handling/cell.yaml", ""}, ThreatCase{"palpation_bench/cell.yaml", ""},
+                    ThreatCase{"pool_bench/cell.yaml", ""}, ThreatCase{"touch_bench/cell.yaml", ""},
+                    ThreatCase{"scara_pair/cell.yaml", "scara_a"}));
 
 }  // namespace
 }  // namespace phantom::phantom_sensing

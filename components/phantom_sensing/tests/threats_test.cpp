@@ -139,5 +139,39 @@ TEST(MaskedLink, SR20_TheTipsThreatIsToldInTimeBesideOneThatIsCloser) {
   EXPECT_LE((raised[{SwingingArm::kTip, SwingingArm::kAhead}]), 2) << "one, and one when it is very close";
 }
 
+// A person would call false what alerts again and again of a wall that the arm goes along.
+TEST(Alerts, SR20_ASlowWalkAlongAWallRaisesOneAtMost) {
+  const PhantomModel model = rig::suspended_model();
+  robot::LinkPoses X_WL;
+  model.arm.link_poses({}, X_WL);
+  double nearest_m = -1e9;  // along y, the way to the wall
+  for (std::size_t link = 1; link <= model.arm.joint_count(); ++link)
+    for (std::size_t i = model.skin.first[link]; i < model.skin.first[link + 1]; ++i)
+      nearest_m = std::max(nearest_m, (X_WL[link] * model.skin.position(i)).y());
+  for (const double gap_m : {0.02, 0.06, 0.10, 0.14}) {
+    const double wall_m = nearest_m + gap_m;
+    const workspace::Workspace world = robot::test_worlds::make(
+        [&](const Eigen::Vector3d& p) { return robot::test_worlds::layer_code(wall_m - p.y()); }, {0, 0, 1},
+        0.01, [&](const Eigen::Vector3d& p, double radius_m) { return wall_m - p.y() - radius_m < 0.21; });
+    StepInputs inputs = hanging(0.0, 0.0, 0.01);
+    inputs.workspace = {&world, percept::greatest_neighbour_mu(world)};
+    PhantomSensing sensing(model, {});
+    StepOutputs out;
+    std::size_t raised = 0;
+    constexpr double kSpeed_m_s = 0.05, kHalf_m = 0.3;
+    double x_m = 0.0, way = 1.0;
+    for (double t_s = 0.0; t_s < 60.0; t_s += inputs.dt_s) {
+      x_m += way * kSpeed_m_s * inputs.dt_s;
+      if (std::abs(x_m) > kHalf_m) way = x_m > 0.0 ? -1.0 : 1.0;
+      inputs.position[0] = x_m;
+      inputs.velocity[0] = way * kSpeed_m_s;
+      sensing.step(inputs, out);
+      raised += out.alerts.raised.size();
+    }
+    EXPECT_LE(raised, gap_m < 0.04 ? model.arm.joint_count() : 1U)
+        << gap_m << ": one of a link that is very close all the while, else none";
+  }
+}
+
 }  // namespace
 }  // namespace phantom::phantom_sensing

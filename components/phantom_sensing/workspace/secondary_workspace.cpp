@@ -15,11 +15,22 @@ const messages::WorkspaceObject* find(const SecondaryWorkspace::Objects& objects
 
 bool alike(const messages::WorkspaceObject* a, const messages::WorkspaceObject* b) {
   if (a == nullptr || b == nullptr) return a == b;
-  return (a->X_WO.translation_m - b->X_WO.translation_m).norm() < kSame &&
+  return a->name == b->name && (a->X_WO.translation_m - b->X_WO.translation_m).norm() < kSame &&
          (a->X_WO.rotation - b->X_WO.rotation).cwiseAbs().maxCoeff() < kSame;
 }
 
 }  // namespace
+
+SecondaryWorkspace::Objects SecondaryWorkspace::with_carried(
+    Objects objects, const std::vector<messages::CarriedObject>& carried) {
+  for (const messages::CarriedObject& one : carried) {
+    const auto found = objects.find(one.id);
+    if (found == objects.end()) continue;
+    found->second.name += " (carried by '" + one.arm + "' at '" + one.frame + "')";
+    found->second.X_WO = one.X_FO;
+  }
+  return objects;
+}
 
 std::vector<std::string> SecondaryWorkspace::compare(const Objects& here, const Objects& there,
                                                      core::Nanoseconds now_ns) {

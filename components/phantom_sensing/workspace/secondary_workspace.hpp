@@ -20,9 +20,13 @@ class SecondaryWorkspace {
   /// How long they may differ before it is told: a command to one comes after that to the other.
   static constexpr core::Nanoseconds kReportedAfter_ns = 2 * core::kNsPerSecond;
 
+  /// Returns the objects with those that an arm carries at their places in its link, in other words than
+  /// where they stood before.
+  static Objects with_carried(Objects objects, const std::vector<messages::CarriedObject>& carried);
+
   /// Takes the objects in force. `here`, `there`: empty while no server has announced any, which is no
-  /// difference. Returns the names of those that stand at different poses, or are in one workspace only, and
-  /// have been so for kReportedAfter_ns; in their order of id.
+  /// difference. Returns the names of those that stand, or are carried, at different poses, or
+  /// are in one workspace only, and have been so for kReportedAfter_ns; in their order of id.
   std::vector<std::string> compare(const Objects& here, const Objects& there, core::Nanoseconds now_ns);
 
  private:

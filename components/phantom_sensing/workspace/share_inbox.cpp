@@ -74,6 +74,11 @@ std::vector<std::string> share_partitions(const std::string& cell_partition, con
   const robot::SkinLayout& skin = model.skin;
   for (const auto* values : {&skin.x_m, &skin.y_m, &skin.z_m, &skin.weight}) of_skin.add(*values);
   of_skin.add(skin.cluster_kind);
+  for (const robot::SoftBody& body : model.soft_bodies) {
+    of_skin.add(&body.object, sizeof body.object);
+    of_skin.add(body.pressure_Pa.data(), sizeof body.pressure_Pa);
+    of_skin.add(body.stiffness_Pa_per_m.data(), sizeof body.stiffness_Pa_per_m);
+  }
   std::vector<std::string> names;
   for (std::size_t i = 0; i < model.shares.size(); ++i) {
     const SkinShare& share = model.shares[i];
@@ -109,15 +114,19 @@ void ShareInbox::Share::read() noexcept {
 
 /// Returns whether what has come was sensed on that basis.
 bool ShareInbox::Share::take(const ShareBasis& basis) noexcept {
-  const bool same_workspace = field.workspace_version == basis.workspace_version &&
-                              percept.workspace_version == basis.workspace_version;
+  const bool same_workspace = field.workspace_version == percept.workspace_version &&
+                              (own_workspace || field.workspace_version == basis.workspace_version);
   if (!field.drag.valid || !percept.valid || field.slave_echo != basis.slave ||
-      percept.slave_echo != basis.slave || field.gripper_echo != basis.gripper ||
-      (!same_workspace && !own_workspace) || field.mode != basis.mode)
+      percept.slave_echo != basis.slave || field.gripper_echo != basis.gripper || !same_workspace ||
+      field.mode != basis.mode)
     return false;
   sensed = {field.drag, static_cast<float>(percept.mu_Pa_s_per_m), percept.sensor, percept.muted_sensors, {}};
   for (const messages::Threat& threat : percept.threats) sensed.threats.push_back(threat_of(threat));
-  if (own_workspace) sensed.place = place_of(percept), sensed.link = percept.link;
+  sensed.reaction = field.reaction;
+  if (!own_workspace) return true;
+  sensed.place = place_of(percept);
+  sensed.link = percept.link;
+  sensed.carried_key = field.workspace_version;
   return true;
 }
 

@@ -18,9 +18,9 @@
 namespace phantom::phantom_sensing {
 
 /// Returns the DDS partitions in which the shares of the skin are published, in the model's order; none
-/// without shares. They hold a hash of the parameters file and of the whole skin and its permanent contacts,
-/// or, of a share with a workspace of its own, of that one's cell file instead of the skin: processes that
-/// would not sense the same do not meet. `cell_partition`: of everything else.
+/// without shares. They hold a hash of the parameters file, of the whole skin, its permanent contacts and the
+/// soft bodies, or, of a share with a workspace of its own, of that one's cell file instead of the skin:
+/// processes that would not sense the same do not meet. `cell_partition`: of everything else.
 std::vector<std::string> share_partitions(const std::string& cell_partition, const Config& config,
                                           const PhantomModel& model, const percept::AllowedContact& contacts);
 
@@ -32,10 +32,11 @@ struct ShareBasis {
 };
 
 /// Collects what the processes of the shares publish, and hands the arm's process what belongs to its tick.
-/// The workspace version need not be the same for a share with a workspace of its own, whose process may also
-/// say that it has sensed nothing: it is not waited for any longer, and counts as in time. A share that fails
-/// to come in time for kMissesToRest ticks is no longer waited for, except at every kRetryEvery-th tick,
-/// until it comes in time again.
+/// A share with a workspace of its own has versions of its own; in their place its process tells by
+/// SensedWorkspace::carried_key what the arm carries there. It may also say that it has sensed nothing: then
+/// it is not waited for any longer, and counts as in time. A share that fails to come in time for
+/// kMissesToRest ticks is no longer waited for, except at every kRetryEvery-th tick, until it comes in time
+/// again.
 class ShareInbox {
  public:
   static constexpr std::uint32_t kMissesToRest = 10, kRetryEvery = 100;

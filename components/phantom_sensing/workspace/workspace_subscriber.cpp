@@ -130,8 +130,9 @@ void WorkspaceSubscriber::hand_over() {
     const std::lock_guard lock(alive_mutex_);
     alive_.push_back({current, generation, *sources_.in_force(), skin});
   }
-  handed_over_.write(
-      {{current.get(), sources_.greatest_neighbour_mu(), skin ? &skin->sensing : nullptr}, generation});
+  SensedWorkspace sensed{current.get(), sources_.greatest_neighbour_mu()};
+  if (skin) sensed.carrying = &skin->sensing, sensed.carried_key = skin->key, sensed.boxes = &skin->boxes;
+  handed_over_.write({sensed, generation});
   version_.store(current->version, std::memory_order_relaxed);
 }
 
