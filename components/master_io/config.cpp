@@ -112,18 +112,30 @@ void read_operator(const Fields& section, const HandAxes& axes, const std::strin
 }
 
 /// Lays the desk's axes on the hand's: sticks on four joints at a time, or on the axes of a Cartesian hand.
-std::vector<std::array<int, kDeskAxes>> banks_of(const HandAxes& axes, bool space_mouse) {
+/// `joints`: those that the master leads.
+std::vector<std::array<int, kDeskAxes>> banks_of(const HandAxes& axes, bool space_mouse,
+                                                 const std::vector<int>& joints) {
   if (space_mouse) return {{0, 1, 2, 3, 4, 5}};
   // Left stick: right, away; right stick: turned about the vertical, up. Then left stick: rolled, pitched.
   if (axes.cartesian) return {{0, 1, 5, 2, -1, -1}, {4, 3, -1, -1, -1, -1}};
   std::vector<std::array<int, kDeskAxes>> banks;
-  for (std::size_t first = 0; first < axes.count(); first += kStickAxes) {
+  for (std::size_t first = 0; first < joints.size(); first += kStickAxes) {
     auto& bank = banks.emplace_back();
     bank.fill(-1);
-    for (std::size_t k = 0; k < kStickAxes && first + k < axes.count(); ++k)
-      bank[k] = static_cast<int>(first + k);
+    for (std::size_t k = 0; k < kStickAxes && first + k < joints.size(); ++k) bank[k] = joints[first + k];
   }
   return banks;
+}
+
+bool is_led(const Config& config, std::size_t joint) {
+  return !config.mapping || teleop::JointMapping(config.mapping->mapping).leads(joint);
+}
+
+/// A simulated hand pulls at nothing but what the master has.
+void release_joints_not_led(Config& config) {
+  for (std::size_t j = 0; j < config.hand.joint_count; ++j) {
+    if (!is_led(config, j)) config.hand.stiffness[j] = config.hand.damping[j] = 0.0;
+  }
 }
 
 void read_desk(const Fields& section, const HandAxes& axes, const std::string& chosen_device,
@@ -136,11 +148,18 @@ void read_desk(const Fields& section, const HandAxes& axes, const std::string& c
   section.number("exponent", desk.exponent);
   desk.push = axes.by_type(section.value("push_N_m", 2), section.value("push_N", 30));
   desk.brake = axes.by_type(section.value("brake_N_m_s_per_rad", 4), section.value("brake_N_s_per_m", 200));
-  desk.banks = banks_of(axes, desk.space_mouse);
+  std::vector<int> joints;
+  for (std::size_t j = 0; j < axes.count(); ++j) {
+    if (is_led(config, j)) joints.push_back(static_cast<int>(j));
+  }
+  desk.banks = banks_of(axes, desk.space_mouse, joints);
 }
 
 void read_can(const Fields& section, const robot::SerialArm& arm, Config& config) {
-  config.can = runtime::read_drives(section, arm, config.device.torque_limit_Nm, config.period_s);
+  config.can = config.mapping ? runtime::read_drives(section, config.mapping->joints,
+                                                     config.mapping->device.torque_limit_Nm, config.period_s)
+                              : runtime::read_drives(section, arm.joints(), config.device.torque_limit_Nm,
+                                                     config.period_s);
   for (const can::AxisConfig& axis : config.can->group.axes) {
     if (axis.mode != can::DriveMode::kTorque)
       throw section.section("drives")
@@ -234,6 +253,11 @@ Config load_config(const std::filesystem::path& path, const std::filesystem::pat
   config.align_tolerance =
       by_joint_type(arm, link.value("tolerance_rad", 0.02), link.value("tolerance_m", 0.008));
   choose_law(file, choices.law, config.feedback.law);
+  if (file.has("joint_mapping")) {
+    file.check(config.driver != Driver::kCartesian, "joint_mapping",
+               "is for a master that has joints; allowed: driver sim, desk or can");
+    config.mapping = read_mapping(file.section("joint_mapping"), arm, config.align_tolerance);
+  }
   read_device(file.section("device"), arm, config);
   if (config.driver == Driver::kCan || file.has("can")) read_can(file.section("can"), arm, config);
   config.enabling_switch = runtime::read_enabling_switch(file, config.can);
@@ -251,6 +275,7 @@ Config load_config(const std::filesystem::path& path, const std::filesystem::pat
   config.hand.joint_count = axes.count();  // used for a person; a simulated operator's is read below
   if (is_scripted(config) || file.has("operator"))
     read_operator(file.section("operator"), axes, choices.operator_model, config);
+  release_joints_not_led(config);
   const Fields sequence = file.section("sequence");
   config.script.joint_count = axes.count();
   read_sequence(sequence, config.script);

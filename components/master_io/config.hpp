@@ -14,10 +14,12 @@
 #include "common/simulation/operator_model.hpp"
 #include "common/simulation/reach_script.hpp"
 #include "common/teleop/coupling/link_state.hpp"
+#include "common/teleop/rendering/drag_masking.hpp"
 #include "common/teleop/rendering/feedback_rendering.hpp"
 #include "common/teleop/rendering/percept_rendering.hpp"
 #include "common/teleop/rendering/percept_set.hpp"
 #include "components/master_io/config_cartesian.hpp"
+#include "components/master_io/config_mapping.hpp"
 #include "components/master_io/devices/desk.hpp"
 
 namespace phantom::master_io {
@@ -51,12 +53,16 @@ struct Config {
   std::optional<runtime::DrivesConfig> can;                      ///< always set for driver can
   std::optional<runtime::EnablingSwitchConfig> enabling_switch;  ///< without: this side has none
   std::optional<CartesianConfig> cartesian;                      ///< always set for driver cartesian
+  /// A master with fewer joints than the arm; without: it has the arm's. `device` is then that master as the
+  /// arm's joints see it (reflect()), and `can` has the drives of its own joints.
+  std::optional<MappingConfig> mapping;
   teleop::LinkTiming link;
   teleop::LoopGuardParameters loop;
   core::JointArray align_tolerance{};  ///< rad or m
   simulation::MasterPlantParameters device;
   int command_delay_samples = 1;  ///< from computing a torque to its effect
   teleop::PerceptParameters percept;
+  teleop::MaskingParameters masking;
   core::JointArray percept_gain{};  ///< initial G, by joint
   double reaction_gain = 1.0;       ///< of what soft bodies answer
   double percept_staleness_s = 0.06;

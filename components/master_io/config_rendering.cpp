@@ -16,6 +16,8 @@ namespace {
 using robot::by_joint_type;
 using runtime::Fields;
 
+constexpr double kDragFloorShare = 0.02;  // of a joint's cap: the outermost layer at a slow hand
+
 /// Returns the damping that the device renders stably; it bounds the rendered percept.
 core::JointArray damping_limit(const Config& config, const core::JointArray& cap) {
   teleop::DeviceDamping device{.joint_count = config.device.joint_count,
@@ -138,27 +140,38 @@ void read_device(const Fields& section, const robot::SerialArm& arm, Config& con
   const auto both = [&](double revolute, double prismatic) {
     return by_joint_type(arm, revolute, prismatic);
   };
-  auto inertia = both(r.value("inertia_kg_m2"), p.value("mass_kg"));
-  auto viscous = both(r.value("viscous_N_m_s_per_rad"), p.value("viscous_N_s_per_m"));
-  auto coulomb = both(r.value("coulomb_N_m"), p.value("coulomb_N"));
-  device.torque_limit_Nm = both(r.value("torque_limit_N_m"), p.value("force_limit_N"));
-  config.torque_rate_Nm_per_s = both(r.value("torque_rate_N_m_per_s"), p.value("force_rate_N_per_s"));
-  auto cap = both(r.value("damping_cap_N_m_s_per_rad"), p.value("damping_cap_N_s_per_m"));
-  device.encoder_resolution = both(r.value("encoder_step_rad"), p.value("encoder_step_m"));
+  ReflectedMaster m{
+      .inertia = both(r.value("inertia_kg_m2"), p.value("mass_kg")),
+      .viscous = both(r.value("viscous_N_m_s_per_rad"), p.value("viscous_N_s_per_m")),
+      .coulomb = both(r.value("coulomb_N_m"), p.value("coulomb_N")),
+      .torque_limit = both(r.value("torque_limit_N_m"), p.value("force_limit_N")),
+      .torque_rate = both(r.value("torque_rate_N_m_per_s"), p.value("force_rate_N_per_s")),
+      .damping_cap = both(r.value("damping_cap_N_m_s_per_rad"), p.value("damping_cap_N_s_per_m")),
+      .encoder_step = both(r.value("encoder_step_rad"), p.value("encoder_step_m"))};
   section.named("joints", runtime::joint_names(arm), [&](const Fields& own, std::size_t j) {
-    own.number("inertia", inertia[j]);
-    own.number("viscous", viscous[j]);
-    own.number("coulomb", coulomb[j]);
-    own.number("torque_limit", device.torque_limit_Nm[j]);
-    own.number("torque_rate", config.torque_rate_Nm_per_s[j]);
-    own.number("damping_cap", cap[j]);
-    own.number("encoder_step", device.encoder_resolution[j]);
+    section.check(
+        !config.mapping, "joints",
+        "stands beside joint_mapping; allowed: the values of joints there, by the joint that is led");
+    own.number("inertia", m.inertia[j]);
+    own.number("viscous", m.viscous[j]);
+    own.number("coulomb", m.coulomb[j]);
+    own.number("torque_limit", m.torque_limit[j]);
+    own.number("torque_rate", m.torque_rate[j]);
+    own.number("damping_cap", m.damping_cap[j]);
+    own.number("encoder_step", m.encoder_step[j]);
   });
+  if (config.mapping) {
+    config.mapping->device.velocity_filter_s = device.velocity_filter_s;
+    reflect(*config.mapping, m);
+  }
   for (std::size_t j = 0; j < arm.joint_count(); ++j) {
     const auto& joint = arm.joints()[j];
-    device.joints[j] = {inertia[j], viscous[j], coulomb[j], joint.lower, joint.upper};
+    device.joints[j] = {m.inertia[j], m.viscous[j], m.coulomb[j], joint.lower, joint.upper};
   }
-  config.percept.damping_limit_Nms_per_rad = damping_limit(config, cap);
+  device.torque_limit_Nm = m.torque_limit;
+  device.encoder_resolution = m.encoder_step;
+  config.torque_rate_Nm_per_s = m.torque_rate;
+  config.percept.damping_limit_Nms_per_rad = damping_limit(config, m.damping_cap);
 }
 
 void read_percept(const Fields& section, const robot::SerialArm& arm, Config& config) {
@@ -179,6 +192,10 @@ void read_percept(const Fields& section, const robot::SerialArm& arm, Config& co
     own.number("gain", config.percept_gain[j]);
     own.number("torque_cap", percept.torque_cap_Nm[j]);
   });
+  section.number("weber_fraction", config.masking.weber_fraction);
+  config.masking.joint_count = percept.joint_count;
+  for (std::size_t j = 0; j < percept.joint_count; ++j)
+    config.masking.drag_floor_Nm[j] = kDragFloorShare * percept.torque_cap_Nm[j];
   section.number("smoothing_s", percept.smoothing_s);
   section.number("ramp_up_s", percept.ramp_up_s);
   section.number("ramp_down_s", percept.ramp_down_s);

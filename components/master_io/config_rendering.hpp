@@ -11,7 +11,8 @@ namespace phantom::master_io {
 /// them in this order: the device's stability limits bound the percept, and both bound the feedback.
 /// `config.period_s` must be set before.
 
-/// Reads section device: inertia, friction and limits, per type of joint and then of single joints.
+/// Reads section device: inertia, friction and limits, per type of joint and then of single joints. Those
+/// that a master of fewer joints leads have its own (`config.mapping`, read before).
 void read_device(const runtime::Fields& section, const robot::SerialArm& arm, Config& config);
 /// Reads section percept.
 void read_percept(const runtime::Fields& section, const robot::SerialArm& arm, Config& config);

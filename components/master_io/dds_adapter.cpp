@@ -7,7 +7,6 @@
 #include <mutex>
 #include <utility>
 
-#include "common/core/log_rate.hpp"
 #include "common/dds/endpoints/participant.hpp"
 #include "common/messages/clock_report.hpp"
 #include "common/messages/codecs/haptic_device_codec.hpp"
@@ -15,6 +14,7 @@
 #include "common/messages/codecs/teleoperation_codec.hpp"
 #include "common/messages/operator_responder.hpp"
 #include "common/messages/publisher.hpp"
+#include "common/messages/request_log.hpp"
 #include "common/messages/status_reporter.hpp"
 #include "common/messages/topic_receiver.hpp"
 #include "common/teleop/gripper/grip_lead.hpp"
@@ -185,9 +185,7 @@ struct DdsAdapter::Impl {
   core::Status apply(const messages::OperatorCommand& command) {
     const core::Status applied = apply_setting(command, expected.gains, feedback_delay_s, settings);
     if (applied) inbox.settings.write(settings);
-    const auto rate = settings_rate.admit(core::monotonic_ns());
-    if (!rate.log) return applied;
-    if (rate.left_out > 0) spdlog::warn("settings: {} more requests, not logged", rate.left_out);
+    if (!messages::is_logged(settings_rate, "settings")) return applied;
     if (!applied) {
       spdlog::warn("{} asked for what is refused: {}", command.issuer, applied.message());
     } else if (command.kind == teleop::CommandKind::kSetLaw) {

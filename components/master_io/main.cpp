@@ -13,6 +13,7 @@
 #include "common/runtime/servo/switch_input.hpp"
 #include "components/master_io/config.hpp"
 #include "components/master_io/devices/desk_input.hpp"
+#include "components/master_io/jnd/command.hpp"
 #include "components/master_io/reaches/reaches.hpp"
 #include "components/master_io/session.hpp"
 
@@ -20,7 +21,8 @@ int main(int argc, char** argv) {
   using namespace phantom;
   master_io::Choices choices;
   teleop::OperatorRequest request;
-  runtime::Command command;
+  master_io::JndRequest jnd_request;
+  runtime::Command command, jnd;
   runtime::ProcessDescription description;
   description.name = "master_io";
   description.summary =
@@ -34,11 +36,14 @@ int main(int argc, char** argv) {
       "Steer yourself: master_io --driver desk --desk-device terminal (arrows, W A S D; Tab: other joints; "
       "C, O: gripper; 1, 2, 3, L: percepts; Esc: stop)\n"
       "Example while it runs: master_io command stop; master_io command reset; master_io command law pf\n"
+      "Example while it runs: master_io jnd --joint j3_shoulder (asks which of two drags is more viscous)\n"
       "kill -USR1 is an emergency stop; a stop outlives the process (--state-dir), until a reset.\n"
       "With --report-dir it leaves master_io.json: how the loop ran, round trips, and how each reach went.";
   description.add_options = [&](runtime::Command app) {
     command = app.subcommand("command", "ask something of the running master_io and slave_io");
     runtime::add_operator_options(command, request, true);
+    jnd = app.subcommand("jnd", "measure an operator's just noticeable difference of drag on a joint");
+    master_io::add_options(jnd, jnd_request);
     app.option("--operator", choices.operator_model, "operator model, instead of the configured one")
         .one_of({"minimum_jerk", "cautious", "attentive", "constant_velocity"});
     app.option("--law", choices.law,
@@ -66,6 +71,10 @@ int main(int argc, char** argv) {
           messages::run_operator_request(deployment.network, "master_io command", request, std::cout)));
     }
     const auto config = master_io::load_config(options.config, cell.file, model.arm, model.home, choices);
+    if (jnd.given()) {
+      starting.reset();  // an interruption restores the gain
+      return master_io::run_jnd(jnd_request, model, config, deployment.network);
+    }
     if (!master_io::is_held_by_person(config))
       runtime::require_simulation_meant(
           deployment, options,

@@ -61,7 +61,8 @@ MasterIo::MasterIo(const Config& config, const teleop::StopLatch& latch)
              .percept_cap_Nm = config.percept.torque_cap_Nm,
              .feedback_cap_Nm = config.feedback.torque_cap_Nm,
              .limit_Nm = config.device.torque_limit_Nm,
-             .rate_Nm_per_s = config.torque_rate_Nm_per_s}) {}
+             .rate_Nm_per_s = config.torque_rate_Nm_per_s}),
+      masking_(config.masking) {}
 
 void MasterIo::step(const MasterInputs& in, double dt_s, MasterReport& report) noexcept {
   MasterOutputs& out = report.outputs =
@@ -90,7 +91,6 @@ void MasterIo::step(const MasterInputs& in, double dt_s, MasterReport& report) n
   if (!coupled && percept.authority == 0.0) percept_tank_.reset();
   percept.torque_Nm = percept_tank_.step(percept.torque_Nm, in.position, dt_s);
   out.damping_limited = percept.damping_limited || percept_tank_.active();
-  report.percept_limited = out.damping_limited || percept.torque_limited;
   const auto asked_Nm =
       reaction_.step(in.drag.reaction, fresh && in.drag.drag.valid && coupled, in.position, dt_s);
   if (!coupled && asked_Nm == core::JointArray{}) reaction_tank_.reset();
@@ -104,9 +104,13 @@ void MasterIo::step(const MasterInputs& in, double dt_s, MasterReport& report) n
   }
   const teleop::SlewedTorque& felt =
       slew_.step(percept.torque_Nm, report.feedback_torque_Nm, in.velocity, dt_s);
+  out.percept_capped = percept.torque_limited || felt.percept_capped;
+  out.feedback_capped = out.feedback_capped || felt.feedback_capped;
+  report.percept_limited = out.damping_limited || out.percept_capped;
   report.percept_torque_Nm = felt.percept_Nm;
   report.feedback_torque_Nm = felt.feedback_Nm;
   out.motor_Nm = felt.motor_Nm;
+  judge_masking(in, reaction_Nm, dt_s, report);
   feedback_.note_rendered(felt.feedback_Nm);
   percept_tank_.note_rendered(felt.percept_Nm);
   report.feedback_damped = report.feedback_damped || reaction_tank_.active();
@@ -114,16 +118,30 @@ void MasterIo::step(const MasterInputs& in, double dt_s, MasterReport& report) n
   out.power = out.power || std::any_of(out.motor_Nm.begin(), out.motor_Nm.end(), some);
 }
 
-void MasterIo::render_feedback(const MasterInputs& in, const core::JointArray& reaction_Nm,
-                               double limit_share, double dt_s, MasterReport& report) noexcept {
+bool MasterIo::touches(const MasterInputs& in) const noexcept {
   const bool sensed = contact_source_ != ContactSource::kPhantom && in.slave.contact;
   const bool predicted = contact_source_ != ContactSource::kSlave && in.phantom.contact &&
                          in.phantom_age_s <= kPhantomStaleness_s;
+  return sensed || predicted;
+}
+
+// A soft body's reaction is a contact, too.
+void MasterIo::judge_masking(const MasterInputs& in, const core::JointArray& reaction_Nm, double dt_s,
+                             MasterReport& report) noexcept {
+  if (report.state != LinkState::kCoupled)
+    masking_.reset();
+  else if (report.percept_enabled && !touches(in) && reaction_Nm == core::JointArray{})
+    masking_.step(report.percept_torque_Nm, report.feedback_torque_Nm, dt_s);
+  report.outputs.drag_masked = masking_.masked();
+}
+
+void MasterIo::render_feedback(const MasterInputs& in, const core::JointArray& reaction_Nm,
+                               double limit_share, double dt_s, MasterReport& report) noexcept {
   const double link_s = hears(report.state) ? in.partner_round_trip_s : 0.0;
   const auto felt = feedback_.step({.law = in.settings.law,
                                     .inverse_a = in.settings.feedback_gain,
                                     .coupled = report.state == LinkState::kCoupled,
-                                    .contact = sensed || predicted,
+                                    .contact = touches(in),
                                     .force_measured = in.slave.force_measured,
                                     .round_trip_s = link_s > 0.0 ? link_s + in.device_longer_s : 0.0,
                                     .limit_share = limit_share,
@@ -138,6 +156,7 @@ void MasterIo::render_feedback(const MasterInputs& in, const core::JointArray& r
   report.feedback_limited = felt.limited;
   report.law = felt.law;
   report.feedback_damped = felt.passivity_limited;
+  report.outputs.feedback_capped = felt.torque_limited;
   report.force_missing = felt.force_missing;
 }
 

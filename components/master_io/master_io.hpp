@@ -10,6 +10,7 @@
 #include "common/messages/teleoperation.hpp"
 #include "common/teleop/coupling/servo_side.hpp"
 #include "common/teleop/guards/energy_tank.hpp"
+#include "common/teleop/rendering/drag_masking.hpp"
 #include "common/teleop/rendering/feedback_rendering.hpp"
 #include "common/teleop/rendering/percept_rendering.hpp"
 #include "common/teleop/rendering/percept_set.hpp"
@@ -40,7 +41,7 @@ struct Settings {
 /// What the phantom reports of what is near the arm.
 struct Vicinity {
   core::Nanoseconds received_ns = 0;  ///< 0: no percept received yet
-  bool contact = false;               ///< a sensor is at an object's surface
+  bool contact = false;               ///< a sensor is in an object's innermost layer, or deeper
   double closeness = 0.0;             ///< 0…1, that the tone tells
   double threat_closeness = 0.0;      ///< 0…1, of the most urgent threat, which the view shows; 0: none
 };
@@ -71,6 +72,8 @@ struct MasterOutputs : teleop::SideOutputs {
   teleop::PerceptChoice percepts;
   teleop::Counterbalance counterbalance = teleop::Counterbalance::kMechanical;  ///< of the slave
   bool damping_limited = false;  ///< the percept, to what the device renders stably, or by its energy
+  bool percept_capped = false, feedback_capped = false;  ///< a joint's torque is at its cap
+  bool drag_masked = false;  ///< outside contact, the slave's feedback hides the drag (MaskingMonitor)
 };
 
 /// Result of one tick: the sample of topic master_state, and the outputs for the controller's health.
@@ -102,8 +105,11 @@ class MasterIo {
   void step(const MasterInputs& in, double dt_s, MasterReport& report) noexcept;
 
  private:
+  bool touches(const MasterInputs& in) const noexcept;
   void render_feedback(const MasterInputs& in, const core::JointArray& reaction_Nm, double limit_share,
                        double dt_s, MasterReport& report) noexcept;
+  void judge_masking(const MasterInputs& in, const core::JointArray& reaction_Nm, double dt_s,
+                     MasterReport& report) noexcept;
 
   std::size_t count_;
   ContactSource contact_source_;
@@ -115,6 +121,7 @@ class MasterIo {
   teleop::FeedbackRenderer feedback_;
   teleop::EnergyTank percept_tank_, reaction_tank_;
   teleop::TorqueSlew slew_;
+  teleop::MaskingMonitor masking_;
 };
 
 }  // namespace phantom::master_io

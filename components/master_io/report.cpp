@@ -47,6 +47,19 @@ Json cartesian_json(const CartesianFigures& figures) {
           {"clutched_out", figures.clutched_out}};
 }
 
+Json mapping_json(const MappingFigures& figures, const MappingConfig& config) {
+  Json all = Json::array();
+  for (std::size_t m = 0; m < config.joints.size(); ++m) {
+    const double torque_Nm = figures.greatest_torque_Nm[m], lever_m = config.lever_m[m];
+    all.push_back({{"master", config.joints[m].name},
+                   {"leads", config.leads[m]},
+                   {"greatest_torque_Nm", torque_Nm},
+                   {"greatest_hand_force_N", lever_m > 0.0 ? Json(torque_Nm / lever_m) : Json()},
+                   {"energy_from_hand_J", figures.energy_from_hand_J[m]}});
+  }
+  return all;
+}
+
 }  // namespace
 
 void write_report(const std::filesystem::path& file, const SessionFigures& figures, const ReachLog& reaches,
@@ -55,6 +68,8 @@ void write_report(const std::filesystem::path& file, const SessionFigures& figur
   for (const auto& loop : figures.loops) report["loops"][loop.name] = runtime::loop_json(loop);
   report["round_trip"] = round_trip_json(figures.round_trips);
   if (figures.cartesian != nullptr) report["cartesian"] = cartesian_json(*figures.cartesian);
+  if (figures.mapping != nullptr)
+    report["joint_mapping"] = mapping_json(*figures.mapping, config.mapping.value());
   report["law"] = teleop::name_of(config.feedback.law);
   report["percept_gain"] = config.percept_gain;
   report["damping_limit"] = Json::array();

@@ -15,6 +15,7 @@ struct SessionFigures {
   std::vector<core::LoopStatistics> loops;
   core::DurationHistogram round_trips;
   const CartesianFigures* cartesian = nullptr;  ///< of a Cartesian device
+  const MappingFigures* mapping = nullptr;      ///< of a master with fewer joints than the arm
 };
 
 /// Writes master_io.json: loops, round trips, reaches, and the damping that the device's stability allows for

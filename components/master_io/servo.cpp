@@ -7,7 +7,21 @@ namespace phantom::master_io {
 
 namespace {
 constexpr core::Nanoseconds kViewStale_ns = core::kNsPerSecond;  // it comes at 10 Hz
+
+// Takes what acts on joints that the master does not have out of the inputs: nobody can feel it.
+void keep_led(const teleop::JointMapping& mapping, std::size_t joint_count, MasterInputs& in) noexcept {
+  for (core::JointArray* values :
+       {&in.slave.loop_torque_Nm, &in.slave.external_torque_Nm, &in.drag.drag.plus, &in.drag.drag.minus,
+        &in.drag.drag.drift, &in.drag.reaction.torque, &in.drag.reaction.stiffness})
+    mapping.keep_led(*values);
+  for (std::size_t i = 0; i < joint_count; ++i) {
+    for (std::size_t j = 0; j <= i; ++j) {
+      if (!mapping.leads(i) || !mapping.leads(j)) in.drag.drag.coupled[i * (i + 1) / 2 + j] = 0.0;
+    }
+  }
 }
+
+}  // namespace
 
 Servo::Servo(const Config& config, const core::JointArray& home, Device& device, Inbox& inbox,
              std::uint64_t seed, teleop::StopStore& stops)
@@ -28,11 +42,13 @@ Servo::Servo(const Config& config, const core::JointArray& home, Device& device,
       hand_(config.hand, config.driver == Driver::kCartesian ? config.hand_start : home),
       script_(config.script, hand_) {
   inputs_.settings = initial_settings(config);
+  if (config.mapping) mapping_.emplace(config.mapping->mapping);
 }
 
 void Servo::read_inbox(core::Nanoseconds now_ns) noexcept {
   inbox_.slave.read(inputs_.slave);
   drag_is_new_ = inbox_.drag.read(inputs_.drag);
+  if (mapping_) keep_led(*mapping_, joint_count_, inputs_);
   inbox_.phantom.read(inputs_.phantom);
   inbox_.settings.read(inputs_.settings);
   inbox_.view.read(view_);

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <optional>
+
 #include "common/core/snapshot.hpp"
 #include "common/runtime/process/wake_signal.hpp"
 #include "common/runtime/servo/enabling_switch.hpp"
@@ -47,6 +49,7 @@ class Servo {
   teleop::LinkState state_ = teleop::LinkState::kInit;
   MasterIo controller_;
   Device& device_;
+  std::optional<teleop::JointMapping> mapping_;  // of a master with fewer joints than the arm
   teleop::LoopGuard loop_guard_;
   Driver driver_;
   bool held_by_person_, desk_leads_, scripted_;

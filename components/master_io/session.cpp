@@ -4,6 +4,7 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <memory>
 #include <optional>
@@ -22,6 +23,7 @@
 #include "components/master_io/devices/cartesian_device.hpp"
 #include "components/master_io/devices/desk_input.hpp"
 #include "components/master_io/devices/haptic_device.hpp"
+#include "components/master_io/devices/mapped_device.hpp"
 #include "components/master_io/report.hpp"
 #include "components/master_io/servo.hpp"
 
@@ -31,6 +33,14 @@ namespace {
 using teleop::LinkState;
 
 constexpr core::Nanoseconds kAnnounceEvery_ns = 30 * core::kNsPerSecond;
+
+std::string masking_sentence(const MasterReport& now) {
+  using enum teleop::BilateralLaw;
+  if (now.law == kPe || now.law == kPeff) return "the slave's lag masks the drag: rely on tone and views";
+  if (now.law == kSctfb && now.outputs.counterbalance == teleop::Counterbalance::kNone)
+    return "the arm's weight masks the drag: lower 1/A, counterbalance the arm, or rely on tone and views";
+  return "the slave's feedback masks the drag: lower 1/A, or raise G";
+}
 
 }  // namespace
 
@@ -63,7 +73,8 @@ std::string sentence(const MasterReport& now) {
       }
       if (now.feedback_damped)
         return "slave feedback damped: it returned more energy than the operator put in";
-      return own.damping_limited ? "the percept is limited to what the master renders stably" : "";
+      if (own.damping_limited) return "the percept is limited to what the master renders stably";
+      return own.drag_masked ? masking_sentence(now) : "";
   }
 }
 
@@ -104,6 +115,35 @@ class EventLogger {
   core::Nanoseconds quiet_until_ns_ = 0, damped_quiet_until_ns_ = 0;
 };
 
+/// Shares of the reports in which a guard of stability, or a cap, held drag or feedback back, or feedback
+/// masked the drag. One thread
+/// notes reports, another takes the shares.
+class HeldShares {
+ public:
+  void note(const MasterOutputs& now) {
+    ++reports_;
+    guarded_ += now.damping_limited ? 1U : 0U;
+    capped_ += now.percept_capped ? 1U : 0U;
+    feedback_capped_ += now.feedback_capped ? 1U : 0U;
+    drag_masked_ += now.drag_masked ? 1U : 0U;
+  }
+  /// Appends them as figures, and counts from 0 again.
+  void append_to(std::vector<core::HealthFigure>& figures) {
+    const unsigned reports = reports_.exchange(0);
+    const auto share = [reports](std::atomic<unsigned>& count) {  // a report may be noted meanwhile
+      const unsigned counted = count.exchange(0);
+      return reports > 0 ? std::min(1.0, static_cast<double>(counted) / reports) : 0.0;
+    };
+    figures.push_back({"percept_guarded", share(guarded_), ""});
+    figures.push_back({"percept_capped", share(capped_), ""});
+    figures.push_back({"feedback_capped", share(feedback_capped_), ""});
+    figures.push_back({"drag_masked", share(drag_masked_), ""});
+  }
+
+ private:
+  std::atomic<unsigned> reports_{0}, guarded_{0}, capped_{0}, feedback_capped_{0}, drag_masked_{0};
+};
+
 /// Returns the strength of the motors' torque, 0…1, on the joint where it is greatest relative to the
 /// percept's cap.
 double felt_share(const MasterReport& now, const Config& config) {
@@ -122,12 +162,20 @@ std::unique_ptr<Device> make_device(const ArmModel& model, const Config& config,
     return std::make_unique<HapticDevice>(config, model.arm, model.home, inbox.haptic);
   if (config.driver == Driver::kCartesian)
     return std::make_unique<CartesianDevice>(config, model.arm, model.home);
-  if (config.driver != Driver::kCan) return std::make_unique<SimulatedDevice>(config, model.home);
-  auto buses = runtime::open_buses(*config.can, [&](const std::string& missing) {
-    adapter.publish_health({core::ComponentState::kStarting, "waiting: " + missing, {}, {}});
-  });
-  if (buses.empty()) return nullptr;
-  return std::make_unique<CanDevice>(config, std::move(buses));
+  std::unique_ptr<Device> device;
+  if (config.driver != Driver::kCan) {
+    device = config.mapping ? std::make_unique<SimulatedDevice>(config.mapping->device,
+                                                                start_of(*config.mapping, model.home))
+                            : std::make_unique<SimulatedDevice>(config, model.home);
+  } else {
+    auto buses = runtime::open_buses(*config.can, [&](const std::string& missing) {
+      adapter.publish_health({core::ComponentState::kStarting, "waiting: " + missing, {}, {}});
+    });
+    if (buses.empty()) return nullptr;
+    device = std::make_unique<CanDevice>(config, std::move(buses));
+  }
+  if (!config.mapping) return device;
+  return std::make_unique<MappedDevice>(*config.mapping, std::move(device), model.home);
 }
 
 // Returns the input of the operator's desk; null for another driver.
@@ -178,14 +226,18 @@ std::vector<core::LoopStatistics> run_servo(const Config& config, Device& device
   const auto enabling =
       runtime::SwitchInput::make(config.enabling_switch, servo.enabling, config.scheduling.servo_priority);
   EventLogger event_logger;
+  HeldShares held;  // since the last status
   runtime::ServoCallbacks<MasterReport> callbacks;
   callbacks.report = [&](const MasterReport& report) {
     event_logger.look(report, core::monotonic_ns());
+    held.note(report.outputs);
     if (desk) desk->rumble(felt_share(report, config));
   };
-  callbacks.health = [&adapter, simulated = !is_held_by_person(config)](
+  callbacks.health = [&adapter, &held, simulated = !is_held_by_person(config)](
                          const MasterReport& now, std::vector<core::LoopStatistics> loops) {
-    return health_of(now, adapter.round_trips(), std::move(loops), simulated);
+    core::Health health = health_of(now, adapter.round_trips(), std::move(loops), simulated);
+    held.append_to(health.figures);
+    return health;
   };
   if (desk) callbacks.watched.push_back(&desk->progress());
   if (enabling) callbacks.watched.push_back(&enabling->progress());
@@ -243,7 +295,8 @@ int run_session(const runtime::CellConfig& cell, const ArmModel& model, const Co
   Servo servo(config, model.home, *device, inbox, core::random_number(), stops);
   const std::vector<core::LoopStatistics> loops = run_servo(config, *device, servo, stops, adapter);
   if (!report_dir.empty()) {
-    write_report(report_dir / "master_io.json", {loops, adapter.round_trips(), device->cartesian_figures()},
+    write_report(report_dir / "master_io.json",
+                 {loops, adapter.round_trips(), device->cartesian_figures(), device->mapping_figures()},
                  servo.reaches(), config, cell);
   }
   return runtime::kExitDone;

@@ -13,7 +13,7 @@ struct ArmSense {
   bool known = true;            ///< false: the encoders have not reported yet, and nothing else is valid
   core::JointArray position{};  ///< as measured by the encoders
   core::JointArray velocity{};
-  core::JointArray gravity_Nm{};  ///< torques that hold the weight; zero for a balanced arm
+  core::JointArray gravity_Nm{};  ///< torques that hold weight and lift; without use for a balanced arm
   HomingRequest::State homing = HomingRequest::State::kNotNeeded;  ///< without regard to stops
   bool follows = true;                                             ///< the drives follow their commands
   bool fault = false;                                              ///< the drives hold or coast until a reset

@@ -31,9 +31,9 @@ CanArm::CanArm(const ArmModel& model, const Config& config, std::vector<std::uni
     const auto& gains = config.gains[j];
     velocity_per_error_[j] = gains.k_v > 0.0 ? gains.k_p / gains.k_v : 0.0;
   }
-  if (config.force_observer) feedback_.emplace(model.arm, feedback_of(model, config));
+  if (config.force_observer) feedback_.emplace(model.arm, feedback_of(model, config), &model.buoyancy);
   if (!config.force_sensor || !config.force_observer) return;
-  observer_.emplace(model.arm, *config.force_observer);
+  observer_.emplace(model.arm, *config.force_observer, &model.buoyancy);
   if (config.wrist) return;  // its lag and threshold are those of F_e
   double threshold = 0.0;
   for (std::size_t j = 0; j < axes_.size(); ++j) {
@@ -64,10 +64,12 @@ const ArmSense& CanArm::sense() noexcept {
   return sense_;
 }
 
-/// Returns the torques that hold the links and, as it fades in, the payload.
+/// Returns the torques that hold the links and, as it fades in, the payload, less their lift.
 core::JointArray CanArm::weight_Nm() noexcept {
   core::JointArray payload_Nm{}, whole_Nm = model_.arm.gravity_torque(X_WL_);
+  model_.buoyancy.add_lift(model_.arm, X_WL_, whole_Nm);
   robot::add_weight(model_.arm, payload_, X_WL_, payload_Nm);
+  model_.buoyancy.add_lift(model_.arm, payload_, X_WL_, payload_Nm);
   payload_Nm = payload_weight_.step(payload_Nm, std::exchange(payload_changed_, false), since_last_s_);
   for (std::size_t j = 0; j < whole_Nm.size(); ++j) whole_Nm[j] += payload_Nm[j];
   return whole_Nm;

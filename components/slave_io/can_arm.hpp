@@ -21,12 +21,12 @@ inline HomingRequest::State homing_of(const can::ArmDrivesSense& drives) noexcep
 
 /// The arm's drives on their CAN buses. Each joint runs in the mode of its drive: torque (of the controller's
 /// position loop), velocity (the reference's velocity plus k_p/k_v times the position error) or position (the
-/// reference). The weight of what the arm carries is fed forward with the links'; it and its inertia count
-/// for the observer. An emergency stop is the drives' quick stop. With `force_sensor` and `force_observer`
-/// the external torques and contact come from the drives' torque (MomentumObserver), while the drives follow.
-/// With `force_observer` a drive with a motion that its torque cannot have caused (FeedbackObserver) is put
-/// into fault.
-/// Where the arm is touched and with which force is unknown, as is the clearance.
+/// reference). The weight of what the arm carries, and the lift of both in a medium, is fed forward with the
+/// links'; with the payload's inertia it counts for the observer. An emergency stop is the drives' quick
+/// stop. With `force_sensor` and `force_observer` the external torques and contact come from the drives'
+/// torque (MomentumObserver), while the drives follow. With `force_observer` a drive with a motion that its
+/// torque cannot have caused (FeedbackObserver) is put into fault. Where the arm is touched and with which
+/// force is unknown, as is the clearance.
 class CanArm final : public ArmDriver {
  public:
   /// `config.can` must be set; `model` must outlive the arm. `buses`: one open bus per address.

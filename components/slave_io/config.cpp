@@ -83,7 +83,7 @@ void read_contact(const Fields& section, Config& config) {
 void read_can(const Fields& section, const robot::SerialArm& arm, Config& config) {
   core::JointArray max_torque{};
   for (std::size_t j = 0; j < arm.joint_count(); ++j) max_torque[j] = config.gains[j].torque_limit;
-  config.can = runtime::read_drives(section, arm, max_torque, config.period_s,
+  config.can = runtime::read_drives(section, arm.joints(), max_torque, config.period_s,
                                     config.gripper ? &config.gripper->limits : nullptr);
   if (config.gripper) config.gripper->drive = runtime::gripper_drive(*config.can);
   for (std::size_t j = 0; j < arm.joint_count(); ++j) {

@@ -3,9 +3,11 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "common/core/joints.hpp"
 #include "common/robot/kinematics/serial_arm.hpp"
+#include "common/runtime/cell/cell.hpp"
 #include "common/runtime/configuration/drives_config.hpp"
 #include "common/runtime/servo/enabling_switch.hpp"
 #include "common/runtime/servo/periodic_loop.hpp"
@@ -16,6 +18,7 @@
 #include "common/teleop/gripper/gripper.hpp"
 #include "common/teleop/guards/contact_force_limit.hpp"
 #include "common/teleop/guards/momentum_observer.hpp"
+#include "components/slave_io/force_bounds.hpp"
 #include "components/slave_io/wrist_config.hpp"
 
 namespace phantom::slave_io {
@@ -48,6 +51,8 @@ struct Config {
   std::array<teleop::HeldTorque, core::kMaxJoints> held{};  ///< of joints whose loop is closed here, on CAN
   teleop::LoopGuardParameters loop;
   teleop::ContactForceLimitParameters contact_limit;
+  std::vector<ObjectForceBound> object_bounds;  ///< of objects that do not bear any force
+  LinkBoxes link_boxes;  ///< by which it is known which of them the arm may touch; empty: any
   bool gravity_feed_forward = false;
   double max_payload_kg = 10.0;  ///< what the arm carries counts for nothing beyond it
   bool force_sensor = false;     ///< the arm measures the external forces on it (F_e, laws c and e)

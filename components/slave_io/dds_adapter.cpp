@@ -3,14 +3,16 @@
 #include <spdlog/fmt/fmt.h>
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <mutex>
 
 #include "common/dds/endpoints/participant.hpp"
 #include "common/messages/clock_report.hpp"
 #include "common/messages/codecs/teleoperation_codec.hpp"
-#include "common/messages/codecs/workspace_codec.hpp"
+#include "common/messages/object_subscriber.hpp"
 #include "common/messages/operator_responder.hpp"
 #include "common/messages/publisher.hpp"
+#include "common/messages/request_log.hpp"
 #include "common/messages/status_reporter.hpp"
 #include "common/messages/topic_receiver.hpp"
 
@@ -47,8 +49,9 @@ struct DdsAdapter::Impl {
                }),
         wrist(participant, dds::kWristWrench, {}, inbox.wrist),
         responder(participant, teleop::Side::kSlave, inbox.stops,
-                  [&inbox](const messages::OperatorCommand& command) { return ask(command, inbox); }),
-        payload_inbox(inbox.payload) {
+                  [this, &inbox](const messages::OperatorCommand& command) { return ask(command, inbox); }),
+        payload_inbox(inbox.payload),
+        places_inbox(inbox.places) {
     if (inbox.gripper.has_gripper()) gripper.emplace(participant, dds::kGripperState);
   }
 
@@ -68,15 +71,16 @@ struct DdsAdapter::Impl {
         return core::Status::invalid_argument("this command is not for slave_io");
     }
   }
-  static core::Status ask(const messages::OperatorCommand& command, Inbox& inbox) {
-    const core::Status status = carry_out(command, inbox);
-    if (status) {
+  core::Status ask(const messages::OperatorCommand& command, Inbox& inbox) {
+    const core::Status answer = carry_out(command, inbox);
+    if (!messages::is_logged(request_rate, "requests")) return answer;
+    if (answer) {
       spdlog::info("{} {:g}, asked for by {}", teleop::rule_of(command.kind).name, command.value,
                    command.issuer);
     } else {
-      spdlog::warn("{} asked for what is refused: {}", command.issuer, status.message());
+      spdlog::warn("{} asked for what is refused: {}", command.issuer, answer.message());
     }
-    return status;
+    return answer;
   }
 
   // Slower than the state: nothing is closed in a loop over it.
@@ -94,25 +98,57 @@ struct DdsAdapter::Impl {
   messages::TopicSubscriber<msg::MasterState> master;
   messages::ClockReport clocks{"master_io"};
   messages::TopicSubscriber<msg::WristWrench> wrist;
+  core::LogRate request_rate;  // of the responder's thread
   messages::OperatorResponder responder;
   core::Snapshot<robot::Payload>& payload_inbox;
-  std::mutex payload_mutex;
+  core::Snapshot<BoundedPlaces>& places_inbox;
+  std::mutex workspace_mutex;  // guards what follows
   std::optional<PayloadRule> payload_rule;
-  std::string payload_text;                                    // what is carried, or why it is refused
-  std::optional<dds::GuidPrefix> workspace_source;             // the wva_server that is believed
-  std::optional<dds::Reader<msg::WorkspaceVersion>> versions;  // last: its callbacks use the others
+  std::string payload_text;  // what is carried, or why it is refused
+  std::vector<ObjectForceBound> bounded;
+  BoundedPlaces stand;  // where these stand, unless an arm carries them
+  std::vector<messages::CarriedObject> carried;
+  std::optional<messages::ObjectSubscriber> objects;  // last: its callback uses the others
 
-  void take(const messages::WorkspaceVersion& version);
+  void take(const messages::WorkspaceObject& object);
+  void take(const std::vector<messages::CarriedObject>& now_carried);
+  void pass_places();
 };
 
-/// Believes one wva_server at a time, as phantom_sensing does.
-void DdsAdapter::Impl::take(const messages::WorkspaceVersion& version) {
-  const auto payload = payload_of(version.carried, *payload_rule);
+/// Passes on where the objects with a bound are, with what arms carry.
+void DdsAdapter::Impl::pass_places() {
+  if (bounded.empty()) return;
+  BoundedPlaces places = stand;
+  places.carries = std::ranges::count(carried, payload_rule->name, &messages::CarriedObject::arm) > 0;
+  for (std::size_t i = 0; i < bounded.size(); ++i)
+    if (std::ranges::count(carried, bounded[i].object, &messages::CarriedObject::id) > 0)
+      places.objects[i].place = BoundedPlaces::Place::kAnywhere;
+  places_inbox.write(places);
+}
+
+void DdsAdapter::Impl::take(const messages::WorkspaceObject& object) {
+  const auto found = std::ranges::find(bounded, object.id, &ObjectForceBound::object);
+  if (found == bounded.end()) return;
+  const auto index = static_cast<std::size_t>(found - bounded.begin());
+  if (object.removed()) {
+    stand.objects[index].place = BoundedPlaces::Place::kGone;
+  } else if (object.name == found->name) {
+    stand.stand_at(index, object.X_WO);
+  } else {  // another one has its number
+    stand.objects[index].place = BoundedPlaces::Place::kAnywhere;
+  }
+}
+
+void DdsAdapter::Impl::take(const std::vector<messages::CarriedObject>& now_carried) {
+  carried = now_carried;
+  const auto payload = payload_of(carried, *payload_rule);
   std::string text;
   if (!payload) {
     text = payload.status().message();
   } else if (payload->mass_kg() > 0.0) {
     text = fmt::format("carries {:.3g} kg", payload->mass_kg());
+    if (payload->displaced_m3() > 0.0)
+      text += fmt::format(", displaces {:.3g} l of a fluid", 1e3 * payload->displaced_m3());
   }
   payload_inbox.write(payload ? *payload : robot::Payload());
   if (text == payload_text) return;
@@ -124,25 +160,17 @@ void DdsAdapter::Impl::take(const messages::WorkspaceVersion& version) {
   }
 }
 
-void DdsAdapter::follow_payload(const PayloadRule& rule) {
-  Impl& impl = *impl_;
-  impl.payload_rule = rule;
-  impl.versions.emplace(
-      impl.participant, dds::kWorkspaceVersion,
-      [&impl](const msg::WorkspaceVersion& message, const dds::SampleInfo& info) {
-        const std::lock_guard lock(impl.payload_mutex);
-        if (impl.workspace_source && *impl.workspace_source != info.writer) return false;
-        const auto version = messages::from_idl(message);
-        if (!version) return false;
-        impl.workspace_source = info.writer;
-        impl.take(*version);
-        return true;
-      },
-      [&impl](const dds::GuidPrefix& server) {
-        const std::lock_guard lock(impl.payload_mutex);
-        if (impl.workspace_source == server)
-          impl.workspace_source.reset();  // the arm carries what it carried
-      });
+/// Once the server has gone and until another is there, the arm carries what it carried, and objects are
+/// where they were.
+void DdsAdapter::follow_workspace(const PayloadRule& rule, const std::vector<ObjectForceBound>& bounded) {
+  impl_->payload_rule = rule;
+  impl_->bounded = bounded;
+  impl_->objects.emplace(impl_->participant, [impl = impl_.get()](const auto& changes, const auto& carried) {
+    const std::lock_guard lock(impl->workspace_mutex);
+    for (const messages::WorkspaceObject& object : changes) impl->take(object);
+    impl->take(carried);
+    impl->pass_places();
+  });
 }
 
 DdsAdapter::DdsAdapter(const core::NetworkOptions& network, const messages::ArmBounds& arm, Inbox& inbox)
@@ -168,7 +196,7 @@ void DdsAdapter::publish_health(const core::Health& health) {
   messages::add_difference(shown, impl_->master.model_difference());
   impl_->clocks.add_to(shown, impl_->master.clock_difference_s(), now_ns);
   {
-    const std::lock_guard lock(impl_->payload_mutex);
+    const std::lock_guard lock(impl_->workspace_mutex);
     const std::string& payload = impl_->payload_text;
     if (!payload.empty()) shown.message += (shown.message.empty() ? "" : "; ") + payload;
   }

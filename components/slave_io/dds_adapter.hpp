@@ -53,6 +53,7 @@ struct Inbox {
   CounterbalanceRequest counterbalance;
   core::Snapshot<ReceivedWrench> wrist;
   core::Snapshot<robot::Payload> payload;
+  core::Snapshot<BoundedPlaces> places;  ///< of the objects with a bound of force
   TareRequest tare;
 };
 
@@ -65,9 +66,9 @@ class DdsAdapter {
   DdsAdapter(const core::NetworkOptions& network, const messages::ArmBounds& arm, Inbox& inbox);
   ~DdsAdapter();
 
-  /// Begins to pass what `rule`'s arm carries to the inbox, as wva_server says it. Call it at most once.
-  /// Throws DdsError.
-  void follow_payload(const PayloadRule& rule);
+  /// Begins to pass what `rule`'s arm carries to the inbox, and where objects with a bound are, as wva_server
+  /// says it. Call it at most once. Throws DdsError.
+  void follow_workspace(const PayloadRule& rule, const std::vector<ObjectForceBound>& bounded);
   void publish(const SlaveReport& report);
   void publish_health(const core::Health& health);
   /// Requests a stop from everyone else after this slave has stopped. `issuer` is for the logs. Called by the

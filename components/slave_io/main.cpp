@@ -48,7 +48,9 @@ int main(int argc, char** argv) {
     }
     const auto cell = runtime::load_checked_cell(deployment);
     const auto model = slave_io::load_arm(cell, runtime::arm_name(options.config));
-    const auto config = slave_io::load_config(options.config, model.arm, model.home);
+    auto config = slave_io::load_config(options.config, model.arm, model.home);
+    config.object_bounds = slave_io::object_bounds_with_boxes(cell);
+    config.link_boxes = slave_io::link_boxes(model.arm, model.skin, cell.voxel_size_m.reference_m());
     const bool simulated = config.driver == slave_io::Driver::kSimulated;
     if (simulated) {
       runtime::require_simulation_meant(deployment, options, options.config.string() + ": driver: sim");

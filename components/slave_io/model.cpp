@@ -4,6 +4,7 @@
 
 #include "common/runtime/cell/arm_model.hpp"
 #include "common/runtime/cell/cell_identity.hpp"
+#include "common/runtime/cell/displacement.hpp"
 
 namespace phantom::slave_io {
 ArmModel load_arm(const runtime::CellConfig& cell, const std::string& arm_name) {
@@ -14,6 +15,8 @@ ArmModel load_arm(const runtime::CellConfig& cell, const std::string& arm_name) 
   constexpr double kFingerPitch_m = 0.006;
   model.fingers = runtime::load_fingers(config, model.arm, kFingerPitch_m);
   std::copy(config.home.begin(), config.home.end(), model.home.begin());
+  model.buoyancy = runtime::load_buoyancy(cell, config, model.arm);
+  if (model.buoyancy.acts()) model.object_volumes_m3 = runtime::object_volumes_m3(cell);
   if (const auto tip = model.arm.find_frame(config.tip_link))
     model.tip_in_last_link_m = tip->second.translation_m;
   return model;

@@ -1,8 +1,11 @@
 #pragma once
 
+#include <cstdint>
+#include <map>
 #include <string>
 #include <vector>
 
+#include "common/robot/drag/buoyancy.hpp"
 #include "common/robot/kinematics/model_identity.hpp"
 #include "common/robot/kinematics/serial_arm.hpp"
 #include "common/robot/skin/finger_points.hpp"
@@ -20,6 +23,9 @@ struct ArmModel {
   std::string name = {};                         ///< in the cell file
   std::vector<robot::FingerPoint> fingers = {};  ///< of a gripper that moves
   robot::ModelIdentity identity = {};            ///< by which others know arm and cell
+  robot::Buoyancy buoyancy = {};                 ///< of its links in the cell's media
+  /// Volumes of the cell's objects, by id; none where no medium has a density.
+  std::map<std::uint16_t, double> object_volumes_m3 = {};
 };
 
 /// Loads the arm and its home pose. Throws ConfigError.

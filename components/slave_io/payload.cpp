@@ -35,6 +35,9 @@ core::Expected<robot::Payload> payload_of(const std::vector<messages::CarriedObj
     const geometry::Pose X_LO = frame->second * object.X_FO;
     robot::add_body(payload, frame->first, object.mass_kg, X_LO * object.centre_of_mass_m,
                     X_LO.rotation * inertia_of(object) * X_LO.rotation.transpose());
+    // Of uniform density, as its moments are: the volume has the mass's centre.
+    if (const auto known = rule.volumes_m3.find(object.id); known != rule.volumes_m3.end())
+      robot::add_displaced(payload, frame->first, known->second, X_LO * object.centre_of_mass_m);
   }
   if (payload.mass_kg() > rule.limit_kg)
     return refusal(fmt::format("it weighs {:.3g} kg; allowed: {:.3g} kg (max_payload_kg)", payload.mass_kg(),

@@ -23,6 +23,7 @@ void Servo::tick(double dt_s, core::Nanoseconds now_ns) noexcept {
   SlaveReport report;
   inbox_.master.read(inputs_.master);
   if (inbox_.payload.read(payload_)) arm_.carry(payload_);
+  if (inbox_.places.read(places_)) controller_.place_objects(places_);
   teleop::age_partner(inputs_, inputs_.master, now_ns);
   // An arm whose time is the loop's waits for it.
   if (!arm_.makes_up_periods()) inputs_.loop = loop_guard_.tick(now_ns);
@@ -37,6 +38,9 @@ void Servo::tick(double dt_s, core::Nanoseconds now_ns) noexcept {
     inputs_.gravity_Nm = sense.gravity_Nm;
     inputs_.force_measured = force_measured_;
     inputs_.external_Nm = external_Nm_;
+    inputs_.contact = contact_;
+    inputs_.contact_force_N = contact_force_N_;
+    inputs_.contact_object = contact_object_;
     inputs_.counterbalance = inbox_.counterbalance.on();
     inputs_.drives_operational = sense.follows;
     inputs_.drive_fault = sense.fault;
@@ -77,6 +81,9 @@ void Servo::tick(double dt_s, core::Nanoseconds now_ns) noexcept {
   if (wrist_ != nullptr) wrist_->step(report, dt_s, now_ns);
   force_measured_ = report.force_measured;
   external_Nm_ = report.external_torque_Nm;
+  contact_ = report.contact;
+  contact_force_N_ = report.contact_force_N;
+  contact_object_ = report.contact_object;
   outbox.write(report);
   published.raise();
 }

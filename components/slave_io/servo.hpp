@@ -38,7 +38,11 @@ class Servo {
   SlaveInputs inputs_;
   bool force_measured_ = false;     // in the tick before
   core::JointArray external_Nm_{};  // F_e then
+  bool contact_ = false;            // likewise
+  double contact_force_N_ = -1.0;
+  std::uint16_t contact_object_ = 0;
   robot::Payload payload_;
+  BoundedPlaces places_;
   SlaveIo controller_;
   ArmDriver& arm_;
   std::optional<Gripper> gripper_;

@@ -3,12 +3,14 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <chrono>
 #include <fstream>
 #include <future>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <span>
 #include <string>
 
 #include "common/core/random.hpp"
@@ -32,7 +34,14 @@ using Json = nlohmann::ordered_json;
 using teleop::LinkState;
 
 // Says what the operator is to know while the arm holds its force on what it presses on.
-std::string pressing_sentence(const SlaveOutputs& now, const robot::SerialArm& arm) {
+std::string pressing_sentence(const SlaveOutputs& now, const robot::SerialArm& arm,
+                              std::span<const ObjectForceBound> objects) {
+  if (now.pressing_object) {
+    const auto object = std::ranges::find(objects, now.pressed_object, &ObjectForceBound::object);
+    return fmt::format("the arm presses on {}{} with {:.2g} N, as hard as it may: it goes no farther",
+                       now.touches_it ? "" : "what may be ",
+                       object != objects.end() ? object->name : "something unknown", now.pressing_effort);
+  }
   if (now.pressing_tool)
     return fmt::format("the tool presses with {:.0f} N, as hard as it may: it goes no farther",
                        now.pressing_effort);
@@ -44,7 +53,8 @@ std::string pressing_sentence(const SlaveOutputs& now, const robot::SerialArm& a
 
 }  // namespace
 
-std::string sentence(const SlaveOutputs& now, const robot::SerialArm& arm) {
+std::string sentence(const SlaveOutputs& now, const robot::SerialArm& arm,
+                     std::span<const ObjectForceBound> objects) {
   if (teleop::waits_for_switch(now)) return teleop::switch_sentence(now, "master");
   switch (now.state) {
     case LinkState::kInit:
@@ -63,7 +73,9 @@ std::string sentence(const SlaveOutputs& now, const robot::SerialArm& arm) {
       return std::string(name_of(now.stop.cause)) + ": holding position until reset" +
              (now.partner_unconfirmed ? "; THE MASTER HAS NOT CONFIRMED THAT IT IS STOPPED" : "");
     case LinkState::kCoupled:
-      return now.pressing_joint >= 0 || now.pressing_tool ? pressing_sentence(now, arm) : "";
+      return now.pressing_joint >= 0 || now.pressing_tool || now.pressing_object
+                 ? pressing_sentence(now, arm, objects)
+                 : "";
     default:
       return "";
   }
@@ -184,7 +196,7 @@ std::vector<core::LoopStatistics> run_servo(const ArmModel& model, const Config&
   if (enabling) callbacks.watched.push_back(&enabling->progress());
   callbacks.health = [&](const SlaveReport& now, std::vector<core::LoopStatistics> loops) -> core::Health {
     core::Health health{teleop::component_state(now.outputs),
-                        sentence(now.outputs, model.arm),
+                        sentence(now.outputs, model.arm, config.object_bounds),
                         std::move(loops),
                         {{"simulated", config.driver == Driver::kSimulated ? 1.0 : 0.0, ""}}};
     if (wrist) wrist_reporter.add_to(health, now, config);
@@ -226,7 +238,7 @@ int run_simulated(const runtime::CellConfig& cell, const ArmModel& model, const 
   DdsAdapter adapter(core::in_haptic_path(network, config.scheduling.servo_priority),
                      messages::bounds_of(model.arm, model.identity), inbox);
   SimulatedWorld world = make_world(cell, model, config.contact, adapter);
-  PayloadRule rule{&model.arm, model.name, config.max_payload_kg, {}};
+  PayloadRule rule{&model.arm, model.name, config.max_payload_kg, {}, model.object_volumes_m3};
   for (const simulation::LooseObject& object : world.loose) rule.weighed.push_back(object.id);
   if (world.yielding)
     spdlog::info("the arm feels {} media, and what is soft, with {} points of its skin", cell.media.size(),
@@ -235,7 +247,7 @@ int run_simulated(const runtime::CellConfig& cell, const ArmModel& model, const 
   spdlog::info("the bodies stand after {:.2f} s; {} contact points on {} joints",
                core::seconds(core::monotonic_ns() - begun_ns), arm.contact_point_count(),
                model.arm.joint_count());
-  adapter.follow_payload(rule);
+  adapter.follow_workspace(rule, config.object_bounds);
   std::optional<SimulatedGripper> gripper;
   if (config.gripper) gripper.emplace(arm.plant());
   const auto loops = run_servo(model, config, arm, gripper ? &*gripper : nullptr, inbox, stops, adapter);
@@ -270,7 +282,8 @@ int run_drives(const runtime::CellConfig& cell, const ArmModel& model, const Con
                  fmt::join(threshold_Nm.begin(), threshold_Nm.begin() + model.arm.joint_count(), ", "));
   }
   CanArm arm(model, config, std::move(buses));
-  adapter.follow_payload({&model.arm, model.name, config.max_payload_kg, {}});
+  adapter.follow_workspace({&model.arm, model.name, config.max_payload_kg, {}, model.object_volumes_m3},
+                           config.object_bounds);
   const auto gripper = make_gripper(config);
   const auto loops = run_servo(model, config, arm, gripper.get(), inbox, stops, adapter);
   if (!report_dir.empty()) write_report(report_dir / "slave_io.json", loops, nullptr, cell);

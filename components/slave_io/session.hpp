@@ -1,6 +1,8 @@
 #pragma once
 
 #include <filesystem>
+#include <span>
+#include <string>
 
 #include "common/core/network.hpp"
 #include "common/runtime/cell/cell.hpp"
@@ -11,8 +13,10 @@
 
 namespace phantom::slave_io {
 
-/// Returns what the operator has to know of the state of the slave with `arm`; empty: nothing.
-std::string sentence(const SlaveOutputs& now, const robot::SerialArm& arm);
+/// Returns what the operator has to know of the state of the slave with `arm`; empty: nothing. `objects`:
+/// that do not bear any force.
+std::string sentence(const SlaveOutputs& now, const robot::SerialArm& arm,
+                     std::span<const ObjectForceBound> objects = {});
 
 /// Runs the arm on the topics until a stop is requested. Builds the world of the simulated arm, or opens the
 /// buses of the drives (waiting for them, see open_buses()). Then starts the servo thread and the publishing

@@ -28,7 +28,8 @@ SimulatedArm::SimulatedArm(const ArmModel& model, const Config& config, const si
                            std::unique_ptr<simulation::Yielding> yielding)
     : force_sensor_(config.force_sensor),
       plant_(model.arm, config.plant, points_of(model, config.contact), world, model.home,
-             model.tip_in_last_link_m, handling_of(config, std::move(loose)), std::move(yielding)) {}
+             model.tip_in_last_link_m, handling_of(config, std::move(loose)), std::move(yielding),
+             &model.buoyancy) {}
 
 const ArmSense& SimulatedArm::sense() noexcept {
   sense_.position = plant_.position();

@@ -31,6 +31,7 @@ SlaveIo::SlaveIo(const robot::SerialArm& arm, const Config& config, const core::
     : arm_(arm),
       count_(arm.joint_count()),
       tool_force_bound_N_(config.contact_limit.tool_force_N),
+      bounds_(config.object_bounds, config.link_boxes),
       lower_(limits_of(arm, &robot::Joint::lower)),
       upper_(limits_of(arm, &robot::Joint::upper)),
       max_speed_(limits_of(arm, &robot::Joint::max_speed)),
@@ -55,6 +56,9 @@ SlaveOutputs SlaveIo::step(const SlaveInputs& in, double dt_s) noexcept {
   out.reference_velocity = lead_reference(in, out.far_joint < 0, dt_s);
   out.pressing_joint = static_cast<std::int8_t>(contact_limit_.held_joint());
   out.pressing_tool = contact_limit_.held_by_tool();
+  out.pressing_object = contact_limit_.held_by_object();
+  out.pressed_object = out.pressing_object ? bounding_object_ : std::uint16_t{0};
+  out.touches_it = in.contact_object != 0;
   out.pressing_effort = contact_limit_.held_force();
   out.reference = limiter_.reference();
   out.weight_Nm = weight_.step(in.counterbalance, in.gravity_Nm, dt_s);
@@ -65,12 +69,23 @@ SlaveOutputs SlaveIo::step(const SlaveInputs& in, double dt_s) noexcept {
   return out;
 }
 
-teleop::ContactForce SlaveIo::contact_force(const SlaveInputs& in) const noexcept {
-  teleop::ContactForce force{in.force_measured, in.external_Nm, 0.0};
-  if (!in.force_measured || tool_force_bound_N_ <= 0.0) return force;
+teleop::ContactForce SlaveIo::contact_force(const SlaveInputs& in) noexcept {
+  teleop::ContactForce force{in.force_measured, in.external_Nm, 0.0, 0.0, 0.0};
+  if (!in.force_measured) return force;
+  const bool is_known = in.contact_force_N >= 0.0;
+  if (is_known) force.object_force_N = in.contact_force_N;
+  const bool asks_bound = in.contact && !bounds_.empty();
+  if (tool_force_bound_N_ <= 0.0 && !asks_bound) return force;
   robot::LinkPoses X_WL;
   arm_.link_poses(in.position, X_WL);
+  if (asks_bound) {
+    const ForceBounds::Bound bound = bounds_.of(in.contact_object, X_WL);
+    force.object_bound_N = bound.force_N;
+    bounding_object_ = bound.object;
+  }
+  if (tool_force_bound_N_ <= 0.0 && (force.object_bound_N <= 0.0 || is_known)) return force;
   force.tool_force_N = robot::tool_force_N(arm_, X_WL, in.external_Nm);
+  if (!is_known) force.object_force_N = force.tool_force_N;
   return force;
 }
 

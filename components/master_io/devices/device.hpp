@@ -57,6 +57,8 @@ class Device {
   virtual core::ActuatorHealth health() = 0;
   /// Returns figures of a Cartesian device, valid once the servo thread has ended; null for any other.
   virtual const CartesianFigures* cartesian_figures() const noexcept { return nullptr; }
+  /// Returns figures of a device that leads some of the arm's joints, likewise; null for any other.
+  virtual const MappingFigures* mapping_figures() const noexcept { return nullptr; }
   /// Returns the wrench of the last tick for the process that serves the device; null: there is none. Servo
   /// thread only.
   virtual const messages::HapticDeviceWrench* wrench_to_send() const noexcept { return nullptr; }
@@ -64,7 +66,10 @@ class Device {
 
 class SimulatedDevice final : public Device {
  public:
-  SimulatedDevice(const Config& config, const core::JointArray& start_q) : plant_(config.device, start_q) {}
+  SimulatedDevice(const simulation::MasterPlantParameters& device, const core::JointArray& start_q)
+      : plant_(device, start_q) {}
+  SimulatedDevice(const Config& config, const core::JointArray& start_q)
+      : SimulatedDevice(config.device, start_q) {}
 
   const DeviceSense& sense(core::Nanoseconds) noexcept override {
     sense_.position = plant_.position();
@@ -91,7 +96,8 @@ class CanDevice final : public Device {
  public:
   /// `config.can` must be set. `buses`: one open bus per address.
   CanDevice(const Config& config, std::vector<std::unique_ptr<can::CanBus>> buses)
-      : drives_(config.can.value().group, config.align_tolerance, std::move(buses)) {}
+      : drives_(config.can.value().group, config.mapping ? config.mapping->tolerance : config.align_tolerance,
+                std::move(buses)) {}
 
   const DeviceSense& sense(core::Nanoseconds) noexcept override {
     const can::ArmDrivesSense& drives = drives_.sense();

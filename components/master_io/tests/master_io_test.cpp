@@ -1,10 +1,12 @@
 #include "components/master_io/master_io.hpp"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <random>
 
+#include "components/master_io/session.hpp"
 #include "components/master_io/tests/fixture.hpp"
 
 namespace phantom::master_io {
@@ -82,6 +84,72 @@ TEST(MasterIo, TheStepFillsTheMessageFieldByField) {
   EXPECT_FALSE(report.motion_permitted);
   EXPECT_EQ(report.percept_torque_Nm, core::JointArray{});
   EXPECT_EQ(report.feedback_torque_Nm, core::JointArray{});
+}
+
+// A drag of 0.12 N·m stands apart from a weight that is felt as 0.5 N·m, and not from one of 3 N·m.
+// Tries master_io: the slave's weight or lag masks the drag
+TEST(MasterIo, AWeightThatMasksTheDragIsReportedWithItsRemedy) {
+  MasterInputs in = coupled_inputs();
+  in.velocity[3] = 0.12;
+  in.drag.drag.plus.fill(0.1);
+  in.slave.loop_torque_Nm[3] = 250;
+  in.slave.counterbalance = teleop::Counterbalance::kNone;
+  const Config config = shipped_config();
+  const auto felt = [&](double inverse_a, teleop::BilateralLaw law = teleop::BilateralLaw::kSctfb) {
+    MasterIo master(config, teleop::StopLatch(1, {}));
+    in.settings.law = law;
+    in.settings.feedback_gain = teleop::everywhere(inverse_a);
+    return run(master, in, 4.0);
+  };
+  EXPECT_FALSE(felt(0.002).outputs.drag_masked);
+  EXPECT_EQ(sentence(felt(0.002)), "");
+  const MasterReport heavy = felt(0.012);
+  ASSERT_TRUE(heavy.outputs.drag_masked)
+      << heavy.percept_torque_Nm[3] << " beside " << heavy.feedback_torque_Nm[3] << " N·m";
+  EXPECT_THAT(sentence(heavy), testing::StartsWith("the arm's weight masks the drag"));
+  in.slave.contact = true;
+  EXPECT_FALSE(felt(0.012).outputs.drag_masked) << "a contact shall be felt";
+  in.slave.contact = false;
+  in.settings.percepts.drag = false;
+  EXPECT_FALSE(felt(0.012).outputs.drag_masked) << "nothing to mask";
+  in.settings.percepts.drag = true;
+  in.slave.counterbalance = teleop::Counterbalance::kMechanical;
+  EXPECT_THAT(sentence(felt(0.012)), testing::StartsWith("the slave's feedback masks the drag"));
+  in.settings.law = teleop::BilateralLaw::kPe;
+  in.settings.feedback_gain = teleop::everywhere(1.0);
+  MasterIo exchange(config, teleop::StopLatch(1, {}));
+  run(exchange, in, 1.0);
+  in.slave.position[3] -= 0.3;  // it lags behind
+  EXPECT_THAT(sentence(run(exchange, in, 4.0)), testing::StartsWith("the slave's lag masks the drag"));
+}
+
+// A torque at its cap is no guard of stability.
+TEST(MasterIo, ACapAndAGuardOfStabilityAreToldApart) {
+  Config config = shipped_config();
+  MasterIo master(config, teleop::StopLatch(1, {}));
+  MasterInputs in = coupled_inputs();
+  in.velocity[3] = 0.01;
+  in.settings.percept_gain = teleop::everywhere(1000);
+  MasterReport report = run(master, in, 2.0);
+  EXPECT_TRUE(report.percept_limited) << "more than is stable";
+  EXPECT_TRUE(report.outputs.damping_limited);
+  EXPECT_FALSE(report.outputs.percept_capped || report.outputs.feedback_capped);
+
+  config.percept.torque_cap_Nm[3] = 0.01;
+  MasterIo weak(config, teleop::StopLatch(1, {}));
+  in.settings.percept_gain = teleop::everywhere(1);
+  in.velocity[3] = 0.4;
+  report = run(weak, in, 2.0);
+  EXPECT_FALSE(report.outputs.damping_limited || report.outputs.feedback_capped);
+  EXPECT_TRUE(report.percept_limited && report.outputs.percept_capped);
+  EXPECT_EQ(report.percept_torque_Nm[3], -0.01);
+
+  in.velocity = {};
+  in.drag.reaction.torque[3] = -1e6;
+  in.drag.reaction.position = in.position;
+  report = run(weak, in, 2.0);
+  EXPECT_FALSE(report.percept_limited || report.outputs.percept_capped);
+  EXPECT_TRUE(report.outputs.feedback_capped);
 }
 
 TEST(MasterIo, RendersTheSumOfPerceptAndSlaveTorque) {

@@ -15,10 +15,10 @@ namespace phantom::slave_io {
 
 struct ArmBench : teleop::ServoRig<Inbox, SlaveReport> {
   explicit ArmBench(Config with = can_config(), const core::JointArray& start = shipped_arm().home,
-                    const DriveRig::Change& change = {})
+                    const DriveRig::Change& change = {}, const ArmModel& model = shipped_arm())
       : rig(std::move(with), start, change), config(rig.config), drives(rig.drives), frozen(rig.frozen) {
-    arm = std::make_unique<CanArm>(shipped_arm(), config, rig.connect());
-    servo = std::make_unique<Servo>(shipped_arm(), config, *arm, inbox, 1, stops);
+    arm = std::make_unique<CanArm>(model, config, rig.connect());
+    servo = std::make_unique<Servo>(model, config, *arm, inbox, 1, stops);
     master.position = shipped_arm().home;
     master.state = teleop::LinkState::kCoupled;
   }

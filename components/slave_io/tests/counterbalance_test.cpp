@@ -6,6 +6,7 @@
 #include <cmath>
 #include <random>
 
+#include "common/robot/kinematics/arm_dynamics.hpp"
 #include "common/simulation/tests/half_space.hpp"
 #include "common/teleop/tests/servo_rig.hpp"
 #include "components/slave_io/servo.hpp"
@@ -60,10 +61,26 @@ ArmModel standing_at(const core::JointArray& q) {
   return model;
 }
 
+/// The shipped arm in water, with links as heavy as aluminium.
+ArmModel in_water() {
+  ArmModel model = shipped_arm();
+  robot::MediumRegion water;
+  water.density_kg_per_m3 = 1000.0;
+  robot::DisplacedParts parts;
+  for (std::size_t link = 1; link <= kJointsOfArm; ++link) {
+    const robot::Link& body = model.arm.links()[link];
+    parts[link] = {{body.centre_of_mass_m, body.mass_kg / 2700.0, 0.1}};
+  }
+  model.buoyancy = {parts, {water}};
+  return model;
+}
+
 /// The servo with an arm whose weight acts, and a master that leads it from `start`.
 struct HeavyRig : teleop::ServoRig<Inbox, SlaveReport> {
   explicit HeavyRig(const Config& with, const core::JointArray& start = shipped_arm().home)
-      : config(with), model(standing_at(start)) {
+      : HeavyRig(with, standing_at(start)) {}
+  HeavyRig(const Config& with, ArmModel arm_model) : config(with), model(std::move(arm_model)) {
+    const core::JointArray& start = model.home;
     master.position = start;
     master.state = LinkState::kCoupled;
   }
@@ -135,6 +152,28 @@ TEST(Counterbalance, ItsWeightIsFeltOverTheWholeWorkspaceAndCounterbalancedItIsN
   EXPECT_GT(greatest_Nm, 20.0) << "else there is nothing to feel";
   std::cout << "weight up to " << greatest_Nm << " N·m; counterbalanced, up to " << 100.0 * left
             << " % of a joint's effort is left, and the arm moved by up to " << 1e3 * most_moved << " mrad\n";
+}
+
+TEST(Counterbalance, UnderWaterOnlyTheWeightLessTheLiftIsFeltAndCounterbalancedNothing) {
+  HeavyRig rig(heavy_config(false), in_water());
+  rig.run(1.5);
+  ASSERT_EQ(rig.state(), LinkState::kCoupled);
+  const double share = 1.0 - 1000.0 / 2700.0;
+  double lift_Nm = 0.0;
+  const core::JointArray weight_Nm = weight_at(rig.last.position);
+  for (std::size_t j = 0; j < kJointsOfArm; ++j) {
+    EXPECT_NEAR(rig.last.loop_torque_Nm[j], share * weight_Nm[j], rig.rest_Nm(j)) << "b2, joint " << j;
+    lift_Nm = std::max(lift_Nm, std::abs((1.0 - share) * weight_Nm[j]) - 2.0 * rig.rest_Nm(j));
+  }
+  EXPECT_GT(lift_Nm, 0.0) << "no joint feels the lift: this shows nothing";
+  ASSERT_TRUE(rig.inbox.counterbalance.ask(true));
+  const core::JointArray before = rig.last.position;
+  rig.run(2.0);
+  EXPECT_EQ(rig.last.counterbalance, Counterbalance::kAutomatic);
+  for (std::size_t j = 0; j < kJointsOfArm; ++j) {
+    EXPECT_LE(std::abs(rig.last.loop_torque_Nm[j]), rig.rest_Nm(j)) << "counterbalanced, joint " << j;
+    EXPECT_NEAR(rig.last.position[j], before[j], 0.01) << j;
+  }
 }
 
 TEST(Counterbalance, SwitchingItMovesTheArmSlowlyAndNeverJoltsTheHand) {
@@ -240,6 +279,70 @@ TEST_P(OnCan, TheWeightLeavesTheFedBackTorqueAndTheArmStaysWhereItIs) {
     EXPECT_LE(std::abs(bench.last.loop_torque_Nm[j]), bound_Nm(j)) << "counterbalanced, joint " << j;
     EXPECT_NEAR(bench.joint(j), shipped_arm().home[j], 0.01) << j;
   }
+}
+
+// Drives that bear the arm in water: what lifts it stands in F_as where the model does not know of the water.
+TEST_P(OnCan, UnderWaterTheLiftLeavesTheFedBackTorqueWhereItIsKnown) {
+  Config config = can_config(GetParam());
+  config.plant.balanced = false;
+  config.gravity_feed_forward = true;
+  const core::JointArray weight_Nm = weight_at(shipped_arm().home);
+  const double lift_share = 1000.0 / 2700.0;
+  for (const bool known : {true, false}) {
+    core::JointArray coulomb_Nm{};
+    const ArmModel model = known ? in_water() : shipped_arm();
+    ArmBench bench(
+        config, shipped_arm().home,
+        [&](std::size_t j, simulated_drive::DriveOptions& drive) {
+          drive.motor.load_Nm = -(1.0 - lift_share) * weight_Nm[j];
+          coulomb_Nm[j] = drive.motor.joint.coulomb;
+        },
+        model);
+    ASSERT_TRUE(bench.reaches(LinkState::kCoupled)) << bench.arm->health().message;
+    bench.run(3.0);
+    double seen_Nm = 0.0;
+    for (std::size_t j = 0; j < kJointsOfArm; ++j) {
+      const double bound_Nm = coulomb_Nm[j] + 0.01 * shipped_arm().arm.joints()[j].max_effort;
+      const double unknown_Nm = known ? 0.0 : -lift_share * weight_Nm[j];
+      EXPECT_NEAR(bench.last.loop_torque_Nm[j], unknown_Nm, bound_Nm) << known << ", joint " << j;
+      seen_Nm = std::max(seen_Nm, lift_share * std::abs(weight_Nm[j]) - 2.0 * bound_Nm);
+    }
+    EXPECT_GT(seen_Nm, 0.0) << "no joint feels the lift: this shows nothing";
+  }
+}
+
+// It takes what floats: the drives bear nothing more, and nothing more is fed forward.
+TEST_P(OnCan, UnderWaterACarriedThingThatFloatsWeighsNothing) {
+  Config config = can_config(GetParam());
+  config.plant.balanced = false;
+  config.gravity_feed_forward = true;
+  const core::JointArray weight_Nm = weight_at(shipped_arm().home);
+  core::JointArray coulomb_Nm{};
+  const ArmModel model = in_water();
+  ArmBench bench(
+      config, shipped_arm().home,
+      [&](std::size_t j, simulated_drive::DriveOptions& drive) {
+        drive.motor.load_Nm = -(1.0 - 1000.0 / 2700.0) * weight_Nm[j];
+        coulomb_Nm[j] = drive.motor.joint.coulomb;
+      },
+      model);
+  ASSERT_TRUE(bench.reaches(LinkState::kCoupled)) << bench.arm->health().message;
+  robot::Payload floats;
+  robot::add_body(floats, kJointsOfArm, 8.0, {0.1, 0.1, -0.1}, 0.01 * Eigen::Matrix3d::Identity());
+  robot::add_displaced(floats, kJointsOfArm, 0.008, {0.1, 0.1, -0.1});
+  bench.inbox.payload.write(floats);
+  bench.run(3.0);
+  core::JointArray in_air_Nm{};
+  robot::LinkPoses X_WL;
+  model.arm.link_poses(shipped_arm().home, X_WL);
+  robot::add_weight(model.arm, floats, X_WL, in_air_Nm);
+  double seen_Nm = 0.0;
+  for (std::size_t j = 0; j < kJointsOfArm; ++j) {
+    const double bound_Nm = coulomb_Nm[j] + 0.01 * shipped_arm().arm.joints()[j].max_effort;
+    EXPECT_NEAR(bench.last.loop_torque_Nm[j], 0.0, bound_Nm) << j;
+    seen_Nm = std::max(seen_Nm, std::abs(in_air_Nm[j]) - 2.0 * bound_Nm);
+  }
+  EXPECT_GT(seen_Nm, 0.0) << "no joint would bear it in air: this shows nothing";
 }
 
 INSTANTIATE_TEST_SUITE_P(Modes, OnCan,

@@ -13,6 +13,7 @@
 #include "common/dds/endpoints/endpoint.hpp"
 #include "common/dds/endpoints/stamp.hpp"
 #include "common/dds/tests/test_network.hpp"
+#include "common/messages/codecs/workspace_codec.hpp"
 
 namespace phantom::slave_io {
 namespace {
@@ -108,6 +109,90 @@ TEST(SlaveAdapter, OfTwoMastersOnTheTopicOnlyTheFirstIsFollowed) {
   EXPECT_TRUE(
       until([&] { write(second_writer, second_stamper, 0.9); }, [&] { return sample.position[0] == 0.9; }))
       << "it takes the first one's place";
+}
+
+/// A wva_server of a cell with object 2, which arms may carry.
+struct ServerOfGauge {
+  explicit ServerOfGauge(const core::NetworkOptions& network) : participant("wva_server", network) {
+    object.id = 2;
+    object.name = "gauge";
+    object.mesh_hash = 1;
+    version.cell = "cell";
+    version.description = {1, {Eigen::Vector3d::Zero(), 0.005, {32, 32, 32}}, {0.0F, 1.0F}, 0, 0};
+  }
+  void write() {
+    objects.write(messages::to_idl(object));
+    versions.write(messages::to_idl(version));
+  }
+  void is_carried_by(const std::string& arm) {
+    messages::CarriedObject carried;
+    carried.id = 2;
+    carried.arm = arm;
+    carried.frame = "tool";
+    carried.mesh_hash = 1;
+    version.carried = {carried};
+  }
+  dds::Participant participant;
+  dds::Writer<msg::WorkspaceObject> objects{participant, dds::kWorkspaceObject};
+  dds::Writer<msg::WorkspaceVersion> versions{participant, dds::kWorkspaceVersion};
+  messages::WorkspaceObject object;
+  messages::WorkspaceVersion version;
+};
+
+TEST(SlaveAdapter, TellsTheServoWhereTheObjectsAreThatBearOnlySoMuch) {
+  using Place = BoundedPlaces::Place;
+  const auto network = dds::test_network();
+  Inbox inbox;
+  DdsAdapter adapter(network, expected(), inbox);
+  adapter.follow_workspace({nullptr, "left", 10.0, {}}, {{7, "window", 20.0}, {2, "gauge", 8.0}});
+  BoundedPlaces places;
+  const BoundedPlaces::Object& gauge = places.objects[1];
+  const auto tells = [&](const auto& what) {
+    return dds::eventually([&] {
+      inbox.places.read(places);
+      return what();
+    });
+  };
+  auto server = std::make_unique<ServerOfGauge>(network);
+  server->object.X_WO.translation_m = {0.1, 0.2, 0.3};
+  server->write();
+  ASSERT_TRUE(tells([&] { return gauge.place == Place::kAtPose; }));
+  EXPECT_EQ(gauge.translation_m, (std::array{0.1, 0.2, 0.3}));
+  EXPECT_EQ(places.objects[0].place, Place::kAsConfigured) << "nobody told of it";
+  EXPECT_FALSE(places.carries);
+
+  server->is_carried_by("right");
+  server->write();
+  ASSERT_TRUE(tells([&] { return gauge.place == Place::kAnywhere; }));
+  EXPECT_FALSE(places.carries);
+  server->is_carried_by("left");
+  server->write();
+  ASSERT_TRUE(tells([&] { return places.carries; }));
+  server->version.carried.clear();
+  server->object.X_WO.translation_m = {0.4, 0.5, 0.6};
+  server->write();
+  ASSERT_TRUE(tells([&] { return gauge.place == Place::kAtPose && gauge.translation_m[0] == 0.4; }));
+  EXPECT_FALSE(places.carries);
+  server->object.name = "another";
+  server->write();
+  ASSERT_TRUE(tells([&] { return gauge.place == Place::kAnywhere; }));
+  server->object.mesh_hash = 0;
+  server->write();
+  ASSERT_TRUE(tells([&] { return gauge.place == Place::kGone; }));
+
+  // A second server counts once the first has gone, with what it said meanwhile: it says it once.
+  auto second = std::make_unique<ServerOfGauge>(network);
+  second->object.X_WO.translation_m = {0.7, 0.8, 0.9};
+  second->write();
+  EXPECT_FALSE(dds::eventually(
+      [&] {
+        inbox.places.read(places);
+        return gauge.place == Place::kAtPose;
+      },
+      0.3));
+  server.reset();
+  EXPECT_TRUE(tells([&] { return gauge.place == Place::kAtPose; }));
+  EXPECT_EQ(gauge.translation_m, (std::array{0.7, 0.8, 0.9}));
 }
 
 // Tries slave_io: master_state invalid

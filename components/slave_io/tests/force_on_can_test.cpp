@@ -117,6 +117,41 @@ TEST_P(ForceInEachMode, SR22_PressesOnAWallNoHarderThanItMay) {
 INSTANTIATE_TEST_SUITE_P(Modes, ForceInEachMode,
                          testing::Values(DriveMode::kTorque, DriveMode::kVelocity, DriveMode::kPosition));
 
+/// How hard the wall is pressed after the elbow was led 0.1 rad into it, with a gauge that bears 15 N there.
+/// The arm does not know what it touches.
+double pressed_Nm_with_gauge_at(const geometry::Pose& X_WO, SlaveOutputs& out) {
+  Config config = can_config();
+  config.contact_limit.torque_Nm.fill(0.0);
+  const Eigen::Vector3d half_m = Eigen::Vector3d::Constant(0.05);
+  config.object_bounds = {{3, "gauge", 15.0, 0.0, {-half_m, half_m}, X_WO}};
+  config.link_boxes = link_boxes(shipped_arm().arm, shipped_arm().skin, 0.005);
+  WalledBench bench(std::move(config));
+  EXPECT_TRUE(bench.reaches(LinkState::kCoupled)) << bench.arm->health().message;
+  double greatest_Nm = 0.0;
+  for (int i = 0; i < 100; ++i) {
+    bench.lead(kElbow, 0.2, 0.01);
+    greatest_Nm = std::max(greatest_Nm, -bench.wall_Nm());
+    if (bench.last.outputs.pressing_object) out = bench.last.outputs;
+  }
+  return greatest_Nm;
+}
+
+TEST(ForceOnCan, SR22_WhatItMayTouchBoundsTheForce) {
+  robot::LinkPoses X_WL;
+  shipped_arm().arm.link_poses(shipped_arm().home, X_WL);
+  const geometry::Pose at_tool{Eigen::Matrix3d::Identity(), X_WL[kCount].translation_m};
+  geometry::Pose elsewhere = at_tool;
+  elsewhere.translation_m.z() -= 5.0;
+  SlaveOutputs near, far;
+  const double bounded_Nm = pressed_Nm_with_gauge_at(at_tool, near);
+  const double unbounded_Nm = pressed_Nm_with_gauge_at(elsewhere, far);
+  EXPECT_LT(bounded_Nm, 0.6 * unbounded_Nm);
+  ASSERT_TRUE(near.pressing_object);
+  EXPECT_EQ(near.pressed_object, 3);
+  EXPECT_FALSE(near.touches_it) << "torques do not tell what it is";
+  EXPECT_FALSE(far.pressing_object);
+}
+
 // Cycle by cycle F_e is the wall's torque behind the observer's low-pass, now or as old as is stated at most.
 TEST(ForceOnCan, LagsTheWallAsStated) {
   for (const int measure_every : {1, 4}) {

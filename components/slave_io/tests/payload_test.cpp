@@ -60,6 +60,19 @@ TEST(Payload, IsWhatThisArmCarriesAndMayCarry) {
   EXPECT_THAT(refused(odd), HasSubstr("inertia that no body has"));
 }
 
+TEST(Payload, DisplacesTheVolumeThatTheCellKnowsOfIt) {
+  const PayloadRule rule{&arm(), "left", 10.0, {}, {{pump().id, 0.0015}}};
+  messages::CarriedObject other = pump();
+  other.id = 9;
+  const auto payload = payload_of({pump(), other}, rule);
+  ASSERT_TRUE(payload);
+  EXPECT_EQ(payload->mass_kg(), 8.0);
+  EXPECT_EQ(payload->displaced_m3(), 0.0015) << "of object 9 nothing is known";
+  const auto [link, X_LF] = *arm().find_frame(arm().links().back().name);
+  EXPECT_TRUE(Eigen::Vector3d::Map(payload->on_link[last_link()].displaced_at_m.data())
+                  .isApprox(X_LF * (pump().X_FO * pump().centre_of_mass_m), 1e-12));
+}
+
 TEST(Payload, ItsWeightComesAndGoesWithoutAJump) {
   teleop::PayloadWeight weight;
   core::JointArray zero{}, heavy{}, light{};

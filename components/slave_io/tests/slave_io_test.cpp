@@ -5,45 +5,18 @@
 #include <cmath>
 #include <random>
 
-#include "common/robot/kinematics/jacobian.hpp"
-#include "common/simulation/tests/half_space.hpp"
-#include "common/teleop/tests/servo_rig.hpp"
-#include "components/slave_io/servo.hpp"
 #include "components/slave_io/session.hpp"
 #include "components/slave_io/simulated_arm.hpp"
-#include "components/slave_io/tests/fixture.hpp"
+#include "components/slave_io/tests/slave_rig.hpp"
 #include "tests/support/heap_guard.hpp"
 
 namespace phantom::slave_io {
 namespace {
 
+using slave_rig::kDt;
+using slave_rig::kJoints;
+using slave_rig::ServoRig;
 using teleop::LinkState;
-constexpr double kDt = 0.001;
-constexpr std::size_t kJoints = 7;
-
-/// The servo with a simulated arm, and a master that says what the test wants.
-struct ServoRig : teleop::ServoRig<Inbox, SlaveReport> {
-  simulation::HalfSpace floor{Eigen::Vector3d::UnitZ(), -5.0};
-  SimulatedArm arm{shipped_arm(), shipped_config(), floor};
-  Servo servo{shipped_arm(), shipped_config(), arm, inbox, 1, stops};
-  MasterSample master = [] {
-    MasterSample sample;
-    sample.position = shipped_arm().home;
-    sample.state = LinkState::kCoupled;
-    return sample;
-  }();
-
-  void run(double duration_s) {
-    for (double t = 0; t < duration_s; t += kDt) {
-      now_ns += core::from_seconds(kDt);
-      if (heard) {
-        renew(master);
-        inbox.master.write(master);
-      }
-      tick(servo, kDt);
-    }
-  }
-};
 
 TEST(SlaveIo, HoldsAtHomeUntilAMasterIsHeard) {
   ServoRig bench;
@@ -308,58 +281,6 @@ struct CoupledSlave {
     EXPECT_EQ(out.state, LinkState::kCoupled);
   }
 };
-
-/// Presses the arm's tip on a floor with its gantry's target far below; the greatest share of a joint's
-/// effort that the floor exerts, once the impact is over.
-double pressed_share(const Config& config, SlaveReport& last) {
-  ServoRig bench;
-  robot::LinkPoses X_WL;
-  shipped_arm().arm.link_poses(shipped_arm().home, X_WL);
-  const double tip_m = (X_WL[kJoints] * shipped_arm().tip_in_last_link_m).z();
-  const robot::Jacobian J = robot::tool_jacobian(shipped_arm().arm, X_WL);
-  const simulation::HalfSpace below(Eigen::Vector3d::UnitZ(), tip_m - 0.08);
-  SimulatedArm arm(shipped_arm(), config, below);
-  Servo servo(shipped_arm(), config, arm, bench.inbox, 1, bench.stops);
-  double greatest = 0.0;
-  const auto run = [&](double duration_s, bool held) {
-    for (double t = 0.0; t < duration_s; t += kDt) {
-      bench.now_ns += core::from_seconds(kDt);
-      bench.renew(bench.master);
-      bench.inbox.master.write(bench.master);
-      bench.tick(servo, kDt);
-      for (std::size_t j = 0; held && j < kJoints; ++j)
-        greatest = std::max(
-            greatest, std::abs(bench.last.external_torque_Nm[j]) / shipped_arm().arm.joints()[j].max_effort);
-    }
-  };
-  run(0.5, false);
-  for (int i = 0; i < 2000; ++i) {
-    for (std::size_t j = 1; j < kJoints; ++j)  // downwards
-      bench.master.position[j] -= 0.001 * J(2, static_cast<Eigen::Index>(j));
-    run(kDt, false);
-  }
-  run(3.0, false);
-  run(0.5, true);
-  last = bench.last;
-  return greatest;
-}
-
-// Tries slave_io: the arm presses on something as hard as `contact_limit` allows
-TEST(SlaveIo, SR22_PressesNoHarderThanItMayAndSaysSo) {
-  SlaveReport last;
-  Config config = shipped_config();
-  for (double& bound : config.contact_limit.torque_Nm) bound = 0.0;
-  const double unbounded = pressed_share(config, last);
-  ASSERT_GT(unbounded, 0.1) << "it presses";
-  EXPECT_EQ(last.outputs.pressing_joint, -1);
-  const double share = 0.5 * unbounded;
-  for (std::size_t j = 0; j < kJoints; ++j)
-    config.contact_limit.torque_Nm[j] = share * shipped_arm().arm.joints()[j].max_effort;
-  EXPECT_NEAR(pressed_share(config, last), share, 0.03 * share);
-  ASSERT_GE(last.outputs.pressing_joint, 0);
-  EXPECT_EQ(last.outputs.state, LinkState::kCoupled);
-  EXPECT_NE(sentence(last.outputs, shipped_arm().arm).find("as hard as it may"), std::string::npos);
-}
 
 TEST(SlaveIo, WhileTheDrivesDoNotFollowTheReferenceIsWhereTheArmIs) {
   CoupledSlave slave;
