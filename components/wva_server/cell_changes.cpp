@@ -184,7 +184,10 @@ void apply(const CellChanges& changes, runtime::CellConfig& cell) {
     }
     if (change.removed) continue;
     if (change.X_WO) object.X_WO = *change.X_WO;
-    if (change.guard_vox) object.profile.guard_vox = *change.guard_vox;
+    if (change.guard_vox) {
+      object.profile.guard_vox = *change.guard_vox;
+      object.pose_error_m = *change.guard_vox * cell.voxel_size_m.reference_m();
+    }
     cell.objects.push_back(std::move(object));
   }
 }

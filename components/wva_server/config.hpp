@@ -6,7 +6,7 @@
 #include <string>
 
 #include "common/geometry/mesh/mesh_io.hpp"
-#include "components/wva_server/live_matter.hpp"
+#include "components/wva_server/live/live_matter.hpp"
 
 namespace phantom::wva_server {
 

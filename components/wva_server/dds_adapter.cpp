@@ -10,10 +10,10 @@
 #include "common/core/parallel.hpp"
 #include "common/core/snapshot.hpp"
 #include "common/dds/admission/source_guard.hpp"
-#include "common/messages/codecs/living_codec.hpp"
 #include "common/messages/codecs/teleoperation_codec.hpp"
 #include "common/messages/codecs/workspace_codec.hpp"
 #include "common/messages/command_service.hpp"
+#include "common/messages/request_log.hpp"
 #include "common/messages/status_reporter.hpp"
 #include "common/messages/topic_receiver.hpp"
 #include "common/workspace/brick_codec.hpp"
@@ -47,14 +47,9 @@ WorkspaceReply reply_to(const WorkspaceCommand& command, WorkspaceOutcome outcom
           .message = message};
 }
 
-Commands::Rules rules(bool accept_commands) {
+Commands::Rules rules(const std::string& refusal) {
   return {
-      .refusal =
-          [accept_commands](const WorkspaceCommand&) {
-            return accept_commands ? ""
-                                   : "this wva_server takes no commands (accept_commands is false in its "
-                                     "configuration)";
-          },
+      .refusal = [refusal](const WorkspaceCommand&) { return refusal; },
       .refused = [](const WorkspaceCommand& command,
                     const std::string& why) { return reply_to(command, WorkspaceOutcome::kRefused, why); },
       .accepted =
@@ -68,9 +63,9 @@ Commands::Rules rules(bool accept_commands) {
 }  // namespace
 
 struct DdsAdapter::Impl {
-  Impl(const core::NetworkOptions& network, bool accept)
+  Impl(const core::NetworkOptions& network, const std::string& refusal)
       : participant("wva_server", network),
-        commands(participant, dds::kWorkspaceCommand, dds::kWorkspaceReply, rules(accept)) {}
+        commands(participant, dds::kWorkspaceCommand, dds::kWorkspaceReply, rules(refusal)) {}
 
   void publish_mesh(const ServedObject& object, std::size_t chunk_bytes);
 
@@ -78,10 +73,12 @@ struct DdsAdapter::Impl {
   dds::Writer<msg::WorkspaceBrick> bricks{participant, dds::kWorkspaceBrick};
   dds::Writer<msg::WorkspaceVersion> versions{participant, dds::kWorkspaceVersion};
   dds::Writer<msg::WorkspaceObject> objects{participant, dds::kWorkspaceObject};
+  dds::Writer<msg::ObjectUncertainty> uncertainties{participant, dds::kObjectUncertainty};
   dds::Writer<msg::MeshChunk> chunks{participant, dds::kMeshChunk};
   messages::StatusReporter status{participant};
   std::map<std::uint16_t, std::uint64_t> meshes;  // content hash of the mesh of each published object
   Commands commands;
+  core::LogRate done_rate, refused_rate;
   mutable std::mutex others_mutex;
   std::set<dds::GuidPrefix> others;  // other processes that publish a workspace
   dds::Reader<msg::WorkspaceVersion> other_versions{
@@ -117,8 +114,8 @@ void DdsAdapter::Impl::publish_mesh(const ServedObject& object, std::size_t chun
   }
 }
 
-DdsAdapter::DdsAdapter(const core::NetworkOptions& network, bool accept_commands)
-    : impl_(std::make_unique<Impl>(network, accept_commands)) {}
+DdsAdapter::DdsAdapter(const core::NetworkOptions& network, const std::string& refusal)
+    : impl_(std::make_unique<Impl>(network, refusal)) {}
 DdsAdapter::~DdsAdapter() = default;
 
 void DdsAdapter::publish_object(const ServedObject& object, std::size_t chunk_bytes) {
@@ -127,6 +124,9 @@ void DdsAdapter::publish_object(const ServedObject& object, std::size_t chunk_by
       impl_->meshes, [&object](const auto& known) { return known.second == object.mesh_hash; });
   if (!is_known) impl_->publish_mesh(object, chunk_bytes);
   impl_->meshes[object.id] = object.mesh_hash;
+  const double error_m = object.config.pose_error_m;
+  const messages::ObjectUncertainty uncertainty{object.id, error_m > 0.0 ? error_m : -1.0, object.guard_m};
+  write(impl_->uncertainties, messages::to_idl(uncertainty), "object_uncertainty");
   const messages::WorkspaceObject sample{object.id, object.config.name, object.mesh_hash, object.config.X_WO,
                                          object.config.colour};
   write(impl_->objects, messages::to_idl(sample), "workspace_object");
@@ -232,6 +232,12 @@ void DdsAdapter::reply(const WorkspaceCommand& command, WorkspaceReply reply) {
   reply.requester = command.requester;
   reply.operation = command.operation;
   impl_->commands.complete(command.stamp, std::move(reply));
+}
+
+bool DdsAdapter::is_logged(WorkspaceOutcome outcome) {
+  return outcome == WorkspaceOutcome::kRefused
+             ? messages::is_logged(impl_->refused_rate, "refused workspace changes")
+             : messages::is_logged(impl_->done_rate, "workspace changes");
 }
 
 }  // namespace phantom::wva_server

@@ -9,7 +9,7 @@
 #include "common/messages/workspace.hpp"
 #include "components/wva_server/carriers.hpp"
 #include "components/wva_server/grasp_watch.hpp"
-#include "components/wva_server/live_matter.hpp"
+#include "components/wva_server/live/live_matter.hpp"
 
 namespace phantom::wva_server {
 
@@ -27,8 +27,8 @@ struct LiveInput {
 /// that late joiners get all of them. One thread.
 class DdsAdapter {
  public:
-  /// `accept_commands`: if false, every command is refused. Throws dds::DdsError.
-  DdsAdapter(const core::NetworkOptions& network, bool accept_commands);
+  /// `refusal`: why every command is refused; empty: none is for that. Throws dds::DdsError.
+  DdsAdapter(const core::NetworkOptions& network, const std::string& refusal);
   ~DdsAdapter();
 
   /// Begins to receive the states of the arm that objects may be attached to. Call it at most once. Throws
@@ -70,6 +70,9 @@ class DdsAdapter {
   void notify(const messages::WorkspaceCommand& command, const std::string& message);
   /// Sends the final reply to a command; sets what names the command.
   void reply(const messages::WorkspaceCommand& command, messages::WorkspaceReply reply);
+  /// Returns whether a command with that outcome is logged: at a rate, refusals by themselves. Call it from
+  /// one thread.
+  bool is_logged(messages::WorkspaceOutcome outcome);
 
  private:
   struct Impl;

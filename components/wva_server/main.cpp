@@ -1,3 +1,5 @@
+#include <spdlog/spdlog.h>
+
 #include <filesystem>
 #include <future>
 #include <iostream>
@@ -10,12 +12,15 @@
 #include "components/wva_server/activate_command.hpp"
 #include "components/wva_server/change_command.hpp"
 #include "components/wva_server/service.hpp"
+#include "components/wva_server/step_check.hpp"
 
 int main(int argc, char** argv) {
   using namespace phantom;
   wva_server::ActivateRequest request;
   wva_server::ChangeRequest change;
   std::filesystem::path changes_file;
+  std::optional<double> weber_fraction;
+  std::optional<std::string> leader;
   runtime::Command activate, command;
   runtime::ProcessDescription description;
   description.name = "wva_server";
@@ -34,6 +39,14 @@ int main(int argc, char** argv) {
     app.option(
         "--keep-changes", changes_file,
         "keep in this file what commands change, and serve the cell with these changes after a restart");
+    app.option("--weber-fraction", weber_fraction,
+               "with --check: warn of neighbouring layers whose viscosities differ by less than this share, "
+               "which an operator just notices (master_io jnd measures it)")
+        .between(0.001, 10.0);
+    app.option(
+        "--follow", [&leader](const std::string& partition) { leader = partition; },
+        "follow the objects of the wva_server in this DDS partition (\"\": the default one), of the same cell "
+        "in voxels of another size; commands go to that one");
     activate = app.subcommand("activate",
                               "activate one mesh or a cell, export it as NRRD, print a line of JSON; no DDS");
     wva_server::add_options(activate, request);
@@ -47,6 +60,8 @@ int main(int argc, char** argv) {
     workspace::keep_freed_memory(256 << 20);
     const auto config = wva_server::load_config(options.config);
     if (activate.given()) return wva_server::run_activate(request, config, std::cout);
+    if (weber_fraction && !options.check)
+      throw core::ConfigError("--weber-fraction: is for a check; allowed: with --check");
     const auto deployment = runtime::load_deployment(options);
     if (command.given()) return wva_server::run_change(change, deployment.network, std::cout);
     std::optional<runtime::EndsAtOnce> starting(std::in_place);
@@ -59,6 +74,10 @@ int main(int argc, char** argv) {
     if (options.check) {
       const std::string found =
           ": " + std::to_string(served.bodies.size()) + " objects in cell " + served.cell.name;
+      if (weber_fraction)
+        for (const std::string& warning :
+             wva_server::unnoticed_step_warnings(served.cell, served.bodies, *weber_fraction))
+          spdlog::warn("{}", warning);
       wva_server::check_service(config, std::move(served));
       return runtime::configuration_is_valid(found);
     }
@@ -66,6 +85,10 @@ int main(int argc, char** argv) {
     if (!options.report_dir.empty())
       served.report =
           options.report_dir / ((options.name.empty() ? options.component : options.name) + ".json");
+    if (leader == deployment.network.partition)
+      throw core::ConfigError("--follow: '" + *leader +
+                              "' is this server's own partition; allowed: another one");
+    served.leader = leader;
     wva_server::run_service(config, deployment.network, std::move(served));
     return static_cast<int>(runtime::kExitDone);
   };

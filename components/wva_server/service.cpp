@@ -17,7 +17,8 @@
 #include "common/runtime/process/spread_json.hpp"
 #include "components/wva_server/change_under_way.hpp"
 #include "components/wva_server/dds_adapter.hpp"
-#include "components/wva_server/live_serving.hpp"
+#include "components/wva_server/following/dds_adapter_leader.hpp"
+#include "components/wva_server/live/live_serving.hpp"
 
 namespace phantom::wva_server {
 namespace {
@@ -72,6 +73,18 @@ LiveRules live_rules(const LiveRules& configured, const runtime::CellConfig& cel
   return rules;
 }
 
+std::string place_of(const std::string& partition) {
+  return partition.empty() ? "in the domain's default partition" : "in partition '" + partition + "'";
+}
+
+/// Returns why every command is refused; empty: it is not.
+std::string refusal_of(const WvaServerConfig& config, const ServedCell& served) {
+  if (!config.accept_commands)
+    return "this wva_server takes no commands (accept_commands is false in its configuration)";
+  if (!served.leader) return "";
+  return "this wva_server follows the one " + place_of(*served.leader) + "; send the command there";
+}
+
 /// The running server: serves one cell until a stop is requested.
 class Service {
  public:
@@ -80,9 +93,11 @@ class Service {
         cell_(served.cell, add_limits(config), served.changes),
         carriers_(load_carriers(served.cell), config.arm, config.arm_staleness_s),
         grasps_(grasp_watch(served.cell, carriers_, config)),
-        adapter_(network, config.accept_commands),
+        adapter_(network, refusal_of(config, served)),
         changes_file_(served.changes_file),
-        report_(served.report) {}
+        report_(served.report) {
+    if (served.leader) leader_.emplace(network, *served.leader);
+  }
 
   void run(std::vector<runtime::CellBody> bodies) {
     if (const robot::SerialArm* arm = carriers_.followed(); arm != nullptr) adapter_.follow(*arm);
@@ -103,6 +118,8 @@ class Service {
         begin_change();
       } else if (const auto grasp = watch_gripper()) {
         take(*grasp);
+      } else if (const auto difference = follow()) {
+        take(*difference);
       } else if (const auto command =
                      adapter_.next_command(std::clamp(next_report_s_ - now_s(), 0.0, longest_wait_s()))) {
         take(*command);
@@ -119,9 +136,12 @@ class Service {
   bool activate(std::vector<runtime::CellBody> bodies);
   layers::WorkspaceChange first_version(const layers::WorkspaceChange& activated) const;
   void take(const WorkspaceCommand& command);
-  double longest_wait_s() const { return live_ ? kLiveLook_s : grasps_.has_gripper() ? kLook_s : kMaxWait_s; }
+  double longest_wait_s() const {
+    return live_ ? kLiveLook_s : grasps_.has_gripper() || leader_ ? kLook_s : kMaxWait_s;
+  }
   void serve_live();
   std::optional<WorkspaceCommand> watch_gripper();
+  std::optional<WorkspaceCommand> follow();
   void look_at_arm();
   void end_add(const WorkspaceCommand& add, const std::string& doing, const WorkspaceCommand& later);
   void begin_change();
@@ -154,6 +174,9 @@ class Service {
   std::uint64_t version_ = 0;                // likewise
   std::deque<WorkspaceCommand> waiting_;
   std::optional<ChangeUnderWay> change_;
+  std::optional<LeaderAdapter> leader_;
+  LeaderObjects leader_objects_;  // newest
+  Following following_;
   std::optional<LiveServing> live_;
   bool live_turn_ = false;  // a command was carried out since live matter was served
 };
@@ -259,6 +282,16 @@ std::optional<WorkspaceCommand> Service::watch_gripper() {
   return grasps_.step(gripper, *X_WL, cell_);
 }
 
+/// Returns what follows from the leader's objects. The workspace must not be changing.
+std::optional<WorkspaceCommand> Service::follow() {
+  if (!leader_) return std::nullopt;
+  if (auto newest = leader_->take()) leader_objects_ = *std::move(newest);
+  const auto command =
+      following_.next(leader_objects_, cell_, [this](std::uint64_t hash) { return leader_->mesh(hash); });
+  if (command && command->operation == WorkspaceOperation::kAdd) cell_.prefer_id(command->id);
+  return command;
+}
+
 void Service::begin_change() {
   begun_s_ = now_s();
   const WorkspaceCommand asked = std::move(waiting_.front());
@@ -337,15 +370,21 @@ void Service::publish(const WorkspaceCommand& command, CellChange change) {
       .removed_bricks = static_cast<std::uint32_t>(change.workspace.removed.size()),
       .seconds = now_s() - begun_s_};
   adapter_.reply(command, reply);
+  if (!adapter_.is_logged(reply.outcome)) return;
   spdlog::info("{} (asked by {}): {} bricks changed, {} removed; version {} published after {:.0f} ms",
                reply.message, command.requester, reply.changed_bricks, reply.removed_bricks, reply.version,
                1e3 * reply.seconds);
 }
 
 void Service::refuse(const WorkspaceCommand& command, const std::string& doing, const std::string& why) {
-  adapter_.reply(command,
-                 {.object = command.object, .id = command.id, .message = why, .seconds = now_s() - begun_s_});
-  spdlog::warn("refused to {} (asked by {}): {}", doing, command.requester, why);
+  if (Following::is_own(command)) following_.refused(why);
+  adapter_.reply(command, {.object = command.object,
+                           .id = command.id,
+                           .outcome = messages::WorkspaceOutcome::kRefused,
+                           .message = why,
+                           .seconds = now_s() - begun_s_});
+  if (adapter_.is_logged(messages::WorkspaceOutcome::kRefused))
+    spdlog::warn("refused to {} (asked by {}): {}", doing, command.requester, why);
 }
 
 /// Reports how far the change under way is, also to who asked for it.
@@ -390,6 +429,11 @@ core::Health Service::health(const std::string& doing, double progress) const {
       core::ComponentState::kRunning, doing.empty() ? published_ : doing, {}, {{"progress", progress, ""}}};
   if (figures_.empty()) health.state = core::ComponentState::kStarting;
   health.figures.insert(health.figures.end(), figures_.begin(), figures_.end());
+  if (leader_ && !leader_->is_heard()) health.message += "; the wva_server that it follows is not heard";
+  if (const std::string faults = following_.faults(); !faults.empty()) {
+    if (health.state == core::ComponentState::kRunning) health.state = core::ComponentState::kDegraded;
+    health.message += "; OBJECTS DO NOT FOLLOW the other wva_server's: " + faults;
+  }
   return live_ ? live_->told(std::move(health), core::monotonic_ns()) : health;
 }
 

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
+#include <string>
 #include <vector>
 
 #include "common/core/network.hpp"
@@ -18,6 +20,7 @@ struct ServedCell {
   std::vector<runtime::CellBody> bodies;  ///< the cell's objects, loaded
   std::filesystem::path changes_file;     ///< file in which changes are kept; empty: none
   std::filesystem::path report;           ///< of what is served, as JSON; empty: none
+  std::optional<std::string> leader;  ///< partition of the server whose objects are followed; none: of none
 };
 
 /// Reads the cell and checks its names, reads the changes kept in `changes_file` (unless that is empty or

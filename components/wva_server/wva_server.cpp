@@ -86,7 +86,9 @@ core::Expected<layers::WorkspaceChange> LiveCell::activate(std::vector<runtime::
     const runtime::ObjectConfig& config = cell_.objects.at(i);
     const auto carrier = changes_.carrier_of(config, cell_);
     if (!carrier) live.push_back({&bodies[i].body, config.priority});
-    objects.emplace(config.id, served(config, std::move(bodies[i]))).first->second.carrier = carrier;
+    ServedObject& object = objects.emplace(config.id, served(config, std::move(bodies[i]))).first->second;
+    object.carrier = carrier;
+    set_guard(object, config.profile, false);
   }
   auto change = live_.add(live, version, options,
                           [&](const layers::Body& body, const layers::BodyReport& report, std::size_t done) {
@@ -96,7 +98,7 @@ core::Expected<layers::WorkspaceChange> LiveCell::activate(std::vector<runtime::
                           });
   if (!change) return change;
   objects_ = std::move(objects);
-  for (const auto& [id, object] : objects_) note_mesh(object);
+  for (auto& [id, object] : objects_) note_mesh(object);
   return change;
 }
 
@@ -211,6 +213,14 @@ void LiveCell::note_mesh(const ServedObject& object) {
     mesh_bytes_ += kPartBytes * (object.mesh_O.vertices_m.size() + object.mesh_O.triangles.size());
 }
 
+/// Who sets a guard by command says so how far the object may be from where it is put.
+void LiveCell::set_guard(ServedObject& object, const workspace::LayerProfile& profile,
+                         bool by_command) const {
+  object.config.profile = profile;
+  object.guard_m = profile.guard_vox * cell_.voxel_size_m.reference_m();
+  if (by_command) object.config.pose_error_m = object.guard_m;
+}
+
 /// Once all ids were given away, those of removed objects are given again, from the one that was given first
 /// on: of all that went, that one has been gone for 65,534 objects or so. What a command removed from the
 /// cell file keeps its id, by which the kept changes name it.
@@ -238,6 +248,10 @@ CellChange LiveCell::add(const WorkspaceCommand& command, std::uint64_t version,
   if (has_live_ && config.name == kLiveName)
     throw ConfigError(std::string("'") + kLiveName + "' is what depth cameras see; give it another name");
   if (!config.mesh.empty()) check_within(config.mesh, cell_.file.parent_path());
+  if (config.is_zone())
+    throw ConfigError(
+        "kind: protected_zone is for objects of the cell file, from which all processes know "
+        "that it is no body; allowed: solid");
   const std::uint16_t id = config.id = free_id();
   geometry::MeshImportOptions import = limits_.mesh;
   import.keep_going = options.keep_going;
@@ -246,6 +260,7 @@ CellChange LiveCell::add(const WorkspaceCommand& command, std::uint64_t version,
   layers::WorkspaceChange change = value_or_throw(live_.add(added, version, options));
   ServedObject object = served(config, std::move(body));
   object.report = change.reports.front();
+  set_guard(object, config.profile, false);
   const std::string message =
       fmt::format("added {} at {}: {}", label_of(config.name, id), place_text(config.X_WO), describe(object));
   note_mesh(object);
@@ -274,7 +289,7 @@ CellChange LiveCell::move(const WorkspaceCommand& command, std::uint64_t version
   layers::WorkspaceChange change = value_or_throw(live_.move(body, version, options));
   object.report = change.reports.front();
   object.config.X_WO = command.X_WO;
-  object.config.profile = config.profile;
+  set_guard(object, config.profile, command.guard_vox.has_value());
   changes_.note_moved(object.id, config.name, command.X_WO, command.guard_vox);
   const std::string guard = command.guard_vox ? fmt::format(", guard {} voxels", *command.guard_vox) : "";
   return {object.id, config.name,
@@ -297,6 +312,9 @@ CellChange LiveCell::attach(const WorkspaceCommand& command, std::uint64_t versi
                             const layers::ActivationOptions& options) {
   ServedObject& object = objects_.at(value_or_throw(find(command)));
   if (object.carrier) throw ConfigError(carried_text(object) + " already; release it there first");
+  if (object.config.is_zone())
+    throw ConfigError(label_of(object.config.name, object.id) +
+                      " is a protected zone, which is no body; allowed: to move or remove it");
   if (carried().size() >= messages::kMaxCarried)
     throw ConfigError(
         fmt::format("the arms carry {} objects already; allowed: no more", messages::kMaxCarried));
@@ -320,7 +338,7 @@ CellChange LiveCell::release(const WorkspaceCommand& command, std::uint64_t vers
   layers::WorkspaceChange change = value_or_throw(live_.add(returned, version, options));
   object.report = change.reports.front();
   object.config.X_WO = config.X_WO;
-  object.config.profile = config.profile;
+  set_guard(object, config.profile, command.guard_vox.has_value());
   object.carrier.reset();
   changes_.note_moved(object.id, config.name, config.X_WO, command.guard_vox);
   return {object.id, config.name,

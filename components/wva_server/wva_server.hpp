@@ -14,7 +14,7 @@
 #include "common/messages/workspace.hpp"
 #include "common/runtime/cell/cell_bodies.hpp"
 #include "components/wva_server/cell_changes.hpp"
-#include "components/wva_server/live_matter.hpp"
+#include "components/wva_server/live/live_matter.hpp"
 
 namespace phantom::wva_server {
 
@@ -27,6 +27,7 @@ struct ServedObject {
   std::uint16_t id = 0;
   runtime::ObjectConfig config;         ///< with its present pose; of a carried one: before it was attached
   std::optional<Carrier> carrier = {};  ///< who carries it; none: it stands in the workspace
+  double guard_m = 0.0;                 ///< thickness of its guard
   geometry::TriangleMesh mesh_O;        ///< object frame, metres
   std::uint64_t mesh_hash = 0;
   geometry::SolidMoments moments = {};
@@ -90,6 +91,8 @@ class LiveCell {
   /// Returns the voxels that the model's objects in the workspace fill.
   workspace::BitVolume solid() const { return live_.solid(kLiveId); }
 
+  /// Gives the next object that is added this id, if it is free.
+  void prefer_id(std::uint16_t id) { changes_.next_id = id; }
   /// Returns the object that a command other than add is about, or why there is none.
   core::Expected<std::uint16_t> find(const WorkspaceCommand& command) const;
   /// Returns what arms carry in the present version.
@@ -110,6 +113,7 @@ class LiveCell {
   void check_room() const;
   std::uint16_t free_id() const;
   void note_mesh(const ServedObject& object);
+  void set_guard(ServedObject& object, const workspace::LayerProfile& profile, bool by_command) const;
   runtime::ObjectConfig placed(const ServedObject& object, const WorkspaceCommand& command) const;
   CellChange add(const WorkspaceCommand& command, std::uint64_t version,
                  const layers::ActivationOptions& options);

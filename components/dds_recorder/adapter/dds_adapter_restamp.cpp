@@ -12,13 +12,13 @@ namespace {
 
 /// The project's topics whose samples have a stamp.
 const auto& stamped_topics() {
-  static const auto topics =
-      std::tie(dds::kMasterState, dds::kSlaveState, dds::kGripperState, dds::kDragField, dds::kPercept,
-               dds::kInterestPoints, dds::kSkinPercept, dds::kHitAlert, dds::kSensingCommand,
-               dds::kSensingReply, dds::kOperatorCommand, dds::kRecordingRequest, dds::kOperatorReply,
-               dds::kWristWrench, dds::kViewPicture, dds::kCameraPicture, dds::kSensorPoints,
-               dds::kDepthImage, dds::kOccupancyChange, dds::kViewPose, dds::kHapticDevice,
-               dds::kHapticDeviceWrench, dds::kWorkspaceCommand, dds::kWorkspaceReply, dds::kComponentStatus);
+  static const auto topics = std::tie(
+      dds::kMasterState, dds::kSlaveState, dds::kGripperState, dds::kDragField, dds::kPercept,
+      dds::kInterestPoints, dds::kSkinPercept, dds::kHitAlert, dds::kModelDoubt, dds::kSensingCommand,
+      dds::kSensingReply, dds::kOperatorCommand, dds::kRecordingRequest, dds::kOperatorReply,
+      dds::kWristWrench, dds::kViewPicture, dds::kCameraPicture, dds::kSensorPoints, dds::kDepthImage,
+      dds::kOccupancyChange, dds::kViewPose, dds::kHapticDevice, dds::kHapticDeviceWrench,
+      dds::kWorkspaceCommand, dds::kWorkspaceReply, dds::kComponentStatus);
   return topics;
 }
 

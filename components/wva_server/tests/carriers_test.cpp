@@ -143,6 +143,21 @@ TEST_F(Carrying, WhatMakesNoSenseIsRefused) {
   EXPECT_EQ(live_->carried().size(), 1U);
 }
 
+TEST_F(Carrying, AProtectedZoneIsNotTakenButMovedAndRemoved) {
+  live_.emplace(activated(cell_with("pose: {xyz_m: [0.2, 0.1, 0.15]},",
+                                    "kind: protected_zone, pose: {xyz_m: [0.2, 0.1, 0.15]},")));
+  const auto fluid_at = [&](double y_m) { return order_at(live_->workspace(), 0.2, y_m, 0.15); };
+  EXPECT_EQ(fluid_at(0.1), 1) << "its innermost layer";
+  EXPECT_THAT(refused(attach("right post")), HasSubstr("'right post' (object 3) is a protected zone"));
+  EXPECT_TRUE(live_->carried().empty());
+  done(make_command(WorkspaceOperation::kMove, "right post", 0,
+                    {Eigen::Matrix3d::Identity(), {0.2, -0.2, 0.15}}));
+  EXPECT_EQ(fluid_at(0.1), 0);
+  EXPECT_EQ(fluid_at(-0.2), 1) << "it is a zone there, too";
+  done(make_command(WorkspaceOperation::kRemove, "right post"));
+  EXPECT_EQ(fluid_at(-0.2), 0);
+}
+
 TEST_F(Carrying, ACarriedObjectMayBeRemovedAndIsCarriedNoMore) {
   done(attach("ball"));
   const std::uint64_t hash = live_->content_hash();

@@ -73,6 +73,8 @@ TEST_F(Changes, AServerStartedAnewServesTheCellAsItWas) {
   expect_same(started_anew(), live);
   carry_out(live, make_command(WorkspaceOperation::kMove, "ball", 0, turned(0.7, {0.1, -0.1, 0.2})));
   EXPECT_EQ(live.objects().at(1).config.profile.guard_vox, 2) << "a move without a guard leaves it as it is";
+  EXPECT_GT(live.objects().at(1).config.pose_error_m, 0.0);
+  EXPECT_EQ(started_anew().objects().at(1).config.pose_error_m, live.objects().at(1).config.pose_error_m);
   expect_same(started_anew(), live);
   carry_out(live, make_command(WorkspaceOperation::kMove, "dome \"2\"", 0, turned(0.2, {-0.2, -0.2, 0.2})));
   expect_same(started_anew(), live);

@@ -133,7 +133,7 @@ class DdsAdapterTest : public TestCell {
 TEST_F(DdsAdapterTest, EarlyAndLateConsumersHaveTheWholeCell) {
   const LiveCell cell_41 = activated(cell(), 41);
   Consumer early(dds::test_network());
-  DdsAdapter adapter(dds::test_network(), true);
+  DdsAdapter adapter(dds::test_network(), "");
   publish(adapter, cell_41);
   Consumer late(dds::test_network());
 
@@ -168,7 +168,7 @@ TEST_F(DdsAdapterTest, EarlyAndLateConsumersHaveTheWholeCell) {
 TEST_F(DdsAdapterTest, AChangeSendsItsBricksOnlyAndEndsRightForEarlyAndLateConsumers) {
   LiveCell live = activated(cell(), 41);
   Consumer early(dds::test_network());
-  DdsAdapter adapter(dds::test_network(), true);
+  DdsAdapter adapter(dds::test_network(), "");
   publish(adapter, live);
   ASSERT_TRUE(early.has_version(41));
   early.take_bricks_heard();
@@ -204,7 +204,7 @@ TEST_F(DdsAdapterTest, ASuccessorsCellReplacesThatOfAServerThatDied) {
   LiveCell live = activated(cell(), 41);
   Consumer consumer(dds::test_network());
   {
-    DdsAdapter first(dds::test_network(), true);
+    DdsAdapter first(dds::test_network(), "");
     publish(first, live);
     const auto moved = live.apply(
         make_command(WorkspaceOperation::kMove, "ball", 0, {Eigen::Matrix3d::Identity(), {0.1, -0.2, 0.3}}),
@@ -214,7 +214,7 @@ TEST_F(DdsAdapterTest, ASuccessorsCellReplacesThatOfAServerThatDied) {
     ASSERT_TRUE(consumer.has_version(42));
   }
   const LiveCell fewer = activated(cell_with("xyz_m: [0.2, 0.1, 0.15]", "xyz_m: [0.25, -0.2, 0.15]"), 50);
-  DdsAdapter second(dds::test_network(), true);
+  DdsAdapter second(dds::test_network(), "");
   publish(second, fewer);
   ASSERT_TRUE(consumer.has_version(50));
   EXPECT_EQ(consumer.workspace().content_hash(), fewer.content_hash());
@@ -261,7 +261,7 @@ msg::WorkspaceCommand move_command() {
 }
 
 TEST(WorkspaceCommands, ComeInOrderAndAreAnswered) {
-  DdsAdapter adapter(dds::test_network(), true);
+  DdsAdapter adapter(dds::test_network(), "");
   Asker asker(dds::test_network());
   const auto accepted = asker.ask(move_command());
   EXPECT_EQ(accepted.outcome(), msg::WorkspaceOutcome::WORKSPACE_ACCEPTED);
@@ -284,7 +284,7 @@ TEST(WorkspaceCommands, ComeInOrderAndAreAnswered) {
 
 // Tries wva_server: a pose that is not finite
 TEST(WorkspaceCommands, WhatCannotBeUsedIsRefusedAtOnceWithTheField) {
-  DdsAdapter adapter(dds::test_network(), true);
+  DdsAdapter adapter(dds::test_network(), "");
   Asker asker(dds::test_network());
   const auto refused = [&](auto change) {
     msg::WorkspaceCommand command = move_command();
@@ -301,7 +301,7 @@ TEST(WorkspaceCommands, WhatCannotBeUsedIsRefusedAtOnceWithTheField) {
 }
 
 TEST(WorkspaceCommands, AServerThatTakesNoneSaysSo) {
-  DdsAdapter adapter(dds::test_network(), false);
+  DdsAdapter adapter(dds::test_network(), "this wva_server takes no commands (accept_commands is false)");
   Asker asker(dds::test_network());
   const auto reply = asker.ask(move_command());
   EXPECT_EQ(reply.outcome(), msg::WorkspaceOutcome::WORKSPACE_REFUSED);
@@ -312,9 +312,9 @@ TEST(WorkspaceCommands, AServerThatTakesNoneSaysSo) {
 // Tries wva_server: a second wva_server publishes
 TEST_F(DdsAdapterTest, ASecondServerIsNoticedByBoth) {
   const LiveCell live = activated(cell(), 41);
-  auto first = std::make_unique<DdsAdapter>(dds::test_network(), true);
+  auto first = std::make_unique<DdsAdapter>(dds::test_network(), "");
   publish(*first, live);
-  DdsAdapter second(dds::test_network(), true);
+  DdsAdapter second(dds::test_network(), "");
   EXPECT_TRUE(dds::eventually([&] { return second.has_rival(); }));
   EXPECT_FALSE(first->has_rival()) << "the second has published nothing yet, and its own does not count";
   publish(second, live);
@@ -343,7 +343,7 @@ TEST_F(DdsAdapterTest, ASecondServerIsNoticedByBoth) {
 
 TEST_F(DdsAdapterTest, TheClientHearsTheLastWordAndListsWhatIsServed) {
   LiveCell live = activated(cell(), 41);
-  DdsAdapter adapter(dds::test_network(), true);
+  DdsAdapter adapter(dds::test_network(), "");
   publish(adapter, live);
   adapter.withdraw_object(2);
   std::thread server([&] {

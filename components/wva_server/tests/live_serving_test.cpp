@@ -1,11 +1,10 @@
-#include "components/wva_server/live_serving.hpp"
+#include "components/wva_server/live/live_serving.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "common/dds/endpoints/endpoint.hpp"
 #include "common/dds/tests/test_network.hpp"
-#include "common/messages/codecs/living_codec.hpp"
 #include "common/messages/codecs/workspace_codec.hpp"
 #include "common/messages/publisher.hpp"
 #include "components/wva_server/tests/test_cell.hpp"
@@ -51,7 +50,7 @@ class Serving : public TestCell {
   }
   void begin(OnLoss on_loss = OnLoss::kKeep) {
     cell_.emplace(activated(cell(), 7));
-    adapter_.emplace(network_, true);
+    adapter_.emplace(network_, "");
     live_.emplace(rules(on_loss), *cell_, *adapter_, 1);
     live_->begin(8);
   }

@@ -215,6 +215,21 @@ TEST_F(Commands, MoveMayGiveAGuardSkinThatLaterMovesKeep) {
   EXPECT_EQ(guards(), others);
 }
 
+TEST_F(Commands, AGuardThatAMoveGivesIsTheErrorOfThePose) {
+  EXPECT_EQ(live_->objects().at(1).config.pose_error_m, 0.0) << "the cell file states none";
+  WorkspaceCommand command = move("ball", {0.1, -0.1, 0.2});
+  command.guard_vox = 2;
+  ASSERT_TRUE(live_->apply(command, 8, {}));
+  const double side_m = live_->workspace().grid().voxel_size_m.reference_m();
+  EXPECT_DOUBLE_EQ(live_->objects().at(1).config.pose_error_m, 2 * side_m);
+  EXPECT_DOUBLE_EQ(live_->objects().at(1).guard_m, 2 * side_m);
+  ASSERT_TRUE(live_->apply(move("ball", {0.1, -0.1, 0.25}), 9, {}));
+  EXPECT_DOUBLE_EQ(live_->objects().at(1).config.pose_error_m, 2 * side_m) << "nothing new is said of it";
+  command.guard_vox = 0;
+  ASSERT_TRUE(live_->apply(command, 10, {}));
+  EXPECT_EQ(live_->objects().at(1).config.pose_error_m, 0.0);
+}
+
 TEST_F(Commands, AnObjectIsFoundByItsIdToo) {
   const auto change = live_->apply(
       make_command(WorkspaceOperation::kMove, "", 3, {Eigen::Matrix3d::Identity(), {0.2, 0.0, 0.15}}), 8, {});
@@ -283,6 +298,8 @@ TEST_F(Commands, AreRefusedWithOneClearSentence) {
   EXPECT_THAT(refused(add("{name: \"two\\nlines\", mesh: post.stl}")), HasSubstr("cannot be shown"));
   EXPECT_THAT(refused(add("{name: box\xff, mesh: post.stl}")), HasSubstr("allowed: UTF-8"));
   EXPECT_THAT(refused(add("{name: box, mesh: post.stl}  # caf\xe9")), HasSubstr("allowed: UTF-8"));
+  EXPECT_THAT(refused(add("{name: keep out, kind: protected_zone, mesh: post.stl, mesh_scale: 0.001}")),
+              HasSubstr("is for objects of the cell file"));
   write("garbage.stl", "this is no mesh");
   EXPECT_THAT(refused(add("{name: box, mesh: garbage.stl}")), HasSubstr("garbage.stl"));
 }

@@ -11,9 +11,8 @@
 
 namespace phantom::wva_server {
 
-/// Name and id of live matter in the workspace. The id is given to nothing else while live matter is served.
-inline constexpr const char* kLiveName = "live matter";
-inline constexpr std::uint16_t kLiveId = 65534;
+using messages::kLiveId;
+using messages::kLiveName;
 
 /// What becomes of live matter whose source is silent.
 enum class OnLoss : std::uint8_t { kKeep, kEnd };

@@ -6,7 +6,7 @@
 
 #include "common/core/health.hpp"
 #include "components/wva_server/dds_adapter.hpp"
-#include "components/wva_server/live_matter.hpp"
+#include "components/wva_server/live/live_matter.hpp"
 #include "components/wva_server/wva_server.hpp"
 
 namespace phantom::wva_server {

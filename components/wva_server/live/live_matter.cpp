@@ -1,4 +1,4 @@
-#include "components/wva_server/live_matter.hpp"
+#include "components/wva_server/live/live_matter.hpp"
 
 #include <algorithm>
 #include <bit>

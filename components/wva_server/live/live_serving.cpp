@@ -1,4 +1,4 @@
-#include "components/wva_server/live_serving.hpp"
+#include "components/wva_server/live/live_serving.hpp"
 
 #include <spdlog/fmt/fmt.h>
 #include <spdlog/spdlog.h>
@@ -13,7 +13,7 @@ namespace phantom::wva_server {
 namespace {
 
 constexpr core::Nanoseconds kMarkerPeriod_ns = core::kNsPerSecond / 2;
-constexpr std::size_t kMostKept = 200'000;  // figures of versions: two hours at 30 a second
+constexpr std::size_t kMaxKept = 200'000;  // figures of versions: two hours at 30 a second
 constexpr int kMarker_vox = 4;
 
 /// What viewers show of live matter besides its voxels: a small cube in its middle. Its mesh is one for all
@@ -101,7 +101,7 @@ bool LiveServing::step(core::Nanoseconds now_ns, std::uint64_t version) {
   ++figures_.versions;
   figures_.voxels = matter_.voxels();
   figures_.most = std::max(figures_.most, figures_.voxels);
-  if (figures_.bricks.size() < kMostKept) {
+  if (figures_.bricks.size() < kMaxKept) {
     figures_.bricks.push_back(static_cast<std::uint32_t>(change->changed.size() + change->removed.size()));
     figures_.update_ms.push_back(static_cast<float>(1e3 * core::seconds(done_ns - now_ns)));
     if (exposed_ns)
