@@ -1,7 +1,9 @@
 #include "components/ros2_gateway/config.hpp"
 
 #include <algorithm>
+#include <set>
 
+#include "common/messages/living.hpp"
 #include "common/runtime/configuration/fields.hpp"
 
 namespace phantom::ros2_gateway {
@@ -31,15 +33,32 @@ void read_master(const runtime::Fields& from, MasterRules& master) {
   from.number("joy_enable_button", handle.joy_enable);
 }
 
-void read_points(const runtime::Fields& from, PointsRules& points) {
-  from.text("cloud_topic", points.cloud_topic);
-  from.text("depth_topic", points.depth_topic);
-  from.text("camera_info_topic", points.camera_info_topic);
-  from.check(points.depth_topic.empty() == points.camera_info_topic.empty(), "camera_info_topic",
+void read_points(const runtime::Fields& from, CloudTopics& points) {
+  from.text("cloud_topic", points.cloud);
+  from.text("depth_topic", points.depth);
+  from.text("camera_info_topic", points.camera_info);
+  from.check(points.depth.empty() == points.camera_info.empty(), "camera_info_topic",
              "depth images need their camera's topic, and it is of no use without them");
-  from.check(points.depth_topic.empty() || points.cloud_topic.empty(), "depth_topic",
+  from.check(points.depth.empty() || points.cloud.empty(), "depth_topic",
              "cloud_topic is given, too; allowed: one of them");
   from.number("largest_stamp_age_s", points.largest_stamp_age_s);
+}
+
+DepthCameraRules read_depth_camera(const runtime::Fields& from) {
+  DepthCameraRules camera;
+  from.text("name", camera.name);
+  from.text("image_topic", camera.topics.depth);
+  from.text("cloud_topic", camera.topics.cloud);
+  from.text("camera_info_topic", camera.topics.camera_info);
+  from.check(camera.topics.depth.empty() != camera.topics.cloud.empty(), "image_topic",
+             "is given beside cloud_topic, or neither is; allowed: one of them");
+  from.number("min_depth_m", camera.range.min_m);
+  from.number("max_depth_m", camera.range.max_m);
+  from.check(camera.range.max_m > camera.range.min_m, "max_depth_m",
+             "is not above min_depth_m; allowed: more than that");
+  from.number("largest_stamp_age_s", camera.topics.largest_stamp_age_s);
+  from.number("latency_s", camera.latency_s);
+  return camera;
 }
 
 void read_camera(const runtime::Fields& from, CameraRules& camera) {
@@ -93,6 +112,14 @@ GatewayConfig load_config(const std::filesystem::path& path) {
   read_master(file.section("master"), config.master);
   read_points(file.section("points"), config.points);
   read_camera(file.section("camera"), config.camera);
+  std::set<std::string> names;
+  for (const runtime::Fields& fields : file.sections("depth_cameras")) {
+    config.depth_cameras.push_back(read_depth_camera(fields));
+    fields.check(names.insert(config.depth_cameras.back().name).second, "name",
+                 "is another camera's, too; allowed: each once");
+  }
+  file.check(config.depth_cameras.size() <= messages::kMaxDepthCameras, "depth_cameras",
+             "has too many; allowed: 0 to 16");
   const auto out = file.section("out");
   out.number("rate_Hz", config.out.rate_Hz);
   out.text("prefix", config.out.prefix);

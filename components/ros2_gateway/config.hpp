@@ -7,6 +7,7 @@
 #include "common/robot/kinematics/serial_arm.hpp"
 #include "common/ros2/node.hpp"
 #include "components/ros2_gateway/dds_adapter_camera.hpp"
+#include "components/ros2_gateway/dds_adapter_depth.hpp"
 #include "components/ros2_gateway/dds_adapter_master.hpp"
 #include "components/ros2_gateway/dds_adapter_out.hpp"
 #include "components/ros2_gateway/dds_adapter_points.hpp"
@@ -28,7 +29,8 @@ struct GatewayConfig {
   std::string wrench_topic, wrench_frame;                    ///< no topic: none is heard; no frame: any
   std::string collision_objects_topic = "collision_object";  ///< empty: none come in
   MasterRules master;
-  PointsRules points;
+  CloudTopics points;
+  std::vector<DepthCameraRules> depth_cameras;
   CameraRules camera;
   OutputRules out;
   WorkspaceRules workspace;

@@ -67,8 +67,10 @@ struct DdsAdapter::Impl {
       objects.emplace(participant, node, config.collision_objects_topic, config.out.world);
     if (!config.master.twist_topic.empty() || !config.master.joy_topic.empty())
       master.emplace(participant, node, config.master);
-    if (!config.points.cloud_topic.empty() || !config.points.depth_topic.empty())
+    if (!config.points.cloud.empty() || !config.points.depth.empty())
       points.emplace(participant, node, config.points);
+    for (const DepthCameraRules& rules : config.depth_cameras)
+      depth_cameras.push_back(std::make_unique<DepthCameraInput>(participant, node, rules));
     if (config.camera.wanted()) camera.emplace(participant, node, config.camera);
     if (config.out.rate_Hz > 0.0 && (config.workspace.meshes || !config.workspace.clouds.empty()))
       workspace.emplace(participant, node, arm, config.out, config.workspace);
@@ -113,6 +115,7 @@ struct DdsAdapter::Impl {
   std::optional<CollisionObjects> objects;
   std::optional<MasterInput> master;
   std::optional<SensorPointsInput> points;
+  std::vector<std::unique_ptr<DepthCameraInput>> depth_cameras;
   std::optional<CameraInput> camera;
   std::optional<WorkspaceOutputs> workspace;
   std::optional<Outputs> outputs;
@@ -141,6 +144,15 @@ void DdsAdapter::report(core::Health health) {
   if (impl_->points) {
     health.figures.push_back({"sensor points", static_cast<double>(impl_->points->handed_on()), ""});
     health.figures.push_back({"sensor points refused", static_cast<double>(impl_->points->refused()), ""});
+  }
+  if (!impl_->depth_cameras.empty()) {
+    double handed_on = 0.0, refused = 0.0;
+    for (const auto& camera : impl_->depth_cameras) {
+      handed_on += static_cast<double>(camera->handed_on());
+      refused += static_cast<double>(camera->refused());
+    }
+    health.figures.push_back({"depth images", handed_on, ""});
+    health.figures.push_back({"depth images refused", refused, ""});
   }
   if (impl_->camera) {
     health.figures.push_back({"camera pictures", static_cast<double>(impl_->camera->handed_on()), ""});

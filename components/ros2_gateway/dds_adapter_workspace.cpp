@@ -42,7 +42,7 @@ vis::Marker_ marker_of(const ObjectMarker& from, const OutputRules& rules) {
   marker.pose(ros2::pose_message(from.X_FO));
   marker.scale().x(1.0), marker.scale().y(1.0), marker.scale().z(1.0);
   marker.color().r(from.colour[0]), marker.color().g(from.colour[1]), marker.color().b(from.colour[2]);
-  marker.color().a(1.0F);
+  marker.color().a(from.opacity);
   if (!from.there) return marker;
   marker.points().reserve(3 * from.mesh->triangles.size());
   for (const auto& triangle : from.mesh->triangles)
@@ -136,7 +136,7 @@ struct CloudTopic {
 struct WorkspaceOutputs::Impl {
   Impl(dds::Participant& phantom, ros2::Node& node, const robot::SerialArm& arm, const OutputRules& out,
        const WorkspaceRules& its_rules)
-      : rules(out), markers(arm, its_rules.arm) {
+      : rules(out), markers(arm, its_rules.arm, its_rules.zones) {
     if (its_rules.meshes) {
       objects_out.emplace(node, rules.prefix + "/workspace/meshes", ros2::kLatched);
       hear_meshes(phantom);
@@ -152,6 +152,7 @@ struct WorkspaceOutputs::Impl {
         [this](const dds::GuidPrefix& server) {
           const std::lock_guard lock(mutex);
           put(objects.gone(server));
+          markers.take(objects.carried());
         });
     thread = std::jthread([this](const std::stop_token& stop) {
       std::unique_lock lock(mutex);
@@ -181,12 +182,11 @@ struct WorkspaceOutputs::Impl {
   }
 
   bool take(const msg::WorkspaceVersion& message, const dds::SampleInfo& info) {
-    const auto version = messages::from_idl(message);
+    auto version = messages::from_idl(message);
     if (!version) return refuse(version.status());
     const std::lock_guard lock(mutex);
-    const auto taken = objects.commit(info.writer);
-    put(taken.changes);
-    if (taken.accepted) markers.take(version->carried);
+    put(objects.commit(info.writer, *std::move(version)).changes);
+    markers.take(objects.carried());
     return true;
   }
   void put(const std::vector<messages::WorkspaceObject>& changes) {

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -18,6 +19,7 @@ namespace phantom::ros2_gateway {
 /// What of the workspace is said in the ROS 2 domain.
 struct WorkspaceRules {
   std::string arm;                  ///< its name in the cell file
+  std::set<std::uint16_t> zones;    ///< ids of its protected zones
   bool meshes = true;               ///< the objects, as markers
   std::vector<std::int8_t> clouds;  ///< orders of the voxels that are published as clouds
 };

@@ -32,6 +32,8 @@ int main(int argc, char** argv) {
     const auto cell = runtime::load_checked_cell(deployment);
     const auto arm = runtime::load_arm(cell.arm(config.arm));
     config.workspace.arm = cell.arm(config.arm).name;
+    for (const auto& object : cell.objects)
+      if (object.is_zone()) config.workspace.zones.insert(object.id);
     const auto names = ros2_gateway::message_names(config, arm);
     dds::check_qos_profiles(deployment.network.qos_profiles);
     if (options.check) return runtime::configuration_is_valid("; joints: " + std::to_string(names.size()));

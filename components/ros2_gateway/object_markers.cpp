@@ -3,6 +3,11 @@
 #include <algorithm>
 
 namespace phantom::ros2_gateway {
+namespace {
+
+constexpr float kZoneOpacity = 0.35F;
+
+}  // namespace
 
 void ObjectMarkers::take(const messages::WorkspaceObject& object) {
   changed_.insert(object.id);
@@ -70,6 +75,7 @@ ObjectMarker ObjectMarkers::marker(std::uint16_t id) const {
   if (mesh == meshes_.end()) return made;
   made.mesh = mesh->second;
   made.colour = object->second.colour;
+  if (zones_.contains(id)) made.opacity = kZoneOpacity;
   made.X_FO = object->second.X_WO;
   made.there = true;
   if (const auto carried = carried_.find(id); carried != carried_.end()) {

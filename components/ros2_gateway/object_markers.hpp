@@ -20,6 +20,7 @@ struct ObjectMarker {
   std::string frame;                                   ///< of the arm that carries it; empty: the world
   geometry::Pose X_FO;                                 ///< in that frame
   std::array<float, 3> colour{};                       ///< linear RGB
+  float opacity = 1.0F;                                ///< below 1: of a protected zone
   std::shared_ptr<const geometry::TriangleMesh> mesh;  ///< in the object's frame
 };
 
@@ -30,9 +31,9 @@ class ObjectMarkers {
  public:
   static constexpr std::size_t kMaxTriangles = 2'000'000;
 
-  /// `arm_name`: in the cell file.
-  ObjectMarkers(const robot::SerialArm& arm, std::string arm_name)
-      : arm_(arm), arm_name_(std::move(arm_name)) {}
+  /// `arm_name`: in the cell file. `zones`: ids of its protected zones.
+  ObjectMarkers(const robot::SerialArm& arm, std::string arm_name, std::set<std::uint16_t> zones = {})
+      : arm_(arm), arm_name_(std::move(arm_name)), zones_(std::move(zones)) {}
 
   void take(const messages::WorkspaceObject& object);
   void take(const std::vector<messages::CarriedObject>& carried);
@@ -52,6 +53,7 @@ class ObjectMarkers {
 
   robot::SerialArm arm_;
   std::string arm_name_;
+  std::set<std::uint16_t> zones_;
   messages::MeshAssembler assembler_;
   std::map<std::uint64_t, std::shared_ptr<const geometry::TriangleMesh>> meshes_;
   std::map<std::uint16_t, messages::WorkspaceObject> objects_;

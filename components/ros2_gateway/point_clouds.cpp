@@ -125,7 +125,7 @@ core::Expected<Pinhole> pinhole_of(const CameraMessage& camera) {
   return Pinhole{camera.frame, camera.height, camera.width, p[0], p[5], p[2], p[6]};
 }
 
-core::Expected<messages::SensorPoints> points_of(const ImageMessage& image, const Pinhole& camera) {
+core::Expected<std::vector<float>> depths_of(const ImageMessage& image, const Pinhole& camera) {
   const bool in_mm = image.encoding == "16UC1";
   if (!in_mm && image.encoding != "32FC1")
     return invalid("encoding is '" + image.encoding.substr(0, 32) + "'; allowed: 16UC1 (mm), 32FC1 (m)");
@@ -136,17 +136,28 @@ core::Expected<messages::SensorPoints> points_of(const ImageMessage& image, cons
     status =
         check_rows(std::uint64_t{image.width} * (in_mm ? 2 : 4), image.step, image.height, image.data.size());
   if (!status) return status;
-  messages::SensorPoints points = empty_points(image.frame, image.width, image.height);
-  float* to = points.xyz_m.data();
+  std::vector<float> depths_m(std::size_t{image.width} * image.height);
+  float* to = depths_m.data();
   for (std::size_t row = 0; row < image.height; ++row) {
     const std::uint8_t* depth = image.data.data() + row * image.step;
-    for (std::size_t column = 0; column < image.width; ++column, depth += in_mm ? 2 : 4, to += 3) {
-      double z_m = in_mm ? 1e-3 * read<std::uint16_t>(depth, image.big_endian)
-                         : static_cast<double>(read<float>(depth, image.big_endian));
-      if (!(z_m > 0.0)) z_m = std::numeric_limits<double>::quiet_NaN();
-      put(to, (static_cast<double>(column) - camera.c_x_px) * z_m / camera.f_x_px,
-          (static_cast<double>(row) - camera.c_y_px) * z_m / camera.f_y_px, z_m);
+    for (std::size_t column = 0; column < image.width; ++column, depth += in_mm ? 2 : 4, ++to) {
+      const float z_m = in_mm ? 1e-3F * static_cast<float>(read<std::uint16_t>(depth, image.big_endian))
+                              : read<float>(depth, image.big_endian);
+      *to = z_m > 0.0F && z_m <= kFarthest_m ? z_m : kNone;
     }
+  }
+  return depths_m;
+}
+
+core::Expected<messages::SensorPoints> points_of(const ImageMessage& image, const Pinhole& camera) {
+  const auto depths_m = depths_of(image, camera);
+  if (!depths_m) return depths_m.status();
+  messages::SensorPoints points = empty_points(image.frame, image.width, image.height);
+  float* to = points.xyz_m.data();
+  for (std::size_t i = 0; i < depths_m->size(); ++i, to += 3) {
+    const double z_m = (*depths_m)[i], column = static_cast<double>(i % image.width),
+                 row = static_cast<double>(i / image.width);
+    put(to, (column - camera.c_x_px) * z_m / camera.f_x_px, (row - camera.c_y_px) * z_m / camera.f_y_px, z_m);
   }
   return points;
 }

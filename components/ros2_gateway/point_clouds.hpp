@@ -65,9 +65,11 @@ core::Expected<messages::SensorPoints> points_of(const CloudMessage& cloud);
 /// Returns the camera. Errors: no focal length, binning, a region, sizes beyond kMaxSensorPoints.
 core::Expected<Pinhole> pinhole_of(const CameraMessage& camera);
 
-/// Returns the depths as points in the camera's optical frame (x right, y down, z forward). Depths are 16UC1,
-/// mm, 0 where nothing was measured, or 32FC1, m, NaN or infinite where nothing was. Errors: another
-/// encoding, size or frame than the camera's, data that do not hold the rows.
+/// Returns an image's depths along z, m, row by row; NaN where nothing was measured. Depths are 16UC1, mm, 0
+/// where nothing was measured, or 32FC1, m, NaN or infinite where nothing was. Errors: another encoding, size
+/// or frame than the camera's, data that do not hold the rows.
+core::Expected<std::vector<float>> depths_of(const ImageMessage& image, const Pinhole& camera);
+/// Returns the depths as points in the camera's optical frame (x right, y down, z forward).
 core::Expected<messages::SensorPoints> points_of(const ImageMessage& image, const Pinhole& camera);
 
 }  // namespace phantom::ros2_gateway

@@ -14,18 +14,34 @@ namespace {
 
 using runtime::Fields;
 
-void read_simulated(const Fields& sim, SimulatedOptions& options) {
-  fusion::PinholeCamera& camera = options.camera;
+/// Reads a pinhole camera, whose principal point is the middle of its image.
+fusion::PinholeCamera read_pinhole(const Fields& fields) {
+  fusion::PinholeCamera camera;
   camera.width_px = 320, camera.height_px = 240, camera.min_depth_m = 0.3, camera.max_depth_m = 4.0;
-  sim.number("width_px", camera.width_px);
-  sim.number("height_px", camera.height_px);
-  camera.fx_px = camera.fy_px = sim.value("focal_px", 280.0);
+  fields.number("width_px", camera.width_px);
+  fields.number("height_px", camera.height_px);
+  camera.fx_px = camera.fy_px = fields.value("focal_px", 280.0);
   camera.cx_px = 0.5 * (camera.width_px - 1);
   camera.cy_px = 0.5 * (camera.height_px - 1);
-  sim.number("min_depth_m", camera.min_depth_m);
-  sim.number("max_depth_m", camera.max_depth_m);
-  sim.check(camera.max_depth_m > camera.min_depth_m, "max_depth_m",
-            "is not above min_depth_m; allowed: more than that, up to 20 m");
+  fields.number("min_depth_m", camera.min_depth_m);
+  fields.number("max_depth_m", camera.max_depth_m);
+  fields.check(camera.max_depth_m > camera.min_depth_m, "max_depth_m",
+               "is not above min_depth_m; allowed: more than that, up to 20 m");
+  return camera;
+}
+
+void read_files(const Fields& files, const std::filesystem::path& base, FileOptions& options) {
+  std::string folder;
+  files.text("folder", folder);
+  options.folder = base / folder;
+  options.camera = read_pinhole(files);
+  files.number("rate_hz", options.rate_hz);
+  files.number("unit_m", options.unit_m);
+  files.flag("repeat", options.repeat);
+}
+
+void read_simulated(const Fields& sim, SimulatedOptions& options) {
+  options.camera = read_pinhole(sim);
   sim.number("rate_hz", options.rate_hz);
   sim.number("latency_s", options.latency_s);
   sim.number("sigma_at_1m_m", options.noise.sigma.at_1m_m);
@@ -42,14 +58,16 @@ geometry::Pose read_place(const Fields& fields) {
   return looking_at(eye_m, eye_m + way_m);
 }
 
-CameraConfig read_camera(const Fields& fields) {
+CameraConfig read_camera(const Fields& fields, const std::filesystem::path& base) {
   CameraConfig camera;
   fields.text("name", camera.name);
-  fields.choice("driver", camera.driver,
-                {{"topic", CameraDriver::kTopic}, {"sim", CameraDriver::kSimulated}});
+  fields.choice(
+      "driver", camera.driver,
+      {{"topic", CameraDriver::kTopic}, {"sim", CameraDriver::kSimulated}, {"files", CameraDriver::kFiles}});
   camera.X_FC = read_place(fields);
   fields.text("link", camera.link);
   read_simulated(fields.section("sim"), camera.simulated);
+  read_files(fields.section("files"), base, camera.files);
   return camera;
 }
 
@@ -90,9 +108,8 @@ Eigen::Vector3d Thing::middle_m(double time_s) const noexcept {
   return from_m + share * (to_m - from_m);
 }
 
-bool WorkspaceCameraConfig::simulates() const {
-  return std::ranges::any_of(
-      cameras, [](const CameraConfig& camera) { return camera.driver == CameraDriver::kSimulated; });
+bool WorkspaceCameraConfig::has(CameraDriver driver) const {
+  return std::ranges::find(cameras, driver, &CameraConfig::driver) != cameras.end();
 }
 
 geometry::Pose looking_at(const Eigen::Vector3d& eye_m, const Eigen::Vector3d& target_m) {
@@ -121,17 +138,28 @@ WorkspaceCameraConfig load_config(const std::filesystem::path& path) {
   fusion.number("min_component_vox", config.fusion.min_component_vox);
   config.fusion.unknown =
       config.on_loss == OnLoss::kEnd ? fusion::UnknownPolicy::kFree : fusion::UnknownPolicy::kIgnore;
+  const Fields poses = file.section("pose_check");
+  poses.number("every_s", config.pose_check.every_s);
+  poses.number("tolerance_m", config.pose_check.tolerance_m);
+  poses.number("reach_m", config.pose_check.reach_m);
+  config.pose_check.sigma = config.fusion.sigma;
   std::set<std::string> names;
   for (const Fields& fields : file.sections("cameras")) {
-    config.cameras.push_back(read_camera(fields));
+    config.cameras.push_back(read_camera(fields, path.parent_path()));
     fields.check(names.insert(config.cameras.back().name).second, "name",
                  "is another camera's, too; allowed: each once");
   }
   file.check(!config.cameras.empty() && config.cameras.size() <= messages::kMaxDepthCameras, "cameras",
              "has none, or too many; allowed: 1 to 16");
-  constexpr std::size_t kMostThings = 64;
+  constexpr std::size_t kMaxThings = 64;
   for (const Fields& fields : file.sections("things")) config.things.push_back(read_thing(fields));
-  file.check(config.things.size() <= kMostThings, "things", "has too many; allowed: 0 to 64");
+  file.check(config.things.size() <= kMaxThings, "things", "has too many; allowed: 0 to 64");
+  for (const Fields& fields : file.sections("displaced")) {
+    Displacement& one = config.displaced.emplace_back();
+    fields.text("object", one.object);
+    fields.vector3("by_m", one.by_m);
+    fields.number("from_s", one.from_s);
+  }
   file.finish();
   return config;
 }

@@ -6,10 +6,12 @@
 
 #include "common/fusion/depth_noise.hpp"
 #include "common/fusion/fusion_parameters.hpp"
+#include "components/workspace_camera/file_camera.hpp"
+#include "components/workspace_camera/pose_check.hpp"
 
 namespace phantom::workspace_camera {
 
-enum class CameraDriver : std::uint8_t { kTopic, kSimulated };
+enum class CameraDriver : std::uint8_t { kTopic, kSimulated, kFiles };
 
 /// Where a simulated camera's images come from.
 struct SimulatedOptions {
@@ -25,6 +27,7 @@ struct CameraConfig {
   geometry::Pose X_FC;  ///< camera in the frame of `link`, or in W
   std::string link;     ///< of the arm; empty: fixed in W
   SimulatedOptions simulated;
+  FileOptions files;
 };
 
 /// A thing in the world of simulated cameras that the model does not know. Times count from the start.
@@ -43,6 +46,13 @@ struct Thing {
   Eigen::Vector3d middle_m(double time_s) const noexcept;
 };
 
+/// An object of the cell that somebody moves in the world of simulated cameras; the model does not know it.
+struct Displacement {
+  std::string object;
+  Eigen::Vector3d by_m = Eigen::Vector3d::Zero();  ///< W axes
+  double from_s = 0.0;                             ///< after the start
+};
+
 enum class OnLoss : std::uint8_t { kKeep, kEnd };
 
 /// The checked content of workspace_camera.yaml.
@@ -52,10 +62,12 @@ struct WorkspaceCameraConfig {
   double late_s = 0.2, dead_s = 0.4;
   OnLoss on_loss = OnLoss::kKeep;
   fusion::FusionParameters fusion;  ///< without the grid
+  PoseCheckRules pose_check;
   std::vector<CameraConfig> cameras;
   std::vector<Thing> things;
+  std::vector<Displacement> displaced;
 
-  bool simulates() const;
+  bool has(CameraDriver driver) const;
 };
 
 extern const char* const kParameters;  ///< the shipped workspace_camera.yaml

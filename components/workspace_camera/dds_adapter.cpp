@@ -1,14 +1,17 @@
 #include "components/workspace_camera/dds_adapter.hpp"
 
+#include <spdlog/spdlog.h>
+
 #include <algorithm>
 #include <chrono>
 #include <condition_variable>
+#include <map>
 #include <mutex>
 
 #include "common/dds/admission/refusal_log.hpp"
-#include "common/messages/codecs/living_codec.hpp"
 #include "common/messages/codecs/teleoperation_codec.hpp"
 #include "common/messages/codecs/workspace_codec.hpp"
+#include "common/messages/object_subscriber.hpp"
 #include "common/messages/publisher.hpp"
 #include "common/messages/status_reporter.hpp"
 #include "common/messages/topic_receiver.hpp"
@@ -23,6 +26,7 @@ struct DdsAdapter::Impl {
         receivers(cameras.size()),
         waiting(cameras.size()),
         changes(participant, dds::kOccupancyChange),
+        findings(participant, dds::kPoseFinding),
         status(participant, name) {
     if (arm != nullptr) {
       slave.emplace(participant, dds::kSlaveState, messages::bounds_of(*arm),
@@ -33,15 +37,12 @@ struct DdsAdapter::Impl {
                       [&history](const messages::Received<messages::GripperState>& state) {
                         history.set_closing(1.0 - state.sense.width_m / state.widest_m);
                       });
-      versions.emplace(participant, dds::kWorkspaceVersion,
-                       [this](const msg::WorkspaceVersion& message, const dds::SampleInfo&) {
-                         const auto version = messages::from_idl(message);
-                         if (!version) return false;
-                         const std::lock_guard lock(mutex);
-                         carried = version->carried;
-                         return true;
-                       });
     }
+    placed.emplace(participant, [this](const auto& changed, const auto& now_carried) {
+      const std::lock_guard lock(mutex);
+      for (const messages::WorkspaceObject& object : changed) objects.insert_or_assign(object.id, object);
+      carried = now_carried;
+    });
     if (!cameras.empty())
       images.emplace(participant, dds::kDepthImage,
                      [this](const msg::DepthImage& message, const dds::SampleInfo& info) {
@@ -74,14 +75,16 @@ struct DdsAdapter::Impl {
   std::vector<messages::TopicReceiver<msg::DepthImage>> receivers;  // by camera; the middleware's thread
   std::vector<std::optional<messages::Received<messages::DepthImage>>> waiting;  // guarded by mutex
   std::optional<std::vector<messages::CarriedObject>> carried;                   // likewise
+  std::map<std::uint16_t, messages::WorkspaceObject> objects;                    // that changed; likewise
   std::size_t turn = 0;
   dds::RefusalLog refusals{"depth_image"};
   messages::Publisher<messages::OccupancyChange> changes;
+  dds::Writer<msg::PoseFinding> findings;
   std::uint32_t served = 0;  // readers that have got a whole occupancy
   messages::StatusReporter status;
   std::optional<messages::TopicSubscriber<msg::SlaveState>> slave;
   std::optional<messages::TopicSubscriber<msg::GripperState>> gripper;
-  std::optional<dds::Reader<msg::WorkspaceVersion>> versions;
+  std::optional<messages::ObjectSubscriber> placed;
   std::optional<dds::Reader<msg::DepthImage>> images;
 };
 
@@ -110,6 +113,14 @@ std::optional<std::vector<messages::CarriedObject>> DdsAdapter::carried() {
   return std::exchange(impl_->carried, std::nullopt);
 }
 
+std::vector<messages::WorkspaceObject> DdsAdapter::objects() {
+  const std::lock_guard lock(impl_->mutex);
+  std::vector<messages::WorkspaceObject> changed;
+  for (auto& [id, object] : impl_->objects) changed.push_back(std::move(object));
+  impl_->objects.clear();
+  return changed;
+}
+
 bool DdsAdapter::has_newcomer() const { return impl_->changes.matched() > impl_->served; }
 
 bool DdsAdapter::publish(const messages::OccupancyChange& change) {
@@ -121,6 +132,11 @@ bool DdsAdapter::publish(const messages::OccupancyChange& change) {
     impl_->served = std::min(impl_->served, readers);
   }
   return sent && !has_newcomer();
+}
+
+void DdsAdapter::publish(const messages::PoseFinding& finding) {
+  if (!impl_->findings.write(messages::to_idl(finding)))
+    spdlog::error("a finding of object {} could not be published (pose_finding)", finding.id);
 }
 
 void DdsAdapter::report(const core::Health& health) {

@@ -14,9 +14,9 @@
 
 namespace phantom::workspace_camera {
 
-/// The component's topics. In: depth_image, slave_state, gripper_state, workspace_version. Out:
-/// occupancy_change, component_status. Of each camera, and of each other topic, only the first sender is
-/// followed. Of each camera the newest image waits; older ones that nobody took are dropped.
+/// The component's topics. In: depth_image, slave_state, gripper_state, workspace_version, workspace_object.
+/// Out: occupancy_change, pose_finding, component_status. Of each camera, and of each other topic, only the
+/// first sender is followed. Of each camera the newest image waits; older ones that nobody took are dropped.
 class DdsAdapter {
  public:
   /// `cameras`: names of those whose images come by depth_image. `arm`: null: no arm is heard. `history` must
@@ -32,12 +32,16 @@ class DdsAdapter {
   std::optional<Image> next_image(double wait_s);
   /// Returns what arms carry, if that has changed since the last call.
   std::optional<std::vector<messages::CarriedObject>> carried();
+  /// Returns the objects that were placed, moved or removed since the last call, in this order.
+  std::vector<messages::WorkspaceObject> objects();
 
   /// Publishes a change. Returns false if the next one must be whole: this could not be sent, or somebody has
   /// joined.
   bool publish(const messages::OccupancyChange& change);
   /// Returns whether somebody has joined who has not got a whole occupancy yet.
   bool has_newcomer() const;
+  /// Publishes what cameras have found of an object.
+  void publish(const messages::PoseFinding& finding);
   /// Publishes component_status; degraded while a second process sends what only one may send.
   void report(const core::Health& health);
 

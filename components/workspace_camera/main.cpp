@@ -12,17 +12,20 @@ int main(int argc, char** argv) {
   description.name = "workspace_camera";
   description.summary =
       "Turns what depth cameras see into changes of the workspace's occupancy: masks the arm at each image's own "
-      "time, fuses the images, and tells wva_server what has come and gone.";
+      "time, fuses the images, tells wva_server what has come and gone, and reports objects that stand elsewhere than the "
+      "model has them.";
   description.details =
-      "Topics in: depth_image, slave_state, gripper_state, workspace_version. Topics out: occupancy_change, "
-      "component_status.\n"
+      "Topics in: depth_image, slave_state, gripper_state, workspace_version, workspace_object. Topics out: occupancy_change, "
+      "pose_finding, component_status.\n"
       "Example: workspace_camera --deployment deploy/topologies/live.yaml";
   description.parameters = {workspace_camera::kParameters};
   description.run = [](const runtime::ProcessOptions& options) {
     const auto config = workspace_camera::load_config(options.config);
     const auto deployment = runtime::load_deployment(options);
-    if (config.simulates())
+    if (config.has(workspace_camera::CameraDriver::kSimulated))
       runtime::require_simulation_meant(deployment, options, "workspace_camera.yaml: driver: sim");
+    if (config.has(workspace_camera::CameraDriver::kFiles))
+      runtime::require_simulation_meant(deployment, options, "workspace_camera.yaml: driver: files");
     std::optional<runtime::EndsAtOnce> starting(std::in_place);
     auto profiles = std::async(std::launch::async, dds::check_qos_profiles, deployment.network.qos_profiles);
     auto loaded = workspace_camera::load_cell(config, deployment.cell);

@@ -9,6 +9,7 @@
 #include "common/runtime/cell/cell.hpp"
 #include "components/workspace_camera/arm_view.hpp"
 #include "components/workspace_camera/config.hpp"
+#include "components/workspace_camera/simulated_camera.hpp"
 
 namespace phantom::workspace_camera {
 
@@ -17,7 +18,9 @@ struct LoadedCell {
   runtime::CellConfig cell;
   std::unique_ptr<ArmView> arm;                          ///< null: none is masked
   std::unique_ptr<const fusion::CameraScene> simulated;  ///< of the real cell; null: no camera is simulated
-  std::vector<std::pair<std::uint64_t, geometry::TriangleMesh>> meshes;  ///< of the cell's objects, by hash
+  std::vector<DisplacedMesh> displaced;                  ///< which are not in `simulated`
+  std::vector<std::pair<std::uint64_t, geometry::TriangleMesh>>
+      meshes;  ///< of the cell's objects, by hash, in the cell's order
 };
 
 /// Loads the cell's arm and objects. Throws core::ConfigError, core::MissingError.

@@ -22,8 +22,13 @@ geometry::TriangleMesh shape_of(const Thing& thing) {
 }  // namespace
 
 SimulatedCamera::SimulatedCamera(const SimulatedOptions& options, const geometry::Pose& X_WC,
-                                 const fusion::CameraScene& cell, const std::vector<Thing>& things)
-    : options_(options), X_CW_(X_WC.inverse()), things_(things), depth_mm_(options.camera.pixels()) {
+                                 const fusion::CameraScene& cell, const std::vector<Thing>& things,
+                                 std::vector<DisplacedMesh> displaced)
+    : options_(options),
+      X_CW_(X_WC.inverse()),
+      things_(things),
+      displaced_(std::move(displaced)),
+      depth_mm_(options.camera.pixels()) {
   for (const Thing& thing : things_) shapes_.push_back(shape_of(thing));
   cell.render(options_.camera, X_WC, cell_);
 }
@@ -44,6 +49,10 @@ std::span<const std::uint16_t> SimulatedCamera::image(double time_s, const ArmVi
   for (std::size_t i = 0; i < things_.size(); ++i)
     if (things_[i].is_there(time_s))
       draw(shapes_[i], {Eigen::Matrix3d::Identity(), things_[i].middle_m(time_s)}, things_[i].steel);
+  for (const DisplacedMesh& one : displaced_) {
+    const Eigen::Vector3d by_m = time_s < one.from_s ? Eigen::Vector3d::Zero() : one.by_m;
+    draw(one.mesh_W, {Eigen::Matrix3d::Identity(), by_m}, false);
+  }
   if (arm != nullptr && pose != nullptr) {
     robot::LinkPoses X_WL;
     arm->arm().link_poses(pose->q, X_WL);

@@ -10,14 +10,23 @@
 
 namespace phantom::workspace_camera {
 
+/// An object that stands elsewhere from a time on.
+struct DisplacedMesh {
+  geometry::TriangleMesh mesh_W;  ///< before
+  Eigen::Vector3d by_m = Eigen::Vector3d::Zero();
+  double from_s = 0.0;
+};
+
 /// A depth camera that is fixed in a simulated cell: it sees the cell's objects where they really stand, the
 /// arm, and things that the model does not know, with a sensor's errors. Pure: equal inputs give equal
 /// images. What the arm carries is not seen. One thread.
 class SimulatedCamera {
  public:
-  /// Looks at the cell once: its objects do not move. `cell`: must not be changed by the caller later.
+  /// Looks at the cell once: its objects do not move, but for those of `displaced`, which are not in `cell`.
+  /// `cell`: must not be changed by the caller later.
   SimulatedCamera(const SimulatedOptions& options, const geometry::Pose& X_WC,
-                  const fusion::CameraScene& cell, const std::vector<Thing>& things);
+                  const fusion::CameraScene& cell, const std::vector<Thing>& things,
+                  std::vector<DisplacedMesh> displaced = {});
 
   /// Returns the image of a time, counted from the start; valid until the next call. `arm`: null: there is
   /// none, or where it is is not known.
@@ -30,6 +39,7 @@ class SimulatedCamera {
   SimulatedOptions options_;
   geometry::Pose X_CW_;
   std::vector<Thing> things_;
+  std::vector<DisplacedMesh> displaced_;
   std::vector<geometry::TriangleMesh> shapes_;  // of the things
   std::vector<fusion::SeenPixel> cell_, seen_;
   std::vector<std::uint16_t> depth_mm_;

@@ -45,6 +45,9 @@ class WorkspaceCamera {
   /// Returns this component's state in one sentence, with figures.
   core::Health health(core::Nanoseconds now_ns) const;
   const fusion::Fusion& fusion() const { return fusion_; }
+  /// Returns the newest image that was fused, and the arm's depth in it (ArmView).
+  const fusion::DepthImage& image() const { return image_; }
+  std::span<const float> arm_depth_m() const { return arm_depth_m_; }
   std::uint64_t fused_images() const { return fused_; }
 
  private:

@@ -58,6 +58,18 @@ TEST(ObjectMarkers, AreThereOnceObjectAndMeshAreInEitherOrder) {
   }
 }
 
+TEST(ObjectMarkers, OfProtectedZonesAreSeeThrough) {
+  const geometry::TriangleMesh mesh = a_mesh();
+  ObjectMarkers markers(phantom::test::one_joint(), "left", {7});
+  EXPECT_TRUE(markers.take(chunk_of(mesh)));
+  for (const std::uint16_t id : {std::uint16_t{7}, std::uint16_t{8}})
+    markers.take(object(id, mesh.content_hash()));
+  const auto all = markers.all();
+  ASSERT_EQ(all.size(), 2u);
+  EXPECT_LT(all[0].opacity, 1.0F);
+  EXPECT_EQ(all[1].opacity, 1.0F);
+}
+
 TEST(ObjectMarkers, ChangeOneByOne) {
   const geometry::TriangleMesh mesh = a_mesh();
   ObjectMarkers markers(phantom::test::one_joint(), "left");

@@ -37,7 +37,7 @@ TEST_F(Config, TheShippedFileIsValid) {
   const auto shipped = load_config(PHANTOM_SOURCE_DIR "/components/workspace_camera/workspace_camera.yaml");
   ASSERT_EQ(shipped.cameras.size(), 1U);
   EXPECT_EQ(shipped.cameras[0].driver, CameraDriver::kTopic);
-  EXPECT_FALSE(shipped.simulates());
+  EXPECT_FALSE(shipped.has(CameraDriver::kSimulated));
   const auto defaults = load(kOne);
   EXPECT_EQ(shipped.heartbeat_s, defaults.heartbeat_s);
   EXPECT_EQ(shipped.status_rate_hz, defaults.status_rate_hz);
@@ -53,7 +53,7 @@ TEST_F(Config, TheShippedFileIsValid) {
 
 TEST_F(Config, ThatOfTheDemoIsValid) {
   const auto demo = load_config(PHANTOM_SOURCE_DIR "/deploy/cells/hot_cell/workspace_camera.yaml");
-  EXPECT_TRUE(demo.simulates());
+  EXPECT_TRUE(demo.has(CameraDriver::kSimulated));
   EXPECT_EQ(demo.things.size(), 2U);
 }
 

@@ -2,10 +2,14 @@
 
 #include <gtest/gtest.h>
 
+#include <map>
+#include <mutex>
+
 #include "common/dds/endpoints/endpoint.hpp"
 #include "common/dds/tests/test_network.hpp"
-#include "common/messages/codecs/living_codec.hpp"
 #include "common/messages/codecs/status_codec.hpp"
+#include "common/messages/codecs/teleoperation_codec.hpp"
+#include "common/messages/codecs/workspace_codec.hpp"
 #include "common/messages/publisher.hpp"
 #include "components/workspace_camera/tests/rig.hpp"
 
@@ -73,6 +77,39 @@ TEST(DdsAdapter, OfTwoSendersOfOneCameraTheFirstIsFollowed) {
     return waiter.wait([&] { return message.find("depth_image") != std::string::npos; },
                        std::chrono::seconds(0));
   }));
+}
+
+TEST(DdsAdapter, WhoeverJoinsLaterGetsTheNewestFindingOfEachObject) {
+  const core::NetworkOptions network = dds::test_network();
+  ArmHistory history;
+  DdsAdapter adapter(network, "workspace_camera", {}, nullptr, history);
+  messages::PoseFinding drum{.id = 3, .verdict = messages::PoseVerdict::kGone, .camera = "above"},
+      valve{.id = 4, .verdict = messages::PoseVerdict::kAgrees, .camera = "above"};
+  adapter.publish(drum);
+  adapter.publish(valve);
+  drum.verdict = messages::PoseVerdict::kElsewhere;
+  drum.shift_m = 0.1;
+  drum.unseen = "along x";
+  adapter.publish(drum);
+  dds::Participant other("other", network);
+  std::mutex mutex;
+  std::map<std::uint16_t, messages::PoseFinding> got;
+  const dds::Reader<msg::PoseFinding> reader(other, dds::kPoseFinding,
+                                             [&](const msg::PoseFinding& message, const dds::SampleInfo&) {
+                                               const auto finding = messages::from_idl(message);
+                                               if (!finding) return false;
+                                               const std::lock_guard lock(mutex);
+                                               got[finding->id] = *finding;
+                                               return true;
+                                             });
+  EXPECT_TRUE(dds::eventually([&] {
+    const std::lock_guard lock(mutex);
+    return got.size() == 2 && got[3].shift_m == 0.1;
+  }));
+  EXPECT_EQ(got[3].verdict, messages::PoseVerdict::kElsewhere);
+  EXPECT_EQ(got[3].unseen, "along x");
+  EXPECT_EQ(got[3].camera, "above");
+  EXPECT_EQ(got[4].verdict, messages::PoseVerdict::kAgrees);
 }
 
 TEST(DdsAdapter, WhoeverJoinsIsToldOnceWhole) {

@@ -1,0 +1,319 @@
+#include "components/workspace_camera/pose_check.hpp"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+#include "common/survey/touch.hpp"
+#include "components/workspace_camera/depth_raster.hpp"
+
+namespace phantom::workspace_camera {
+namespace {
+
+constexpr double kDisagree = 0.25;     // of an object's pixels: it may stand elsewhere
+constexpr double kSeenThrough = 0.85;  // of them: nothing is there
+constexpr double kConfirmed = 0.7;     // of the pixels at the new pose: it stands there
+constexpr double kSigmas = 4.0;
+constexpr std::size_t kMaxNear = 600, kMaxTouches = 40, kMaxFree = 12, kMinTouches = 12;
+
+/// Returns at most `count` of the values, evenly spread.
+template <class Value>
+std::vector<Value> spread(const std::vector<Value>& all, std::size_t count) {
+  if (all.size() <= count) return all;
+  std::vector<Value> some;
+  for (std::size_t i = 0; i < count; ++i) some.push_back(all[i * all.size() / count]);
+  return some;
+}
+
+std::vector<ModelObject> with_triangles(std::vector<ModelObject> objects) {
+  std::erase_if(objects, [](const ModelObject& one) { return survey::TouchSurface(one.mesh_O).empty(); });
+  return objects;
+}
+
+/// The object is looked for within reach; what lies farther off is explained by something else.
+survey::TouchOptions touch_options(double reach_m) {
+  survey::TouchOptions options;
+  options.prior_position_sigma_m = 0.5 * reach_m;
+  options.prior_orientation_sigma_rad = 0.1;
+  options.determined_m = 0.02;
+  options.least_fit_probability = 0.0;  // the camera's errors are not independent
+  return options;
+}
+
+double rms_m(const std::vector<double>& gaps_m, const std::vector<std::size_t>& left_out) {
+  double sum = 0.0;
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < gaps_m.size(); ++i) {
+    if (std::ranges::find(left_out, i) != left_out.end()) continue;
+    sum += gaps_m[i] * gaps_m[i];
+    ++count;
+  }
+  return count > 0 ? std::sqrt(sum / static_cast<double>(count)) : 0.0;
+}
+
+}  // namespace
+
+bool is_same(const Place& a, const Place& b) {
+  if (!a || !b) return a.has_value() == b.has_value();
+  return a->translation_m == b->translation_m && a->rotation == b->rotation;
+}
+
+PoseCheck::PoseCheck(const PoseCheckRules& rules, std::vector<ModelObject> objects)
+    : rules_(rules), objects_(with_triangles(std::move(objects))) {
+  for (const ModelObject& object : objects_) surfaces_.emplace_back(object.mesh_O);
+  known_.resize(objects_.size());
+}
+
+void PoseCheck::draw(std::size_t object, const geometry::Pose& X_WO, std::vector<Drawn>& into) {
+  draw_mesh(objects_[object].mesh_O, image_->X_WC().inverse() * X_WO, image_->camera(), corners_m_,
+            [&](std::size_t pixel, double depth_m, double) {
+              Drawn& drawn = into[pixel];
+              if (drawn.object >= 0 && depth_m >= static_cast<double>(drawn.depth_m)) return;
+              drawn = {static_cast<float>(depth_m), static_cast<int>(object)};
+            });
+}
+
+double PoseCheck::tolerance_m(double depth_m) const {
+  return rules_.tolerance_m + kSigmas * rules_.sigma.at(depth_m);
+}
+
+/// At the edge of a silhouette a pixel sees one thing or the other.
+bool PoseCheck::is_inside(const std::vector<Drawn>& drawn, std::size_t pixel) const {
+  const auto width = static_cast<std::size_t>(image_->camera().width_px);
+  const std::size_t column = pixel % width;
+  if (column == 0 || column + 1 == width || pixel < width || pixel + width >= drawn.size()) return false;
+  const Drawn& own = drawn[pixel];
+  const double jump_m = tolerance_m(static_cast<double>(own.depth_m));
+  for (const std::size_t other : {pixel - 1, pixel + 1, pixel - width, pixel + width})
+    if (drawn[other].object != own.object ||
+        std::abs(static_cast<double>(drawn[other].depth_m - own.depth_m)) > jump_m)
+      return false;
+  return true;
+}
+
+/// At the arm's edge, too: what is measured there lies between the arm and what is behind it.
+bool PoseCheck::is_of_arm(std::size_t pixel) const {
+  if (arm_depth_m_.empty()) return false;
+  const auto width = static_cast<std::size_t>(image_->camera().width_px);
+  const auto seen_m = static_cast<double>(image_->depth_m()[pixel]);
+  const auto covers = [&](std::size_t at) {
+    return at < arm_depth_m_.size() && arm_depth_m_[at] > 0.0F &&
+           seen_m > static_cast<double>(arm_depth_m_[at]) - kArmMargin_m;
+  };
+  return covers(pixel) || covers(pixel + 1) || covers(pixel - 1) || covers(pixel + width) ||
+         covers(pixel - width);
+}
+
+void PoseCheck::count(const std::vector<Drawn>& drawn, std::vector<Count>& counts) const {
+  counts.assign(objects_.size(), {});
+  for (std::size_t pixel = 0; pixel < drawn.size(); ++pixel) {
+    if (drawn[pixel].object < 0 || !is_inside(drawn, pixel)) continue;
+    const auto model_m = static_cast<double>(drawn[pixel].depth_m),
+               seen_m = static_cast<double>(image_->depth_m()[pixel]);
+    if (seen_m == 0.0 || is_of_arm(pixel)) continue;
+    Count& count = counts[static_cast<std::size_t>(drawn[pixel].object)];
+    const double tolerance = tolerance_m(std::max(model_m, seen_m));
+    if (std::abs(seen_m - model_m) <= tolerance) {
+      ++count.agree;
+    } else {
+      ++(seen_m > model_m ? count.through : count.hidden);
+    }
+  }
+}
+
+/// Drawn there, it is what the camera sees.
+bool PoseCheck::stands_at(std::size_t object, const geometry::Pose& X_WO) {
+  moved_ = drawn_;
+  for (Drawn& drawn : moved_)
+    if (drawn.object == static_cast<int>(object)) drawn = {};
+  draw(object, X_WO, moved_);
+  std::vector<Count> counts;
+  count(moved_, counts);
+  const Count& there = counts[object];
+  return there.agree >= kMinPixels / 2 &&
+         static_cast<double>(there.agree) >= kConfirmed * static_cast<double>(there.judged());
+}
+
+bool PoseCheck::fit(std::size_t object, const geometry::Pose& X_WO, PoseFinding& finding) {
+  const auto& camera = image_->camera();
+  const auto width = static_cast<std::size_t>(camera.width_px);
+  const survey::TouchSurface& surface = surfaces_[object];
+  const geometry::Pose X_OW = X_WO.inverse();
+  Eigen::AlignedBox3d box;
+  for (const Eigen::Vector3d& corner : surface.extremes_O_m()) box.extend(corner);
+  std::vector<survey::Touch> near;
+  std::vector<survey::FreePlace> free;
+  for (std::size_t pixel = 0; pixel < drawn_.size(); ++pixel) {
+    const auto seen_m = static_cast<double>(image_->depth_m()[pixel]);
+    if (seen_m == 0.0 || is_of_arm(pixel)) continue;
+    const Eigen::Vector3d ray_C =
+        camera.direction(static_cast<double>(pixel % width), static_cast<double>(pixel / width));
+    const Drawn& model = drawn_[pixel];
+    const auto model_m = static_cast<double>(model.depth_m);
+    const bool own = model.object == static_cast<int>(object),
+               agrees =
+                   model.object >= 0 && std::abs(seen_m - model_m) <= tolerance_m(std::max(model_m, seen_m));
+    if (own && !agrees && seen_m > model_m && is_inside(drawn_, pixel))
+      free.push_back({image_->X_WC() * (model_m * ray_C), 0.0, rules_.tolerance_m});
+    if (agrees && !own) continue;
+    const Eigen::Vector3d p_W_m = image_->X_WC() * (seen_m * ray_C);
+    if (box.exteriorDistance(X_OW * p_W_m) > rules_.reach_m) continue;
+    near.push_back({p_W_m, 0.0, std::hypot(rules_.sigma.at(seen_m), 0.002), std::nullopt});
+  }
+  near = spread(near, kMaxNear);
+  std::erase_if(near, [&](const survey::Touch& touch) {
+    return std::abs(surface.nearest(X_OW * touch.p_W_m).distance_m) > rules_.reach_m;
+  });
+  if (near.size() < kMinTouches) return false;
+  const auto fitted = survey::correct_by_touch(surface, X_WO, spread(near, kMaxTouches),
+                                               spread(free, kMaxFree), touch_options(rules_.reach_m));
+  if (!fitted) return false;
+  const survey::TouchCorrection& correction = fitted.value();
+  if (correction.moved_m <= rules_.tolerance_m) return false;
+  // What is hardly seen is left as in the model, unless the image then denies it.
+  const geometry::Pose determined_WO =
+      survey::determined_pose(correction, surface.centre_O_m(), touch_options(rules_.reach_m));
+  const bool is_there = stands_at(object, determined_WO);
+  finding.corrected_WO = is_there ? determined_WO : correction.fit.X_WO;
+  finding.shift_m = finding.corrected_WO * surface.centre_O_m() - X_WO * surface.centre_O_m();
+  finding.turned_rad =
+      geometry::rotation_vector(finding.corrected_WO.rotation * X_WO.rotation.transpose()).norm();
+  finding.residual_m = rms_m(correction.after_m, correction.unexplained);
+  for (const survey::TouchDirection& direction : correction.open) finding.open.push_back(direction.words);
+  return is_there || stands_at(object, correction.fit.X_WO);
+}
+
+/// Finds where an object stands that is not where the model has it.
+void PoseCheck::find(std::size_t object, const geometry::Pose& X_WO, const Count& seen, int& fits,
+                     PoseFinding& finding) {
+  std::optional<Known>& known = known_[object];
+  if (known && !is_same(known->X_WO, X_WO)) known.reset();
+  const PoseFinding counted = finding;
+  const auto keep = [&] {
+    finding = known->finding;
+    finding.pixels = counted.pixels;
+    finding.agree = counted.agree;
+    finding.through = counted.through;
+  };
+  if (known && known->finding.verdict == PoseVerdict::kElsewhere) {
+    if (stands_at(object, known->finding.corrected_WO)) return keep();
+    known.reset();
+  }
+  if (known && known->rest > 0) {
+    --known->rest;
+    return keep();
+  }
+  if (fits <= 0) return;
+  --fits;
+  first_ = (object + 1) % objects_.size();
+  const auto through = static_cast<double>(seen.through), judged = static_cast<double>(seen.judged());
+  if (fit(object, X_WO, finding)) {
+    finding.verdict = PoseVerdict::kElsewhere;
+  } else {
+    finding = counted;
+    if (through >= kSeenThrough * judged) {
+      finding.verdict = PoseVerdict::kGone;
+    } else if (through >= kDisagree * judged) {
+      finding.verdict = PoseVerdict::kUnclear;
+    }  // otherwise something stands before it: unseen
+  }
+  known = Known{X_WO, finding, kRest};
+}
+
+std::vector<PoseFinding> PoseCheck::judge(const fusion::DepthImage& image, std::span<const float> arm_depth_m,
+                                          std::span<const Place> X_WO) {
+  image_ = &image;
+  arm_depth_m_ = arm_depth_m;
+  drawn_.assign(image.camera().pixels(), {});
+  for (std::size_t i = 0; i < objects_.size(); ++i)
+    if (X_WO[i]) draw(i, *X_WO[i], drawn_);
+  std::vector<Count> counts;
+  count(drawn_, counts);
+  std::vector<PoseFinding> findings;
+  int fits = kMaxFits;
+  const std::size_t first = first_;
+  for (std::size_t k = 0; k < objects_.size(); ++k) {
+    const std::size_t i = (first + k) % objects_.size();
+    if (!X_WO[i]) continue;
+    PoseFinding finding{.id = objects_[i].id,
+                        .name = objects_[i].name,
+                        .X_WO = *X_WO[i],
+                        .corrected_WO = *X_WO[i],
+                        .open = {}};
+    const Count& seen = counts[i];
+    const auto judged = static_cast<double>(seen.judged());
+    finding.pixels = seen.judged();
+    finding.agree = seen.agree;
+    finding.through = seen.through;
+    if (seen.judged() < kMinPixels) {
+      findings.push_back(std::move(finding));
+      continue;
+    }
+    if (static_cast<double>(seen.agree) >= (1.0 - kDisagree) * judged) {
+      finding.verdict = PoseVerdict::kAgrees;
+      known_[i].reset();
+    } else {
+      find(i, *X_WO[i], seen, fits, finding);
+    }
+    findings.push_back(std::move(finding));
+  }
+  return findings;
+}
+
+void ConfirmedFindings::take(std::size_t camera, const std::vector<PoseFinding>& findings) {
+  for (const PoseFinding& finding : findings) {
+    if (finding.verdict == PoseVerdict::kUnseen) continue;
+    auto entry = std::ranges::find_if(
+        entries_, [&](const Entry& one) { return one.camera == camera && one.latest.id == finding.id; });
+    if (entry == entries_.end())
+      entry = entries_.insert(entries_.end(), {camera, finding, {}});
+    else if (entry->latest.verdict == finding.verdict) {
+      // Figures that vary by less than is tolerated stay as they were said.
+      const bool same = entry->reported.verdict == finding.verdict &&
+                        (entry->reported.shift_m - finding.shift_m).norm() < tolerance_m_;
+      if (!same) entry->reported = finding;
+    }
+    entry->latest = finding;
+  }
+}
+
+void ConfirmedFindings::forget(std::uint16_t id) {
+  std::erase_if(entries_, [id](const Entry& entry) { return entry.latest.id == id; });
+}
+
+void ConfirmedFindings::forget_camera(std::size_t camera) {
+  std::erase_if(entries_, [camera](const Entry& entry) { return entry.camera == camera; });
+}
+
+std::string sentence(const PoseFinding& reported) {
+  if (reported.verdict == PoseVerdict::kGone)
+    return fmt::format("'{}' is gone: the camera sees through where the model has it", reported.name);
+  if (reported.verdict == PoseVerdict::kUnclear)
+    return fmt::format("'{}' is not where the model has it, and this camera does not show where it is",
+                       reported.name);
+  const Eigen::Vector3d& shift_m = reported.shift_m;
+  return fmt::format(
+      "'{}' stands {:.2f} m from where the model has it, by ({:+.2f}, {:+.2f}, {:+.2f}) m{}; {:.0f} mm remain{}",
+      reported.name, shift_m.norm(), shift_m.x(), shift_m.y(), shift_m.z(),
+      reported.turned_rad > 0.035 ? fmt::format(", turned by {:.0f}°", 57.29578 * reported.turned_rad) : "",
+      1e3 * reported.residual_m,
+      reported.open.empty() ? "" : fmt::format("; not seen: {}", fmt::join(reported.open, ", ")));
+}
+
+std::vector<ConfirmedFinding> ConfirmedFindings::reported() const {
+  std::vector<ConfirmedFinding> all;
+  for (const Entry& entry : entries_) {
+    if (entry.reported.verdict == PoseVerdict::kUnseen) continue;
+    const auto known = std::ranges::find_if(
+        all, [&](const ConfirmedFinding& one) { return one.finding.id == entry.reported.id; });
+    if (known == all.end())
+      all.push_back({entry.camera, entry.reported});
+    else if (known->finding.verdict == PoseVerdict::kAgrees)
+      *known = {entry.camera, entry.reported};
+  }
+  return all;
+}
+
+}  // namespace phantom::workspace_camera

@@ -1,0 +1,212 @@
+#include "components/workspace_camera/camera_alignment.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+
+#include "components/workspace_camera/model_watch.hpp"
+#include "components/workspace_camera/tests/rig.hpp"
+
+namespace phantom::workspace_camera::camera_alignment_test {
+namespace {
+
+using namespace rig;
+using testing::ElementsAre;
+using testing::IsEmpty;
+using testing::StartsWith;
+
+/// A table with two things, before a wall: all of it is the model's.
+struct Scene {
+  std::vector<ModelObject> objects{{1, "table", geometry::make_box({0.9, 0.6, 0.04})},
+                                   {2, "box", geometry::make_box({0.16, 0.12, 0.2})},
+                                   {3, "drum", geometry::make_cylinder(0.09, 0.24)},
+                                   {4, "wall", geometry::make_box({2.0, 0.04, 2.0})}};
+  std::vector<std::optional<geometry::Pose>> X_WO{
+      geometry::Pose{Eigen::Matrix3d::Identity(), {0.0, 0.0, 0.1}},
+      geometry::Pose{geometry::rotation_about(Eigen::Vector3d::UnitZ(), 0.4), {-0.2, 0.0, 0.22}},
+      geometry::Pose{Eigen::Matrix3d::Identity(), {0.2, 0.05, 0.24}},
+      geometry::Pose{Eigen::Matrix3d::Identity(), {0.0, 0.45, 0.4}}};
+
+  fusion::CameraScene real(std::vector<geometry::TriangleMesh> others = {}) const {
+    std::vector<fusion::CameraScene::Object> all;
+    for (std::size_t i = 0; i < objects.size(); ++i)
+      all.push_back({objects[i].mesh_O.transformed(*X_WO[i]), false});
+    for (auto& other : others) all.push_back({std::move(other), false});
+    return fusion::CameraScene(all);
+  }
+};
+
+geometry::Pose knock(const Eigen::Vector3d& turn_rad, const Eigen::Vector3d& shift_m) {
+  geometry::Pose X{Eigen::Matrix3d::Identity(), shift_m};
+  if (turn_rad.norm() > 0.0)
+    X.rotation = Eigen::AngleAxisd(turn_rad.norm(), turn_rad.normalized()).toRotationMatrix();
+  return X;
+}
+
+WorkspaceCameraConfig wide() {
+  WorkspaceCameraConfig made = config();
+  made.cameras[0].simulated.camera = {320, 240, 280.0, 280.0, 159.5, 119.5, 0.3, 4.0};
+  return made;
+}
+
+/// Images of a camera that says it stands where it was mounted, and stands elsewhere.
+class Eye {
+ public:
+  Eye(const fusion::CameraScene& scene, const geometry::Pose& X_knock, std::uint64_t seed = 1)
+      : camera_(wide().cameras[0]), eye_(options(seed), camera_.X_FC * X_knock, scene, {}) {}
+
+  const fusion::DepthImage& next() {
+    time_s_ += 1.0 / 15.0;
+    const core::Status taken =
+        image_.load_mm({eye_.camera(), camera_.X_FC, time_s_}, eye_.image(time_s_, nullptr, nullptr));
+    EXPECT_TRUE(taken) << taken.message();
+    return image_;
+  }
+
+ private:
+  SimulatedOptions options(std::uint64_t seed) const {
+    SimulatedOptions made = camera_.simulated;
+    made.seed = seed;
+    return made;
+  }
+  CameraConfig camera_;
+  SimulatedCamera eye_;
+  fusion::DepthImage image_;
+  double time_s_ = 0.0;
+};
+
+TEST(CameraAlignment, FindsByHowMuchACameraStandsElsewhere) {
+  const Scene scene;
+  const fusion::CameraScene real = scene.real();
+  CameraAlignment alignment{fusion::DepthSigma{}};
+  const CameraConfig camera = wide().cameras[0];
+  alignment.set_model(camera.simulated.camera, camera.X_FC, scene.objects, scene.X_WO);
+  for (const auto& [turn_rad, shift_m] :
+       {std::pair<Eigen::Vector3d, Eigen::Vector3d>({0, 0, 0}, {0.012, 0, 0}),
+        {{0, 0, 0}, {0, -0.01, 0.01}},
+        {{0.009, 0, 0}, {0, 0, 0}},
+        {{0, -0.009, 0}, {0, 0, 0}},
+        {{0, 0, 0.012}, {0.005, 0, 0}}}) {
+    Eye eye(real, knock(turn_rad, shift_m));
+    const auto offset = alignment.offset(eye.next(), {});
+    ASSERT_TRUE(offset);
+    EXPECT_LT((offset->turn_rad - turn_rad).norm(), 0.002) << offset->turn_rad.transpose();
+    EXPECT_LT((offset->shift_m - shift_m).norm(), 0.003)
+        << offset->shift_m.transpose() << " instead of " << shift_m.transpose();
+  }
+}
+
+TEST(CameraAlignment, WithoutEnoughOfTheModelInViewItSaysNothing) {
+  const Scene scene;
+  CameraAlignment alignment{fusion::DepthSigma{}};
+  const CameraConfig camera = wide().cameras[0];
+  const std::vector<std::optional<geometry::Pose>> nowhere(scene.objects.size());
+  alignment.set_model(camera.simulated.camera, camera.X_FC, scene.objects, nowhere);
+  const fusion::CameraScene real = scene.real();
+  Eye eye(real, {});
+  EXPECT_FALSE(alignment.offset(eye.next(), {}));
+}
+
+/// Seconds until a camera that is knocked after 2 s is reported; a negative number: not within 3 s.
+double reported_after_s(const geometry::Pose& X_knock, std::uint64_t seed) {
+  const Scene scene;
+  const fusion::CameraScene real = scene.real();
+  ModelWatch watch(wide(), scene.objects, scene.X_WO);
+  Eye before(real, {}, seed), after(real, X_knock, seed + 100);
+  for (int i = 0; i < 75; ++i) {
+    const double time_s = i / 15.0;
+    watch.take(0, time_s < 2.0 ? before.next() : after.next(), {}, core::from_seconds(10.0 + time_s));
+    const auto said = watch.sentences();
+    if (!said.empty() && said.front().starts_with("camera 'above' was knocked")) return time_s - 2.0;
+  }
+  return -1.0;
+}
+
+// Tries workspace_camera: a fixed camera is knocked, or most of what it sees moves
+TEST(ModelWatch, SR28_ACameraThatIsKnockedByTenMillimetresOrHalfADegreeIsReportedWithinHalfASecond) {
+  const double half_rad = 0.00873;
+  for (int axis = 0; axis < 3; ++axis) {
+    const Eigen::Vector3d unit = Eigen::Vector3d::Unit(axis);
+    for (const geometry::Pose& X : {knock(half_rad * unit, {0, 0, 0}), knock({0, 0, 0}, 0.01 * unit)}) {
+      const double reported_s = reported_after_s(X, 7 + static_cast<std::uint64_t>(axis));
+      EXPECT_GE(reported_s, 0.0) << "axis " << axis;
+      EXPECT_LE(reported_s, 0.5) << "axis " << axis;
+    }
+  }
+}
+
+// Tries workspace_camera: a fixed camera stands elsewhere than its pose says
+TEST(ModelWatch, SR28_ACameraThatWasMountedThreeCentimetresOffIsReportedAtTheStart) {
+  const Scene scene;
+  const fusion::CameraScene real = scene.real();
+  ModelWatch watch(wide(), scene.objects, scene.X_WO);
+  Eye off(real, knock({0.0, 0.0, 0.0}, {0.03, 0.0, 0.0}));
+  for (int i = 0; i < 30; ++i) watch.take(0, off.next(), {}, core::from_seconds(10.0 + i / 15.0));
+  ASSERT_EQ(watch.sentences().size(), 1U);
+  EXPECT_THAT(watch.sentences().front(), StartsWith("camera 'above' stands elsewhere than its pose says"));
+}
+
+TEST(ModelWatch, NeitherNoiseNorAHandLooksLikeAKnock) {
+  const Scene scene;
+  ModelWatch watch(wide(), scene.objects, scene.X_WO);
+  Thing hand;
+  hand.shape = Thing::Shape::kBall, hand.size_m = {0.16, 0.16, 0.16};
+  hand.from_m = {-0.5, -0.3, 0.4}, hand.to_m = {0.5, -0.1, 0.3}, hand.trip_s = 2.0, hand.appears_s = 3.0;
+  const CameraConfig camera = wide().cameras[0];
+  const fusion::CameraScene real = scene.real();
+  SimulatedCamera eye(camera.simulated, camera.X_FC, real, {hand});
+  fusion::DepthImage image;
+  for (double time_s = 0.0; time_s < 60.0; time_s += 0.125) {
+    ASSERT_TRUE(image.load_mm({eye.camera(), camera.X_FC, time_s}, eye.image(time_s, nullptr, nullptr)));
+    EXPECT_FALSE(watch.take(0, image, {}, core::from_seconds(10.0 + time_s))) << time_s << " s";
+  }
+  EXPECT_THAT(watch.sentences(), IsEmpty());
+}
+
+CameraOffset offset_of(const Eigen::Vector3d& shift_m) {
+  CameraOffset offset;
+  offset.shift_m = shift_m;
+  offset.information = 1e8 * Eigen::Matrix<double, 6, 6>::Identity();
+  return offset;
+}
+
+TEST(KnockWatch, ComparesWithTheFirstImagesAndNeedsTwoAlike) {
+  KnockWatch watch;
+  for (int i = 0; i < KnockWatch::kFirst; ++i) watch.put(offset_of({0.01, 0.0, 0.0}));
+  watch.put(offset_of({0.01, 0.0, 0.0}));
+  EXPECT_LT(watch.shift_m(), 1e-9) << "an error of the mounting, or of the model, is no knock";
+  watch.put(offset_of({0.022, 0.0, 0.0}));
+  EXPECT_FALSE(watch.knocked());
+  watch.put(offset_of({0.01, 0.0, 0.0}));
+  watch.put(offset_of({0.022, 0.0, 0.0}));
+  EXPECT_FALSE(watch.knocked());
+  watch.put(offset_of({0.022, 0.0, 0.0}));
+  EXPECT_TRUE(watch.knocked());
+  EXPECT_NEAR(watch.shift_m(), 0.012, 1e-9);
+  for (int i = 0; i < 30; ++i) watch.put(offset_of({0.01, 0.0, 0.0}));
+  EXPECT_FALSE(watch.knocked()) << "it was put back";
+}
+
+TEST(KnockWatch, AfterTheModelHasChangedTheNextImagesAreTheFirst) {
+  KnockWatch watch;
+  for (int i = 0; i < KnockWatch::kFirst + 3; ++i) watch.put(offset_of({0.0, 0.0, 0.0}));
+  watch.restart();
+  for (int i = 0; i < KnockWatch::kFirst + 3; ++i) watch.put(offset_of({0.03, 0.0, 0.0}));
+  EXPECT_FALSE(watch.knocked() || watch.misplaced());
+  for (int i = 0; i < KnockWatch::kConfirmations; ++i) watch.put(offset_of({0.0, 0.0, 0.0}));
+  EXPECT_TRUE(watch.knocked());
+}
+
+TEST(KnockWatch, ADirectionThatNothingDeterminesIsNoKnock) {
+  KnockWatch watch;
+  CameraOffset offset = offset_of({0.0, 0.0, 0.0});
+  offset.information(3, 3) = 1.0;
+  for (int i = 0; i < KnockWatch::kFirst; ++i) watch.put(offset);
+  offset.shift_m.x() = 0.5;
+  for (int i = 0; i < 5; ++i) watch.put(offset);
+  EXPECT_FALSE(watch.knocked());
+}
+
+}  // namespace
+}  // namespace phantom::workspace_camera::camera_alignment_test
