@@ -12,6 +12,8 @@
 #include "common/core/units.hpp"
 #include "common/runtime/process/process.hpp"
 #include "common/survey/error_aid.hpp"
+#include "components/workspace_survey/assist_lines.hpp"
+#include "components/workspace_survey/head/head_steering.hpp"
 
 namespace phantom::workspace_survey {
 namespace {
@@ -21,26 +23,14 @@ using survey::Targeting;
 
 constexpr double kAnotherFaceSigmas = 6.0;  // a corner farther off the plane of the others than errors go
 
-constexpr const char* kHelp =
-    "  RANGE PAN TILT        the reading of the next corner: range in mm, pan and tilt in degrees\n"
-    "  =NODE                 the next corner is a node that was measured before, on another face\n"
-    "  done                  the face is complete: all corners of its border were targeted, in order\n"
-    "  part                  the face ends here, but it has more corners (an edge, a corner, "
-    "a part of a border)\n"
-    "  again NODE RANGE PAN TILT   a better reading in place of a node's old one\n"
-    "  more NODE RANGE PAN TILT    a further reading of a node: they are averaged\n"
-    "  undo                  forget the last corner\n"
-    "  show                  what was measured, what it may be, and where\n"
-    "  save FILE             keep the readings as CSV\n"
-    "  pick N                it is alternative N, by your own eyes; holds until more is measured\n"
-    "  send                  tell the running workspace (once a pose is accepted)\n"
-    "  help, quit\n";
-
 class Assistant {
  public:
   Assistant(const Config& config, const Library& library, const AssistSetup& setup, std::istream& in,
             std::ostream& out)
-      : config_(config), library_(library), setup_(setup), in_(in), out_(out) {}
+      : config_(config), library_(library), setup_(setup), in_(in), out_(out) {
+    if (setup.head != nullptr)
+      steering_.emplace(*setup.head, config.head, config.errors, setup.readings, out);
+  }
 
   int run() {
     out_ << "Survey of one object, with a library of " << library_.parts.size() << " parts.\n"
@@ -70,11 +60,37 @@ class Assistant {
     return fmt::format("{}{}", static_cast<char>('A' + faces_done_ % 26),
                        round == 0 ? "" : std::to_string(round));
   }
-  void prompt() { out_ << "face " << face_name() << ", corner " << on_face_ + 1 << "> " << std::flush; }
+  void prompt() {
+    if (setup_.on_prompt) setup_.on_prompt(view());
+    out_ << "face " << face_name() << ", corner " << on_face_ + 1 << "> " << std::flush;
+  }
+
+  AssistView view() const {
+    const survey::PoseFit* fit = best_fit();
+    AssistView view = survey_view(
+        config_.head, config_.errors, targetings_,
+        fit == nullptr ? nullptr : &library_.models[result_.identification.candidates.front().part],
+        fit == nullptr ? geometry::Pose() : fit->X_WO);
+    view.face = face_name();
+    view.corner = on_face_ + 1;
+    view.fitted = fitted();
+    if (steering_ && steering_->pointing())
+      view.pointing = {steering_->pointing()->pan_rad, steering_->pointing()->tilt_rad};
+    return view;
+  }
+
+  /// Returns the best pose of the part that agrees best; null: there is none yet.
+  const survey::PoseFit* best_fit() const {
+    const auto& found = result_.identification.candidates;
+    const bool placed = !found.empty() && found.front().placements.front().fit;
+    return placed ? &*found.front().placements.front().fit : nullptr;
+  }
 
   void act(const std::string& word, std::istringstream& words, const std::string& line) {
     if (word == "help" || word == "?") {
-      out_ << kHelp;
+      out_ << (steering_ ? kHeadHelp : "") << kHelp;
+    } else if (steering_ && steer(word, words)) {
+      return;
     } else if (word == "done" || word == "part") {
       end_face(word == "done");
     } else if (word == "undo") {
@@ -102,14 +118,53 @@ class Assistant {
     }
   }
 
-  static std::optional<Reading> reading_in(const std::string& text) {
-    std::string spaced = text;
-    std::replace(spaced.begin(), spaced.end(), ',', ' ');
-    std::istringstream words(spaced);
-    double range_mm = 0.0, pan_deg = 0.0, tilt_deg = 0.0;
-    std::string rest;
-    if (!(words >> range_mm >> pan_deg >> tilt_deg) || words >> rest) return std::nullopt;
-    return Reading{1e-3 * range_mm, core::kRadPerDegree * pan_deg, core::kRadPerDegree * tilt_deg};
+  /// Does what a line says with the head. Returns false if it says nothing of it.
+  bool steer(const std::string& word, std::istringstream& words) {
+    if (word == "aim") {
+      steering_->aim(words);
+    } else if (word == "jog") {
+      steering_->jog(words);
+    } else if (word == "next") {
+      aim_at_next();
+    } else if (word == "measure") {
+      if (const auto reading = steering_->measure())
+        take({face_name(), true, std::to_string(next_node_), *reading, "measured"});
+    } else {
+      return false;
+    }
+    return true;
+  }
+
+  /// Turns the head to the next corner of this face, as the best candidate has it.
+  void aim_at_next() {
+    const survey::PoseFit* fit = best_fit();
+    if (fit == nullptr) {
+      out_ << "  no part is placed yet: aim at the corner yourself\n";
+      return;
+    }
+    const survey::Candidate& best = result_.identification.candidates.front();
+    const survey::PartModel& part = library_.models[best.part];
+    if (on_face_ == 0) {
+      const auto measurement = registered(complete());
+      if (!measurement) return;
+      planned_ = survey::plan_next_face(part, fit->X_WO, *measurement, best.placements.front().map);
+      planned_names_.clear();
+      for (const survey::MeasuredNode& node : measurement->nodes) planned_names_.push_back(node.name);
+    }
+    if (!planned_ || on_face_ >= planned_->corners.size()) {
+      out_ << (planned_ ? std::string("  that was the last corner of this face that is seen; ") +
+                              (planned_->closed ? "done" : "part") + " ends the face\n"
+                        : "  all corners that the head sees are measured\n");
+      return;
+    }
+    const survey::PlannedCorner& corner = planned_->corners[on_face_];
+    out_ << fmt::format("  if it is {}: corner {} of {}{}\n", part.name, on_face_ + 1,
+                        planned_->corners.size(),
+                        corner.measured ? ", which is node " + planned_names_[*corner.measured] +
+                                              ": type =" + planned_names_[*corner.measured]
+                                        : "");
+    if (!corner.measured && steering_->aim_at(corner.p_W_m))
+      out_ << "  look where the spot is; jog it onto the corner, wholly on the face, before you measure\n";
   }
 
   /// Returns the registered nodes of the targetings. Prints what is wrong with them and returns none if they
@@ -218,7 +273,9 @@ class Assistant {
     std::string node, rest;
     words >> node;
     std::getline(words, rest);
-    const auto reading = reading_in(rest);
+    const bool by_head = steering_ && rest.find_first_not_of(" \t") == std::string::npos;
+    const auto reading = by_head ? steering_->measure() : reading_in(rest);
+    if (by_head && !reading) return;
     const auto first = std::find_if(targetings_.begin(), targetings_.end(),
                                     [&](const Targeting& t) { return t.node == node && t.reading; });
     if (!reading || first == targetings_.end()) {
@@ -336,6 +393,9 @@ class Assistant {
   const AssistSetup& setup_;
   std::istream& in_;
   std::ostream& out_;
+  std::optional<HeadSteering> steering_;
+  std::optional<survey::PlannedFace> planned_;  // the face that next goes along
+  std::vector<std::string> planned_names_;      // of the nodes measured when it was planned
   std::vector<Targeting> targetings_;
   survey::SurveyResult result_;
   int sent_ = runtime::kExitDone;  // the last send's exit code

@@ -9,13 +9,16 @@
 #include <ostream>
 
 #include "common/messages/ask.hpp"
+#include "common/runtime/cell/cell_bodies.hpp"
 #include "common/runtime/configuration/pose_text.hpp"
 #include "common/runtime/process/process.hpp"
 #include "common/survey/visible.hpp"
 #include "components/workspace_survey/assist.hpp"
-#include "components/workspace_survey/candidates_page.hpp"
+#include "components/workspace_survey/head/simulated_head.hpp"
 #include "components/workspace_survey/measurement_file.hpp"
 #include "components/workspace_survey/object_text.hpp"
+#include "components/workspace_survey/page/candidates_page.hpp"
+#include "components/workspace_survey/page/survey_page.hpp"
 #include "components/workspace_survey/part_picture.hpp"
 #include "components/workspace_survey/picture.hpp"
 #include "components/workspace_survey/touch_command.hpp"
@@ -63,6 +66,12 @@ void add_range_errors(const std::vector<std::string>& range_errors,
   }
 }
 
+/// Returns the head as it is really mounted in a simulation.
+survey::RangeHead simulated_mounting(const Request& request, const Config& config) {
+  std::mt19937_64 random(~std::uint64_t{request.seed});
+  return survey::simulate_mounting(config.head, config.errors, random);
+}
+
 std::vector<survey::Targeting> simulated(const Request& request, const Config& config,
                                          const Library& library) {
   if (request.pose.empty())
@@ -78,7 +87,8 @@ std::vector<survey::Targeting> simulated(const Request& request, const Config& c
     throw ConfigError("--pose: the head sees no face of " + part.name +
                       " there whose corners it could target");
   std::mt19937_64 random(request.seed);
-  auto targetings = survey::simulate_targetings(part, X_WO, faces, config.head, config.errors, random);
+  auto targetings = survey::simulate_targetings(part, X_WO, faces, simulated_mounting(request, config),
+                                                config.errors, random);
   if (!targetings) throw ConfigError("--pose: " + targetings.status().message());
   add_range_errors(request.range_errors, *targetings);
   return *targetings;
@@ -119,6 +129,23 @@ int simulate(const Request& request, const Config& config, std::ostream& print) 
     write_file(request.out, text.str());
     print << fmt::format("{}: {} targetings\n", request.out.string(), targetings.size());
   }
+  return runtime::kExitDone;
+}
+
+/// Drives a simulated head over the cell's real objects, and a part of the library if one is asked for.
+int simulate_head(const Request& request, const Config& config, const Workspace& workspace, std::istream& in,
+                  std::ostream& print) {
+  geometry::TriangleMesh scene_W;
+  for (const auto& body : runtime::load_real_bodies(workspace.cell)) scene_W.append(body.mesh_W);
+  for (const auto& body : runtime::load_loose_bodies(workspace.cell))
+    scene_W.append(body.mesh_O.transformed(body.X_WO));
+  if (!request.part.empty()) {
+    const Library library = read_library(request.library);
+    scene_W.append(library.models[find_part(library, request.part)].mesh_O.transformed(pose_of(request)));
+  }
+  survey::SimulatedRanger ranger(simulated_mounting(request, config), config.errors,
+                                 survey::RangerScene(scene_W), request.seed);
+  run_simulated_head(ranger, in, print);
   return runtime::kExitDone;
 }
 
@@ -213,27 +240,51 @@ int fit(const Request& request, const Config& config, const Workspace& workspace
   return request.send ? send(request, workspace, report, print) : runtime::kExitDone;
 }
 
+/// Shows what agrees where the request says. Returns what the person is told.
+std::string show_candidates(const Request& request, const SurveyReport& report, SurveyPage* page) {
+  std::string told;
+  if (page != nullptr) {
+    page->show_candidates(candidates_page(report, "", request.view));
+    told = "  to pick one, see below the dialogue\n";
+  }
+  if (request.page.empty()) return told;
+  write_file(request.page, candidates_page(report, "pick ", request.view));
+  return told + "  to see them, and to pick one: " + request.page.string() + " in a browser (reload it)\n";
+}
+
 int run_assistant(const Request& request, const Config& config, const Workspace& workspace, std::istream& in,
                   std::ostream& print) {
   const Library library = read_library(request.library);
   AssistSetup setup;
   setup.voxel_size_m = voxel_size_of(request, workspace);
   if (!request.part.empty()) setup.practice = simulated(request, config, library);
+  std::optional<HeadDriver> head;
+  if (!request.driver.empty()) {
+    head.emplace(request.driver, config.head, request.driver_timeout_s);
+    setup.head = &*head;
+    setup.readings = request.readings;
+  }
   setup.save = [](const std::string& file, const std::vector<survey::Targeting>& targetings) {
     std::ofstream stream(file);
     write_measurements(stream, targetings, "measured with workspace_survey assist");
     return stream.flush() ? "kept in " + file : file + " cannot be written";
   };
-  if (!request.page.empty()) {
-    setup.show = [&](const SurveyReport& report) {
-      write_file(request.page, candidates_page(report, "pick ", request.view));
-      return "  to see them, and to pick one: " + request.page.string() + " in a browser (reload it)\n";
-    };
+  std::optional<SurveyPage> page;
+  if (request.serve) {
+    page.emplace(*request.serve, print);
+    print << "The dialogue is on the page " << page->url() << "\nThis terminal shows it; Ctrl-C ends it.\n"
+          << std::flush;
+    setup.on_prompt = [&page](const AssistView& view) { page->show(view); };
   }
+  if (page || !request.page.empty())
+    setup.show = [&](const SurveyReport& report) {
+      return show_candidates(request, report, page ? &*page : nullptr);
+    };
   setup.send = [&](const SurveyReport& report) {
     const auto reply = send_object(request, workspace, report);
     return Sent{reply_text(reply, request, workspace), exit_code_of(reply)};
   };
+  if (page) return assist(config, library, setup, page->lines(), page->words());
   return assist(config, library, setup, in, print);
 }
 
@@ -245,6 +296,22 @@ void add_target_options(runtime::Command app, Request& request) {
   app.option("--seed", request.seed, "of the simulated errors");
   app.option("--range-error", request.range_errors,
              "NODE=MM: an error of its own on a node's range, to try the error aid");
+}
+
+void add_simulated_head_options(runtime::Command app, Request& request) {
+  app.option("--part", request.part, "a part of the library that stands in the cell, too, at --pose");
+  app.option("--pose", request.pose, "\"x y z roll pitch yaw\" of that part in W, metres and degrees");
+  app.option("--seed", request.seed, "of the simulated errors, that of the head's mounting among them");
+}
+
+void add_driver_options(runtime::Command app, Request& request) {
+  app.option("--driver", request.driver,
+             "a line of shell that starts the driver of a range head, to be steered from here "
+             "(docs/range_head.md); \"workspace_survey simulate_head\" is one");
+  app.option("--driver-timeout-s", request.driver_timeout_s, "how long to wait for each of its answers")
+      .between(0.1, 3600.0);
+  app.option("--readings", request.readings, "of each corner by that head: they are averaged")
+      .between(1, kMaxHeadReadings);
 }
 
 void add_send_options(runtime::Command app, Request& request) {
@@ -272,6 +339,9 @@ void add_touch_options(runtime::Command app, Request& request) {
   touch.option("--object", request.object, "which object of the workspace is touched").required();
   touch.option("--arm", request.arm, "which of the cell's arms touches; default: the only one");
   touch.option("--touches", request.touches, "after so many the change is proposed").between(1, 1000);
+  touch.flag(
+      "--kept", request.kept,
+      "begin with the places where the arm's contacts have contradicted the model (topic model_doubt)");
   touch
       .option("--tip-radius-mm", request.tip_radius_mm,
               "a probing tool is mounted: the radius of its ball, whose centre is the arm's tip frame; "
@@ -326,8 +396,19 @@ void add_options(runtime::Command app, Request& request) {
   assist.option("--practice", request.part,
                 "no head at hand: a simulated one targets this part of the library, at --pose");
   add_target_options(assist, request);
+  add_driver_options(assist, request);
+  assist
+      .option(
+          "--serve", request.serve,
+          "PORT: lead the dialogue on a page in a browser on this host, instead of in the terminal; 0: any "
+          "free port")
+      .between(0, 65535);
   add_page_options(assist, request);
   add_send_options(assist, request);
+  add_simulated_head_options(
+      sub("simulate_head",
+          "be the driver of a simulated range head in the deployment's cell (assist --driver)"),
+      request);
   add_touch_options(app, request);
 }
 
@@ -338,6 +419,7 @@ int run(const Request& request, const Config& config, const Workspace& workspace
   if (whole.what == "parts") return list_parts(whole, config, print);
   if (whole.what == "simulate") return simulate(whole, config, print);
   if (whole.what == "touch") return run_touch(whole, config, workspace, in, print);
+  if (whole.what == "simulate_head") return simulate_head(whole, config, workspace, in, print);
   if (whole.what == "assist") return run_assistant(whole, config, workspace, in, print);
   return fit(whole, config, workspace, print);
 }

@@ -15,7 +15,7 @@ namespace phantom::workspace_survey {
 
 /// The command line's arguments, unchecked.
 struct Request {
-  std::string what;  ///< parts, simulate, identify, fit, assist or touch
+  std::string what;  ///< parts, simulate, identify, fit, assist, simulate_head or touch
   std::filesystem::path library, measurements, out, picture, json;
   std::filesystem::path page, view;  ///< page of candidates to write; picture of the cell for it
   std::size_t pick = 0;              ///< fit: a person's choice on that page; 0: none
@@ -28,11 +28,16 @@ struct Request {
   bool send = false;
   std::string name, move;
   double timeout_s = 30.0;
+  std::string driver;                   ///< assist: the command that starts the driver of the range head
+  double driver_timeout_s = 30.0;       ///< assist: for each of its answers
+  int readings = 5;                     ///< assist: of a corner by that head
+  std::optional<int> serve;             ///< assist: the port of its page; 0: any free one
   std::string object, arm;              ///< touch: what is touched, and by which of the cell's arms
   int touches = 6;                      ///< touch: so many
   double wait_s = 120.0;                ///< touch: for the next contact
   std::optional<double> tip_radius_mm;  ///< touch: of the ball at the arm's tip
   bool apply = false;                   ///< touch: without asking
+  bool kept = false;                    ///< touch: begin with the places that phantom_sensing has kept
 };
 
 /// Declares the subcommands and their options.

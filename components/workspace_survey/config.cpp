@@ -28,6 +28,10 @@ Config load_config(const std::filesystem::path& path) {
   errors.number("pan_deg", config.errors.pan_rad, core::kRadPerDegree);
   errors.number("tilt_deg", config.errors.tilt_rad, core::kRadPerDegree);
   errors.number("targeting_mm", config.errors.targeting_m, kMillimetre);
+  errors.number("spot_mm", config.errors.spot_m, kMillimetre);
+  errors.number("spot_mm_per_m", config.errors.spot_per_m, kMillimetre);
+  errors.number("mounting_mm", config.errors.mounting_m, kMillimetre);
+  errors.number("mounting_deg", config.errors.mounting_rad, core::kRadPerDegree);
   using enum survey::ErrorLaw;
   errors.choice("law", config.errors.law,
                 {{"uniform", kUniform}, {"normal", kNormal}, {"extreme", kExtreme}});

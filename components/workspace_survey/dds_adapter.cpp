@@ -6,6 +6,7 @@
 
 #include "common/dds/endpoints/endpoint.hpp"
 #include "common/dds/endpoints/topics.hpp"
+#include "common/messages/codecs/percept_codec.hpp"
 #include "common/messages/codecs/teleoperation_codec.hpp"
 #include "common/messages/codecs/workspace_codec.hpp"
 #include "common/messages/mesh_assembler.hpp"
@@ -54,17 +55,27 @@ struct SystemListener::Impl {
                         meshes[hash] = **std::move(mesh);
                         return true;
                       }),
+        doubts_reader(participant, dds::kModelDoubt,
+                      [this, arm](const msg::ModelDoubt& message, const dds::SampleInfo&) {
+                        auto doubt = messages::from_idl(message, arm);
+                        if (!doubt) return false;
+                        const std::lock_guard lock(mutex);
+                        doubts[doubt->place] = *std::move(doubt);
+                        return true;
+                      }),
         states_reader(participant, dds::kSlaveState, arm, std::move(on_state)) {}
 
   mutable std::mutex mutex;
   messages::ObjectSources servers;
   messages::MeshAssembler assembler;
   std::map<std::uint64_t, geometry::TriangleMesh> meshes;
-  std::size_t triangles = 0;  // that came in all meshes
+  std::size_t triangles = 0;                             // that came in all meshes
+  std::map<std::uint32_t, messages::ModelDoubt> doubts;  // by their places
   dds::Participant participant;
   dds::Reader<msg::WorkspaceObject> objects_reader;
   dds::Reader<msg::WorkspaceVersion> versions_reader;
   dds::Reader<msg::MeshChunk> chunks_reader;
+  dds::Reader<msg::ModelDoubt> doubts_reader;
   messages::TopicSubscriber<msg::SlaveState> states_reader;
 };
 
@@ -83,6 +94,13 @@ std::optional<geometry::TriangleMesh> SystemListener::mesh(std::uint64_t hash) c
   const std::lock_guard lock(impl_->mutex);
   const auto found = impl_->meshes.find(hash);
   return found == impl_->meshes.end() ? std::nullopt : std::optional(found->second);
+}
+
+std::vector<messages::ModelDoubt> SystemListener::doubts() const {
+  std::vector<messages::ModelDoubt> kept;
+  const std::lock_guard lock(impl_->mutex);
+  for (const auto& [place, doubt] : impl_->doubts) kept.push_back(doubt);
+  return kept;
 }
 
 }  // namespace phantom::workspace_survey

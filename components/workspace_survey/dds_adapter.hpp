@@ -5,11 +5,13 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "common/core/clock.hpp"
 #include "common/core/network.hpp"
 #include "common/geometry/mesh/mesh.hpp"
 #include "common/messages/arm_bounds.hpp"
+#include "common/messages/percept.hpp"
 #include "common/messages/teleoperation.hpp"
 #include "common/messages/workspace.hpp"
 
@@ -31,6 +33,8 @@ class SystemListener {
   std::map<std::uint16_t, messages::WorkspaceObject> objects() const;
   /// Returns a mesh once all of it has come.
   std::optional<geometry::TriangleMesh> mesh(std::uint64_t hash) const;
+  /// Returns the places at which phantom_sensing found that the arm's contacts contradict the model.
+  std::vector<messages::ModelDoubt> doubts() const;
 
  private:
   struct Impl;

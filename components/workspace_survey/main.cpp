@@ -27,6 +27,8 @@ int main(int argc, char** argv) {
       "Enter a few times)\n"
       "      workspace_survey simulate --part wedge --pose \"0.1 0 0.4 90 0 20\" --out wedge.csv\n"
       "      workspace_survey fit --measurements wedge.csv --picture wedge.png\n"
+      "      workspace_survey assist --driver 'workspace_survey simulate_head --part wedge --pose \"0.1 0 0.4 90 0 "
+      "20\"'\n"
       "      workspace_survey fit --measurements wedge.csv --send            (while the demo runs)\n"
       "      workspace_survey touch --object pump                            (while an arm touches it)";
   description.add_options = [&](runtime::Command app) { workspace_survey::add_options(app, request); };
@@ -47,7 +49,7 @@ int main(int argc, char** argv) {
     }
     if (request.what.empty())
       throw core::ConfigError(
-          "what shall be done? allowed: parts, simulate, identify, fit, assist, touch (see --help)");
+          "what shall be done? allowed: parts, simulate, simulate_head, identify, fit, assist, touch (see --help)");
     const runtime::EndsAtOnce batch(runtime::kExitFailed);  // a stop ends it at once, also at a prompt
     return workspace_survey::run(request, config, workspace, std::cin, std::cout);
   };

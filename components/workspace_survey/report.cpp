@@ -147,6 +147,8 @@ std::string fit_text(const SurveyReport& report) {
         "no point off by more than {:.1f} mm ({:.1f} %)\n",
         1e3 * object.fit.position_sigma_m(), object.fit.orientation_sigma_rad() / core::kRadPerDegree,
         1e3 * object.worst_displacement_m, 100 * report.config.options.confidence);
+    text += fmt::format("             the head's mounting alone: {:.1f} mm of it\n",
+                        1e3 * object.mounting_displacement_m);
     text += fmt::format("guard:       j = {} (skin voxels of {})\nresiduals:   ", guard_of(report),
                         guard_voxel_text(report.voxel_size_m));
     for (std::size_t i = 0; i < object.fit.nodes.size(); ++i) {
@@ -202,6 +204,7 @@ std::string json_text(const SurveyReport& report) {
       {"position_sigma_m", object.fit.position_sigma_m()},
       {"orientation_sigma_rad", object.fit.orientation_sigma_rad()},
       {"worst_displacement_m", object.worst_displacement_m},
+      {"mounting_displacement_m", object.mounting_displacement_m},
       {"confidence", report.config.options.confidence},
       {"probability", object.fit.probability()},
       {"symmetric_poses", object.symmetric},

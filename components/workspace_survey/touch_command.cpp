@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <condition_variable>
 #include <deque>
 #include <fstream>
@@ -28,7 +29,9 @@ using core::ConfigError;
 constexpr double kInside_sigmas = 5.0;    // a place without touch that is so far inside the model is evidence
 constexpr double kPlacesApart_m = 0.005;  // such places that lie closer together are one
 constexpr std::size_t kMaxPlaces = 50;
-constexpr double kLook_s = 0.05;  // between looks for what DDS has brought
+constexpr double kKeptWait_s = 1.0;   // for places that were kept: nothing says that there are none
+constexpr double kKeptReach_m = 0.1;  // a kept place that is farther from an object is of another one
+constexpr double kLook_s = 0.05;      // between looks for what DDS has brought
 
 /// What the arm felt, from the middleware's thread to the command's.
 class Gathering {
@@ -114,8 +117,13 @@ class TouchRun {
     findings_.object = request.object;
     findings_.confidence = config.options.confidence;
     findings_.voxel_size_m = workspace.voxel_size_m;
-    for (const auto& object : workspace.cell.objects)
-      if (object.name == request.object) findings_.least_guard_vox = object.profile.guard_vox;
+    for (const auto& object : workspace.cell.objects) {
+      if (object.name != request.object) continue;
+      if (object.is_zone())
+        throw ConfigError("--object: '" + object.name +
+                          "' is a protected zone, which nothing touches; allowed: a body");
+      findings_.least_guard_vox = object.profile.guard_vox;
+    }
   }
 
   int run() {
@@ -124,6 +132,7 @@ class TouchRun {
     say(fmt::format(
         "object:      {} (id {}), {} touches wanted; touch faces that look in different directions\n",
         request_.object, id_, request_.touches));
+    if (request_.kept) take_kept();
     listen();
     if (findings_.touches.empty() && findings_.free.empty()) return nothing_felt();
     return conclude();
@@ -166,6 +175,30 @@ class TouchRun {
     print_ << (surface_ ? "no slave_state received from the arm" : "the object's mesh has not come")
            << fmt::format(" for {} s\n", request_.timeout_s);
     return runtime::kExitMissing;
+  }
+
+  /// Begins with what the arm has felt before, as far as it is near this object.
+  void take_kept() {
+    for (double waited_s = 0.0; waited_s < kKeptWait_s && listener_.doubts().empty(); waited_s += kLook_s)
+      gathering_.next(kLook_s);
+    for (const messages::ModelDoubt& doubt : listener_.doubts()) {
+      const Eigen::Vector3d p_W_m = messages::eigen(doubt.position_m);
+      const double gap_m = surface_->nearest(model_WO_.inverse() * p_W_m).distance_m;
+      if (!doubt.located || std::abs(gap_m) > kKeptReach_m) continue;
+      if (doubt.kind == percept::DoubtKind::kNoForceInside) {
+        findings_.free.push_back({p_W_m, 0.0, config_.touch_sigma_m});
+      } else {
+        findings_.touches.push_back({p_W_m, 0.0, config_.touch_sigma_m, std::nullopt});
+      }
+      say(fmt::format("kept:        {} at ({:.4f} {:.4f} {:.4f}) m, {:.1f} mm {} the model\n",
+                      doubt.kind == percept::DoubtKind::kNoForceInside ? "no contact" : "a contact",
+                      p_W_m.x(), p_W_m.y(), p_W_m.z(), 1e3 * std::abs(gap_m),
+                      gap_m < 0.0 ? "inside" : "off"));
+    }
+    if (findings_.touches.empty() && findings_.free.empty())
+      return say("kept:        nothing near this object\n");
+    correct();
+    widen_guard();
   }
 
   bool enough() const { return static_cast<int>(findings_.touches.size()) >= request_.touches; }

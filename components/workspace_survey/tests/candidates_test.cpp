@@ -3,8 +3,8 @@
 #include <sstream>
 
 #include "common/runtime/configuration/pose_text.hpp"
-#include "components/workspace_survey/candidates_page.hpp"
 #include "components/workspace_survey/measurement_file.hpp"
+#include "components/workspace_survey/page/candidates_page.hpp"
 #include "components/workspace_survey/tests/rig.hpp"
 
 namespace phantom::workspace_survey {

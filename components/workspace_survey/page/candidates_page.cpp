@@ -1,4 +1,4 @@
-#include "components/workspace_survey/candidates_page.hpp"
+#include "components/workspace_survey/page/candidates_page.hpp"
 
 #include <spdlog/fmt/fmt.h>
 
