@@ -19,20 +19,20 @@ namespace {
 constexpr double kPoll_s = 0.02;
 
 /// What a component's `--check` has said and ended with.
-struct Checked {
+struct Outcome {
   std::vector<std::string> lines;
   int code = 0;
 };
 
 /// Runs it; none if a stop was requested meanwhile.
-std::optional<Checked> run_check(const PlannedProcess& planned, const std::filesystem::path& bin) {
+std::optional<Outcome> run_check(const PlannedProcess& planned, const std::filesystem::path& bin) {
   const int memory = memfd_create("output", MFD_CLOEXEC);
   const std::filesystem::path output = "/proc/self/fd/" + std::to_string(memory);
   ProcessSpec spec{planned.process.name, bin / planned.process.component, {"--check"}, 0, output};
   spec.arguments.insert(spec.arguments.end(), planned.arguments.begin(), planned.arguments.end());
   Supervisor supervisor;
   std::vector<ProcessOutcome> ended;
-  std::optional<Checked> checked;
+  std::optional<Outcome> checked;
   try {
     supervisor.start(spec);
     while (ended.empty() && runtime::sleep_unless_stopped(kPoll_s)) ended = supervisor.newly_dead();
@@ -52,7 +52,7 @@ std::optional<Checked> run_check(const PlannedProcess& planned, const std::files
 
 /// Returns the line that says what is wrong: the last one that does not mention --help, without the
 /// component's name.
-std::string reason(const Checked& checked, const std::string& component) {
+std::string reason(const Outcome& checked, const std::string& component) {
   std::string last;
   for (const std::string& line : checked.lines)
     if (line.find("--help") == std::string::npos) last = line;
@@ -78,7 +78,7 @@ void check_arguments(const std::vector<PlannedProcess>& planned, const std::file
 }
 
 void check_all(const std::vector<PlannedProcess>& planned, const std::filesystem::path& bin,
-               std::ostream& out) {
+               std::ostream& out, Checked where) {
   std::set<std::string> said;
   std::string refused;
   int gravest = runtime::kExitDone;
@@ -88,6 +88,10 @@ void check_all(const std::vector<PlannedProcess>& planned, const std::filesystem
     for (const std::string& line : checked->lines)
       if (said.insert(line).second) out << each.process.name << ": " << line << '\n';
     if (checked->code == runtime::kExitDone) continue;
+    if (checked->code == runtime::kExitMissing && where == Checked::kElsewhere) {
+      out << each.process.name << ": missing where this check runs; its own host may have it\n";
+      continue;
+    }
     refused +=
         (refused.empty() ? "" : "\n") + each.process.name + ": " + reason(*checked, each.process.component);
     // What is wrong in the files comes before what is missing here.

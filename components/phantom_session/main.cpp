@@ -71,11 +71,17 @@ int main(int argc, char** argv) {
       if (options.host.empty()) options.host = deployment.hosts.front().name;
       phantom_session::check_all(phantom_session::plan(deployment, options, request),
                                  phantom_session::component_folder(), std::cout);
-    } else if (options.check) {  // other hosts' devices are not here
+    } else if (options.check) {
+      std::vector<phantom_session::PlannedProcess> all;
       for (const auto& host : deployment.hosts) {
         options.host = host.name;
-        phantom_session::plan(deployment, options, request);
+        for (auto& planned : phantom_session::plan(deployment, options, request)) {
+          planned.process.name = host.name + ": " + planned.process.name;
+          all.push_back(std::move(planned));
+        }
       }
+      phantom_session::check_all(all, phantom_session::component_folder(), std::cout,
+                                 phantom_session::Checked::kElsewhere);
     } else {
       const auto planned = phantom_session::plan(deployment, options, request);
       phantom_session::check_arguments(planned, phantom_session::component_folder());

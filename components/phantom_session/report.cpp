@@ -7,6 +7,7 @@
 #include <fstream>
 #include <iterator>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <set>
 
 #include "common/runtime/process/process.hpp"
@@ -101,6 +102,35 @@ Json percept_json(const Collector& collector) {
           {"contact_speed_without", median(without)}};
 }
 
+// Returns the time from the first alert of the object that a reach touches until it does; none: nothing was
+// touched, or no alert came before.
+std::optional<double> lead_s(const Reach& reach, const Collector& collector) {
+  if (!reach.contact_s) return std::nullopt;
+  for (const HitSample& hit : collector.hits())
+    if (hit.object == reach.contact_object && hit.t_s >= reach.start_s && hit.t_s <= *reach.contact_s)
+      return *reach.contact_s - hit.t_s;
+  return std::nullopt;
+}
+
+// How long before the contacts the alerts came.
+Json lead_times_json(const Collector& collector) {
+  constexpr double kReaction_s = 0.3;  // of a person: 0.2 to 0.5 s
+  std::vector<double> leads;
+  std::size_t contacts = 0;
+  for (const Reach& reach : collector.reaches()) {
+    if (!reach.contact_s || reach.percept_missing) continue;
+    ++contacts;
+    if (const auto lead = lead_s(reach, collector)) leads.push_back(*lead);
+  }
+  const auto in_time = std::ranges::count_if(leads, [](double lead) { return lead >= kReaction_s; });
+  return {{"contacts", contacts},
+          {"unannounced", contacts - leads.size()},
+          {"median_s", median(leads)},
+          {"least_s", leads.empty() ? Json() : Json(std::ranges::min(leads))},
+          {"share_in_time",
+           contacts == 0 ? Json() : Json(static_cast<double>(in_time) / static_cast<double>(contacts))}};
+}
+
 Json reaches_json(const Collector& collector) {
   Json out = Json::array();
   for (const Reach& reach : collector.reaches()) {
@@ -113,6 +143,7 @@ Json reaches_json(const Collector& collector) {
                    {"contact_t", reach.contact_s ? Json(*reach.contact_s) : Json()},
                    {"contact_speed_m_s", reach.contact_s ? Json(reach.contact_speed_m_s) : Json()},
                    {"object", reach.contact_s ? Json(collector.object_name(reach.contact_object)) : Json()},
+                   {"lead_s", lead_s(reach, collector) ? Json(*lead_s(reach, collector)) : Json()},
                    {"alarms", reach.alarms}});
   }
   return out;
@@ -205,6 +236,7 @@ Json summary(const ReportInputs& in) {
           {"percept_sets", percept_sets_json(in.collector)},
           {"reaches", reaches_json(in.collector)},
           {"alarms", alarms_json(in.collector)},
+          {"lead_times", lead_times_json(in.collector)},
           {"hits", hits_json(in.collector)},
           {"foreign_writers", foreign_writers_json(in.collector)},
           {"forgotten", forgotten_json(in.collector.forgotten())},

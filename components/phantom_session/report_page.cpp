@@ -157,8 +157,10 @@ const Fields kReaches{{"n"},
                       {"contact_t"},
                       {"contact_speed_m_s", kToMilli},
                       {"object"},
+                      {"lead_s"},
                       {"alarms"}};
 const Fields kAlarms{{"entries"}, {"most_in_a_reach"}, {"alerts"}};
+const Fields kLeadTimes{{"contacts"}, {"unannounced"}, {"median_s"}, {"least_s"}, {"share_in_time"}};
 const Fields kHits{{"t"}, {"alert"}, {"link"}, {"object"}, {"rule"}};
 const Fields kRoundTrip{{"p50_us", kMicroToMilli},
                         {"p99_us", kMicroToMilli},
@@ -235,6 +237,7 @@ std::string report_page(const std::string& summary_json, Language language) {
   out += heading(speech, "set") + grid_table(speech, summary["percept_sets"], "set", kPerceptSets);
   out += heading(speech, "reach") + grid_table(speech, summary["reaches"], "reach", kReaches);
   out += heading(speech, "alarm") + pairs_table(speech, summary["alarms"], "alarm", kAlarms);
+  out += heading(speech, "lead") + pairs_table(speech, summary["lead_times"], "lead", kLeadTimes);
   out += heading(speech, "hit") + grid_table(speech, summary["hits"], "hit", kHits);
   out += heading(speech, "view") + views(speech, summary["views"], figure);
   const Json& audio = summary["audio"];

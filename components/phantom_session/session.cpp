@@ -4,6 +4,7 @@
 #include <csignal>
 
 #include "common/core/errors.hpp"
+#include "common/core/printable.hpp"
 #include "common/runtime/cell/arm_model.hpp"
 #include "common/runtime/cell/cell.hpp"
 #include "common/runtime/cell/cell_names.hpp"
@@ -41,7 +42,7 @@ class Session {
         cell_(deployment.cell),
         planned_(plan(deployment, options, request)),
         collector_(config.onset_threshold_Nm, config.row_interval_s,
-                   [this](const std::string& line) { say(line); }),
+                   [this](const std::string& line) { say(core::printable(line)); }),
         joints_(config.row_interval_s),
         adapter_(deployment.network, collector_, joints_) {}
 

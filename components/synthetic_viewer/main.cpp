@@ -19,6 +19,7 @@
 #include "components/synthetic_viewer/render/gl_context.hpp"
 #include "components/synthetic_viewer/review_command.hpp"
 #include "components/synthetic_viewer/scene/arm_meshes.hpp"
+#include "components/synthetic_viewer/scene/live_shape_follower.hpp"
 #include "components/synthetic_viewer/sheet.hpp"
 #include "components/synthetic_viewer/stream/fluid_store.hpp"
 #include "components/synthetic_viewer/stream/headset_hand.hpp"
@@ -56,6 +57,7 @@ void run_session(ViewerConfig config, const runtime::CellConfig& cell, const cor
   if (leads) adapter.serve(hand);
   FluidStore fluid([&adapter] { return adapter.workspace(); });
   content.fluid = &fluid;
+  const LiveShapeFollower live_shape(inbox, [&adapter] { return adapter.workspace(); });
   content.stops = [&inbox] { return inbox.stops.at(core::monotonic_ns()); };
   const auto move = [&inbox](const ViewRequest& request) {
     return inbox.put(request)
@@ -72,7 +74,7 @@ void run_session(ViewerConfig config, const runtime::CellConfig& cell, const cor
     scene->start();
     server = std::make_unique<WebServer>(
         config.page, content, [&adapter](const Command& command) { return adapter.ask(command); }, move,
-        [&adapter](const CarryRequest& request) { return adapter.carry(request); }, scene.get());
+        [&adapter](const WorkspaceRequest& request) { return adapter.change(request); }, scene.get());
     url = server->url();
     out.put("operator's page: " + url + '\n');
     if (!config.page.secrets)

@@ -36,7 +36,7 @@ runtime::Command add_sheet_command(runtime::Command app, SheetRequest& request) 
 
 int run_sheet(const SheetRequest& request, const ViewerConfig& config) {
   const runtime::CellConfig cell = runtime::load_checked_cell(request.cell);
-  Renderer renderer(config.graphics);
+  Renderer renderer(config.graphics, scene_scale(cell.min_m, cell.max_m));
   const StillScene still = make_still_scene(cell, request.pose, renderer);
   const HitSample hit = still.hit();
   if (hit.object == 0)
@@ -53,7 +53,7 @@ int run_sheet(const SheetRequest& request, const ViewerConfig& config) {
   const RayScene objects = still.scene.obstacles(still.state, false),
                  bodies = still.scene.obstacles(still.state, true);
   const Compositor::Moment moment{still.state, objects, bodies, StillScene::kNow_ns};
-  const VisibleShare seen_from = visible_among(bodies);
+  const VisibleShare seen_from = visible_among(bodies, still.scene.scale());
   const Eigen::Vector3d look_at_m = eigen(hit.look_at_m), pgv = eigen(hit.pgv), towards = pgv.normalized();
   std::printf("%s near %s at %.3f %.3f %.3f m, object towards %.2f %.2f %.2f, closeness %.2f\n",
               hit.link_name.c_str(), object_name(still.state, hit.object).c_str(), look_at_m.x(),
@@ -72,7 +72,7 @@ int run_sheet(const SheetRequest& request, const ViewerConfig& config) {
   whole.hud.gauges = false;
   add(whole);
   for (int number = 0; number <= percept::kNodeCount; ++number) {
-    SyntheticViewer viewer(config.hit_view.rule);
+    SyntheticViewer viewer(at_scale(config.hit_view.rule, still.scene.scale()));
     viewer.take({hit.alert, false, look_at_m, pgv});
     const auto chosen = static_cast<ViewNode>(number);
     const HitView view = viewer.step(false, chosen, seen_from, 0.0);

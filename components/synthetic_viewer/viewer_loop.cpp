@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/core/thread_config.hpp"
+#include "common/messages/living.hpp"
 #include "components/synthetic_viewer/page/page_state.hpp"
 
 namespace phantom::synthetic_viewer {
@@ -188,6 +189,8 @@ void ViewerLoop::take_events() {
   // Alerts are taken before meshes.
   for (Event& hit : inbox_.take_hits()) take(hit);
   take_queued();
+  inbox_.live_matter = state_.objects.contains(messages::kLiveId);
+  if (const auto shape = inbox_.take_live_shape()) drawing_->show_live(*shape);
   if (now_ns_ - meshes_looked_ns_ < core::kNsPerSecond) return;
   meshes_looked_ns_ = now_ns_;
   drawing_->drop_meshes_of_removed_objects(now_ns_);
@@ -235,13 +238,21 @@ void ViewerLoop::take(Event& event) {
     state_.take(std::move(*component));
   } else if (auto* workspace = std::get_if<WorkspaceSample>(&event)) {
     state_.workspace = std::move(*workspace);
+    state_.model_history.forget(state_.workspace.carried);
   } else if (auto* skin = std::get_if<SkinSample>(&event)) {
     drawing_->paint(*skin);
     state_.skin = std::move(*skin);
+  } else if (const auto* uncertainty = std::get_if<UncertaintySample>(&event)) {
+    state_.uncertainties[uncertainty->id] = *uncertainty;
+  } else if (auto* finding = std::get_if<FindingSample>(&event)) {
+    state_.take(std::move(*finding));
+  } else if (auto* doubt = std::get_if<DoubtSample>(&event)) {
+    state_.take(std::move(*doubt));
   } else if (auto* command = std::get_if<Command>(&event)) {
     state_.take(*command);
   } else if (auto* request = std::get_if<ViewRequest>(&event)) {
     state_.cameras.take(*request);
+    if (request->approach) state_.approach = *request->approach;
     interactive_until_ns_ = now_ns_ + kInteractive_ns;
     publisher_.take(*request);
   }

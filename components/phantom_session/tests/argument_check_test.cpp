@@ -75,6 +75,21 @@ TEST_F(ArgumentCheck, AllProcessesAreCheckedAndEachLineIsToldOnce) {
   EXPECT_THAT([&] { check_all({missing}, bin_, out); }, ThrowsMessage<core::MissingError>(HasSubstr("can0")));
 }
 
+// A topology of several hosts: what is wrong in its files is refused; devices of other hosts are not here.
+TEST_F(ArgumentCheck, WhatIsMissingOnAnotherHostIsNamedAndNotRefused) {
+  std::ostringstream out;
+  const auto missing = component("c", "echo 'c: can0 is not there'; exit 3", false);
+  const auto wrong = component("d", "echo 'd: cell.yaml:4: hold: no such arm'; exit 2", false);
+  EXPECT_NO_THROW(check_all({missing}, bin_, out, Checked::kElsewhere));
+  EXPECT_EQ(out.str(),
+            "my c: c: can0 is not there\nmy c: missing where this check runs; its own host may have it\n");
+  EXPECT_THAT(
+      [&] {
+        check_all({missing, wrong}, bin_, out, Checked::kElsewhere);
+      },
+      ThrowsMessage<core::ConfigError>("my d: cell.yaml:4: hold: no such arm"));
+}
+
 // Tries phantom_session: an executable is missing
 TEST_F(ArgumentCheck, AComponentThatIsNotThereIsMissing) {
   PlannedProcess planned;

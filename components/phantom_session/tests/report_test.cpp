@@ -116,6 +116,30 @@ TEST_F(Report, ContactSpeedsCompareOnlyObjectsTouchedBothWays) {
   EXPECT_NEAR(s["percept"]["contact_speed_without"].get<double>(), 0.10, 1e-12);
 }
 
+TEST_F(Report, TheLeadTimeIsFromTheFirstAlertOfTheObjectThatIsTouched) {
+  const auto alert = [this](double before_s, int object) {
+    collector_.on_hit(
+        {.t_s = t_s_ + 2.0 - before_s, .alert = 1, .rule = "far", .link = "arm", .object = object});
+  };
+  sense(true);
+  alert(0.9, 2);  // of another object
+  alert(0.6, 1);
+  alert(0.2, 1);
+  reach(0, true, 0.04, 1);
+  alert(0.2, 1);
+  reach(1, false, 0.04, 1);
+  reach(2, true, 0.04, 1);  // none
+  const auto s = summary();
+  EXPECT_NEAR(s["reaches"][0]["lead_s"].get<double>(), 0.6, 1e-9);
+  EXPECT_NEAR(s["reaches"][1]["lead_s"].get<double>(), 0.2, 1e-9);
+  EXPECT_TRUE(s["reaches"][2]["lead_s"].is_null());
+  EXPECT_EQ(s["lead_times"]["contacts"], 3);
+  EXPECT_EQ(s["lead_times"]["unannounced"], 1);
+  EXPECT_NEAR(s["lead_times"]["median_s"].get<double>(), 0.4, 1e-9);
+  EXPECT_NEAR(s["lead_times"]["least_s"].get<double>(), 0.2, 1e-9);
+  EXPECT_NEAR(s["lead_times"]["share_in_time"].get<double>(), 1.0 / 3.0, 1e-9);
+}
+
 TEST_F(Report, WhatNobodyMeasuredIsNullNotZero) {
   leave("audio_percept.json", "{ this is not json");
   const auto s = summary();

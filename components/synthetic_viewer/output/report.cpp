@@ -120,7 +120,8 @@ bool Report::make_pictures(Drawing& drawing, const ArmSample& arm, bool complete
                            const CancelCheck& give_up) {
   if (!wanted()) return true;
   if (!make_alert_picture(drawing, give_up)) return false;
-  const std::array<bool, 3> reached{complete && arm.received_ns != 0, drawing.hit_view().alert != 0,
+  const std::array<bool, 3> reached{complete && arm.received_ns != 0,
+                                    drawing.hit_view().alert != 0 && !drawing.hit_view().approach,
                                     arm.contact};
   for (std::size_t i = 0; i < milestones_.size(); ++i) {
     if (milestones_[i].saved || !reached[i]) continue;

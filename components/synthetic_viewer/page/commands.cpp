@@ -1,5 +1,6 @@
 #include "components/synthetic_viewer/page/commands.hpp"
 
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <optional>
 
@@ -74,11 +75,13 @@ core::Status read_key(const std::string& key, const Json& value, ViewRequest& re
   } else if (key == "zoom") {
     if (!within(value, 0.1, 10)) return bad("zoom must be a number from 0.1 to 10");
     request.zoom = value.get<double>();
-  } else if (key == "home" || key == "record") {
+  } else if (key == "home" || key == "record" || key == "approach") {
     if (!value.is_boolean()) return bad(key + " must be true or false");
-    (key == "home" ? request.home : request.record.emplace()) = value.get<bool>();
+    (key == "home"     ? request.home
+     : key == "record" ? request.record.emplace()
+                       : request.approach.emplace()) = value.get<bool>();
   } else {
-    return bad("unknown key '" + key + "'; allowed are view, orbit_deg, zoom, home and record");
+    return bad("unknown key '" + key + "'; allowed are view, orbit_deg, zoom, home, record and approach");
   }
   return core::Status::ok();
 }
@@ -96,6 +99,29 @@ core::Expected<CarryRequest> parse_carry_request(const std::string& text) {
     return bad("object must be a name of 1 to 64 bytes");
   if (!attach.is_boolean()) return bad("attach must be true or false");
   return CarryRequest{object.get<std::string>(), attach.get<bool>()};
+}
+
+core::Expected<CorrectionRequest> parse_correction_request(const std::string& text) {
+  const Json json = Json::parse(text, nullptr, false);
+  if (!json.is_object() || json.size() != 1 ||
+      (!json.contains("correct") && !json.contains("found") && !json.contains("undo")))
+    return bad(R"(a JSON object {"correct": …}, {"found": …} or {"undo": …} is expected)");
+  if (json.contains("found")) {
+    const Json& object = json["found"];
+    if (!object.is_string() || object.get_ref<const std::string&>().empty())
+      return bad("found must be the name of the object that is put where a camera has found it");
+    return CorrectionRequest{.found = object.get<std::string>()};
+  }
+  if (json.contains("undo")) {
+    const Json& object = json["undo"];
+    if (!object.is_string() || object.get<std::string>().empty())
+      return bad("undo must be the name of the object whose newest change is undone");
+    return CorrectionRequest{.undo = object.get<std::string>()};
+  }
+  const Json& doubt = json["correct"];
+  if (!doubt.is_number_integer() || !within(doubt, 1, std::numeric_limits<std::uint32_t>::max()))
+    return bad("correct must be the running number of a doubt, 1 or more");
+  return CorrectionRequest{.doubt = doubt.get<std::uint32_t>()};
 }
 
 core::Expected<ViewRequest> parse_view_request(const std::string& text) {

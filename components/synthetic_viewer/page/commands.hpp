@@ -20,9 +20,15 @@ core::Expected<Command> parse_command(const std::string& json);
 /// error message says what is wrong and what is allowed.
 core::Expected<CarryRequest> parse_carry_request(const std::string& json);
 
-/// Parses the page's request to move a view's camera or to record it: {"view": "main", "orbit_deg": [5, -2],
-/// "zoom": 0.9, "home": true, "record": true}. All but `view` may be omitted. Angles are within ±180°, zoom
-/// is 0.1 to 10. The error message says what is wrong and what is allowed.
+/// Parses the page's request to correct the model, {"correct": 17} by the number of a doubt, or {"undo":
+/// "pump"} by the object whose newest change is undone. The error message says what is wrong and what is
+/// allowed.
+core::Expected<CorrectionRequest> parse_correction_request(const std::string& json);
+
+/// Parses the page's request to move a view's camera, to record it, or to show the way from the tool to an
+/// object: {"view": "main", "orbit_deg": [5, -2], "zoom": 0.9, "home": true, "record": true, "approach":
+/// true}. All but `view` may be omitted. Angles are within ±180°, zoom is 0.1 to 10. The error message says
+/// what is wrong and what is allowed.
 core::Expected<ViewRequest> parse_view_request(const std::string& json);
 
 }  // namespace phantom::synthetic_viewer

@@ -17,6 +17,7 @@ extern const char* const kStreamJs;
 extern const char* const kLayoutJs;
 extern const char* const kAlarmsJs;
 extern const char* const kDelaysJs;
+extern const char* const kPanelsJs;
 extern const char* const kPageJs;
 extern const char* const kSessionJs;
 extern const char* const kTourJs;
@@ -40,6 +41,7 @@ std::span<const PageFile> page_files() {
       {"/layout.js", assets::kLayoutJs, kJs},
       {"/alarms.js", assets::kAlarmsJs, kJs},
       {"/delays.js", assets::kDelaysJs, kJs},
+      {"/panels.js", assets::kPanelsJs, kJs},
       {"/page.js", assets::kPageJs, kJs},
       {"/session.js", assets::kSessionJs, kJs},
       {"/tour.js", assets::kTourJs, kJs},

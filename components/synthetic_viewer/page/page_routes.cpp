@@ -208,8 +208,17 @@ void PageRoutes::add_requests(httplib::Server& server) {
   take(server, "/carry", parse_carry_request, needed_to_carry,
        [=, this](const CarryRequest& request, Response& response) {
          if (content.review != nullptr) return web::answer(response, 403, kRecordingTakesNoCommands);
-         if (!on_carry_request) return web::answer(response, kUnavailable, "nothing is taken here");
-         answer_outcome(response, on_carry_request(request));
+         if (!on_workspace_request) return web::answer(response, kUnavailable, "nothing is taken here");
+         answer_outcome(response, on_workspace_request(request));
+       });
+  const auto needed_to_correct = [](const CorrectionRequest&) {
+    return std::optional(web::Role::kConfigure);
+  };
+  take(server, "/model", parse_correction_request, needed_to_correct,
+       [=, this](const CorrectionRequest& request, Response& response) {
+         if (content.review != nullptr) return web::answer(response, 403, kRecordingTakesNoCommands);
+         if (!on_workspace_request) return web::answer(response, kUnavailable, "nothing is corrected here");
+         answer_outcome(response, on_workspace_request(request));
        });
   take(server, "/view", parse_view_request, needed_for_view,
        [this](const ViewRequest& request, Response& response) {

@@ -29,7 +29,7 @@ struct PageRoutes {
   bool allow_commands;  ///< else what is posted is refused
   WebServer::OnCommand on_command;
   WebServer::OnViewRequest on_view_request;
-  WebServer::OnCarryRequest on_carry_request;
+  WebServer::OnWorkspaceRequest on_workspace_request;
   std::function<std::string(const httplib::Request&)> refusal;  ///< as PageAccess::Refusal
   std::atomic<int> snapshots{0};                                ///< that are made now
 

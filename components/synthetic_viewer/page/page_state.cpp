@@ -27,6 +27,7 @@ constexpr std::array kCounterbalanceNames{"none", "mechanical", "automatic"};  /
 Json link_json(const ViewerState& state, core::Nanoseconds now_ns) {
   const MasterSample& master = state.master;
   const bool master_known = master.received_ns != 0;
+  const HeldBack held = held_back(state, now_ns);
   return {{"slave", state.arm.received_ns == 0 ? "NONE" : label_of(state.arm.state)},
           {"master", master_known ? label_of(master.state) : "NONE"},
           {"slave_age_s", number_or_null(age_s(state.arm.received_ns, now_ns))},
@@ -43,7 +44,9 @@ Json link_json(const ViewerState& state, core::Nanoseconds now_ns) {
           {"counterbalance", kCounterbalanceNames[static_cast<std::size_t>(state.arm.counterbalance)]},
           {"percepts", master_known ? english_text(percepts_words(state)) : ""},
           {"percepts_words", master_known ? json_of(percepts_words(state)) : Json()},
-          {"percept_limited", master.percept_limited},
+          {"percept_limited", held.percept_guarded},
+          {"percept_capped", held.percept_capped},
+          {"feedback_capped", held.feedback_capped},
           {"law", master_known ? Json(static_cast<int>(master.law)) : Json()},
           {"feedback_damped", master.feedback_damped},
           {"force_missing", master.force_missing},
@@ -129,6 +132,13 @@ Json directions_json(double main_azimuth_rad) {
     directions[std::to_string(number)] =
         json_of(direction_words(static_cast<ViewNode>(number), main_azimuth_rad));
   return directions;
+}
+
+/// Null unless the way from the tool to an object is shown.
+Json gap_json(const ViewerState& state, const HitView& view) {
+  if (!view.approach) return {};
+  return {{"object_words", json_of(object_words(state, view.approach->object))},
+          {"gap_m", number_or_null(view.approach->gap_m, true, kTenthsOfThousandths)}};
 }
 
 /// By the place that an alert has among those that are kept: a newer one takes the oldest one's.
@@ -228,6 +238,22 @@ Json components_json(const ViewerState& state, const Staleness& staleness, core:
   return components;
 }
 
+/// Objects that do not stand where the model has them, by their names.
+Json findings_json(const ViewerState& state) {
+  Json findings = Json::object();
+  for (const FindingSample* finding : state.displaced()) {
+    const std::string& object = state.objects.at(finding->id).name;
+    const bool elsewhere = finding->verdict == messages::PoseVerdict::kElsewhere;
+    findings[object] = {{"what_words", json_of(finding_words(state, *finding))},
+                        {"camera", finding->camera},
+                        {"shift_m", number_or_null(finding->shift_m, elsewhere)},
+                        {"turn_rad", number_or_null(finding->turn_rad, elsewhere)},
+                        {"residual_m", number_or_null(finding->residual_m, elsewhere)},
+                        {"unseen", finding->unseen}};
+  }
+  return findings;
+}
+
 constexpr std::array kLevelNames{"quiet", "waiting", "stopped", "alarm"};  // of SideView::Level
 
 }  // namespace
@@ -253,12 +279,36 @@ std::string stop_json(const StopView& view) {
 
 namespace {
 
+/// Where the model was in doubt, by the doubts' places.
+Json doubts_json(const ViewerState& state) {
+  Json doubts = Json::object();
+  for (const auto& [place, doubt] : state.doubts) {
+    const double shift_m = eigen(doubt.shift_m).norm();
+    doubts[std::to_string(place)] = {{"number", doubt.doubt},
+                                     {"holds", doubt.holds},
+                                     {"what_words", json_of(doubt_words(state, doubt))},
+                                     {"object_words", json_of(object_words(state, doubt.object))},
+                                     {"at_m", vector_json(doubt.position_m)},
+                                     {"residual_m", number_or_null(doubt.residual_m, doubt.residual_known)},
+                                     {"shift_m", number_or_null(shift_m, shift_m > 0.0)}};
+  }
+  return doubts;
+}
+
+/// The change of the model that would be undone; null: none.
+Json undo_json(const ViewerState& state) {
+  const ModelChange* const change = state.model_history.newest();
+  if (change == nullptr) return {};
+  const double moved_m = (change->after_WO.translation_m - change->before_WO.translation_m).norm();
+  return {{"object", change->name}, {"moved_m", number_or_null(moved_m)}};
+}
+
 // What may be taken, and what is carried.
-Json objects_json(const ViewerState& state) {
+Json objects_json(const ViewerState& state, const CellScene& scene) {
   constexpr std::size_t kMax = 256;
   Json list = Json::array();
   for (const auto& [id, object] : state.objects) {
-    if (list.size() < kMax && !object.name.empty())
+    if (list.size() < kMax && !object.name.empty() && !scene.zones.contains(id))
       list.push_back({{"name", object.name}, {"carried", state.carried(id) != nullptr}});
   }
   return list;
@@ -289,7 +339,7 @@ nlohmann::json page_state(const ViewerState& state, const CellScene& scene, cons
           {"gripper", gripper_json(state, staleness, now_ns)},
           {"carried", core::listed(carried, english_text)},
           {"carried_words", json_of(carried)},
-          {"objects", objects_json(state)},
+          {"objects", objects_json(state, scene)},
           {"hits", hits_json(state, scene, facts.start_ns)},
           {"total_hits", state.total_hits},
           {"components", components_json(state, staleness, now_ns)},
@@ -303,7 +353,9 @@ nlohmann::json page_state(const ViewerState& state, const CellScene& scene, cons
             {"main_azimuth_rad", number_or_null(facts.main_azimuth_rad)},
             {"chosen", static_cast<int>(state.chosen)},
             {"moved", moved_json(state.cameras)},
-            {"hold", state.hold}}},
+            {"hold", state.hold},
+            {"approach", state.approach},
+            {"gap", gap_json(state, view)}}},
           {"viewer",
            {{"frames_per_s", number_or_null(facts.frames_per_s)},
             {"graphics", facts.graphics},
@@ -321,7 +373,10 @@ nlohmann::json page_state(const ViewerState& state, const CellScene& scene, cons
            {{"min_m", vector_json(messages::vector_of(scene.min_m()))},
             {"max_m", vector_json(messages::vector_of(scene.max_m()))},
             {"voxel_error_m", number_or_null(state.workspace.voxel_error_m, state.workspace.version != 0)},
-            {"version", state.workspace.version}}},
+            {"version", state.workspace.version},
+            {"undo", undo_json(state)}}},
+          {"doubts", doubts_json(state)},
+          {"findings", findings_json(state)},
           {"review", review_json(facts)},
           {"recording",
            {{"running", state.recording.running},

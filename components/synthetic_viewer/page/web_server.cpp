@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "common/web/page_access.hpp"
+#include "common/web/page_requests.hpp"
 #include "common/web/request_gate.hpp"
 #include "common/web/request_origin.hpp"
 #include "common/web/web_socket.hpp"
@@ -56,33 +57,6 @@ bool is_stop(const web::RequestFrame& request) {
   if (request.method != "POST" || request.path != "/command") return false;
   const auto command = parse_command(std::string(request.body));
   return command && command->kind == CommandKind::kEmergencyStop;
-}
-
-/// Gives a server what all its answers have in common.
-void set_common(httplib::Server& server) {
-  server.set_default_headers({{"Cache-Control", "no-store"}, {"X-Content-Type-Options", "nosniff"}});
-  server.set_error_handler([](const Request& request, Response& response) {
-    if (!response.body.empty()) return;
-    web::answer(response, response.status,
-                response.status == 404 ? "unknown path " + request.path : "request refused");
-  });
-  server.set_exception_handler([](const Request&, Response& response, std::exception_ptr) {
-    web::answer(response, 500, "the viewer could not answer");
-  });
-}
-
-std::optional<std::string> header(const Request& request, const char* name) {
-  return request.has_header(name) ? std::optional(request.get_header_value(name)) : std::nullopt;
-}
-
-web::RequestOrigin origin_of(const Request& request) {
-  web::RequestOrigin origin{.hosts = {},
-                            .origin = header(request, "Origin"),
-                            .fetch_site = header(request, "Sec-Fetch-Site"),
-                            .served_address = request.local_addr};
-  const auto hosts = request.headers.equal_range("Host");
-  for (auto host = hosts.first; host != hosts.second; ++host) origin.hosts.push_back(host->second);
-  return origin;
 }
 
 /// Returns a part of a motion JPEG. It ends with the next boundary, because browsers show a picture only once
@@ -138,7 +112,7 @@ struct WebServer::Impl {
   web::RequestGate streams{"page_streams", limits_of(config, true), nullptr, config.tls.get()};
 
   Impl(const PageConfig& page_config, PageContent& page_content, OnCommand on_command,
-       OnViewRequest on_view_request, OnCarryRequest on_carry_request, SceneFeed* scene_feed)
+       OnViewRequest on_view_request, OnWorkspaceRequest on_workspace_request, SceneFeed* scene_feed)
       : config(page_config),
         content(page_content),
         scene(scene_feed),
@@ -147,7 +121,7 @@ struct WebServer::Impl {
                config.allow_commands,
                std::move(on_command),
                std::move(on_view_request),
-               std::move(on_carry_request),
+               std::move(on_workspace_request),
                [this](const Request& request) { return refusal(request); }} {
     check_readers();
     add_files();
@@ -182,11 +156,11 @@ struct WebServer::Impl {
 /// Lets no request pass to the handlers whose host is not this page's, or that a page from elsewhere makes.
 void WebServer::Impl::check_readers() {
   for (web::RequestGate* served : {&page, &streams}) {
-    set_common(served->server());
+    web::set_common_answers(served->server(), "the viewer");
     served->server().set_pre_routing_handler([this, served](const Request& request, Response& response) {
       using enum httplib::Server::HandlerResponse;
       if (request.method == "POST") return Unhandled;  // refusal() decides, once the body has been read
-      const web::RequestOrigin origin = origin_of(request);
+      const web::RequestOrigin origin = web::origin_of(request);
       web::Authority own = origins.host_of(origin).value_or(web::Authority());
       const bool usual = page.port() == (config.tls ? kHttpsPort : kHttpPort);
       if (served == &streams) own.port = usual ? "" : std::to_string(page.port());
@@ -203,7 +177,7 @@ void WebServer::Impl::add_files() {
   // there and nowhere else.
   page.server().Get("/", [this](const Request& request, Response& response) {
     const std::string port = std::to_string(streams.port());
-    const auto asked = origins.host_of(origin_of(request));
+    const auto asked = origins.host_of(web::origin_of(request));
     const std::string authority = asked ? "://" + with_port(*asked, port) : "";
     const std::string from = asked ? " " + scheme + authority : "";
     const std::string socket = asked ? " " + (config.tls ? "wss" + authority : "ws" + authority) : "";
@@ -227,10 +201,7 @@ void WebServer::Impl::add_files() {
 }
 
 std::string WebServer::Impl::refusal(const Request& request) const {
-  // A page from elsewhere cannot send this content type without a preflight request.
-  if (request.get_header_value("Content-Type").rfind("application/json", 0) != 0)
-    return "the content type must be application/json";
-  return origins.command_refusal(origin_of(request));
+  return web::command_refusal(origins, request);
 }
 
 void WebServer::Impl::add_streams() {
@@ -247,8 +218,8 @@ void WebServer::Impl::follow(const Request& request, Response& response, Source&
   const auto place = follower_place(response);
   if (!place) return;
   // The page's port is another origin; only that one may read streams, and others were refused.
-  if (const auto origin = header(request, "Origin")) {
-    response.set_header("Access-Control-Allow-Origin", *origin);
+  if (request.has_header("Origin")) {
+    response.set_header("Access-Control-Allow-Origin", request.get_header_value("Origin"));
     response.set_header("Access-Control-Allow-Credentials", "true");  // the session's cookie
     response.set_header("Vary", "Origin");
   }
@@ -314,9 +285,9 @@ void WebServer::Impl::add_scene() {
 }
 
 WebServer::WebServer(const PageConfig& config, PageContent& content, OnCommand on_command,
-                     OnViewRequest on_view_request, OnCarryRequest on_carry_request, SceneFeed* scene)
+                     OnViewRequest on_view_request, OnWorkspaceRequest on_workspace_request, SceneFeed* scene)
     : impl_(std::make_unique<Impl>(config, content, std::move(on_command), std::move(on_view_request),
-                                   std::move(on_carry_request), scene)) {}
+                                   std::move(on_workspace_request), scene)) {}
 
 WebServer::~WebServer() = default;
 

@@ -25,10 +25,12 @@ class SceneFeed;
 ///   GET  /mesh/<hash>, /shaders.json   what the scene stream names, and the programs that draw it here
 ///   POST /command               {"kind": …, "value": …} as JSON, from the page itself only
 ///   POST /carry                 {"object": …, "attach": true or false}, likewise
+///   POST /model                 {"correct": a doubt's number}, {"found": object} or {"undo": object}
 ///   GET  /calibration, /calibration/still.jpg, /calibration/overlay.jpg   of a real camera's pose
 ///   POST /calibration           {"try": …}, {"keep": N} or {"discard": N}, likewise (PoseCalibration)
 ///   GET  /session               which role this browser has; POST /login, /logout
-///   POST /view                  {"view": …, "orbit_deg": …, "zoom": …, "home": …, "record": …}, likewise
+///   POST /view                  {"view": …, "orbit_deg": …, "zoom": …, "home": …, "record": …,
+///                               "approach": …}, likewise
 /// and, while a recording is shown (PageContent::review), when every other command is refused:
 ///   GET  /review                review_json(): what the recording has
 ///   GET  /review/series         ?names=…&from=…&to=…&columns=…: its numbers, for plots
@@ -44,16 +46,17 @@ class WebServer {
  public:
   /// Carries out a checked command and returns its outcome within half a second. Called on a server thread.
   using OnCommand = std::function<CommandOutcome(const Command&)>;
-  /// Asks for what is to be taken or put down, likewise.
-  using OnCarryRequest = std::function<CommandOutcome(const CarryRequest&)>;
+  /// Asks for what is to be taken, put down or corrected, likewise.
+  using OnWorkspaceRequest = std::function<CommandOutcome(const WorkspaceRequest&)>;
   /// Takes a checked request for a view, within half a second. Called on a server thread.
   using OnViewRequest = std::function<core::Status(const ViewRequest&)>;
 
-  /// Starts to serve. Without `on_carry_request` nothing can be taken, and without `scene` there are pictures
-  /// and commands alone; else it must outlive the server. Throws core::MissingError if the
-  /// address or a port cannot be had.
+  /// Starts to serve. Without `on_workspace_request` nothing can be taken, and without `scene` there are
+  /// pictures and commands alone; else it must outlive the server. Throws core::MissingError if the address
+  /// or a port cannot be had.
   WebServer(const PageConfig& config, PageContent& content, OnCommand on_command,
-            OnViewRequest on_view_request, OnCarryRequest on_carry_request = {}, SceneFeed* scene = nullptr);
+            OnViewRequest on_view_request, OnWorkspaceRequest on_workspace_request = {},
+            SceneFeed* scene = nullptr);
   /// Ends all streams, `scene` included, and joins the threads, within half a second.
   ~WebServer();
   WebServer(const WebServer&) = delete;

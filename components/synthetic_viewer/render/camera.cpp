@@ -8,6 +8,18 @@
 
 namespace phantom::synthetic_viewer {
 
+double scene_scale(const Eigen::Vector3d& min_m, const Eigen::Vector3d& max_m) noexcept {
+  constexpr double kUsual_m = 1.5;
+  return std::min(1.0, (max_m - min_m).norm() / kUsual_m);
+}
+
+Camera at_scale(Camera camera, double scale) noexcept {
+  camera.near_m *= scale;
+  camera.far_m *= scale;
+  camera.clearance_m *= scale;
+  return camera;
+}
+
 Eigen::Matrix4d view_matrix(const Camera& camera) {
   const Eigen::Vector3d backward = (camera.eye_m - camera.target_m).normalized();
   Eigen::Matrix3d rows = percept::view_axes(backward);
@@ -54,7 +66,7 @@ Camera frame_box(const Eigen::Vector3d& min_m, const Eigen::Vector3d& max_m, dou
     reach_m = std::max(reach_m, c.norm());
   }
   camera.eye_m = camera.target_m + distance_m * away;
-  camera.near_m = std::max(0.01, 0.2 * (distance_m - reach_m));
+  camera.near_m = std::max(0.002 * distance_m, 0.2 * (distance_m - reach_m));
   camera.far_m = distance_m + 6 * reach_m;
   return camera;
 }

@@ -11,10 +11,18 @@ struct Camera {
   double vertical_fov_rad = 0.7;
   double near_m = 0.02;
   double far_m = 20.0;
+  double clearance_m = 0.03;  ///< least distance to a surface
   /// The direction of W that is upwards in the picture. Zero: z of W, or y of W if the camera looks straight
   /// up or down.
   Eigen::Vector3d up = Eigen::Vector3d::Zero();
 };
+
+/// Returns the factor for the lengths of views and aids that are not measures themselves, in a workspace with
+/// these corners: 1 if its diagonal is 1.5 m or more, less in proportion. So a small cell looks as a large
+/// one.
+double scene_scale(const Eigen::Vector3d& min_m, const Eigen::Vector3d& max_m) noexcept;
+/// Returns a camera like `camera` for a scene of that scale: with its planes and clearance, where it stands.
+Camera at_scale(Camera camera, double scale) noexcept;
 
 /// Returns the view matrix (W → camera: x right, y up, −z forward).
 Eigen::Matrix4d view_matrix(const Camera& camera);

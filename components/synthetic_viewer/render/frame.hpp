@@ -56,6 +56,8 @@ struct Frame {
   /// The floor's grid lies in the plane z = floor_min_m.z().
   Eigen::Vector3f floor_min_m = Eigen::Vector3f::Zero();
   Eigen::Vector3f floor_max_m = Eigen::Vector3f::Zero();  ///< if not above floor_min_m, no floor
+  float floor_border_m = 0.5F;                            ///< by so much it reaches beyond these, fading out
+  float floor_pitch_m = 0.1F;                             ///< of its lines; every fifth is stronger
   std::array<Colour, 3> paint_ramp{};                     ///< of closeness 0, 0.5 and 1
   std::uint64_t paint_number = 0;                         ///< increases when any paint changes
 };

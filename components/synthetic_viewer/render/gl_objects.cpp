@@ -115,15 +115,16 @@ Body Body::make(const ShadedMesh& source) {
 }
 
 // A level merges the vertices within a cube of its pitch. It is kept if that saves enough triangles.
-Body Body::with_levels(const geometry::TriangleMesh& mesh) {
+Body Body::with_levels(const geometry::TriangleMesh& mesh, double scale) {
   constexpr double kShadowPitch_m = 0.03;
   constexpr std::size_t kMinForLevels = 2000;  // triangles
   constexpr double kWorthALevel = 0.6;
   Body body = make(shade(mesh));
-  body.shadow = Mesh::make(shade(coarsen(mesh, kShadowPitch_m)));
+  body.shadow = Mesh::make(shade(coarsen(mesh, scale * kShadowPitch_m)));
   if (mesh.triangles.size() < kMinForLevels) return body;
   double last = static_cast<double>(mesh.triangles.size());
-  for (const double pitch_m : {0.0015, 0.004, 0.010}) {
+  for (const double usual_m : {0.0015, 0.004, 0.010}) {
+    const double pitch_m = scale * usual_m;
     const geometry::TriangleMesh coarse = coarsen(mesh, pitch_m);
     if (static_cast<double>(coarse.triangles.size()) > kWorthALevel * last) continue;
     last = static_cast<double>(coarse.triangles.size());

@@ -47,7 +47,8 @@ struct Body {
 
   /// A mesh alone.
   static Body make(const ShadedMesh& source);
-  static Body with_levels(const geometry::TriangleMesh& mesh);
+  /// With coarser levels, for scenes of that scale.
+  static Body with_levels(const geometry::TriangleMesh& mesh, double scale);
   /// Returns the coarsest level that looks like the mesh where a metre of it takes so many pixels.
   const Mesh& seen_at(float pixels_per_m) const;
   void drop() const;

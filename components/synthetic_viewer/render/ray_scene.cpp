@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 
+#include "common/geometry/point_triangle.hpp"
 #include "common/geometry/ray_triangle.hpp"
 
 namespace phantom::synthetic_viewer {
@@ -69,6 +70,34 @@ std::optional<double> RayMesh::nearest(const Eigen::Vector3d& origin_m, const Ei
   return best;
 }
 
+std::optional<Eigen::Vector3d> RayMesh::closest(const Eigen::Vector3d& p_m, double within_m) const noexcept {
+  std::optional<Eigen::Vector3d> best;
+  double square = within_m * within_m;
+  tree_.near(p_m, square, [&](std::uint32_t place) {
+    const Eigen::Vector3f* corners = &corners_m_[3 * std::size_t{place}];
+    const Eigen::Vector3d point_m = geometry::closest_point_on_triangle(
+        p_m, Eigen::Vector3d(corners[0].cast<double>()), Eigen::Vector3d(corners[1].cast<double>()),
+        Eigen::Vector3d(corners[2].cast<double>()));
+    if (const double here = (point_m - p_m).squaredNorm(); here < square) {
+      square = here;
+      best = point_m;
+    }
+  });
+  return best;
+}
+
+Eigen::Vector3d RayMesh::size_m() const noexcept {
+  if (tree_.nodes().empty()) return Eigen::Vector3d::Zero();
+  return (tree_.nodes().front().max - tree_.nodes().front().min).matrix().cast<double>();
+}
+
+std::vector<Eigen::Vector3d> RayMesh::corners(std::size_t most) const {
+  std::vector<Eigen::Vector3d> found;
+  const std::size_t step = (corners_m_.size() + most - 1) / most;
+  for (std::size_t i = 0; i < corners_m_.size(); i += step) found.push_back(corners_m_[i].cast<double>());
+  return found;
+}
+
 void RayMesh::crossings(const Eigen::Vector3d& origin_m, const Eigen::Vector3d& direction, double min_m,
                         double max_m, std::vector<Crossing>& found) const {
   tree_.along_ray(origin_m, direction, min_m, max_m, [&](std::uint32_t place) {
@@ -92,6 +121,24 @@ std::optional<double> RayScene::nearest(const Eigen::Vector3d& origin_m, const E
     }
   }
   return best;
+}
+
+std::optional<double> RayScene::to_zone(std::uint16_t object, const Eigen::Vector3d& origin_m,
+                                        const Eigen::Vector3d& direction, double max_m) const {
+  std::optional<double> best_m;
+  std::vector<RayMesh::Crossing> crossings;
+  for (const Body& zone : zones) {
+    if (zone.name.object != object) continue;
+    const geometry::Pose X_MW = zone.X_WM.inverse();
+    const Eigen::Vector3d from_m = X_MW * origin_m, along = X_MW.rotation * direction;
+    crossings.clear();
+    zone.mesh->crossings(from_m, along, 0.0, zone.mesh->size_m().norm() + max_m, crossings);
+    const auto first = std::ranges::min_element(crossings, {}, &RayMesh::Crossing::distance_m);
+    if (first == crossings.end()) continue;
+    const double distance_m = first->entering ? first->distance_m : 0.0;
+    if (distance_m < max_m) best_m = std::min(best_m.value_or(max_m), distance_m);
+  }
+  return best_m;
 }
 
 std::optional<RayScene::FreeDistance> RayScene::free_distance(const Eigen::Vector3d& origin_m,

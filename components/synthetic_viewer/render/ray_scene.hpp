@@ -22,6 +22,13 @@ class RayMesh {
   /// from either side, within (min_m, max_m); nothing if there is none. Real-time safe: yes.
   std::optional<double> nearest(const Eigen::Vector3d& origin_m, const Eigen::Vector3d& direction,
                                 double min_m, double max_m) const noexcept;
+  /// Returns the point of the surface nearest to `p_m` if it is nearer than `within_m`, all in the mesh's
+  /// frame. Real-time safe: yes.
+  std::optional<Eigen::Vector3d> closest(const Eigen::Vector3d& p_m, double within_m) const noexcept;
+  /// Returns the sides of the box round it; 0 without triangles.
+  Eigen::Vector3d size_m() const noexcept;
+  /// Returns corners of its triangles, spread over all: `most` at most, if it is above 0.
+  std::vector<Eigen::Vector3d> corners(std::size_t most) const;
   /// A point where a ray crosses the surface.
   struct Crossing {
     double distance_m;
@@ -51,7 +58,12 @@ class RayScene {
     BodyName name;
   };
   std::vector<Body> bodies;
+  std::vector<Body> zones;  ///< protected zones, through which all rays but to_zone()'s go
 
+  /// Returns the distance along a ray of W (unit `direction`) to where it enters a zone of that object within
+  /// max_m; 0 if it begins inside. Nothing if it does neither. Not real-time safe.
+  std::optional<double> to_zone(std::uint16_t object, const Eigen::Vector3d& origin_m,
+                                const Eigen::Vector3d& direction, double max_m) const;
   /// Returns the distance to the nearest surface along a ray of W within (min_m, max_m). Real-time safe: yes.
   std::optional<double> nearest(const Eigen::Vector3d& origin_m, const Eigen::Vector3d& direction,
                                 double min_m, double max_m) const noexcept;

@@ -107,7 +107,8 @@ struct Renderer::Parts {
   }
 };
 
-Renderer::Renderer(GraphicsPlatform platform) : context_(platform), parts_(std::make_unique<Parts>()) {
+Renderer::Renderer(GraphicsPlatform platform, double scale)
+    : context_(platform), scale_(scale), parts_(std::make_unique<Parts>()) {
   parts_->bodies[kCone] = {gl::Body::make(shade(lifted(geometry::make_cone(1.0, 0.0, 1.0, kPartSides))))};
   parts_->bodies[kCylinder] = {gl::Body::make(shade(lifted(geometry::make_cylinder(1.0, 1.0, kPartSides))))};
   parts_->bodies[kSphere] = {gl::Body::make(shade(geometry::make_sphere(1.0, 3)))};
@@ -126,7 +127,7 @@ Renderer::Renderer(GraphicsPlatform platform) : context_(platform), parts_(std::
 Renderer::~Renderer() = default;  // the context destroys its objects
 
 MeshHandle Renderer::upload(const geometry::TriangleMesh& mesh) {
-  parts_->bodies[parts_->next_handle] = {gl::Body::with_levels(mesh)};
+  parts_->bodies[parts_->next_handle] = {gl::Body::with_levels(mesh, scale_)};
   return parts_->next_handle++;
 }
 
@@ -229,7 +230,8 @@ void Renderer::draw_floor(const Frame& frame, const Shot& view) const {
   gl::set(parts_->floor, "clip_from_world", view.clip_from_W);
   gl::set(parts_->floor, "least", frame.floor_min_m);
   gl::set(parts_->floor, "greatest", frame.floor_max_m);
-  gl::set(parts_->floor, "border", kFloorBorder_m);
+  gl::set(parts_->floor, "border", frame.floor_border_m);
+  gl::set(parts_->floor, "pitch", frame.floor_pitch_m);
   glBindVertexArray(parts_->empty_array);
   glDrawArrays(GL_TRIANGLE_STRIP, 0, 4);
   glDisable(GL_BLEND);
@@ -364,7 +366,8 @@ int Renderer::draw_item(const DrawItem& item, const Shot& view, unsigned program
   gl::set(program, "colour", with_opacity(item.colour, item.opacity));
   gl::set(program, "own_light", item.own_light);
   const Eigen::Vector3f middle_m = (item.W_from_mesh * body.middle_m.homogeneous()).head<3>();
-  const float nearest_m = std::max(1e-3F, (middle_m - view.eye_m).norm() - body.radius_m * scale);
+  const float nearest_m =
+      std::max(1e-3F * static_cast<float>(scale_), (middle_m - view.eye_m).norm() - body.radius_m * scale);
   const gl::Mesh& mesh = body.seen_at(scale / nearest_m * view.pixels_per_radian);
   mesh.draw();
   return mesh.index_count / 3;

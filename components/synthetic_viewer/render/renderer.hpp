@@ -14,9 +14,9 @@
 
 namespace phantom::synthetic_viewer {
 
-/// What all pictures have in common: how far the floor reaches beyond the workspace, how dark shadows are,
-/// and the unit vector to the light along which they fall.
-inline constexpr float kFloorBorder_m = 0.5F, kShadowOpacity = 0.33F;
+/// What all pictures have in common: how dark shadows are, and the unit vector to the light along which they
+/// fall.
+inline constexpr float kShadowOpacity = 0.33F;
 Eigen::Vector3f to_key_light();
 
 /// Size and quality of a picture.
@@ -34,8 +34,9 @@ using CancelCheck = std::function<bool()>;
 /// Renders frames to pictures with OpenGL, without a window. Created, used and destroyed on one thread.
 class Renderer {
  public:
-  /// Throws core::MissingError if there is no OpenGL, std::runtime_error if the driver refuses the shaders.
-  explicit Renderer(GraphicsPlatform platform = GraphicsPlatform::kAuto);
+  /// `scale`: of the scenes to be drawn (scene_scale()), at which meshes are made coarser. Throws
+  /// core::MissingError if there is no OpenGL, std::runtime_error if the driver refuses the shaders.
+  explicit Renderer(GraphicsPlatform platform = GraphicsPlatform::kAuto, double scale = 1.0);
   ~Renderer();
   Renderer(const Renderer&) = delete;
   Renderer& operator=(const Renderer&) = delete;
@@ -72,6 +73,7 @@ class Renderer {
   const Body* in_sight(const DrawItem& item, const Shot& view) const;
 
   GlContext context_;
+  double scale_;
   std::unique_ptr<Parts> parts_;
 };
 

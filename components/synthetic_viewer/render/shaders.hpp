@@ -128,16 +128,17 @@ void main() {
 }
 )";
 
-/// Draws lines every 0.1 m and stronger ones every 0.5 m. The floor fades out over `border` around the
+/// Draws lines every `pitch` metres, each fifth stronger. The floor fades out over `border` around the
 /// workspace.
 inline constexpr const char* kFloorFragment = R"(#version 330 core
 in vec2 place;
 uniform vec3 least;
 uniform vec3 greatest;
 uniform float border;
+uniform float pitch;
 out vec4 result;
-float lines(float pitch, float width) {
-  vec2 scaled = place / pitch;
+float lines(float step, float width) {
+  vec2 scaled = place / step;
   vec2 away = abs(fract(scaled - 0.5) - 0.5) / max(fwidth(scaled), vec2(1e-6));
   float fade = clamp(1.0 - 2.0 * max(fwidth(scaled).x, fwidth(scaled).y), 0.0, 1.0);
   return fade * (1.0 - clamp(min(away.x, away.y) / width, 0.0, 1.0));
@@ -146,7 +147,7 @@ void main() {
   vec2 outside = max(max(least.xy - place, place - greatest.xy), vec2(0.0));
   float cover = 1.0 - clamp(length(outside) / border, 0.0, 1.0);
   vec3 base = vec3(0.185, 0.205, 0.235);
-  vec3 colour = base + lines(0.1, 1.0) * 0.045 + lines(0.5, 1.3) * 0.10;
+  vec3 colour = base + lines(pitch, 1.0) * 0.045 + lines(5.0 * pitch, 1.3) * 0.10;
   result = vec4(colour, cover * cover);
 }
 )";

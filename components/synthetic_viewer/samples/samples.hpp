@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include "common/core/clock.hpp"
@@ -48,6 +49,9 @@ struct HitSample : messages::Received<messages::HitAlert> {
   PerceptSample percept;
 };
 
+using DoubtSample = messages::Received<messages::ModelDoubt>;
+using UncertaintySample = messages::ObjectUncertainty;
+using FindingSample = messages::PoseFinding;
 using ObjectSample = messages::WorkspaceObject;
 
 struct WorkspaceSample {  // workspace_version
@@ -90,6 +94,17 @@ struct CarryRequest {
   std::string object;  ///< its name
   bool attach = true;  ///< false: release
 };
+
+/// The operator's request to correct the model: to shift an object so that its surface is where the arm felt
+/// it, to put one where a camera has found it, or to undo the newest change of an object's pose.
+struct CorrectionRequest {
+  std::uint32_t doubt = 0;  ///< its running number
+  std::string found;        ///< name of the object that is put where a camera has found it; empty: none is
+  std::string undo;         ///< name of the object whose newest change is undone; empty: none is
+};
+
+/// What the page may ask of the workspace.
+using WorkspaceRequest = std::variant<CarryRequest, CorrectionRequest>;
 
 /// The outcome of a command, for its issuer.
 struct CommandOutcome {

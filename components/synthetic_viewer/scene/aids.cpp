@@ -56,37 +56,50 @@ int motion_heads(MotionClass motion) {
 
 double pgv_arrow_m(const Aids& aids, const PgvArrow& arrow) {
   constexpr double kMax_m = 0.15, kMin_m = 0.03;
-  if (!aids.pgs_Pa_s_per_m || arrow.length == PgvLength::kGap) return std::clamp(aids.gap_m, 0.05, 0.12);
+  if (!aids.pgs_Pa_s_per_m || arrow.length == PgvLength::kGap)
+    return std::clamp(aids.gap_m, 0.05 * aids.size, 0.12 * aids.size);
   const double s = *aids.pgs_Pa_s_per_m / arrow.half_strength_Pa_s_per_m;
   const double share = (arrow.length == PgvLength::kStrength ? s : 1.0) / (1.0 + s);
-  return std::max(kMin_m, kMax_m * share);
+  return aids.size * std::max(kMin_m, kMax_m * share);
+}
+
+double aids_scale(double thickness_m, double gap_m, double size) {
+  constexpr double kThick_m = 0.024, kWide_m = 0.05, kLeast = 0.1, kLeastByGap = 0.4;
+  const double by_object = thickness_m > 0.0 ? thickness_m / (size * kThick_m) : 1.0;
+  const double by_gap = std::max(kLeastByGap, gap_m / (size * kWide_m));
+  return std::clamp(std::min(by_object, by_gap), kLeast, 1.0);
 }
 
 void add_arrows(Frame& frame, const Aids& aids, const PgvArrow& arrow) {
   constexpr double kLookAhead_s = 0.5, kMin_m_s = 0.005;
   const double speed = aids.velocity_m_s.norm();
-  if (speed > kMin_m_s) {
-    const double length_m = std::clamp(speed * kLookAhead_s, 0.06, 0.30);
-    add_arrow(frame, aids.position_m, aids.velocity_m_s / speed * length_m, 0.006, motion_colour(aids.motion),
-              motion_heads(aids.motion));
+  if (speed > aids.size * kMin_m_s) {
+    const double length_m = std::clamp(speed * kLookAhead_s, 0.06 * aids.scale, 0.30 * aids.size);
+    add_arrow(frame, aids.position_m, aids.velocity_m_s / speed * length_m, 0.006 * aids.scale,
+              motion_colour(aids.motion), motion_heads(aids.motion));
   }
   if (!aids.pgv.isZero()) {
-    add_arrow(frame, aids.position_m, aids.pgv.normalized() * pgv_arrow_m(aids, arrow), 0.004, kPgvColour);
+    add_arrow(frame, aids.position_m,
+              aids.pgv.normalized() * (aids.scale / aids.size * pgv_arrow_m(aids, arrow)), 0.004 * aids.scale,
+              kPgvColour);
   }
 }
 
 void add_cone_and_plane(Frame& frame, const Aids& aids) {
+  constexpr double kPlane_m = 0.13;
   if (aids.pgv.isZero()) return;
   const Eigen::Vector3d direction = aids.pgv.normalized();
-  const double gap_m = std::clamp(aids.gap_m, 0.0, 0.25), length_m = std::max(gap_m, 0.04);
+  const double gap_m = std::clamp(aids.gap_m, 0.0, 0.25 * aids.size),
+               length_m = std::max(gap_m, 0.04 * aids.scale);
   const Eigen::Vector3d tip_m = aids.position_m + gap_m * direction;
-  const double radius_m = std::clamp(0.3 * length_m, 0.012, 0.04);
+  const double radius_m = std::clamp(0.3 * length_m, 0.012 * aids.scale, 0.04 * aids.size);
   const geometry::Pose base = along(tip_m - length_m * direction, direction);
   frame.items.push_back({kCone, matrix_of(base, {radius_m, radius_m, length_m}),
                          closeness_colour(aids.closeness), 0.45F, 0.5F});
   // Slightly in front of the surface that it touches, because the two would flicker otherwise.
-  const geometry::Pose plane = along(tip_m - 0.001 * direction, direction);
-  frame.items.push_back({kDisc, matrix_of(plane, {0.13, 0.13, 1.0}), kPlaneColour, 0.28F, 0.6F});
+  const geometry::Pose plane = along(tip_m - 0.001 * aids.size * direction, direction);
+  frame.items.push_back({kDisc, matrix_of(plane, {kPlane_m * aids.scale, kPlane_m * aids.scale, 1.0}),
+                         kPlaneColour, 0.28F, 0.6F});
 }
 
 void add_marker(Frame& frame, const Eigen::Vector3d& position_m, double radius_m, const Colour& colour) {

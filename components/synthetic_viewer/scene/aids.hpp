@@ -17,7 +17,15 @@ struct Aids {
   Eigen::Vector3d velocity_m_s = Eigen::Vector3d::Zero();  ///< of the sensor
   MotionClass motion = MotionClass::kNone;                 ///< gives the motion arrow its colour
   double closeness = 0.0;
+  double scale = 1.0;  ///< of all sizes that are not measures themselves: `size` times aids_scale()
+  double size = 1.0;   ///< of the scene (scene_scale()): of all lengths that are stated here
 };
+
+/// Returns the scale at which aids hide neither the object nor the gap: 1 for an object 24 mm thick or
+/// thicker, and a gap of 50 mm or wider, less in proportion; a tenth at least, and no less than 0.4 for the
+/// gap. `thickness_m` 0: not known. `size`: Aids::size. The look-at point's marker is then at most half as
+/// thick as the object.
+double aids_scale(double thickness_m, double gap_m, double size = 1.0);
 
 /// Returns the colour for a result of the unsafe-motion detector: grey, green, amber or red.
 Colour motion_colour(MotionClass motion);
@@ -43,19 +51,20 @@ struct PgvArrow {
   double half_strength_Pa_s_per_m = 8.0;  ///< strength at which the arrow has half its greatest length
 };
 
-/// Returns the length of the PGV's arrow, m: with s = PGS / half strength, 0.15 m / (1 + s) or 0.15 m · s /
-/// (1 + s), 30 mm at least; by the gap, or where the strength is not known, the gap within 50 to 120 mm.
+/// Returns the length of the PGV's arrow, m, at a scale of 1: with s = PGS / half strength, 0.15 m / (1 + s)
+/// or 0.15 m · s / (1 + s), 30 mm at least; by the gap, or where the strength is not known, the gap within 50
+/// to 120 mm.
 double pgv_arrow_m(const Aids& aids, const PgvArrow& arrow);
 
-/// Adds the arrows of PGV and motion. The motion's is as long as the way of the next 0.5 s, within 60 to 300
-/// mm.
+/// Adds the arrows of PGV and motion. The motion's is as long as the way of the next 0.5 s, within 60 (times
+/// the scale) to 300 mm. Arrows are as thick as the scale says.
 void add_arrows(Frame& frame, const Aids& aids, const PgvArrow& arrow);
 
 /// Adds a translucent cone along the PGV with its tip at the object, and the plane normal to the PGV at that
 /// tip. Near a convex surface that plane is the tangent plane; over a concave one it shows the hollow.
 void add_cone_and_plane(Frame& frame, const Aids& aids);
 
-/// Marks a point of W with a sphere.
+/// Marks a point of W with a sphere, and a translucent one of 2.2 times its radius.
 void add_marker(Frame& frame, const Eigen::Vector3d& position_m, double radius_m, const Colour& colour);
 
 }  // namespace phantom::synthetic_viewer

@@ -1,10 +1,13 @@
 #include "components/synthetic_viewer/scene/cell_scene.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
+#include <cmath>
 #include <ranges>
 #include <set>
 
 #include "common/core/text.hpp"
+#include "common/messages/living.hpp"
 #include "components/synthetic_viewer/scene/aids.hpp"
 
 namespace phantom::synthetic_viewer {
@@ -22,6 +25,8 @@ void add_box_outline(Frame& frame, const Eigen::Vector3f& low, const Eigen::Vect
   }
 }
 
+constexpr float kBoundOpacity = 0.22F;
+constexpr float kZoneOpacity = 0.35F;
 constexpr float kFaded = 0.4F;  // opacity of what may have moved on
 
 constexpr std::size_t kPartsOfArm = 65'536;  // in an item's number
@@ -46,10 +51,49 @@ geometry::Pose shift_of(const LinkBody& part, const GripperSample& gripper) {
 
 }  // namespace
 
+std::set<std::uint16_t> zones_of(const runtime::CellConfig& cell) {
+  std::set<std::uint16_t> zones;
+  for (const runtime::ObjectConfig& object : cell.objects)
+    if (object.is_zone()) zones.insert(object.id);
+  return zones;
+}
+
 MeshBody uploaded(const geometry::TriangleMesh& mesh, Renderer& renderer, bool with_edges) {
   return {renderer.upload(mesh), std::make_shared<RayMesh>(mesh),
           mesh.triangles.size(), 0,
-          mesh.content_hash(),   with_edges ? std::make_shared<EdgeMesh>(edges_of(mesh)) : nullptr};
+          mesh.content_hash(),   with_edges ? std::make_shared<EdgeMesh>(edges_of(mesh)) : nullptr,
+          thickness_of(mesh),    mesh.bounding_box()};
+}
+
+double thickness_of(const geometry::TriangleMesh& mesh) {
+  double area_m2 = 0.0;
+  for (const auto& [a, b, c] : mesh.triangles) {
+    const Eigen::Vector3f& at = mesh.vertices_m[a];
+    area_m2 += 0.5 * static_cast<double>((mesh.vertices_m[b] - at).cross(mesh.vertices_m[c] - at).norm());
+  }
+  return area_m2 > 0.0 ? std::max(0.0, 4.0 * geometry::enclosed_volume_m3(mesh) / area_m2) : 0.0;
+}
+
+double CellScene::thickness_m(const ViewerState& state, std::uint16_t object) const {
+  const auto found = state.objects.find(object);
+  if (found == state.objects.end()) return 0.0;
+  const auto mesh = meshes.find(found->second.mesh_hash);
+  return mesh != meshes.end() ? mesh->second.thickness_m : 0.0;
+}
+
+Eigen::Matrix4d placement_of(const SceneItem& item, const geometry::Pose& X_M) {
+  Eigen::Affine3d placed = Eigen::Affine3d::Identity();
+  placed.linear() = X_M.rotation;
+  placed.translation() = X_M.translation_m;
+  if (item.grown_m <= 0.0 || item.mesh->box.empty()) return placed.matrix();
+  constexpr double kThinnest_m = 1e-3;  // of a flat mesh's box
+  const Eigen::Vector3d min_m = item.mesh->box.min_m.cast<double>(),
+                        max_m = item.mesh->box.max_m.cast<double>();
+  const Eigen::Vector3d middle_m = 0.5 * (min_m + max_m),
+                        half_m = (0.5 * (max_m - min_m)).cwiseMax(kThinnest_m);
+  const Eigen::Vector3d scale = (half_m.array() + item.grown_m) / half_m.array();
+  placed.translate(middle_m).scale(scale).translate(-middle_m);
+  return placed.matrix();
 }
 
 LinkBody uploaded(const LinkMeshData& part, Renderer& renderer, bool with_edges) {
@@ -167,6 +211,14 @@ std::vector<SceneItem> CellScene::items(const ViewerState& state, const Stalenes
     item.mesh = &mesh->second;
     item.colour = object.colour;
     item.opacity = known || item.body == SceneItem::kWorld ? 1.0F : kFaded;
+    if (zones.contains(id)) item.opacity = kZoneOpacity, item.casts_shadow = false;
+    items.push_back(item);
+    const double error_m = state.pose_error_m(id);
+    if (error_m < scale_ * kShownError_m || item.body != SceneItem::kWorld) continue;
+    item.kind = SceneItem::Kind::kBound;
+    item.grown_m = error_m;
+    item.opacity = kBoundOpacity;
+    item.casts_shadow = false;
     items.push_back(item);
   }
   if (state.arm.received_ns == 0) return items;
@@ -201,6 +253,8 @@ Frame CellScene::frame(const ViewerState& state, const Staleness& staleness, cor
   Frame frame;
   frame.floor_min_m = min_m_.cast<float>();
   frame.floor_max_m = max_m_.cast<float>();
+  frame.floor_border_m *= static_cast<float>(scale_);
+  frame.floor_pitch_m *= static_cast<float>(std::pow(10.0, std::round(std::log10(scale_))));
   add_box_outline(frame, frame.floor_min_m, frame.floor_max_m);
   const bool painted = state.arm.received_ns != 0 && paint_shown(state, staleness, now_ns);
   if (state.arm.received_ns != 0) frame.paint_ramp = paint_ramp();
@@ -209,7 +263,15 @@ Frame CellScene::frame(const ViewerState& state, const Staleness& staleness, cor
   for (const SceneItem& item : items(state, staleness, now_ns)) {
     const geometry::Pose X_WM =
         item.body == SceneItem::kWorld ? item.X_BM : X_WB[static_cast<std::size_t>(item.body)] * item.X_BM;
-    DrawItem drawn{item.mesh->picture, matrix_of(X_WM), item.colour, item.opacity, 0.0F, item.casts_shadow};
+    const bool is_live = live && item.kind == SceneItem::Kind::kObject && item.number == messages::kLiveId;
+    const Eigen::Matrix4f placement =
+        is_live ? matrix_of(geometry::Pose()) : Eigen::Matrix4f(placement_of(item, X_WM).cast<float>());
+    DrawItem drawn{is_live ? live->picture : item.mesh->picture,
+                   placement,
+                   item.colour,
+                   item.opacity,
+                   0.0F,
+                   item.casts_shadow};
     if (painted && item.painted) {
       drawn.paint = static_cast<PaintHandle>(item.link);
       drawn.paint_from_mesh = matrix_of(item.X_BM);
@@ -222,6 +284,7 @@ Frame CellScene::frame(const ViewerState& state, const Staleness& staleness, cor
 Frame CellScene::frame_over_video(const ViewerState& state, const Staleness& staleness,
                                   core::Nanoseconds now_ns, const Eigen::Vector3d& eye_m) const {
   ViewerState shown = state;
+  shown.uncertainties.clear();  // what is drawn hides what is behind it
   if (age_s(state.arm.received_ns, now_ns) > staleness.slave_s) shown.arm = {};
   for (OtherArmSample& other : shown.others)
     if (age_s(other.arm.received_ns, now_ns) > staleness.slave_s) other.arm = {};
@@ -231,7 +294,7 @@ Frame CellScene::frame_over_video(const ViewerState& state, const Staleness& sta
   frame.line_colour = {0.10F, 0.95F, 0.75F};
   frame.bold_lines = true;
   for (DrawItem& item : frame.items) {
-    item.over_video = true;
+    item.over_video = item.opacity == 1.0F;  // a zone is not in the picture, and hides nothing
     if (item.paint != kNoPaint) item.paint += kPaintOverVideo;
   }
   const auto add = [&](const MeshBody& body, const geometry::Pose& X_WM) {
@@ -240,6 +303,7 @@ Frame CellScene::frame_over_video(const ViewerState& state, const Staleness& sta
   for (const auto& [id, object] : shown.objects) {
     const auto mesh = meshes.find(object.mesh_hash);
     const auto X_WO = pose_of(object, shown);
+    if (live && id == messages::kLiveId) continue;  // voxels' edges would hide the picture
     if (mesh != meshes.end() && X_WO) add(mesh->second, *X_WO);
   }
   if (shown.arm.received_ns == 0) return frame;
@@ -280,9 +344,13 @@ RayScene CellScene::obstacles(const ViewerState& state, bool with_arm) const {
   for (const auto& [id, object] : state.objects) {
     const auto mesh = meshes.find(object.mesh_hash);
     if (!with_arm && state.carried(id) != nullptr) continue;
+    if (live && id == messages::kLiveId) {
+      scene.bodies.push_back({live->obstacle, geometry::Pose(), {id, 0}});
+      continue;
+    }
     const auto X_WO = pose_of(object, state);
     if (mesh != meshes.end() && mesh->second.obstacle && X_WO)
-      scene.bodies.push_back({mesh->second.obstacle, *X_WO, {id, 0}});
+      (zones.contains(id) ? scene.zones : scene.bodies).push_back({mesh->second.obstacle, *X_WO, {id, 0}});
   }
   for (std::size_t o = 0; with_arm && o < others.size(); ++o) {
     if (sample_of(state, o).received_ns == 0) continue;
@@ -303,12 +371,32 @@ RayScene CellScene::obstacles(const ViewerState& state, bool with_arm) const {
   return scene;
 }
 
+std::vector<Eigen::Vector3d> CellScene::tool_points(const ViewerState& state, std::size_t most) const {
+  std::vector<Eigen::Vector3d> points_m;
+  std::size_t last = 0;
+  for (const LinkBody& part : links) last = std::max(last, part.link);
+  const auto add = [&](const std::shared_ptr<const RayMesh>& mesh, const geometry::Pose& X_WM) {
+    if (!mesh) return;
+    for (const Eigen::Vector3d& corner_m : mesh->corners(most)) points_m.push_back(X_WM * corner_m);
+  };
+  robot::LinkPoses X_WL;
+  arm_.link_poses(state.arm.position, X_WL);
+  for (const LinkBody& part : links)
+    if (part.link == last) add(part.body.obstacle, X_WL[part.link] * pose_in_link(part, state.gripper));
+  for (const auto& [id, object] : state.objects) {
+    const auto mesh = meshes.find(object.mesh_hash);
+    if (state.carried(id) == nullptr || mesh == meshes.end()) continue;
+    if (const auto X_WO = pose_of(object, state)) add(mesh->second.obstacle, *X_WO);
+  }
+  return points_m;
+}
+
 std::string CellScene::link_name(std::size_t link) const {
   return link < arm_.links().size() ? arm_.links()[link].name : "link " + std::to_string(link);
 }
 
 std::string CellScene::item_name(const ViewerState& state, const SceneItem& item) const {
-  if (item.kind == SceneItem::Kind::kObject)
+  if (item.kind == SceneItem::Kind::kObject || item.kind == SceneItem::Kind::kBound)
     return object_name(state, static_cast<std::uint16_t>(item.number));
   if (item.kind == SceneItem::Kind::kPart) return link_name(item.link);
   const OtherArm& other = others[item.number / kPartsOfArm];

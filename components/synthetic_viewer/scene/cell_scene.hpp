@@ -5,11 +5,13 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
 #include "common/core/clock.hpp"
 #include "common/robot/kinematics/serial_arm.hpp"
+#include "common/runtime/cell/cell.hpp"
 #include "components/synthetic_viewer/render/feature_edges.hpp"
 #include "components/synthetic_viewer/render/frame.hpp"
 #include "components/synthetic_viewer/render/ray_scene.hpp"
@@ -27,7 +29,11 @@ struct MeshBody {
   std::uint64_t order = 0;                          ///< rises with each mesh that is uploaded
   std::uint64_t hash = 0;                           ///< of its content
   std::shared_ptr<const EdgeMesh> edges = nullptr;  ///< null: not asked for
-  bool was_named = false;                           ///< an object of the cell has had it
+  /// Thickness, m: 4·volume ÷ area, which is the diameter of a long bar, and twice the thickness of a plate;
+  /// 0: the mesh encloses nothing.
+  double thickness_m = 0.0;
+  geometry::BoundingBox box = {};    ///< of the mesh, in its own frame
+  bool was_named = false;            ///< an object of the cell has had it
   core::Nanoseconds unnamed_ns = 0;  ///< since when none has it any more; 0: one has, or none had
 };
 
@@ -47,7 +53,8 @@ geometry::Pose pose_in_link(const LinkBody& part, const GripperSample& gripper);
 /// One mesh of the cell, and what it rides on. It changes only when something else than the arm's joints
 /// does.
 struct SceneItem {
-  enum class Kind : std::uint8_t { kObject, kPart, kOtherPart };
+  /// kBound: an object once more, translucent, as far as it may reach by the error of its pose.
+  enum class Kind : std::uint8_t { kObject, kPart, kOtherPart, kBound };
   Kind kind = Kind::kObject;
   /// The object's id, or the part's place in CellScene::links; of another arm's in its links, and that arm's
   /// place times 65,536 more.
@@ -60,8 +67,16 @@ struct SceneItem {
   bool casts_shadow = true;
   bool painted = false;  ///< takes its link's paint
   std::size_t link = 0;  ///< of a part
+  double grown_m = 0.0;  ///< by so much it is larger than its mesh, on each side of its box
   static constexpr int kWorld = -1;
 };
+
+/// Returns the ids of a cell's protected zones.
+std::set<std::uint16_t> zones_of(const runtime::CellConfig& cell);
+
+/// Returns the affine transform of an item's mesh whose frame is at X_M: rigid, but for an item that is
+/// grown.
+Eigen::Matrix4d placement_of(const SceneItem& item, const geometry::Pose& X_M);
 
 /// Returns the number that tells an item from all others: kind and number.
 inline std::uint64_t key_of(const SceneItem& item) {
@@ -73,6 +88,8 @@ bool paint_shown(const ViewerState& state, const Staleness& staleness, core::Nan
 /// Returns the colours of closeness 0, 0.5 and 1.
 std::array<Colour, 3> paint_ramp();
 
+/// Returns MeshBody::thickness_m of a mesh.
+double thickness_of(const geometry::TriangleMesh& mesh);
 /// Uploads a mesh to `renderer` and prepares it for rays; `with_edges`: also for being drawn as lines.
 MeshBody uploaded(const geometry::TriangleMesh& mesh, Renderer& renderer, bool with_edges = false);
 LinkBody uploaded(const LinkMeshData& part, Renderer& renderer, bool with_edges = false);
@@ -86,11 +103,20 @@ class CellScene {
   /// `min_m`, `max_m`: the workspace box in W. `arm_name`: in the cell file.
   CellScene(robot::SerialArm arm, const Eigen::Vector3d& min_m, const Eigen::Vector3d& max_m,
             std::string arm_name = {})
-      : arm_(std::move(arm)), arm_name_(std::move(arm_name)), min_m_(min_m), max_m_(max_m) {}
+      : arm_(std::move(arm)),
+        arm_name_(std::move(arm_name)),
+        min_m_(min_m),
+        max_m_(max_m),
+        scale_(scene_scale(min_m, max_m)) {}
 
   std::vector<LinkBody> links;
-  std::map<std::uint64_t, MeshBody> meshes;  ///< by content hash
-  std::uint64_t paint_number = 0;            ///< increases with every change of the arm's paint
+  /// The objects that are protected zones, by id: see-through, and no obstacle to the sight.
+  std::set<std::uint16_t> zones;
+  static constexpr double kShownError_m = 0.001;  ///< times scale()
+  std::map<std::uint64_t, MeshBody> meshes;       ///< by content hash
+  /// The surface of live matter in W, which pictures show instead of its object's mesh; none: they show that.
+  std::optional<MeshBody> live;
+  std::uint64_t paint_number = 0;  ///< increases with every change of the arm's paint
   struct OtherArm {
     std::string name;
     robot::SerialArm arm;
@@ -98,15 +124,18 @@ class CellScene {
   };
   std::vector<OtherArm> others;  ///< in the order of ViewerState::others
 
-  /// Returns the frame with objects, arm, floor and the outline of the workspace. The arm is painted while
-  /// the skin's percept is fresh. It is translucent if its pose is out of date, and not drawn if no pose is
+  /// Returns the frame with objects, arm, floor and the outline of the workspace. Protected zones are
+  /// translucent and cast no shadow. What may be off by more
+  /// than kShownError_m is drawn twice: translucent as far as it may reach. The arm is painted while the
+  /// skin's percept is fresh. It is translucent if its pose is out of date, and not drawn if no pose is
   /// known; so is what it carries, and so is another arm that is heard of, while this one's pose is known.
   /// What other arms carry is not drawn: where it is is not known.
   Frame frame(const ViewerState& state, const Staleness& staleness, core::Nanoseconds now_ns) const;
 
   /// Returns the frame to be drawn over a picture of the same bodies: their edges as seen from `eye_m`, their
-  /// paint, and nothing of the floor. An arm whose pose is out of date or not known is not drawn; nor is what
-  /// it carries; nor are other arms while this one's pose is not known.
+  /// paint, and nothing of the floor; protected zones are translucent over it. An arm whose pose is out of
+  /// date or not known is not drawn; nor is what it carries; nor are other arms while this one's pose is not
+  /// known.
   Frame frame_over_video(const ViewerState& state, const Staleness& staleness, core::Nanoseconds now_ns,
                          const Eigen::Vector3d& eye_m) const;
   /// Returns the meshes of that frame and what each rides on, in the same order.
@@ -131,13 +160,20 @@ class CellScene {
   /// a body.
   std::vector<geometry::BoundingBox> link_boxes() const;
 
-  /// Returns the obstacles for rays: the objects and, if `with_arm`, the arms whose poses are known, this one
-  /// with what it carries.
+  /// Returns the thickness of an object; 0: not known.
+  double thickness_m(const ViewerState& state, std::uint16_t object) const;
+
+  /// Returns the obstacles for rays: the objects (zones apart) and, if `with_arm`, the arms whose poses are
+  /// known, this one with what it carries.
   RayScene obstacles(const ViewerState& state, bool with_arm) const;
 
   const robot::SerialArm& arm() const { return arm_; }
   const Eigen::Vector3d& min_m() const { return min_m_; }
   const Eigen::Vector3d& max_m() const { return max_m_; }
+  double scale() const { return scale_; }  ///< scene_scale() of the workspace
+  /// Returns points of the surface of what the arm's last link with a body has, and of what it carries, in W:
+  /// `most` at most of each part. The arm's pose must be known.
+  std::vector<Eigen::Vector3d> tool_points(const ViewerState& state, std::size_t most) const;
   /// Returns the link's name, such as "forearm" or "link 3".
   std::string link_name(std::size_t link) const;
   /// Returns the name of what an item shows.
@@ -158,6 +194,7 @@ class CellScene {
   robot::SerialArm arm_;
   std::string arm_name_;
   Eigen::Vector3d min_m_, max_m_;
+  double scale_;
 };
 
 /// Returns one sentence about what is missing; empty if nothing is.

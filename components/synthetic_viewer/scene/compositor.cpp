@@ -46,12 +46,17 @@ std::string video_text(const VideoMoment& video, bool arm_known, Language langua
 
 }  // namespace
 
-VisibleShare visible_among(const RayScene& bodies) {
-  return [&bodies](const ViewSituation& situation, const Eigen::Vector3d& eye_m) {
-    Camera camera;
+HitViewConfig at_scale(HitViewConfig config, double scale) {
+  config.choice.distance_m *= scale;
+  return config;
+}
+
+VisibleShare visible_among(const RayScene& bodies, double scale) {
+  return [&bodies, scale](const ViewSituation& situation, const Eigen::Vector3d& eye_m) {
+    Camera camera = at_scale(Camera(), scale);
     camera.eye_m = eye_m;
     camera.target_m = situation.look_at_m;
-    return bodies.visible_share(situation.look_at_m, situation.pgv, kHitZone_m,
+    return bodies.visible_share(situation.look_at_m, situation.pgv, scale * kHitZone_m,
                                 unobstructed(camera, bodies).camera.eye_m);
   };
 }
@@ -61,10 +66,20 @@ bool Compositor::percept_known(const Moment& moment) const {
          age_s(moment.state.percept.received_ns, moment.now_ns) <= config_.staleness.percept_s;
 }
 
-double Compositor::gap_m(const RayScene& objects, const Eigen::Vector3d& from_m,
-                         const Eigen::Vector3d& pgv) const {
-  if (pgv.isZero()) return kGapUnknown_m;
-  return objects.nearest(from_m, pgv.normalized(), 0.0, kGapReach_m).value_or(kGapUnknown_m);
+/// Returns how far it is along the PGV to a surface, or to the zone if it is that which is near.
+double Compositor::gap_m(const RayScene& objects, const Eigen::Vector3d& from_m, const Eigen::Vector3d& pgv,
+                         std::uint16_t object) const {
+  const double unknown_m = scene_.scale() * kGapUnknown_m, reach_m = scene_.scale() * kGapReach_m;
+  if (pgv.isZero()) return unknown_m;
+  if (scene_.zones.contains(object))
+    return objects.to_zone(object, from_m, pgv.normalized(), reach_m).value_or(unknown_m);
+  return objects.nearest(from_m, pgv.normalized(), 0.0, reach_m).value_or(unknown_m);
+}
+
+/// Sets how large aids are beside an object; their gap must be set.
+void Compositor::set_size(Aids& aids, double thickness_m) const {
+  aids.size = scene_.scale();
+  aids.scale = aids.size * aids_scale(thickness_m, aids.gap_m, aids.size);
 }
 
 Aids Compositor::live_aids(const Moment& moment) const {
@@ -76,17 +91,47 @@ Aids Compositor::live_aids(const Moment& moment) const {
   aids.velocity_m_s = eigen(percept.velocity_m_s);
   aids.motion = percept.motion;
   aids.closeness = percept.closeness;
-  aids.gap_m = gap_m(moment.objects, aids.position_m, aids.pgv);
+  aids.gap_m = gap_m(moment.objects, aids.position_m, aids.pgv, percept.object);
+  set_size(aids, scene_.thickness_m(moment.state, percept.object));
+  return aids;
+}
+
+/// Returns the aids of a threat that the percept has now.
+Aids Compositor::threat_aids(const Moment& moment, const messages::Threat& threat) const {
+  Aids aids;
+  aids.position_m = eigen(threat.position_m);
+  aids.pgv = eigen(threat.pgv);
+  aids.pgs_Pa_s_per_m = threat.pgs;
+  aids.velocity_m_s = eigen(threat.velocity_m_s);
+  aids.motion = threat.motion;
+  aids.closeness = threat.closeness;
+  aids.gap_m = gap_m(moment.objects, aids.position_m, aids.pgv, threat.object);
+  set_size(aids, scene_.thickness_m(moment.state, threat.object));
   return aids;
 }
 
 Aids Compositor::hit_aids(const Moment& moment, const HitView& hit) const {
-  // The aids follow the worst sensor while it is in the zone that is shown; otherwise they mark the values
-  // latched with the alert.
-  constexpr double kZone_m = 0.25;
+  if (hit.approach) {
+    Aids aids;
+    aids.position_m = hit.approach->tool_m;
+    aids.pgv = hit.situation.pgv;
+    aids.gap_m = hit.approach->gap_m;
+    aids.scale = aids.size = scene_.scale();
+    return aids;
+  }
+  // The aids follow the threat that is shown, or the place that leads the percept while it is in the zone;
+  // otherwise they mark what was shown last.
+  const double zone_m = 0.25 * scene_.scale();
   const PerceptSample& percept = moment.state.percept;
+  const auto threat = std::ranges::find_if(percept.threats, [&hit](const messages::Threat& one) {
+    return one.link == hit.link && one.object == hit.object;
+  });
+  if (percept_known(moment) && hit.threatening && threat != percept.threats.end()) {
+    Aids aids = threat_aids(moment, *threat);
+    if (!aids.pgv.isZero()) return aids;
+  }
   const double away_m = (eigen(percept.position_m) - hit.situation.look_at_m).norm();
-  if (percept_known(moment) && percept.closeness > 0 && away_m <= kZone_m) {
+  if (percept_known(moment) && percept.closeness > 0 && away_m <= zone_m) {
     Aids aids = live_aids(moment);
     if (!aids.pgv.isZero()) return aids;
   }
@@ -94,7 +139,8 @@ Aids Compositor::hit_aids(const Moment& moment, const HitView& hit) const {
   aids.position_m = hit.situation.look_at_m;
   aids.pgv = hit.situation.pgv;
   aids.closeness = hit.threatening ? 1.0 : 0.0;
-  aids.gap_m = gap_m(moment.objects, aids.position_m, aids.pgv);
+  aids.gap_m = gap_m(moment.objects, aids.position_m, aids.pgv, hit.object);
+  set_size(aids, scene_.thickness_m(moment.state, hit.object));
   return aids;
 }
 
@@ -102,7 +148,7 @@ void Compositor::add_contact(Frame& frame, const Moment& moment) const {
   const ArmSample& arm = moment.state.arm;
   const bool seen = arm.contact && arm.contact_force_N >= 0.0;  // otherwise nobody knows where it is
   if (seen && age_s(arm.received_ns, moment.now_ns) <= config_.staleness.slave_s) {
-    add_marker(frame, eigen(arm.contact_point_m), 0.014, kContactColour);
+    add_marker(frame, eigen(arm.contact_point_m), 0.014 * scene_.scale(), kContactColour);
   }
 }
 
@@ -137,13 +183,15 @@ Camera Compositor::main_home() const {
   // floor.
   Eigen::Vector3d low_m = scene_.min_m();
   low_m.z() -= 0.14 * (scene_.max_m().z() - low_m.z());
-  return frame_box(low_m, scene_.max_m(), view.azimuth_rad, view.elevation_rad, view.field_of_view_rad,
-                   aspect, view.margin);
+  Camera camera = frame_box(low_m, scene_.max_m(), view.azimuth_rad, view.elevation_rad,
+                            view.field_of_view_rad, aspect, view.margin);
+  camera.clearance_m *= scene_.scale();
+  return camera;
 }
 
 /// Returns the default camera of the hit zone's view.
 Camera Compositor::hit_home(const HitView& hit) const {
-  Camera camera;
+  Camera camera = at_scale(Camera(), scene_.scale());
   camera.eye_m = hit.eye_m;
   camera.target_m = hit.situation.look_at_m;
   camera.vertical_fov_rad = config_.hit_view.field_of_view_rad;
@@ -163,9 +211,9 @@ Camera Compositor::tool_home(const ViewerState& state) const {
   robot::LinkPoses X_WL;
   scene_.arm().link_poses(state.arm.position, X_WL);
   const geometry::Pose& X_WT = X_WL[scene_.arm().joint_count()];
-  Camera camera;
-  camera.eye_m = X_WT * config_.tool_view.eye_m;
-  camera.target_m = X_WT * config_.tool_view.look_at_m;
+  Camera camera = at_scale(Camera(), scene_.scale());
+  camera.eye_m = X_WT * (scene_.scale() * config_.tool_view.eye_m);
+  camera.target_m = X_WT * (scene_.scale() * config_.tool_view.look_at_m);
   camera.vertical_fov_rad = config_.tool_view.field_of_view_rad;
   return camera;
 }
@@ -179,7 +227,7 @@ Compositor::Homes Compositor::homes(const Moment& moment, const HitView& hit) co
   Homes homes;
   homes.main = unobstructed(main_home(), moment.bodies);
   homes.main_note = note_of(moment.state, homes.main);
-  homes.free_m.fill(config_.hit_view.rule.choice.distance_m);
+  homes.free_m.fill(scene_.scale() * config_.hit_view.rule.choice.distance_m);
   if (hit.alert == 0) return homes;
   homes.hit = unobstructed(hit_home(hit), moment.bodies);
   homes.title = hit_title(moment.state, hit);
@@ -200,11 +248,12 @@ void Compositor::add_aids(Frame& frame, View view, const Moment& moment, const H
     const Aids aids = hit_aids(moment, hit);
     add_arrows(frame, aids, config_.pgv_arrow);
     add_cone_and_plane(frame, aids);
-    add_marker(frame, hit.situation.look_at_m, 0.006, kLookAtColour);
+    add_marker(frame, hit.situation.look_at_m, 0.006 * aids.scale, kLookAtColour);
   } else if (percept_known(moment) && moment.state.percept.closeness > 0) {
     add_arrows(frame, live_aids(moment), config_.pgv_arrow);
   }
-  if (view == View::kMain && hit.alert != 0) add_marker(frame, hit.situation.look_at_m, 0.016, kLookAtColour);
+  if (view == View::kMain && hit.alert != 0)
+    add_marker(frame, hit.situation.look_at_m, 0.016 * scene_.scale(), kLookAtColour);
   add_contact(frame, moment);
 }
 
@@ -247,8 +296,9 @@ Compositor::Picture Compositor::camera_picture(const Moment& then, const Moment&
     if (percept_known(then) && then.state.percept.closeness > 0)
       add_arrows(frame, live_aids(then), config_.pgv_arrow);
     if (hit.alert != 0) {
-      add_cone_and_plane(frame, hit_aids(then, hit));
-      add_marker(frame, hit.situation.look_at_m, 0.006, kLookAtColour);
+      const Aids aids = hit_aids(then, hit);
+      add_cone_and_plane(frame, aids);
+      add_marker(frame, hit.situation.look_at_m, 0.006 * aids.scale, kLookAtColour);
     }
     add_contact(frame, then);
   }
@@ -285,6 +335,10 @@ Hud Compositor::main_hud(const Moment& moment) const {
 
 /// Returns from where the zone is seen, and of an alert that is known what threatens to hit what.
 std::vector<LocalizedText> Compositor::hit_title(const ViewerState& state, const HitView& hit) const {
+  if (hit.approach)
+    return {{"hud.approach", {{"direction", direction_words(hit.node, config_.main_view.azimuth_rad)}}},
+            {"hud.gap",
+             {{"object", object_words(state, hit.approach->object)}, {"gap_mm", 1e3 * hit.approach->gap_m}}}};
   std::vector<LocalizedText> title{
       {state.hold ? "hud.hit_held" : "hud.hit",
        {{"direction", direction_words(hit.node, config_.main_view.azimuth_rad)}}}};

@@ -14,7 +14,10 @@ namespace phantom::synthetic_viewer {
 
 /// Returns a function that gives the visible share of a hit zone among `bodies`, from where the camera would
 /// be placed: for a node inside a wall, from the nearest free position. `bodies` must outlive the function.
-VisibleShare visible_among(const RayScene& bodies);
+/// `scale`: of the scene (scene_scale()).
+VisibleShare visible_among(const RayScene& bodies, double scale);
+/// Returns the rule of the hit zone's view for a scene of that scale.
+HitViewConfig at_scale(HitViewConfig config, double scale);
 
 /// Composes the views: what is in each frame, and the text over it. Pure: state in, frames and texts out.
 class Compositor {
@@ -81,8 +84,11 @@ class Compositor {
   Hud hit_hud(const Moment& moment, const HitView& hit) const;
   bool percept_known(const Moment& moment) const;
   Aids live_aids(const Moment& moment) const;
+  Aids threat_aids(const Moment& moment, const messages::Threat& threat) const;
   Aids hit_aids(const Moment& moment, const HitView& hit) const;
-  double gap_m(const RayScene& objects, const Eigen::Vector3d& from_m, const Eigen::Vector3d& pgv) const;
+  double gap_m(const RayScene& objects, const Eigen::Vector3d& from_m, const Eigen::Vector3d& pgv,
+               std::uint16_t object) const;
+  void set_size(Aids& aids, double thickness_m) const;
   void add_contact(Frame& frame, const Moment& moment) const;
 
   const SceneConfig& config_;

@@ -7,6 +7,11 @@
 #include <set>
 
 namespace phantom::synthetic_viewer {
+namespace {
+
+constexpr std::size_t kMaxToolPoints = 200;  // of each of its parts
+
+}  // namespace
 
 Drawing::Drawing(const SceneConfig& config, const runtime::CellConfig& cell, robot::SerialArm arm,
                  const std::vector<LinkMeshData>& arm_meshes, const ViewerState& state,
@@ -15,10 +20,11 @@ Drawing::Drawing(const SceneConfig& config, const runtime::CellConfig& cell, rob
       state_(state),
       most_triangles_(most_triangles),
       kept_(kept),
-      renderer_(config.graphics),
+      renderer_(config.graphics, scene_scale(cell.min_m, cell.max_m)),
       scene_(std::move(arm), cell.min_m, cell.max_m, cell.arm(config.arm).name),
       compositor_(config, cell.name, scene_),
-      viewer_(config.hit_view.rule) {
+      viewer_(at_scale(config.hit_view.rule, scene_.scale())),
+      approach_(at_scale(config.hit_view.rule, scene_.scale()).choice, scene_.scale()) {
   const auto upload = [&](const LinkMeshData& part, std::vector<LinkBody>& links) {
     links.push_back(uploaded(part, renderer_, config.camera_view.camera.has_value()));
     if (kept_ != nullptr) kept_->put(links.back().body.hash, part.mesh);
@@ -29,6 +35,7 @@ Drawing::Drawing(const SceneConfig& config, const runtime::CellConfig& cell, rob
         scene_.others.emplace_back(CellScene::OtherArm{std::move(other.name), std::move(other.arm), {}});
     for (const LinkMeshData& part : other.meshes) upload(part, made.links);
   }
+  scene_.zones = zones_of(cell);
   link_boxes_ = scene_.link_boxes();
 }
 
@@ -92,7 +99,7 @@ void Drawing::drop_meshes_of_removed_objects(core::Nanoseconds now_ns) {
 }
 
 void Drawing::take(const HitSample& hit) {
-  viewer_.take({hit.alert, hit.cleared, eigen(hit.look_at_m), eigen(hit.pgv)});
+  viewer_.take({hit.alert, hit.cleared, eigen(hit.look_at_m), eigen(hit.pgv), hit.link, hit.object});
 }
 
 void Drawing::resume(core::Nanoseconds now_ns) {
@@ -104,14 +111,14 @@ void Drawing::resume(core::Nanoseconds now_ns) {
   std::vector<Change> changes;
   for (const HitRecord& record : state_.hits) {
     const HitSample& hit = record.raised;
-    const AlertUpdate raised{hit.alert, false, eigen(hit.look_at_m), eigen(hit.pgv)};
+    const AlertUpdate raised{hit.alert, false, eigen(hit.look_at_m), eigen(hit.pgv), hit.link, hit.object};
     changes.push_back({hit.received_ns, raised});
     if (record.cleared_after_s < 0) continue;
     changes.push_back({hit.received_ns + core::from_seconds(record.cleared_after_s),
                        {.alert = hit.alert, .cleared = true}});
   }
   std::ranges::stable_sort(changes, {}, &Change::at_ns);
-  viewer_ = SyntheticViewer(config_.hit_view.rule);
+  viewer_ = SyntheticViewer(at_scale(config_.hit_view.rule, scene_.scale()));
   hit_ = {};
   const VisibleShare all = [](const ViewSituation&, const Eigen::Vector3d&) { return 1.0; };
   core::Nanoseconds at_ns = changes.empty() ? now_ns : std::max(changes.front().at_ns, now_ns - kMax_ns);
@@ -146,11 +153,19 @@ void Drawing::paint_links(const SkinSample& skin, const std::vector<SkinPatchSam
   }
 }
 
+void Drawing::show_live(const geometry::TriangleMesh& shape) {
+  if (scene_.live) renderer_.drop(scene_.live->picture);
+  scene_.live.reset();
+  if (!shape.triangles.empty()) scene_.live = uploaded(shape, renderer_);
+}
+
 std::vector<KnownCorner> Drawing::known_corners() const {
   std::vector<KnownCorner> corners;
   for (const auto& [id, object] : state_.objects) {
     const auto mesh = scene_.meshes.find(object.mesh_hash);
-    if (mesh == scene_.meshes.end() || !mesh->second.edges || state_.carried(id) != nullptr) continue;
+    if (mesh == scene_.meshes.end() || !mesh->second.edges || state_.carried(id) != nullptr ||
+        scene_.zones.contains(id))
+      continue;
     add_known_corners(object.name, object.X_WO, *mesh->second.edges, corners);
   }
   return corners;
@@ -176,6 +191,33 @@ Compositor::Picture Drawing::camera_picture() const {
   return picture;
 }
 
+/// Returns the view *tool to object*; alert 0: it is not shown.
+HitView Drawing::tool_view(double dt_s) {
+  ToolApproach::Inputs in;
+  in.asked = state_.approach;
+  in.chosen = state_.chosen;
+  const GripperSample& gripper = state_.gripper;
+  const bool heard = age_s(gripper.received_ns, now_ns_) <= config_.staleness.gripper_s;
+  if (heard && gripper.sense.known && !gripper.holds && !gripper.closed &&
+      shows_hits(state_, config_.staleness, now_ns_))
+    in.open_m = gripper.sense.width_m;
+  const bool known = age_s(state_.arm.received_ns, now_ns_) <= config_.staleness.slave_s;
+  if (known && (in.asked || in.open_m))
+    in.gap = tool_gap(scene_.tool_points(state_, kMaxToolPoints), objects_,
+                      scene_.scale() * ToolApproach::kReach_m);
+  return approach_.step(in, visible_among(bodies_, scene_.scale()), dt_s);
+}
+
+/// Lets the view of a hit zone move with what threatens there now.
+void Drawing::follow_threats() {
+  const PerceptSample& percept = state_.percept;
+  core::BoundedList<ThreatPlace, messages::kMaxThreats> places;
+  if (percept.valid && age_s(percept.received_ns, now_ns_) <= config_.staleness.percept_s)
+    for (const messages::Threat& threat : percept.threats)
+      places.push_back({threat.link, threat.object, eigen(threat.position_m), eigen(threat.pgv)});
+  viewer_.follow({places.begin(), places.size()});
+}
+
 bool Drawing::advance(core::Nanoseconds now_ns, double dt_s) {
   now_ns_ = now_ns;
   objects_ = scene_.obstacles(state_, false);
@@ -184,9 +226,11 @@ bool Drawing::advance(core::Nanoseconds now_ns, double dt_s) {
   const bool turned = hit_.alert != 0 && !state_.cameras.offset(View::kHit).at_home();
   const ViewNode chosen = turned && state_.chosen == ViewNode::kAutomatic ? hit_.node : state_.chosen;
   const std::uint32_t before = hit_.alert;
-  hit_ = viewer_.step(state_.hold, chosen, visible_among(bodies_), dt_s);
+  follow_threats();
+  hit_ = viewer_.step(state_.hold, chosen, visible_among(bodies_, scene_.scale()), dt_s);
   // Without views only a zone that the operator asks for, by holding it, is shown.
   if (!state_.hold && !shows_hits(state_, config_.staleness, now_ns)) hit_ = {};
+  if (hit_.alert == 0) hit_ = tool_view(dt_s);
   return hit_.alert != before;
 }
 
@@ -203,6 +247,9 @@ SceneBase Drawing::scene_base() const {
   state.skin = state_.skin;
   state.workspace = state_.workspace;
   state.objects = state_.objects;
+  state.uncertainties = state_.uncertainties;
+  state.doubts = state_.doubts;
+  state.findings = state_.findings;
   state.chosen = state_.chosen;
   state.hold = state_.hold;
   return base;
@@ -241,9 +288,9 @@ Drawing::AlertPicture Drawing::picture(const HitSample& hit) const {
   const RayScene bodies = scene_.obstacles(then, true);
   HitView view = hit_;
   if (hit_.alert != hit.alert) {
-    SyntheticViewer alone(config_.hit_view.rule);
-    alone.take({hit.alert, false, eigen(hit.look_at_m), eigen(hit.pgv)});
-    view = alone.step(false, state_.chosen, visible_among(bodies), 0.0);
+    SyntheticViewer alone(at_scale(config_.hit_view.rule, scene_.scale()));
+    alone.take({hit.alert, false, eigen(hit.look_at_m), eigen(hit.pgv), hit.link, hit.object});
+    view = alone.step(false, state_.chosen, visible_among(bodies, scene_.scale()), 0.0);
   }
   return {compositor_.hit_picture({then, objects_, bodies, hit.received_ns}, view), view.node};
 }

@@ -10,6 +10,7 @@
 #include "components/synthetic_viewer/scene/mesh_store.hpp"
 #include "components/synthetic_viewer/scene/pose_calibration.hpp"
 #include "components/synthetic_viewer/scene/scene_base.hpp"
+#include "components/synthetic_viewer/scene/tool_approach.hpp"
 
 namespace phantom::synthetic_viewer {
 
@@ -45,6 +46,9 @@ class Drawing {
   void resume(core::Nanoseconds now_ns);
   /// Repaints the links on which any patch feels something in `skin`, or did in the skin of the state.
   void paint(const SkinSample& skin);
+
+  /// Shows live matter by this surface in W; without triangles: by its object's mesh.
+  void show_live(const geometry::TriangleMesh& shape);
 
   /// Advances by one round: updates the positions of all bodies, and chooses the hit zone and its node.
   /// Returns true if the zone belongs to another alert than before.
@@ -88,10 +92,12 @@ class Drawing {
   Renderer& renderer() { return renderer_; }
 
  private:
+  void follow_threats();
   using Meshes = std::map<std::uint64_t, MeshBody>;
   bool make_room(std::size_t triangles);
   Meshes::iterator drop(Meshes::iterator mesh);
   Compositor::Picture camera_picture() const;
+  HitView tool_view(double dt_s);
   void paint_links(const SkinSample& skin, const std::vector<SkinPatchSample>& before, PaintHandle first);
   Compositor::Moment now() const { return {state_, objects_, bodies_, now_ns_}; }
 
@@ -107,6 +113,7 @@ class Drawing {
   std::size_t triangles_ = 0;  // of all meshes of the scene
   std::uint64_t next_order_ = 0, given_up_ = 0;
   SyntheticViewer viewer_;
+  ToolApproach approach_;
   HitView hit_;
   CameraView* camera_view_ = nullptr;  // null: no real camera
   VideoMoment video_;

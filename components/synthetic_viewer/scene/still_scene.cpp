@@ -70,7 +70,7 @@ void perceive(const robot::SerialArm& arm, const robot::SkinLayout& skin,
     percept.link = static_cast<std::uint32_t>(worst.link);
     percept.object = worst.object;
   }
-  robot::SkinPatches patches(arm, skin);
+  robot::SkinPatches patches(arm, skin, workspace.grid().voxel_size_m.reference_m());
   state.skin.received_ns = StillScene::kNow_ns;
   state.skin.valid = greatest_mu > 0;
   state.skin.patch_m = patches.edge_m();
@@ -114,6 +114,7 @@ StillScene make_still_scene(const runtime::CellConfig& cell, const StillPose& po
   const auto& home = arm_config.home;
 
   StillScene still{CellScene(std::move(arm), cell.min_m, cell.max_m), {}, 0};
+  still.scene.zones = zones_of(cell);
   ViewerState& state = still.state;
   state.arm.received_ns = state.master.received_ns = StillScene::kNow_ns;
   state.arm.state = LinkState::kCoupled;

@@ -12,7 +12,6 @@ namespace {
 
 constexpr std::array<const char*, kViews.size()> kNames{"main", "hit", "tool", "camera"};
 constexpr double kSteepest_rad = 89.0 * core::kRadPerDegree;
-constexpr double kClearance_m = 0.03;  // least distance between a camera and a surface
 
 }  // namespace
 
@@ -56,12 +55,12 @@ UnobstructedCamera unobstructed(const Camera& camera, const RayScene& bodies) {
   const Eigen::Vector3d away = camera.eye_m - camera.target_m;
   result.wanted_m = result.distance_m = away.norm();
   const auto free =
-      bodies.free_distance(camera.target_m, away / result.wanted_m, result.wanted_m, kClearance_m);
+      bodies.free_distance(camera.target_m, away / result.wanted_m, result.wanted_m, camera.clearance_m);
   if (!free) return result;
   result.blocked_by = free->blocked_by;
   result.distance_m = free->distance_m;
   result.camera.eye_m = camera.target_m + away * (free->distance_m / result.wanted_m);
-  result.camera.near_m = std::min(camera.near_m, 0.5 * kClearance_m);
+  result.camera.near_m = std::min(camera.near_m, 0.5 * camera.clearance_m);
   return result;
 }
 

@@ -23,10 +23,11 @@ struct ViewRequest {
   View view = View::kMain;
   /// Angle by which to turn about the vertical through the looked-at point, from x towards y.
   double azimuth_rad = 0.0;
-  double elevation_rad = 0.0;  ///< angle by which to turn upwards
-  double zoom = 1.0;           ///< factor for the distance; below 1: closer
-  bool home = false;           ///< first return to the default camera
-  std::optional<bool> record;  ///< start or end recording this view
+  double elevation_rad = 0.0;    ///< angle by which to turn upwards
+  double zoom = 1.0;             ///< factor for the distance; below 1: closer
+  bool home = false;             ///< first return to the default camera
+  std::optional<bool> record;    ///< start or end recording this view
+  std::optional<bool> approach;  ///< show the way from the tool to the nearest object, or no more
 };
 
 /// The operator's offsets of the cameras from their default positions. A plain value; pure.

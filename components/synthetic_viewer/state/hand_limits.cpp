@@ -3,6 +3,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "common/robot/kinematics/jacobian.hpp"
 
@@ -51,6 +52,23 @@ double tool_freedom(const robot::SerialArm& arm, const core::JointArray& positio
   return squares[2] > 0.0 ? std::sqrt(std::max(0.0, squares[0]) / squares[2]) : 0.0;
 }
 
+HeldBack held_back(const ViewerState& state, core::Nanoseconds now_ns) {
+  constexpr double kStatusStale_s = 1.5;
+  const bool limited = state.master.percept_limited;
+  const auto master = state.components.find("master_io");
+  if (master == state.components.end() || age_s(master->second.received_ns, now_ns) > kStatusStale_s)
+    return {.percept_guarded = limited};
+  const auto& figures = master->second.figures;
+  const auto share = [&figures](const char* name) -> std::optional<double> {
+    const auto found = std::ranges::find(figures, name, &core::HealthFigure::name);
+    return found == figures.end() ? std::nullopt : std::optional(found->value);
+  };
+  const auto guarded = share("percept_guarded"), capped = share("percept_capped");
+  if (!guarded || !capped) return {.percept_guarded = limited};
+  return {limited && *guarded > 0.0, limited && *capped > 0.0, share("feedback_capped").value_or(0.0) > 0.0,
+          share("drag_masked").value_or(0.0) > 0.5};
+}
+
 std::vector<LocalizedText> hand_limits(const ViewerState& state, std::span<const robot::Joint> joints,
                                        double freedom, const Staleness& staleness, core::Nanoseconds now_ns) {
   if (LocalizedText all = withheld(state, staleness, now_ns); !all.empty()) return {std::move(all)};
@@ -68,7 +86,11 @@ std::vector<LocalizedText> hand_limits(const ViewerState& state, std::span<const
   if (master.feedback_limited)
     limits.push_back({"limit.delay", {{"delay_ms", std::max(0.0, master.round_trip_s) * 1e3}}});
   if (master.feedback_damped) limits.push_back({"limit.damped", {}});
-  if (master.percept_limited) limits.push_back({"limit.percept", {{"gain", master.percept_gain}}});
+  const HeldBack held = held_back(state, now_ns);
+  if (held.percept_guarded) limits.push_back({"limit.percept", {{"gain", master.percept_gain}}});
+  if (held.percept_capped) limits.push_back({"limit.percept_capped", {}});
+  if (held.feedback_capped) limits.push_back({"limit.feedback_capped", {}});
+  if (held.drag_masked) limits.push_back({"limit.masked", {}});
   if (master.force_missing) limits.push_back({"limit.no_force_sensor", {}});
   return limits;
 }

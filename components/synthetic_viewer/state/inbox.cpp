@@ -1,6 +1,7 @@
 #include "components/synthetic_viewer/state/inbox.hpp"
 
 #include <chrono>
+#include <utility>
 
 namespace phantom::synthetic_viewer {
 
@@ -28,6 +29,16 @@ bool Inbox::put(Event event) {
   }
   if (urgent) arrived_.notify_one();
   return true;
+}
+
+void Inbox::put_live_shape(geometry::TriangleMesh shape) {
+  const std::lock_guard lock(mutex_);
+  live_shape_ = std::move(shape);
+}
+
+std::optional<geometry::TriangleMesh> Inbox::take_live_shape() {
+  const std::lock_guard lock(mutex_);
+  return std::exchange(live_shape_, std::nullopt);
 }
 
 std::deque<Event> Inbox::take_hits() {

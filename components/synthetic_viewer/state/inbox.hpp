@@ -6,9 +6,11 @@
 #include <cstdint>
 #include <deque>
 #include <mutex>
+#include <optional>
 #include <variant>
 
 #include "common/core/snapshot.hpp"
+#include "common/geometry/mesh/mesh.hpp"
 #include "common/runtime/cell/other_arms.hpp"
 #include "components/synthetic_viewer/samples/recent_samples.hpp"
 #include "components/synthetic_viewer/samples/samples.hpp"
@@ -19,7 +21,7 @@
 namespace phantom::synthetic_viewer {
 
 using Event = std::variant<HitSample, ObjectSample, MeshChunkSample, ComponentSample, WorkspaceSample,
-                           SkinSample, Command, ViewRequest>;
+                           SkinSample, DoubtSample, UncertaintySample, FindingSample, Command, ViewRequest>;
 
 /// Passes samples from the middleware's threads to the viewer: newest states by lock-free snapshot, events in
 /// two queues, one of them for alerts. The middleware's side never waits for a picture: the queues' lock is
@@ -41,7 +43,14 @@ class Inbox {
   std::array<core::Snapshot<ArmSample, 2>, runtime::kMaxOtherArms> others;  ///< of other arms
   StopStatus stops;                                                         ///< any thread
   RecentSamples past;                                                       ///< any thread
-  PictureInbox video;  ///< of a camera whose pictures come over a topic
+  PictureInbox video;                    ///< of a camera whose pictures come over a topic
+  std::atomic<bool> live_matter{false};  ///< the workspace has some, as the viewer's loop knows
+
+  /// Brings the surface of live matter in W for the viewer's pictures; without triangles: there is none. Any
+  /// thread.
+  void put_live_shape(geometry::TriangleMesh shape);
+  /// Returns the newest since the last call; nothing: there is none.
+  std::optional<geometry::TriangleMesh> take_live_shape();
 
   /// Queues an event. Any thread. A raised alert is urgent. Returns false if the queue is full: the event is
   /// then lost and counted.
@@ -65,6 +74,7 @@ class Inbox {
   bool has_room(const Event& event) const;
 
   std::deque<Event> hits_, events_;
+  std::optional<geometry::TriangleMesh> live_shape_;
   std::size_t statuses_ = 0, mesh_bytes_ = 0;  // in events_
   std::atomic<bool> urgent_{false};
   std::atomic<std::uint64_t> lost_{0};

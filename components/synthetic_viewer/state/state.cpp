@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "common/messages/living.hpp"
 #include "common/runtime/cell/other_arms.hpp"
 #include "common/teleop/coupling/bilateral.hpp"
 #include "common/teleop/coupling/counterbalance.hpp"
@@ -38,6 +39,7 @@ void ViewerState::take(const HitSample& hit) {
 
 void ViewerState::take(ObjectSample object, core::Nanoseconds now_ns) {
   const std::uint16_t id = object.id;
+  model_history.take(object);
   if (object.removed()) {
     objects.erase(id);
     return;
@@ -56,10 +58,25 @@ void ViewerState::take(ComponentSample component) {
   }));
 }
 
+void ViewerState::take(FindingSample finding) {
+  if (findings.size() < kMaxFindings || findings.contains(finding.id))
+    findings.insert_or_assign(finding.id, std::move(finding));
+}
+
+void ViewerState::take(DoubtSample doubt) {
+  if (!doubts.empty() && doubts.begin()->second.stamp.session != doubt.stamp.session) doubts.clear();
+  doubts[doubt.place] = std::move(doubt);
+}
+
 void ViewerState::take(const Command& command) {
   if (command.kind == CommandKind::kViewHold) hold = command.value != 0;
   if (command.kind == CommandKind::kViewNode)
     chosen = percept::node_from_number(command.value).value_or(ViewNode::kAutomatic);
+}
+
+double ViewerState::pose_error_m(std::uint16_t id) const {
+  const auto found = uncertainties.find(id);
+  return found != uncertainties.end() ? std::max(0.0, found->second.pose_error_m) : 0.0;
 }
 
 const messages::CarriedObject* ViewerState::carried(std::uint16_t id) const {
@@ -107,7 +124,47 @@ LocalizedText condition_words(const ViewerState& state, const Staleness& stalene
   if (state.arm.state == LinkState::kDegraded) return {"banner.link_degraded", {}};
   if (age_s(state.percept.received_ns, now_ns) > staleness.percept_s) return {"banner.phantom_silent", {}};
   if (!state.percept.valid) return {"banner.no_model", {}};
+  const messages::ModelDoubt* newest = nullptr;
+  for (const auto& [place, doubt] : state.doubts)
+    if (doubt.holds && (newest == nullptr || doubt.doubt > newest->doubt)) newest = &doubt;
+  if (newest != nullptr) return {"banner.model_in_doubt", {{"what", doubt_words(state, *newest)}}};
+  for (const FindingSample* finding : state.displaced())
+    if (finding->id == state.percept.object)
+      return {"banner.model_in_doubt", {{"what", finding_words(state, *finding)}}};
   return {};
+}
+
+std::vector<const FindingSample*> ViewerState::displaced() const {
+  std::vector<const FindingSample*> all;
+  for (const auto& [id, finding] : findings) {
+    const auto object = objects.find(id);
+    if (finding.verdict == messages::PoseVerdict::kAgrees || object == objects.end()) continue;
+    if (geometry::same_pose(object->second.X_WO, finding.X_WO) && carried(id) == nullptr)
+      all.push_back(&finding);
+  }
+  return all;
+}
+
+LocalizedText finding_words(const ViewerState& state, const FindingSample& finding) {
+  const LocalizedText::Value object{"object", object_words(state, finding.id)},
+      camera{"camera", finding.camera}, shift{"shift_mm", 1e3 * finding.shift_m};
+  if (finding.verdict == messages::PoseVerdict::kGone) return {"finding.gone", {object, camera}};
+  if (finding.verdict == messages::PoseVerdict::kUnclear) return {"finding.unclear", {object, camera}};
+  return {"finding.elsewhere", {object, camera, shift}};
+}
+
+LocalizedText doubt_words(const ViewerState& state, const messages::ModelDoubt& doubt) {
+  const LocalizedText::Value link{"link", doubt.link_name},
+      object{"object", object_words(state, doubt.object)},
+      residual{"residual_mm", 1e3 * std::abs(doubt.residual_m)};
+  if (doubt.kind == percept::DoubtKind::kNoForceInside)
+    return {"doubt.no_force_inside", {link, object, residual}};
+  const LocalizedText force = doubt.force_N >= 0.0
+                                  ? LocalizedText{"doubt.force", {{"force_N", doubt.force_N}}}
+                                  : LocalizedText{"doubt.some_force", {}};
+  const LocalizedText where{doubt.located ? "doubt.at_link" : "doubt.behind_link", {link}};
+  if (!doubt.residual_known) return {"doubt.in_free_space", {{"force", force}, {"where", where}}};
+  return {"doubt.off_object", {{"force", force}, {"where", where}, object, residual}};
 }
 
 bool shows_hits(const ViewerState& state, const Staleness& staleness, core::Nanoseconds now_ns) {
@@ -153,6 +210,8 @@ LocalizedText object_words(const ViewerState& state, std::uint16_t id) {
   if (const auto other = static_cast<std::size_t>(id - runtime::kFirstOtherArmId);
       id >= runtime::kFirstOtherArmId && other < state.others.size())
     return {"object.named", {{"name", state.others[other].name}}};
+  // Its marker comes after the fluid is felt, and may go before.
+  if (found == state.objects.end() && id == messages::kLiveId) return {"object.live", {}};
   if (found == state.objects.end() || found->second.name.empty())
     return {"object.numbered", {{"id", static_cast<double>(id)}}};
   return {"object.named", {{"name", found->second.name}}};

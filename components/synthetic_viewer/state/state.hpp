@@ -8,6 +8,7 @@
 #include "components/synthetic_viewer/samples/samples.hpp"
 #include "components/synthetic_viewer/state/camera_control.hpp"
 #include "components/synthetic_viewer/state/localized_text.hpp"
+#include "components/synthetic_viewer/state/model_history.hpp"
 #include "components/synthetic_viewer/state/stop_status.hpp"
 #include "components/synthetic_viewer/state/synthetic_viewer.hpp"
 
@@ -73,10 +74,15 @@ struct ViewerState {
   WorkspaceSample workspace;
   LinkQuality link_quality;
   std::map<std::uint16_t, ObjectSample> objects;
-  std::deque<HitRecord> hits;                         ///< newest last, at most kMaxHits
+  std::deque<HitRecord> hits;                                ///< newest last, at most kMaxHits
+  std::map<std::uint16_t, UncertaintySample> uncertainties;  ///< of objects' poses, by their ids
+  std::map<std::uint16_t, FindingSample> findings;           ///< of cameras, of objects' poses, by their ids
+  ModelHistory model_history;
+  std::map<std::uint32_t, DoubtSample> doubts;        ///< of the model, by their places
   std::map<std::string, ComponentSample> components;  ///< by name, with the host where two share a name
   ViewNode chosen = ViewNode::kAutomatic;
   bool hold = false;
+  bool approach = false;  ///< the way from the tool to the nearest object is asked for
   CameraControl cameras;
   RecordingState recording;
   StopView stops;
@@ -86,13 +92,21 @@ struct ViewerState {
   std::string graphics;                   ///< the renderer, as the driver calls it
 
   static constexpr std::size_t kMaxHits = 40;
+  static constexpr std::size_t kMaxFindings = 4096;   ///< further objects' are left out
   static constexpr std::size_t kMaxComponents = 256;  ///< the one silent longest makes room for a new one
 
   void take(const HitSample& hit);
   void take(ObjectSample object, core::Nanoseconds now_ns);
   void take(ComponentSample component);
+  /// Takes a doubt of the model. Those of another phantom are forgotten with the first of a new one.
+  void take(DoubtSample doubt);
+  void take(FindingSample finding);
   /// Applies a view command; all others are ignored.
   void take(const Command& command);
+  /// Returns by how much a point of an object may be off; 0: not stated.
+  double pose_error_m(std::uint16_t id) const;
+  /// Returns the findings by which an object does not stand where the model has it, and has not moved since.
+  std::vector<const FindingSample*> displaced() const;
   /// Returns how an object is carried; null: no arm carries it.
   const messages::CarriedObject* carried(std::uint16_t id) const;
 };
@@ -108,8 +122,13 @@ LocalizedText banner_words(const ViewerState& state, const Staleness& staleness,
 std::string banner_text(const ViewerState& state, const Staleness& staleness, core::Nanoseconds now_ns,
                         Language language = Language::kEnglish);
 
+/// Returns what a doubt of the model says: "force of 12 N at gripper, 31 mm from gate_valve".
+LocalizedText doubt_words(const ViewerState& state, const messages::ModelDoubt& doubt);
+/// Returns what a camera has found of an object: "waste_drum stands 100 mm from where the model has it".
+LocalizedText finding_words(const ViewerState& state, const FindingSample& finding);
+
 /// Returns the most urgent of: slave lost or missing, an enabling switch released, link degraded, phantom
-/// silent or without a valid model. Empty if none applies.
+/// silent or without a valid model, a model that is in doubt. Empty if none applies.
 LocalizedText condition_words(const ViewerState& state, const Staleness& staleness, core::Nanoseconds now_ns);
 
 /// Returns whether hit zones are shown by themselves: not while a master that is heard says that the operator

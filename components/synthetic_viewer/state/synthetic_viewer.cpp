@@ -10,6 +10,7 @@ namespace {
 constexpr double kFamiliar = 0.06;
 // Weight of laterality when nothing is visible at all, so that the nodes stay ordered.
 constexpr double kBlind = 0.05;
+constexpr double kNoWay = 1e-3;  // of two directions that are alike or opposite
 
 }  // namespace
 
@@ -72,6 +73,15 @@ void SyntheticViewer::take(const AlertUpdate& update) noexcept {
   }
 }
 
+void SyntheticViewer::follow(std::span<const ThreatPlace> threats) noexcept {
+  threat_.reset();
+  if (!shown_ || shown_->cleared) return;
+  const auto now = std::ranges::find_if(threats, [this](const ThreatPlace& threat) {
+    return threat.link == shown_->link && threat.object == shown_->object;
+  });
+  if (now != threats.end()) threat_ = *now;
+}
+
 HitView SyntheticViewer::step(bool hold, ViewNode chosen, const VisibleShare& visible, double dt_s) {
   shown_s_ += dt_s;
   if (shown_ && shown_->cleared) over_s_ += dt_s;
@@ -85,6 +95,7 @@ HitView SyntheticViewer::step(bool hold, ViewNode chosen, const VisibleShare& vi
     }
     if (newest != nullptr) {
       shown_ = newest->update;
+      threat_.reset();
       shown_s_ = over_s_ = 0.0;
       chooser_.release();
       // Older alerts are dropped: the view follows the newest.
@@ -93,9 +104,25 @@ HitView SyntheticViewer::step(bool hold, ViewNode chosen, const VisibleShare& vi
   }
   if (shown_ && shown_->cleared && !hold && over_s_ >= config_.hold_after_clear_s) shown_.reset();
   if (!shown_) return {};
+  if (threat_ && !hold && !shown_->cleared) {
+    // The place leaps where another sensor of the link becomes the most urgent.
+    const double share = config_.follow_s > 0.0 ? 1.0 - std::exp(-dt_s / config_.follow_s) : 1.0;
+    shown_->look_at_m += share * (threat_->position_m - shown_->look_at_m);
+    if (!threat_->pgv.isZero()) {
+      const Eigen::Vector3d way = threat_->pgv.normalized();
+      const Eigen::Vector3d before = shown_->pgv.isZero() ? way : shown_->pgv.normalized();
+      // From the opposite it turns, too, about any axis.
+      const Eigen::Vector3d across = before.cross(way);
+      const Eigen::Vector3d axis = across.norm() > kNoWay ? across.normalized() : before.unitOrthogonal();
+      const double angle_rad = std::atan2(across.norm(), before.dot(way));
+      shown_->pgv = threat_->pgv.norm() * (Eigen::AngleAxisd(share * angle_rad, axis) * before);
+    }
+  }
   HitView view;
   view.alert = shown_->alert;
   view.threatening = !shown_->cleared;
+  view.link = shown_->link;
+  view.object = shown_->object;
   view.situation = {shown_->look_at_m, shown_->pgv, chosen};
   view.node = chooser_.step(view.situation, visible, dt_s);
   view.eye_m = chooser_.eye_m(view.situation);

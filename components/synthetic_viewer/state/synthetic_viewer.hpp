@@ -5,8 +5,10 @@
 #include <cstdint>
 #include <functional>
 #include <optional>
+#include <span>
 
 #include "common/percept/view_node.hpp"
+#include "components/synthetic_viewer/state/tool_gap.hpp"
 
 namespace phantom::synthetic_viewer {
 
@@ -62,6 +64,7 @@ struct HitViewConfig {
   /// An alert's view is shown at least this long before a newer alert replaces it.
   double least_show_s = 1.0;
   double hold_after_clear_s = 3.0;  ///< and for this long after the alert is cleared
+  double follow_s = 0.2;            ///< time constant with which the look-at point follows the threat
 };
 
 /// A hit alert in the form that the view needs.
@@ -70,26 +73,44 @@ struct AlertUpdate {
   bool cleared = false;
   Eigen::Vector3d look_at_m = Eigen::Vector3d::Zero();
   Eigen::Vector3d pgv = Eigen::Vector3d::Zero();
+  std::uint32_t link = 0;    ///< which threatens to hit
+  std::uint16_t object = 0;  ///< this
+};
+
+/// Where a link threatens an object now.
+struct ThreatPlace {
+  std::uint32_t link = 0;
+  std::uint16_t object = 0;
+  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();  ///< in W
+  Eigen::Vector3d pgv = Eigen::Vector3d::Zero();         ///< towards the object, in W; 0: no direction
 };
 
 /// What the hit-zone view shows now.
 struct HitView {
   std::uint32_t alert = 0;   ///< 0: no view
   bool threatening = false;  ///< the alert is not cleared
+  std::uint32_t link = 0;    ///< of the alert
+  std::uint16_t object = 0;  ///< of the alert
   ViewNode node = ViewNode::kAutomatic;
   ViewSituation situation;
   Eigen::Vector3d eye_m = Eigen::Vector3d::Zero();
+  std::optional<ToolGap> approach;  ///< of a contact that is wanted: no alert's zone (ToolApproach)
 };
 
 /// Decides which hit zone is shown, and from where (4.2): that of the newest alert, steadily, until some time
-/// after the alert was cleared. The operator may hold the view and choose the node. Time comes in as dt only.
-/// step() allocates nothing.
+/// after the alert was cleared. Its look-at point moves with the threat while that lasts, so that a hand that
+/// slides along an object stays in view, and the node is chosen for where it is now. The operator may hold
+/// the view and choose the node. Time comes in as dt only. step() allocates nothing.
 class SyntheticViewer {
  public:
   explicit SyntheticViewer(const HitViewConfig& config) : config_(config), chooser_(config.choice) {}
 
   /// Takes a raised or cleared alert. A cleared alert that is not known is ignored.
   void take(const AlertUpdate& update) noexcept;
+
+  /// Takes where links threaten objects now; what the next step() shows follows its own. What is held, or
+  /// over, stays where it is. Allocates nothing.
+  void follow(std::span<const ThreatPlace> threats) noexcept;
 
   /// Lets the next step() choose the node freely.
   void choose_anew() noexcept { chooser_.release(); }
@@ -107,7 +128,8 @@ class SyntheticViewer {
 
   HitViewConfig config_;
   ViewChooser chooser_;
-  std::optional<AlertUpdate> shown_;
+  std::optional<AlertUpdate> shown_;   // its place: where the view looks
+  std::optional<ThreatPlace> threat_;  // of what is shown, as it is now
   double shown_s_ = 0.0;
   double over_s_ = 0.0;  // since the shown alert was cleared
   std::array<Alert, kRemembered> alerts_{};

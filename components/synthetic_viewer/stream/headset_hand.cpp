@@ -2,15 +2,13 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
-#include <cstring>
+
+#include "phantom_stream/scene_stream.hpp"
 
 namespace phantom::synthetic_viewer {
 namespace {
 
-constexpr std::uint8_t kHandKind = 3, kTrackedFlag = 1, kGripFlag = 2;
-constexpr std::size_t kHandOctets = 44;
 constexpr core::Nanoseconds kHandForgotten_ns =
     2 * core::kNsPerSecond;                               // so long silent, a page has the hand
 constexpr double kFarthest_m = 10.0, kUnitWithin = 0.01;  // what is a pose at all
@@ -20,17 +18,6 @@ constexpr double kAhead_m = 0.05, kAhead_rad = 0.3;
 constexpr double kBandwidth_rad_s = 40.0, kMaxStep_s = 0.002;
 constexpr double kClocksApart = 1e-3;  // s per s, by which two clocks drift apart at most
 
-template <class T>
-T part(std::string_view octets, std::size_t at) {
-  static_assert(std::endian::native == std::endian::little);
-  T value;
-  std::memcpy(&value, octets.data() + at, sizeof value);
-  return value;
-}
-Eigen::Vector3d vector_at(std::string_view octets, std::size_t at) {
-  return {part<float>(octets, at), part<float>(octets, at + 4), part<float>(octets, at + 8)};
-}
-
 double angle_between(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b) {
   return geometry::rotation_vector(a * b.transpose()).norm();
 }
@@ -39,19 +26,19 @@ double angle_between(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b) {
 
 core::Expected<ControllerPose> controller_pose(std::string_view octets) {
   const auto no = [](const char* why) { return core::Status::invalid_argument(why); };
-  if (octets.size() != kHandOctets || part<std::uint8_t>(octets, 0) != kHandKind)
+  using scene_stream::Hand;
+  if (octets.size() != Hand::kBytes || octets[0] != static_cast<char>(Hand::kKind))
     return no("a hand is expected: 44 octets, the first 3");
-  const auto flags = part<std::uint8_t>(octets, 1);
-  if ((flags & ~(kTrackedFlag | kGripFlag)) != 0) return no("hand: an unknown flag; allowed: 1, 2");
+  const Hand hand = Hand::read(octets);
+  if ((hand.flags & ~Hand::kAllFlags) != 0) return no("hand: an unknown flag; allowed: 1, 2");
   ControllerPose pose;
-  pose.tracked = (flags & kTrackedFlag) != 0;
-  pose.grip = (flags & kGripFlag) != 0;
-  pose.trigger = part<std::uint16_t>(octets, 2) / 65535.0;
-  pose.number = part<std::uint32_t>(octets, 4);
-  pose.page_s = part<double>(octets, 8);
-  pose.position_m = vector_at(octets, 16);
-  Eigen::Vector4d turn;
-  turn << vector_at(octets, 28), part<float>(octets, 40);
+  pose.tracked = (hand.flags & Hand::kTracked) != 0;
+  pose.grip = (hand.flags & Hand::kGrip) != 0;
+  pose.trigger = hand.trigger;
+  pose.number = hand.number;
+  pose.page_s = hand.time_s;
+  pose.position_m = Eigen::Map<const Eigen::Vector3f>(hand.position_m.data()).cast<double>();
+  const Eigen::Vector4d turn = Eigen::Map<const Eigen::Vector4f>(hand.turn.data()).cast<double>();
   if (!std::isfinite(pose.page_s) || !pose.position_m.allFinite() || !turn.allFinite())
     return no("hand: a number that is none");
   if (pose.position_m.cwiseAbs().maxCoeff() > kFarthest_m) return no("hand: farther away than 10 m");

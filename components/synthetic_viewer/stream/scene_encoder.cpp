@@ -4,15 +4,14 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <span>
-#include <type_traits>
 
 #include "components/synthetic_viewer/render/renderer.hpp"
 #include "components/synthetic_viewer/scene/mesh_store.hpp"
+#include "phantom_stream/scene_stream.hpp"
 
 namespace phantom::synthetic_viewer {
 namespace {
@@ -27,34 +26,10 @@ constexpr double kOctets_s = 48000.0, kMinPaint_s = 3000.0, kMaxPaint_s = 12000.
 constexpr std::size_t kMaxPatches = 65535, kMaxMarks = 255;
 constexpr double kLargest = 32767.0;  // of an int16
 
-enum : std::uint8_t { kPosesKind = 1, kPaintKind = 2 };  // and SceneFeed's kAliveKind
-enum : std::uint8_t { kArmHeard = 1, kArmStale = 2, kPerceptKnown = 4, kPaintShown = 8 };
-
-/// Octets of a message, little endian.
-class OctetWriter {
- public:
-  template <class T>
-  requires std::is_arithmetic_v<T>
-  void put(T value) {
-    static_assert(std::endian::native == std::endian::little);
-    octets.append(reinterpret_cast<const char*>(&value), sizeof value);
-  }
-  void put(const Eigen::Vector3f& v) {
-    for (int i = 0; i < 3; ++i) put(v[i]);
-  }
-  /// A rotation as a quaternion of four int16.
-  void put(const Eigen::Matrix3d& rotation) {
-    const Eigen::Vector4d xyzw = geometry::quaternion_xyzw(rotation);
-    for (int i = 0; i < 4; ++i) put(static_cast<std::int16_t>(std::lround(kLargest * xyzw[i])));
-  }
-  std::string octets;
-};
-
-std::uint16_t share16(float share) {
-  return static_cast<std::uint16_t>(std::lround(65535 * std::clamp(share, 0.0F, 1.0F)));
-}
-std::uint8_t share8(float share) {
-  return static_cast<std::uint8_t>(std::lround(255 * std::clamp(share, 0.0F, 1.0F)));
+std::array<float, 3> floats(const Eigen::Vector3f& v) { return {v.x(), v.y(), v.z()}; }
+std::array<double, 4> quaternion(const Eigen::Matrix3d& rotation) {
+  const Eigen::Vector4d xyzw = geometry::quaternion_xyzw(rotation);
+  return {xyzw[0], xyzw[1], xyzw[2], xyzw[3]};
 }
 
 /// Returns the shortest text that is read as the same float; null where JSON has none.
@@ -65,14 +40,14 @@ std::string text_of(const Eigen::Vector3d& v) {
   return fmt::format("[{},{},{}]", number_text(v.x()), number_text(v.y()), number_text(v.z()));
 }
 std::string text_of(const Colour& c) { return text_of(Eigen::Vector3d(c[0], c[1], c[2])); }
-std::string text_of(const geometry::Pose& pose) {
+std::string placement_text(const Eigen::Matrix4d& placement) {
   std::string text = "[";
-  for (int row = 0; row < 3; ++row) {
-    for (int column = 0; column < 3; ++column) text += number_text(pose.rotation(row, column)) + ",";
-    text += number_text(pose.translation_m[row]) + (row < 2 ? "," : "]");
-  }
+  for (int row = 0; row < 3; ++row)
+    for (int column = 0; column < 4; ++column)
+      text += number_text(placement(row, column)) + (row < 2 || column < 3 ? "," : "]");
   return text;
 }
+std::string text_of(const geometry::Pose& pose) { return placement_text(placement_of({}, pose)); }
 std::string json_words(const std::string& words) {
   return SceneJson(words).dump(-1, ' ', false, SceneJson::error_handler_t::replace);
 }
@@ -98,9 +73,10 @@ std::string list_text(const List& list, const Text& text) {
 std::string kind_of(const SceneItem& item) {
   using enum SceneItem::Kind;
   return fmt::format("{}:{}",
-                     item.kind == kObject ? "object"
-                     : item.kind == kPart ? "part"
-                                          : "other",
+                     item.kind == kObject  ? "object"
+                     : item.kind == kPart  ? "part"
+                     : item.kind == kBound ? "bound"
+                                           : "other",
                      item.number);
 }
 
@@ -108,7 +84,7 @@ std::string kind_of(const SceneItem& item) {
 bool same_item(const SceneItem& a, const SceneItem& b) {
   return a.body == b.body && a.X_BM.rotation == b.X_BM.rotation &&
          a.X_BM.translation_m == b.X_BM.translation_m && a.colour == b.colour && a.opacity == b.opacity &&
-         a.casts_shadow == b.casts_shadow;
+         a.casts_shadow == b.casts_shadow && a.grown_m == b.grown_m;
 }
 
 bool same_mark(const DrawItem& a, const DrawItem& b) {
@@ -116,18 +92,17 @@ bool same_mark(const DrawItem& a, const DrawItem& b) {
          a.W_from_mesh == b.W_from_mesh;
 }
 
-void put_mark(OctetWriter& to, const DrawItem& mark, std::uint8_t views) {
+scene_stream::Mark mark_of(const DrawItem& mark, std::uint8_t views) {
   const Eigen::Matrix3f linear = mark.W_from_mesh.topLeftCorner<3, 3>();
   const Eigen::Vector3f scale = linear.colwise().norm().transpose();
-  to.put(static_cast<std::uint8_t>(mark.mesh));
-  to.put(views);
-  to.put(share8(mark.own_light));
-  to.put(std::uint8_t{0});
-  to.put(Eigen::Vector3f(mark.W_from_mesh.topRightCorner<3, 1>()));
-  to.put(Eigen::Matrix3d((linear * scale.cwiseInverse().asDiagonal()).cast<double>()));
-  to.put(scale);
-  for (const float colour : mark.colour) to.put(share16(colour));
-  to.put(share16(mark.opacity));
+  return {.shape = static_cast<std::uint8_t>(mark.mesh),
+          .views = views,
+          .own_light = mark.own_light,
+          .origin_m = floats(mark.W_from_mesh.topRightCorner<3, 1>()),
+          .turn = quaternion((linear * scale.cwiseInverse().asDiagonal()).cast<double>()),
+          .scale = floats(scale),
+          .colour = {mark.colour[0], mark.colour[1], mark.colour[2]},
+          .opacity = mark.opacity};
 }
 
 double aspect_of(const PictureFormat& format) {
@@ -206,19 +181,22 @@ void SceneEncoder::put_cell() {
       R"("tool":{{"enabled":{},"aspect":{},"fov_rad":{},"link":{},"eye_m":{},"look_at_m":{}}}}})",
       number_text(aspect_of(config_.main_view.format)), number_text(config_.main_view.field_of_view_rad),
       number_text(aspect_of(config_.hit_view.format)), number_text(config_.hit_view.field_of_view_rad),
-      number_text(config_.hit_view.rule.choice.distance_m), tool.enabled, number_text(aspect_of(tool.format)),
-      number_text(tool.field_of_view_rad), scene.arm().joint_count(), text_of(tool.eye_m),
-      text_of(tool.look_at_m));
+      number_text(at_scale(config_.hit_view.rule, scene.scale()).choice.distance_m), tool.enabled,
+      number_text(aspect_of(tool.format)), number_text(tool.field_of_view_rad), scene.arm().joint_count(),
+      text_of(Eigen::Vector3d(scene.scale() * tool.eye_m)),
+      text_of(Eigen::Vector3d(scene.scale() * tool.look_at_m)));
   board_.put(
       "cell",
       {false,
        fmt::format(
            R"({{"type":"cell","protocol":{},"cell":{},"scene_Hz":{},"workspace":{{"min_m":{},"max_m":{}}},)"
-           R"("floor_border_m":{},"lines":{},"line_colour":{},"to_key_light":{},"shadow_opacity":{},)"
+           R"("scale":{},"floor_border_m":{},"floor_pitch_m":{},"lines":{},"line_colour":{},)"
+           R"("to_key_light":{},"shadow_opacity":{},)"
            R"("paint_ramp":{},"bodies":{},"views":{},"nodes":{}}})",
            kProtocol, json_words(cell_), number_text(rate_Hz_), text_of(scene.min_m()),
-           text_of(scene.max_m()), number_text(kFloorBorder_m), list_text(empty.lines, line_text),
-           text_of(empty.line_colour), text_of(to_key_light().cast<double>()), number_text(kShadowOpacity),
+           text_of(scene.max_m()), number_text(scene.scale()), number_text(empty.floor_border_m),
+           number_text(empty.floor_pitch_m), list_text(empty.lines, line_text), text_of(empty.line_colour),
+           text_of(to_key_light().cast<double>()), number_text(kShadowOpacity),
            list_text(paint_ramp(), [](const Colour& colour) { return text_of(colour); }), bodies, views,
            list_text(numbers, node_text))});
 }
@@ -229,8 +207,9 @@ std::string SceneEncoder::item_text(const SceneItem& item, const std::string& na
   return fmt::format(
       R"({{"type":"item","id":"{}","name":{},"mesh":"{}","body":{},"matrix":{},"colour":{},"opacity":{},)"
       R"("own_light":0,"shadow":{},"paint":{}}})",
-      kind_of(item), json_words(name), hash_text(item.mesh->hash), item.body, text_of(item.X_BM),
-      text_of(item.colour), number_text(item.opacity), item.casts_shadow, paint);
+      kind_of(item), json_words(name), hash_text(item.mesh->hash), item.body,
+      placement_text(placement_of(item, item.X_BM)), text_of(item.colour), number_text(item.opacity),
+      item.casts_shadow, paint);
 }
 
 /// Tells what has changed among the items. They do not depend on the arm's joints, but on its age.
@@ -288,25 +267,24 @@ void SceneEncoder::put_paint(core::Nanoseconds now_ns) {
   for (const SkinPatchSample& patch : skin.felt)
     for (const float place_m : patch.middle_m) greatest = std::max(greatest, std::abs(place_m));
   const float unit_m = greatest / static_cast<float>(kLargest);
-  OctetWriter to;
-  to.put(std::uint8_t{kPaintKind});
-  to.put(std::uint8_t{0});
-  to.put(static_cast<std::uint16_t>(count));
-  to.put(++paint_number_);
-  to.put(static_cast<float>(skin.patch_m));
-  to.put(unit_m);
+  std::string bytes;
+  scene_stream::Paint{.count = static_cast<std::uint16_t>(count),
+                      .number = ++paint_number_,
+                      .patch_m = static_cast<float>(skin.patch_m),
+                      .unit_m = unit_m}
+      .append_to(bytes);
   for (const SkinPatchSample& patch : std::span(skin.felt).first(count)) {
-    to.put(static_cast<std::uint8_t>(patch.link));
-    to.put(share8(patch.closeness));
-    for (const float place_m : patch.middle_m)
-      to.put(static_cast<std::int16_t>(std::lround(place_m / unit_m)));
+    scene_stream::Patch to{.link = static_cast<std::uint8_t>(patch.link), .closeness = patch.closeness};
+    for (std::size_t i = 0; i < 3; ++i)
+      to.middle[i] = static_cast<std::int16_t>(std::lround(patch.middle_m[i] / unit_m));
+    to.append_to(bytes);
   }
   const double poses_s = poses_ ? static_cast<double>(poses_->octets.size()) * std::min(60.0, rate_Hz_) : 0.0;
   const double paint_s = std::clamp(kOctets_s - poses_s, kMinPaint_s, kMaxPaint_s);
-  paint_due_ns_ = now_ns + core::from_seconds(static_cast<double>(to.octets.size()) / paint_s);
+  paint_due_ns_ = now_ns + core::from_seconds(static_cast<double>(bytes.size()) / paint_s);
   told_skin_ns_ = skin.received_ns;
   new_paint_ = false;
-  board_.put("paint", {true, std::move(to.octets)});
+  board_.put("paint", {true, std::move(bytes)});
 }
 
 /// Returns the marks of all views, each once, with the views that show it.
@@ -327,10 +305,10 @@ std::string SceneEncoder::marks(std::size_t& count, const Compositor::Moment& mo
       }
     }
   }
-  OctetWriter to;
-  for (const auto& [mark, views] : shown) put_mark(to, mark, views);
+  std::string bytes;
+  for (const auto& [mark, views] : shown) mark_of(mark, views).append_to(bytes);
   count = shown.size();
-  return std::move(to.octets);
+  return bytes;
 }
 
 void SceneEncoder::put_poses(core::Nanoseconds at_ns, core::Nanoseconds now_ns) {
@@ -341,36 +319,34 @@ void SceneEncoder::put_poses(core::Nanoseconds at_ns, core::Nanoseconds now_ns) 
   const bool heard = state_.arm.received_ns != 0;
   const bool known = state_.percept.valid && percept_age_s <= config_.staleness.percept_s;
   std::size_t mark_count = 0;
-  const std::string mark_octets = marks(mark_count, moment);
-  std::uint8_t flags = 0;
-  if (heard) flags |= kArmHeard;
-  if (heard && arm_age_s > config_.staleness.slave_s) flags |= kArmStale;
-  if (known) flags |= kPerceptKnown;
-  if (heard && paint_shown(state_, config_.staleness, at_ns)) flags |= kPaintShown;
-  OctetWriter content;
-  content.put(static_cast<float>(heard ? compositor_->tool_free_share(moment) : 1.0));
-  content.put(static_cast<float>(known ? state_.percept.closeness : 0.0));
-  content.put(static_cast<float>(known ? state_.percept.speed_m_s : 0.0));
-  for (const geometry::Pose& X_WB : bodies) {
-    content.put(Eigen::Vector3f(X_WB.translation_m.cast<float>()));
-    content.put(X_WB.rotation);
-  }
-  content.octets += mark_octets;
-  content.octets += static_cast<char>(flags);  // compared, but not sent from here
-  if (poses_ && content.octets == poses_content_ && now_ns - poses_ns_ < kHeartbeat_ns) return;
+  const std::string mark_bytes = marks(mark_count, moment);
+  using scene_stream::Poses;
+  Poses poses{.body_count = static_cast<std::uint8_t>(bodies.size()),
+              .mark_count = static_cast<std::uint8_t>(mark_count),
+              .tool_free = static_cast<float>(heard ? compositor_->tool_free_share(moment) : 1.0),
+              .closeness = static_cast<float>(known ? state_.percept.closeness : 0.0),
+              .speed_m_s = static_cast<float>(known ? state_.percept.speed_m_s : 0.0)};
+  if (heard) poses.flags |= Poses::kHeard;
+  if (heard && arm_age_s > config_.staleness.slave_s) poses.flags |= Poses::kStale;
+  if (known) poses.flags |= Poses::kPerceptKnown;
+  if (heard && paint_shown(state_, config_.staleness, at_ns)) poses.flags |= Poses::kPainted;
+  std::string content;  // but number, time and ages
+  poses.append_to(content);
+  for (const geometry::Pose& X_WB : bodies)
+    scene_stream::Body{floats(X_WB.translation_m.cast<float>()), quaternion(X_WB.rotation)}.append_to(
+        content);
+  content += mark_bytes;
+  if (poses_ && content == poses_content_ && now_ns - poses_ns_ < kHeartbeat_ns) return;
   poses_ns_ = now_ns;
-  OctetWriter to;
-  to.put(std::uint8_t{kPosesKind});
-  to.put(flags);
-  to.put(static_cast<std::uint8_t>(bodies.size()));
-  to.put(static_cast<std::uint8_t>(mark_count));
-  to.put(++poses_number_);
-  to.put(core::seconds(now_ns));
-  to.put(static_cast<float>(arm_age_s));
-  to.put(static_cast<float>(percept_age_s));
-  to.octets.append(content.octets, 0, content.octets.size() - 1);
-  poses_content_ = std::move(content.octets);
-  poses_ = std::make_shared<const SceneMessage>(SceneMessage{true, std::move(to.octets)});
+  poses.number = ++poses_number_;
+  poses.time_s = core::seconds(now_ns);
+  poses.arm_age_s = static_cast<float>(arm_age_s);
+  poses.percept_age_s = static_cast<float>(percept_age_s);
+  std::string bytes;
+  poses.append_to(bytes);
+  bytes.append(content, Poses::kBytes);
+  poses_content_ = std::move(content);
+  poses_ = std::make_shared<const SceneMessage>(SceneMessage{true, std::move(bytes)});
 }
 
 }  // namespace phantom::synthetic_viewer

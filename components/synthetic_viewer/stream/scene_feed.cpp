@@ -18,6 +18,7 @@
 
 #include "common/core/errors.hpp"
 #include "common/core/thread_config.hpp"
+#include "phantom_stream/scene_stream.hpp"
 
 namespace phantom::synthetic_viewer {
 namespace {
@@ -28,7 +29,6 @@ constexpr std::size_t kDelivery = 65536;  // octets that are made ready for a cl
 constexpr int kMaxUnsent = 8192;          // that wait in the kernel before more is made ready
 constexpr int kSendBuffer = 65536;
 constexpr double kMinRate_Hz = 1.0, kMaxRate_Hz = 120.0;  // or 0: no scene
-constexpr std::uint8_t kAliveKind = 3;                    // beside those of SceneEncoder
 constexpr core::Nanoseconds kStalled_ns = 3 * core::kNsPerSecond, kFarewell_ns = core::kNsPerSecond,
                             kSession_ns = core::kNsPerSecond / 5, kStops_ns = core::kNsPerSecond / 10,
                             kAlive_ns = core::kNsPerSecond / 5, kNumbers_ns = core::kNsPerSecond / 30;
@@ -36,10 +36,9 @@ constexpr std::uint16_t kSessionEnded = 4001;
 
 /// Returns the message `alive`.
 std::string alive_message(core::Nanoseconds now_ns) {
-  const double time_s = core::seconds(now_ns);
-  std::string octets(8, '\0');
-  octets[0] = static_cast<char>(kAliveKind);
-  return octets.append(reinterpret_cast<const char*>(&time_s), sizeof time_s);
+  std::string bytes;
+  scene_stream::Alive{core::seconds(now_ns)}.append_to(bytes);
+  return bytes;
 }
 
 std::string hand_text(HandWord word) {

@@ -157,7 +157,7 @@ TEST_F(CalibrationInChromium, KeysAloneReachAllOfItInBothLanguagesAndEscStops) {
                    .get<std::string>();
   }
   for (const char* one : {"undo", "level_plate:", "calibration-try", "calibration-overlay",
-                          "calibration-anew", "calibration-close"})
+                          "calibration-restart", "calibration-close"})
     EXPECT_THAT(reached, HasSubstr(one));
   browser_->type({Browser::kEscape});
   EXPECT_TRUE(eventually([&] { return commanded(CommandKind::kEmergencyStop, 0.0); }));

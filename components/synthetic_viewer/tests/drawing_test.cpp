@@ -2,7 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "common/geometry/implicit/primitives.hpp"
+#include "common/messages/living.hpp"
 #include "components/synthetic_viewer/samples/tests/mesh_chunks.hpp"
 #include "components/synthetic_viewer/tests/loop_rig.hpp"
 
@@ -79,6 +82,62 @@ TEST_F(DrawingOfACell, AViewThatTheOperatorTurnedKeepsItsNodeAndStandsAtNone) {
   EXPECT_EQ(drawing_.hit_view().node, node);
   EXPECT_EQ(drawing_.view_pose().node, 0);
   EXPECT_FALSE(drawing_.view_pose().automatic);
+}
+
+TEST_F(DrawingOfACell, LiveMatterIsDrawnByItsSurfaceOnceThatIsKnown) {
+  const geometry::TriangleMesh marker = geometry::make_box({0.02, 0.02, 0.02});
+  ASSERT_TRUE(drawing_.take(test::chunks_of(marker, 1 << 17).front()));
+  geometry::Pose middle;
+  middle.translation_m = {0.3, 0.1, 0.4};
+  state_.take(
+      ObjectSample{messages::kLiveId, messages::kLiveName, marker.content_hash(), middle, {1.0F, 0.3F, 0.0F}},
+      now_ns_);
+  const auto drawn = [&] {
+    advance();
+    return drawing_.picture(View::kMain).frame.items.front();
+  };
+  const auto obstacle_m = [&] {
+    const auto& bodies = drawing_.bodies().bodies;
+    const auto live = std::ranges::find_if(
+        bodies, [](const RayScene::Body& body) { return body.name.object == messages::kLiveId; });
+    return live == bodies.end() ? Eigen::Vector3d(-1, -1, -1) : live->X_WM.translation_m;
+  };
+  const DrawItem small = drawn();
+  EXPECT_EQ(obstacle_m(), middle.translation_m);
+  drawing_.show_live(geometry::make_box({0.4, 0.3, 0.2}));
+  const DrawItem shown = drawn();
+  EXPECT_NE(shown.mesh, small.mesh);
+  EXPECT_EQ(shown.colour, small.colour);
+  EXPECT_TRUE(shown.W_from_mesh.isIdentity()) << "its surface is in W";
+  EXPECT_EQ(obstacle_m(), Eigen::Vector3d::Zero()) << "views look past it";
+  drawing_.show_live({});
+  EXPECT_EQ(drawn().mesh, small.mesh);
+}
+
+TEST_F(DrawingOfACell, TheWayFromTheToolToAnObjectIsShownWhereNoAlertIs) {
+  state_.arm = pose();
+  robot::LinkPoses X_WL;
+  arm_.link_poses(state_.arm.position, X_WL);
+  const geometry::TriangleMesh box = geometry::make_box({0.1, 0.1, 0.04});
+  ASSERT_TRUE(drawing_.take(test::chunks_of(box, 1 << 17).front()));
+  geometry::Pose beside = X_WL[arm_.joint_count()];
+  beside.translation_m.z() += 0.4;
+  state_.take(ObjectSample{5, "block", box.content_hash(), beside, {0.5F, 0.5F, 0.5F}}, now_ns_);
+  advance();
+  EXPECT_EQ(drawing_.hit_view().alert, 0U);
+  state_.approach = true;
+  advance();
+  const HitView& view = drawing_.hit_view();
+  ASSERT_TRUE(view.approach);
+  EXPECT_EQ(view.approach->object, 5);
+  EXPECT_GT(view.approach->gap_m, 0.0);
+  EXPECT_LT(view.approach->gap_m, 0.4);
+  const Compositor::Picture picture = drawing_.picture(View::kHit);
+  EXPECT_NE(picture.hud.subtitle.find("block: gap "), std::string::npos) << picture.hud.subtitle;
+  EXPECT_FALSE(picture.hud.alarm);
+  raise(alert(4, {0.6, 0.1, 1.2}));
+  advance();
+  EXPECT_EQ(drawing_.hit_view().alert, 4U) << "an alert comes first";
 }
 
 // Tries synthetic_viewer: a damaged mesh

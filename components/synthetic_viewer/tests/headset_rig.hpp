@@ -22,9 +22,14 @@ constexpr int kWidth_px = 400,
 /// The scene in an emulated headset (npm's iwer), in a real Chromium.
 class SceneInHeadset : public SceneInChromium {
  protected:
-  /// Puts the headset on, and enters by the page's button. Where the test does not look at the cell, it is
-  /// left out of the picture, which software takes a second to draw.
+  /// Puts the headset on, and enters by the page's button.
   void enter(bool with_cell = false) {
+    put_on(with_cell);
+    enter_again();
+  }
+  /// Opens the page in a browser with a headset. Where the test does not look at the cell, it is left out of
+  /// the picture, which software takes a second to draw.
+  void put_on(bool with_cell = false) {
     open();
     ASSERT_TRUE(drawn());
     // Left out on purpose: it is not looked for in the picture.
@@ -41,7 +46,6 @@ class SceneInHeadset : public SceneInChromium {
         "phantomScene.offerHeadset()");
     ASSERT_TRUE(eventually([&] { return truth("document.getElementById('headset')"); }));
     EXPECT_EQ(text("headset"), "Enter headset");
-    enter_again();
   }
   void enter_again() {
     browser_->run("document.getElementById('headset').click()");
@@ -129,10 +133,12 @@ class SceneInHeadset : public SceneInChromium {
         "page.state = () => ({ ...heard(), limits_words: " +
         (key.empty() ? "[]" : "[{ key: '" + key + "', values: {} }]") + " })");
   }
-  /// What the controllers were made to feel in some frames: hand, strength, ms.
+  /// What the controllers were made to feel in some frames, for as long as four pulses take: hand, strength,
+  /// ms.
   Json felt() {
-    browser_->run("felt.length = 0");
+    browser_->run("felt.length = 0; window.felt_since = performance.now()");
     frames(3);
+    EXPECT_TRUE(eventually([&] { return truth("performance.now() - felt_since > 240"); }));
     return browser_->run("return felt");
   }
 };

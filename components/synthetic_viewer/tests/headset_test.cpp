@@ -104,8 +104,9 @@ TEST_F(SceneInHeadset, TheControllersVibrateByThePerceptAlone) {
       EXPECT_GT(pulse[2].get<double>(), 0);
     }
   };
-  enter();
-  limited_by("");
+  put_on();
+  limited_by("");  // from the first frame on: the pattern of a limit replaces the one of closeness
+  enter_again();
   strength_of_all(0.6);
   strength_of_all(0.25);
   percept(0.0);

@@ -156,6 +156,44 @@ TEST_F(PageForEveryone, AWindowOfItsOwnShowsOneViewAndStops) {
   EXPECT_TRUE(eventually([&] { return stops_heard() >= 1; }));
 }
 
+TEST_F(PageForEveryone, ADetachedViewIsShownInItsWindowAloneAndComesBackWithItsEnd) {
+  serve_in("en");
+  const std::string desk = browser_->window();
+  const auto place = [&] {
+    return browser_->run("return document.getElementById('hit-figure').dataset.place").get<std::string>();
+  };
+  for (const bool by_key : {true, false}) {
+    ASSERT_EQ(place(), "side1");
+    if (by_key) {
+      browser_->type({"p"});
+    } else {
+      browser_->hover("#hit-view");
+      EXPECT_TRUE(eventually([&] {
+        return truth("getComputedStyle(document.querySelector('#hit-figure .detach')).opacity === '1'");
+      })) << "the pointer over a view shows its button";
+      keep("hovered");
+      browser_->click("#hit-figure .detach");
+    }
+    std::string own;
+    ASSERT_TRUE(eventually([&] {
+      for (const std::string& handle : browser_->windows())
+        if (handle != desk) own = handle;
+      return !own.empty();
+    }));
+    EXPECT_TRUE(eventually([&] { return place() == "none"; }));
+    browser_->switch_to(own);
+    ASSERT_TRUE(eventually([&] {
+      return truth(
+          "document.body?.classList.contains('alone') && document.getElementById('hit-view')?.naturalWidth > 0");
+    }));
+    browser_->run("setTimeout(() => close(), 50)");
+    browser_->switch_to(desk);
+    EXPECT_TRUE(eventually([&] { return place() == "side1"; }));
+    EXPECT_TRUE(truth("JSON.parse(localStorage.getItem('phantom.window.hit'))?.width > 0"))
+        << "where it stood is kept for the next time";
+  }
+}
+
 TEST_F(PageForEveryone, TabletsAndPhonesHaveRoomForFingersAndScrollOneWayOnly) {
   serve_in("de");
   for (const auto& [width, height] :

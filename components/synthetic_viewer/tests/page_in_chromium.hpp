@@ -54,7 +54,7 @@ class PageInChromium : public Loop {
           inbox_.put(request);
           return core::Status::ok();
         },
-        WebServer::OnCarryRequest(), feed_.get());
+        WebServer::OnWorkspaceRequest(), feed_.get());
   }
   void TearDown() override {
     browser_.reset();

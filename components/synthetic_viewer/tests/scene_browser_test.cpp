@@ -126,6 +126,78 @@ TEST_P(DrawnByBoth, TheBrowsersPictureIsTheViewersOne) {
 INSTANTIATE_TEST_SUITE_P(Scene, DrawnByBoth, ::testing::Values(View::kMain, View::kHit, View::kTool),
                          [](const auto& view) { return std::string(name_of(view.param)); });
 
+/// The still scene with three threats at once, and a pump of which nobody knows well where it is.
+class SceneOfThreats : public SceneInChromium {
+ protected:
+  void SetUp() override {
+    SceneInChromium::SetUp();
+    if (IsSkipped()) return;
+    threaten("lead_wall", 4, 0.42, percept::HitRule::kFarNearing);
+    threaten("work_table", 6, 0.55, percept::HitRule::kFarNearing);
+    threaten("pump", 7, 0.18, percept::HitRule::kVeryClose);
+    std::ranges::sort(state_.percept.threats, {},
+                      [](const messages::Threat& one) { return one.contact.time_s; });
+    const ObjectSample& pump = object("pump");
+    state_.uncertainties[pump.id] = {pump.id, 0.03, 0.03};
+    DoubtSample doubt;
+    doubt.doubt = 1;
+    doubt.holds = true;
+    doubt.link = 7;
+    doubt.link_name = "gripper";
+    doubt.object = pump.id;
+    doubt.position_m = state_.percept.position_m;
+    doubt.located = doubt.residual_known = true;
+    doubt.force_N = 14.0;
+    doubt.residual_m = 0.028;
+    doubt.shift_m = {0.0, 0.0, 0.028};
+    state_.take(doubt);
+    state_.percept.condition = messages::PerceptCondition::kModelInDoubt;
+    drawing_->advance(core::monotonic_ns(), 0.1);
+    content_.scene.publish(drawing_->scene_base());
+  }
+  const ObjectSample& object(const std::string& name) const {
+    return std::ranges::find_if(state_.objects, [&](const auto& one) { return one.second.name == name; })
+        ->second;
+  }
+  void threaten(const std::string& name, std::uint32_t link, double contact_s, percept::HitRule rule) {
+    const ObjectSample& at = object(name);
+    messages::Threat threat;
+    threat.rule = rule;
+    threat.raises = true;
+    threat.link = link;
+    threat.object = at.id;
+    threat.speed_m_s = 0.2;
+    threat.contact = {contact_s, 0.05, 0.2 * contact_s};
+    state_.percept.threats.push_back(threat);
+    HitSample hit = state_.hits.front().raised;
+    hit.alert = 10 + link;
+    hit.rule = rule;
+    hit.link = link;
+    hit.link_name = drawing_->scene().link_name(link);
+    hit.object = at.id;
+    hit.contact = threat.contact;
+    state_.take(hit);
+    drawing_->take(hit);
+  }
+};
+
+TEST_F(SceneOfThreats, ShowsAllThreeWithTheirSecondsAndWhereTheModelIsInDoubt) {
+  open();
+  ASSERT_TRUE(drawn());
+  const auto words = [&](const std::string& selector) {
+    return browser_->run("return [...document.querySelectorAll('" + selector + "')].map(i => i.textContent)")
+        .get<std::vector<std::string>>();
+  };
+  using testing::AllOf, testing::ElementsAre, testing::HasSubstr;
+  ASSERT_TRUE(test::eventually([&] { return words("#threats > *").size() == 3; }));
+  EXPECT_THAT(words("#threats > *"), ElementsAre(AllOf(HasSubstr("pump"), HasSubstr("0.2")),
+                                                 AllOf(HasSubstr("lead_wall"), HasSubstr("0.4")),
+                                                 AllOf(HasSubstr("work_table"), HasSubstr("0.6"))));
+  EXPECT_THAT(words("#doubts > *"), ElementsAre(HasSubstr("28 mm")));
+  if (const char* folder = std::getenv("PHANTOM_SCREENSHOTS"))
+    std::ofstream(std::string(folder) + "/threats.png", std::ios::binary) << browser_->screenshot();
+}
+
 TEST_F(SceneDrawing, ComesByFewDrawCallsAndFewOctets) {
   open();
   ASSERT_TRUE(drawn());

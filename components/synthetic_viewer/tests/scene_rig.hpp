@@ -100,7 +100,7 @@ class SceneInChromium : public ::testing::Test {
           requests_.push_back(request);
           return core::Status::ok();
         },
-        WebServer::OnCarryRequest(), feed_.get());
+        WebServer::OnWorkspaceRequest(), feed_.get());
     feeder_ = std::thread([this] { keep_up(); });
   }
   bool truth(const std::string& expression) {

@@ -101,6 +101,8 @@ TEST_F(SceneDrawing, WithoutWebGlTheViewersPicturesAreShown) {
 /// The cell whose arm moves, in a browser that has not been told who draws.
 class SceneWithoutChoice : public SceneInChromium {
  protected:
+  /// So long a few slow pictures may take, of software on a machine that may be busy.
+  static constexpr double kMaxOfLooks_s = 180;
   /// Lets each picture take that long at least.
   void open_slow(int ms) {
     open_without_choice();
@@ -114,20 +116,31 @@ class SceneWithoutChoice : public SceneInChromium {
         "stage.draw = function (...of) { draw.apply(this, of); for (const begun = performance.now(); performance.now() - begun < " +
         std::to_string(ms) + ";); }");
   }
+  /// What keeps the browser from drawing, for who reads that it does not.
+  std::string drawing() {
+    return browser_->run(
+        "const { shown, frame, pace, connection, views } = phantomScene;"
+        "return JSON.stringify({ shown, frame, still: connection.still, hidden: document.hidden, pace,"
+        "  views: Object.values(views).map(v => [v.name, v.drawn, v.visible, v.canvas.width]) })");
+  }
   /// Waits until the pace was looked at so often since.
   bool looked(int times) {
     browser_->run("window.looks = phantomScene.pace.looks");
     return test::eventually(
-        [&] { return truth("phantomScene.pace.looks >= window.looks + " + std::to_string(times)); });
+        [&] { return truth("phantomScene.pace.looks >= window.looks + " + std::to_string(times)); },
+        kMaxOfLooks_s);
   }
 };
 
 // Tries synthetic_viewer: a browser that draws few pictures itself
 TEST_F(SceneWithoutChoice, ABrowserThatDrawsFewPicturesShowsTheViewersUnlessItsOperatorChooses) {
   open_slow(200);  // of three views
-  EXPECT_TRUE(test::eventually([&] {
-    return text("scene-source").find("Pictures from the server: this browser draws too slowly (") == 0;
-  })) << text("scene-source");
+  EXPECT_TRUE(test::eventually(
+      [&] {
+        return text("scene-source").find("Pictures from the server: this browser draws too slowly (") == 0;
+      },
+      kMaxOfLooks_s))
+      << text("scene-source") << drawing();
   EXPECT_TRUE(truth(
       "document.getElementById('main-view').offsetParent && !document.getElementById('main-scene').offsetParent"));
   EXPECT_TRUE(truth("phantomScene.connection.scene === null"));
@@ -143,13 +156,13 @@ TEST_F(SceneWithoutChoice, ABrowserThatDrawsFewPicturesShowsTheViewersUnlessItsO
 
   browser_->click("#server-pictures");
   EXPECT_TRUE(test::eventually([&] { return text("scene-source") == "In diesem Browser gezeichnet"; }));
-  ASSERT_TRUE(looked(4));
+  ASSERT_TRUE(looked(4)) << drawing();
   EXPECT_TRUE(test::eventually([&] { return truth("phantomScene.pace.few"); }));
   EXPECT_TRUE(truth("phantomScene.shown")) << "the choice prevails";
   browser_->open(server_->url());
   ASSERT_TRUE(drawn());
   slow_down(200);
-  ASSERT_TRUE(looked(4));
+  ASSERT_TRUE(looked(4)) << drawing();
   EXPECT_TRUE(truth("phantomScene.shown")) << "and is remembered";
 }
 

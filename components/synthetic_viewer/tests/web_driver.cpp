@@ -19,6 +19,7 @@ using nlohmann::json;
 constexpr const char* kDriver = "/usr/bin/chromedriver";
 constexpr const char* kBrowser = "/usr/bin/chromium";
 constexpr const char* kReady = "started successfully on port ";
+constexpr int kMaxStarts = 3;
 constexpr int kMaxOfScript_s =
     120;  // only bounds a failing test: software that draws on a loaded machine takes its time
 
@@ -43,25 +44,11 @@ std::string from_base64(const std::string& text) {
 bool Browser::installed() { return std::filesystem::exists(kDriver) && std::filesystem::exists(kBrowser); }
 
 Browser::Browser(const std::vector<std::string>& more) {
-  int pipe_ends[2];
-  if (pipe(pipe_ends) != 0) throw std::runtime_error("pipe");
-  driver_ = fork();
-  if (driver_ == 0) {
-    setpgid(0, 0);  // so that the browser's processes go with it
-    dup2(pipe_ends[1], STDOUT_FILENO);
-    execl(kDriver, kDriver, "--port=0", static_cast<char*>(nullptr));
-    _exit(127);
-  }
-  close(pipe_ends[1]);
-  output_ = pipe_ends[0];
   std::string said;
-  char piece[256];
-  while (said.find(kReady) == std::string::npos || said.find('\n', said.find(kReady)) == std::string::npos) {
-    const ssize_t size = read(output_, piece, sizeof piece);
-    if (size <= 0) throw std::runtime_error("chromedriver: " + said);
-    said.append(piece, static_cast<std::size_t>(size));
-  }
-  client_.emplace("127.0.0.1", std::atoi(said.c_str() + said.find(kReady) + std::string_view(kReady).size()));
+  int port = 0;
+  for (int tries = 0; port == 0 && tries < kMaxStarts; ++tries) port = start_driver(said);
+  if (port == 0) throw std::runtime_error("chromedriver: " + said);
+  client_.emplace("127.0.0.1", port);
   client_->set_read_timeout(2 * kMaxOfScript_s);
   json options{{"binary", kBrowser},
                {"args",
@@ -81,13 +68,40 @@ Browser::Browser(const std::vector<std::string>& more) {
   session_ = "/session/" + begin(wanted).at("sessionId").get<std::string>();
 }
 
+// The driver takes a port that is free for one version of IP, and gives up where the other one has it in use.
+int Browser::start_driver(std::string& said) {
+  int pipe_ends[2];
+  if (pipe(pipe_ends) != 0) throw std::runtime_error("pipe");
+  driver_ = fork();
+  if (driver_ == 0) {
+    setpgid(0, 0);  // so that the browser's processes go with it
+    dup2(pipe_ends[1], STDOUT_FILENO);
+    execl(kDriver, kDriver, "--port=0", static_cast<char*>(nullptr));
+    _exit(127);
+  }
+  close(pipe_ends[1]);
+  output_ = pipe_ends[0];
+  said.clear();
+  char piece[256];
+  while (said.find(kReady) == std::string::npos || said.find('\n', said.find(kReady)) == std::string::npos) {
+    const ssize_t size = read(output_, piece, sizeof piece);
+    if (size <= 0) {
+      waitpid(driver_, nullptr, 0);
+      close(output_);
+      return 0;
+    }
+    said.append(piece, static_cast<std::size_t>(size));
+  }
+  return std::atoi(said.c_str() + said.find(kReady) + std::string_view(kReady).size());
+}
+
 // On a machine under load a browser's start now and then fails; that says nothing about the page.
 json Browser::begin(const json& wanted) {
   for (int tries = 1;; ++tries) {
     try {
       return post("/session", {{"capabilities", {{"alwaysMatch", wanted}}}});
     } catch (const std::runtime_error& problem) {
-      if (tries == 3) throw;
+      if (tries == kMaxStarts) throw;
       std::cerr << "the browser did not start, once more: " << problem.what() << '\n';
     }
   }
@@ -124,7 +138,18 @@ std::string Browser::window() {
   return json::parse(result->body).at("value").get<std::string>();
 }
 
+std::vector<std::string> Browser::windows() {
+  const auto result = client_->Get(session_ + "/window/handles");
+  if (!result) throw std::runtime_error("window handles: " + httplib::to_string(result.error()));
+  return json::parse(result->body).at("value").get<std::vector<std::string>>();
+}
+
 void Browser::switch_to(const std::string& handle) { post(session_ + "/window", {{"handle", handle}}); }
+
+void Browser::enter_frame(const std::string& selector) {
+  post(session_ + "/frame", {{"id", element(selector)}});
+}
+void Browser::leave_frame() { post(session_ + "/frame", {{"id", nullptr}}); }
 
 void Browser::click(const std::string& selector) {
   const json found = element(selector);
@@ -148,6 +173,12 @@ void Browser::type(const std::vector<std::string>& keys) {
     steps.push_back({{"type", "keyUp"}, {"value", key}});
   }
   act({{"type", "key"}, {"id", "keys"}, {"actions", steps}});
+}
+
+void Browser::hover(const std::string& selector) {
+  const json move_to{
+      {"type", "pointerMove"}, {"origin", element(selector)}, {"x", 0}, {"y", 0}, {"duration", 0}};
+  act({{"type", "pointer"}, {"id", "mouse"}, {"actions", json::array({move_to})}});
 }
 
 void Browser::drag(const std::string& selector, int dx, int dy) {

@@ -33,6 +33,13 @@ class Browser {
   /// The window that is steered now.
   std::string window();
   void switch_to(const std::string& handle);
+  /// The handles of all windows.
+  std::vector<std::string> windows();
+  /// What follows is done within a frame of the page, until it is left.
+  void enter_frame(const std::string& selector);
+  void leave_frame();
+  /// Moves the mouse to the middle of an element.
+  void hover(const std::string& selector);
   /// A mouse click in the middle of an element.
   void click(const std::string& selector);
   /// Runs JavaScript in the page: what `return` gives.
@@ -58,6 +65,8 @@ class Browser {
   static constexpr const char* kHome = "\uE011";
 
  private:
+  /// Starts chromedriver. Returns its port, or 0 if it has ended; `said`: its words.
+  int start_driver(std::string& said);
   nlohmann::json begin(const nlohmann::json& wanted);
   nlohmann::json post(const std::string& path, const nlohmann::json& body);
   nlohmann::json element(const std::string& selector);

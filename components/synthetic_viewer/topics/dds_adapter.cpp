@@ -18,6 +18,7 @@
 #include "common/messages/status_reporter.hpp"
 #include "common/messages/topic_receiver.hpp"
 #include "common/messages/workspace_follower.hpp"
+#include "components/synthetic_viewer/state/model_corrections.hpp"
 #include "components/synthetic_viewer/topics/dds_adapter_intake.hpp"
 
 namespace phantom::synthetic_viewer {
@@ -44,8 +45,9 @@ struct DdsAdapter::Impl {
   core::Nanoseconds pictures_due_ns = 0;
   messages::StatusReporter status;
 
-  SampleFilter intake;           // each topic's on the thread of its reader's callbacks
-  std::mutex servers_mutex;      // for the intake of workspace_object and workspace_version
+  SampleFilter intake;       // each topic's on the thread of its reader's callbacks
+  std::mutex servers_mutex;  // for the intake of workspace_object and workspace_version, and the next
+  ModelCorrections corrections;
   ArmSample newest_arm;          // used on the callback thread of hit alerts
   PerceptSample newest_percept;  // likewise
 
@@ -59,9 +61,12 @@ struct DdsAdapter::Impl {
   std::optional<dds::Reader<msg::GripperState>> gripper;
   std::optional<dds::Reader<msg::Percept>> percept;
   std::optional<dds::Reader<msg::HitAlert>> hits;
+  std::optional<dds::Reader<msg::ModelDoubt>> doubts;
   std::optional<dds::Reader<msg::SkinPercept>> skin;
   std::optional<dds::Reader<msg::WorkspaceVersion>> versions;
   std::optional<dds::Reader<msg::WorkspaceObject>> objects;
+  std::optional<dds::Reader<msg::ObjectUncertainty>> uncertainties;
+  std::optional<dds::Reader<msg::PoseFinding>> findings;
   std::optional<dds::Reader<msg::MeshChunk>> chunks;
   std::optional<dds::Reader<msg::ComponentStatus>> components;
   std::optional<dds::Reader<msg::OperatorCommand>> view_commands;
@@ -131,8 +136,21 @@ struct DdsAdapter::Impl {
   void open_workspace();
   void open_video(const std::string& camera);
   void put(const std::vector<messages::WorkspaceObject>& changes) {
-    for (const messages::WorkspaceObject& object : changes) inbox.put(object);
+    for (const messages::WorkspaceObject& object : changes) {
+      corrections.take(object);
+      inbox.put(object);
+    }
   }
+  /// Returns whether the version in force is another one now.
+  bool put(SampleFilter::Version taken) {
+    put(taken.changes);
+    if (!taken.workspace) return false;
+    corrections.take(taken.workspace->version, taken.workspace->carried);
+    inbox.put(*std::move(taken.workspace));
+    return true;
+  }
+  static core::Expected<messages::WorkspaceCommand> command_of(const CarryRequest& request);
+  core::Expected<messages::WorkspaceCommand> command_of(const CorrectionRequest& request);
 };
 
 void DdsAdapter::Impl::open_states() {
@@ -154,6 +172,16 @@ void DdsAdapter::Impl::open_events() {
                  inbox.put(std::move(*hit));
                  return true;
                });
+  doubts.emplace(participant, dds::kModelDoubt,
+                 [this](const msg::ModelDoubt& message, const dds::SampleInfo& info) {
+                   auto doubt = SampleFilter::take(message, info.received_ns);
+                   if (!doubt) return false;
+                   {
+                     const std::lock_guard lock(servers_mutex);
+                     corrections.take(*doubt);
+                   }
+                   return inbox.put(*std::move(doubt));
+                 });
   skin.emplace(participant, dds::kSkinPercept,
                [this](const msg::SkinPercept& message, const dds::SampleInfo& info) {
                  auto sample = intake.take(message, info.received_ns, inbox.stops);
@@ -187,15 +215,27 @@ void DdsAdapter::Impl::open_workspace() {
       participant, dds::kWorkspaceVersion,
       [this](const msg::WorkspaceVersion& message, const dds::SampleInfo& info) {
         const std::lock_guard lock(servers_mutex);
-        auto taken = intake.take(message, info.writer);
-        put(taken.changes);
-        if (taken.accepted) inbox.put(std::move(taken.workspace));
-        return taken.accepted;
+        return put(intake.take(message, info.writer));
       },
       [this](const dds::GuidPrefix& server) {
         const std::lock_guard lock(servers_mutex);
         put(intake.gone(server));
       });
+  uncertainties.emplace(participant, dds::kObjectUncertainty,
+                        [this](const msg::ObjectUncertainty& message, const dds::SampleInfo&) {
+                          const auto uncertainty = messages::from_idl(message);
+                          return uncertainty && inbox.put(*uncertainty);
+                        });
+  findings.emplace(participant, dds::kPoseFinding,
+                   [this](const msg::PoseFinding& message, const dds::SampleInfo&) {
+                     auto finding = messages::from_idl(message);
+                     if (!finding) return false;
+                     {
+                       const std::lock_guard lock(servers_mutex);
+                       corrections.take(*finding);
+                     }
+                     return inbox.put(*std::move(finding));
+                   });
   chunks.emplace(participant, dds::kMeshChunk, [this](const msg::MeshChunk& message, const dds::SampleInfo&) {
     auto chunk = messages::from_idl(message);
     if (!chunk) return false;
@@ -247,13 +287,26 @@ CommandOutcome DdsAdapter::ask(const Command& command) {
           stop ? teleop::stop_words(answers) : teleop::command_words(answers)};
 }
 
-CommandOutcome DdsAdapter::carry(const CarryRequest& request) {
-  using Kind = CommandOutcome::Kind;
+core::Expected<messages::WorkspaceCommand> DdsAdapter::Impl::command_of(const CarryRequest& request) {
   messages::WorkspaceCommand command;
-  command.requester = messages::requester_name("operator's page");
   command.operation =
       request.attach ? messages::WorkspaceOperation::kAttach : messages::WorkspaceOperation::kRelease;
   command.object = request.object;
+  return command;
+}
+
+core::Expected<messages::WorkspaceCommand> DdsAdapter::Impl::command_of(const CorrectionRequest& request) {
+  const std::lock_guard lock(servers_mutex);
+  if (!request.undo.empty()) return corrections.undo(request.undo);
+  return request.found.empty() ? corrections.correct(request.doubt) : corrections.accept(request.found);
+}
+
+CommandOutcome DdsAdapter::change(const WorkspaceRequest& request) {
+  using Kind = CommandOutcome::Kind;
+  auto asked = std::visit([this](const auto& one) { return impl_->command_of(one); }, request);
+  if (!asked) return {Kind::kRefused, asked.status().message()};
+  messages::WorkspaceCommand command = *std::move(asked);
+  command.requester = messages::requester_name("operator's page");
   CommandOutcome outcome{Kind::kUnanswered, "NOT CONFIRMED by wva_server"};
   const std::lock_guard lock(impl_->workspace_mutex);
   impl_->workspace_requester.ask(command, kAnswer_s, [&](const messages::WorkspaceReply& reply) {

@@ -31,9 +31,9 @@ class DdsAdapter {
   /// that: a third of a second for a stop (which is sent on after that, until it is confirmed), half a second
   /// for other commands. A reset names the stops that the newest states name. Thread-safe.
   CommandOutcome ask(const Command& command);
-  /// Asks wva_server that the arm takes or puts down an object, and waits half a second for its reply.
-  /// Thread-safe.
-  CommandOutcome carry(const CarryRequest& request);
+  /// Asks wva_server that the arm takes or puts down an object, or that an object is moved so that it
+  /// explains what the arm felt, or moved back, and waits half a second for its reply. Thread-safe.
+  CommandOutcome change(const WorkspaceRequest& request);
   /// Sends a command in the same way without waiting. The inbox's StopStatus shows what becomes of a stop.
   /// Thread-safe.
   void send(const Command& command);

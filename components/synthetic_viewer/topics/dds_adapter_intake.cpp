@@ -108,6 +108,11 @@ std::optional<HitSample> SampleFilter::take(const msg::HitAlert& message, core::
   return alert ? std::optional(HitSample(*alert, at_ns)) : std::nullopt;
 }
 
+std::optional<DoubtSample> SampleFilter::take(const msg::ModelDoubt& message, core::Nanoseconds at_ns) {
+  auto doubt = messages::from_idl(message);
+  return doubt ? std::optional(DoubtSample(*std::move(doubt), at_ns)) : std::nullopt;
+}
+
 core::Expected<std::optional<SentPicture>> SampleFilter::take(const msg::CameraPicture& message,
                                                               const std::string& camera,
                                                               core::Nanoseconds at_ns,
@@ -132,6 +137,16 @@ core::Expected<std::optional<SentPicture>> SampleFilter::take(const msg::CameraP
   return std::optional(std::move(sent));
 }
 
+namespace {
+
+std::optional<WorkspaceSample> sample_of(const std::optional<messages::WorkspaceVersion>& version) {
+  if (!version) return std::nullopt;
+  return WorkspaceSample{version->description.version,
+                         version->description.grid.voxel_size_m.half_diagonal_m(), version->carried};
+}
+
+}  // namespace
+
 messages::ObjectSources::Taken SampleFilter::take(const msg::WorkspaceObject& message,
                                                   const dds::GuidPrefix& server) {
   const auto object = messages::from_idl(message);
@@ -140,14 +155,16 @@ messages::ObjectSources::Taken SampleFilter::take(const msg::WorkspaceObject& me
 
 SampleFilter::Version SampleFilter::take(const msg::WorkspaceVersion& message,
                                          const dds::GuidPrefix& server) {
-  const auto version = messages::from_idl(message);
+  auto version = messages::from_idl(message);
   if (!version) return {};
-  auto taken = servers_.commit(server);
-  Version result{taken.accepted, std::move(taken.changes), {}};
-  if (taken.accepted)
-    result.workspace = {version->description.version,
-                        version->description.grid.voxel_size_m.half_diagonal_m(), version->carried};
-  return result;
+  auto taken = servers_.commit(server, *std::move(version));
+  return {std::move(taken.changes), taken.accepted ? sample_of(servers_.version()) : std::nullopt};
+}
+
+SampleFilter::Version SampleFilter::gone(const dds::GuidPrefix& server) {
+  const auto before = servers_.server();
+  auto changes = servers_.gone(server);
+  return {std::move(changes), before != servers_.server() ? sample_of(servers_.version()) : std::nullopt};
 }
 
 core::Expected<std::optional<Command>> SampleFilter::view_command(const msg::OperatorCommand& message) {

@@ -39,6 +39,9 @@ class SampleFilter {
                                       StopStatus& board);
   std::optional<HitSample> take(const msg::HitAlert& message, core::Nanoseconds at_ns, StopStatus& board);
 
+  /// The newest of each place comes to who joins late, in any order.
+  static std::optional<DoubtSample> take(const msg::ModelDoubt& message, core::Nanoseconds at_ns);
+
   /// Returns the picture of the camera called `camera`, with the time of its exposure by this host's clocks;
   /// `utc_ns`: the same moment as `at_ns`, since 1970. Returns nothing if it is of another camera; an error
   /// that says why it is refused.
@@ -49,14 +52,13 @@ class SampleFilter {
   /// Takes an object that a server announces.
   messages::ObjectSources::Taken take(const msg::WorkspaceObject& message, const dds::GuidPrefix& server);
   struct Version {
-    bool accepted = false;
-    std::vector<ObjectSample> changes;  ///< of the objects in force
-    WorkspaceSample workspace;          ///< if accepted
+    std::vector<ObjectSample> changes;         ///< of the objects in force
+    std::optional<WorkspaceSample> workspace;  ///< in force, if that is another one now
   };
   /// Takes a version that a server commits.
   Version take(const msg::WorkspaceVersion& message, const dds::GuidPrefix& server);
-  /// Takes leave of a server. Returns the changes of the objects in force.
-  std::vector<ObjectSample> gone(const dds::GuidPrefix& server) { return servers_.gone(server); }
+  /// Takes leave of a server.
+  Version gone(const dds::GuidPrefix& server);
 
   /// Returns the command if it is one for the views; any other command is accepted, but nothing to heed.
   static core::Expected<std::optional<Command>> view_command(const msg::OperatorCommand& message);

@@ -34,14 +34,17 @@ struct NamedTopic {
   RecordedTopics::Topic topic;
 };
 
-const std::array<NamedTopic, 11>& named_topics() {
+const std::array<NamedTopic, 14>& named_topics() {
   using enum RecordedTopics::Topic;
-  static const std::array<NamedTopic, 11> topics{{{dds::kSlaveState, kSlaveState},
+  static const std::array<NamedTopic, 14> topics{{{dds::kSlaveState, kSlaveState},
                                                   {dds::kMasterState, kMasterState},
                                                   {dds::kGripperState, kGripperState},
                                                   {dds::kPercept, kPercept},
                                                   {dds::kSkinPercept, kSkinPercept},
                                                   {dds::kHitAlert, kHitAlert},
+                                                  {dds::kModelDoubt, kModelDoubt},
+                                                  {dds::kObjectUncertainty, kObjectUncertainty},
+                                                  {dds::kPoseFinding, kPoseFinding},
                                                   {dds::kComponentStatus, kComponentStatus},
                                                   {dds::kWorkspaceObject, kWorkspaceObject},
                                                   {dds::kWorkspaceVersion, kWorkspaceVersion},
@@ -71,9 +74,13 @@ RecordedMoment::RecordedMoment(messages::ArmBounds arm, const std::vector<OtherA
 std::size_t RecordedMoment::bytes() const {
   constexpr std::size_t kObject = 2 * (sizeof(ObjectSample) + 128);  // in the state and in the intake
   std::size_t bytes = sizeof *this + state.hits.size() * (sizeof(HitRecord) + 128) +
-                      state.objects.size() * kObject + state.skin.felt.size() * sizeof(SkinPatchSample) +
+                      state.objects.size() * kObject +
+                      state.uncertainties.size() * sizeof(UncertaintySample) +
+                      state.findings.size() * (sizeof(FindingSample) + 256) +
+                      state.skin.felt.size() * sizeof(SkinPatchSample) +
                       state.workspace.carried.size() * (sizeof(messages::CarriedObject) + 64) +
-                      servers.size() * 64 + others.size() * (sizeof(Other) + sizeof(OtherArmSample));
+                      servers.size() * 64 + state.doubts.size() * (sizeof(DoubtSample) + 128) +
+                      others.size() * (sizeof(Other) + sizeof(OtherArmSample));
   for (const auto& [name, component] : state.components) bytes += 2 * name.size() + 256 + bytes_of(component);
   return bytes;
 }
@@ -85,7 +92,10 @@ struct RecordedTopics::Impl {
   dds::TopicDecoder<msg::Percept> percept{dds::kPercept};
   dds::TopicDecoder<msg::SkinPercept> skin{dds::kSkinPercept};
   dds::TopicDecoder<msg::HitAlert> hit{dds::kHitAlert};
+  dds::TopicDecoder<msg::ModelDoubt> doubt{dds::kModelDoubt};
   dds::TopicDecoder<msg::ComponentStatus> component{dds::kComponentStatus};
+  dds::TopicDecoder<msg::ObjectUncertainty> uncertainty{dds::kObjectUncertainty};
+  dds::TopicDecoder<msg::PoseFinding> finding{dds::kPoseFinding};
   dds::TopicDecoder<msg::WorkspaceObject> object{dds::kWorkspaceObject};
   dds::TopicDecoder<msg::WorkspaceVersion> version{dds::kWorkspaceVersion};
   dds::TopicDecoder<msg::MeshChunk> mesh{dds::kMeshChunk};
@@ -107,6 +117,12 @@ struct RecordedTopics::Impl {
   static void put(std::vector<ObjectSample> changes, core::Nanoseconds at_ns, RecordedMoment& moment) {
     for (ObjectSample& object : changes) moment.state.take(std::move(object), at_ns);
   }
+  /// Returns whether the version in force is another one now.
+  static bool put(SampleFilter::Version taken, core::Nanoseconds at_ns, RecordedMoment& moment) {
+    put(std::move(taken.changes), at_ns, moment);
+    if (taken.workspace) moment.state.workspace = *std::move(taken.workspace);
+    return taken.workspace.has_value();
+  }
 
   bool take_hit(recording::ByteView bytes, core::Nanoseconds at_ns, RecordedMoment& moment,
                 const RecordedListener& listener) {
@@ -118,6 +134,31 @@ struct RecordedTopics::Impl {
     sample->percept = moment.state.percept;
     moment.state.take(*sample);
     if (listener.hit) listener.hit(*sample);
+    return true;
+  }
+
+  bool take_doubt(recording::ByteView bytes, core::Nanoseconds at_ns, RecordedMoment& moment) {
+    const msg::ModelDoubt* message = doubt.decode(bytes);
+    if (message == nullptr) return false;
+    auto sample = SampleFilter::take(*message, at_ns);
+    if (sample) moment.state.take(*std::move(sample));
+    return sample.has_value();
+  }
+
+  bool take_uncertainty(recording::ByteView bytes, RecordedMoment& moment) {
+    const msg::ObjectUncertainty* message = uncertainty.decode(bytes);
+    if (message == nullptr) return false;
+    const auto sample = messages::from_idl(*message);
+    if (sample) moment.state.uncertainties[sample->id] = *sample;
+    return sample.has_value();
+  }
+
+  bool take_finding(recording::ByteView bytes, RecordedMoment& moment) {
+    const msg::PoseFinding* message = finding.decode(bytes);
+    if (message == nullptr) return false;
+    auto sample = messages::from_idl(*message);
+    if (!sample) return false;
+    moment.state.take(*std::move(sample));
     return true;
   }
 
@@ -155,12 +196,8 @@ struct RecordedTopics::Impl {
                     RecordedMoment& moment) {
     const msg::WorkspaceVersion* message = version.decode(bytes);
     if (message == nullptr) return false;
-    auto taken = moment.intake.take(*message, source.writer);
-    put(std::move(taken.changes), at_ns, moment);
-    if (!taken.accepted) return false;
     remember(source, moment);
-    moment.state.workspace = std::move(taken.workspace);
-    return true;
+    return put(moment.intake.take(*message, source.writer), at_ns, moment);
   }
 
   bool take_mesh(recording::ByteView bytes, const RecordedListener& listener) {
@@ -233,6 +270,12 @@ bool RecordedTopics::take(const Source& source, const recording::Message& messag
       return Impl::state(impl_->skin, bytes, at_ns, moment, state.skin, {});
     case Topic::kHitAlert:
       return impl_->take_hit(bytes, at_ns, moment, listener);
+    case Topic::kModelDoubt:
+      return impl_->take_doubt(bytes, at_ns, moment);
+    case Topic::kObjectUncertainty:
+      return impl_->take_uncertainty(bytes, moment);
+    case Topic::kPoseFinding:
+      return impl_->take_finding(bytes, moment);
     case Topic::kComponentStatus:
       return impl_->take_component(source, bytes, at_ns, moment);
     case Topic::kWorkspaceObject:

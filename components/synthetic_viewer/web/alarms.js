@@ -23,11 +23,11 @@ function priorityOf(rule, contact_s) {
 }
 
 // Whether a threat asks for an answer: it is soon or urgent. Less is watched. phantom_session counts by the same law.
-const asksForAnswer = ({ rule, contact_s }) => priorityOf(rule, contact_s ?? null) < 2;
+const asksForAnswer = ({rule, contact_s}) => priorityOf(rule, contact_s ?? null) < 2;
 
 class AlarmList {
   constructor() {
-    Object.assign(this, { entries: [], seen: new Set(), begun_ms: [], started: false });
+    Object.assign(this, {entries: [], seen: new Set(), begun_ms: [], started: false});
   }
 
   // Takes the alerts that the viewer lists and the live threats. Returns the threats that are new: { opens, link,
@@ -66,19 +66,11 @@ class AlarmList {
 
   // A threat of another object asks again for what was acknowledged.
   begin(hit, now_ms) {
-    const { object_id, object_words, object, link } = hit;
+    const {object_id, object_words, object, link} = hit;
     let entry = this.entries.findLast(one => one.over_ms === null || now_ms - one.over_ms < kSameMotion_ms);
     const opens = !entry;
     if (opens) {
-      entry = {
-        threats: new Map(),
-        count: 0,
-        priority: 2,
-        lower_ms: null,
-        acknowledged: false,
-        over_ms: null,
-        also: [],
-      };
+      entry = {threats: new Map(), count: 0, priority: 2, lower_ms: null, acknowledged: false, over_ms: null, also: []};
       this.entries.push(entry);
       this.begun_ms.push(now_ms);
     }
@@ -129,7 +121,7 @@ class AlarmList {
       ? now.sort((a, b) => a.priority - b.priority || (soon(a) === soon(b) ? 0 : soon(a) - soon(b)))
       : all.sort((a, b) => b.over_ms - a.over_ms);
     const resumed = entry.over_ms !== null,
-      { object_id, object_words, object, link, others, rule, contact_s, error_s, alert } = lead;
+      {object_id, object_words, object, link, others, rule, contact_s, error_s, alert} = lead;
     Object.assign(entry, {
       object_id,
       object_words,
@@ -147,10 +139,10 @@ class AlarmList {
     const wanted = lead.priority;
     if (wanted < entry.priority || resumed) {
       if (wanted < entry.priority) entry.acknowledged = false; // it has become worse than what was acknowledged
-      Object.assign(entry, { priority: wanted, lower_ms: null });
+      Object.assign(entry, {priority: wanted, lower_ms: null});
     } else if (wanted === entry.priority) entry.lower_ms = null;
     else if (now_ms - (entry.lower_ms ??= now_ms) >= kAlarmSinks_ms)
-      Object.assign(entry, { priority: wanted, lower_ms: null });
+      Object.assign(entry, {priority: wanted, lower_ms: null});
   }
 
   // The entries as they are listed: those that threaten before those that are over, the most urgent first.
@@ -175,7 +167,7 @@ const alarmList = new AlarmList();
 // Returns the place of an alert in the cell, seen from above with the operator's side below, as the markup of a
 // picture: what stands in the place of the alert's picture until that is there.
 function placeShape(hit, model, azimuth_rad) {
-  const { min_m, max_m } = model,
+  const {min_m, max_m} = model,
     half = [0, 1].map(i => (max_m[i] - min_m[i]) / 2),
     middle = [0, 1].map(i => (max_m[i] + min_m[i]) / 2);
   const [c, s] = [Math.cos(azimuth_rad), Math.sin(azimuth_rad)],
@@ -209,11 +201,11 @@ const kPictureTries = 20,
   kPictureRetry_ms = 500;
 function alertPicture(hit) {
   const link = document.createElement('a');
-  Object.assign(link, { target: '_blank', href: `hits/${hit.alert}.jpg`, className: 'alert-picture' });
-  link.setAttribute('aria-label', text('alert.picture', { alert: hit.alert }));
+  Object.assign(link, {target: '_blank', href: `hits/${hit.alert}.jpg`, className: 'alert-picture'});
+  link.setAttribute('aria-label', text('alert.picture', {alert: hit.alert}));
   if (state?.model?.min_m && hit.at_m) link.innerHTML = placeShape(hit, state.model, state.view.main_azimuth_rad ?? 0);
   const image = document.createElement('img');
-  Object.assign(image, { alt: '', hidden: true });
+  Object.assign(image, {alt: '', hidden: true});
   image.setAttribute('fetchpriority', 'low');
   let tries = 0;
   image.addEventListener('load', () => {
@@ -246,26 +238,23 @@ const kAlarmItems = new Map(); // entry → { item, alert, language }
 function showAlarm(entry) {
   let shown = kAlarmItems.get(entry);
   if (!shown || shown.alert !== entry.alert || shown.language !== language)
-    kAlarmItems.set(entry, (shown = { item: alarmItem(entry), alert: entry.alert, language }));
-  const { item } = shown,
+    kAlarmItems.set(entry, (shown = {item: alarmItem(entry), alert: entry.alert, language}));
+  const {item} = shown,
     over = entry.over_ms !== null,
     button = item.querySelector('.acknowledge');
   item.className = over ? 'over' : kPriorities[entry.priority] + (entry.acknowledged ? ' acknowledged' : '');
-  const link = entry.others > 0 ? text('alarm.links', { link: entry.link, others: entry.others }) : entry.link;
+  const link = entry.others > 0 ? text('alarm.links', {link: entry.link, others: entry.others}) : entry.link;
   put(item.querySelector('.what'), `${link} → ${said(entry.object_words, entry.object)}`);
-  const when = over
-    ? text('alarm.over')
-    : entry.contact_s !== null
-      ? text('alarm.contact', { seconds: entry.contact_s })
-      : text('rule.' + entry.rule);
+  // The seconds until contact stand once, among the times to contact.
+  const when = text(over ? 'alarm.over' : 'rule.' + entry.rule);
   put(
     item.querySelector('.why'),
     [
       over ? '' : text('alarm_priority.' + kPriorities[entry.priority]),
       when,
-      entry.count > 1 ? text('alarm.times', { count: entry.count }) : '',
+      entry.count > 1 ? text('alarm.times', {count: entry.count}) : '',
       entry.also.length
-        ? text('alarm.also', { objects: entry.also.map(one => said(one.object_words, one.object)).join(', ') })
+        ? text('alarm.also', {objects: entry.also.map(one => said(one.object_words, one.object)).join(', ')})
         : '',
     ]
       .filter(Boolean)
@@ -292,12 +281,12 @@ function showAlarms() {
     if (list.children[i] !== item) list.insertBefore(item, list.children[i] ?? null);
   });
   while (list.children.length > items.length) list.lastChild.remove();
-  const { flood } = alarmList,
+  const {flood} = alarmList,
     threatening = all.filter(entry => entry.over_ms === null);
   const objects = rest.map(entry => said(entry.object_words, entry.object)).join(', ');
   const summary = [
-    rest.length ? text('alarm.more', { count: rest.length, objects }) : '',
-    flood ? text('alarm.flood', { count: flood }) : '',
+    rest.length ? text('alarm.more', {count: rest.length, objects}) : '',
+    flood ? text('alarm.flood', {count: flood}) : '',
   ].filter(Boolean);
   put('alarm-summary', summary.length ? summary.join(' ') : all.length ? '' : text('alarm.none'));
   byId('alarm-summary').classList.toggle('flood', Boolean(flood));

@@ -14,7 +14,7 @@ class Peak {
   }
   take(value, now_ms) {
     this.values = this.values.filter(one => now_ms - one.at_ms < kPeak_ms && one.value > value);
-    this.values.push({ value, at_ms: now_ms });
+    this.values.push({value, at_ms: now_ms});
     return this.values[0].value;
   }
 }
@@ -23,15 +23,15 @@ const kPeaks = new Map();
 // Returns the stages as they are shown: { name, age_s, budget_s, over }. The last one is the way from the viewer to
 // this page.
 function delayStages(delay, page_s, now_ms) {
-  const stages = Object.entries(delay).map(([name, { age_s, budget_s }]) => ({ name, age_s, budget_s }));
+  const stages = Object.entries(delay).map(([name, {age_s, budget_s}]) => ({name, age_s, budget_s}));
   const kOrder = ['encoder', 'sensing', 'master', 'viewer', kPageStage];
-  stages.push({ name: kPageStage, age_s: page_s, budget_s: kPageBudget_s });
+  stages.push({name: kPageStage, age_s: page_s, budget_s: kPageBudget_s});
   return stages
     .sort((a, b) => kOrder.indexOf(a.name) - kOrder.indexOf(b.name))
     .map(stage => {
       if (!kPeaks.has(stage.name)) kPeaks.set(stage.name, new Peak());
       const age_s = stage.age_s === null ? null : kPeaks.get(stage.name).take(stage.age_s, now_ms);
-      return { ...stage, age_s, over: age_s !== null && age_s > stage.budget_s };
+      return {...stage, age_s, over: age_s !== null && age_s > stage.budget_s};
     });
 }
 
@@ -46,7 +46,7 @@ function showDelays(state) {
   byId('delay').className = over.length ? 'over' : '';
   put('delay-over', over.length ? '▲' : '');
   byId('delay').title = byId('delay-over').title = over.length
-    ? over.map(stage => text('delay.over_at', { stage: text('delay.' + stage.name) })).join('\n')
+    ? over.map(stage => text('delay.over_at', {stage: text('delay.' + stage.name)})).join('\n')
     : text('delay.title');
   const table = byId('delay-stages');
   if (table.childElementCount !== stages.length) {
@@ -70,18 +70,25 @@ function showDelays(state) {
   });
 }
 
-// What limits the hand now, in one line: the most effective limit, and how many there are beside it. A limit stays for
-// a moment, so that one that comes and goes can be read.
-const why = { words: null, since_ms: -Infinity };
+// What limits the hand now, in one line: the most effective limit, and how many there are beside it, which a click
+// lists. A limit stays for a moment, so that one that comes and goes can be read.
+const why = {words: null, since_ms: -Infinity};
 function showWhy(limits) {
   const now_ms = performance.now();
-  if (limits.length) Object.assign(why, { words: limits, since_ms: now_ms });
+  if (limits.length) Object.assign(why, {words: limits, since_ms: now_ms});
   else if (now_ms - why.since_ms >= kLinger_ms) why.words = null;
   const shown = why.words ?? [];
-  const line = !shown.length
-    ? text('limit.none')
-    : said(shown[0]) + (shown.length > 1 ? ' ' + text('limit.more', { count: shown.length - 1 }) : '');
-  put('why', line);
-  byId('why').title = shown.map(words => said(words)).join('\n');
+  put('why', shown.length ? said(shown[0]) : text('limit.none'));
   byId('why-line').classList.toggle('limited', shown.length > 0);
+  byId('why-more').hidden = shown.length < 2;
+  if (shown.length < 2) openWhy(false);
+  put('why-more', text('limit.more', {count: shown.length - 1}));
+  const list = byId('why-all');
+  if (list.children.length !== shown.length) list.replaceChildren(...shown.map(() => document.createElement('li')));
+  shown.forEach((words, i) => put(list.children[i], said(words)));
 }
+function openWhy(open) {
+  byId('why-all').hidden = !open;
+  byId('why-more').setAttribute('aria-expanded', open);
+}
+byId('why-more').addEventListener('click', () => openWhy(byId('why-all').hidden));

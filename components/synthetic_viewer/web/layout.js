@@ -13,7 +13,7 @@ const kAlone = new URLSearchParams(location.search).get('view');
 const alone = kViewNames.includes(kAlone) ? kAlone : null;
 const figureOf = view => byId(view + '-figure');
 
-const layout = { large: 'main', enlarged: false };
+const layout = {large: 'main', enlarged: false};
 try {
   const kept = JSON.parse(localStorage.getItem(kLayoutKept)) ?? {};
   if (kViewNames.includes(kept.large)) layout.large = kept.large;
@@ -92,7 +92,7 @@ function keptPlace(view) {
 async function moveToOtherScreen(opened) {
   if (!globalThis.screen?.isExtended || !globalThis.getScreenDetails) return;
   try {
-    const { screens, currentScreen } = await getScreenDetails();
+    const {screens, currentScreen} = await getScreenDetails();
     const other = screens.find(one => one !== currentScreen);
     if (!other) return;
     opened.moveTo(other.availLeft, other.availTop);
@@ -105,7 +105,7 @@ async function moveToOtherScreen(opened) {
 // it, the view stays.
 function detach(view) {
   const place = keptPlace(view),
-    { width, height } = place ?? { width: 1280, height: 760 };
+    {width, height} = place ?? {width: 1280, height: 760};
   const at = place ? `,left=${place.left},top=${place.top}` : '';
   const opened =
     windows && window.open(`?view=${view}`, `phantom-${view}`, `popup,width=${width},height=${height}${at}`);
@@ -129,7 +129,7 @@ for (const tools of document.querySelectorAll('[data-places]')) {
     tools.append(button);
   }
 }
-windows?.addEventListener('message', ({ data }) => {
+windows?.addEventListener('message', ({data}) => {
   if (!kViewNames.includes(data?.view) || alone) return;
   if (data.gone) elsewhere.delete(data.view);
   else elsewhere.set(data.view, performance.now());
@@ -137,12 +137,12 @@ windows?.addEventListener('message', ({ data }) => {
 });
 if (alone) {
   document.body.classList.add('alone');
-  const alive = gone => windows?.postMessage({ view: alone, gone });
+  const alive = gone => windows?.postMessage({view: alone, gone});
   alive(false);
   setInterval(() => alive(false), kAlive_ms);
   addEventListener('pagehide', () => {
     alive(true);
-    const place = { left: window.screenX, top: window.screenY, width: window.innerWidth, height: window.innerHeight };
+    const place = {left: window.screenX, top: window.screenY, width: window.innerWidth, height: window.innerHeight};
     try {
       localStorage.setItem(kPlaceKept + alone, JSON.stringify(place));
     } catch (problem) {
@@ -153,7 +153,7 @@ if (alone) {
 
 // ---- drawers ----
 
-const kDrawers = { settings: 'settings-open', system: 'system-open', keys: 'keys-open', history: 'alarm-history' }; // drawer → its button
+const kDrawers = {settings: 'settings-open', system: 'system-open', keys: 'keys-open', history: 'alarm-history'}; // drawer → its button
 let opener = null; // what opened the drawer that is open: the focus goes back there
 
 function openDrawer(name, from = null) {

@@ -2,60 +2,96 @@
 // The operator's page: shows the viewer's state, posts commands. The state's fields are in page_state.cpp, how it comes in stream.js.
 // The texts are in language.js, the stop in stop.js, the views in views.js, the session in session.js.
 
-const fixed = (value, digits, unit = '') => value === null || value === undefined ? '–' : number(value, digits) + unit;
-const duration = s => s === null ? '–' : s < 0.001 ? number(s * 1e6, 0) + ' µs'
-  : s < 1 ? number(s * 1e3, s < 0.01 ? 2 : 0) + ' ms' : number(s, 1) + ' s';
+const fixed = (value, digits, unit = '') =>
+  value === null || value === undefined ? '–' : number(value, digits) + unit;
+const duration = s =>
+  s === null
+    ? '–'
+    : s < 0.001
+      ? number(s * 1e6, 0) + ' µs'
+      : s < 1
+        ? number(s * 1e3, s < 0.01 ? 2 : 0) + ' ms'
+        : number(s, 1) + ' s';
 
 let state = null;
-let lastHeard = 0, lastPolled = 0;  // of the viewer; ms, as performance.now()
+let lastHeard = 0,
+  lastPolled = 0; // of the viewer; ms, as performance.now()
 let torqueScale = 1;
 
-function take(newest) { state = newest; show(); }
+function take(newest) {
+  state = newest;
+  show();
+}
 
-const stream = operatorPage.stream = new Stream(kStreams.replace(/^http/, 'ws') + 'scene', {
-  state: take, heard: () => { lastHeard = performance.now(); }, still: () => showBanner(), closed: code => { if (code === kSessionEnded) askSession(); },
-});
+const stream = (operatorPage.stream = new Stream(kStreams.replace(/^http/, 'ws') + 'scene', {
+  state: take,
+  heard: () => {
+    lastHeard = performance.now();
+  },
+  still: () => showBanner(),
+  closed: code => {
+    if (code === kSessionEnded) askSession();
+  },
+}));
 
 // A viewer that was started anew may have its streams on another port, which only its page tells.
 const kFind_ms = 3000;
 async function findStreams() {
   if (performance.now() - (findStreams.asked ?? 0) < kFind_ms) return;
   findStreams.asked = performance.now();
-  const page = await (await fetch('.', { signal: within(1000), cache: 'no-store' })).text();
+  const page = await (await fetch('.', {signal: within(1000), cache: 'no-store'})).text();
   const port = /name="stream-port" content="(\d+)"/.exec(page)?.[1];
   if (port && port !== document.querySelector('meta[name=stream-port]').content) location.reload();
 }
 
 // Polls the state while nothing comes by the stream: its port may not be reachable, or its viewer gone.
-const kPoll_ms = 250, kStreamPatience_ms = 1000, kSessionEnded = 4001;
+const kPoll_ms = 250,
+  kStreamPatience_ms = 1000,
+  kSessionEnded = 4001;
 async function pollState() {
-  for (;; await pause(kPoll_ms)) {
-    if (document.hidden || (!stream.still && performance.now() - Math.max(stream.heard, stream.since) < kStreamPatience_ms)) continue;
+  for (; ; await pause(kPoll_ms)) {
+    if (
+      document.hidden ||
+      (!stream.still && performance.now() - Math.max(stream.heard, stream.since) < kStreamPatience_ms)
+    )
+      continue;
     try {
-      const response = await fetch('state', { signal: within(1000), cache: 'no-store' });
+      const response = await fetch('state', {signal: within(1000), cache: 'no-store'});
       if (response.ok) {
         lastHeard = lastPolled = performance.now();
         take(await response.json());
         await findStreams();
-      }
-      else if (response.status === 401 && !loggedOut()) await askSession();
-    } catch (problem) { /* showBanner() reports it */ }
+      } else if (response.status === 401 && !loggedOut()) await askSession();
+    } catch (problem) {
+      /* showBanner() reports it */
+    }
   }
 }
 
 function showBanner() {
-  const now = performance.now(), silent = now - lastHeard > 2000, still = stream.still && now - lastPolled > 1000;
-  const words = silent || (still && loggedOut()) ? text(loggedOut() ? 'page.not_logged_in' : 'page.no_connection')
-    : still ? text('page.still') : state ? said(state.banner_words, state.banner) : '';
+  const now = performance.now(),
+    silent = now - lastHeard > 2000,
+    still = stream.still && now - lastPolled > 1000;
+  const words =
+    silent || (still && loggedOut())
+      ? text(loggedOut() ? 'page.not_logged_in' : 'page.no_connection')
+      : still
+        ? text('page.still')
+        : state
+          ? said(state.banner_words, state.banner)
+          : '';
   put('banner', words);
   byId('banner').hidden = !words;
 }
 
 function show() {
   showBanner();
-  const { link, percept, view, viewer } = state;
+  const {link, percept, view, viewer} = state;
   put('cell', state.cell);
-  for (const [side, name] of [['slave', link.slave], ['master', link.master]]) {
+  for (const [side, name] of [
+    ['slave', link.slave],
+    ['master', link.master],
+  ]) {
     const id = side + '-state';
     put(id, text('link_state.' + name));
     byId(id).title = text('link_tip.' + name);
@@ -75,6 +111,7 @@ function show() {
   byId('carried').hidden = !state.carried;
   put('carried', state.carried_words.map(words => said(words)).join(', '));
   showObjects(state.objects);
+  showDoubts(state.doubts ?? {}, state.findings ?? {}, state.model.undo);
   showViews(view, viewer);
   showHits(listedHits(state), state.total_hits);
   takeAlarms(listedHits(state), percept.threats ?? []);
@@ -82,94 +119,50 @@ function show() {
   showDelays(state);
   showWhy(state.limits_words ?? []);
   byId('main-view').style.setProperty('--strip', viewer.gauges_share ?? 0);
-  showComponents(Object.keys(state.components).sort().map(name => state.components[name]).filter(Boolean));
-  document.dispatchEvent(new CustomEvent('state', { detail: state }));  // review.js
-}
-
-function showBar(id, value, most, grade) {
-  const bar = byId(id + '-bar');
-  byId(id + '-meter').setAttribute('aria-valuenow', value);
-  bar.style.width = Math.max(0, Math.min(1, value / most)) * 100 + '%';
-  bar.className = grade > 0.75 ? 'hot' : grade > 0.4 ? 'warm' : '';
-}
-
-function showPercept(percept, link) {
-  put('closeness', fixed(percept.closeness, 2));
-  put('speed', fixed(percept.speed_m_s, 3, ' m/s'));
-  showBar('closeness', percept.closeness ?? 0, 1, percept.closeness ?? 0);
-  showBar('speed', percept.speed_m_s ?? 0, 0.5, 0);
-  const motion = percept.known ? percept.motion : 'unknown';
-  put('motion', text('motion.' + motion));
-  byId('motion').title = text('motion_tip.' + motion);
-  byId('motion').className = 'chip ' + percept.motion;
-  put('nearest-link', percept.known ? percept.link || text('vicinity.all_free') : text('vicinity.unknown'));
-  put('nearest-object', percept.known ? said(percept.object_words, '–') : '–');
-  byId('contact').hidden = !link.contact;
-  put('contact', !link.contact ? '' : text(link.contact_force_N === null ? 'vicinity.contact' : 'vicinity.contact_force',
-    { object: said(link.contact_object_words), force: link.contact_force_N }));
-}
-
-// The most urgent threats, with the time until they touch at the present speed.
-function showThreats({ known, threats = [], threat_count = 0 }) {
-  const list = byId('threats');
-  while (list.children.length > threats.length) list.lastChild.remove();
-  threats.forEach((threat, i) => {
-    if (!list.children[i]) {
-      const item = document.createElement('li');
-      item.innerHTML = '<b></b><span></span>';
-      list.append(item);
-    }
-    const item = list.children[i], words = `${threat.link} → ${said(threat.object_words)}`;
-    item.className = kPriorities[priorityOf(threat.rule, threat.contact_s)];
-    put(item.firstChild, threat.contact_s === null ? '–' : fixed(threat.contact_s, 1, ' s'));
-    put(item.lastChild, words);
-    const gap = threat.gap_m === null ? '' : text('threat.gap', { gap_mm: threat.gap_m * 1e3 });
-    const error = threat.error_s === null ? text('threat.earliest') : text('threat.error', { seconds: threat.error_s });
-    item.title = [words, text('rule.' + threat.rule), gap, threat.contact_s === null ? text('threat.not_nearing') : error].filter(Boolean).join('\n');
-  });
-  const more = threat_count - threats.length;
-  put('threats-none', !known ? text('vicinity.unknown') : threats.length === 0 ? text('threat.none') : more > 0 ? text('threat.more', { count: more }) : '');
-  byId('threats-none').hidden = byId('threats-none').textContent === '';
-}
-
-function showJoints(joints) {
-  const box = byId('joints');
-  if (box.childElementCount !== joints.name.length) {
-    box.replaceChildren(...joints.name.map(name => {
-      const row = document.createElement('div');
-      row.className = 'joint';
-      row.innerHTML = '<span class="name"></span><span class="twoway"><i class="percept"></i><i class="feedback"></i></span><span class="value"></span>';
-      row.querySelector('.name').textContent = name;
-      return row;
-    }));
-  }
-  const largest = Math.max(0, ...[...joints.percept_torque, ...joints.feedback_torque].map(Math.abs));
-  while (torqueScale < largest) torqueScale *= torqueScale.toString().startsWith('2') ? 2.5 : 2;
-  put('torque-scale', text('torque.scale', { most: number(torqueScale, torqueScale < 1 ? 1 : 0) }));
-  joints.name.forEach((name, i) => {
-    const row = box.children[i], percept = joints.percept_torque[i], feedback = joints.feedback_torque[i];
-    row.querySelector('.percept').style.transform = `scaleX(${percept / torqueScale})`;
-    row.querySelector('.feedback').style.transform = `scaleX(${feedback / torqueScale})`;
-    put(row.querySelector('.value'), number(percept + feedback, 2));
-    row.title = text('torque.joint', { joint: name, unit: joints.prismatic[i] ? 'N' : 'N·m' });
-  });
+  showComponents(
+    Object.keys(state.components)
+      .sort()
+      .map(name => state.components[name])
+      .filter(Boolean),
+  );
+  document.dispatchEvent(new CustomEvent('state', {detail: state})); // review.js
 }
 
 // The percepts in the order of the bits of set_percepts, and which of them the operator has chosen.
 const kPercepts = ['drag', 'tone', 'views'];
-const kPerceptKeys = { D: 'drag', M: 'tone', V: 'views', L: 'by-law' };  // the buttons that they press
-function chosenPercepts(link) { return { drag: link.drag_chosen, tone: link.tone_enabled, views: link.views_enabled }; }
+const kPerceptKeys = {D: 'drag', M: 'tone', V: 'views', L: 'by-law'}; // the buttons that they press
+function chosenPercepts(link) {
+  return {drag: link.drag_chosen, tone: link.tone_enabled, views: link.views_enabled};
+}
 
-const kNodeOrder = [0, 9, 10, 11, 12, 13, 14, 1, 2, 3, 4, 5, 6, 7, 8];  // by itself, the faces, the corners
-const kCommanding = '#commands button, #commands input, #gripper button, #stop, #stop-reset, #node, #hold, #calibrate, [data-tools] button';
+const kNodeOrder = [0, 9, 10, 11, 12, 13, 14, 1, 2, 3, 4, 5, 6, 7, 8]; // by itself, the faces, the corners
+const kCommanding =
+  '#commands button, #commands input, #gripper button, #stop, #stop-reset, #node, #hold, #approach, #calibrate, [data-tools] button';
 function showCommands(link, view, viewer) {
   for (const e of document.querySelectorAll(kCommanding))
-    e.disabled = !viewer.allow_commands || (e.id !== 'stop' && !may(e.closest('[data-role]')?.dataset.role ?? 'operate'));
+    e.disabled =
+      !viewer.allow_commands || (e.id !== 'stop' && !may(e.closest('[data-role]')?.dataset.role ?? 'operate'));
   if (!viewer.allow_commands) say(text('command.switched_off'), false);
-  const gain = fixed(link.percept_gain, 2), feedback = fixed(link.feedback_gain, 3);
-  put('gain-now', link.percept_limited ? text('percept.limited', { value: gain }) : gain);
-  put('feedback-now', link.feedback_damped ? text('percept.damped', { value: feedback })
-    : link.force_missing ? text('percept.no_force_sensor', { value: feedback }) : feedback);
+  const gain = fixed(link.percept_gain, 2),
+    feedback = fixed(link.feedback_gain, 3);
+  put(
+    'gain-now',
+    link.percept_limited
+      ? text('percept.limited', {value: gain})
+      : link.percept_capped
+        ? text('percept.capped', {value: gain})
+        : gain,
+  );
+  put(
+    'feedback-now',
+    link.feedback_damped
+      ? text('percept.damped', {value: feedback})
+      : link.feedback_capped
+        ? text('percept.capped', {value: feedback})
+        : link.force_missing
+          ? text('percept.no_force_sensor', {value: feedback})
+          : feedback,
+  );
   if (link.law !== null) setChoice(byId('law'), String(link.law));
   for (const id of kPercepts) byId(id).setAttribute('aria-pressed', chosenPercepts(link)[id]);
   byId('by-law').setAttribute('aria-pressed', link.percept_set_automatic);
@@ -177,36 +170,24 @@ function showCommands(link, view, viewer) {
   byId('counterbalance').hidden = link.counterbalance === 'mechanical';
   put('percepts', said(link.percepts_words));
   byId('hold').setAttribute('aria-pressed', view.hold);
+  byId('approach').setAttribute('aria-pressed', Boolean(view.approach));
   showViewTools(view, viewer);
-  offerChoice(byId('node'), kNodeOrder.filter(number => number in (view.directions ?? {})).map(number => [String(number), said(view.directions[number])]));
+  offerChoice(
+    byId('node'),
+    kNodeOrder
+      .filter(number => number in (view.directions ?? {}))
+      .map(number => [String(number), said(view.directions[number])]),
+  );
   setChoice(byId('node'), String(view.chosen));
 }
 
-function showObjects(objects) {
-  const choice = byId('carry-object');
-  offerChoice(choice, objects.map(o => [o.name, o.carried ? text('carry.carried', { object: o.name }) : o.name]));
-  const object = objects.find(o => o.name === choice.value);
-  byId('attach').hidden = object !== undefined && object.carried;
-  byId('release').hidden = object === undefined || !object.carried;
-}
-
-function showGripper(gripper) {
-  byId('gripper').hidden = byId('gripper-settings').hidden = !gripper;
-  if (!gripper) return;
-  put('gripper-words', said(gripper.state_words));
-  byId('gripper-words').className = gripper.fault || gripper.width_m === null ? 'bad' : '';
-  put('gripper-force-now', fixed(gripper.requested_force_N, 1, ' N'));
-  byId('gripper-width').max = gripper.widest_m * 1e3;
-  byId('gripper-force').min = gripper.least_force_N;
-  byId('gripper-force').max = gripper.greatest_force_N;
-}
-
-const kDrawerKeys = { O: 'settings', I: 'system', J: 'history', '?': 'keys' };
+const kDrawerKeys = {O: 'settings', I: 'system', J: 'history', '?': 'keys'};
 // Letter and digit keys work unless text is being typed.
 addEventListener('keydown', event => {
   if (event.ctrlKey || event.altKey || event.metaKey || /^(INPUT|TEXTAREA)$/.test(event.target.tagName)) return;
   const key = event.key.toUpperCase();
   if (key === 'H') toggleHold();
+  else if (key === 'G' && !event.repeat) toggleApproach();
   else if (key === 'R') toggleRecording(document.activeElement.dataset.view ?? 'main');
   else if (key in kPerceptKeys && !event.repeat) byId(kPerceptKeys[key]).click();
   else if (key === 'Q') acknowledgeAlarm();
@@ -218,101 +199,30 @@ addEventListener('keydown', event => {
   else if (/^[1-8]$/.test(key)) command('view_node', +key);
 });
 
-// Returns the alerts that the viewer keeps, newest first: it tells each as it changes, by the place that it has among them.
-function listedHits(state) { return Object.values(state.hits).filter(Boolean).sort((a, b) => b.number - a.number); }
-
-// The history. It is made while its drawer is open; an item stays, with its picture, as long as its alert is listed.
-const kHitItems = new Map();  // number → { item, key }
-function hitItem(hit) {
-  const over = hit.cleared_after_s === null ? text('alert.threatens') : text('alert.over', { time: duration(hit.cleared_after_s) });
-  const key = language + hit.alert + over, known = kHitItems.get(hit.number);
-  if (known?.key === key) return known.item;
-  const item = known && known.key.startsWith(language + hit.alert) ? known.item : document.createElement('li');
-  if (item !== known?.item) {
-    item.innerHTML = '<div><div class="what"></div><div class="why"></div></div>';
-    item.prepend(alertPicture(hit));
-  }
-  item.className = hit.cleared_after_s === null ? 'threatening' : '';
-  put(item.querySelector('.what'), `${hit.link} → ${said(hit.object_words, hit.object)}`);
-  put(item.querySelector('.why'), text('alert.what', { alert: hit.alert, time: hit.t, rule: text('rule.' + hit.rule), speed: hit.speed_m_s, state: over }));
-  kHitItems.set(hit.number, { item, key });
-  return item;
-}
-
-function showHits(hits, total) {
-  put('hit-count', String(total));
-  const list = byId('hits');
-  if (byId('history').hidden) return;
-  const key = language + total + ':' + hits.map(h => h.alert + (h.cleared_after_s === null ? '!' : '')).join();
-  if (list.dataset.key === key && list.childElementCount) return;
-  list.dataset.key = key;
-  const listed = new Set(hits.map(hit => hit.number));
-  for (const number of kHitItems.keys()) if (!listed.has(number)) kHitItems.delete(number);
-  const note = document.createElement('li');
-  note.className = 'none';
-  note.textContent = !hits.length ? text('alert.none') : text('alert.not_listed', { count: total - hits.length });
-  list.replaceChildren(...hits.map(hitItem), ...(total > hits.length || !hits.length ? [note] : []));
-}
-
-// The rate of a hanging loop is out of date, so the time since its last tick is shown instead.
-function rate(loop) {
-  return loop.silent_s !== null ? text('component.no_tick', { seconds: loop.silent_s }) : fixed(loop.rate_hz, loop.rate_hz >= 100 ? 0 : 1, ' Hz');
-}
-
-// What a component does. A name with a suffix, as of a second one, is of that component, too.
-function componentTip(name) {
-  const known = Object.keys(kTexts.en).find(key => key.startsWith('component_tip.') && name.startsWith(key.slice('component_tip.'.length)));
-  return text(known ?? 'component_tip.other');
-}
-
-function showComponents(components) {
-  const table = byId('components'), key = language + JSON.stringify(components), rows = [];
-  if (table.dataset.key === key) return;
-  table.dataset.key = key;
-  for (const c of components) {
-    const row = document.createElement('tr');
-    const loop = c.loops[0];
-    const cells = [[c.simulated ? text('component.simulated', { name: c.name }) : c.name, ''], [text('component_state.' + c.state), 'state ' + c.state], [loop ? rate(loop) : '–', 'number'],
-      [loop ? duration(loop.p99_us * 1e-6) : '–', 'number'], [`${c.refused} / ${c.deadline_missed}`, 'number']];
-    for (const [text, kind] of cells) {
-      const cell = document.createElement('td');
-      cell.textContent = text;
-      if (kind) cell.className = kind;
-      row.append(cell);
-    }
-    const loops = c.loops.map(l => text('component.loop_title', { name: l.name, rate: rate(l), slips: l.slips }));
-    row.title = [componentTip(c.name), c.host, ...loops].join('\n');
-    rows.push(row);
-    if (c.message) {
-      row.className = 'with-message';
-      const note = document.createElement('tr');
-      note.innerHTML = '<td class="message" colspan="5"></td>';
-      note.firstChild.textContent = c.message;
-      rows.push(note);
-    }
-  }
-  table.replaceChildren(...rows);
-}
-
 function say(text, bad) {
   put('answer', text);
   byId('answer').className = bad ? 'bad' : '';
 }
 
 function command(kind, value) {
-  return post('command', value === undefined ? { kind } : { kind, value }, text('command_name.' + kind));
+  return post('command', value === undefined ? {kind} : {kind, value}, text('command_name.' + kind));
 }
 
 // Posts a request. Reports its outcome if it has a name, and always why it was not carried out.
 async function post(path, body, name) {
   try {
-    const response = await fetch(path, { method: 'POST', headers: { 'Content-Type': 'application/json' }, body: JSON.stringify(body) });
+    const response = await fetch(path, {
+      method: 'POST',
+      headers: {'Content-Type': 'application/json'},
+      body: JSON.stringify(body),
+    });
     const answer = await response.json();
-    if (response.status === 504) say(text('command.not_confirmed', { name: name ?? text('command_name.view'), message: answer.message }), true);
-    else if (!answer.ok) say(text('command.refused', { message: answer.message }), true);
-    else if (name) say(text('command.answer', { name, message: answer.message }), false);
+    if (response.status === 504)
+      say(text('command.not_confirmed', {name: name ?? text('command_name.view'), message: answer.message}), true);
+    else if (!answer.ok) say(text('command.refused', {message: answer.message}), true);
+    else if (name) say(text('command.answer', {name, message: answer.message}), false);
   } catch (problem) {
-    say(text('command.not_sent', { problem: problem.message }), true);
+    say(text('command.not_sent', {problem: problem.message}), true);
   }
 }
 
@@ -329,27 +239,52 @@ byId('stop-reset').addEventListener('click', () => {
   askReset(true);
 });
 byId('reset-no').addEventListener('click', () => askReset(false));
-byId('reset-yes').addEventListener('click', () => { askReset(false); command('reset'); });
-byId('reset-question').addEventListener('keydown', event => { if (event.key === 'Escape') askReset(false); });
+byId('reset-yes').addEventListener('click', () => {
+  askReset(false);
+  command('reset');
+});
+byId('reset-question').addEventListener('keydown', event => {
+  if (event.key === 'Escape') askReset(false);
+});
 for (const pressed of kPercepts) {
   byId(pressed).addEventListener('click', () => {
     const chosen = chosenPercepts(state.link);
     chosen[pressed] = !chosen[pressed];
-    command('set_percepts', kPercepts.reduce((sum, id, bit) => sum + (chosen[id] ? 1 << bit : 0), 0));
+    command(
+      'set_percepts',
+      kPercepts.reduce((sum, id, bit) => sum + (chosen[id] ? 1 << bit : 0), 0),
+    );
   });
 }
 byId('by-law').addEventListener('click', () => command('set_percepts', 8));
-byId('counterbalance').addEventListener('click', () => command('counterbalance', state.link.counterbalance === 'automatic' ? 0 : 1));
-byId('gain-form').addEventListener('submit', event => { event.preventDefault(); command('set_percept_gain', +byId('gain').value); });
-byId('feedback-form').addEventListener('submit', event => { event.preventDefault(); command('set_feedback_gain', +byId('feedback').value); });
+byId('counterbalance').addEventListener('click', () =>
+  command('counterbalance', state.link.counterbalance === 'automatic' ? 0 : 1),
+);
+byId('gain-form').addEventListener('submit', event => {
+  event.preventDefault();
+  command('set_percept_gain', +byId('gain').value);
+});
+byId('feedback-form').addEventListener('submit', event => {
+  event.preventDefault();
+  command('set_feedback_gain', +byId('feedback').value);
+});
 byId('carry-object').addEventListener('change', () => showObjects(state.objects));
 for (const act of ['attach', 'release']) {
-  byId(act).addEventListener('click', () => post('carry', { object: byId('carry-object').value, attach: act === 'attach' }, text('command_name.' + act)));
+  byId(act).addEventListener('click', () =>
+    post('carry', {object: byId('carry-object').value, attach: act === 'attach'}, text('command_name.' + act)),
+  );
 }
+byId('undo').addEventListener('click', () => post('model', {undo: state.model.undo?.object ?? ''}, text('doubt.undo')));
 byId('gripper-open').addEventListener('click', () => command('gripper_width', 1));
 byId('gripper-close').addEventListener('click', () => command('gripper_width', 0));
-byId('gripper-width-form').addEventListener('submit', event => { event.preventDefault(); command('gripper_width', +byId('gripper-width').value / 1e3); });
-byId('gripper-force-form').addEventListener('submit', event => { event.preventDefault(); command('gripper_force', +byId('gripper-force').value); });
+byId('gripper-width-form').addEventListener('submit', event => {
+  event.preventDefault();
+  command('gripper_width', +byId('gripper-width').value / 1e3);
+});
+byId('gripper-force-form').addEventListener('submit', event => {
+  event.preventDefault();
+  command('gripper_force', +byId('gripper-force').value);
+});
 byId('law').addEventListener('change', () => command('set_law', +byId('law').value));
 addEventListener('language', () => (state ? show() : showBanner()));
 document.addEventListener('visibilitychange', () => {

@@ -2,29 +2,44 @@
 // The WebSocket over which the page is told all that changes (README.md, "Scene stream"): numbers and alerts and, where scene.js draws, what
 // is in the scene. It is opened again when it breaks, and says when nothing comes, and how old what comes is.
 
-const kMinWait_ms = 250, kMaxWait_ms = 4000, kEcho_ms = 1000, kClockWindow_s = 20;
-const kSceneRate_Hz = 120;  // at most; the viewer's page.scene_Hz may be less
-const kPosesKind = 1, kAliveKind = 3, kTimeAt = 8;  // of binary messages; web/scene/protocol.js reads the rest
-const kStill_ms = 440;  // a stream that stands still is told within half a second of its last message, drawing included
-const kMaxWaiting = 1024;  // octets
+const kMinWait_ms = 250,
+  kMaxWait_ms = 4000,
+  kEcho_ms = 1000,
+  kClockWindow_s = 20;
+const kSceneRate_Hz = 120; // at most; the viewer's page.scene_Hz may be less
+const kPosesKind = 1,
+  kAliveKind = 3,
+  kTimeAt = 8; // of binary messages; web/scene/protocol.js reads the rest
+const kStill_ms = 440; // a stream that stands still is told within half a second of its last message, drawing included
+const kMaxWaiting = 1024; // octets
 // A timer that comes so late tells that the browser was busy: what came meanwhile is read first. That lasts a while at most, as a browser
 // that is always busy must tell, too.
-const kBusy_ms = 50, kReading_ms = 80, kMaxReadings = 5;
-const kDead_ms = 10000;  // so long without a word, and a connection is given up: the host may be gone
+const kBusy_ms = 50,
+  kReading_ms = 80,
+  kMaxReadings = 5;
+const kDead_ms = 10000; // so long without a word, and a connection is given up: the host may be gone
 
 // When the viewer's clock says what ours says. Messages tell its time, echoes how long they are on their way at least.
 class ClockOffset {
-  constructor() { this.samples = []; this.leastRoundTrip_s = null; this.latest = null; }
-  echoed(roundTrip_s) { this.leastRoundTrip_s = Math.min(this.leastRoundTrip_s ?? Infinity, roundTrip_s); }
+  constructor() {
+    this.samples = [];
+    this.leastRoundTrip_s = null;
+    this.latest = null;
+  }
+  echoed(roundTrip_s) {
+    this.leastRoundTrip_s = Math.min(this.leastRoundTrip_s ?? Infinity, roundTrip_s);
+  }
   heard(there_s, here_s) {
-    this.latest = { there_s, here_s };
+    this.latest = {there_s, here_s};
     this.samples = this.samples.filter(sample => here_s - sample.here_s < kClockWindow_s);
     // Of a window, the sample that was on its way for the shortest time counts: only such can become it.
     while (this.samples.length && this.samples.at(-1).ahead_s >= here_s - there_s) this.samples.pop();
-    this.samples.push({ here_s, ahead_s: here_s - there_s });
+    this.samples.push({here_s, ahead_s: here_s - there_s});
   }
   // Returns how long the newest message was on its way; null while that is not known.
-  get onTheWay_s() { return this.latest && this.age_s(this.latest.there_s, this.latest.here_s); }
+  get onTheWay_s() {
+    return this.latest && this.age_s(this.latest.there_s, this.latest.here_s);
+  }
   // Returns how old a time of the viewer's clock is now; null while nothing is known.
   age_s(there_s, here_s) {
     if (!this.samples.length || this.leastRoundTrip_s === null) return null;
@@ -46,11 +61,28 @@ function merged(state, message) {
 class Stream {
   // `page`: state(state) with the numbers and alerts, heard() when anything came, closed(code), still(yes or no: whether nothing came for a while).
   constructor(url, page) {
-    Object.assign(this, { url, page, scene: null, socket: null, wanted: false, wait_ms: kMinWait_ms, still: false, bytes: 0, echoes: new Map(),
-      echo: 0, state: null, hand: null, handState: null, heard: -Infinity, since: performance.now() });
+    Object.assign(this, {
+      url,
+      page,
+      scene: null,
+      socket: null,
+      wanted: false,
+      wait_ms: kMinWait_ms,
+      still: false,
+      bytes: 0,
+      echoes: new Map(),
+      echo: 0,
+      state: null,
+      hand: null,
+      handState: null,
+      heard: -Infinity,
+      since: performance.now(),
+    });
     this.clock = new ClockOffset();
   }
-  get open() { return this.socket?.readyState === WebSocket.OPEN; }
+  get open() {
+    return this.socket?.readyState === WebSocket.OPEN;
+  }
 
   start() {
     if (this.wanted) return;
@@ -89,7 +121,9 @@ class Stream {
     this.scene = scene;
     this.subscribe();
   }
-  subscribe() { if (this.open) this.socket.send(JSON.stringify({ rate_Hz: this.scene ? kSceneRate_Hz : 0 })); }
+  subscribe() {
+    if (this.open) this.socket.send(JSON.stringify({rate_Hz: this.scene ? kSceneRate_Hz : 0}));
+  }
 
   // Tries at once, if it waits until it tries again.
   hurry() {
@@ -102,12 +136,18 @@ class Stream {
   connect() {
     const socket = new WebSocket(this.url);
     this.socket = socket;
-    this.state = null;  // what is told first is all
+    this.state = null; // what is told first is all
     this.giveUpAfter(kDead_ms);
     socket.binaryType = 'arraybuffer';
-    socket.onopen = () => { if (this.scene) this.subscribe(); this.ask(); this.expect(); };
-    socket.onmessage = ({ data }) => { if (socket === this.socket) this.take(data); };
-    socket.onclose = ({ code }) => {
+    socket.onopen = () => {
+      if (this.scene) this.subscribe();
+      this.ask();
+      this.expect();
+    };
+    socket.onmessage = ({data}) => {
+      if (socket === this.socket) this.take(data);
+    };
+    socket.onclose = ({code}) => {
       if (socket !== this.socket) return;
       this.socket = null;
       this.letGo();
@@ -122,9 +162,9 @@ class Stream {
 
   ask() {
     if (!this.open) return;
-    this.echoes.clear();  // what has not come by now does not tell anything
+    this.echoes.clear(); // what has not come by now does not tell anything
     this.echoes.set(++this.echo, performance.now());
-    this.socket.send(JSON.stringify({ echo: this.echo }));
+    this.socket.send(JSON.stringify({echo: this.echo}));
   }
 
   // Sends it, unless what was sent before still waits. Returns whether it was sent.
@@ -155,7 +195,8 @@ class Stream {
       }
       return;
     }
-    const octets = new DataView(data), kind = octets.byteLength > 0 ? octets.getUint8(0) : 0;
+    const octets = new DataView(data),
+      kind = octets.byteLength > 0 ? octets.getUint8(0) : 0;
     if ((kind === kPosesKind || kind === kAliveKind) && octets.byteLength >= kTimeAt + 8) {
       this.clock.heard(octets.getFloat64(kTimeAt, true), performance.now() / 1000);
       this.expect();
@@ -174,12 +215,19 @@ class Stream {
     const due_ms = performance.now() + wait_ms;
     this.alarm = setTimeout(() => {
       if (performance.now() - due_ms > kBusy_ms && this.readings++ < kMaxReadings) this.judgeAfter(kReading_ms);
-      else { this.setStill(true); this.giveUpAfter(kDead_ms); }
+      else {
+        this.setStill(true);
+        this.giveUpAfter(kDead_ms);
+      }
     }, wait_ms);
   }
   giveUpAfter(wait_ms) {
     clearTimeout(this.alarm);
-    this.alarm = setTimeout(() => { this.abandon(); this.setStill(true); this.connect(); }, wait_ms);
+    this.alarm = setTimeout(() => {
+      this.abandon();
+      this.setStill(true);
+      this.connect();
+    }, wait_ms);
   }
   setStill(still) {
     if (still === this.still) return;

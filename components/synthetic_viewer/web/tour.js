@@ -12,7 +12,7 @@ const kTourSteps = [
   ['why', 'why-line'],
   ['stop', 'stop'],
 ];
-const tour = { step: null }; // null: not begun
+const tour = {step: null}; // null: not begun
 
 function isTourOffered() {
   try {
@@ -35,7 +35,7 @@ function showTour() {
   byId('tour').hidden = !begun && !offered;
   kTourSteps.forEach(([, id], i) => byId(id).classList.toggle('toured', i === tour.step));
   if (byId('tour').hidden) return;
-  put('tour-count', begun ? text('tour.count', { step: tour.step + 1, steps: kTourSteps.length }) : '');
+  put('tour-count', begun ? text('tour.count', {step: tour.step + 1, steps: kTourSteps.length}) : '');
   put('tour-words', text(begun ? 'tour.' + kTourSteps[tour.step][0] : 'tour.offer'));
   byId('tour-back').hidden = !begun || tour.step === 0;
   put('tour-next', text(!begun ? 'tour.begin' : tour.step === kTourSteps.length - 1 ? 'tour.done' : 'tour.next'));

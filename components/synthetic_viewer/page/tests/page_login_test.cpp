@@ -85,6 +85,7 @@ TEST_F(PageLogin, ASessionMayWhatItsRoleMay) {
     EXPECT_EQ(post(R"({"kind":"reset"})", session).first, one.reset);
     EXPECT_EQ(post(R"({"object":"pump","attach":true})", session, "application/json", "/carry").first,
               one.reset);
+    EXPECT_EQ(post(R"({"undo":"pump"})", session, "application/json", "/model").first, one.law);
     EXPECT_EQ(post(R"({"kind":"set_percepts","value":5})", session).first, one.reset);
     EXPECT_EQ(post(R"({"kind":"counterbalance","value":1})", session).first, one.law);
     const auto [law, message] = post(R"({"kind":"set_law","value":1})", session);

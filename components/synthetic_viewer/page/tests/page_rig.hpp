@@ -36,9 +36,11 @@ class Page : public ::testing::Test {
           requests_.push_back(request);
           return core::Status::ok();
         },
-        [this](const CarryRequest& request) {
+        [this](const WorkspaceRequest& request) {
           const std::lock_guard lock(mutex_);
-          carries_.push_back(request);
+          if (const auto* carry = std::get_if<CarryRequest>(&request)) carries_.push_back(*carry);
+          if (const auto* correct = std::get_if<CorrectionRequest>(&request))
+            corrections_.push_back(*correct);
           return outcome_;
         },
         scene_);
@@ -75,6 +77,7 @@ class Page : public ::testing::Test {
   std::vector<Command> commands_;
   std::vector<ViewRequest> requests_;
   std::vector<CarryRequest> carries_;
+  std::vector<CorrectionRequest> corrections_;
   CommandOutcome outcome_;
   SceneFeed* scene_ = nullptr;
   std::unique_ptr<WebServer> server_;

@@ -28,9 +28,12 @@ CellScene make_scene() {
   return {std::move(arm).value(), {0, 0, 0}, {1, 1, 1}, "left"};
 }
 
-nlohmann::json page(const ViewerState& state, const HitView& view = {}) {
+nlohmann::json page_of(const CellScene& scene, const ViewerState& state, const HitView& view = {}) {
   const PageFacts facts{"test cell", true, false, 9.9, "none", kPage_ns - 7 * core::kNsPerSecond, {}};
-  return page_state(state, make_scene(), view, {}, facts, kPage_ns);
+  return page_state(state, scene, view, {}, facts, kPage_ns);
+}
+nlohmann::json page(const ViewerState& state, const HitView& view = {}) {
+  return page_of(make_scene(), state, view);
 }
 
 TEST(PageState, SaysThatNothingIsKnownAtTheStart) {
@@ -53,6 +56,126 @@ TEST(PageState, StalePerceptIsNotShownAsAValue) {
   EXPECT_TRUE(page(state).at("percept").at("closeness").is_null());
   state.percept.received_ns = kPage_ns;
   EXPECT_EQ(page(state).at("percept").at("closeness"), 0.7);
+}
+
+TEST(PageState, SR23_TellsWhereTheModelIsInDoubtAndWhatWouldExplainIt) {
+  ViewerState state;
+  state.take(ObjectSample{.id = 3, .name = "pump", .mesh_hash = 1}, kPage_ns);
+  DoubtSample doubt;
+  doubt.place = 5;
+  doubt.stamp = {1, 2, 9};
+  doubt.doubt = 4;
+  doubt.holds = true;
+  doubt.link_name = "gripper";
+  doubt.object = 3;
+  doubt.located = true;
+  doubt.force_N = 12.4;
+  doubt.residual_known = true;
+  doubt.residual_m = 0.031;
+  doubt.shift_m = {0.0, 0.031, 0.0};
+  state.take(doubt);
+  nlohmann::json json = page(state).at("doubts").at("5");
+  EXPECT_EQ(json.at("number"), 4);
+  EXPECT_TRUE(json.at("holds"));
+  EXPECT_NEAR(json.at("residual_m").get<double>(), 0.031, 1e-9);
+  EXPECT_NEAR(json.at("shift_m").get<double>(), 0.031, 1e-9);
+  EXPECT_EQ(english_text(doubt_words(state, doubt)), "force of 12 N at gripper, 31 mm from pump");
+  EXPECT_EQ(in(Language::kGerman, doubt_words(state, doubt)), "Kraft von 12 N an gripper, 31 mm neben pump");
+  doubt.residual_known = doubt.located = false;
+  doubt.force_N = -1.0;
+  EXPECT_EQ(english_text(doubt_words(state, doubt)),
+            "a force on gripper or behind it, where the model has nothing");
+  doubt.kind = percept::DoubtKind::kNoForceInside;
+  doubt.residual_m = -0.025;
+  EXPECT_EQ(english_text(doubt_words(state, doubt)), "no force at gripper, which is 25 mm inside pump");
+  doubt.stamp.session = 10;  // the phantom was started again
+  doubt.place = 0;
+  state.take(doubt);
+  EXPECT_EQ(page(state).at("doubts").size(), 1U);
+  EXPECT_TRUE(page(state).at("doubts").contains("0"));
+}
+
+TEST(PageState, SR28_TellsWhichObjectsDoNotStandWhereTheModelHasThem) {
+  ViewerState state;
+  state.take(ObjectSample{.id = 3, .name = "pump", .mesh_hash = 1}, kPage_ns);
+  FindingSample finding{.id = 3, .verdict = messages::PoseVerdict::kElsewhere, .camera = "above"};
+  finding.shift_m = 0.1;
+  finding.turn_rad = 0.2;
+  finding.residual_m = 0.003;
+  finding.unseen = "along z";
+  state.take(finding);
+  const nlohmann::json json = page(state).at("findings").at("pump");
+  EXPECT_EQ(json.at("shift_m"), 0.1);
+  EXPECT_EQ(json.at("turn_rad"), 0.2);
+  EXPECT_EQ(json.at("residual_m"), 0.003);
+  EXPECT_EQ(json.at("unseen"), "along z");
+  EXPECT_EQ(english_text(finding_words(state, finding)),
+            "pump stands 100 mm from where the model has it (camera above)");
+  finding.verdict = messages::PoseVerdict::kGone;
+  state.take(finding);
+  EXPECT_TRUE(page(state).at("findings").at("pump").at("shift_m").is_null());
+  EXPECT_EQ(in(Language::kGerman, finding_words(state, finding)),
+            "pump ist nicht mehr an seinem Ort im Modell (Kamera above)");
+  finding.verdict = messages::PoseVerdict::kAgrees;
+  state.take(finding);
+  EXPECT_TRUE(page(state).at("findings").empty());
+  finding.verdict = messages::PoseVerdict::kUnclear;
+  state.take(finding);
+  EXPECT_EQ(page(state).at("findings").size(), 1U);
+  ObjectSample moved{.id = 3, .name = "pump", .mesh_hash = 1};
+  moved.X_WO.translation_m.x() = 0.1;
+  state.take(moved, kPage_ns);
+  EXPECT_TRUE(page(state).at("findings").empty()) << "it was moved since";
+}
+
+TEST(PageState, SR28_TheBannerNamesADisplacedObjectWhileItLeadsThePercept) {
+  constexpr Staleness kStaleness;
+  ViewerState state;
+  state.take(ObjectSample{.id = 3, .name = "pump", .mesh_hash = 1}, kPage_ns);
+  state.take(FindingSample{.id = 3, .verdict = messages::PoseVerdict::kGone, .camera = "above"});
+  state.arm.received_ns = state.percept.received_ns = state.master.received_ns = kPage_ns;
+  state.arm.state = LinkState::kCoupled;
+  state.arm.motion_permitted = state.master.motion_permitted = true;
+  state.percept.valid = true;
+  state.percept.object = 4;
+  EXPECT_TRUE(condition_words(state, kStaleness, kPage_ns).key.empty());
+  state.percept.object = 3;
+  EXPECT_EQ(english_text(condition_words(state, kStaleness, kPage_ns)),
+            "MODEL IN DOUBT: pump is gone from where the model has it (camera above)");
+}
+
+TEST(CellScene, AnObjectThatMayBeOffIsDrawnTwice) {
+  CellScene scene = make_scene();
+  MeshBody mesh;
+  mesh.picture = kFirstFreeHandle;
+  mesh.box = geometry::make_box({0.2, 0.1, 0.04}).bounding_box();
+  scene.meshes[1] = mesh;
+  ViewerState state;
+  state.take(ObjectSample{.id = 3, .name = "pump", .mesh_hash = 1}, kPage_ns);
+  EXPECT_EQ(scene.items(state, {}, kPage_ns).size(), 1U);
+  state.uncertainties[3] = {3, -1.0, 0.0};
+  EXPECT_EQ(scene.items(state, {}, kPage_ns).size(), 1U) << "not stated";
+  state.uncertainties[3] = {3, 0.0004, 0.005};
+  EXPECT_EQ(scene.items(state, {}, kPage_ns).size(), 1U) << "too little to be seen";
+  state.uncertainties[3] = {3, 0.012, 0.015};
+  const auto items = scene.items(state, {}, kPage_ns);
+  ASSERT_EQ(items.size(), 2U);
+  EXPECT_EQ(items[1].kind, SceneItem::Kind::kBound);
+  EXPECT_NE(key_of(items[0]), key_of(items[1]));
+  EXPECT_EQ(items[1].grown_m, 0.012);
+  EXPECT_LT(items[1].opacity, 0.5F);
+  EXPECT_FALSE(items[1].casts_shadow);
+}
+
+TEST(PageState, TellsWhichChangeOfTheModelWouldBeUndone) {
+  ViewerState state;
+  EXPECT_TRUE(page(state).at("model").at("undo").is_null());
+  ObjectSample object{.id = 3, .name = "pump", .mesh_hash = 1};
+  state.take(object, kPage_ns);
+  object.X_WO.translation_m.x() += 0.02;
+  state.take(object, kPage_ns);
+  EXPECT_EQ(page(state).at("model").at("undo").at("object"), "pump");
+  EXPECT_NEAR(page(state).at("model").at("undo").at("moved_m").get<double>(), 0.02, 1e-9);
 }
 
 TEST(PageState, TellsTheThreeMostUrgentThreatsWithTheirSecondsAndHowManyThereAre) {
@@ -179,6 +302,27 @@ TEST(CellScene, WhatTheArmCarriesMovesWithItsHandAndStandsInTheCellOtherwise) {
       << "it is a part of the arm";
   EXPECT_EQ(scene.obstacles(state_with_pump(0.3, true), true).bodies.size(), 1U);
   EXPECT_EQ(scene.obstacles(state_with_pump(0.3, false), false).bodies.size(), 1U);
+}
+
+TEST(CellScene, AProtectedZoneIsSeeThroughNoObstacleAndNothingToTake) {
+  CellScene scene = make_scene();
+  const geometry::TriangleMesh box = geometry::make_box({0.1, 0.1, 0.1});
+  scene.meshes[9] = {kFirstFreeHandle, std::make_shared<RayMesh>(box), 12, 0};
+  const ViewerState state = state_with_pump(0.3, false);  // at (0.7, 0, 0)
+  const Eigen::Vector3d from_m(0.2, 0.0, 0.0), ahead(1.0, 0.0, 0.0);
+  EXPECT_TRUE(scene.obstacles(state, true).nearest(from_m, ahead, 0.0, 1.0)) << "a body hides what is behind";
+  EXPECT_TRUE(scene.frame(state, {}, kPage_ns).items.at(0).casts_shadow);
+  EXPECT_EQ(page_of(scene, state).at("objects").size(), 1U);
+  scene.zones = {3};
+  const RayScene bodies = scene.obstacles(state, true);
+  EXPECT_FALSE(bodies.nearest(from_m, ahead, 0.0, 1.0));
+  EXPECT_NEAR(bodies.to_zone(3, from_m, ahead, 1.0).value_or(-1.0), 0.45, 1e-6);
+  const DrawItem drawn = scene.frame(state, {}, kPage_ns).items.at(0);
+  EXPECT_LT(drawn.opacity, 1.0F);
+  EXPECT_FALSE(drawn.casts_shadow);
+  const DrawItem over_video = scene.frame_over_video(state, {}, kPage_ns, {2, 0, 0}).items.at(0);
+  EXPECT_FALSE(over_video.over_video) << "it is not in the picture, and hides nothing that is";
+  EXPECT_EQ(page_of(scene, state).at("objects").size(), 0U);
 }
 
 TEST(PageState, SaysWhatIsCarriedByWhom) {

@@ -199,7 +199,10 @@ TEST_F(Page, PassesSoundViewRequestsOn) {
   EXPECT_EQ(view(R"({"view":"hit","orbit_deg":[90,-45],"zoom":0.5})"), 200);
   EXPECT_EQ(view(R"({"view":"tool","home":true})"), 200);
   EXPECT_EQ(view(R"({"view":"main","record":true})"), 200);
-  ASSERT_EQ(requests_.size(), 3U);
+  EXPECT_EQ(view(R"({"view":"hit","approach":false})"), 200);
+  ASSERT_EQ(requests_.size(), 4U);
+  EXPECT_FALSE(requests_[0].approach.has_value());
+  EXPECT_EQ(requests_[3].approach, false);
   EXPECT_EQ(requests_[0].view, View::kHit);
   EXPECT_NEAR(requests_[0].azimuth_rad, std::numbers::pi / 2, 1e-12);
   EXPECT_NEAR(requests_[0].elevation_rad, -std::numbers::pi / 4, 1e-12);
@@ -251,6 +254,24 @@ TEST_F(Page, PassesOnWhatIsToBeTakenOrPutDownAndRefusesWhatMakesNoSense) {
                 .first,
             403);
   EXPECT_EQ(carries_.size(), 2U);
+}
+
+TEST_F(Page, PassesOnWhatIsToBeCorrectedOrUndoneAndRefusesWhatMakesNoSense) {
+  serve();
+  const auto model = [this](const char* body) { return post(body, {}, "application/json", "/model"); };
+  EXPECT_EQ(model(R"({"correct":17})").first, 200);
+  EXPECT_EQ(model(R"({"undo":"pump"})").first, 200);
+  EXPECT_EQ(model(R"({"found":"drum"})").first, 200);
+  ASSERT_EQ(corrections_.size(), 3U);
+  EXPECT_EQ(corrections_[2].found, "drum");
+  EXPECT_EQ(corrections_[0].doubt, 17U);
+  EXPECT_EQ(corrections_[0].undo, "");
+  EXPECT_EQ(corrections_[1].undo, "pump");
+  for (const char* body : {"[]", "{}", R"({"correct":0})", R"({"correct":-1})", R"({"correct":1.5})",
+                           R"({"correct":"3"})", R"({"undo":true})", R"({"undo":""})",
+                           R"({"undo":"pump","correct":3})", R"({"found":7})", R"({"found":""})"})
+    EXPECT_EQ(model(body).first, 400) << body;
+  EXPECT_EQ(corrections_.size(), 3U);
 }
 
 TEST_F(Page, ViewRequestsPassTheSameChecksAsCommands) {

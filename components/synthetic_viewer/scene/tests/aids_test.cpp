@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include "common/geometry/implicit/primitives.hpp"
+#include "common/geometry/pose.hpp"
+#include "components/synthetic_viewer/scene/cell_scene.hpp"
 #include "components/synthetic_viewer/scene/tests/colour_vision.hpp"
 
 namespace phantom::synthetic_viewer {
@@ -85,6 +88,113 @@ TEST(Arrows, ThatOfTheMotionHasAHeadForEachStepOfDangerAndNoneLeavesIt) {
       }
     }
   }
+}
+
+/// The cone and the plane of a frame that holds just these.
+struct ConeAndPlane {
+  explicit ConeAndPlane(const Aids& aids) {
+    Frame frame;
+    add_cone_and_plane(frame, aids);
+    EXPECT_EQ(frame.items.size(), 2U);
+    for (const DrawItem& item : frame.items)
+      (item.mesh == kCone ? cone : plane) = item.W_from_mesh.cast<double>();
+  }
+  // The cone's shape is from z = 0 to its tip at z = 1, the disc is in z = 0.
+  Eigen::Vector3d tip_m() const { return (cone * Eigen::Vector4d(0, 0, 1, 1)).head<3>(); }
+  Eigen::Vector3d base_m() const { return (cone * Eigen::Vector4d(0, 0, 0, 1)).head<3>(); }
+  Eigen::Vector3d middle_m() const { return plane.col(3).head<3>(); }
+  Eigen::Vector3d normal() const { return plane.col(2).head<3>().normalized(); }
+  Eigen::Matrix4d cone, plane;
+};
+
+Aids at_gap(double gap_m) {
+  Aids aids;
+  aids.position_m = {0.3, -0.2, 0.5};
+  aids.pgv = {0.002, 0.003, -0.006};
+  aids.gap_m = gap_m;
+  return aids;
+}
+
+// Figure 6.19: the cone points at the object, the plane is normal to the PGV where the cone meets it.
+TEST(ConeAndPlane, TheTipIsAtTheObjectAndTheBaseAwayFromIt) {
+  for (const double gap_m : {0.05, 0.1, 0.2}) {
+    const Aids aids = at_gap(gap_m);
+    const Eigen::Vector3d way = aids.pgv.normalized();
+    const ConeAndPlane drawn(aids);
+    EXPECT_TRUE(drawn.tip_m().isApprox(aids.position_m + gap_m * way, 1e-5)) << gap_m;
+    EXPECT_TRUE(drawn.base_m().isApprox(aids.position_m, 1e-5)) << gap_m;
+    EXPECT_NEAR(drawn.normal().dot(way), 1.0, 1e-6) << gap_m;
+    EXPECT_NEAR((drawn.middle_m() - drawn.tip_m()).dot(way), -0.001, 1e-5) << "before the surface";
+    EXPECT_NEAR((drawn.middle_m() - drawn.tip_m()).cross(way).norm(), 0.0, 1e-6);
+  }
+}
+
+TEST(ConeAndPlane, AtAGapTooSmallToSeeTheTipStaysAtTheObjectAndTheConeReachesBack) {
+  Aids aids = at_gap(0.005);
+  const Eigen::Vector3d way = aids.pgv.normalized(), surface_m = aids.position_m + 0.005 * way;
+  EXPECT_TRUE(ConeAndPlane(aids).tip_m().isApprox(surface_m, 1e-5));
+  EXPECT_TRUE(ConeAndPlane(aids).base_m().isApprox(surface_m - 0.04 * way, 1e-5));
+  aids.scale = 0.2;
+  EXPECT_TRUE(ConeAndPlane(aids).base_m().isApprox(surface_m - 0.008 * way, 1e-5)) << "less of it";
+}
+
+TEST(ConeAndPlane, WithoutADirectionThereAreNone) {
+  Aids aids = at_gap(0.1);
+  aids.pgv.setZero();
+  Frame frame;
+  add_cone_and_plane(frame, aids);
+  EXPECT_TRUE(frame.items.empty());
+}
+
+// In a bench for surgery a 4 mm vessel was hidden by a marker of 12 mm.
+TEST(AidsScale, AMarkerIsThinnerThanAThinObject) {
+  EXPECT_DOUBLE_EQ(aids_scale(0.2, 0.1), 1.0);
+  EXPECT_DOUBLE_EQ(aids_scale(0.0, 0.1), 1.0) << "not known";
+  Frame frame;
+  add_marker(frame, {0, 0, 0}, 0.006 * aids_scale(0.004, 0.1), {});
+  EXPECT_LE(2.0F * frame.items[0].W_from_mesh.col(0).head<3>().norm(), 0.0021F)
+      << "diameter, half the vessel's";
+  EXPECT_LT(2.0F * frame.items[1].W_from_mesh.col(0).head<3>().norm(), 0.0045F);
+  EXPECT_DOUBLE_EQ(aids_scale(1e-5, 0.1), 0.1) << "still seen";
+  EXPECT_LT(aids_scale(0.2, 0.03), aids_scale(0.2, 0.05));
+  EXPECT_DOUBLE_EQ(aids_scale(0.2, 0.0), 0.4);
+}
+
+TEST(AidsScale, ArrowsAreThinnerAndTheMotionsLengthStaysItsWay) {
+  Aids aids = near(8.0);
+  aids.scale = 0.25;
+  EXPECT_NEAR(drawn_m(aids, {}), 0.25 * 0.075, 1e-6);
+  Aids moving;
+  moving.velocity_m_s = {0.4, 0.0, 0.0};
+  moving.scale = 0.25;
+  EXPECT_NEAR(drawn_m(moving, {}), 0.2, 1e-6);
+}
+
+geometry::TriangleMesh box_mesh(const Eigen::Vector3d& size_m) { return geometry::make_box(size_m); }
+
+TEST(Thickness, IsTheDiameterOfABarAndTwiceTheThicknessOfAPlate) {
+  EXPECT_NEAR(thickness_of(geometry::make_cylinder(0.002, 0.12, 48)), 0.004, 0.0002);
+  EXPECT_NEAR(thickness_of(box_mesh({0.4, 0.4, 0.005})), 0.01, 0.0004);
+  EXPECT_NEAR(thickness_of(box_mesh({0.3, 0.3, 0.3})), 0.2, 1e-6);
+  EXPECT_EQ(thickness_of({}), 0.0);
+}
+
+TEST(GrownItem, ReachesFartherByTheErrorOnEachSideOfItsBox) {
+  MeshBody body;
+  body.box = box_mesh({0.2, 0.1, 0.04}).bounding_box();
+  SceneItem item;
+  item.mesh = &body;
+  item.grown_m = 0.01;
+  const geometry::Pose X_WM{geometry::rotation_from_rpy(0.3, -0.2, 1.0), {0.5, 0.6, 0.7}};
+  const Eigen::Matrix4d placed = placement_of(item, X_WM);
+  const Eigen::Vector3d corner_m = (placed * Eigen::Vector4d(0.1, 0.05, 0.02, 1.0)).head<3>();
+  EXPECT_TRUE(corner_m.isApprox(X_WM * Eigen::Vector3d(0.11, 0.06, 0.03), 1e-9));
+  const Eigen::Matrix3d linear = placed.topLeftCorner(3, 3);
+  EXPECT_GT(linear.determinant(), 0.0);
+  item.grown_m = 0.0;
+  EXPECT_TRUE((placement_of(item, X_WM) * Eigen::Vector4d(0.1, 0.05, 0.02, 1.0))
+                  .head<3>()
+                  .isApprox(X_WM * Eigen::Vector3d(0.1, 0.05, 0.02), 1e-12));
 }
 
 test::LinearColour colour_of(const Colour& colour) { return {colour[0], colour[1], colour[2]}; }

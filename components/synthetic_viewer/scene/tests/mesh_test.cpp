@@ -134,6 +134,23 @@ std::optional<double> nearest_literally(const geometry::TriangleMesh& mesh, cons
   return best;
 }
 
+TEST(RayScene, TheWayToAZoneEndsWhereItBeginsAndIsNoneInside) {
+  RayScene scene;
+  const auto ball = std::make_shared<RayMesh>(geometry::make_sphere(0.1, 4));
+  scene.zones.push_back({ball, {Eigen::Matrix3d::Identity(), {1.0, 0.0, 0.0}}, {4, 0}});
+  const Eigen::Vector3d ahead = Eigen::Vector3d::UnitX();
+  const auto way_m = [&](double x_m, double most_m = 1.0) {
+    return scene.to_zone(4, {x_m, 0.001, 0.002}, ahead, most_m);
+  };
+  EXPECT_NEAR(way_m(0.5).value_or(-1.0), 0.4, 1e-3);
+  EXPECT_EQ(way_m(0.95), 0.0) << "inside";
+  EXPECT_EQ(way_m(0.95, 0.01), 0.0) << "however far the other side is";
+  EXPECT_EQ(way_m(0.5, 0.3), std::nullopt) << "too far";
+  EXPECT_EQ(way_m(1.2), std::nullopt) << "behind";
+  EXPECT_EQ(scene.to_zone(5, {0.5, 0.001, 0.002}, ahead, 1.0), std::nullopt) << "another's";
+  EXPECT_FALSE(scene.nearest({0.5, 0.001, 0.002}, ahead, 0.0, 1.0)) << "sight goes through";
+}
+
 TEST(RayMesh, AgreesWithItsLiteralTwin) {
   const geometry::TriangleMesh torus = geometry::make_torus(0.4, 0.12, 40, 17);
   const RayMesh tree(torus);

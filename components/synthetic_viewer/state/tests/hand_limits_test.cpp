@@ -73,11 +73,47 @@ TEST_F(HandLimits, NameAJointsEndBeforeTheGuards) {
                                   "limit.no_force_sensor"));
   const std::vector<LocalizedText> limits = hand_limits(state_, joints_, freedom_, {}, kLimitsNow_ns);
   EXPECT_EQ(english_text(limits[0]), "Joint yaw is at its end: it moves back only.");
-  EXPECT_EQ(english_text(limits[1]), "The delay of 120 ms holds the force feedback at what is stable.");
+  EXPECT_EQ(english_text(limits[1]), "The delay of 120.0 ms holds the force feedback at what is stable.");
   state_.arm.position[1] = 0.97;
   EXPECT_EQ(keys().front(), "limit.delay") << "not near enough";
   state_.arm.position[0] = -1.1;
   EXPECT_EQ(keys().front(), "limit.joint");
+}
+
+TEST_F(HandLimits, TellACapFromAGuardOfStability) {
+  state_.master.percept_limited = true;
+  ComponentSample status;
+  status.component = "master_io";
+  status.received_ns = kLimitsNow_ns;
+  const auto with = [&](double guarded, double capped, double feedback_capped) {
+    status.figures = {{"percept_guarded", guarded, ""},
+                      {"percept_capped", capped, ""},
+                      {"feedback_capped", feedback_capped, ""}};
+    state_.components["master_io"] = status;
+    return keys();
+  };
+  EXPECT_THAT(with(0.0, 0.2, 0.0), ElementsAre("limit.percept_capped"));
+  EXPECT_THAT(with(0.1, 0.0, 0.0), ElementsAre("limit.percept"));
+  EXPECT_THAT(with(0.1, 0.2, 0.0), ElementsAre("limit.percept", "limit.percept_capped"));
+  EXPECT_THAT(with(0.0, 0.0, 0.0), ElementsAre()) << "the status that tells which is on its way";
+  state_.master.percept_limited = false;
+  EXPECT_THAT(with(0.1, 0.2, 0.3), ElementsAre("limit.feedback_capped")) << "what held the drag back is over";
+  state_.master.percept_limited = true;
+  status.received_ns = kLimitsNow_ns - 2 * core::kNsPerSecond;
+  EXPECT_THAT(with(0.0, 0.2, 0.3), ElementsAre("limit.percept")) << "an old status tells nothing";
+}
+
+TEST_F(HandLimits, TellOfDragThatTheFeedbackMasks) {
+  ComponentSample status;
+  status.component = "master_io";
+  status.received_ns = kLimitsNow_ns;
+  const auto with = [&](double masked) {
+    status.figures = {{"percept_guarded", 0.0, ""}, {"percept_capped", 0.0, ""}, {"drag_masked", masked, ""}};
+    state_.components["master_io"] = status;
+    return keys();
+  };
+  EXPECT_THAT(with(0.9), ElementsAre("limit.masked"));
+  EXPECT_THAT(with(0.1), ElementsAre()) << "it ended within the status";
 }
 
 TEST_F(HandLimits, NameASingularPose) {

@@ -10,6 +10,7 @@
 #include <regex>
 #include <set>
 
+#include "common/messages/living.hpp"
 #include "common/teleop/rendering/percept_set.hpp"
 #include "components/synthetic_viewer/state/delay_stages.hpp"
 #include "components/synthetic_viewer/state/state.hpp"
@@ -50,6 +51,19 @@ std::string users() {
     if (kind != ".cpp" || text.find("LocalizedText") != std::string::npos) all += text;
   }
   return all;
+}
+
+TEST(PageTexts, LiveMatterHasItsNameBeforeItsMarkerComesAndAfterItHasGone) {
+  ViewerState state;
+  EXPECT_EQ(object_name(state, messages::kLiveId, Language::kEnglish), "live matter");
+  EXPECT_EQ(object_name(state, messages::kLiveId, Language::kGerman), "nicht modelliertes Ding");
+  EXPECT_EQ(object_name(state, 7, Language::kEnglish), "object 7");
+  ObjectSample named;  // a cell without live matter may give that number to an object
+  named.id = messages::kLiveId;
+  named.name = "vice";
+  named.mesh_hash = 1;
+  state.take(named, 1);
+  EXPECT_EQ(object_name(state, messages::kLiveId, Language::kEnglish), "vice");
 }
 
 TEST(PageTexts, EveryLanguageHasEveryTextWithTheSamePlaces) {

@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include <array>
+
 #include "common/geometry/implicit/primitives.hpp"
 #include "components/synthetic_viewer/render/ray_scene.hpp"
 #include "components/synthetic_viewer/state/synthetic_viewer.hpp"
@@ -121,6 +123,8 @@ TEST(ViewChooser, StepDoesNotAllocate) {
   SyntheticViewer viewer({});
   const phantom::test::HeapGuard guard;
   viewer.take({1, false, {0, 0, 0.5}, {0.01, 0, 0}});
+  const ThreatPlace threat{0, 0, {0, 0.1, 0.5}, {0.01, 0, 0}};
+  viewer.follow({&threat, 1});
   for (int k = 0; k < 50; ++k) viewer.step(false, ViewNode::kAutomatic, visible, 0.1);
   viewer.take({1, true, {}, {}});
   viewer.step(true, ViewNode::kTop, visible, 0.1);
@@ -135,6 +139,75 @@ class HitViews : public ::testing::Test {
   void clear(std::uint32_t alert) { viewer_.take({alert, true, {}, {}}); }
   SyntheticViewer viewer_{{.choice = {}, .least_show_s = 1.0, .hold_after_clear_s = 3.0}};
 };
+
+/// An alert of link 3 near object 7, and where that threat is later.
+class FollowedThreat : public HitViews {
+ protected:
+  void begin(const Eigen::Vector3d& at_m) {
+    viewer_.take({1, false, at_m, {0, 0, -0.01}, 3, 7});
+    step(0.1);
+  }
+  HitView threaten(const Eigen::Vector3d& at_m, const Eigen::Vector3d& pgv, double seconds,
+                   bool hold = false) {
+    HitView view;
+    for (double passed_s = 0.0; passed_s < seconds - 0.05; passed_s += 0.1) {
+      const std::array threats{ThreatPlace{2, 7, {9, 9, 9}, pgv}, ThreatPlace{3, 8, {8, 8, 8}, pgv},
+                               ThreatPlace{3, 7, at_m, pgv}};
+      viewer_.follow(threats);
+      view = step(0.1, hold);
+    }
+    return view;
+  }
+};
+
+TEST_F(FollowedThreat, TheLookAtPointMovesWithItsOwnThreat) {
+  begin({0, 0, 0});
+  const HitView slid = threaten({0.3, 0, 0}, {0, 0, -0.01}, 2.0);
+  EXPECT_EQ(slid.alert, 1U);
+  EXPECT_TRUE(slid.situation.look_at_m.isApprox(Eigen::Vector3d(0.3, 0, 0), 1e-3)) << "it slid along";
+  EXPECT_TRUE(slid.eye_m.isApprox(slid.situation.look_at_m + 0.6 * node_direction(slid.node), 1e-9))
+      << "and the camera with it";
+}
+
+TEST_F(FollowedThreat, ALeapToAnotherSensorMovesItSmoothly) {
+  begin({0, 0, 0});
+  double before_m = 0.0;
+  for (int k = 0; k < 20; ++k) {
+    const double now_m = threaten({0.2, 0, 0}, {0, 0, -0.01}, 0.1).situation.look_at_m.x();
+    EXPECT_LT(now_m - before_m, 0.5 * 0.2);
+    EXPECT_GE(now_m, before_m);
+    before_m = now_m;
+  }
+}
+
+TEST_F(FollowedThreat, TheNodeIsChosenForWhereItIsNow) {
+  begin({0, 0, 0});
+  const HitView first = threaten({0, 0, 0}, {0, 0, -0.01}, 2.0);
+  EXPECT_LT(std::abs(node_direction(first.node).z()), 0.45);
+  const Eigen::Vector3d along =
+      node_direction(first.node);  // the object is straight behind, or before, it now
+  const HitView later = threaten({0, 0, 0}, 0.01 * along, 3.0);
+  EXPECT_NE(later.node, first.node);
+  EXPECT_LT(std::abs(node_direction(later.node).dot(along)), 0.6) << "lateral again";
+}
+
+TEST_F(FollowedThreat, WhatIsHeldOverOrGoneStaysWhereItWas) {
+  begin({0, 0, 0});
+  EXPECT_TRUE(threaten({0.3, 0, 0}, {0, 0, -0.01}, 1.0, true).situation.look_at_m.isZero(1e-9)) << "held";
+  const Eigen::Vector3d at_m = threaten({0.3, 0, 0}, {0, 0, -0.01}, 3.0).situation.look_at_m;
+  viewer_.follow({});
+  EXPECT_TRUE(step(0.5).situation.look_at_m.isApprox(at_m)) << "the percept has it no more";
+  clear(1);
+  EXPECT_TRUE(threaten({0.9, 0, 0}, {0, 0, -0.01}, 1.0).situation.look_at_m.isApprox(at_m)) << "over";
+}
+
+TEST_F(FollowedThreat, AThreatWithoutADirectionKeepsTheLastOne) {
+  begin({0, 0, 0});
+  EXPECT_TRUE(threaten({0.3, 0, 0}, {0, 0, 0}, 1.0).situation.pgv.isApprox(Eigen::Vector3d(0, 0, -0.01)));
+  const HitView opposite = threaten({0.3, 0, 0}, {0, 0, 0.01}, 3.0);
+  EXPECT_TRUE(opposite.situation.pgv.allFinite());
+  EXPECT_GT(opposite.situation.pgv.z(), 0.0);
+}
 
 TEST_F(HitViews, NothingIsShownWithoutAnAlert) { EXPECT_EQ(step(0.1).alert, 0U); }
 

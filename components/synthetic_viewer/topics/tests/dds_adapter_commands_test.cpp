@@ -1,6 +1,9 @@
 #include <gtest/gtest.h>
 
+#include <mutex>
+
 #include "common/dds/endpoints/stamp.hpp"
+#include "common/messages/codecs/percept_codec.hpp"
 #include "common/messages/codecs/teleoperation_codec.hpp"
 #include "common/messages/codecs/workspace_codec.hpp"
 #include "common/messages/publisher.hpp"
@@ -42,7 +45,7 @@ TEST_F(Adapter, AStopThatNobodyConfirmsIsNotDone) {
 
 TEST_F(Adapter, WhatIsToBeTakenIsAskedOfTheServerWhoseWordsAreGivenBack) {
   using Kind = CommandOutcome::Kind;
-  const CommandOutcome alone = adapter_.carry({"pump", true});
+  const CommandOutcome alone = adapter_.change(CarryRequest{"pump", true});
   EXPECT_EQ(alone.kind, Kind::kUnanswered);
   EXPECT_EQ(alone.message, "NOT CONFIRMED by wva_server");
   dds::Stamper stamper(other_);
@@ -62,11 +65,110 @@ TEST_F(Adapter, WhatIsToBeTakenIsAskedOfTheServerWhoseWordsAreGivenBack) {
         answer.stamp(stamper.next());
         replies.write(answer);
       });
-  ASSERT_TRUE(eventually([&] { return adapter_.carry({"pump", true}).kind == Kind::kDone; }));
-  EXPECT_EQ(adapter_.carry({"vice", true}).message, "taken: vice");
-  const CommandOutcome refused = adapter_.carry({"pump", false});
+  ASSERT_TRUE(eventually([&] { return adapter_.change(CarryRequest{"pump", true}).kind == Kind::kDone; }));
+  EXPECT_EQ(adapter_.change(CarryRequest{"vice", true}).message, "taken: vice");
+  const CommandOutcome refused = adapter_.change(CarryRequest{"pump", false});
   EXPECT_EQ(refused.kind, Kind::kRefused);
   EXPECT_EQ(refused.message, "nobody carries it");
+}
+
+/// A server of one object, which carries out requests to move it, beside a phantom that doubts the model.
+class CorrectedModel : public Adapter {
+ protected:
+  void announce(double x_m) {
+    messages::WorkspaceObject object;
+    object.id = 7;
+    object.name = "gauge";
+    object.mesh_hash = 5;
+    object.X_WO.translation_m = {x_m, 0.2, 0.3};
+    objects_.write(messages::to_idl(object));
+  }
+  void doubt(const messages::Vector3& shift_m, std::uint16_t object = 7) {
+    messages::ModelDoubt doubt;
+    doubt.place = 3;
+    doubt.doubt = ++doubts_raised_;
+    doubt.workspace_version = 1;
+    doubt.object = object;
+    doubt.shift_m = shift_m;
+    doubts_.publish(doubt);
+  }
+  std::size_t objects_seen() { return got<ObjectSample>().size(); }
+  std::size_t doubts_seen() { return got<DoubtSample>().size(); }
+
+  dds::Writer<msg::WorkspaceObject> objects_{other_, dds::kWorkspaceObject};
+  messages::Publisher<messages::ModelDoubt> doubts_{other_, dds::kModelDoubt};
+  std::uint32_t doubts_raised_ = 0;
+  dds::Stamper replier_{other_};
+  dds::Writer<msg::WorkspaceReply> replies_{other_, dds::kWorkspaceReply};
+  std::vector<messages::WorkspaceCommand> commands_seen_;
+  std::mutex commands_mutex_;
+  dds::Reader<msg::WorkspaceCommand> commands_{
+      other_, dds::kWorkspaceCommand, [this](const msg::WorkspaceCommand& message, const dds::SampleInfo&) {
+        const auto command = messages::from_idl(message);
+        if (!command) return;
+        messages::WorkspaceReply reply;
+        reply.command = command->stamp;
+        reply.operation = command->operation;
+        reply.outcome = messages::WorkspaceOutcome::kDone;
+        reply.message = "moved";
+        msg::WorkspaceReply answer = messages::to_idl(reply);
+        answer.stamp(replier_.next());
+        const std::lock_guard lock(commands_mutex_);
+        if (commands_seen_.empty() || commands_seen_.back().stamp != command->stamp)
+          commands_seen_.push_back(*command);
+        replies_.write(answer);
+      }};
+};
+
+TEST_F(CorrectedModel, SR28_AnObjectIsPutWhereACameraHasFoundItOnlyWhenAPersonAsks) {
+  using Kind = CommandOutcome::Kind;
+  announce(0.1);
+  messages::PoseFinding finding{.id = 7, .verdict = messages::PoseVerdict::kElsewhere, .camera = "above"};
+  finding.X_WO.translation_m = {0.1, 0.2, 0.3};
+  finding.corrected_WO.translation_m = {0.0, 0.2, 0.3};
+  finding.shift_m = 0.1;
+  dds::Writer<msg::PoseFinding> findings(other_, dds::kPoseFinding);
+  findings.write(messages::to_idl(finding));
+  ASSERT_TRUE(eventually([&] { return objects_seen() == 1 && got<FindingSample>().size() == 1; }));
+  {
+    const std::lock_guard lock(commands_mutex_);
+    EXPECT_TRUE(commands_seen_.empty()) << "nothing moves by itself";
+  }
+  EXPECT_EQ(adapter_.change(CorrectionRequest{.found = "vice"}).kind, Kind::kRefused);
+  ASSERT_TRUE(
+      eventually([&] { return adapter_.change(CorrectionRequest{.found = "gauge"}).kind == Kind::kDone; }));
+  const std::lock_guard lock(commands_mutex_);
+  EXPECT_EQ(commands_seen_.back().id, 7);
+  EXPECT_TRUE(commands_seen_.back().X_WO.translation_m.isApprox(Eigen::Vector3d(0.0, 0.2, 0.3)));
+}
+
+TEST_F(CorrectedModel, SR23_ADoubtIsCorrectedByItsShiftAndThatIsUndone) {
+  using Kind = CommandOutcome::Kind;
+  EXPECT_EQ(adapter_.change(CorrectionRequest{.doubt = 1}).message,
+            "doubt 1 of the model is not kept any more");
+  EXPECT_EQ(adapter_.change(CorrectionRequest{.undo = "gauge"}).kind, Kind::kRefused);
+  announce(0.1);
+  ASSERT_TRUE(eventually([&] { return objects_seen() == 1; }));
+  doubt({});
+  ASSERT_TRUE(eventually([&] { return doubts_seen() == 1; }));
+  EXPECT_EQ(adapter_.change(CorrectionRequest{.doubt = 1}).kind, Kind::kRefused) << "no shift explains it";
+  doubt({0.02, 0.0, -0.01});
+  ASSERT_TRUE(eventually([&] { return doubts_seen() == 2; }));
+  ASSERT_TRUE(eventually([&] { return adapter_.change(CorrectionRequest{.doubt = 2}).kind == Kind::kDone; }));
+  {
+    const std::lock_guard lock(commands_mutex_);
+    ASSERT_FALSE(commands_seen_.empty());
+    EXPECT_EQ(commands_seen_.back().operation, messages::WorkspaceOperation::kMove);
+    EXPECT_EQ(commands_seen_.back().id, 7);
+    EXPECT_TRUE(commands_seen_.back().X_WO.translation_m.isApprox(Eigen::Vector3d(0.12, 0.2, 0.29)));
+    EXPECT_FALSE(commands_seen_.back().guard_vox) << "the guard stays";
+  }
+  announce(0.12);
+  ASSERT_TRUE(eventually([&] { return objects_seen() == 2; }));
+  EXPECT_EQ(adapter_.change(CorrectionRequest{.doubt = 2}).kind, Kind::kRefused) << "it would be moved twice";
+  EXPECT_EQ(adapter_.change(CorrectionRequest{.undo = "gauge"}).kind, Kind::kDone);
+  const std::lock_guard lock(commands_mutex_);
+  EXPECT_TRUE(commands_seen_.back().X_WO.translation_m.isApprox(Eigen::Vector3d(0.1, 0.2, 0.3)));
 }
 
 class AskingCell : public Adapter {

@@ -15,9 +15,9 @@ import {
   SRGBColorSpace,
   Vector3,
 } from 'three';
-import { Beeper, CauseSignal } from './causes.js';
-import { SceneInHand } from './in_hand.js';
-import { say } from './words.js';
+import {Beeper, CauseSignal} from './causes.js';
+import {SceneInHand} from './in_hand.js';
+import {say} from './words.js';
 
 const kSqueeze = 1,
   kSizeButtons = [4, 3]; // of xr-standard gamepads: the grip; what changes the size: A or X, else the thumbstick
@@ -61,28 +61,28 @@ export class Headset {
     this.user = new Object3D(); // W ← room
     this.user.matrixAutoUpdate = false;
     this.user.add(stage.camera);
-    this.hands = [0, 1].map(() => new Mesh(new SphereGeometry(0.015), new MeshBasicMaterial({ color: 0x9bb4cc })));
-    const canvas = Object.assign(document.createElement('canvas'), { width: kPanel_px[0], height: kPanel_px[1] });
+    this.hands = [0, 1].map(() => new Mesh(new SphereGeometry(0.015), new MeshBasicMaterial({color: 0x9bb4cc})));
+    const canvas = Object.assign(document.createElement('canvas'), {width: kPanel_px[0], height: kPanel_px[1]});
     this.ink = canvas.getContext('2d');
-    const writing = Object.assign(new CanvasTexture(canvas), { colorSpace: SRGBColorSpace });
+    const writing = Object.assign(new CanvasTexture(canvas), {colorSpace: SRGBColorSpace});
     this.panel = new Mesh(
       new PlaneGeometry(...kPanel_m),
-      new MeshBasicMaterial({ map: writing, side: DoubleSide, depthTest: false }),
+      new MeshBasicMaterial({map: writing, side: DoubleSide, depthTest: false}),
     );
     this.user.add(this.panel, ...this.hands);
     this.room = new Scene().add(this.user);
   }
 
   async enter() {
-    const { renderer } = this.stage;
+    const {renderer} = this.stage;
     this.beeper = new Beeper();
-    this.session = await navigator.xr.requestSession('immersive-vr', { optionalFeatures: ['local-floor'] });
+    this.session = await navigator.xr.requestSession('immersive-vr', {optionalFeatures: ['local-floor']});
     this.session.addEventListener('end', () => this.leave());
     renderer.xr.enabled = true;
     const floor = this.session.enabledFeatures?.includes('local-floor') ?? true;
     renderer.xr.setReferenceSpaceType(floor ? 'local-floor' : 'local');
     await renderer.xr.setSession(this.session);
-    Object.assign(this.stage.camera, { near: 0.05, far: 50 }); // m in the room
+    Object.assign(this.stage.camera, {near: 0.05, far: 50}); // m in the room
     this.setSize(false);
     renderer.setScissorTest(false);
     renderer.setClearColor(kGround);
@@ -94,7 +94,7 @@ export class Headset {
     return this.session.end();
   }
   leave() {
-    const { renderer, camera } = this.stage;
+    const {renderer, camera} = this.stage;
     renderer.setAnimationLoop(null);
     renderer.xr.enabled = false;
     this.hand.giveBack();
@@ -117,7 +117,7 @@ export class Headset {
   }
 
   draw(frame) {
-    const { stage } = this,
+    const {stage} = this,
       space = stage.renderer.xr.getReferenceSpace();
     const pose = frame.getViewerPose(space);
     if (pose) this.viewer = new Vector3().copy(pose.transform.position);
@@ -165,7 +165,7 @@ export class Headset {
 
   // The panel stands over the left hand, or low ahead where there is none.
   placePanel(pose) {
-    const { panel } = this;
+    const {panel} = this;
     if (this.left) {
       panel.position.copy(this.left.position).add(new Vector3(0, 0.1, 0));
     } else if (pose) {
@@ -176,7 +176,7 @@ export class Headset {
       panel.quaternion.setFromRotationMatrix(new Matrix4().lookAt(this.viewer, panel.position, new Vector3(0, 1, 0)));
   }
 
-  write({ closeness, speed_m_s, known, state, hand, alarm, why = '' }) {
+  write({closeness, speed_m_s, known, state, hand, alarm, why = ''}) {
     const lines = [
       [say('scene.closeness'), known ? closeness.toFixed(2) : say('scene.unknown')],
       [say('scene.speed'), known ? `${speed_m_s.toFixed(3)} m/s` : say('scene.unknown')],
@@ -186,7 +186,7 @@ export class Headset {
     const text = JSON.stringify([lines, alarm, why]);
     if (text === this.written) return;
     this.written = text;
-    const { ink } = this,
+    const {ink} = this,
       [width, height] = kPanel_px;
     ink.fillStyle = alarm ? '#7a1418' : '#171c22';
     ink.fillRect(0, 0, width, height);
@@ -224,7 +224,7 @@ export class Headset {
 
   // The nearer, the stronger the controllers vibrate, for as long as that lasts; not at all where nothing is felt or
   // known. What limits the hand is told between, while the closeness is silent.
-  feel({ known, closeness, cause = null }) {
+  feel({known, closeness, cause = null}) {
     const now = performance.now();
     if (!this.session || this.causes.step(now, cause)) return;
     if (!known || closeness < kMinFelt || now - this.felt_ms < kPulse_ms / 2) return;

@@ -2,14 +2,25 @@
 // Here is only what differs: all items of a kind are drawn at once, so what is a uniform there comes from textures here (batch.js).
 
 import {
-  CustomBlending, DoubleSide, EqualStencilFunc, FrontSide, GLSL3, IncrementStencilOp, KeepStencilOp, NoBlending, NormalBlending, ShaderMaterial, Vector3, Vector4,
+  CustomBlending,
+  DoubleSide,
+  EqualStencilFunc,
+  FrontSide,
+  GLSL3,
+  IncrementStencilOp,
+  KeepStencilOp,
+  NoBlending,
+  NormalBlending,
+  ShaderMaterial,
+  Vector3,
+  Vector4,
 } from 'three';
 
 // What an item has beside matrix and colour, in a row of texels: its opacity, own light, whether a section cuts it, and whether it is painted; then the matrix from its mesh to the paint's texture, by rows; then the part of that texture that is its own.
 export const kTexelsPerItem = 8;
 
 // three's batching chunk takes the number of a draw from the extension wherever there is one, also where the calls are made one by one (kOneByOne).
-const kBatching = /* glsl */`
+const kBatching = /* glsl */ `
 #include <batching_pars_vertex>
 #if defined(ONE_BY_ONE) && defined(GL_ANGLE_multi_draw)
 uniform int _gl_DrawID;
@@ -18,9 +29,9 @@ uniform int _gl_DrawID;
 #define draw_number gl_DrawID
 #endif
 `;
-export const kOneByOne = '#define ONE_BY_ONE\n';  // before the program of what is in a batch
+export const kOneByOne = '#define ONE_BY_ONE\n'; // before the program of what is in a batch
 
-const kItem = /* glsl */`
+const kItem = /* glsl */ `
 ${kBatching}
 uniform highp sampler2D items;
 vec4 item_texel(float item, int number) {
@@ -29,7 +40,7 @@ vec4 item_texel(float item, int number) {
 }
 `;
 
-const kMeshVertex = /* glsl */`
+const kMeshVertex = /* glsl */ `
 ${kItem}
 out vec3 world_position;
 out vec3 world_normal;
@@ -66,7 +77,7 @@ void main() {
 `;
 
 // Shadows fall along the key light onto the floor.
-const kShadowVertex = /* glsl */`
+const kShadowVertex = /* glsl */ `
 ${kBatching}
 uniform vec3 to_key_light;
 uniform vec3 least;
@@ -79,7 +90,7 @@ void main() {
 
 const kLineVertex = 'void main() { gl_Position = projectionMatrix * viewMatrix * vec4(position, 1.0); }';
 
-const kBackgroundVertex = /* glsl */`
+const kBackgroundVertex = /* glsl */ `
 out vec2 place;
 void main() {
   place = vec2(position.x, -position.y);
@@ -87,7 +98,7 @@ void main() {
 }
 `;
 
-const kFloorVertex = /* glsl */`
+const kFloorVertex = /* glsl */ `
 uniform vec3 least;
 uniform vec3 greatest;
 uniform float border;
@@ -99,7 +110,7 @@ void main() {
 `;
 
 // Returns a program of the server's for a ShaderMaterial, with words of it exchanged. Throws if one is not there.
-function exchanged({ fragment }, ...words) {
+function exchanged({fragment}, ...words) {
   let text = fragment.replace(/^#version[^\n]*\n/, '');
   for (const [from, to] of words) {
     if (!text.includes(from)) throw new Error(`the viewer's shaders have no "${from}"`);
@@ -109,44 +120,84 @@ function exchanged({ fragment }, ...words) {
 }
 
 function meshFragment(shaders) {
-  return exchanged(shaders.painted, ['uniform vec3 eye;', '#define eye cameraPosition'], ['uniform vec4 colour;', 'flat in vec4 colour;'],
-    ['uniform float own_light;', 'flat in float own_light;\nflat in float painted;\nflat in vec3 paint_low;\nflat in vec3 paint_high;'],
-    ['void main() {', `#ifdef CUT
+  return exchanged(
+    shaders.painted,
+    ['uniform vec3 eye;', '#define eye cameraPosition'],
+    ['uniform vec4 colour;', 'flat in vec4 colour;'],
+    [
+      'uniform float own_light;',
+      'flat in float own_light;\nflat in float painted;\nflat in vec3 paint_low;\nflat in vec3 paint_high;',
+    ],
+    [
+      'void main() {',
+      `#ifdef CUT
 uniform vec4 cut;
 flat in float may_be_cut;
 #endif
 void main() {
 #ifdef CUT
   if (may_be_cut > 0.5 && dot(cut, vec4(world_position, 1.0)) > 0.0) discard;
-#endif`], ['texture(paint, paint_place)', '(painted > 0.5 ? texture(paint, clamp(paint_place, paint_low, paint_high)) : vec4(0.0))']);
+#endif`,
+    ],
+    [
+      'texture(paint, paint_place)',
+      '(painted > 0.5 ? texture(paint, clamp(paint_place, paint_low, paint_high)) : vec4(0.0))',
+    ],
+  );
 }
 
 const program = (vertexShader, fragmentShader, uniforms, more = {}) =>
-  new ShaderMaterial({ glslVersion: GLSL3, vertexShader, fragmentShader, uniforms, blending: NoBlending, ...more });
+  new ShaderMaterial({glslVersion: GLSL3, vertexShader, fragmentShader, uniforms, blending: NoBlending, ...more});
 // What stands on the ground lies under all else: three draws it among what is opaque, in the order of its numbers, mixed with what is there.
-const kUnderAll = { depthTest: false, depthWrite: false, blending: CustomBlending };
-const kSeeThrough = { transparent: true, blending: NormalBlending, depthWrite: false };
+const kUnderAll = {depthTest: false, depthWrite: false, blending: CustomBlending};
+const kSeeThrough = {transparent: true, blending: NormalBlending, depthWrite: false};
 
 // What the materials of a stage share; from the stream's messages.
 export const makeUniforms = paint => ({
-  paint: { value: paint }, ramp: { value: [new Vector3(), new Vector3(), new Vector3()] }, least: { value: new Vector3() },
-  greatest: { value: new Vector3() }, border: { value: 0.5 }, to_key_light: { value: new Vector3(0, 0, 1) },
-  shadow: { value: new Vector4(0, 0, 0, 0.33) }, cut: { value: new Vector4() }, line: { value: new Vector4(0, 0, 0, 1) },
+  paint: {value: paint},
+  ramp: {value: [new Vector3(), new Vector3(), new Vector3()]},
+  least: {value: new Vector3()},
+  greatest: {value: new Vector3()},
+  border: {value: 0.5},
+  pitch: {value: 0.1},
+  to_key_light: {value: new Vector3(0, 0, 1)},
+  shadow: {value: new Vector4(0, 0, 0, 0.33)},
+  cut: {value: new Vector4()},
+  line: {value: new Vector4(0, 0, 0, 1)},
 });
 
 // Returns the materials of a stage. `shaders`: the answer to GET /shaders.json.
 export function makeMaterials(shaders, uniforms) {
-  const { paint, ramp, least, greatest, border, to_key_light, cut } = uniforms;
-  const fragment = meshFragment(shaders), flat = exchanged(shaders.flat);
+  const {paint, ramp, least, greatest, border, pitch, to_key_light, cut} = uniforms;
+  const fragment = meshFragment(shaders),
+    flat = exchanged(shaders.flat);
   return {
-    solid: items => program(kMeshVertex, fragment, { items, paint, ramp, cut }, { side: FrontSide }),
-    clear: items => program(kMeshVertex, fragment, { items, paint, ramp, cut }, { side: FrontSide, ...kSeeThrough }),
+    solid: items => program(kMeshVertex, fragment, {items, paint, ramp, cut}, {side: FrontSide}),
+    clear: items => program(kMeshVertex, fragment, {items, paint, ramp, cut}, {side: FrontSide, ...kSeeThrough}),
     // Of shadows that overlap only the first darkens.
-    shadow: () => program(kShadowVertex, flat, { to_key_light, least, colour: uniforms.shadow },
-      { ...kUnderAll, side: DoubleSide, stencilWrite: true, stencilFunc: EqualStencilFunc, stencilRef: 0,
-        stencilFail: KeepStencilOp, stencilZFail: KeepStencilOp, stencilZPass: IncrementStencilOp }),
-    lines: program(kLineVertex, flat, { colour: uniforms.line }),
-    background: program(kBackgroundVertex, exchanged(shaders.background), {}, { ...kUnderAll, blending: NoBlending }),
-    floor: program(kFloorVertex, exchanged(shaders.floor), { least, greatest, border }, { ...kUnderAll, side: DoubleSide }),
+    shadow: () =>
+      program(
+        kShadowVertex,
+        flat,
+        {to_key_light, least, colour: uniforms.shadow},
+        {
+          ...kUnderAll,
+          side: DoubleSide,
+          stencilWrite: true,
+          stencilFunc: EqualStencilFunc,
+          stencilRef: 0,
+          stencilFail: KeepStencilOp,
+          stencilZFail: KeepStencilOp,
+          stencilZPass: IncrementStencilOp,
+        },
+      ),
+    lines: program(kLineVertex, flat, {colour: uniforms.line}),
+    background: program(kBackgroundVertex, exchanged(shaders.background), {}, {...kUnderAll, blending: NoBlending}),
+    floor: program(
+      kFloorVertex,
+      exchanged(shaders.floor),
+      {least, greatest, border, pitch},
+      {...kUnderAll, side: DoubleSide},
+    ),
   };
 }

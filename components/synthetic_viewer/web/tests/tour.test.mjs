@@ -1,20 +1,20 @@
 // The tour of the page, and the tips of what is not said in plain words.
 import assert from 'node:assert/strict';
 import test from 'node:test';
-import { aState, kPageScripts, Page } from './browser.mjs';
+import {aState, kPageScripts, Page} from './browser.mjs';
 
-const kSeen = { 'phantom.tour': 'seen' };
-async function open({ change = {}, ...options } = {}) {
+const kSeen = {'phantom.tour': 'seen'};
+async function open({change = {}, ...options} = {}) {
   const answers = {
-    session: () => [200, { secrets: false, role: null }],
-    command: () => [200, { ok: true, message: 'done' }],
+    session: () => [200, {secrets: false, role: null}],
+    command: () => [200, {ok: true, message: 'done'}],
   };
-  const page = new Page(kPageScripts, { answers, ...options });
+  const page = new Page(kPageScripts, {answers, ...options});
   await page.clock.advance(5);
   const [socket] = page.window.sockets;
   socket.open();
-  page.hear = message => socket.hear({ type: 'state', ...message });
-  page.hear({ ...aState(), ...change });
+  page.hear = message => socket.hear({type: 'state', ...message});
+  page.hear({...aState(), ...change});
   page.toured = () => page.document.querySelectorAll('.toured').map(e => e.id);
   return page;
 }
@@ -26,12 +26,12 @@ test('the first visit offers a tour, a later one does not, nor one that was told
   assert.deepEqual(page.toured(), []);
   page.byId('tour-end').click();
   assert.ok(page.byId('tour').hidden);
-  assert.ok((await open({ kept: page.window.localStorage.kept })).byId('tour').hidden);
+  assert.ok((await open({kept: page.window.localStorage.kept})).byId('tour').hidden);
   assert.ok(
-    (await open({ change: { review: { t: 0, utc_ms: 0, playing: false, rate: 1 } } })).byId('tour').hidden,
+    (await open({change: {review: {t: 0, utc_ms: 0, playing: false, rate: 1}}})).byId('tour').hidden,
     'a recording has nothing to command',
   );
-  assert.ok((await open({ search: '?view=hit' })).byId('tour').hidden, 'nor has a window with one view');
+  assert.ok((await open({search: '?view=hit'})).byId('tour').hidden, 'nor has a window with one view');
 });
 
 test('it has five steps, each frames what it is about; back, next, done', async () => {
@@ -61,7 +61,7 @@ test('it has five steps, each frames what it is about; back, next, done', async 
 });
 
 test('it begins again from the drawer with the keys, and shows what a large view hides', async () => {
-  const page = await open({ kept: { ...kSeen, 'phantom.layout': '{"large":"main","enlarged":true}' } });
+  const page = await open({kept: {...kSeen, 'phantom.layout': '{"large":"main","enlarged":true}'}});
   page.press('?');
   page.byId('tour-begin').click();
   assert.equal(page.text('tour-count'), '1 of 5');
@@ -75,7 +75,7 @@ test('Esc stops the arm during the tour, and the tour goes on', async () => {
   page.press('Escape');
   await page.clock.advance(5);
   assert.deepEqual(
-    page.posted('command').map(({ kind }) => kind),
+    page.posted('command').map(({kind}) => kind),
     ['emergency_stop'],
   );
   assert.equal(page.text('tour-count'), '1 of 5');
@@ -93,7 +93,7 @@ const kNeedTip = [
   /[a-z]+_[a-z]+/,
   /^(Round trip|Link|Pose age|Voxel error|Umlaufzeit)$/,
 ];
-const kWithoutText = new Set(['SCRIPT', 'STYLE']);
+const kWithoutText = new Set(['SCRIPT', 'STYLE', 'KBD']); // of keys: their lines say what they do
 function withoutTip(page) {
   const found = [],
     all = [];
@@ -118,7 +118,7 @@ function withoutTip(page) {
 }
 
 test('every abbreviation, symbol, state and name of a process has a tip, in both languages', async () => {
-  const loop = { name: 'servo', rate_hz: 1000, p99_us: 90, slips: 2, silent_s: null };
+  const loop = {name: 'servo', rate_hz: 1000, p99_us: 90, slips: 2, silent_s: null};
   const component = name => ({
     name,
     state: 'RUNNING',
@@ -131,14 +131,14 @@ test('every abbreviation, symbol, state and name of a process has a tip, in both
   });
   const page = await open({
     change: {
-      components: { a: component('slave_io'), b: component('phantom_sensing_2') },
+      components: {a: component('slave_io'), b: component('phantom_sensing_2')},
       link: {
         ...aState().link,
         percepts_words: {
           key: 'percept.in_force',
           values: {
-            row: { key: 'percept_row.torque_balanced', values: {} },
-            chosen: { key: 'percept_chosen.1', values: {} },
+            row: {key: 'percept_row.torque_balanced', values: {}},
+            chosen: {key: 'percept_chosen.1', values: {}},
           },
         },
       },

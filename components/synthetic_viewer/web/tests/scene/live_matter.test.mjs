@@ -1,9 +1,9 @@
 // Live matter: asked for while the workspace has some, shown as it is, and gone with it.
 import assert from 'node:assert/strict';
 import test from 'node:test';
-import { module } from './modules.mjs';
+import {module} from './modules.mjs';
 
-const { LiveMatter } = await module('live_matter.js');
+const {LiveMatter} = await module('live_matter.js');
 
 function shellOf(faces) {
   const data = new DataView(new ArrayBuffer(32 + 12 * faces));
@@ -13,17 +13,22 @@ function shellOf(faces) {
 
 // A viewer that answers with `answer`, and what is shown of it.
 function open(t) {
-  t.mock.timers.enable({ apis: ['setInterval'] });
-  globalThis.document = { hidden: false };
-  const shown = [], stage = { items: new Map(), showLive: shells => shown.push(shells.length ? shells[0].faces.length / 6 : 0) };
-  const site = { stage, shown, asked: 0, answer: { ok: true, status: 200, tag: '"a"', faces: 3 }, drawn: 0, visible: true };
+  t.mock.timers.enable({apis: ['setInterval']});
+  globalThis.document = {hidden: false};
+  const shown = [],
+    stage = {items: new Map(), showLive: shells => shown.push(shells.length ? shells[0].faces.length / 6 : 0)};
+  const site = {stage, shown, asked: 0, answer: {ok: true, status: 200, tag: '"a"', faces: 3}, drawn: 0, visible: true};
   globalThis.fetch = async path => {
     assert.equal(path, 'fluid/shell/65534/100');
     ++site.asked;
-    const { ok, status, tag, faces } = site.answer;
-    return { ok, status, headers: { get: () => tag }, arrayBuffer: async () => shellOf(faces) };
+    const {ok, status, tag, faces} = site.answer;
+    return {ok, status, headers: {get: () => tag}, arrayBuffer: async () => shellOf(faces)};
   };
-  site.live = new LiveMatter(stage, () => site.visible, () => ++site.drawn);
+  site.live = new LiveMatter(
+    stage,
+    () => site.visible,
+    () => ++site.drawn,
+  );
   return site;
 }
 
@@ -39,7 +44,7 @@ test('it is shown, again only when it is another, and gone with its object', asy
   await site.live.look();
   await site.live.look();
   assert.deepEqual([site.asked, site.shown, site.drawn], [2, [3], 1]);
-  site.answer = { ok: true, status: 200, tag: '"b"', faces: 5 };
+  site.answer = {ok: true, status: 200, tag: '"b"', faces: 5};
   await site.live.look();
   assert.deepEqual(site.shown, [3, 5]);
   site.stage.items.delete('object:65534');
@@ -51,12 +56,14 @@ test('it goes when the workspace has none any more, and stays while the viewer i
   const site = open(t);
   site.stage.items.set('object:65534', {});
   await site.live.look();
-  site.answer = { ok: false, status: 503 };
+  site.answer = {ok: false, status: 503};
   await site.live.look();
-  globalThis.fetch = async () => { throw new TypeError('away'); };
+  globalThis.fetch = async () => {
+    throw new TypeError('away');
+  };
   await site.live.look();
   assert.deepEqual(site.shown, [3]);
-  globalThis.fetch = async () => ({ ok: false, status: 404 });
+  globalThis.fetch = async () => ({ok: false, status: 404});
   await site.live.look();
   assert.deepEqual(site.shown, [3, 0]);
 });
