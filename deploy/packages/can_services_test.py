@@ -355,4 +355,4 @@ try:
 except BaseException as problem:
     print(f"failed: {problem}", flush=True)
     print(subprocess.run(["journalctl", "--no-pager", "-o", "short-monotonic", "-n", "60", "-u", "phantom-*"], capture_output=True, text=True).stdout, flush=True)
-    raise SystemExit(1)
+    raise SystemExit(1) from problem

@@ -19,7 +19,7 @@ KEYS = {"assimp-dev": "libassimp-dev", "cli11": "libcli11-dev", "cmake": "cmake"
         "libopencv-dev": "libopencv-", "libpng-dev": "libpng-dev", "libsndfile1-dev": "libsndfile1-dev", "libspnav-dev": "libspnav-dev",
         "libssl-dev": "libssl-dev", "liburdfdom-dev": "liburdfdom-dev", "libzstd-dev": "libzstd-dev", "muparser": "libmuparser-dev",
         "ninja-build": "ninja-build", "nlohmann-json-dev": "nlohmann-json3-dev", "nodejs": "nodejs", "npm": "npm", "pkg-config": "pkg-config", "python3-yaml": "python3-yaml",
-        "spdlog": "libspdlog-dev", "yaml-cpp": "libyaml-cpp-dev", "zlib": "zlib1g-dev"}
+        "spdlog": "libspdlog-dev", "tinyxml2": "libtinyxml2-dev", "yaml-cpp": "libyaml-cpp-dev", "zlib": "zlib1g-dev"}
 # Libraries of scripts/setup that rosdep has no key for, as package.xml says.
 WITHOUT_KEY = {"libfastcdr-dev", "libhwy-dev", "libmujoco-dev", "libseccomp-dev", "libminizip-dev", "libegl-dev", "libgl-dev", "libwslay-dev"}
 
