@@ -12,8 +12,9 @@ def build(script, folder, targets, *definitions):
     with 1 if that fails, with 3 if there is no CMake."""
     steps = [["cmake", "--build", folder, "--parallel", str(os.cpu_count() or 2), "--target", *targets]]
     if definitions or not (Path(folder) / "build.ninja").exists():
-        steps.insert(0, ["cmake", "-S", ROOT, "-B", folder, "-G", "Ninja", "-DCMAKE_BUILD_TYPE=Release",
-                         "-DCMAKE_CXX_COMPILER_LAUNCHER=ccache", *definitions])
+        # As README has it, so that what stands in the folder need not be compiled again.
+        steps.insert(0, ["cmake", "--preset", "release", "-S", ROOT, "-B", folder, *definitions])
+    print(f"{script}: building {' '.join(targets)} in {folder}, which takes minutes the first time", file=sys.stderr)
     for step in steps:
         try:
             done = subprocess.run(step, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
