@@ -79,6 +79,11 @@ class Chromium:
         found = {one["name"]: int(one["value"]) for one in self.command("Performance.getMetrics")["metrics"]}
         return {"heap": found["JSHeapUsedSize"], "nodes": found["Nodes"], "listeners": found["JSEventListeners"]}
 
+    def show_on(self, width_px, height_px, touch=False):
+        """Makes the page's window a screen of that size; `touch`: one that is touched, without a mouse."""
+        self.command("Emulation.setDeviceMetricsOverride", width=width_px, height=height_px, deviceScaleFactor=1, mobile=touch)
+        self.command("Emulation.setTouchEmulationEnabled", enabled=touch, maxTouchPoints=2)
+
     def screenshot(self, path):
         with urllib.request.urlopen(self.address + self.session + "/screenshot", timeout=LONGEST_S) as answer:
             path.write_bytes(base64.b64decode(json.load(answer)["value"]))

@@ -13,7 +13,8 @@ pages open for so long afterwards, and tells what the first one keeps before and
 `--graphics`: by software (the default), or by the card through Vulkan or EGL, and --flag gives the browser a further flag; what drew is told.
 `--pictures none` lets the browser's graphics draw nothing and copy nothing: what is left is not due to software that stands in for a
 graphics card. `--fluid` shows a section and a shell, too. `--profile` writes where the scripts' time of these seconds went, as the browser's
-developer tools read it, and tells the functions that took most.
+developer tools read it, and tells the functions that took most. `--shots` leaves pictures of the page in FOLDER: on each of SCREENS in both
+languages, while something threatens, with the drawers, and with each view large and enlarged.
 """
 import argparse
 import collections
@@ -31,8 +32,17 @@ from chromium import GRAPHICS, LONGEST_S, Chromium
 from viewers import processor_s
 
 STARTS_S = 240  # at most, until all components are ready
+# Width and height in CSS pixels, and whether it is touched.
+SCREENS = [(1280, 720, False), (1500, 844, False), (1920, 1080, False), (2560, 1440, False), (1024, 768, True), (768, 1024, True)]
 # What draws and what copies pictures does nothing; all else is as it is.
 NO_PICTURES = """
+{
+  let scene;
+  Object.defineProperty(window, 'phantomScene', { configurable: true, get: () => scene, set: desk => {
+    scene = desk;
+    desk.whole = true; // what is left out on purpose is not looked for in the picture
+  } });
+}
 const nothing = (of, ...names) => names.forEach(name => { of[name] = () => {}; });
 nothing(WebGL2RenderingContext.prototype, 'drawElements', 'drawArrays', 'drawElementsInstanced', 'drawArraysInstanced', 'clear');
 nothing(CanvasRenderingContext2D.prototype, 'drawImage');
@@ -43,8 +53,8 @@ WebGL2RenderingContext.prototype.getExtension = function (name) {
   return found;
 };
 """
-# The operator's choice is that this browser draws, however slowly.
-CHOICE = "localStorage.setItem('phantom.pictures', 'browser');"
+# The operator's choice is that this browser draws, however slowly; the tour was seen.
+CHOICE = "localStorage.setItem('phantom.pictures', 'browser'); localStorage.setItem('phantom.tour', 'seen');"
 FOLLOW = """
 const d = phantomScene, take = d.takePoses, message = d.connection.take, push = d.script_ms.push;
 window.ages = { sent: [], received: [], drawn: d.ages_ms, received_ms: [], frames: 0, octets: d.connection.bytes };
@@ -175,10 +185,38 @@ def watch(browsers, options, session):
     for name, values in rows.items():
         print(f"    {name:36} {told(values)}")
     if options.shots:
-        browsers[0].screenshot(options.shots / "page.png")
+        take_shots(browsers[0], options.shots)
     return {"renderer": found[0]["renderer"], "figures": found[0]["figures"], "pages": len(found), "frames_per_s": frames / took_s / len(found), "kB_s": each_kB_s,
             "core": core, "script_ms": script_ms, "thread_ms": all_ms, "frames": {name.strip(): summary(values) for name, values in rows.items()},
             "load": os.getloadavg()[0]}
+
+
+def take_shots(browser, folder):
+    """Pictures of the page on all screens, of its drawers and of its views' places."""
+    folder.mkdir(parents=True, exist_ok=True)
+
+    def shot(name):
+        time.sleep(1.5)  # it is drawn at the new size
+        browser.screenshot(folder / f"{name}.png")
+    threatens = "return state.view.threatening && state.percept.threats.length > 0"
+    for width_px, height_px, touch in SCREENS:
+        browser.show_on(width_px, height_px, touch)
+        for language in ("en", "de"):
+            browser.run(f"speak('{language}')")
+            eventually(lambda: browser.run(threatens), "a threat")
+            shot(f"page_{width_px}x{height_px}_{language}")
+    browser.show_on(1280, 720)
+    for drawer in ("settings", "system", "history", "keys"):
+        for language in ("en", "de"):
+            browser.run(f"speak('{language}'); openDrawer('{drawer}')")
+            shot(f"{drawer}_{language}")
+            browser.run(f"openDrawer('{drawer}')")
+    for view in ("hit", "tool"):
+        browser.run(f"setLarge('{view}')")
+        shot(f"large_{view}")
+        browser.run("toggleEnlarged()")
+        shot(f"enlarged_{view}")
+    browser.run("setLarge('main')")
 
 
 def viewer_s(session):

@@ -10,7 +10,8 @@ namespace phantom::bench {
 /// The documents of DDS Security for a site of a benchmark's own, made for this run by deploy/security/make.
 class SecuritySite {
  public:
-  /// `rights`: lines of deploy/security/rights. `rtps_signed`: each message is signed as a whole, too.
+  /// `rights`: lines as idl/contract.py --rights prints. `rtps_signed`: each message is signed as a whole,
+  /// too.
   SecuritySite(const std::string& rights, int domain, bool rtps_signed = false) {
     const std::filesystem::path tools = folder_ / "tools";
     std::filesystem::copy(PHANTOM_SOURCE_DIR "/deploy/security", tools,

@@ -5,8 +5,10 @@
 #include <algorithm>
 #include <chrono>
 
+#include "common/percept/closeness.hpp"
 #include "common/robot/sensing/sensing_kernel.hpp"
 #include "common/robot/sensing/skin_sensing.hpp"
+#include "components/phantom_sensing/phantom_sensing.hpp"
 #include "tests/bench/bare_gather.hpp"
 #include "tests/bench/sensing_rig.hpp"
 
@@ -62,6 +64,32 @@ void tick_in(State& state, const workspace::Workspace& world, std::size_t sensor
 void tick(State& state, std::size_t sensors, int edge_vox, std::size_t joints,
           const robot::SensingOptions& options = {}) {
   tick_in(state, balls(edge_vox), sensors, joints, options);
+}
+
+/// The whole step of phantom_sensing at the same poses: with the percept, the threats of each link and
+/// object, and what the arm feels held against the model.
+void step_of(State& state, std::size_t sensors, int edge_vox) {
+  const workspace::Workspace& world = balls(edge_vox);
+  robot::SerialArm arm = tube_arm(7);
+  robot::SkinLayout skin = tube_skin(arm, sensors);
+  const phantom_sensing::PhantomModel model{std::move(arm), std::move(skin)};
+  phantom_sensing::PerceptSettings settings;
+  settings.threads = 1;
+  phantom_sensing::PhantomSensing sensing(model, settings);
+  phantom_sensing::StepOutputs outputs;
+  phantom_sensing::StepInputs inputs;
+  inputs.dt_s = 0.001;
+  inputs.state_valid = true;
+  inputs.workspace = {&world, percept::greatest_neighbour_mu(world)};
+  inputs.force.known = true;
+  std::fill_n(inputs.velocity.begin(), model.arm.joint_count(), 0.1);
+  int step = 0;
+  for (auto _ : state) {
+    inputs.position = pose(model.arm.joint_count(), ++step);
+    sensing.step(inputs, outputs);
+    benchmark::DoNotOptimize(outputs.drag.coupled[0]);
+  }
+  count_sensors(state, model.skin.size());
 }
 
 /// What a tick costs least and most, by what is in the voxels.
@@ -200,6 +228,7 @@ const bool registered = [] {
       RegisterBenchmark(("gather_rows/" + size).c_str(), gather, sensors, edge, Through::kRows);
     }
   }
+  RegisterBenchmark("step/100k/400", step_of, 100'000, 400);
   RegisterBenchmark("tick_1_joint/100k/400", tick, 100'000, 400, 1, robot::SensingOptions{});
   RegisterBenchmark("spread/24k", spread, 24'000);
   RegisterBenchmark("tick_free/24k", tick_of, 24'000, Content::kFree, robot::SensingOptions{});

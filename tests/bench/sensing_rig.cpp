@@ -1,10 +1,12 @@
 #include "tests/bench/sensing_rig.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <numbers>
 #include <random>
 #include <stdexcept>
+#include <vector>
 
 namespace phantom::bench {
 namespace {
@@ -43,24 +45,37 @@ workspace::Workspace make_mixed(int edge_vox) {
   return workspace;
 }
 
+/// Code of the fluid of the ball that is nearest to a place.
+std::uint8_t code_of_ball(const Eigen::Vector3d& p_m) {
+  constexpr double kSpacing_m = 0.4, kBall_m = 0.08, kLayer_m = 0.02;
+  const Eigen::Vector3d ball_m = kSpacing_m * (p_m / kSpacing_m).array().round();
+  const double distance_m = (p_m - ball_m).norm() - kBall_m;
+  return static_cast<std::uint8_t>(
+      distance_m <= 0.0 ? 7 : std::max(6 - static_cast<int>(distance_m / kLayer_m), 0));
+}
+
+/// Balls of one object, in bricks as a receiver of workspace_brick assembles them.
 workspace::Workspace make_balls(int edge_vox) {
   workspace::Workspace workspace = make_free(edge_vox);
-  const workspace::GridSpec& grid = workspace.grid();
-  const double spacing = 0.4;
-  for (std::int32_t z = 0; z < edge_vox; ++z) {
-    for (std::int32_t y = 0; y < edge_vox; ++y) {
-      for (std::int32_t x = 0; x < edge_vox; ++x) {
-        const Eigen::Vector3d p = grid.centre_of({x, y, z});
-        const Eigen::Vector3d ball = spacing * (p / spacing).array().round();
-        const double distance = (p - ball).norm() - 0.08;
-        const int code = distance <= 0.0 ? 7 : 6 - static_cast<int>(distance / 0.02);
-        if (code <= 0) continue;
-        const auto brick = workspace.edit_brick({x >> 5, y >> 5, z >> 5});
-        brick.mu_code[workspace::brick_offset(
-            static_cast<std::uint32_t>(x) & 31U, static_cast<std::uint32_t>(y) & 31U,
-            static_cast<std::uint32_t>(z) & 31U)] = static_cast<std::uint8_t>(code);
-      }
-    }
+  std::vector<std::uint8_t> codes(workspace::kBrickVoxels);
+  const auto [nx, ny, nz] = workspace.size_bricks();
+  for (std::int32_t i = 0; i < nx * ny * nz; ++i) {
+    const workspace::BrickKey key{i % nx, i / nx % ny, i / nx / ny};
+    const workspace::Index3 corner = workspace::corner_of(key);
+    for (std::uint32_t z = 0; z < 32; ++z)
+      for (std::uint32_t y = 0; y < 32; ++y)
+        for (std::uint32_t x = 0; x < 32; ++x)
+          codes[workspace::brick_offset(x, y, z)] = code_of_ball(workspace.grid().centre_of(
+              corner + workspace::Index3{static_cast<std::int32_t>(x), static_cast<std::int32_t>(y),
+                                         static_cast<std::int32_t>(z)}));
+    if (std::ranges::all_of(codes, [](std::uint8_t code) { return code == 0; })) continue;
+    const auto orders = std::make_shared_for_overwrite<std::int8_t[]>(workspace::kBrickVoxels);
+    std::ranges::transform(codes, orders.get(), [](std::uint8_t code) {
+      return code == 0   ? workspace::kOrderFree
+             : code == 7 ? workspace::kOrderBoundary
+                         : static_cast<std::int8_t>(7 - code);
+    });
+    std::ranges::copy(codes, workspace.make_brick(key, {orders, nullptr, 1}));
   }
   return workspace;
 }

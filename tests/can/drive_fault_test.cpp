@@ -382,10 +382,9 @@ TEST(DriveFaults, AnotherRatedTorqueThanConfiguredIsRefused) {
   Rig rig(config);
   rig.run(2.0);
   EXPECT_EQ(rig.drive(0).fault, DriveFault::kSetupRefused);
-  EXPECT_EQ(
-      rig.group->sentence(),
-      "j1 says 1000 (0x3E8) for object 0x6076: not the configured rated torque in mN·m (torque_constant "
-      "times rated_current in can.drives)");
+  EXPECT_EQ(rig.group->sentence(),
+            "j1 says 1000 (0x3E8) for object 0x6076: not the configured rated torque in mN·m (in can.drives "
+            "torque_constant times rated_current, or torque_sensitivity times rated_voltage)");
 }
 
 TEST(DriveFaults, ARefusedSettingIsNamedWithItsAbortCode) {

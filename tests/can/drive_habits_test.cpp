@@ -121,6 +121,16 @@ TEST(DriveHabits, ARefusedObjectIsToldWithWhatHelps) {
   }
 }
 
+// What CiA 402 leaves to the maker: the list of modes.
+TEST(DriveHabits, ADriveWithoutTheListOfItsModesIsPowered) {
+  constexpr std::uint16_t kSupportedModes = 0x6502;
+  for (const DriveMode mode : {DriveMode::kPosition, DriveMode::kVelocity, DriveMode::kTorque}) {
+    Rig rig(group_config(mode, 1));
+    rig.drives[0]->misbehaviour.lacks_object = kSupportedModes;
+    EXPECT_TRUE(rig.bring_up()) << rig.group->sentence();
+  }
+}
+
 // A drive that needs long to boot would never be done, if it were reset again and again.
 TEST(DriveHabits, ADriveThatIsNotHeardIsAskedAtGrowingIntervals) {
   auto config = group_config(DriveMode::kVelocity, 1);

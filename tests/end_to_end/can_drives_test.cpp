@@ -4,6 +4,9 @@
 
 #include <cmath>
 #include <csignal>
+#include <cstring>
+#include <iostream>
+#include <memory>
 #include <mutex>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -44,6 +47,14 @@ class CanDrives : public testing::Test {
   }
   void on_slave(const msg::SlaveState& s) {
     const std::lock_guard lock(mutex_);
+    // Until it couples the arm stands; its first states may be from before the drives answered.
+    if (before_ && s.stamp().session() != before_->stamp().session() &&
+        s.state() != msg::LinkState::LINK_COUPLED) {
+      double away_rad = 0.0;
+      for (std::size_t j = 0; j < 7; ++j)
+        away_rad = std::max(away_rad, std::abs(s.position_rad()[j] - before_->position_rad()[j]));
+      ran_on_rad_ = std::min(ran_on_rad_, away_rad);
+    }
     for (std::size_t j = 0; slave_ && j < 7; ++j) {
       greatest_step_ = std::max(greatest_step_, std::abs(s.position_rad()[j] - slave_->position_rad()[j]));
       fastest_ = std::max(fastest_, std::abs(s.velocity_rad_s()[j]));
@@ -99,6 +110,9 @@ class CanDrives : public testing::Test {
   std::mutex mutex_;
   std::optional<msg::ComponentStatus> status_;
   std::optional<msg::SlaveState> slave_;
+  std::optional<msg::SlaveState> before_;  // the last of a process that was ended
+  static constexpr double kNotKnown_rad = 1e9;
+  double ran_on_rad_ = kNotKnown_rad;  // from there to where the next one finds the arm, of any joint
   std::optional<msg::MasterState> master_;
   double greatest_drag_power_W_ = -1.0;         // while coupled, of any joint
   double greatest_step_ = 0.0, fastest_ = 0.0;  // between two samples; of any joint
@@ -175,6 +189,53 @@ TEST_F(CanDrives, TheSessionTellsThatItsDrivesDied) {
   kill(drives, SIGKILL);
   EXPECT_EQ(system_->wait(), 1);
   EXPECT_THAT(system_->output(), HasSubstr("drives_a ended unexpectedly with code 137"));
+}
+
+// However slave_io is asked to end, it stops the drives first: how far a joint that moves runs on after its
+// last state is measured by the next process. Tries slave_io: its terminal is closed
+TEST_F(CanDrives, AJointStopsAsSoonByAHangUpOrAQuitAsByATermination) {
+  constexpr double kMaxRunOn_rad = 0.06, kMoving_rad_s = 0.3;
+  run(0.0, "slave_io");
+  const std::vector<std::string> words{PHANTOM_BIN_DIR "/slave_io",
+                                       "--deployment",
+                                       (system_->folder() / "topology.yaml").string(),
+                                       "--domain",
+                                       std::to_string(system_->network().domain),
+                                       "--state-dir",
+                                       (system_->folder() / "state").string()};
+  const auto speed_rad_s = [&] {
+    const std::lock_guard lock(mutex_);
+    double speed = 0.0;
+    for (std::size_t j = 0; slave_ && j < 7; ++j)
+      speed = std::max(speed, std::abs(slave_->velocity_rad_s()[j]));
+    return speed;
+  };
+  auto slave = std::make_unique<test::Process>(words, system_->folder() / "slave.log");
+  for (const int number : {SIGTERM, SIGHUP, SIGQUIT}) {
+    ASSERT_TRUE(eventually([&] { return speed_rad_s() > kMoving_rad_s; }, 60.0)) << slave->output();
+    EXPECT_EQ(slave->end(number), 0) << slave->output();
+    {
+      const std::lock_guard lock(mutex_);
+      before_ = slave_;
+      ran_on_rad_ = kNotKnown_rad;
+    }
+    slave = std::make_unique<test::Process>(words, system_->folder() / "slave.log");
+    ASSERT_TRUE(eventually(
+        [&] {
+          const std::lock_guard lock(mutex_);
+          return slave_->stamp().session() != before_->stamp().session() &&
+                 slave_->state() == msg::LinkState::LINK_COUPLED;
+        },
+        60.0))
+        << slave->output();
+    const std::lock_guard lock(mutex_);
+    const double ran_on_rad = ran_on_rad_;
+    std::cout << strsignal(number) << ": ran on by " << ran_on_rad << " rad\n";
+    EXPECT_LE(ran_on_rad, kMaxRunOn_rad) << strsignal(number);
+  }
+  slave.reset();
+  system_->stop();
+  system_->wait();
 }
 
 // The other side: the master arm has the drives, a hand moves it, the simulated arm follows, and drag is

@@ -46,7 +46,13 @@ class PlayedArm {
       }
     });
   }
-  void turn_to(double base_rad) { base_rad_ = base_rad; }
+  /// Turns the arm, and returns once it has stood there for 50 states: readers of one topic may lag behind
+  /// those of another.
+  void turn_to(double base_rad) {
+    base_rad_ = base_rad;
+    const std::uint64_t turned_at = sent_;
+    ASSERT_TRUE(eventually([&] { return sent_ > turned_at + 50; }));
+  }
   void grip(double width_m, bool holds) {
     width_m_ = width_m;
     holds_ = holds;
@@ -73,7 +79,7 @@ class PlayedArm {
   }
   messages::Publisher<messages::SlaveState> states_;
   messages::Publisher<messages::GripperState> grippers_;
-  std::uint64_t sent_ = 0;
+  std::atomic<std::uint64_t> sent_ = 0;
   std::atomic<double> base_rad_ = 0.0, width_m_ = 0.1;
   std::atomic<bool> silent_ = false, holds_ = false;
   std::jthread thread_;

@@ -77,10 +77,10 @@ TEST_P(Executable, AnUnknownKeyIsRefusedWithFileLineAndWhatIsAllowed) {
 }
 
 TEST_P(Executable, AQosProfileThatContradictsTheContractIsRefused) {
-  std::string profiles = test::text_of(PHANTOM_SOURCE_DIR "/deploy/qos/phantom.xml");
-  const std::string from = "<nanosec>20000000</nanosec>";
-  profiles.replace(profiles.find(from), from.size(), "<nanosec>50000000</nanosec>");
-  const std::string path = file("odd.xml", profiles);
+  const std::string path = file(
+      "odd.xml",
+      "<dds><profiles><data_writer profile_name=\"master_state\"><qos><deadline><period><nanosec>50000000"
+      "</nanosec></period></deadline></qos></data_writer></profiles></dds>");
   const test::Said result =
       run(GetParam(), "--check --deployment " + topology(PHANTOM_SOURCE_DIR "/deploy/qos/phantom.xml", path));
   EXPECT_EQ(result.exit_code, 2);
@@ -106,8 +106,8 @@ class Parameters : public Executable {};
 
 // Also of an executable that takes nothing from a topology.
 TEST_P(Parameters, AMissingTopologyIsNamed) {
-  for (const char* check : {"--check ", ""}) {
-    const test::Said result = run(GetParam(), std::string(check) + "--deployment /nowhere/x.yaml");
+  for (const char* named : {"--check --deployment", "--deployment", "--topology"}) {
+    const test::Said result = run(GetParam(), std::string(named) + " /nowhere/x.yaml");
     EXPECT_EQ(result.exit_code, 3) << result.output;
     EXPECT_THAT(result.output, HasSubstr("/nowhere/x.yaml"));
   }
@@ -249,6 +249,16 @@ TEST_F(BrokenCell, AWrongUnit) {
   const test::Said result = check("wva_server");
   EXPECT_EQ(result.exit_code, 2);
   EXPECT_THAT(result.output, AllOf(HasSubstr("voxel_size_m"), HasSubstr("allowed: 0.0001 to 1 m")));
+}
+
+// What a run warns of, the check does, too.
+TEST_F(BrokenCell, SR27_WhatIsAssumedOfAMeshIsToldByTheCheck) {
+  replace_in_cell("mesh: meshes/work_table.stl\n    mesh_scale: 0.001\n    up_axis: z\n",
+                  "mesh: meshes/work_table.stl\n");
+  const test::Said result = check("wva_server");
+  EXPECT_EQ(result.exit_code, 0) << result.output;
+  EXPECT_THAT(result.output, AllOf(HasSubstr("work_table: "), HasSubstr("millimetres are assumed"),
+                                   HasSubstr("declares no up-axis: +z is assumed")));
 }
 
 // Tries synthetic_viewer: a link mesh is missing

@@ -11,7 +11,6 @@
 
 #include "common/core/clock.hpp"
 #include "common/geometry/implicit/primitives.hpp"
-#include "common/messages/codecs/living_codec.hpp"
 #include "common/messages/codecs/status_codec.hpp"
 #include "common/messages/codecs/teleoperation_codec.hpp"
 #include "common/messages/publisher.hpp"
@@ -19,6 +18,7 @@
 #include "tests/end_to_end/workspace_observer.hpp"
 #include "tests/support/child_process.hpp"
 #include "tests/support/eventually.hpp"
+#include "tests/support/late_sleeper.hpp"
 #include "tests/support/own_domain.hpp"
 
 namespace phantom::end_to_end {
@@ -30,6 +30,7 @@ using test::read_text;
 using testing::HasSubstr;
 
 constexpr std::uint16_t kLive = 65534;
+constexpr double kThreadsOnTheWay = 20.0;
 const Eigen::Vector3d kEye{1.3, -1.2, 1.6}, kTarget{0.5, 0.0, 1.0}, kPlace{0.75, 0.0, 1.1};
 
 /// The states of an arm that stands still.
@@ -240,6 +241,7 @@ TEST_F(LiveSystem, AThingThatIsPutThereIsFeltAndGoneWhenItIsTakenAway) {
 TEST_F(LiveSystem, ACameraThatIsKilledIsTold) {
   camera_->put_box(true);
   ASSERT_TRUE(eventually([&] { return live_voxels() > 100; }));
+  test::LateSleeper late;
   camera_->send(false);
   const double told_s =
       seconds_until([&] { return said("workspace_camera").find("is dead") != std::string::npos; });
@@ -248,7 +250,7 @@ TEST_F(LiveSystem, ACameraThatIsKilledIsTold) {
   std::cout << "no images: told after " << told_s << " s, by wva_server " << by_server_s << " s later\n";
   EXPECT_GE(told_s, 0.0);
   EXPECT_GE(by_server_s, 0.0);
-  EXPECT_LE(told_s, 2.0) << "0.5 s on a machine that is not busy";
+  EXPECT_LE(told_s, 1.2 + kThreadsOnTheWay * late.greatest_s()) << "0.5 s, and the status once in 0.5 s";
   EXPECT_GT(live_voxels(), 100U) << "it is kept";
   camera_->send(true);
   EXPECT_TRUE(eventually([&] { return said("workspace_camera").find("are fused") != std::string::npos; }));
@@ -301,7 +303,27 @@ TEST_F(LiveSystem, CommandsAreCarriedOutMeanwhile) {
     EXPECT_EQ(said.exit_code, 0) << said.output;
   }
   EXPECT_TRUE(eventually([&] { return observer_->version() > first && agreed(); }));
-  EXPECT_GT(live_voxels(), 50U);
+  EXPECT_TRUE(eventually([&] { return live_voxels() > 50; }));
+}
+
+// Tries workspace_camera: an object stands elsewhere than the model has it, or is gone
+TEST_F(LiveSystem, AnObjectThatTheModelHasElsewhereIsReportedUntilItIsCorrected) {
+  const auto move = [&](const std::string& height_m) {
+    return test::run_line(PHANTOM_BIN_DIR "/wva_server command move --object table --pose '0 0 " + height_m +
+                          " 0 0 0' --timeout-s 30 --deployment " + path("topology.yaml"));
+  };
+  test::Said moved = move("0.12");
+  ASSERT_EQ(moved.exit_code, 0) << moved.output;
+  EXPECT_TRUE(eventually([&] {
+    return said("workspace_camera").find("'table' stands 0.") != std::string::npos;
+  })) << said("workspace_camera");
+  // Of a plate whose edges are hardly in view the height is known; it may seem to lean, or to be aside, a
+  // little.
+  EXPECT_THAT(said("workspace_camera"), testing::ContainsRegex("[+]0[.]0[6-9]\\) m"));
+  moved = move("0.2");
+  ASSERT_EQ(moved.exit_code, 0) << moved.output;
+  EXPECT_TRUE(eventually([&] { return said("workspace_camera").find("are fused") != std::string::npos; }))
+      << said("workspace_camera");
 }
 
 }  // namespace

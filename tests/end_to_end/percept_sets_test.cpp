@@ -8,6 +8,7 @@
 #include <cmath>
 #include <mutex>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "common/dds/endpoints/endpoint.hpp"
 #include "tests/end_to_end/running_system.hpp"
@@ -43,7 +44,7 @@ struct Felt {
   double tone_gain = 0.0;
   bool hit_view = false;
   int hits = 0;
-  std::string tone_message;
+  std::set<std::string> tone_messages;  // all of the reach: a busy host adds that the percept is stale
 };
 
 class PerceptSets : public testing::Test {
@@ -72,7 +73,7 @@ class PerceptSets : public testing::Test {
                   [this](const msg::ComponentStatus& s, const dds::SampleInfo&) {
                     if (s.component_name().to_string() != "audio_percept") return;
                     const std::lock_guard lock(mutex_);
-                    felt_.tone_message = s.message().to_string();
+                    felt_.tone_messages.insert(s.message().to_string());
                     for (const auto& figure : s.figures()) {
                       if (figure.name().to_string() == "gain")
                         felt_.tone_gain = std::max(felt_.tone_gain, figure.value());
@@ -155,6 +156,10 @@ TEST_F(PerceptSets, EachRowOfTheTableGivesTheHandTheToneAndTheViewWhatItHas) {
     return master_->state() == msg::LinkState::LINK_COUPLED &&
            slave_->state() == msg::LinkState::LINK_COUPLED;
   }));
+  ASSERT_TRUE(until([&] {
+    return std::ranges::any_of(felt_.tone_messages,
+                               [](const std::string& message) { return message.starts_with("sounding"); });
+  })) << "audio_percept has begun";
   const std::vector<Row> rows{
       {"sctfb", "off", "all", "b2: SCTFB, weight felt: drag, tone and views", true, true, true},
       {"sctfb", "on", "drag,tone", "b2: SCTFB, counterbalanced: drag and tone", true, true, false},
@@ -186,8 +191,8 @@ TEST_F(PerceptSets, EachRowOfTheTableGivesTheHandTheToneAndTheViewWhatItHas) {
     EXPECT_EQ(now.drag_Nm > 0.05, row.drag) << row.words << ": " << now.drag_Nm << " N·m";
     EXPECT_EQ(now.drag_Nm == 0.0, !row.drag) << row.words << ": " << now.drag_Nm << " N·m";
     EXPECT_EQ(now.tone_gain > 0.0, row.tone) << row.words;
-    EXPECT_EQ(now.tone_message == "the operator works without the tone: alarms only", !row.tone)
-        << now.tone_message;
+    EXPECT_EQ(now.tone_messages.contains("the operator works without the tone: alarms only"), !row.tone)
+        << testing::PrintToString(now.tone_messages);
     EXPECT_EQ(now.hit_view, row.views) << row.words;
   }
   const Felt& heavy = felt[rows.front().words];

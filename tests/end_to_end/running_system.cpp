@@ -22,8 +22,9 @@ using test::replaced;
 void write_can_files(const std::filesystem::path& folder) {
   for (const auto& entry : std::filesystem::directory_iterator(PHANTOM_SOURCE_DIR "/deploy/can")) {
     if (entry.path().extension() != ".yaml") continue;
-    const std::string text =
+    std::string text =
         all_replaced(read_text(entry.path()), "user:", "user:" + std::to_string(getpid()) + "_");
+    text = all_replaced(text, ": ../", ": " PHANTOM_SOURCE_DIR "/deploy/");
     std::ofstream(folder / entry.path().filename())
         << all_replaced(text, "\nbit_rate: 1000000", "\nbit_rate: 0");
   }
@@ -35,7 +36,7 @@ void write_topology(const std::filesystem::path& folder, const std::string& name
   const std::filesystem::path source = PHANTOM_SOURCE_DIR;
   std::string topology = read_text(source / "deploy/topologies" / (name + ".yaml"));
   topology = replaced(topology, "../qos/", (source / "deploy/qos/").string());
-  topology = replaced(topology, "../cells/", (source / "deploy/cells/").string());
+  topology = all_replaced(topology, "../cells/", (source / "deploy/cells/").string());
   topology = all_replaced(topology, "../cartesian/", (source / "deploy/cartesian/").string());
   topology = all_replaced(topology, "../can/", folder.string() + "/");
   for (const auto& [component, pieces] : changes) {

@@ -30,7 +30,8 @@ using test::Process;
 constexpr std::size_t kArmJoints = 5;
 // Of the shipped cells: the tip is at z = q3 − 0.14 m, the vessel's top at 0.127 m. Six layers of 1 mm or 8
 // mm.
-constexpr double kTipOverQ3_m = -0.14, kVesselTop_m = 0.127, kFineReach_m = 0.006, kCoarseReach_m = 0.048;
+constexpr double kTipOverQ3_m = -0.14, kVesselTop_m = 0.127, kFineReach_m = 0.006, kCoarseReach_m = 0.048,
+                 kVesselY_m = 0.0, kMovedY_m = -0.030, kMovedAgainY_m = -0.045;
 
 class Surgery : public testing::Test {
  protected:
@@ -60,7 +61,7 @@ class Surgery : public testing::Test {
       while (!stop.stop_requested()) {
         messages::SlaveState state;
         state.joint_count = kArmJoints;
-        state.position[0] = x_m_, state.position[1] = 0.15,
+        state.position[0] = x_m_, state.position[1] = 0.15 + y_m_,
         state.position[2] = gap_m_ + kVesselTop_m - kTipOverQ3_m;
         state.velocity[2] = -0.001;
         states_->publish(state);
@@ -88,10 +89,17 @@ class Surgery : public testing::Test {
     return std::make_unique<Process>(
         words, folder_ / (name + (command.empty() ? "" : "_" + command.front()) + ".log"));
   }
-  /// Moves the vessel a millimetre aside in one workspace. Returns the command's exit code.
-  int move_vessel(const std::string& server) const {
+  /// Moves the vessel aside by a command to one server. Returns the command's exit code.
+  int move_vessel(const std::string& server, double y_m) const {
     return start("wva_server", server,
-                 {"command", "move", "--object", "vessel", "--pose", "0 0.001 0.125 0 90 0"})
+                 {"command", "move", "--object", "vessel", "--pose",
+                  "0 " + std::to_string(y_m) + " 0.125 0 90 0"})
+        ->wait();
+  }
+  /// Lets the arm carry the nerve along its probe, 10 mm farther down than the tip.
+  int attach_nerve() const {
+    return start("wva_server", "wva_server",
+                 {"command", "attach", "--object", "nerve", "--frame", "probe", "--pose", "0 0 -0.11 0 0 0"})
         ->wait();
   }
   /// Waits until the status of the probe's process has that in it, or has not.
@@ -115,7 +123,7 @@ class Surgery : public testing::Test {
   std::mutex mutex_;
   msg::Percept newest_;
   std::string said_by_probe_;
-  std::atomic<double> gap_m_{0.02}, x_m_{0.15};
+  std::atomic<double> gap_m_{0.02}, x_m_{0.15}, y_m_{kVesselY_m};
   std::optional<dds::Participant> participant_;
   std::optional<dds::Reader<msg::Percept>> percepts_;
   std::optional<dds::Reader<msg::ComponentStatus>> status_;
@@ -154,16 +162,73 @@ TEST_F(Surgery, TheProbeIsFeltInFineVoxelsAndInCoarseOnesWhereThereAreNoOthers) 
   EXPECT_TRUE(felt(between_m, free_space));
 }
 
+// One command to the arm's wva_server: the fine one follows, and the probe feels the vessel where it is now.
+TEST_F(Surgery, OneCommandMovesAnObjectInBothWorkspaces) {
+  const double near_m = 0.5 * kFineReach_m;
+  const auto over_vessel = [&](double y_m) {
+    y_m_ = y_m;
+    return felt(near_m,
+                [](const msg::Percept& percept) { return percept.mu() > 0.0 && percept.object() == 3; });
+  };
+  const auto over_nothing = [&](double y_m) {
+    y_m_ = y_m;
+    return felt(near_m, [](const msg::Percept& percept) { return percept.mu() == 0.0; });
+  };
+  ASSERT_TRUE(over_vessel(kVesselY_m));
+  ASSERT_TRUE(over_nothing(kMovedY_m)) << "30 mm aside nothing is felt in fine voxels";
+  ASSERT_EQ(move_vessel("wva_server", kMovedY_m), 0);
+  EXPECT_TRUE(over_vessel(kMovedY_m)) << "the fine workspace follows";
+  EXPECT_TRUE(over_nothing(kVesselY_m));
+  EXPECT_TRUE(said("OBJECTS STAND ELSEWHERE", false));
+  EXPECT_NE(move_vessel("wva_server_fine", kMovedY_m), 0) << "the fine one takes no commands of its own";
+  EXPECT_NE(test::read_text(folder_ / "wva_server_fine_command.log").find("send the command there"),
+            std::string::npos);
+  servers_.back()->end(SIGKILL);
+  ASSERT_EQ(move_vessel("wva_server", kMovedAgainY_m), 0) << "which the fine one misses";
+  servers_.back() = start("wva_server", "wva_server_fine");
+  EXPECT_TRUE(over_vessel(kMovedAgainY_m)) << "a restarted one serves its cell file, and follows";
+  EXPECT_TRUE(over_nothing(kMovedY_m));
+}
+
 // Tries phantom_sensing: an object stands elsewhere in a share's workspace than in the arm's
-TEST_F(Surgery, AnObjectThatACommandMovesInOneWorkspaceOnlyIsTold) {
+TEST_F(Surgery, AnObjectThatStandsElsewhereInOneWorkspaceIsTold) {
   const std::string warning = "OBJECTS STAND ELSEWHERE";
-  ASSERT_TRUE(felt(0.5 * kFineReach_m, [](const msg::Percept& percept) { return percept.mu() > 0.0; }));
+  ASSERT_TRUE(felt(0.5 * (kFineReach_m + kCoarseReach_m), [](const msg::Percept& percept) {
+    return percept.mu() == 0.0;
+  })) << "in fine voxels";
   ASSERT_TRUE(said("senses share probe"));
   EXPECT_TRUE(said(warning, false)) << "as shipped they stand alike";
-  ASSERT_EQ(move_vessel("wva_server"), 0);
+  servers_.back()->end(SIGKILL);  // nothing follows
+  ASSERT_EQ(move_vessel("wva_server", kMovedY_m), 0);
   EXPECT_TRUE(said("move them in both: vessel"));
-  ASSERT_EQ(move_vessel("wva_server_fine"), 0);
+  servers_.back() = start("wva_server", "wva_server_fine");
   EXPECT_TRUE(said(warning, false));
+}
+
+TEST_F(Surgery, WhatTheProbeCarriesIsFeltInFineVoxelsOnceBothWorkspacesHaveItCarried) {
+  const auto free_space = [](const msg::Percept& percept) { return percept.mu() == 0.0; };
+  const auto by_vessel = [](const msg::Percept& percept) {
+    return percept.mu() > 0.0 && percept.object() == 3 && percept.link() == kArmJoints;
+  };
+  const double farther_m = 0.010, between_m = 0.5 * (kFineReach_m + kCoarseReach_m);
+  ASSERT_TRUE(felt(0.5 * kFineReach_m + farther_m, free_space)) << "the tip alone";
+  servers_.back()->end(SIGKILL);  // nothing follows
+  ASSERT_EQ(attach_nerve(), 0);
+  EXPECT_TRUE(felt(between_m, [](const msg::Percept& percept) { return percept.mu() > 0.0; }))
+      << "in the coarse voxels, as the fine ones lack it";
+  EXPECT_TRUE(said("move them in both: nerve"));
+  servers_.back() = start("wva_server", "wva_server_fine");
+  EXPECT_TRUE(felt(between_m, free_space)) << "in the fine ones, whose server follows";
+  EXPECT_TRUE(felt(0.5 * kFineReach_m + farther_m, by_vessel)) << "at what it carries";
+  EXPECT_TRUE(said("move them in both", false));
+}
+
+TEST_F(Surgery, AProtectedZoneIsFeltByItsName) {
+  constexpr double kNerveAway_m = -0.012, kInZone_m = 0.0003;  // 1.5 mm over the nerve in its middle
+  y_m_ = kNerveAway_m;
+  EXPECT_TRUE(felt(kInZone_m, [](const msg::Percept& percept) {
+    return percept.object() == 5 && percept.mu() == 32.0 && percept.link() == kArmJoints;
+  }));
 }
 
 }  // namespace

@@ -100,7 +100,7 @@ TEST(RunningDemo, ASurveyedObjectIsInTheWorkspaceWithItsGuardAndIsFeltAndARefuse
   const test::Said moved =
       survey("fit --send --move surveyed_brick --measurements " + examples + "brick.csv", system);
   EXPECT_EQ(moved.exit_code, 0) << moved.output;
-  EXPECT_THAT(moved.output, AllOf(HasSubstr("moved 'surveyed_brick'"), HasSubstr("guard 1 voxels")));
+  EXPECT_THAT(moved.output, AllOf(HasSubstr("moved 'surveyed_brick'"), HasSubstr("guard 2 voxels")));
   EXPECT_TRUE(
       eventually([&] { return std::abs(observer.objects().at(id).X_WO().position_m().x() - 0.05) < 0.005; }));
   system.stop();

@@ -24,12 +24,14 @@
 #include "common/dds/endpoints/endpoint.hpp"
 #include "tests/end_to_end/running_system.hpp"
 #include "tests/support/child_process.hpp"
+#include "tests/support/late_sleeper.hpp"
 
 namespace phantom::end_to_end {
 namespace {
 
 constexpr double kWindow_s = 5.0;
 constexpr int kRounds = 3;
+constexpr double kThreadsOnTheWay = 10.0;
 
 /// Time from one tick to the next, as the loop itself stamped them.
 class Ticks {
@@ -218,13 +220,15 @@ TEST(ViewerLoad, OnABusyHostThePageAnswersOnceItsAddressIsPrintedAndTheStopIsCon
       << read_text(log);
   httplib::Client page(url);
   page.set_read_timeout(std::chrono::seconds(20));
-  const auto timed = [](const auto& ask) {
+  test::LateSleeper late;
+  const auto timed = [&](const auto& ask) {
+    late.begin();
     const core::Nanoseconds begun_ns = core::monotonic_ns();
     httplib::Result answer = ask();
     return std::pair(std::move(answer), core::seconds(core::monotonic_ns() - begun_ns));
   };
   const auto [first, first_s] = timed([&] { return page.Get("/"); });
-  EXPECT_LT(first_s, 1.0) << "the address was printed";
+  EXPECT_LT(first_s, 1.0 + kThreadsOnTheWay * late.greatest_s()) << "the address was printed";
   ASSERT_TRUE(first && first->status == 200);
   ASSERT_TRUE(eventually(
       [&] {
@@ -243,7 +247,7 @@ TEST(ViewerLoad, OnABusyHostThePageAnswersOnceItsAddressIsPrintedAndTheStopIsCon
   std::cout << "busy host: the stop was confirmed after " << 1e3 * stopped_s << " ms\n";
   ASSERT_TRUE(answer);
   EXPECT_EQ(answer->status, 200) << answer->body;
-  EXPECT_LT(stopped_s, 0.3);
+  EXPECT_LT(stopped_s, 0.3 + kThreadsOnTheWay * late.greatest_s());
 }
 
 }  // namespace

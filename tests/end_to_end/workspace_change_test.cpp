@@ -147,7 +147,7 @@ TEST(RunningDemo, AnObjectMovedByCommandChangesItsBricksOnlyAndThePerceptFollows
   EXPECT_EQ(came, touched);
   const Said refused = command("move --object vice --pose '0 0 0.3 0 0 0'", deployment, domain);
   EXPECT_EQ(refused.exit_code, 1);
-  EXPECT_THAT(refused.output, HasSubstr("no object 'vice'"));
+  EXPECT_THAT(refused.output, HasSubstr("refused: no object 'vice'"));
   const Said listed = command("list", deployment, domain);
   EXPECT_EQ(listed.exit_code, 0) << listed.output;
   EXPECT_THAT(listed.output,

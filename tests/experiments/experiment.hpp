@@ -17,11 +17,14 @@ enum class Sabotage {
   kGrownBodies,     ///< bodies reach a voxel farther out on every side than their meshes
   kIgnoredOffset,   ///< the survey's beam is taken to begin in the head's centre of rotation
   kCubicClusters,   ///< every cluster sensor reads the whole cube
+  kCubicElements,   ///< every shaping element is the whole cube
+  kUnitElements,    ///< where its cells are counted, every shaping element is that of m = 1
   kLatestObject,    ///< where objects' layers meet, the later one's fluid prevails
   kNoMemory,        ///< the buffer of past voxels holds the present one alone
   kUnfacedFilter,   ///< the search's surface direction test lets every triangle pass
   kWeightless,      ///< the simulated arm has no weight, with counterweights or without
-  kSilence          ///< tone and views tell nothing of what is near
+  kSilence,         ///< the phantom tells nothing of what is near but its drag: no tone, view or contact
+  kUnitRatio        ///< a master's joint leads the arm's, and feels it, as if their ratio were 1
 };
 
 struct Settings {

@@ -6,14 +6,18 @@ namespace phantom::experiments {
 Experiment mpc_steps();
 Experiment filter_cost();
 Experiment triangulation();
+Experiment search_scope();
 Experiment voxelise();
 Experiment ranked_layers();
+Experiment layer_sections();
+Experiment rejected_shells();
 Experiment drag_tracks();
 Experiment speed();
 Experiment smoothing();
 Experiment merge();
 Experiment pgd();
 // arms and what is built on them
+Experiment joystick();
 Experiment arm_sensors();
 Experiment sensing_models();
 Experiment lean_sensors();
@@ -21,8 +25,11 @@ Experiment pffb_speed();
 Experiment coworking();
 Experiment btm_cases();
 Experiment percept_sets();
+Experiment contact_gain();
 Experiment enhanced();
+Experiment aid_views();
 Experiment hit_view();
+Experiment lead_time();
 Experiment audio();
 Experiment model_error();
 Experiment survey_fit();
@@ -41,13 +48,17 @@ const std::vector<Experiment>& experiments() {
       mpc_steps(),
       filter_cost(),
       triangulation(),
+      search_scope(),
       voxelise(),
       ranked_layers(),
+      layer_sections(),
+      rejected_shells(),
       drag_tracks(),
       speed(),
       smoothing(),
       merge(),
       // arms and what is built on them
+      joystick(),
       arm_sensors(),
       sensing_models(),
       lean_sensors(),
@@ -55,9 +66,12 @@ const std::vector<Experiment>& experiments() {
       coworking(),
       btm_cases(),
       percept_sets(),
+      contact_gain(),
       enhanced(),
       pgd(),
+      aid_views(),
       hit_view(),
+      lead_time(),
       audio(),
       model_error(),
       survey_fit(),

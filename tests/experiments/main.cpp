@@ -20,11 +20,14 @@ const std::map<std::string, Sabotage> kSabotages{{"constant-mu", Sabotage::kCons
                                                  {"grown-bodies", Sabotage::kGrownBodies},
                                                  {"ignored-offset", Sabotage::kIgnoredOffset},
                                                  {"cubic-clusters", Sabotage::kCubicClusters},
+                                                 {"cubic-elements", Sabotage::kCubicElements},
+                                                 {"unit-elements", Sabotage::kUnitElements},
                                                  {"latest-object", Sabotage::kLatestObject},
                                                  {"no-memory", Sabotage::kNoMemory},
                                                  {"unfaced-filter", Sabotage::kUnfacedFilter},
                                                  {"weightless", Sabotage::kWeightless},
-                                                 {"silence", Sabotage::kSilence}};
+                                                 {"silence", Sabotage::kSilence},
+                                                 {"unit-ratio", Sabotage::kUnitRatio}};
 
 void list(bool as_json) {
   nlohmann::json all = nlohmann::json::array();

@@ -49,7 +49,12 @@ robot::SkinLayout tip_sensor(const robot::SerialArm& arm, double voxel_size_m,
 
 }  // namespace
 
+workspace::ShapingElement sabotaged(workspace::ShapingElement element, Sabotage sabotage) {
+  return sabotage == Sabotage::kCubicElements ? workspace::ShapingElement::kCube : element;
+}
+
 workspace::LayerProfile sabotaged(workspace::LayerProfile profile, Sabotage sabotage) {
+  profile.element = sabotaged(profile.element, sabotage);
   if (sabotage == Sabotage::kConstantMu) {
     float mu = profile.mu_Pa_s_per_m.front();
     for (float& layer : profile.mu_Pa_s_per_m) {
@@ -69,6 +74,12 @@ double sabotaged(double speed, Sabotage sabotage) {
 core::JointArray sabotaged(core::JointArray speeds, Sabotage sabotage) {
   for (double& speed : speeds) speed = sabotaged(speed, sabotage);
   return speeds;
+}
+
+teleop::JointMappingParameters sabotaged(teleop::JointMappingParameters mapping, Sabotage sabotage) {
+  if (sabotage != Sabotage::kUnitRatio) return mapping;
+  for (teleop::LedJoint& led : mapping.led) led.ratio = 1.0;
+  return mapping;
 }
 
 geometry::TriangleMesh sabotaged(geometry::TriangleMesh mesh, double voxel_size_m, Sabotage sabotage) {

@@ -11,6 +11,7 @@
 #include "common/robot/sensing/skin_sensing.hpp"
 #include "common/robot/skin/skin.hpp"
 #include "common/survey/range_head.hpp"
+#include "common/teleop/coupling/joint_mapping.hpp"
 #include "tests/experiments/experiment.hpp"
 
 namespace phantom::experiments {
@@ -18,8 +19,10 @@ namespace phantom::experiments {
 /// The one place where a sabotage takes effect: experiments hand to the product's libraries what comes out of
 /// these.
 
-/// Layers as given; or all with the first one's μ (less the least that "falling outwards" asks for); or the
-/// first one a voxel wider, so that the others lie one too far out.
+/// A shaping element as given; or the cube.
+workspace::ShapingElement sabotaged(workspace::ShapingElement element, Sabotage sabotage);
+/// Layers as given, by their element as above; or all with the first one's μ (less the least that "falling
+/// outwards" asks for); or the first one a voxel wider, so that the others lie one too far out.
 workspace::LayerProfile sabotaged(workspace::LayerProfile profile, Sabotage sabotage);
 /// A speed, rad/s or m/s, as given; or always kIgnoredSpeed with its sign (0 stays 0).
 double sabotaged(double speed, Sabotage sabotage);
@@ -29,6 +32,8 @@ inline constexpr double kIgnoredSpeed = 0.05;
 geometry::TriangleMesh sabotaged(geometry::TriangleMesh mesh, double voxel_size_m, Sabotage sabotage);
 /// A range head as given; or without the arm that its ranger sits on (r of eqs. A.7 and A.8).
 survey::RangeHead sabotaged(survey::RangeHead head, Sabotage sabotage);
+/// A master's joints on the arm's as given; or with the ratio 1.
+teleop::JointMappingParameters sabotaged(teleop::JointMappingParameters mapping, Sabotage sabotage);
 
 /// A cluster sensor as given; or one that reads the whole cube.
 robot::ClusterSpec sabotaged(robot::ClusterSpec cluster, Sabotage sabotage);

@@ -102,6 +102,12 @@ TEST(Sabotage, BreaksTheLawThatItNames) {
             force_at(-0.005, {0.1, 0.0, 0.0}, Sabotage::kLayersOffByOne).x())
       << "the body's own voxels move as well";
   EXPECT_EQ(sabotaged(survey::RangeHead{.beam_offset_m = 0.06}, Sabotage::kIgnoredOffset).beam_offset_m, 0.0);
+  EXPECT_EQ(sabotaged(workspace::ShapingElement::kSphere, Sabotage::kCubicElements),
+            workspace::ShapingElement::kCube);
+  EXPECT_EQ(sabotaged(layers({20.0F}, 2), Sabotage::kCubicElements).element,
+            workspace::ShapingElement::kCube);
+  EXPECT_EQ(sabotaged(workspace::ShapingElement::kSphere, Sabotage::kNone),
+            workspace::ShapingElement::kSphere);
   EXPECT_EQ(sabotaged(survey::RangeHead{.beam_offset_m = 0.06}, Sabotage::kNone).beam_offset_m, 0.06);
 }
 

@@ -10,22 +10,12 @@ import shutil
 import tempfile
 from pathlib import Path
 
-from hosts import Site, eventually, given_paths, need_rights, telling_logs
+from hosts import Site, eventually, given_paths, hot_cell_topology, need_rights, telling_logs
 
-SOURCE = Path(__file__).resolve().parents[2]
 ADDRESSES = {"cell": "10.70.1.2", "desk": "10.70.2.2"}
 LIMIT_S = 200  # only bounds a failing test
 MOST_FRAMES = 100_000
 CLEAN, BAD = {}, {"loss": 0.02, "delay_ms": 25}
-
-
-def topology(folder):
-    file = folder / "topology.yaml"
-    hosts = "".join(f"  - {{name: {name}, interfaces: [{address}]}}\n" for name, address in ADDRESSES.items())
-    file.write_text(f"name: bad_link\ndomain: 42\nqos_profiles: {SOURCE}/deploy/qos/phantom.xml\n"
-                    f"cell: {SOURCE}/deploy/cells/hot_cell/cell.yaml\nnetwork:\n  participants_per_host: 8\n"
-                    f"  initial_peers: [{', '.join(ADDRESSES.values())}]\nhosts:\n{hosts}")
-    return file
 
 
 class Desk:
@@ -56,7 +46,7 @@ def main():
     given = given_paths("bin", "cable")
     need_rights()
     folder = Path(tempfile.mkdtemp(prefix="phantom_bad_link_"))
-    file = topology(folder)
+    file = hot_cell_topology(folder, "bad_link", 42, ADDRESSES)
     site = Site(ADDRESSES, given.cable, ["desk"])
     cable = site.cables["desk"]
 

@@ -18,6 +18,15 @@ from pathlib import Path
 SKIPPED = 77  # what CTest takes for "not run" (SKIP_RETURN_CODE)
 
 
+def hot_cell_topology(folder, name, domain, addresses):
+    """Writes a topology of the shipped hot cell on these hosts (name: address) into the folder; returns its file."""
+    source, file = Path(__file__).resolve().parents[2], folder / "topology.yaml"
+    hosts = "".join(f"  - {{name: {host}, interfaces: [{address}]}}\n" for host, address in addresses.items())
+    file.write_text(f"name: {name}\ndomain: {domain}\nqos_profiles: {source}/deploy/qos/phantom.xml\ncell: {source}/deploy/cells/hot_cell/cell.yaml\n"
+                    f"network:\n  participants_per_host: 8\n  initial_peers: [{', '.join(addresses.values())}]\nhosts:\n{hosts}")
+    return file
+
+
 def skip(why):
     print(f"skipped: {why}")
     sys.exit(SKIPPED)

@@ -1,4 +1,4 @@
-// A participant that opens the ends of a component, as deploy/security/rights lists them, and is silent: what
+// A participant that opens the ends of a component, as the IDL grants them, and is silent: what
 // its being there costs the network is discovery alone. Prints "up", then for each line that it reads how
 // many ends of others it has matched.
 #include <cstring>

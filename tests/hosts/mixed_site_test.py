@@ -15,7 +15,7 @@ import tempfile
 import time
 from pathlib import Path
 
-from every_topic import BRICKS, LIMIT_S, every_topic_goes
+from every_topic import LIMIT_S, every_topic_goes
 from hosts import connected, eventually, need_rights, telling_logs
 from tunnel import Tunnel
 

@@ -1,16 +1,19 @@
-"""Holds deploy/security/rights against what the running components open, as discovery tells it."""
+"""Holds the rights that idl/ grants against what the running components open, as discovery tells it."""
 import json
+import subprocess
+import sys
 from pathlib import Path
 
 from hosts import eventually
 
-RIGHTS = Path(__file__).resolve().parents[2] / "deploy/security/rights"
+CONTRACT = Path(__file__).resolve().parents[2] / "idl/contract.py"
 RUNNING = {"wva_server", "slave_io", "phantom_sensing", "master_io", "audio_percept", "synthetic_viewer", "phantom_session"}
 
 
-def read_rights(file=RIGHTS):
+def read_rights():
     rights = {}
-    for line in file.read_text().splitlines():
+    listed = subprocess.run([sys.executable, CONTRACT, "--rights"], capture_output=True, text=True, check=True).stdout
+    for line in listed.splitlines():
         line = line.split("#")[0]
         if line.count("|") == 2:
             name, publishes, subscribes = (part.split() for part in line.split("|"))
@@ -21,6 +24,7 @@ def read_rights(file=RIGHTS):
 def endpoints_have_exactly_their_rights(wall):
     rights = read_rights()
     rights["wva_server"][1].discard("occupancy_change")  # only if its `live` names a source
+    rights["wva_server"][1].difference_update({"workspace_object", "object_uncertainty", "mesh_chunk"})  # with --follow alone
     rights["slave_io"][0].discard("gripper_state")  # of a gripper, which this arm does not have
     rights["master_io"][1].discard("gripper_state")  # for a haptic device with a grip
     rights["phantom_sensing"][1].difference_update({"gripper_state", "drag_field", "percept"})  # the last two: of shares of the skin

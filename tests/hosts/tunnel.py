@@ -22,7 +22,7 @@ class Tunnel:
         assert done.returncode == 0, done.stderr
         self.hosts, self.log = hosts, folder.parent / "tunnel.log"
         self.inner = {name: f"10.80.0.{i + 1}" for i, name in enumerate(addresses)}
-        for name, host in hosts.items():
+        for name in hosts:
             self._on(name, "mount", "--bind", folder / name, "/etc/wireguard")
             self._on(name, "mkdir", "-p", "/run/wireguard")
             self._on(name, "mount", "-t", "tmpfs", "tmpfs", "/run/wireguard")

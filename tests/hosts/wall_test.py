@@ -221,7 +221,7 @@ def main():
             return
         if not wall.secured:
             endpoints_have_exactly_their_rights(wall)
-            done("every component opens exactly what deploy/security/rights grants")
+            done("every component opens exactly what its rights grant")
             onlookers_do_not_disturb(wall, watch)
             done("onlookers do not disturb the servo")
         partition_is_safe_and_heals(wall, watch)

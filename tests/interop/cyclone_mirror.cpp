@@ -21,7 +21,7 @@ const dds_topic_descriptor_t* descriptor_of(const std::string& type) {
   for (const cyclone_type* known = cyclone_types; known->name != nullptr; ++known) {
     if (type == known->name) return known->descriptor;
   }
-  throw std::runtime_error(type + ": not generated for Cyclone DDS; add it to cyclone_topics.c");
+  throw std::runtime_error(type + ": not generated for Cyclone DDS");
 }
 
 std::int32_t participant_in(int domain) {

@@ -6,18 +6,8 @@
 #include "teleoperation.h"
 #include "workspace.h"
 
-#define TYPE(name) \
-  { "phantom::msg::" #name, &phantom_msg_##name##_desc }
+#define TOPIC(constant, name) {"phantom::msg::" #name, &phantom_msg_##name##_desc},
 
 const struct cyclone_type cyclone_types[] = {
-    TYPE(MasterState),     TYPE(SlaveState),      TYPE(DragField),
-    TYPE(Percept),         TYPE(InterestPoints),  TYPE(SkinPercept),
-    TYPE(HitAlert),        TYPE(SensingCommand),  TYPE(SensingReply),
-    TYPE(OperatorCommand), TYPE(WorkspaceBrick),  TYPE(WorkspaceVersion),
-    TYPE(WorkspaceObject), TYPE(MeshChunk),       TYPE(WorkspaceCommand),
-    TYPE(WorkspaceReply),  TYPE(ComponentStatus), TYPE(ViewPose),
-    TYPE(OperatorReply),   TYPE(HapticDevice),    TYPE(HapticDeviceWrench),
-    TYPE(GripperState),    TYPE(WristWrench),
-    TYPE(ViewPicture),     TYPE(SensorPoints),    TYPE(CameraPicture),
-    TYPE(DepthImage),      TYPE(OccupancyChange),
+#include "phantom_contract/topics.def"
     {0, 0}};

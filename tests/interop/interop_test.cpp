@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <mutex>
+#include <optional>
 #include <vector>
 
 #include "common/dds/endpoints/cdr.hpp"
@@ -25,21 +26,31 @@ core::NetworkOptions network(std::size_t which) {
   return options;
 }
 
-class Interop : public testing::TestWithParam<const dds::TopicDescription*> {};
+class Interop : public testing::TestWithParam<const dds::TopicDescription*> {
+ protected:
+  // Ours are the same for all topics: after some sixty in one process Cyclone DDS does not find further ones.
+  static void SetUpTestSuite() {
+    sender_.emplace("sender", network(0));
+    receiver_.emplace("receiver", network(1));
+  }
+  static void TearDownTestSuite() {
+    sender_.reset();
+    receiver_.reset();
+  }
+  static inline std::optional<dds::Participant> sender_, receiver_;
+};
 
 TEST_P(Interop, IsReadAndWrittenByAnotherVendorInEveryMember) {
   const dds::TopicDescription& topic = *GetParam();
-  const core::NetworkOptions here = network(0), there = network(1);
-  dds::Participant sender("sender", here), receiver("receiver", there);
   dds::CdrCodec codec(topic), codec_of_reader(topic);
   std::mutex mutex;
   std::vector<std::uint8_t> came;
-  dds::RawReader reader(receiver, topic, [&](const void* sample, const dds::SampleInfo&) {
+  dds::RawReader reader(*receiver_, topic, [&](const void* sample, const dds::SampleInfo&) {
     const std::lock_guard lock(mutex);
     return codec_of_reader.encode(sample, came);
   });
-  dds::RawWriter writer(sender, topic);
-  CycloneMirror mirror(topic, here.domain, there.domain);
+  dds::RawWriter writer(*sender_, topic);
+  CycloneMirror mirror(topic, network(0).domain, network(1).domain);
   ASSERT_TRUE(dds::eventually([&] {
     return mirror.connected() && writer.matched() == 1 && reader.matched() == 1;
   })) << "Fast DDS and Cyclone DDS did not agree on "

@@ -196,6 +196,24 @@ TEST_F(ReplayedProcess, WhatWasRecordedComesAgainToTypedReadersAsIfNew) {
       << "stamped now";
 }
 
+TEST_F(ReplayedProcess, ARecordingOfAnEarlierStateOfTheProjectPlays) {
+  dds::Participant here("viewer", test_network());
+  std::atomic<int> drag_fields{0}, statuses{0};
+  dds::Reader<msg::DragField> fields(here, dds::kDragField,
+                                     [&](const msg::DragField& field, const dds::SampleInfo&) {
+                                       if (field.joint_count() > 0) ++drag_fields;
+                                     });
+  dds::Reader<msg::ComponentStatus> components(
+      here, dds::kComponentStatus, [&](const msg::ComponentStatus& status, const dds::SampleInfo&) {
+        if (status.component_name().size() > 0) ++statuses;
+      });
+  std::string output;
+  const std::string kept = PHANTOM_SOURCE_DIR "/tests/recording/kept/session.mcap";
+  ASSERT_EQ(run("replay", {kept, "--wait", "30"}, &output), 0) << output;
+  EXPECT_TRUE(eventually([&] { return drag_fields > 0 && statuses > 0; }))
+      << drag_fields << " drag fields, " << statuses << " statuses";
+}
+
 TEST_F(ReplayedProcess, AReaderThatIsFrozenDoesNotHoldItUp) {
   const std::filesystem::path file = record(AlertWriter(std::chrono::microseconds(500)));
   ASSERT_FALSE(file.empty());
@@ -213,6 +231,88 @@ TEST_F(ReplayedProcess, AReaderThatIsFrozenDoesNotHoldItUp) {
       << replay.output();
   EXPECT_EQ(replay.end(SIGINT), 0) << replay.output();
   frozen.signal(SIGCONT);
+}
+
+class OtherCompression : public Recorded {
+ protected:
+  static constexpr std::string_view kZstd{"\4\0\0\0zstd", 8}, kUnknown{"\4\0\0\0lz4x", 8};
+
+  /// Records the kept recording again, in the small chunks that the configuration says.
+  std::string in_small_chunks() {
+    Process recorder(command("record", {"--folder", (folder / "parts").string()}), folder / "record.log");
+    std::string said;
+    EXPECT_EQ(run("replay",
+                  {PHANTOM_SOURCE_DIR "/tests/recording/kept/session.mcap", "--wait", "60", "--beside-live"},
+                  &said),
+              0)
+        << said;
+    EXPECT_TRUE(eventually([&] { return topics_in(folder / "parts").size() >= 5; })) << recorder.output();
+    EXPECT_EQ(recorder.end(SIGINT), 0) << recorder.output();
+    return read_text(files_in(folder / "parts").at(0));
+  }
+  /// Returns a file of these bytes, of which the first `chunks` chunks look as if they were compressed
+  /// otherwise.
+  std::filesystem::path recompressed(std::string bytes, int chunks) {
+    int changed = 0;
+    for (std::size_t at = bytes.find(kZstd); at != std::string::npos && changed < chunks;
+         at = bytes.find(kZstd, at + 1)) {
+      bytes.replace(at, kZstd.size(), kUnknown);
+      ++changed;
+    }
+    EXPECT_TRUE(changed == chunks || changed > 5) << changed;
+    const auto file = folder / ("lz4_" + std::to_string(chunks) + ".mcap");
+    std::ofstream(file, std::ios::binary) << bytes;
+    return file;
+  }
+};
+
+// Tries dds_recorder: has a compression that is not read
+TEST_F(OtherCompression, ConvertExportAndReplayEndWithAFailureAndSayWhy) {
+  const std::string parts = in_small_chunks();
+  const std::string some = recompressed(parts, 1).string(), none = recompressed(parts, 1'000'000).string();
+  std::string said;
+  const auto out = [&](const char* name) { return (folder / name).string(); };
+  EXPECT_EQ(run("convert", {some, "--out", out("rest.mcap")}, &said), 1) << said;
+  EXPECT_THAT(said, HasSubstr("1 chunks could not be read"));
+  EXPECT_TRUE(std::filesystem::exists(out("rest.mcap")));
+  const std::vector<std::string> exported{"--ros2", some, "--out", out("rest.bag.mcap")};
+  EXPECT_EQ(run("export", exported, &said), 1) << said;
+  EXPECT_THAT(said, HasSubstr("1 chunks could not be read"));
+  EXPECT_EQ(run("replay", {some, "--rate", "0"}, &said), 1) << said;
+  EXPECT_THAT(said, HasSubstr("'lz4x'"));
+  EXPECT_THAT(said, HasSubstr("its samples were not replayed"));
+  EXPECT_EQ(run("convert", {none, "--out", out("nothing.mcap"), "--topics", "drag_field"}, &said), 1) << said;
+  EXPECT_FALSE(std::filesystem::exists(out("nothing.mcap")));
+  EXPECT_EQ(run("export", {"--ros2", none, "--out", out("nothing.bag.mcap")}, &said), 1) << said;
+  Process percepts({PHANTOM_BIN_DIR "/phantom_sensing", "replay", "--recording", some, "--cell",
+                    PHANTOM_SOURCE_DIR "/deploy/cells/hot_cell/cell.yaml"},
+                   folder / "percepts.log");
+  EXPECT_EQ(percepts.wait(), 1) << percepts.output();
+  EXPECT_THAT(percepts.output(), HasSubstr("chunks of it cannot be read"));
+}
+
+class GoneFile : public Recorded {};
+
+// Tries dds_recorder: its file is removed or cut by others
+TEST_F(GoneFile, EndsARecordingWithAFailureThatNamesIt) {
+  const std::pair<const char*, std::function<void(const std::filesystem::path&)>> kWays[] = {
+      {"was removed while it was written",
+       [](const std::filesystem::path& file) { std::filesystem::remove(file); }},
+      {"was changed by others while it was written",
+       [](const std::filesystem::path& file) { std::filesystem::resize_file(file, 10); }}};
+  AlertWriter writer(std::chrono::milliseconds(1));
+  for (const auto& [says, spoil] : kWays) {
+    const auto kept = folder / "kept";
+    std::filesystem::remove_all(kept);
+    Process recorder(command("record", {"--folder", kept.string(), "--topics", "hit_alert"}),
+                     folder / "record.log");
+    ASSERT_TRUE(eventually([&] { return topics_in(kept).contains("hit_alert"); }, std::chrono::seconds(60)))
+        << recorder.output();
+    const auto file = files_in(kept).at(0);
+    spoil(file);
+    EXPECT_EQ(recorder.wait(), 1) << says;
+    EXPECT_THAT(recorder.output(), HasSubstr(file.string() + ": " + says));
+  }
 }
 
 class Frozen : public Recorded {};

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstring>
 #include <opencv2/imgcodecs.hpp>
+#include <optional>
 
 #include "common/core/clock.hpp"
 #include "common/messages/codecs/teleoperation_codec.hpp"
@@ -30,7 +31,7 @@ test::Cloud three_points() {
 
 // Tries ros2_gateway: a cloud or an image whose fields, sizes or numbers are not as its definition has them
 TEST_F(GatewayData, HandsOnTheCloudOfASensor) {
-  config_.points.cloud_topic = "cloud";
+  config_.points.cloud = "cloud";
   start();
   Heard<msg::SensorPoints> points(participant_, dds::kSensorPoints);
   std::int64_t stamp_ns = 0;
@@ -70,8 +71,8 @@ TEST_F(GatewayData, HandsOnTheCloudOfASensor) {
 
 // Tries ros2_gateway: depth images without their camera_info
 TEST_F(GatewayData, HandsOnDepthImagesAsPoints) {
-  config_.points.depth_topic = "depth";
-  config_.points.camera_info_topic = "camera_info";
+  config_.points.depth = "depth";
+  config_.points.camera_info = "camera_info";
   start();
   Heard<msg::SensorPoints> points(participant_, dds::kSensorPoints);
   const auto send = [&] { node_.publish_depth("camera", 2, 1, {2.0F, 0.0F}); };
@@ -89,6 +90,40 @@ TEST_F(GatewayData, HandsOnDepthImagesAsPoints) {
   EXPECT_FLOAT_EQ(one.xyz_m[1], -0.5F * 2.0F / 100.0F);
   EXPECT_FLOAT_EQ(one.xyz_m[2], 2.0F);
   EXPECT_TRUE(std::isnan(one.xyz_m[5]));
+}
+
+TEST_F(GatewayData, HandsOnTheImagesOfTwoDepthCameras) {
+  config_.depth_cameras.resize(2);
+  auto& above = config_.depth_cameras[0];
+  above.name = "above";
+  above.topics.depth = "depth";
+  above.topics.camera_info = "camera_info";
+  auto& left = config_.depth_cameras[1];
+  left.name = "left";
+  left.topics.cloud = "cloud";
+  left.topics.camera_info = "camera_info";
+  start();
+  Heard<msg::DepthImage> images(participant_, dds::kDepthImage);
+  const auto of = [&](const std::string& name) {
+    std::optional<messages::DepthImage> found;
+    for (const auto& image : images.all())
+      if (image.camera == name) found = image;
+    return found;
+  };
+  ASSERT_TRUE(dds::eventually([&] {
+    node_.publish_camera("lidar", 2, 1, {100, 0, 0.5, 0, 0, 100, 0, 0, 0, 0, 1, 0});
+    node_.publish_depth("lidar", 2, 1, {2.0F, 0.0F});
+    test::Cloud cloud = three_points();
+    const float values[] = {-0.005F, 0, 1, 9, NAN, 2, 3, 9, 0.01F, 0, 2, 9};
+    std::memcpy(cloud.data.data(), values, sizeof(values));
+    node_.publish_cloud(cloud);
+    return of("above") && of("left");
+  }));
+  EXPECT_THAT(of("above")->depth_mm, testing::ElementsAre(2000, 0));
+  EXPECT_THAT(of("left")->depth_mm, testing::ElementsAre(1000, 2000));
+  EXPECT_EQ(of("left")->fx_px, 100.0);
+  EXPECT_GE(of("above")->age_s, 0.0);
+  EXPECT_LE(of("above")->age_s, 10.0);
 }
 
 /// A picture whose left half is red and whose right half is blue, in the order of an Image's encoding.

@@ -114,6 +114,13 @@ class CheckLinkTrace(unittest.TestCase):
         run.lines = [line for number, line in enumerate(run.lines) if number % 7 not in (2, 3) or line["topic"] == "operator_command"]
         self.accepts(run)
 
+    def test_a_trace_that_begins_late_may_begin_in_any_state(self):
+        run = Run().couple().say("D", "D", 20)
+        run.lines = run.lines[-20:]
+        self.accepts(run)
+        # Who is there from its first tick on cannot have lost anybody.
+        self.refuses(Run().say("D", "D", 3), "model")
+
     def test_what_cannot_be_judged_is_an_error_of_its_own(self):
         self.assertEqual(self.judge(Run()).returncode, 2)
         run = Run().couple()

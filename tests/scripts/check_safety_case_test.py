@@ -156,6 +156,14 @@ class CheckSafetyCase(unittest.TestCase):
         self.put("CMakeLists.txt", CMAKE.replace(";SR01", ";SR01;SR02"))
         self.refuses("hosts.stop: carries SR-02, which does not name it", self.run_tests()[0])
 
+    def test_the_cases_of_a_typed_suite(self):
+        self.put("arm/arm_test.cpp", TESTS + "TYPED_TEST(Typed, SR02_OfEachType) {}\n")
+        self.put("CMakeLists.txt", CMAKE + "add_test(NAME arm.Typed/0.SR02_OfEachType COMMAND true)\n")
+        done = self.check(self.run_tests()[0])
+        self.assertEqual(done.returncode, 0, done.stdout)
+        self.put("CMakeLists.txt", CMAKE)
+        self.refuses("its test Typed.SR02_OfEachType does not exist in this build", self.run_tests()[0])
+
     def test_a_test_that_failed_or_was_only_skipped(self):
         self.put("CMakeLists.txt", CMAKE.replace("hosts.stop COMMAND true", "hosts.stop COMMAND false"))
         self.refuses("hosts.stop: is evidence for SR-01 and failed", *self.run_tests())

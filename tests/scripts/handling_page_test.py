@@ -62,7 +62,7 @@ class HandlingPage(unittest.TestCase):
         self.assertIn("Greifer 12,5 mm offen", german)
         self.assertIn("bei 0,100; -0,250; 1,000 m", german)
         self.assertEqual(len(re.findall(r"\d+", english)), len(re.findall(r"\d+", german)))
-        for step, (word, wort) in handling.STEPS.items():
+        for word, wort in handling.STEPS.values():
             self.assertIn(word, english)
             self.assertIn(wort, german)
             self.assertNotEqual(word, wort)

@@ -5,7 +5,6 @@ each tells what it dropped, and what the real server sends next still comes thro
 flood_test.py --programs FOLDER --bin FOLDER [--only KIND] [--scale S]
 """
 import argparse
-import json
 import sys
 import threading
 import time

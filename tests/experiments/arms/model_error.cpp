@@ -26,7 +26,9 @@ enum class Coding {
   kSolid,        ///< the product's default: the skin's μ throughout
   kInnerLayers,  ///< figures 6.26 and 6.27
   kThinLayers,   ///< layers of one voxel, no guard
-  kGuarded       ///< the same behind a guard band as wide as the error (figures 6.25, A.22, A.23)
+  kGuarded,      ///< the same behind a guard band as wide as the error (figures 6.25, A.22, A.23)
+  kPlain,        ///< layers of one voxel, no fluid inside and no guard
+  kBoth          ///< the same with inner layers and guard band
 };
 
 /// Sensors a voxel apart on the part of the link that meets the bar.
@@ -48,15 +50,15 @@ int guard_for(double error_m, double voxel_size_m) {
 
 void code(TeleopSetup& setup, Coding coding, double error_m, const Settings& settings) {
   workspace::LayerProfile profile = layers({32, 20, 13, 11, 10, 8}, coding >= Coding::kThinLayers ? 1 : 4);
-  if (coding == Coding::kInnerLayers) {
+  if (coding == Coding::kInnerLayers || coding == Coding::kBoth) {
     profile.inside_thickness_vox = {1, 1};
     profile.mu_inside_Pa_s_per_m = {40, 60};
   }
-  if (coding == Coding::kGuarded)
+  if (coding == Coding::kGuarded || coding == Coding::kBoth)
     profile.guard_vox = guard_for(error_m, setup.cell.voxel_size_m.reference_m());
   setup.cell.objects.front().profile = sabotaged(profile, settings.sabotage);
   setup.workspace = phantom_sensing::build_workspace(setup.cell);
-  if (coding != Coding::kFreeInside) return;
+  if (coding != Coding::kFreeInside && coding != Coding::kPlain) return;
   for (const workspace::BrickKey key : setup.workspace.bricks()) {
     const auto brick = setup.workspace.edit_brick(key);
     for (std::size_t i = 0; i < workspace::kBrickVoxels; ++i) {
@@ -83,12 +85,20 @@ struct Swing {
   double pffb_layer_1_Nm = 0.0;  // mean from 35 mm to 15 mm before the model's face
 };
 
-/// The swing to a bar whose real face lies `error_m` behind the model's (before it, if negative).
-Swing swing(Coding coding, double error_m, const Settings& settings) {
+/// The swing to a bar whose real face lies `error_m` behind the model's (before it, if negative): all along
+/// it, or `off_middle_m` ≠ 0 off its middle, where the link meets it then, because it is turned about that
+/// middle.
+Swing swing(Coding coding, double error_m, const Settings& settings, double off_middle_m = 0.0) {
   TeleopSetup setup = teleop_setup(settings, "constant_velocity", "sctfb");
+  auto& bar = setup.cell.objects.front();
+  bar.X_WO.translation_m.y() -= off_middle_m;
   code(setup, coding, std::abs(error_m), settings);
   setup.phantom = pad(setup);
-  setup.cell.objects.front().X_deviation.translation_m = {0.0, 0.0, error_m};
+  if (off_middle_m == 0.0) {
+    bar.X_deviation.translation_m = {0.0, 0.0, error_m};
+  } else {
+    bar.X_deviation.rotation = geometry::rotation_from_rpy(std::atan(error_m / off_middle_m), 0.0, 0.0);
+  }
   setup.master.percept_gain = teleop::everywhere(kPercept_gain);
   setup.master.feedback.inverse_a[static_cast<std::size_t>(teleop::BilateralLaw::kSctfb)] =
       teleop::everywhere(0.004);
@@ -249,11 +259,50 @@ void larger(Report& report, const std::vector<double>& errors_m, const Settings&
                thin_at_largest / 32.0, 0.2, 0.7, "");
 }
 
+/// Case 3 of figure 6.24: the same object is larger than its model in one part and smaller in another.
+void both_signs(Report& report, const Settings& settings) {
+  constexpr double kError_m = 0.020, kOffMiddle_m = 0.20;
+  Plot& plot = report.plot(
+      "both_signs",
+      std::string("The real bar stands turned about its middle: errors of both signs, layers of 1 cm\n") +
+          kTitle,
+      2);
+  double gap_plain_m = 0.0, gap_both_m = 0.0, plain_at_contact = 0.0, both_at_contact = 0.0;
+  for (const double sign : {1.0, -1.0}) {
+    const Swing plain = swing(Coding::kPlain, sign * kError_m, settings, sign * kOffMiddle_m),
+                both = swing(Coding::kBoth, sign * kError_m, settings, sign * kOffMiddle_m);
+    const std::string side = sign > 0.0 ? "behind" : "before";
+    Panel& panel =
+        plot.panel(millimetres(kOffMiddle_m) + " off the middle,\nreal face " + millimetres(kError_m) + " " +
+                       side + " the model's",
+                   "depth of the master below the model's face [mm]", "torque on the master [N·m]");
+    plot_way(report, panel, "both_signs_plain_" + side, "PFFB, plain", plain);
+    const Table& table =
+        plot_way(report, panel, "both_signs_both_" + side, "PFFB, inner layers and guard", both);
+    panel.series(table, "depth [mm]", "SCTFB [N·m]", "SCTFB, the slave's", Style::kDashed)
+        .vertical(0.0, "model's face")
+        .vertical(sign * 1000.0 * kError_m, "real face")
+        .range_x(-80.0, 40.0);
+    (sign > 0.0 ? gap_plain_m : plain_at_contact) = sign > 0.0 ? gap_m(plain) : mu_at_contact(plain);
+    (sign > 0.0 ? gap_both_m : both_at_contact) = sign > 0.0 ? gap_m(both) : mu_at_contact(both);
+  }
+  // The bands are those of the single errors: neither remedy spoils the other.
+  report.check("errors of both signs, inner layers and guard: gap where the object is smaller",
+               1000.0 * gap_both_m, 0.0, 0.0, "mm");
+  report.check("the same: μ just before contact ÷ μ_1 where it is larger", both_at_contact / 32.0, 1.0, 4.0,
+               "");
+  report.check("errors of both signs, plain: gap where the object is smaller", 1000.0 * gap_plain_m, 5.0,
+               20.0, "mm");
+  report.check("the same: μ just before contact ÷ μ_1 where it is larger", plain_at_contact / 32.0, 0.2, 0.7,
+               "");
+}
+
 void run(Report& report, const Settings& settings) {
   const std::vector<double> errors_m =
       settings.fast ? std::vector<double>{0.010, 0.020} : std::vector<double>{0.005, 0.010, 0.015, 0.020};
   smaller(report, errors_m, settings);
   larger(report, errors_m, settings);
+  both_signs(report, settings);
   report.prints_no_more(
       "section 6.10 (pages 222 to 224) draws the cases without sizes or torques, as does figure A.23 in appendix A; "
       "that a guard of two voxels suffices is judged with the survey.");
@@ -273,7 +322,8 @@ Experiment model_error() {
           "Objects that are smaller or larger than their models",
           "figures 6.24–6.27, A.22, A.23",
           "With layers inside the model the feedback has no gap from the phantom's to the slave's if the "
-          "object is smaller than its model; a guard band covers an object that is larger.",
+          "object is smaller than its model; a guard band covers an object that is larger; "
+          "both serve an object that is larger in one part and smaller in another.",
           {Sabotage::kConstantMu, Sabotage::kLayersOffByOne},
           in_model_error::run};
 }

@@ -157,6 +157,7 @@ struct TeleopRig::Parts {
     moment.mu = out.worst.mu;
     if (sabotage != Sabotage::kSilence)
       master_inbox.phantom.write({.received_ns = now_ns,
+                                  .contact = out.worst.closeness >= 1.0,
                                   .closeness = out.percept.closeness,
                                   .threat_closeness = out.threats.empty() ? 0.0 : out.threats[0].closeness});
     master_io::DragSample drag;
@@ -176,10 +177,12 @@ struct TeleopRig::Parts {
     moment.pffb_Nm = -master_output.percept_torque_Nm[setup.joint];
     moment.sffb_Nm = -master_output.feedback_torque_Nm[setup.joint];
     moment.loop_Nm = slave_output.outputs.torque.loop_Nm[setup.joint];
+    moment.inverse_a = master_output.feedback_gain;
     moment.contact = slave_output.contact;
     moment.force_N = slave_output.contact_force_N;
     moment.swinging = master_output.reach >= 0;
     moment.percept = master_output.percept_enabled;
+    moment.masked = master_output.outputs.drag_masked;
   }
 };
 

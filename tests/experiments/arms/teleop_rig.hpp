@@ -53,11 +53,13 @@ struct Moment {
   double pffb_Nm = 0.0;        ///< phantom's feedback, positive against the motion (PFFB)
   double sffb_Nm = 0.0;        ///< slave's feedback on the master, likewise (SCTFB for the law of that name)
   double loop_Nm = 0.0;        ///< torque of the slave's position loop
+  double inverse_a = 0.0;      ///< 1/A in force, the least of all joints
   double mu = 0.0;             ///< greatest of the phantom's sensors, Pa·s/m
   bool contact = false;        ///< the slave touches the real bar
   double force_N = 0.0;
   bool swinging = false;  ///< the operator is on the way in, or stays at its end
   bool percept = false;   ///< the percept is on
+  bool masked = false;    ///< the product tells that the slave's feedback masks the drag
 };
 
 /// The servo threads' work of master_io and slave_io and the step of phantom_sensing, tick by tick on a

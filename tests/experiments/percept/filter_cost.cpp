@@ -225,7 +225,7 @@ void judge_row(Report& report, std::size_t row, const FilterQueries& ours) {
 
 void run(Report& report, const Settings& settings) {
   const auto scene = two_cylinders();
-  const IntersectionScene filtered(scene, settings.sabotage != Sabotage::kUnfacedFilter);
+  const IntersectionScene filtered(scene, {.tests_facing = settings.sabotage != Sabotage::kUnfacedFilter});
   std::vector<layers::Body> bodies;
   for (const auto& mesh : scene) {
     bodies.push_back(

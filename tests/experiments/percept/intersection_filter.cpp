@@ -46,11 +46,12 @@ IntersectionScene::Sphere IntersectionScene::sphere_around(const Eigen::Vector3d
   return {a + to_centre, to_centre.norm() * kSlack};
 }
 
-IntersectionScene::IntersectionScene(const std::vector<geometry::TriangleMesh>& objects_W, bool tests_facing)
-    : tests_facing_(tests_facing) {
+IntersectionScene::IntersectionScene(const std::vector<geometry::TriangleMesh>& objects_W,
+                                     const FilterChain& chain)
+    : chain_(chain) {
   for (const geometry::TriangleMesh& mesh : objects_W) {
     Object& object = objects_.emplace_back();
-    const geometry::BoundingBox box = mesh.bounding_box();
+    const geometry::BoundingBox& box = object.box = mesh.bounding_box();
     object.sphere.centre_m = mesh.vertices_m.empty()
                                  ? Eigen::Vector3d::Zero()
                                  : Eigen::Vector3d(0.5 * (box.min_m + box.max_m).cast<double>());
@@ -78,13 +79,30 @@ bool IntersectionScene::in_reach(const Sphere& sphere, const Eigen::Vector3d& p,
   return (sphere.centre_m - p).norm() <= reach_m;
 }
 
+bool IntersectionScene::in_scope(const Object& object, const Eigen::Vector3d& p, double length_m,
+                                 FilterForm form) const noexcept {
+  if (!chain_.bounds_by_box) return in_reach(object.sphere, p, length_m, form);
+  const double grown_m = length_m * kSlack;
+  return (p.array() >= object.box.min_m.cast<double>().array() - grown_m).all() &&
+         (p.array() <= object.box.max_m.cast<double>().array() + grown_m).all();
+}
+
 bool IntersectionScene::faces(const Triangle& triangle, const Eigen::Vector3d& direction,
                               FilterForm form) const noexcept {
   const double dot = triangle.normal.dot(direction);
-  if (!tests_facing_) return dot != 0.0;
+  if (!chain_.tests_facing) return dot != 0.0;
   if (form == FilterForm::kOptimised) return dot < 0.0;
   const double cosine = dot / (triangle.normal.norm() * direction.norm());
   return std::acos(std::clamp(cosine, -1.0, 1.0)) > 0.5 * std::numbers::pi;
+}
+
+bool IntersectionScene::holds(const Triangle& triangle, const Eigen::Vector3d& p) noexcept {
+  // Barycentric coordinates of the point, by the areas that it spans with the edges.
+  const Eigen::Vector3d ap = p - triangle.a_m;
+  const double square = triangle.normal.squaredNorm();
+  const double u = triangle.normal.dot(ap.cross(triangle.ac_m)) / square;
+  const double v = triangle.normal.dot(triangle.ab_m.cross(ap)) / square;
+  return u >= -1e-12 && v >= -1e-12 && u + v <= 1.0 + 1e-12;
 }
 
 std::optional<ProbeHit> IntersectionScene::probe(const Eigen::Vector3d& p_W_m,
@@ -93,7 +111,7 @@ std::optional<ProbeHit> IntersectionScene::probe(const Eigen::Vector3d& p_W_m,
   std::optional<ProbeHit> nearest;
   for (std::size_t o = 0; o < objects_.size(); ++o) {
     ++queries.seso;
-    if (!in_reach(objects_[o].sphere, p_W_m, length_m, form)) continue;
+    if (!in_scope(objects_[o], p_W_m, length_m, form)) continue;
     for (const Triangle& triangle : objects_[o].triangles) {
       ++queries.sess;
       if (!in_reach(triangle.sphere, p_W_m, length_m, form)) continue;
@@ -102,15 +120,15 @@ std::optional<ProbeHit> IntersectionScene::probe(const Eigen::Vector3d& p_W_m,
       ++queries.idp;
       const double distance_m = triangle.normal.dot(triangle.a_m - p_W_m) / triangle.normal.dot(direction);
       if (!(distance_m >= 0.0)) continue;
-      ++queries.rt;
-      if (distance_m > length_m) continue;
-      ++queries.vit;
-      // Barycentric coordinates of the point, by the areas that it spans with the edges.
-      const Eigen::Vector3d ap = p_W_m + distance_m * direction - triangle.a_m;
-      const double square = triangle.normal.squaredNorm();
-      const double u = triangle.normal.dot(ap.cross(triangle.ac_m)) / square;
-      const double v = triangle.normal.dot(triangle.ab_m.cross(ap)) / square;
-      if (u < -1e-12 || v < -1e-12 || u + v > 1.0 + 1e-12) continue;
+      const auto in_range = [&] {
+        ++queries.rt;
+        return distance_m <= length_m;
+      };
+      const auto in_triangle = [&] {
+        ++queries.vit;
+        return holds(triangle, p_W_m + distance_m * direction);
+      };
+      if (chain_.triangle_first ? !(in_triangle() && in_range()) : !(in_range() && in_triangle())) continue;
       if (!nearest || distance_m < nearest->distance_m) nearest = ProbeHit{distance_m, o, triangle.index};
     }
   }

@@ -41,6 +41,14 @@ constexpr FilterUnits filter_units(FilterForm form) noexcept {
 /// Σ Load of tables 3.3 and 3.4.
 std::uint64_t filter_load(const FilterQueries& queries, FilterForm form) noexcept;
 
+/// What the chain consists of. The defaults are the thesis's.
+struct FilterChain {
+  bool tests_facing =
+      true;  ///< else the surface direction test lets all triangles pass but those along the probe
+  bool bounds_by_box = false;   ///< smallest box along the axes, SEBO, in place of the sphere SESO
+  bool triangle_first = false;  ///< VIT before RT
+};
+
 /// Where a probe meets a surface.
 struct ProbeHit {
   double distance_m = 0.0;
@@ -53,9 +61,9 @@ struct ProbeHit {
 /// stand. Constant after construction.
 class IntersectionScene {
  public:
-  /// Closed meshes whose triangles face outwards. Frame: W. Degenerate triangles are never hit. Without
-  /// `tests_facing` the surface direction test lets every triangle pass, but those along the probe.
-  explicit IntersectionScene(const std::vector<geometry::TriangleMesh>& objects_W, bool tests_facing = true);
+  /// Closed meshes whose triangles face outwards. Frame: W. Degenerate triangles are never hit.
+  explicit IntersectionScene(const std::vector<geometry::TriangleMesh>& objects_W,
+                             const FilterChain& chain = {});
 
   /// The nearest triangle on the probe from `p_W_m` along `direction` (unit vector) within `length_m` that
   /// faces the probe; a point outside all objects can meet no other first. Adds to `queries`. Cost: linear in
@@ -78,15 +86,20 @@ class IntersectionScene {
     std::size_t index;                // in its mesh
   };
   struct Object {
-    Sphere sphere;  // SESO
+    Sphere sphere;              // SESO
+    geometry::BoundingBox box;  // SEBO
     std::vector<Triangle> triangles;
   };
   static Sphere sphere_around(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c);
   static bool in_reach(const Sphere& sphere, const Eigen::Vector3d& p, double length_m,
                        FilterForm form) noexcept;
+  bool in_scope(const Object& object, const Eigen::Vector3d& p, double length_m,
+                FilterForm form) const noexcept;
   bool faces(const Triangle& triangle, const Eigen::Vector3d& direction, FilterForm form) const noexcept;
+  /// Whether a point of the triangle's plane lies within it.
+  static bool holds(const Triangle& triangle, const Eigen::Vector3d& p) noexcept;
 
-  bool tests_facing_;
+  FilterChain chain_;
   std::vector<Object> objects_;
 };
 

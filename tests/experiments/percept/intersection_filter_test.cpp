@@ -75,13 +75,14 @@ bool outside(const std::vector<TriangleMesh>& scene, const Eigen::Vector3d& p) {
   return true;
 }
 
-TEST(IntersectionFilter, BothFormsFindWhatBruteForceFinds) {
+TEST(IntersectionFilter, EveryChainFindsWhatBruteForceFinds) {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> place(-0.9, 0.9), reach(0.05, 1.0);
   int hits = 0, probes = 0;
   for (int trial = 0; trial < 30; ++trial) {
     const auto scene = random_scene(random, 1 + trial % 8);
-    const IntersectionScene filtered(scene);
+    const IntersectionScene filtered(scene), boxed(scene, {.bounds_by_box = true}),
+        triangle_first(scene, {.triangle_first = true});
     for (int i = 0; i < 400; ++i) {
       const Eigen::Vector3d p(place(random), place(random), place(random)), d = random_unit(random);
       if (!outside(scene, p)) continue;
@@ -94,6 +95,14 @@ TEST(IntersectionFilter, BothFormsFindWhatBruteForceFinds) {
       ASSERT_EQ(expected.has_value(), b.has_value()) << trial << " " << i;
       EXPECT_EQ(plain.vit, fast.vit);
       EXPECT_EQ(plain.sess, fast.sess);
+      FilterQueries unused;
+      for (const IntersectionScene* other : {&boxed, &triangle_first}) {
+        const auto c = other->probe(p, d, length_m, FilterForm::kOptimised, unused);
+        ASSERT_EQ(expected.has_value(), c.has_value()) << trial << " " << i;
+        if (c.has_value()) {
+          EXPECT_EQ(c->distance_m, b->distance_m);
+        }
+      }
       ++probes;
       if (!expected) continue;
       ++hits;

@@ -3,14 +3,14 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/geometry/point_triangle.hpp"
+#include "tests/experiments/percept/outlines.hpp"
 #include "tests/experiments/specimens.hpp"
 
 namespace phantom::experiments {
 namespace {
 
 const Eigen::Vector3d kCentre_vox{60.0, 44.0, 40.0};
-constexpr double kRadius_vox = 32.0, kHeight_vox = 40.0, kTurned_rad = 0.05;
+constexpr double kRadius_vox = 32.0, kHeight_vox = 40.0;
 
 }  // namespace
 
@@ -20,25 +20,16 @@ workspace::GridSpec track_grid(const Eigen::Vector3d& low_vox, const Eigen::Vect
 
 geometry::TriangleMesh track_cylinder() {
   return placed(complex_cylinder(kTrackVoxel_m * kRadius_vox, kTrackVoxel_m * kHeight_vox),
-                kTrackVoxel_m * kCentre_vox, kTurned_rad);
+                kTrackVoxel_m * kCentre_vox, kTrackTurned_rad);
 }
 
 double distance_to_track_cylinder_vox(double x_vox, double y_vox) {
-  const Eigen::Matrix2d turned = geometry::rotation_from_rpy(0.0, 0.0, kTurned_rad).topLeftCorner<2, 2>();
-  const auto corners = complex_section(kRadius_vox);
+  const Eigen::Matrix2d turned =
+      geometry::rotation_from_rpy(0.0, 0.0, kTrackTurned_rad).topLeftCorner<2, 2>();
+  const Outline section{complex_section(kRadius_vox)};
   const Eigen::Vector2d p = turned.transpose() * (Eigen::Vector2d(x_vox, y_vox) - kCentre_vox.head<2>());
-  const Eigen::Vector3d p3(p.x(), p.y(), 0.0);
-  double nearest = INFINITY;
-  bool inside = false;
-  for (std::size_t i = 0; i < corners.size(); ++i) {
-    const Eigen::Vector2d &a = corners[i], &b = corners[(i + 1) % corners.size()];
-    const Eigen::Vector3d a3(a.x(), a.y(), 0.0), b3(b.x(), b.y(), 0.0);
-    nearest = std::min(nearest, (geometry::closest_point_on_segment(p3, a3, b3) - p3).norm());
-    if ((a.y() > p.y()) != (b.y() > p.y()) &&
-        p.x() < a.x() + (p.y() - a.y()) / (b.y() - a.y()) * (b.x() - a.x()))
-      inside = !inside;
-  }
-  return inside ? -nearest : nearest;
+  const double distance = distance_to(section, p);
+  return is_inside(section, p) ? -distance : distance;
 }
 
 Walk walk(Probe& probe, double y_vox, double z_vox, double from_vox, double to_vox, double speed_m_per_s,

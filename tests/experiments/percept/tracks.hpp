@@ -17,6 +17,9 @@ workspace::GridSpec track_grid(const Eigen::Vector3d& low_vox, const Eigen::Vect
 /// to 60, turned a little, so that its two lobes towards y = 20 are at different distances from that track.
 /// Frame: W.
 geometry::TriangleMesh track_cylinder();
+/// Headings from its axis, about z from x: to a lobe, and to the middle of a bay.
+inline constexpr double kTrackTurned_rad = 0.05, kTrackLobe_rad = 1.5707963267948966 + kTrackTurned_rad,
+                        kTrackBay_rad = kTrackLobe_rad - 1.0471975511965976;
 /// Distance of (x, y), in voxels, from its outline at half height; negative inside.
 double distance_to_track_cylinder_vox(double x_vox, double y_vox);
 
