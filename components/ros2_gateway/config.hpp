@@ -6,13 +6,11 @@
 
 #include "common/robot/kinematics/serial_arm.hpp"
 #include "common/ros2/node.hpp"
-#include "components/ros2_gateway/dds_adapter_camera.hpp"
-#include "components/ros2_gateway/dds_adapter_depth.hpp"
 #include "components/ros2_gateway/dds_adapter_master.hpp"
 #include "components/ros2_gateway/dds_adapter_out.hpp"
-#include "components/ros2_gateway/dds_adapter_points.hpp"
 #include "components/ros2_gateway/dds_adapter_workspace.hpp"
 #include "components/ros2_gateway/joint_states.hpp"
+#include "components/ros2_gateway/sensors/sensor_rules.hpp"
 
 namespace phantom::ros2_gateway {
 

@@ -11,6 +11,7 @@
 #include "common/ros2/endpoint.hpp"
 #include "common/ros2/words.hpp"
 #include "components/ros2_gateway/dds_adapter_objects.hpp"
+#include "components/ros2_gateway/sensors/dds_adapter_sensors.hpp"
 #include "ros2_idl/geometry_msgsPubSubTypes.hpp"
 #include "ros2_idl/sensor_msgsPubSubTypes.hpp"
 
@@ -68,10 +69,10 @@ struct DdsAdapter::Impl {
     if (!config.master.twist_topic.empty() || !config.master.joy_topic.empty())
       master.emplace(participant, node, config.master);
     if (!config.points.cloud.empty() || !config.points.depth.empty())
-      points.emplace(participant, node, config.points);
+      points = open_points(participant, node, config.points);
     for (const DepthCameraRules& rules : config.depth_cameras)
-      depth_cameras.push_back(std::make_unique<DepthCameraInput>(participant, node, rules));
-    if (config.camera.wanted()) camera.emplace(participant, node, config.camera);
+      depth_cameras.push_back(open_depth_camera(participant, node, rules));
+    if (config.camera.wanted()) camera = open_camera(participant, node, config.camera);
     if (config.out.rate_Hz > 0.0 && (config.workspace.meshes || !config.workspace.clouds.empty()))
       workspace.emplace(participant, node, arm, config.out, config.workspace);
     if (config.out.rate_Hz > 0.0) outputs.emplace(participant, node, arm, config.out, urdf);
@@ -114,9 +115,9 @@ struct DdsAdapter::Impl {
   Pace arm_pace, wrench_pace;
   std::optional<CollisionObjects> objects;
   std::optional<MasterInput> master;
-  std::optional<SensorPointsInput> points;
-  std::vector<std::unique_ptr<DepthCameraInput>> depth_cameras;
-  std::optional<CameraInput> camera;
+  std::unique_ptr<SensorInput> points;
+  std::vector<std::unique_ptr<SensorInput>> depth_cameras;
+  std::unique_ptr<SensorInput> camera;
   std::optional<WorkspaceOutputs> workspace;
   std::optional<Outputs> outputs;
 };

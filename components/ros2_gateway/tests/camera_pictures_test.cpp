@@ -1,4 +1,4 @@
-#include "components/ros2_gateway/camera_pictures.hpp"
+#include "components/ros2_gateway/sensors/camera_pictures.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

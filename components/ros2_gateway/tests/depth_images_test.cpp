@@ -1,4 +1,4 @@
-#include "components/ros2_gateway/depth_images.hpp"
+#include "components/ros2_gateway/sensors/depth_images.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -8,7 +8,7 @@
 #include <random>
 
 #include "common/messages/living.hpp"
-#include "components/ros2_gateway/dds_adapter_depth.hpp"
+#include "components/ros2_gateway/sensors/sensor_rules.hpp"
 
 namespace phantom::ros2_gateway::depth_images_test {
 namespace {

@@ -1,4 +1,4 @@
-#include "components/ros2_gateway/point_clouds.hpp"
+#include "components/ros2_gateway/sensors/point_clouds.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "components/ros2_gateway/point_clouds.hpp"
+#include "components/ros2_gateway/sensors/point_clouds.hpp"
 
 namespace phantom::ros2_gateway {
 

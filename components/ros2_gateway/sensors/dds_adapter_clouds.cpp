@@ -1,4 +1,4 @@
-#include "components/ros2_gateway/dds_adapter_clouds.hpp"
+#include "components/ros2_gateway/sensors/dds_adapter_clouds.hpp"
 
 namespace phantom::ros2_gateway {
 

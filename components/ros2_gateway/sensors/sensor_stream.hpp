@@ -10,8 +10,8 @@
 #include "common/dds/admission/refusal_log.hpp"
 #include "common/ros2/endpoint.hpp"
 #include "common/ros2/words.hpp"
-#include "components/ros2_gateway/newest_task.hpp"
-#include "components/ros2_gateway/point_clouds.hpp"
+#include "components/ros2_gateway/sensors/newest_task.hpp"
+#include "components/ros2_gateway/sensors/point_clouds.hpp"
 #include "components/ros2_gateway/stream_check.hpp"
 #include "ros2_idl/sensor_msgsPubSubTypes.hpp"
 

@@ -6,7 +6,7 @@
 
 #include "common/core/status.hpp"
 #include "common/messages/teleoperation.hpp"
-#include "components/ros2_gateway/point_clouds.hpp"
+#include "components/ros2_gateway/sensors/point_clouds.hpp"
 
 namespace phantom::ros2_gateway {
 

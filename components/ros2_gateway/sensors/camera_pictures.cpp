@@ -1,4 +1,4 @@
-#include "components/ros2_gateway/camera_pictures.hpp"
+#include "components/ros2_gateway/sensors/camera_pictures.hpp"
 
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>

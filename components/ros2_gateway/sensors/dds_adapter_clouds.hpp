@@ -7,23 +7,17 @@
 #include <utility>
 
 #include "common/ros2/node.hpp"
-#include "components/ros2_gateway/sensor_stream.hpp"
+#include "components/ros2_gateway/sensors/dds_adapter_sensors.hpp"
+#include "components/ros2_gateway/sensors/sensor_stream.hpp"
 
 namespace phantom::ros2_gateway {
-
-/// The topics by which a sensor's clouds or depth images come; empty: none.
-struct CloudTopics {
-  std::string cloud, depth, camera_info;
-  double largest_stamp_age_s = 0.5;  ///< late or early, by this host's clock; 0: not judged
-};
 
 CloudMessage message_of(const sensor_msgs::msg::dds_::PointCloud2_& from);
 CameraMessage message_of(const sensor_msgs::msg::dds_::CameraInfo_& from);
 
-/// Hears a sensor's clouds or depth images, makes Output of the newest on a thread of its own, and has it
-/// published. Any thread.
+/// Hears a sensor's clouds or depth images, makes Output of the newest, and has it published.
 template <class Output>
-class CloudInput {
+class CloudInput : public SensorInput {
  public:
   struct Ways {
     /// `camera`: null while none was heard.
@@ -50,8 +44,8 @@ class CloudInput {
       });
   }
 
-  std::uint64_t handed_on() const { return stream_.handed_on(); }
-  std::uint64_t refused() const { return stream_.refused(); }
+  std::uint64_t handed_on() const override { return stream_.handed_on(); }
+  std::uint64_t refused() const override { return stream_.refused(); }
 
  private:
   using Cloud = sensor_msgs::msg::dds_::PointCloud2_;

@@ -1,4 +1,4 @@
-#include "components/ros2_gateway/depth_images.hpp"
+#include "components/ros2_gateway/sensors/depth_images.hpp"
 
 #include "common/fusion/point_projection.hpp"
 #include "common/messages/living.hpp"
