@@ -12,6 +12,7 @@
 #include "common/fusion/incremental_layers.hpp"
 #include "common/fusion/tests/scenes.hpp"
 #include "common/layers/merge.hpp"
+#include "tests/bench/fusion_places.hpp"
 #include "tests/bench/repetitions.hpp"
 
 namespace phantom::bench {
@@ -96,6 +97,10 @@ class PublishedLayers {
     layers::merge_bricks(layers::MergeLaw::kHighestViscosity, {&entry, 1}, keys, workspace_);
   }
 
+  float mu(const Eigen::Vector3d& place_m) const {
+    return workspace_.mu(workspace_.grid().index_of(place_m));
+  }
+
  private:
   fusion::IncrementalLayers layers_;
   workspace::Workspace workspace_;
@@ -174,6 +179,24 @@ void one_frame(benchmark::State& state) {
   }
 }
 
+/// One frame while a hand passes, to published layers, and what 10⁵ places have of them.
+void frame_and_look_ups(benchmark::State& state) {
+  Fusion fusion = cell_fusion();
+  PublishedLayers published(fusion.grid());
+  for (std::size_t i = 0; i < kSettling; ++i) fusion.integrate(still_cell()[i % still_cell().size()]);
+  published.update(fusion);
+  const std::vector<Eigen::Vector3d> places_m = looked_up_places();
+  std::size_t next = 0;
+  for (auto _ : state) {
+    fusion.clear_changes();
+    benchmark::DoNotOptimize(fusion.integrate(moving_hand()[next++ % moving_hand().size()]));
+    published.update(fusion);
+    float sum = 0.0F;
+    for (const Eigen::Vector3d& place_m : places_m) sum += published.mu(place_m);
+    benchmark::DoNotOptimize(sum);
+  }
+}
+
 const bool kFusionRegistered = [] {
   const auto once = [](auto* made) { made->Iterations(1)->Repetitions(repetitions(3)); };
   once(benchmark::RegisterBenchmark("fuse/640x480/5mm",
@@ -182,6 +205,7 @@ const bool kFusionRegistered = [] {
   once(benchmark::RegisterBenchmark("layers/hand", [](auto& state) { frames(state, moving_hand(), true); }));
   once(benchmark::RegisterBenchmark("layers/everything", everything));
   benchmark::RegisterBenchmark("frame/640x480/5mm", one_frame)->Unit(benchmark::kMillisecond);
+  benchmark::RegisterBenchmark("frame/100k", frame_and_look_ups)->Unit(benchmark::kMillisecond);
   return true;
 }();
 
