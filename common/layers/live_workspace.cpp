@@ -137,30 +137,33 @@ core::Expected<WorkspaceChange> LiveWorkspace::remove(std::uint16_t id, std::uin
   return apply(std::move(next), std::move(touched), {}, version, options);
 }
 
-core::Expected<WorkspaceChange> LiveWorkspace::put(std::uint16_t id, workspace::ObjectBricks bricks,
-                                                   const workspace::LayerProfile& profile,
-                                                   std::vector<workspace::BrickKey> touched,
-                                                   std::uint64_t version, const ActivationOptions& options) {
+core::Expected<WorkspaceChange> LiveWorkspace::put(std::vector<ComputedObject> objects, std::uint64_t version,
+                                                   const ActivationOptions& options) {
   if (core::Status checked = check_version(version, workspace_.version); !checked) return checked;
-  if (id == 0 || id == 65535) return refusal(id, "no such id; allowed: 1 to 65534");
-  if (core::Status checked = workspace::check_profile(profile); !checked)
-    return refusal(id, checked.message());
   Objects next = objects_;
-  const bool is_new = !next.contains(id);
-  Object& object = next[id];
-  if (is_new) object.latest = latest_ + 1;
-  object.bricks = std::make_shared<const workspace::ObjectBricks>(std::move(bricks));
-  object.profile = profile;
+  std::vector<workspace::BrickKey> touched;
+  std::int64_t latest = latest_;
+  for (ComputedObject& computed : objects) {
+    if (computed.id == 0 || computed.id == 65535)
+      return refusal(computed.id, "no such id; allowed: 1 to 65534");
+    if (core::Status checked = workspace::check_profile(computed.profile); !checked)
+      return refusal(computed.id, checked.message());
+    const auto [entry, is_new] = next.try_emplace(computed.id);
+    if (is_new) entry->second.latest = ++latest;
+    entry->second.bricks = std::make_shared<const workspace::ObjectBricks>(std::move(computed.bricks));
+    entry->second.profile = std::move(computed.profile);
+    append(touched, computed.touched);
+  }
   auto applied = apply(std::move(next), std::move(touched), {}, version, options);
-  if (applied && is_new) ++latest_;
+  if (applied) latest_ = latest;
   return applied;
 }
 
-workspace::BitVolume LiveWorkspace::solid(std::uint16_t except) const {
+workspace::BitVolume LiveWorkspace::solid(const std::function<bool(std::uint16_t id)>& counts) const {
   const workspace::VoxelBox grid = workspace::VoxelBox::of(workspace_.grid());
   workspace::BitVolume solid(workspace_.grid().size_vox);
   for (const auto& [id, object] : objects_) {
-    if (id == except) continue;
+    if (!counts(id)) continue;
     for (const workspace::BrickKey key : object.bricks->keys()) {
       const std::int8_t* const orders = object.bricks->orders(key);
       const workspace::VoxelBox box = workspace::box_of(key).intersection(grid);

@@ -30,6 +30,14 @@ struct LiveBody {
   std::int64_t priority = 0;  ///< for MergeLaw::kObjectPriority: the greater wins
 };
 
+/// Voxels that the caller has computed, for an object.
+struct ComputedObject {
+  std::uint16_t id = 0;
+  workspace::ObjectBricks bricks;  ///< may hold nothing: then its profile alone is there
+  workspace::LayerProfile profile;
+  std::vector<workspace::BrickKey> touched;  ///< every brick in which it differs from before
+};
+
 /// A workspace whose objects are added, moved and removed (spec 1.6). Keeps each object's own voxels besides
 /// the merged ones. So a change costs the activation of one object, and a new merge of the bricks that it
 /// left and entered.
@@ -62,12 +70,10 @@ class LiveWorkspace {
                                        const ActivationOptions& options = {});
   core::Expected<WorkspaceChange> remove(std::uint16_t id, std::uint64_t version,
                                          const ActivationOptions& options = {});
-  /// Gives an object the voxels that the caller has computed, or adds it with them; `bricks` may hold
-  /// nothing: then its profile alone is there, and its μ keep their codes. `touched`: every brick in which it
-  /// differs from before; only those are merged. With MergeLaw::kLatestObject it stays as late as it was.
-  core::Expected<WorkspaceChange> put(std::uint16_t id, workspace::ObjectBricks bricks,
-                                      const workspace::LayerProfile& profile,
-                                      std::vector<workspace::BrickKey> touched, std::uint64_t version,
+  /// Gives objects the voxels that the caller has computed, or adds them with these; all or none. The μ of an
+  /// object without voxels keep their codes. Only the bricks that are touched are merged. With
+  /// MergeLaw::kLatestObject an object stays as late as it was.
+  core::Expected<WorkspaceChange> put(std::vector<ComputedObject> objects, std::uint64_t version,
                                       const ActivationOptions& options = {});
   /// Makes a new version with the same content.
   core::Expected<WorkspaceChange> renew(std::uint64_t version, const ActivationOptions& options = {});
@@ -78,8 +84,8 @@ class LiveWorkspace {
   /// Equals workspace().content_hash(), without reading the voxels.
   std::uint64_t content_hash() const { return content_hash_; }
   std::size_t object_count() const { return objects_.size(); }
-  /// Returns which voxels are boundary, interior or inside of any object but `except`.
-  workspace::BitVolume solid(std::uint16_t except) const;
+  /// Returns which voxels are boundary, interior or inside of any object that `counts`.
+  workspace::BitVolume solid(const std::function<bool(std::uint16_t id)>& counts) const;
   /// Returns the work of merging that many bricks of so many objects, in steps of a formula
   /// (core::WorkBudget): each brick is put together, hashed, packed and sent; each object is looked up in it,
   /// and merged where it is. `held`: in how many of the bricks the objects are, in all.

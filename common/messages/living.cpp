@@ -16,4 +16,14 @@ const char* name_of(DepthCameraState state) noexcept {
   return "?";
 }
 
+std::string live_name(std::uint16_t id) {
+  return id == kLiveId ? kLiveName : "live object " + std::to_string(id - kFirstLiveObjectId + 1);
+}
+
+bool is_live_name(const std::string& name) {
+  for (std::uint16_t id = kFirstLiveObjectId; id <= kLiveId; ++id)
+    if (name == live_name(id)) return true;
+  return false;
+}
+
 }  // namespace phantom::messages

@@ -14,9 +14,20 @@
 
 namespace phantom::messages {
 
-/// Name and id of live matter in the workspace. The id is given to nothing else while live matter is served.
+/// Name and id of live matter in the workspace that is no object of its own, and the ids of its objects,
+/// which are called "live object 1" and so on. These ids are given to nothing else while live matter is
+/// served.
 inline constexpr const char* kLiveName = "live matter";
 inline constexpr std::uint16_t kLiveId = 65534;
+inline constexpr std::size_t kMaxLiveObjects = 15;
+inline constexpr std::uint16_t kFirstLiveObjectId = kLiveId - kMaxLiveObjects;
+
+/// Returns whether an id is one of live matter or of one of its objects.
+constexpr bool is_live(std::uint16_t id) noexcept { return id >= kFirstLiveObjectId && id <= kLiveId; }
+/// Returns the name that live matter or one of its objects has until a person gives it another.
+std::string live_name(std::uint16_t id);
+/// Returns whether it is a name that live_name() may return.
+bool is_live_name(const std::string& name);
 
 /// Greatest number of pixels of a depth_image, and of blocks and cameras of an occupancy_change.
 inline constexpr std::uint64_t kMaxDepthPixels = 1'000'000;

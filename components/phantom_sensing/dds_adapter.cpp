@@ -15,6 +15,7 @@
 #include "common/messages/codecs/workspace_codec.hpp"
 #include "common/messages/command_service.hpp"
 #include "common/messages/object_sources.hpp"
+#include "common/messages/pose_findings.hpp"
 #include "common/messages/publisher.hpp"
 #include "common/messages/request_log.hpp"
 #include "common/messages/status_reporter.hpp"
@@ -27,9 +28,6 @@ namespace {
 /// DDS drops a killed server only 5 s after its last announcement. A second server is therefore reported only
 /// if both are present for longer than that.
 constexpr core::Nanoseconds kSecondServerAfter_ns = 7 * core::kNsPerSecond;
-
-/// Objects whose findings are kept.
-constexpr std::size_t kMaxFindings = 4096;
 
 messages::ArmBounds bounds_of(const PhantomModel& model) {
   return messages::bounds_of(model.arm, model.identity);
@@ -155,9 +153,9 @@ struct DdsAdapter::Impl {
   messages::Publisher<messages::InterestPoints> interest_points;
   messages::Publisher<messages::SkinPercept> skin_percept;
   mutable std::mutex objects_mutex;
-  messages::ObjectSources objects;                          // guarded by objects_mutex
-  messages::ObjectSources objects_of_arm;                   // likewise
-  std::map<std::uint16_t, messages::PoseFinding> findings;  // likewise
+  messages::ObjectSources objects;         // guarded by objects_mutex
+  messages::ObjectSources objects_of_arm;  // likewise
+  messages::PoseFindings findings;         // likewise
   dds::RefusalLog workspace_refusals{"workspace_brick, workspace_version"};
   std::mutex readers_mutex;  // shared by stop_reading() and the keeper's thread
   std::unique_ptr<Readers> readers;
@@ -295,9 +293,7 @@ bool DdsAdapter::Impl::take(const msg::PoseFinding& message) {
   auto finding = messages::from_idl(message);
   if (!finding) return false;
   const std::lock_guard lock(objects_mutex);
-  if (findings.size() == kMaxFindings && !findings.contains(finding->id)) return false;
-  findings.insert_or_assign(finding->id, *std::move(finding));
-  return true;
+  return findings.take(*std::move(finding));
 }
 
 void DdsAdapter::Impl::suspend(const workspace::SourceId& source) {
@@ -382,21 +378,19 @@ SecondaryWorkspace::Objects DdsAdapter::objects() const {
   return in_force ? impl_->objects.of(*in_force) : impl_->objects.in_force();
 }
 
-// A finding is of the object where it stood then: one that was moved since may stand where the model has it.
 DisplacedObjects DdsAdapter::displaced() const {
-  std::map<std::uint16_t, messages::PoseFinding> findings;
+  messages::PoseFindings findings;
   {
     const std::lock_guard lock(impl_->objects_mutex);
     findings = impl_->findings;
   }
   DisplacedObjects displaced;
-  if (findings.empty()) return displaced;
+  if (findings.all().empty()) return displaced;
   const SecondaryWorkspace::Objects all = objects();
-  for (const auto& [id, finding] : findings) {
-    const auto object = all.find(id);
-    if (finding.verdict == messages::PoseVerdict::kAgrees || object == all.end()) continue;
-    if (geometry::same_pose(object->second.X_WO, finding.X_WO)) displaced.add(id);
-  }
+  for (const auto& [id, finding] : findings.all())
+    if (const auto object = all.find(id);
+        object != all.end() && findings.displacing(id, object->second.X_WO) != nullptr)
+      displaced.add(id);
   return displaced;
 }
 

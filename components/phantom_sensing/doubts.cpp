@@ -20,8 +20,6 @@ constexpr double kBearsShare = 1e-3;
 /// Places of a link at which a body is looked for, and sensors that are tried for a place on the skin.
 constexpr std::size_t kMaxNearPlaces = 8, kMaxTriedSensors = 2048;
 
-bool is_live(std::uint16_t object) noexcept { return object == messages::kLiveId; }
-
 }  // namespace
 
 /// Returns by how much the model may be wrong.
@@ -150,7 +148,7 @@ std::optional<DoubtEvidence> PhantomSensing::no_force_inside(const StepInputs& i
   std::optional<DoubtEvidence> deepest;
   for (std::size_t link = model_.first_feeling_link; link <= model_.arm.joint_count(); ++link) {
     const robot::WorstSensor& worst = sensing_->worst_of(link);
-    if (!worst.found || worst.order < workspace::kOrderBoundary || is_live(worst.object)) continue;
+    if (!worst.found || worst.order < workspace::kOrderBoundary || messages::is_live(worst.object)) continue;
     const double speed_m_s =
         model_.arm.point_velocity_W(link, worst.position_W_m, X_WL_, inputs.velocity).norm();
     if (speed_m_s > settings_.doubt.rest_speed_m_s) continue;

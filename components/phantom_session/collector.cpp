@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "common/core/text.hpp"
+#include "common/messages/living.hpp"
 #include "common/runtime/cell/other_arms.hpp"
 
 namespace phantom::phantom_session {
@@ -71,6 +72,8 @@ std::string Collector::object_name(int object) const {
   if (object == 0) return "something unknown";
   const auto found = object_names_.find(object);
   if (found != object_names_.end()) return found->second;
+  if (object > 0 && object <= messages::kLiveId && messages::is_live(static_cast<std::uint16_t>(object)))
+    return messages::live_name(static_cast<std::uint16_t>(object));
   return object >= runtime::kFirstOtherArmId ? "another arm" : "object " + std::to_string(object);
 }
 

@@ -189,8 +189,9 @@ void ViewerLoop::take_events() {
   // Alerts are taken before meshes.
   for (Event& hit : inbox_.take_hits()) take(hit);
   take_queued();
-  inbox_.live_matter = state_.objects.contains(messages::kLiveId);
-  if (const auto shape = inbox_.take_live_shape()) drawing_->show_live(*shape);
+  inbox_.live_matter =
+      std::ranges::any_of(state_.objects, [](const auto& entry) { return messages::is_live(entry.first); });
+  if (const auto shapes = inbox_.take_live_shapes()) drawing_->show_live(*shapes);
   if (now_ns_ - meshes_looked_ns_ < core::kNsPerSecond) return;
   meshes_looked_ns_ = now_ns_;
   drawing_->drop_meshes_of_removed_objects(now_ns_);
@@ -246,6 +247,8 @@ void ViewerLoop::take(Event& event) {
     state_.uncertainties[uncertainty->id] = *uncertainty;
   } else if (auto* finding = std::get_if<FindingSample>(&event)) {
     state_.take(std::move(*finding));
+  } else if (auto* thing = std::get_if<LiveObjectSample>(&event)) {
+    state_.take(std::move(*thing));
   } else if (auto* doubt = std::get_if<DoubtSample>(&event)) {
     state_.take(std::move(*doubt));
   } else if (auto* command = std::get_if<Command>(&event)) {

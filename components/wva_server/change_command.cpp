@@ -11,6 +11,7 @@
 #include "common/runtime/configuration/pose_text.hpp"
 #include "common/runtime/process/process.hpp"
 #include "components/wva_server/dds_adapter_client.hpp"
+#include "components/wva_server/wva_server.hpp"
 
 namespace phantom::wva_server {
 namespace {
@@ -34,6 +35,15 @@ std::string text_of(const std::string& file) {
   return text;
 }
 
+WorkspaceOperation operation_of(const std::string& what) {
+  for (const auto operation :
+       {WorkspaceOperation::kMove, WorkspaceOperation::kAttach, WorkspaceOperation::kRelease,
+        WorkspaceOperation::kName, WorkspaceOperation::kFreeze, WorkspaceOperation::kDiscard,
+        WorkspaceOperation::kRestore})
+    if (what == wva_server::name_of(operation)) return operation;
+  return WorkspaceOperation::kRemove;
+}
+
 WorkspaceCommand command_of(const ChangeRequest& request) {
   WorkspaceCommand command;
   if (request.what == "add") {
@@ -41,14 +51,12 @@ WorkspaceCommand command_of(const ChangeRequest& request) {
     command.description = text_of(request.file);
     return command;
   }
-  command.operation = request.what == "move"      ? WorkspaceOperation::kMove
-                      : request.what == "attach"  ? WorkspaceOperation::kAttach
-                      : request.what == "release" ? WorkspaceOperation::kRelease
-                                                  : WorkspaceOperation::kRemove;
+  command.operation = operation_of(request.what);
   if (request.object.empty() == (request.id == 0))
     throw ConfigError("command " + request.what + ": exactly one of --object and --id must be given");
   command.object = request.object;
   command.id = static_cast<std::uint16_t>(request.id);
+  command.description = request.name;
   command.arm = request.arm;
   command.frame = request.frame;
   if (request.guard_vox >= 0) command.guard_vox = static_cast<std::uint16_t>(request.guard_vox);
@@ -130,6 +138,14 @@ void add_options(runtime::Command command, ChangeRequest& request) {
   release
       .option("--guard-vox", request.guard_vox, "its guard skin from now on, in voxels; default: as before")
       .between(0, 100);
+  runtime::Command name = sub("name", "name a thing that depth cameras see, as long as they follow it");
+  add_object_options(name, request);
+  name.option("--name", request.name, "what it is called from now on").required();
+  add_object_options(sub("freeze", "keep a thing that cameras see as it is, whatever they see there"),
+                     request);
+  add_object_options(sub("discard", "feel nothing of a thing that cameras see, while they see it there"),
+                     request);
+  add_object_options(sub("restore", "let cameras decide again about what was frozen or discarded"), request);
   sub("list", "list the objects and their poses");
   command.require_subcommand(1, 1);
 }

@@ -10,10 +10,11 @@ namespace phantom::wva_server {
 
 /// The arguments of `wva_server command`, unchecked.
 struct ChangeRequest {
-  std::string what;  ///< add, move, remove, attach, release or list
+  std::string what;  ///< the subcommand
   std::string file;  ///< add: file with the YAML of one object; "-": standard input
   std::string object;
   int id = 0;
+  std::string name;        ///< name: the new one
   std::string arm, frame;  ///< attach, release: as in WorkspaceCommand
   std::string pose;        ///< move, attach, release: "x y z roll pitch yaw", m and degrees; empty: not given
   int guard_vox = -1;      ///< move, release: guard skin in voxels; −1: unchanged

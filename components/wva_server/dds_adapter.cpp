@@ -74,6 +74,7 @@ struct DdsAdapter::Impl {
   dds::Writer<msg::WorkspaceVersion> versions{participant, dds::kWorkspaceVersion};
   dds::Writer<msg::WorkspaceObject> objects{participant, dds::kWorkspaceObject};
   dds::Writer<msg::ObjectUncertainty> uncertainties{participant, dds::kObjectUncertainty};
+  dds::Writer<msg::LiveObject> live_objects{participant, dds::kLiveObject};
   dds::Writer<msg::MeshChunk> chunks{participant, dds::kMeshChunk};
   messages::StatusReporter status{participant};
   std::map<std::uint16_t, std::uint64_t> meshes;  // content hash of the mesh of each published object
@@ -135,6 +136,10 @@ void DdsAdapter::publish_object(const ServedObject& object, std::size_t chunk_by
 void DdsAdapter::withdraw_object(std::uint16_t id) {
   impl_->meshes.erase(id);
   write(impl_->objects, messages::to_idl(messages::WorkspaceObject{.id = id}), "workspace_object");
+}
+
+void DdsAdapter::publish_live(const messages::LiveObject& object) {
+  write(impl_->live_objects, messages::to_idl(object), "live_object");
 }
 
 void DdsAdapter::follow(const robot::SerialArm& arm) {

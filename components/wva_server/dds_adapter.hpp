@@ -51,6 +51,8 @@ class DdsAdapter {
   void publish_object(const ServedObject& object, std::size_t chunk_bytes);
   /// Publishes that an object is gone. Its mesh stays published, for objects added later with the same mesh.
   void withdraw_object(std::uint16_t id);
+  /// Publishes what became of a thing that depth cameras see.
+  void publish_live(const messages::LiveObject& object);
   /// Publishes a change of the workspace: changed bricks, removed bricks, then the version that commits them
   /// and what arms carry. Compresses bricks on `threads` threads. `go_on`, if not empty, is called after some
   /// bricks, again and again: publishing a whole workspace takes seconds. Once it returns false, publishing

@@ -1,5 +1,6 @@
 #include "components/wva_server/dds_adapter_client.hpp"
 
+#include <algorithm>
 #include <chrono>
 #include <condition_variable>
 #include <map>
@@ -8,6 +9,7 @@
 #include "common/dds/endpoints/endpoint.hpp"
 #include "common/messages/codecs/status_codec.hpp"
 #include "common/messages/codecs/workspace_codec.hpp"
+#include "common/messages/living.hpp"
 
 namespace phantom::wva_server {
 
@@ -51,10 +53,15 @@ std::optional<Listing> list_objects(const core::NetworkOptions& network, double 
                                                          served_objects = figure.value;
                                                      }
                                                    }));
+  // Cameras change versions and their things again and again: what is served may be newer than what was told.
+  const auto of_model = [&] {
+    return std::ranges::count_if(objects, [](const auto& entry) { return !messages::is_live(entry.first); });
+  };
   std::unique_lock lock(mutex);
   const bool whole = changed.wait_for(lock, std::chrono::duration<double>(timeout_s), [&] {
-    return listing.version != 0 && served_version == static_cast<double>(listing.version) &&
-           served_objects == static_cast<double>(objects.size());
+    return listing.version != 0 && served_version != 0.0 &&
+           served_version <= static_cast<double>(listing.version) &&
+           served_objects == static_cast<double>(of_model());
   });
   if (!whole) return std::nullopt;
   for (const auto& [id, object] : objects) listing.objects.push_back(object);

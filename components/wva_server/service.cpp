@@ -145,6 +145,7 @@ class Service {
   void look_at_arm();
   void end_add(const WorkspaceCommand& add, const std::string& doing, const WorkspaceCommand& later);
   void begin_change();
+  bool decide_live(const WorkspaceCommand& command);
   void finish_change();
   bool publish_bricks(const layers::WorkspaceChange& change, const std::string& doing);
   void publish(const WorkspaceCommand& command, CellChange change);
@@ -296,6 +297,7 @@ void Service::begin_change() {
   begun_s_ = now_s();
   const WorkspaceCommand asked = std::move(waiting_.front());
   waiting_.pop_front();
+  if (decide_live(asked)) return;
   look_at_arm();
   const auto completed = carriers_.complete(asked, cell_, core::monotonic_ns());
   if (!completed)
@@ -306,6 +308,30 @@ void Service::begin_change() {
   options.threads = config_.threads;
   options.stopwatch = now_s;
   change_.emplace(cell_, command, next_version(), std::move(options), runtime::stop_requested);
+}
+
+/// Carries out what a person decides about what cameras see. Returns whether the command was about that.
+bool Service::decide_live(const WorkspaceCommand& command) {
+  const auto id = live_ ? live_->subject(command) : std::nullopt;
+  if (!id) return false;
+  const auto decided = live_->decide(command, *id, core::monotonic_ns());
+  if (!decided) {
+    refuse(command, fmt::format("{} '{}'", name_of(command.operation), command.object),
+           decided.status().message());
+    return true;
+  }
+  const std::uint64_t version = next_version();
+  const bool is_new = live_->step(core::monotonic_ns(), version);
+  if (is_new) note_figures();
+  const messages::WorkspaceReply reply{.object = command.object,
+                                       .id = *id,
+                                       .outcome = messages::WorkspaceOutcome::kDone,
+                                       .message = *decided,
+                                       .version = version_,
+                                       .seconds = now_s() - begun_s_};
+  adapter_.reply(command, reply);
+  if (adapter_.is_logged(reply.outcome)) spdlog::info("{} (asked by {})", reply.message, command.requester);
+  return true;
 }
 
 void Service::finish_change() {

@@ -69,6 +69,14 @@ const char* name_of(WorkspaceOperation operation) {
       return "attach";
     case WorkspaceOperation::kRelease:
       return "release";
+    case WorkspaceOperation::kName:
+      return "name";
+    case WorkspaceOperation::kFreeze:
+      return "freeze";
+    case WorkspaceOperation::kDiscard:
+      return "discard";
+    case WorkspaceOperation::kRestore:
+      return "restore";
   }
   return "?";
 }
@@ -122,6 +130,12 @@ core::Expected<CellChange> LiveCell::apply(const WorkspaceCommand& command, std:
         return attach(command, version, options);
       case WorkspaceOperation::kRelease:
         return release(command, version, options);
+      case WorkspaceOperation::kName:
+      case WorkspaceOperation::kFreeze:
+      case WorkspaceOperation::kDiscard:
+      case WorkspaceOperation::kRestore:
+        return core::Status::invalid_argument(
+            "only what depth cameras see can be named, frozen, discarded or restored");
     }
     return core::Status::invalid_argument("no such operation; allowed: add, move, remove, attach, release");
   } catch (const ConfigError& problem) {
@@ -152,27 +166,30 @@ std::string LiveCell::name_in(const WorkspaceCommand& command) const {
 core::Expected<layers::WorkspaceChange> LiveCell::begin_live(const workspace::LayerProfile& profile,
                                                              std::uint64_t version) {
   for (const auto& [id, object] : objects_)
-    if (id == kLiveId || object.config.name == kLiveName)
+    if (messages::is_live(id) || messages::is_live_name(object.config.name))
       return core::Status::invalid_argument(label_of(object.config.name, id) +
-                                            " has the id or the name of live matter");
-  auto change = live_.put(kLiveId, {}, profile, {}, version);
+                                            " has an id or a name of live matter");
+  auto change = live_.put({{kLiveId, {}, profile, {}}}, version);
   has_live_ = has_live_ || change;
   return change;
 }
 
-core::Expected<layers::WorkspaceChange> LiveCell::put_live(workspace::ObjectBricks bricks,
-                                                           const workspace::LayerProfile& profile,
-                                                           std::vector<workspace::BrickKey> touched,
+core::Expected<layers::WorkspaceChange> LiveCell::put_live(std::vector<layers::ComputedObject> objects,
                                                            std::uint64_t version, int threads) {
   layers::ActivationOptions options;
   options.threads = threads;
-  return live_.put(kLiveId, std::move(bricks), profile, std::move(touched), version, options);
+  return live_.put(std::move(objects), version, options);
+}
+
+bool LiveCell::has(const std::string& name) const {
+  return std::ranges::any_of(objects_, [&](const auto& entry) { return entry.second.config.name == name; });
 }
 
 core::Expected<std::uint16_t> LiveCell::find(const WorkspaceCommand& command) const {
-  if (has_live_ && (command.object.empty() ? command.id == kLiveId : command.object == kLiveName))
+  if (has_live_ &&
+      (command.object.empty() ? messages::is_live(command.id) : messages::is_live_name(command.object)))
     return core::Status::invalid_argument(
-        std::string("'") + kLiveName +
+        "'" + (command.object.empty() ? messages::live_name(command.id) : command.object) +
         "' is what depth cameras see; allowed: objects of the cell file and those that commands added");
   if (command.object.empty()) {
     if (objects_.contains(command.id)) return command.id;
@@ -226,7 +243,8 @@ void LiveCell::set_guard(ServedObject& object, const workspace::LayerProfile& pr
 /// cell file keeps its id, by which the kept changes name it.
 std::uint16_t LiveCell::free_id() const {
   const auto taken = [this](std::uint32_t id) {
-    return (has_live_ && id == kLiveId) || objects_.contains(static_cast<std::uint16_t>(id)) ||
+    return (has_live_ && messages::is_live(static_cast<std::uint16_t>(id))) ||
+           objects_.contains(static_cast<std::uint16_t>(id)) ||
            std::ranges::any_of(changes_.objects,
                                [id](const ObjectChange& change) { return change.id == id; });
   };
@@ -245,8 +263,8 @@ CellChange LiveCell::add(const WorkspaceCommand& command, std::uint64_t version,
       throw ConfigError(label_of(config.name, id) +
                         " is there already; move it, or give the new one another name");
   }
-  if (has_live_ && config.name == kLiveName)
-    throw ConfigError(std::string("'") + kLiveName + "' is what depth cameras see; give it another name");
+  if (has_live_ && messages::is_live_name(config.name))
+    throw ConfigError("'" + config.name + "' is a name of what depth cameras see; give it another one");
   if (!config.mesh.empty()) check_within(config.mesh, cell_.file.parent_path());
   if (config.is_zone())
     throw ConfigError(

@@ -79,17 +79,19 @@ class LiveCell {
   core::Expected<CellChange> apply(const WorkspaceCommand& command, std::uint64_t version,
                                    const layers::ActivationOptions& options);
 
-  /// Makes room for live matter: its profile's μ get codes, and its id and name are given to nothing else.
+  /// Makes room for live matter: its profile's μ get codes, and its ids and names are given to nothing else.
   /// Call it once, after activate().
   core::Expected<layers::WorkspaceChange> begin_live(const workspace::LayerProfile& profile,
                                                      std::uint64_t version);
-  /// Gives live matter its voxels (layers::LiveWorkspace::put).
-  core::Expected<layers::WorkspaceChange> put_live(workspace::ObjectBricks bricks,
-                                                   const workspace::LayerProfile& profile,
-                                                   std::vector<workspace::BrickKey> touched,
+  /// Gives live matter and its objects their voxels (layers::LiveWorkspace::put).
+  core::Expected<layers::WorkspaceChange> put_live(std::vector<layers::ComputedObject> objects,
                                                    std::uint64_t version, int threads);
   /// Returns the voxels that the model's objects in the workspace fill.
-  workspace::BitVolume solid() const { return live_.solid(kLiveId); }
+  workspace::BitVolume solid() const {
+    return live_.solid([](std::uint16_t id) { return !messages::is_live(id); });
+  }
+  /// Returns whether an object of the model has this name.
+  bool has(const std::string& name) const;
 
   /// Gives the next object that is added this id, if it is free.
   void prefer_id(std::uint16_t id) { changes_.next_id = id; }

@@ -65,9 +65,7 @@ void passing_hand(benchmark::State& state) {
       const wva_server::LiveIntake::Taken seen{true, hand(step), {}};
       const double from_ms = living_time_ms();
       matter.take(seen);
-      auto update = matter.update();
-      const auto change =
-          cell.put_live(std::move(update.bricks), matter.profile(), std::move(update.touched), ++version, 1);
+      const auto change = cell.put_live(matter.update(step * core::kNsPerSecond / 30), ++version, 1);
       if (!change) throw std::runtime_error(change.status().message());
       for (const workspace::BrickKey key : change->changed)
         benchmark::DoNotOptimize(workspace::encode_brick(cell.workspace().brick(key)));

@@ -13,6 +13,7 @@
 #include "common/geometry/implicit/primitives.hpp"
 #include "common/messages/codecs/status_codec.hpp"
 #include "common/messages/codecs/teleoperation_codec.hpp"
+#include "common/messages/living.hpp"
 #include "common/messages/publisher.hpp"
 #include "components/workspace_camera/simulated_camera.hpp"
 #include "tests/end_to_end/workspace_observer.hpp"
@@ -29,7 +30,6 @@ using test::Process;
 using test::read_text;
 using testing::HasSubstr;
 
-constexpr std::uint16_t kLive = 65534;
 constexpr double kThreadsOnTheWay = 20.0;
 const Eigen::Vector3d kEye{1.3, -1.2, 1.6}, kTarget{0.5, 0.0, 1.0}, kPlace{0.75, 0.0, 1.1};
 
@@ -65,6 +65,8 @@ class PlayedCamera {
   void move_box(bool moves) { moves_ = moves; }
   void send(bool sends) { sends_ = sends; }
   void hang(bool hangs) { hangs_ = hangs; }
+  /// Images that were taken until now.
+  int taken() const { return taken_; }
 
  private:
   void run(const std::stop_token& stop) {
@@ -102,11 +104,13 @@ class PlayedCamera {
       }
       image.age_s = 0.005;
       if (sends_) images_.publish(image);
+      ++taken_;
       std::this_thread::sleep_for(std::chrono::milliseconds(50));
     }
   }
   workspace_camera::ArmView view_;
   messages::Publisher<messages::DepthImage> images_;
+  std::atomic<int> taken_ = 0;
   std::atomic<bool> box_ = false, moves_ = false, sends_ = true, hangs_ = false;
   std::jthread thread_;
 };
@@ -189,7 +193,7 @@ class LiveSystem : public testing::Test {
     for (const workspace::BrickKey key : world->bricks()) {
       const workspace::Workspace::BrickView brick = world->brick(key);
       for (std::uint32_t i = 0; i < workspace::kBrickVoxels; ++i)
-        count += brick.object_of(i) == kLive && brick.order[i] == workspace::kOrderBoundary ? 1 : 0;
+        count += messages::is_live(brick.object_of(i)) && brick.order[i] == workspace::kOrderBoundary ? 1 : 0;
     }
     return count;
   }
@@ -216,12 +220,12 @@ class LiveSystem : public testing::Test {
 TEST_F(LiveSystem, AThingThatIsPutThereIsFeltAndGoneWhenItIsTakenAway) {
   EXPECT_EQ(live_voxels(), 0U) << "the table and the arm are the model's";
   const std::uint64_t before = observer_->workspace()->content_hash();
-  EXPECT_NE(observer_->percept().object(), kLive);
+  EXPECT_FALSE(messages::is_live(observer_->percept().object()));
   for (int i = 0; i < 2; ++i) {
     camera_->put_box(true);
     const double came_s = seconds_until([&] { return live_voxels() > 100; });
-    const double felt_s =
-        seconds_until([&] { return observer_->percept().valid() && observer_->percept().object() == kLive; });
+    const double felt_s = seconds_until(
+        [&] { return observer_->percept().valid() && messages::is_live(observer_->percept().object()); });
     EXPECT_GE(came_s, 0.0);
     EXPECT_GE(felt_s, 0.0);
     camera_->put_box(false);
@@ -230,7 +234,7 @@ TEST_F(LiveSystem, AThingThatIsPutThereIsFeltAndGoneWhenItIsTakenAway) {
     // A few voxels may wait for their brick's turn.
     const double whole_s = seconds_until([&] { return observer_->workspace()->content_hash() == before; });
     EXPECT_GE(whole_s, 0.0) << live_voxels() << " voxels are left";
-    EXPECT_TRUE(eventually([&] { return agreed() && observer_->percept().object() != kLive; }));
+    EXPECT_TRUE(eventually([&] { return agreed() && !messages::is_live(observer_->percept().object()); }));
     std::cout << "put there: in the workspace after " << came_s << " s, felt " << felt_s
               << " s later; taken away: gone after " << gone_s << " s, without a trace " << whole_s
               << " s later\n";
@@ -304,6 +308,32 @@ TEST_F(LiveSystem, CommandsAreCarriedOutMeanwhile) {
   }
   EXPECT_TRUE(eventually([&] { return observer_->version() > first && agreed(); }));
   EXPECT_TRUE(eventually([&] { return live_voxels() > 50; }));
+}
+
+TEST_F(LiveSystem, WhatAPersonDecidesAboutAThingHoldsUntilItIsRestored) {
+  const auto decide = [&](const std::string& words) {
+    return test::run_line(PHANTOM_BIN_DIR "/wva_server command " + words + " --timeout-s 30 --deployment " +
+                          path("topology.yaml"));
+  };
+  camera_->put_box(true);
+  ASSERT_TRUE(eventually([&] { return live_voxels() > 100; }));
+  const test::Said named = decide("name --object 'live object 1' --name bucket");
+  ASSERT_EQ(named.exit_code, 0) << named.output;
+  ASSERT_TRUE(eventually([&] { return decide("list").output.find("bucket") != std::string::npos; }))
+      << decide("list").output;
+  const test::Said frozen = decide("freeze --object bucket");
+  ASSERT_EQ(frozen.exit_code, 0) << frozen.output;
+  EXPECT_TRUE(eventually([&] { return said("wva_server").find("'bucket' is frozen") != std::string::npos; }));
+  const std::size_t voxels = live_voxels();
+  camera_->put_box(false);
+  const int taken = camera_->taken();
+  ASSERT_TRUE(eventually([&] { return camera_->taken() > taken + 40; }));
+  EXPECT_EQ(live_voxels(), voxels) << "no camera sees it any more";
+  EXPECT_EQ(decide("restore --object bucket").exit_code, 0);
+  EXPECT_TRUE(eventually([&] { return live_voxels() == 0; }));
+  const test::Said gone = decide("freeze --object bucket");
+  EXPECT_EQ(gone.exit_code, 1);
+  EXPECT_THAT(gone.output, HasSubstr("refused: "));
 }
 
 // Tries workspace_camera: an object stands elsewhere than the model has it, or is gone

@@ -76,7 +76,10 @@ void fit(msg::OccupancyChange& m) {
   std::uint16_t place = 0;
   for (auto& one : m.blocks()) one.x(place++ % 1024), one.y(place / 1024);
 }
-void fit(msg::WorkspaceCommand& m) { m.X_FO(msg::Pose()); }
+void fit(msg::WorkspaceCommand& m) {
+  m.operation(msg::WorkspaceOperation::WORKSPACE_MOVE);  // which uses X_WO and the guard
+  m.X_FO(msg::Pose());
+}
 
 template <class T>
 std::pair<const std::string, Builder> entry(const dds::TopicSpec<T>& topic) {

@@ -200,7 +200,7 @@ TEST_F(Live, VoxelsOfTheCallersMakeWhatTheirBodyMakes) {
     const auto put = [&](const Body& body, std::vector<workspace::BrickKey> touched, std::uint64_t version) {
       auto bricks = activate_object(body, kLiveGrid).value().bricks;
       touched.insert(touched.end(), bricks.keys().begin(), bricks.keys().end());
-      return live.put(2, std::move(bricks), body.profile, touched, version);
+      return live.put({{2, std::move(bricks), body.profile, std::move(touched)}}, version);
     };
     ASSERT_TRUE(put(second, {}, 2));
     ASSERT_TRUE(put(moved, activate_object(second, kLiveGrid).value().bricks.keys(), 3));
@@ -208,16 +208,38 @@ TEST_F(Live, VoxelsOfTheCallersMakeWhatTheirBodyMakes) {
     expect_same_content(live.workspace(), twin.workspace());
     EXPECT_EQ(live.content_hash(), live.workspace().content_hash());
     // Nothing of it is left, though its μ keep their codes.
-    ASSERT_TRUE(live.put(2, {}, moved.profile, activate_object(moved, kLiveGrid).value().bricks.keys(), 4));
+    ASSERT_TRUE(
+        live.put({{2, {}, moved.profile, activate_object(moved, kLiveGrid).value().bricks.keys()}}, 4));
     LiveWorkspace alone(kLiveGrid, law);
     ASSERT_TRUE(alone.add(one, 1));
     expect_same_content(live.workspace(), alone.workspace());
-    EXPECT_FALSE(live.put(2, {}, moved.profile, {}, 4)) << "the version does not rise";
-    EXPECT_FALSE(live.put(0, {}, moved.profile, {}, 5));
+    EXPECT_FALSE(live.put({{2, {}, moved.profile, {}}}, 4)) << "the version does not rise";
+    EXPECT_FALSE(live.put({{0, {}, moved.profile, {}}}, 5));
   }
 }
 
-TEST_F(Live, SolidsAreThoseOfAllObjectsButOne) {
+TEST_F(Live, VoxelsOfSeveralObjectsAreOneChangeOrNone) {
+  std::mt19937 random(9);
+  const Body first = random_body(1, random), second = random_body(2, random);
+  const auto computed = [](const Body& body) {
+    auto bricks = activate_object(body, kLiveGrid).value().bricks;
+    auto touched = bricks.keys();
+    return ComputedObject{body.id, std::move(bricks), body.profile, std::move(touched)};
+  };
+  LiveWorkspace live(kLiveGrid, MergeLaw::kHighestViscosity), twin(kLiveGrid, MergeLaw::kHighestViscosity);
+  const LiveBody both[] = {{&first, 0}, {&second, 0}};
+  ASSERT_TRUE(twin.add(both, 1));
+  Body nobody = second;
+  nobody.id = 0;
+  EXPECT_FALSE(live.put({computed(first), computed(nobody)}, 1));
+  EXPECT_EQ(live.object_count(), 0U);
+  EXPECT_EQ(live.workspace().brick_count(), 0U);
+  ASSERT_TRUE(live.put({computed(first), computed(second)}, 1));
+  expect_same_content(live.workspace(), twin.workspace());
+  EXPECT_EQ(live.content_hash(), live.workspace().content_hash());
+}
+
+TEST_F(Live, SolidsAreThoseOfTheObjectsThatCount) {
   std::mt19937 random(4);
   LiveWorkspace live(kLiveGrid, MergeLaw::kHighestViscosity);
   const Body first = random_body(1, random), second = random_body(2, random);
@@ -225,7 +247,8 @@ TEST_F(Live, SolidsAreThoseOfAllObjectsButOne) {
   ASSERT_TRUE(live.add(both, 1));
   const auto bricks_1 = activate_object(first, kLiveGrid).value().bricks;
   const auto bricks_2 = activate_object(second, kLiveGrid).value().bricks;
-  const workspace::BitVolume all = live.solid(0), without_second = live.solid(2);
+  const workspace::BitVolume all = live.solid([](std::uint16_t) { return true; }),
+                             without_second = live.solid([](std::uint16_t id) { return id != 2; });
   std::size_t wrong = 0, solids = 0;
   workspace::VoxelBox::of(kLiveGrid).for_each([&](workspace::Index3 v) {
     const bool in_1 = bricks_1.at(v) >= workspace::kOrderBoundary,

@@ -68,10 +68,15 @@ std::string refusal(const OccupancyChange& change) {
 }
 
 std::string refusal(const WorkspaceCommand& command) {
+  constexpr std::size_t kMaxNameBytes = 64;  // of an object
   if (command.operation == WorkspaceOperation::kAdd)
     return command.description.empty() ? "description is empty; allowed: an object as in a cell file" : "";
   if (command.object.empty() && command.id == 0)
     return "object is empty and id is 0; allowed: a name, or an id of 1 to 65534";
+  if (command.operation == WorkspaceOperation::kName &&
+      (command.description.empty() || command.description.size() > kMaxNameBytes))
+    return "description has " + std::to_string(command.description.size()) +
+           " bytes; allowed: a name of 1 to " + std::to_string(kMaxNameBytes);
   return "";
 }
 

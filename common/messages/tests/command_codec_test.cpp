@@ -235,6 +235,21 @@ TEST(WorkspaceCommandCodec, AnAttachAndAReleaseHaveAPoseOnlyIfTheySaySo) {
   EXPECT_EQ(refused([](auto& m) { m.sets_pose(false), m.X_WO(msg::Pose()); }), "") << "not used";
 }
 
+TEST(WorkspaceCommandCodec, ANewNameIsThereAndFits) {
+  WorkspaceCommand call = a_move();
+  call.operation = WorkspaceOperation::kName;
+  call.description = "bucket";
+  const auto back = from_idl(to_idl(call));
+  ASSERT_TRUE(back) << back.status().message();
+  EXPECT_EQ(back->operation, WorkspaceOperation::kName);
+  EXPECT_EQ(back->description, "bucket");
+  const Refusals<msg::WorkspaceCommand> refusal{to_idl(call)};
+  EXPECT_THAT(refusal([](auto& m) { m.description(""); }), HasSubstr("a name of 1 to 64"));
+  EXPECT_THAT(refusal([](auto& m) { m.description(std::string(65, 'a').c_str()); }),
+              HasSubstr("has 65 bytes"));
+  EXPECT_THAT(refusal([](auto& m) { m.object(""), m.id(0); }), HasSubstr("a name, or an id"));
+}
+
 TEST(WorkspaceReplyCodec, ThereAndBackItIsTheSameAndWhatCannotBeTrueIsRefused) {
   const WorkspaceReply reply{kStamp,
                              kCommandStamp,

@@ -176,6 +176,7 @@ void register_topics() {
   msg::register_WorkspaceObject_type_identifier(ids);
   msg::register_ObjectUncertainty_type_identifier(ids);
   msg::register_PoseFinding_type_identifier(ids);
+  msg::register_LiveObject_type_identifier(ids);
   msg::register_MeshChunk_type_identifier(ids);
   msg::register_OccupancyChange_type_identifier(ids);
   msg::register_WorkspaceCommand_type_identifier(ids);

@@ -1,8 +1,10 @@
 #include "components/synthetic_viewer/page/commands.hpp"
 
+#include <array>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <utility>
 
 #include "common/core/text.hpp"
 #include "common/core/units.hpp"
@@ -101,11 +103,44 @@ core::Expected<CarryRequest> parse_carry_request(const std::string& text) {
   return CarryRequest{object.get<std::string>(), attach.get<bool>()};
 }
 
+namespace {
+
+/// What may be done with a thing that cameras see, as the page has it.
+constexpr std::array<std::pair<const char*, messages::WorkspaceOperation>, 4> kDecisions{
+    {{"call", messages::WorkspaceOperation::kName},
+     {"freeze", messages::WorkspaceOperation::kFreeze},
+     {"discard", messages::WorkspaceOperation::kDiscard},
+     {"restore", messages::WorkspaceOperation::kRestore}}};
+
+core::Expected<CorrectionRequest> parse_decision(const Json& json, const std::string& key,
+                                                 messages::WorkspaceOperation decision) {
+  const auto is_name = [](const Json& name) {
+    constexpr std::size_t kMaxName = 64;
+    return name.is_string() && !name.get_ref<const std::string&>().empty() &&
+           name.get_ref<const std::string&>().size() <= kMaxName;
+  };
+  if (!is_name(json[key])) return bad(key + " must be the name of a thing, of 1 to 64 bytes");
+  CorrectionRequest request{.live = json[key].get<std::string>(), .decision = decision};
+  const bool names = decision == messages::WorkspaceOperation::kName;
+  if (json.size() != (names ? 2 : 1) || names != json.contains("name"))
+    return bad(R"(name must be there with call, and with nothing else)");
+  if (names && !is_name(json["name"])) return bad("name must be a name of 1 to 64 bytes");
+  if (names) request.name = json["name"].get<std::string>();
+  return request;
+}
+
+}  // namespace
+
 core::Expected<CorrectionRequest> parse_correction_request(const std::string& text) {
   const Json json = Json::parse(text, nullptr, false);
+  if (json.is_object())
+    for (const auto& [key, decision] : kDecisions)
+      if (json.contains(key)) return parse_decision(json, key, decision);
   if (!json.is_object() || json.size() != 1 ||
       (!json.contains("correct") && !json.contains("found") && !json.contains("undo")))
-    return bad(R"(a JSON object {"correct": …}, {"found": …} or {"undo": …} is expected)");
+    return bad(
+        R"(a JSON object {"correct": …}, {"found": …}, {"undo": …}, {"freeze": …}, {"discard": …}, {"restore": …})"
+        R"( or {"call": …, "name": …} is expected)");
   if (json.contains("found")) {
     const Json& object = json["found"];
     if (!object.is_string() || object.get_ref<const std::string&>().empty())

@@ -20,9 +20,11 @@ core::Expected<Command> parse_command(const std::string& json);
 /// error message says what is wrong and what is allowed.
 core::Expected<CarryRequest> parse_carry_request(const std::string& json);
 
-/// Parses the page's request to correct the model, {"correct": 17} by the number of a doubt, or {"undo":
-/// "pump"} by the object whose newest change is undone. The error message says what is wrong and what is
-/// allowed.
+/// Parses the page's request to correct the model: {"correct": 17} by the number of a doubt, {"found":
+/// "pump"} by the object that a camera has found elsewhere, {"undo": "pump"} by the object whose newest
+/// change is undone; or to decide about a thing that cameras see: {"freeze": "live object 1"}, discard and
+/// restore likewise, or
+/// {"call": "live object 1", "name": "bucket"}. The error message says what is wrong and what is allowed.
 core::Expected<CorrectionRequest> parse_correction_request(const std::string& json);
 
 /// Parses the page's request to move a view's camera, to record it, or to show the way from the tool to an

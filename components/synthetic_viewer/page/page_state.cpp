@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "common/core/text.hpp"
+#include "common/messages/living.hpp"
 #include "components/synthetic_viewer/scene/hud.hpp"
 #include "components/synthetic_viewer/state/delay_stages.hpp"
 #include "components/synthetic_viewer/state/hand_limits.hpp"
@@ -245,13 +246,25 @@ Json findings_json(const ViewerState& state) {
     const std::string& object = state.objects.at(finding->id).name;
     const bool elsewhere = finding->verdict == messages::PoseVerdict::kElsewhere;
     findings[object] = {{"what_words", json_of(finding_words(state, *finding))},
-                        {"camera", finding->camera},
                         {"shift_m", number_or_null(finding->shift_m, elsewhere)},
                         {"turn_rad", number_or_null(finding->turn_rad, elsewhere)},
                         {"residual_m", number_or_null(finding->residual_m, elsewhere)},
                         {"unseen", finding->unseen}};
   }
   return findings;
+}
+
+/// What cameras see and the model lacks, by names.
+Json live_json(const ViewerState& state) {
+  Json things = Json::object();
+  for (const auto& [id, thing] : state.live) {
+    const char* const standing = thing.standing == messages::LiveStanding::kFrozen      ? "frozen"
+                                 : thing.standing == messages::LiveStanding::kDiscarded ? "discarded"
+                                                                                        : "tracked";
+    const LocalizedText what{std::string("live.") + standing, {{"object", live_words(id, thing.name)}}};
+    things[thing.name] = {{"standing", standing}, {"what_words", json_of(what)}};
+  }
+  return things;
 }
 
 constexpr std::array kLevelNames{"quiet", "waiting", "stopped", "alarm"};  // of SideView::Level
@@ -308,7 +321,7 @@ Json objects_json(const ViewerState& state, const CellScene& scene) {
   constexpr std::size_t kMax = 256;
   Json list = Json::array();
   for (const auto& [id, object] : state.objects) {
-    if (list.size() < kMax && !object.name.empty() && !scene.zones.contains(id))
+    if (list.size() < kMax && !object.name.empty() && !scene.zones.contains(id) && !messages::is_live(id))
       list.push_back({{"name", object.name}, {"carried", state.carried(id) != nullptr}});
   }
   return list;
@@ -377,6 +390,7 @@ nlohmann::json page_state(const ViewerState& state, const CellScene& scene, cons
             {"undo", undo_json(state)}}},
           {"doubts", doubts_json(state)},
           {"findings", findings_json(state)},
+          {"live", live_json(state)},
           {"review", review_json(facts)},
           {"recording",
            {{"running", state.recording.running},

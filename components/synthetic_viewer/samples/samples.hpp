@@ -52,6 +52,7 @@ struct HitSample : messages::Received<messages::HitAlert> {
 using DoubtSample = messages::Received<messages::ModelDoubt>;
 using UncertaintySample = messages::ObjectUncertainty;
 using FindingSample = messages::PoseFinding;
+using LiveObjectSample = messages::LiveObject;
 using ObjectSample = messages::WorkspaceObject;
 
 struct WorkspaceSample {  // workspace_version
@@ -96,11 +97,15 @@ struct CarryRequest {
 };
 
 /// The operator's request to correct the model: to shift an object so that its surface is where the arm felt
-/// it, to put one where a camera has found it, or to undo the newest change of an object's pose.
+/// it, to put one where a camera has found it, to undo the newest change of an object's pose, or to decide
+/// about a thing that cameras see and the model lacks.
 struct CorrectionRequest {
   std::uint32_t doubt = 0;  ///< its running number
   std::string found;        ///< name of the object that is put where a camera has found it; empty: none is
   std::string undo;         ///< name of the object whose newest change is undone; empty: none is
+  std::string live;         ///< name of the thing that is decided about; empty: none is
+  messages::WorkspaceOperation decision = messages::WorkspaceOperation::kFreeze;  ///< about it
+  std::string name;                                                               ///< kName: its new one
 };
 
 /// What the page may ask of the workspace.

@@ -263,10 +263,13 @@ Frame CellScene::frame(const ViewerState& state, const Staleness& staleness, cor
   for (const SceneItem& item : items(state, staleness, now_ns)) {
     const geometry::Pose X_WM =
         item.body == SceneItem::kWorld ? item.X_BM : X_WB[static_cast<std::size_t>(item.body)] * item.X_BM;
-    const bool is_live = live && item.kind == SceneItem::Kind::kObject && item.number == messages::kLiveId;
+    const auto surface = item.kind == SceneItem::Kind::kObject
+                             ? live.find(static_cast<std::uint16_t>(item.number))
+                             : live.end();
+    const bool is_live = surface != live.end();
     const Eigen::Matrix4f placement =
         is_live ? matrix_of(geometry::Pose()) : Eigen::Matrix4f(placement_of(item, X_WM).cast<float>());
-    DrawItem drawn{is_live ? live->picture : item.mesh->picture,
+    DrawItem drawn{is_live ? surface->second.picture : item.mesh->picture,
                    placement,
                    item.colour,
                    item.opacity,
@@ -303,7 +306,7 @@ Frame CellScene::frame_over_video(const ViewerState& state, const Staleness& sta
   for (const auto& [id, object] : shown.objects) {
     const auto mesh = meshes.find(object.mesh_hash);
     const auto X_WO = pose_of(object, shown);
-    if (live && id == messages::kLiveId) continue;  // voxels' edges would hide the picture
+    if (live.contains(id)) continue;  // voxels' edges would hide the picture
     if (mesh != meshes.end() && X_WO) add(mesh->second, *X_WO);
   }
   if (shown.arm.received_ns == 0) return frame;
@@ -344,8 +347,8 @@ RayScene CellScene::obstacles(const ViewerState& state, bool with_arm) const {
   for (const auto& [id, object] : state.objects) {
     const auto mesh = meshes.find(object.mesh_hash);
     if (!with_arm && state.carried(id) != nullptr) continue;
-    if (live && id == messages::kLiveId) {
-      scene.bodies.push_back({live->obstacle, geometry::Pose(), {id, 0}});
+    if (const auto surface = live.find(id); surface != live.end()) {
+      scene.bodies.push_back({surface->second.obstacle, geometry::Pose(), {id, 0}});
       continue;
     }
     const auto X_WO = pose_of(object, state);

@@ -114,8 +114,8 @@ class CellScene {
   std::set<std::uint16_t> zones;
   static constexpr double kShownError_m = 0.001;  ///< times scale()
   std::map<std::uint64_t, MeshBody> meshes;       ///< by content hash
-  /// The surface of live matter in W, which pictures show instead of its object's mesh; none: they show that.
-  std::optional<MeshBody> live;
+  /// Surfaces of live matter in W, by its ids, which pictures show instead of its objects' meshes.
+  std::map<std::uint16_t, MeshBody> live;
   std::uint64_t paint_number = 0;  ///< increases with every change of the arm's paint
   struct OtherArm {
     std::string name;

@@ -153,10 +153,10 @@ void Drawing::paint_links(const SkinSample& skin, const std::vector<SkinPatchSam
   }
 }
 
-void Drawing::show_live(const geometry::TriangleMesh& shape) {
-  if (scene_.live) renderer_.drop(scene_.live->picture);
-  scene_.live.reset();
-  if (!shape.triangles.empty()) scene_.live = uploaded(shape, renderer_);
+void Drawing::show_live(const std::map<std::uint16_t, geometry::TriangleMesh>& shapes) {
+  for (const auto& [id, body] : scene_.live) renderer_.drop(body.picture);
+  scene_.live.clear();
+  for (const auto& [id, shape] : shapes) scene_.live.emplace(id, uploaded(shape, renderer_));
 }
 
 std::vector<KnownCorner> Drawing::known_corners() const {

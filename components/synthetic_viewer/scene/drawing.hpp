@@ -1,5 +1,6 @@
 #pragma once
 
+#include <map>
 #include <string>
 #include <vector>
 
@@ -47,8 +48,8 @@ class Drawing {
   /// Repaints the links on which any patch feels something in `skin`, or did in the skin of the state.
   void paint(const SkinSample& skin);
 
-  /// Shows live matter by this surface in W; without triangles: by its object's mesh.
-  void show_live(const geometry::TriangleMesh& shape);
+  /// Shows objects of live matter by these surfaces in W, by their ids; others by their objects' meshes.
+  void show_live(const std::map<std::uint16_t, geometry::TriangleMesh>& shapes);
 
   /// Advances by one round: updates the positions of all bodies, and chooses the hit zone and its node.
   /// Returns true if the zone belongs to another alert than before.

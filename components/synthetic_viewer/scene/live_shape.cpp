@@ -1,6 +1,5 @@
 #include "components/synthetic_viewer/scene/live_shape.hpp"
 
-#include <algorithm>
 #include <array>
 
 #include "common/messages/living.hpp"
@@ -32,16 +31,19 @@ void append_face(const workspace::GridSpec& grid, const workspace::ShellFace& fa
 
 }  // namespace
 
-geometry::TriangleMesh live_shape(const workspace::Workspace& workspace) {
-  geometry::TriangleMesh mesh;
-  const auto fluids = workspace::fluids_of(workspace);
-  const auto live = std::ranges::find(fluids, messages::kLiveId, &workspace::ObjectFluid::object);
-  if (live == fluids.end()) return mesh;
-  const auto faces =
-      workspace::shell_of(workspace, live->box, messages::kLiveId, workspace::kOrderBoundary, kMaxLiveFaces);
-  if (!faces) return mesh;
-  for (const workspace::ShellFace& face : *faces) append_face(workspace.grid(), face, mesh);
-  return mesh;
+LiveShapes live_shapes(const workspace::Workspace& workspace) {
+  LiveShapes shapes;
+  std::size_t left = kMaxLiveFaces;
+  for (const workspace::ObjectFluid& fluid : workspace::fluids_of(workspace)) {
+    if (!messages::is_live(fluid.object)) continue;
+    const auto faces =
+        workspace::shell_of(workspace, fluid.box, fluid.object, workspace::kOrderBoundary, left);
+    if (!faces || faces->empty()) continue;
+    left -= faces->size();
+    geometry::TriangleMesh& mesh = shapes[fluid.object];
+    for (const workspace::ShellFace& face : *faces) append_face(workspace.grid(), face, mesh);
+  }
+  return shapes;
 }
 
 }  // namespace phantom::synthetic_viewer

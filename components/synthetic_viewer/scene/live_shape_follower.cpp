@@ -36,13 +36,13 @@ void LiveShapeFollower::run() {
 
 void LiveShapeFollower::look() {
   if (!inbox_.live_matter.load(std::memory_order_relaxed)) {
-    if (shown_) inbox_.put_live_shape({});
+    if (shown_) inbox_.put_live_shapes({});
     shown_ = false;
     return;
   }
   const auto newest = find_();
   if (!newest || (shown_ && newest->version == version_)) return;
-  inbox_.put_live_shape(live_shape(*newest));
+  inbox_.put_live_shapes(live_shapes(*newest));
   shown_ = true;
   version_ = newest->version;
 }

@@ -11,7 +11,7 @@
 
 namespace phantom::synthetic_viewer {
 
-/// Keeps the inbox's live shape up to date for the viewer's own pictures, twice a second, on a thread of its
+/// Keeps the inbox's live shapes up to date for the viewer's own pictures, twice a second, on a thread of its
 /// own, and only while the viewer's loop knows of live matter.
 class LiveShapeFollower {
  public:

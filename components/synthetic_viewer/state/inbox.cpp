@@ -31,14 +31,14 @@ bool Inbox::put(Event event) {
   return true;
 }
 
-void Inbox::put_live_shape(geometry::TriangleMesh shape) {
+void Inbox::put_live_shapes(LiveShapes shapes) {
   const std::lock_guard lock(mutex_);
-  live_shape_ = std::move(shape);
+  live_shapes_ = std::move(shapes);
 }
 
-std::optional<geometry::TriangleMesh> Inbox::take_live_shape() {
+std::optional<Inbox::LiveShapes> Inbox::take_live_shapes() {
   const std::lock_guard lock(mutex_);
-  return std::exchange(live_shape_, std::nullopt);
+  return std::exchange(live_shapes_, std::nullopt);
 }
 
 std::deque<Event> Inbox::take_hits() {

@@ -5,6 +5,7 @@
 #include <condition_variable>
 #include <cstdint>
 #include <deque>
+#include <map>
 #include <mutex>
 #include <optional>
 #include <variant>
@@ -20,8 +21,9 @@
 
 namespace phantom::synthetic_viewer {
 
-using Event = std::variant<HitSample, ObjectSample, MeshChunkSample, ComponentSample, WorkspaceSample,
-                           SkinSample, DoubtSample, UncertaintySample, FindingSample, Command, ViewRequest>;
+using Event =
+    std::variant<HitSample, ObjectSample, MeshChunkSample, ComponentSample, WorkspaceSample, SkinSample,
+                 DoubtSample, UncertaintySample, FindingSample, LiveObjectSample, Command, ViewRequest>;
 
 /// Passes samples from the middleware's threads to the viewer: newest states by lock-free snapshot, events in
 /// two queues, one of them for alerts. The middleware's side never waits for a picture: the queues' lock is
@@ -46,11 +48,12 @@ class Inbox {
   PictureInbox video;                    ///< of a camera whose pictures come over a topic
   std::atomic<bool> live_matter{false};  ///< the workspace has some, as the viewer's loop knows
 
-  /// Brings the surface of live matter in W for the viewer's pictures; without triangles: there is none. Any
-  /// thread.
-  void put_live_shape(geometry::TriangleMesh shape);
-  /// Returns the newest since the last call; nothing: there is none.
-  std::optional<geometry::TriangleMesh> take_live_shape();
+  /// Surfaces of live matter in W, by its ids.
+  using LiveShapes = std::map<std::uint16_t, geometry::TriangleMesh>;
+  /// Brings all of them for the viewer's pictures. Any thread.
+  void put_live_shapes(LiveShapes shapes);
+  /// Returns the newest since the last call; nothing: there are none.
+  std::optional<LiveShapes> take_live_shapes();
 
   /// Queues an event. Any thread. A raised alert is urgent. Returns false if the queue is full: the event is
   /// then lost and counted.
@@ -74,7 +77,7 @@ class Inbox {
   bool has_room(const Event& event) const;
 
   std::deque<Event> hits_, events_;
-  std::optional<geometry::TriangleMesh> live_shape_;
+  std::optional<LiveShapes> live_shapes_;
   std::size_t statuses_ = 0, mesh_bytes_ = 0;  // in events_
   std::atomic<bool> urgent_{false};
   std::atomic<std::uint64_t> lost_{0};

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "components/synthetic_viewer/state/state.hpp"
+#include "common/geometry/pose.hpp"
 
 namespace phantom::synthetic_viewer {
 namespace {
@@ -70,20 +70,15 @@ core::Expected<messages::WorkspaceCommand> ModelCorrections::correct(std::uint32
   return move_to(object->first, X_WO);
 }
 
-void ModelCorrections::take(const messages::PoseFinding& finding) {
-  if (findings_.size() < ViewerState::kMaxFindings || findings_.contains(finding.id))
-    findings_.insert_or_assign(finding.id, finding);
-}
-
 core::Expected<messages::WorkspaceCommand> ModelCorrections::accept(const std::string& name) const {
   const auto object =
       std::ranges::find_if(objects_, [&](const auto& entry) { return entry.second.name == name; });
-  const auto found = object == objects_.end() ? findings_.end() : findings_.find(object->first);
-  if (found == findings_.end() || found->second.verdict != messages::PoseVerdict::kElsewhere)
+  const messages::PoseFinding* const found = object == objects_.end() ? nullptr : findings_.of(object->first);
+  if (found == nullptr || found->verdict != messages::PoseVerdict::kElsewhere)
     return refused("no camera has found where '" + name + "' stands");
-  if (!same_pose(object->second.X_WO, found->second.X_WO))
+  if (findings_.displacing(object->first, object->second.X_WO) == nullptr)
     return refused("'" + name + "' has been moved since a camera found it; wait until it is seen again");
-  return move_to(object->first, found->second.corrected_WO);
+  return move_to(object->first, found->corrected_WO);
 }
 
 core::Expected<messages::WorkspaceCommand> ModelCorrections::undo(const std::string& object) const {

@@ -6,6 +6,7 @@
 
 #include "common/core/status.hpp"
 #include "common/messages/percept.hpp"
+#include "common/messages/pose_findings.hpp"
 #include "common/messages/workspace.hpp"
 #include "components/synthetic_viewer/state/model_history.hpp"
 
@@ -24,7 +25,7 @@ class ModelCorrections {
   /// Takes a doubt. Those of another phantom are forgotten with the first of a new one.
   void take(const messages::ModelDoubt& doubt);
   /// Takes what a camera has found of an object.
-  void take(const messages::PoseFinding& finding);
+  void take(const messages::PoseFinding& finding) { findings_.take(finding); }
 
   /// Returns the move that explains a doubt, by its running number; an error that says why there is none.
   core::Expected<messages::WorkspaceCommand> correct(std::uint32_t number) const;
@@ -45,8 +46,8 @@ class ModelCorrections {
     bool has_object = false;
   };
   std::map<std::uint16_t, Object> objects_;
-  std::map<std::uint32_t, Kept> doubts_;                     // by their places
-  std::map<std::uint16_t, messages::PoseFinding> findings_;  // by their objects
+  std::map<std::uint32_t, Kept> doubts_;  // by their places
+  messages::PoseFindings findings_;
   ModelHistory history_;
   std::uint64_t version_ = 0;
 };

@@ -16,7 +16,7 @@ void ModelHistory::forget(const std::vector<messages::CarriedObject>& carried) {
 }
 
 void ModelHistory::take(const messages::WorkspaceObject& object) {
-  if (object.id == messages::kLiveId) return;
+  if (messages::is_live(object.id)) return;
   if (object.removed()) return forget(object.id);
   const auto [known, is_new] = poses_.try_emplace(object.id, object.X_WO);
   const geometry::Pose before_WO = known->second;

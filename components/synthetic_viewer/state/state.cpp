@@ -58,9 +58,11 @@ void ViewerState::take(ComponentSample component) {
   }));
 }
 
-void ViewerState::take(FindingSample finding) {
-  if (findings.size() < kMaxFindings || findings.contains(finding.id))
-    findings.insert_or_assign(finding.id, std::move(finding));
+void ViewerState::take(LiveObjectSample object) {
+  if (object.standing == messages::LiveStanding::kLost || !messages::is_live(object.id))
+    live.erase(object.id);
+  else
+    live.insert_or_assign(object.id, std::move(object));
 }
 
 void ViewerState::take(DoubtSample doubt) {
@@ -136,10 +138,10 @@ LocalizedText condition_words(const ViewerState& state, const Staleness& stalene
 
 std::vector<const FindingSample*> ViewerState::displaced() const {
   std::vector<const FindingSample*> all;
-  for (const auto& [id, finding] : findings) {
+  for (const auto& [id, finding] : findings.all()) {
     const auto object = objects.find(id);
-    if (finding.verdict == messages::PoseVerdict::kAgrees || object == objects.end()) continue;
-    if (geometry::same_pose(object->second.X_WO, finding.X_WO) && carried(id) == nullptr)
+    if (object != objects.end() && carried(id) == nullptr &&
+        findings.displacing(id, object->second.X_WO) != nullptr)
       all.push_back(&finding);
   }
   return all;
@@ -204,6 +206,12 @@ LocalizedText percepts_words(const ViewerState& state) {
            {"chosen", LocalizedText{std::string("percept_chosen.").append(std::to_string(chosen)), {}}}}};
 }
 
+LocalizedText live_words(std::uint16_t id, const std::string& name) {
+  if (name != messages::live_name(id)) return {"object.named", {{"name", name}}};
+  if (id == messages::kLiveId) return {"object.live", {}};
+  return {"object.live_numbered", {{"number", static_cast<double>(id - messages::kFirstLiveObjectId + 1)}}};
+}
+
 LocalizedText object_words(const ViewerState& state, std::uint16_t id) {
   if (id == 0) return {"object.free_space", {}};
   const auto found = state.objects.find(id);
@@ -211,7 +219,8 @@ LocalizedText object_words(const ViewerState& state, std::uint16_t id) {
       id >= runtime::kFirstOtherArmId && other < state.others.size())
     return {"object.named", {{"name", state.others[other].name}}};
   // Its marker comes after the fluid is felt, and may go before.
-  if (found == state.objects.end() && id == messages::kLiveId) return {"object.live", {}};
+  if (messages::is_live(id))
+    return live_words(id, found == state.objects.end() ? messages::live_name(id) : found->second.name);
   if (found == state.objects.end() || found->second.name.empty())
     return {"object.numbered", {{"id", static_cast<double>(id)}}};
   return {"object.named", {{"name", found->second.name}}};

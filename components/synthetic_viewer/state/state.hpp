@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "common/messages/pose_findings.hpp"
 #include "components/synthetic_viewer/samples/samples.hpp"
 #include "components/synthetic_viewer/state/camera_control.hpp"
 #include "components/synthetic_viewer/state/localized_text.hpp"
@@ -76,7 +77,8 @@ struct ViewerState {
   std::map<std::uint16_t, ObjectSample> objects;
   std::deque<HitRecord> hits;                                ///< newest last, at most kMaxHits
   std::map<std::uint16_t, UncertaintySample> uncertainties;  ///< of objects' poses, by their ids
-  std::map<std::uint16_t, FindingSample> findings;           ///< of cameras, of objects' poses, by their ids
+  messages::PoseFindings findings;                           ///< of cameras
+  std::map<std::uint16_t, LiveObjectSample> live;  ///< what cameras see and the model lacks, by their ids
   ModelHistory model_history;
   std::map<std::uint32_t, DoubtSample> doubts;        ///< of the model, by their places
   std::map<std::string, ComponentSample> components;  ///< by name, with the host where two share a name
@@ -92,7 +94,6 @@ struct ViewerState {
   std::string graphics;                   ///< the renderer, as the driver calls it
 
   static constexpr std::size_t kMaxHits = 40;
-  static constexpr std::size_t kMaxFindings = 4096;   ///< further objects' are left out
   static constexpr std::size_t kMaxComponents = 256;  ///< the one silent longest makes room for a new one
 
   void take(const HitSample& hit);
@@ -100,7 +101,8 @@ struct ViewerState {
   void take(ComponentSample component);
   /// Takes a doubt of the model. Those of another phantom are forgotten with the first of a new one.
   void take(DoubtSample doubt);
-  void take(FindingSample finding);
+  void take(FindingSample finding) { findings.take(std::move(finding)); }
+  void take(LiveObjectSample object);
   /// Applies a view command; all others are ignored.
   void take(const Command& command);
   /// Returns by how much a point of an object may be off; 0: not stated.
@@ -140,6 +142,9 @@ LocalizedText percepts_words(const ViewerState& state);
 /// Returns the object's name, such as "table"; "object 7" if the name is not known; "free space" for 0; of
 /// what is another arm, that arm's name.
 LocalizedText object_words(const ViewerState& state, std::uint16_t id);
+/// Returns a thing that cameras see and the model lacks in words; its own name counts for nothing if it is
+/// that of its id.
+LocalizedText live_words(std::uint16_t id, const std::string& name);
 /// object_words() in English.
 std::string object_name(const ViewerState& state, std::uint16_t id, Language language = Language::kEnglish);
 /// Returns what the arm touches; "something unknown" if only its force is felt.

@@ -104,7 +104,7 @@ TEST_F(DrawingOfACell, LiveMatterIsDrawnByItsSurfaceOnceThatIsKnown) {
   };
   const DrawItem small = drawn();
   EXPECT_EQ(obstacle_m(), middle.translation_m);
-  drawing_.show_live(geometry::make_box({0.4, 0.3, 0.2}));
+  drawing_.show_live({{messages::kLiveId, geometry::make_box({0.4, 0.3, 0.2})}});
   const DrawItem shown = drawn();
   EXPECT_NE(shown.mesh, small.mesh);
   EXPECT_EQ(shown.colour, small.colour);

@@ -67,6 +67,7 @@ struct DdsAdapter::Impl {
   std::optional<dds::Reader<msg::WorkspaceObject>> objects;
   std::optional<dds::Reader<msg::ObjectUncertainty>> uncertainties;
   std::optional<dds::Reader<msg::PoseFinding>> findings;
+  std::optional<dds::Reader<msg::LiveObject>> live_objects;
   std::optional<dds::Reader<msg::MeshChunk>> chunks;
   std::optional<dds::Reader<msg::ComponentStatus>> components;
   std::optional<dds::Reader<msg::OperatorCommand>> view_commands;
@@ -236,6 +237,11 @@ void DdsAdapter::Impl::open_workspace() {
                      }
                      return inbox.put(*std::move(finding));
                    });
+  live_objects.emplace(participant, dds::kLiveObject,
+                       [this](const msg::LiveObject& message, const dds::SampleInfo&) {
+                         auto object = messages::from_idl(message);
+                         return object && inbox.put(*std::move(object));
+                       });
   chunks.emplace(participant, dds::kMeshChunk, [this](const msg::MeshChunk& message, const dds::SampleInfo&) {
     auto chunk = messages::from_idl(message);
     if (!chunk) return false;
@@ -298,6 +304,13 @@ core::Expected<messages::WorkspaceCommand> DdsAdapter::Impl::command_of(const Ca
 core::Expected<messages::WorkspaceCommand> DdsAdapter::Impl::command_of(const CorrectionRequest& request) {
   const std::lock_guard lock(servers_mutex);
   if (!request.undo.empty()) return corrections.undo(request.undo);
+  if (!request.live.empty()) {
+    messages::WorkspaceCommand command;
+    command.operation = request.decision;
+    command.object = request.live;
+    command.description = request.name;
+    return command;
+  }
   return request.found.empty() ? corrections.correct(request.doubt) : corrections.accept(request.found);
 }
 

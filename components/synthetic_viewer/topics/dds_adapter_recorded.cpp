@@ -34,9 +34,9 @@ struct NamedTopic {
   RecordedTopics::Topic topic;
 };
 
-const std::array<NamedTopic, 14>& named_topics() {
+const std::array<NamedTopic, 15>& named_topics() {
   using enum RecordedTopics::Topic;
-  static const std::array<NamedTopic, 14> topics{{{dds::kSlaveState, kSlaveState},
+  static const std::array<NamedTopic, 15> topics{{{dds::kSlaveState, kSlaveState},
                                                   {dds::kMasterState, kMasterState},
                                                   {dds::kGripperState, kGripperState},
                                                   {dds::kPercept, kPercept},
@@ -45,6 +45,7 @@ const std::array<NamedTopic, 14>& named_topics() {
                                                   {dds::kModelDoubt, kModelDoubt},
                                                   {dds::kObjectUncertainty, kObjectUncertainty},
                                                   {dds::kPoseFinding, kPoseFinding},
+                                                  {dds::kLiveObject, kLiveObject},
                                                   {dds::kComponentStatus, kComponentStatus},
                                                   {dds::kWorkspaceObject, kWorkspaceObject},
                                                   {dds::kWorkspaceVersion, kWorkspaceVersion},
@@ -76,7 +77,8 @@ std::size_t RecordedMoment::bytes() const {
   std::size_t bytes = sizeof *this + state.hits.size() * (sizeof(HitRecord) + 128) +
                       state.objects.size() * kObject +
                       state.uncertainties.size() * sizeof(UncertaintySample) +
-                      state.findings.size() * (sizeof(FindingSample) + 256) +
+                      state.findings.all().size() * (sizeof(FindingSample) + 256) +
+                      state.live.size() * (sizeof(LiveObjectSample) + 128) +
                       state.skin.felt.size() * sizeof(SkinPatchSample) +
                       state.workspace.carried.size() * (sizeof(messages::CarriedObject) + 64) +
                       servers.size() * 64 + state.doubts.size() * (sizeof(DoubtSample) + 128) +
@@ -96,6 +98,7 @@ struct RecordedTopics::Impl {
   dds::TopicDecoder<msg::ComponentStatus> component{dds::kComponentStatus};
   dds::TopicDecoder<msg::ObjectUncertainty> uncertainty{dds::kObjectUncertainty};
   dds::TopicDecoder<msg::PoseFinding> finding{dds::kPoseFinding};
+  dds::TopicDecoder<msg::LiveObject> live_object{dds::kLiveObject};
   dds::TopicDecoder<msg::WorkspaceObject> object{dds::kWorkspaceObject};
   dds::TopicDecoder<msg::WorkspaceVersion> version{dds::kWorkspaceVersion};
   dds::TopicDecoder<msg::MeshChunk> mesh{dds::kMeshChunk};
@@ -153,13 +156,14 @@ struct RecordedTopics::Impl {
     return sample.has_value();
   }
 
-  bool take_finding(recording::ByteView bytes, RecordedMoment& moment) {
-    const msg::PoseFinding* message = finding.decode(bytes);
+  /// Takes what the state itself puts into its place.
+  template <class Decoder>
+  static bool take_into_state(Decoder& decoder, recording::ByteView bytes, RecordedMoment& moment) {
+    const auto* message = decoder.decode(bytes);
     if (message == nullptr) return false;
     auto sample = messages::from_idl(*message);
-    if (!sample) return false;
-    moment.state.take(*std::move(sample));
-    return true;
+    if (sample) moment.state.take(*std::move(sample));
+    return sample.has_value();
   }
 
   bool take_component(const Source& source, recording::ByteView bytes, core::Nanoseconds at_ns,
@@ -275,7 +279,9 @@ bool RecordedTopics::take(const Source& source, const recording::Message& messag
     case Topic::kObjectUncertainty:
       return impl_->take_uncertainty(bytes, moment);
     case Topic::kPoseFinding:
-      return impl_->take_finding(bytes, moment);
+      return Impl::take_into_state(impl_->finding, bytes, moment);
+    case Topic::kLiveObject:
+      return Impl::take_into_state(impl_->live_object, bytes, moment);
     case Topic::kComponentStatus:
       return impl_->take_component(source, bytes, at_ns, moment);
     case Topic::kWorkspaceObject:

@@ -67,6 +67,7 @@ class RecordedTopics {
     kModelDoubt,
     kObjectUncertainty,
     kPoseFinding,
+    kLiveObject,
     kComponentStatus,
     kWorkspaceObject,
     kWorkspaceVersion,

@@ -112,6 +112,7 @@ function show() {
   put('carried', state.carried_words.map(words => said(words)).join(', '));
   showObjects(state.objects);
   showDoubts(state.doubts ?? {}, state.findings ?? {}, state.model.undo);
+  showThings(state.live ?? {});
   showViews(view, viewer);
   showHits(listedHits(state), state.total_hits);
   takeAlarms(listedHits(state), percept.threats ?? []);

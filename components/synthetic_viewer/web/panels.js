@@ -111,19 +111,20 @@ function showObjects(objects) {
   byId('release').hidden = object === undefined || !object.carried;
 }
 
-// Returns a list's item: what contradicts the model, with a button that corrects it; `button`: null for none.
-function contradiction(words, button) {
+// Returns a list's item: words, with buttons { words, title, request } that change the model.
+function modelItem(words, buttons) {
   const item = document.createElement('li'),
     what = document.createElement('span');
   what.textContent = words;
   item.append(what);
-  if (!button) return item;
-  const made = document.createElement('button');
-  made.type = 'button';
-  made.textContent = button.words;
-  made.title = button.title;
-  made.addEventListener('click', () => post('model', button.request, button.words));
-  item.append(' ', made);
+  for (const button of buttons) {
+    const made = document.createElement('button');
+    made.type = 'button';
+    made.textContent = button.words;
+    made.title = button.title;
+    made.addEventListener('click', () => post('model', button.request, button.words));
+    item.append(' ', made);
+  }
   return item;
 }
 
@@ -135,21 +136,24 @@ function findingItem(object, finding) {
     residual_mm: finding.residual_m * 1e3,
     unseen: finding.unseen || text('finding.all_seen'),
   };
-  const button = finding.shift_m !== null && {
+  const accept = {
     words: text('finding.accept', numbers),
     title: text('finding.accept_title', numbers),
     request: {found: object},
   };
-  return contradiction(said(finding.what_words), button);
+  return modelItem(said(finding.what_words), finding.shift_m === null ? [] : [accept]);
 }
 
 function doubtItem(doubt) {
-  const button = doubt.shift_m !== null && {
+  const correct = {
     words: text('doubt.correct', {object: said(doubt.object_words), shift_mm: doubt.shift_m * 1e3}),
     title: text('doubt.correct_title'),
     request: {correct: doubt.number},
   };
-  return contradiction(said(doubt.what_words) + (doubt.holds ? '' : ` (${text('doubt.over')})`), button);
+  return modelItem(
+    said(doubt.what_words) + (doubt.holds ? '' : ` (${text('doubt.over')})`),
+    doubt.shift_m === null ? [] : [correct],
+  );
 }
 
 // Lists what contradicts the model: what cameras have found of objects, and where the arm's contacts do, the newest
@@ -172,6 +176,55 @@ function showDoubts(doubts, findings, undo) {
     ...objects.map(object => findingItem(object, findings[object])),
     ...places.map(place => doubtItem(doubts[place])),
   );
+}
+
+// Returns the form that names a thing.
+function nameForm(name) {
+  const form = document.createElement('form'),
+    field = document.createElement('input'),
+    call = document.createElement('button');
+  field.maxLength = 64;
+  field.required = true;
+  field.ariaLabel = field.placeholder = text('live.name', {object: name});
+  call.textContent = text('live.call');
+  form.append(field, call);
+  form.addEventListener('submit', event => {
+    event.preventDefault();
+    post('model', {call: name, name: field.value.trim()}, text('live.call'));
+  });
+  return form;
+}
+
+function thingItem(name, thing) {
+  const decisions = {tracked: ['freeze', 'discard'], frozen: ['restore', 'discard'], discarded: ['restore']};
+  const item = modelItem(
+    said(thing.what_words),
+    decisions[thing.standing].map(decision => ({
+      words: text(`live.${decision}`),
+      title: text(`live.${decision}_title`),
+      request: {[decision]: name},
+    })),
+  );
+  if (thing.standing !== 'discarded') item.append(nameForm(name));
+  return item;
+}
+
+// Lists what cameras see and the model lacks, by names, with what a person may decide about each.
+function showThings(things) {
+  const names = Object.keys(things)
+    .filter(name => things[name])
+    .sort();
+  byId('live-things').hidden = !names.length;
+  const list = byId('things'),
+    items = new Map([...list.children].map(item => [item.dataset.key, item]));
+  const shown = names.map(name => {
+    const key = JSON.stringify([language, name, things[name]]),
+      item = items.get(key) ?? thingItem(name, things[name]); // one in which a name is being typed stays
+    item.dataset.key = key;
+    return item;
+  });
+  if (shown.length === list.childElementCount && shown.every((item, i) => item === list.children[i])) return;
+  list.replaceChildren(...shown);
 }
 
 function showGripper(gripper) {

@@ -130,7 +130,7 @@ std::optional<WorkspaceCommand> Following::next(const LeaderObjects& leader, con
                                                 const MeshOf& mesh_of) {
   const double voxel_m = cell.cell().voxel_size_m.reference_m();
   for (const auto& [id, object] : leader) {
-    if (is_settled(id, object)) continue;
+    if (messages::is_live(id) || is_settled(id, object)) continue;
     const auto own = cell.objects().find(id);
     const bool is_here = own != cell.objects().end();
     std::optional<WorkspaceCommand> command;

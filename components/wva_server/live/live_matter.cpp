@@ -30,6 +30,11 @@ void for_rows(const workspace::GridSpec& grid, Index3 block, Each each) {
       each(y, z);
 }
 
+/// Returns the blocks that hold voxels within a margin of a block's.
+VoxelBox blocks_near(Index3 block, std::int32_t margin_vox) {
+  return VoxelBox{block, {1, 1, 1}}.grown((margin_vox + fusion::kBlockEdge - 1) / fusion::kBlockEdge);
+}
+
 /// A layer of that thickness: whatever is in it is near.
 workspace::LayerProfile near_profile(int tolerance_vox) { return {{tolerance_vox}, {1.0F}, 1.0F, 0}; }
 
@@ -83,8 +88,7 @@ std::optional<LiveIntake::Taken> LiveIntake::take() {
 }
 
 core::Expected<LiveMatter> LiveMatter::create(const workspace::GridSpec& grid, const LiveRules& rules) {
-  auto layers = fusion::IncrementalLayers::create(grid, rules.profile);
-  if (!layers) return layers.status();
+  if (auto layers = fusion::IncrementalLayers::create(grid, rules.profile); !layers) return layers.status();
   constexpr int kMaxTolerance_vox = 20;
   if (rules.tolerance_vox < 0 || rules.tolerance_vox > kMaxTolerance_vox)
     return core::Status::invalid_argument("tolerance of live matter: " + std::to_string(rules.tolerance_vox) +
@@ -95,27 +99,28 @@ core::Expected<LiveMatter> LiveMatter::create(const workspace::GridSpec& grid, c
     if (!made) return made.status();
     near = std::move(made).value();
   }
-  return LiveMatter(grid, rules, std::move(layers).value(), std::move(near));
+  return LiveMatter(grid, rules, std::move(near));
 }
 
 LiveMatter::LiveMatter(const workspace::GridSpec& grid, const LiveRules& rules,
-                       fusion::IncrementalLayers layers, std::optional<fusion::IncrementalLayers> near)
+                       std::optional<fusion::IncrementalLayers> near)
     : grid_(grid),
       profile_(rules.profile),
+      tolerance_vox_(rules.tolerance_vox),
       min_voxels_(static_cast<std::size_t>(std::max(1, rules.min_voxels))),
-      layers_(std::move(layers)),
       near_layers_(std::move(near)),
       seen_(grid.size_vox),
       model_(grid.size_vox),
       near_(grid.size_vox),
+      masked_(grid.size_vox),
       unexplained_(grid.size_vox),
       left_(grid.size_vox),
-      kept_(grid.size_vox),
-      live_(grid.size_vox),
+      scratch_(grid.size_vox),
       blocks_(fusion::blocks_of(grid)),
       is_touched_(blocks_.voxel_count()),
       is_seen_(blocks_.voxel_count()),
-      is_unexplained_(blocks_.voxel_count()) {}
+      is_unexplained_(blocks_.voxel_count()),
+      objects_(grid.voxel_size_m.reference_m()) {}
 
 void LiveMatter::touch(Index3 block) {
   std::uint8_t& touched = is_touched_[blocks_.index(block)];
@@ -206,7 +211,8 @@ bool LiveMatter::renew(Index3 block) {
   const Index3 first = fusion::kBlockEdge * block;
   bool differs = false, any = false;
   for_rows(grid_, block, [&](std::int32_t y, std::int32_t z) {
-    const auto now = static_cast<std::uint8_t>(row_of(seen_, first, y, z) & ~row_of(near_, first, y, z));
+    const auto now = static_cast<std::uint8_t>(row_of(seen_, first, y, z) & ~row_of(near_, first, y, z) &
+                                               ~row_of(masked_, first, y, z));
     differs = differs || now != row_of(unexplained_, first, y, z);
     any = any || now != 0;
     set_row(unexplained_, first, y, z, now);
@@ -233,81 +239,167 @@ void LiveMatter::collect_part(Index3 from) {
   }
 }
 
-/// Puts what is in parts that are large enough into kept_.
-void LiveMatter::keep_large_parts() {
-  for (const Index3 block : unexplained_blocks_) {
+/// Returns the connected parts that are large enough. Drops blocks from the list in which nothing is left.
+std::vector<LivePart> LiveMatter::large_parts() {
+  std::erase_if(unexplained_blocks_, [&](Index3 block) {
     const Index3 first = fusion::kBlockEdge * block;
+    bool any = false;
     for_rows(grid_, block, [&](std::int32_t y, std::int32_t z) {
-      set_row(left_, first, y, z, row_of(unexplained_, first, y, z));
+      const std::uint8_t row = row_of(unexplained_, first, y, z);
+      set_row(left_, first, y, z, row);
+      any = any || row != 0;
     });
-  }
+    is_unexplained_[blocks_.index(block)] = any ? 1 : 0;
+    return !any;
+  });
+  std::vector<LivePart> parts;
   for (const Index3 block : unexplained_blocks_) {
     const Index3 first = fusion::kBlockEdge * block;
     for_rows(grid_, block, [&](std::int32_t y, std::int32_t z) {
       while (const std::uint8_t row = row_of(left_, first, y, z)) {
         collect_part({first.x + std::countr_zero(row), y, z});
-        if (part_.size() < min_voxels_) continue;
-        for (const Index3 v : part_) kept_.set(v.x, v.y, v.z);
+        if (part_.size() >= min_voxels_) parts.push_back(part_of(part_));
       }
     });
   }
+  return parts;
 }
 
-/// Makes what was kept of a block what is live there. Returns whether that differs.
-bool LiveMatter::take_kept(Index3 block) {
-  const Index3 first = fusion::kBlockEdge * block;
-  bool differs = false;
-  const auto count = [&](std::uint8_t row, std::int32_t y, std::int32_t z, double sign) {
-    for (; row != 0; row = static_cast<std::uint8_t>(row & (row - 1)))
-      sum_ += sign * Eigen::Vector3d(first.x + std::countr_zero(row), y, z);
-  };
-  for_rows(grid_, block, [&](std::int32_t y, std::int32_t z) {
-    const std::uint8_t before = row_of(live_, first, y, z), now = row_of(kept_, first, y, z);
-    set_row(kept_, first, y, z, 0);
-    if (before == now) return;
-    differs = true;
-    const auto came = static_cast<std::uint8_t>(now & ~before),
-               went = static_cast<std::uint8_t>(before & ~now);
-    voxels_ += static_cast<std::size_t>(std::popcount(came));
-    voxels_ -= static_cast<std::size_t>(std::popcount(went));
-    count(came, y, z, 1.0);
-    count(went, y, z, -1.0);
-    set_row(live_, first, y, z, now);
+/// Masks the voxels of a part, and those within the tolerance of them along each axis.
+void LiveMatter::mask(const LivePart& part) {
+  const std::int32_t margin = std::max(1, tolerance_vox_);
+  const VoxelBox grid = VoxelBox::of(grid_);
+  for (const LiveBlock& of_part : part.blocks) {
+    const Index3 first = fusion::kBlockEdge * of_part.block;
+    for (std::int32_t z = 0; z < 8; ++z) {
+      for (std::uint64_t bits = of_part.bits[static_cast<std::size_t>(z)]; bits != 0; bits &= bits - 1) {
+        const std::int32_t bit = std::countr_zero(bits);
+        const VoxelBox near =
+            VoxelBox{first + Index3{bit & 7, bit >> 3, z}, {1, 1, 1}}.grown(margin).intersection(grid);
+        for (std::int32_t nz = near.min.z; nz < near.end().z; ++nz)
+          for (std::int32_t ny = near.min.y; ny < near.end().y; ++ny)
+            masked_.set_run(ny, nz, near.min.x, near.end().x);
+      }
+    }
+    blocks_near(of_part.block, margin).intersection(blocks_).for_each([&](Index3 block) { touch(block); });
+  }
+}
+
+/// Makes all masks anew, of what a person has decided about now.
+void LiveMatter::renew_masks() {
+  std::ranges::fill(masked_.words(), 0);
+  blocks_.for_each([&](Index3 block) {
+    if (is_seen_[blocks_.index(block)] != 0) touch(block);
   });
-  return differs;
+  for (const auto& [id, object] : objects_.all())
+    if (object.is_fixed()) mask(object.part);
 }
 
-LiveMatter::Update LiveMatter::update() {
-  bool differs = false;
+/// Returns whether cameras see something where a part is masked.
+bool LiveMatter::is_seen_at(const LivePart& part) const {
+  bool any = false;
+  for (const LiveBlock& of_part : part.blocks) {
+    blocks_near(of_part.block, std::max(1, tolerance_vox_)).intersection(blocks_).for_each([&](Index3 block) {
+      const Index3 first = fusion::kBlockEdge * block;
+      for_rows(grid_, block, [&](std::int32_t y, std::int32_t z) {
+        any = any || (row_of(seen_, first, y, z) & row_of(masked_, first, y, z)) != 0;
+      });
+    });
+  }
+  return any;
+}
+
+void LiveMatter::look_at_discarded(core::Nanoseconds now_ns) {
+  for (const auto& [id, object] : objects_.all())
+    if (object.standing == LiveStanding::kDiscarded && is_seen_at(object.part))
+      objects_.see_discarded(id, now_ns);
+}
+
+bool LiveMatter::expires() const {
+  return std::ranges::any_of(objects_.all(), [](const auto& entry) { return !entry.second.is_there(); });
+}
+
+core::Status LiveMatter::freeze(std::uint16_t id) {
+  const core::Status frozen = objects_.freeze(id);
+  if (frozen) mask(objects_.all().at(id).part);
+  decided_ = decided_ || frozen;
+  return frozen;
+}
+
+core::Status LiveMatter::discard(std::uint16_t id, core::Nanoseconds now_ns) {
+  const core::Status discarded = objects_.discard(id, now_ns);
+  if (discarded) mask(objects_.all().at(id).part);
+  decided_ = decided_ || discarded;
+  return discarded;
+}
+
+core::Status LiveMatter::restore(std::uint16_t id, core::Nanoseconds now_ns) {
+  const core::Status restored = objects_.restore(id, now_ns);
+  if (restored) renew_masks();
+  decided_ = decided_ || restored;
+  return restored;
+}
+
+/// Brings the layers of an id to those of a part. Returns them if they differ.
+std::optional<layers::ComputedObject> LiveMatter::show(std::uint16_t id, const LivePart& part) {
+  auto shown = shown_.find(id);
+  if (shown == shown_.end()) {
+    if (part.voxels == 0) return std::nullopt;
+    // create() has made such layers.
+    shown = shown_.emplace(id, Shown{fusion::IncrementalLayers::create(grid_, profile_).value(), {}}).first;
+  }
+  const std::vector<Index3> changed = differing_blocks(shown->second.part, part);
+  if (changed.empty()) return std::nullopt;
+  const auto write = [&](bool set) {
+    for (const LiveBlock& of_part : part.blocks) {
+      const Index3 first = fusion::kBlockEdge * of_part.block;
+      for_rows(grid_, of_part.block, [&](std::int32_t y, std::int32_t z) {
+        const std::uint64_t bits = of_part.bits[static_cast<std::size_t>(z - first.z)] >> (8 * (y - first.y));
+        set_row(scratch_, first, y, z, set ? static_cast<std::uint8_t>(bits & 0xFF) : 0);
+      });
+    }
+  };
+  write(true);
+  const fusion::LayersChange& change = shown->second.layers.update(scratch_, changed);
+  write(false);
+  shown->second.part = part;
+  layers::ComputedObject computed{id, shown->second.layers.bricks(), profile_, change.changed};
+  computed.touched.insert(computed.touched.end(), change.removed.begin(), change.removed.end());
+  return computed;
+}
+
+std::vector<layers::ComputedObject> LiveMatter::update(core::Nanoseconds now_ns) {
+  look_at_discarded(now_ns);
+  if (!objects_.expire(now_ns).empty()) renew_masks();
+  bool differs = decided_;
+  decided_ = false;
   for (const Index3 block : touched_) {
     is_touched_[blocks_.index(block)] = 0;
     differs = renew(block) || differs;
   }
   touched_.clear();
   if (!differs) return {};
-  keep_large_parts();
-  // Blocks that were listed before are, too, so that what is gone of them is seen.
-  std::vector<Index3> changed;
-  std::erase_if(unexplained_blocks_, [&](Index3 block) {
-    if (take_kept(block)) changed.push_back(block);
-    const Index3 first = fusion::kBlockEdge * block;
-    bool any = false;
-    for_rows(grid_, block,
-             [&](std::int32_t y, std::int32_t z) { any = any || row_of(unexplained_, first, y, z) != 0; });
-    is_unexplained_[blocks_.index(block)] = any ? 1 : 0;
-    return !any;
-  });
-  if (changed.empty()) return {};
-  const fusion::LayersChange& change = layers_.update(live_, changed);
-  Update update{layers_.bricks(), change.changed};
-  update.touched.insert(update.touched.end(), change.removed.begin(), change.removed.end());
-  return update;
+  rest_ = objects_.follow(large_parts(), now_ns);
+  std::vector<layers::ComputedObject> changed;
+  for (std::uint16_t id = messages::kFirstLiveObjectId; id <= kLiveId; ++id) {
+    const auto object = objects_.all().find(id);
+    const bool is_there = object != objects_.all().end() && object->second.is_there();
+    if (auto computed = show(id, id == kLiveId ? rest_ : is_there ? object->second.part : LivePart{}))
+      changed.push_back(*std::move(computed));
+  }
+  return changed;
 }
 
-std::optional<Eigen::Vector3d> LiveMatter::middle_m() const {
-  if (voxels_ == 0) return std::nullopt;
-  const Eigen::Vector3d address = sum_ / static_cast<double>(voxels_) + Eigen::Vector3d::Constant(0.5);
-  return grid_.origin_m + grid_.voxel_size_m.sides_m().cwiseProduct(address);
+std::size_t LiveMatter::voxels() const {
+  std::size_t count = 0;
+  for (const auto& [id, shown] : shown_) count += shown.part.voxels;
+  return count;
+}
+
+std::optional<Eigen::Vector3d> LiveMatter::middle_m(std::uint16_t id) const {
+  const auto shown = shown_.find(id);
+  if (shown == shown_.end() || shown->second.part.voxels == 0) return std::nullopt;
+  return grid_.origin_m + grid_.voxel_size_m.sides_m().cwiseProduct(shown->second.part.middle_vox());
 }
 
 }  // namespace phantom::wva_server

@@ -7,7 +7,9 @@
 #include <vector>
 
 #include "common/fusion/incremental_layers.hpp"
+#include "common/layers/live_workspace.hpp"
 #include "common/messages/living.hpp"
+#include "components/wva_server/live/live_objects.hpp"
 
 namespace phantom::wva_server {
 
@@ -67,8 +69,9 @@ class LiveIntake {
   std::optional<core::Nanoseconds> exposed_ns_;
 };
 
-/// Occupied voxels that no object of the model explains, as one object of the workspace with layers. Every
-/// state equals what the same occupancy and the same model make from nothing. One thread; not real-time safe.
+/// Occupied voxels that no object of the model explains, as objects of the workspace with layers: each thing
+/// that cameras see has an id as long as it is followed (LiveObjects), and what no id is left for shares
+/// kLiveId. The layers of each equal what its voxels make from nothing. One thread; not real-time safe.
 class LiveMatter {
  public:
   /// Refuses a grid or a profile that live matter cannot have, and a tolerance out of 0…20 voxels.
@@ -80,43 +83,62 @@ class LiveMatter {
   /// Takes which voxels the model's objects fill.
   void set_model(const workspace::BitVolume& solid);
 
-  struct Update {
-    workspace::ObjectBricks bricks;
-    std::vector<workspace::BrickKey> touched;  ///< bricks that differ from the update before; empty: none
-  };
-  /// Brings the layers up to date.
-  Update update();
+  /// Brings the objects and their layers up to date. Returns those that differ from the update before.
+  std::vector<layers::ComputedObject> update(core::Nanoseconds now_ns);
+  /// Returns whether an object is waiting to be forgotten: then update() must be called now and then.
+  bool expires() const;
 
-  std::size_t voxels() const { return voxels_; }
-  /// Returns the middle of the voxels in W; nothing, if there are none.
-  std::optional<Eigen::Vector3d> middle_m() const;
+  const LiveObjects& objects() const { return objects_; }
+  // What a person decides (LiveObjects). The next update() carries it out.
+  core::Status freeze(std::uint16_t id);
+  core::Status discard(std::uint16_t id, core::Nanoseconds now_ns);
+  core::Status restore(std::uint16_t id, core::Nanoseconds now_ns);
+  core::Status rename(std::uint16_t id, const std::string& name) { return objects_.rename(id, name); }
+  void drop_name(std::uint16_t id) { objects_.drop_name(id); }
+
+  /// Returns the number of voxels of all.
+  std::size_t voxels() const;
+  /// Returns the middle in W of the voxels that the last update() gave an id; nothing, if there are none.
+  std::optional<Eigen::Vector3d> middle_m(std::uint16_t id) const;
 
  private:
-  LiveMatter(const workspace::GridSpec& grid, const LiveRules& rules, fusion::IncrementalLayers layers,
+  /// What is in the workspace of an id.
+  struct Shown {
+    fusion::IncrementalLayers layers;
+    LivePart part;
+  };
+  LiveMatter(const workspace::GridSpec& grid, const LiveRules& rules,
              std::optional<fusion::IncrementalLayers> near);
 
   void touch(workspace::Index3 block);
   void set_block(workspace::Index3 block, const std::array<std::uint64_t, 8>& bits);
   void note_near(workspace::BrickKey key, const std::int8_t* orders);
   bool renew(workspace::Index3 block);
-  void keep_large_parts();
+  std::vector<LivePart> large_parts();
   void collect_part(workspace::Index3 from);
-  bool take_kept(workspace::Index3 block);
+  void mask(const LivePart& part);
+  void renew_masks();
+  bool is_seen_at(const LivePart& part) const;
+  void look_at_discarded(core::Nanoseconds now_ns);
+  std::optional<layers::ComputedObject> show(std::uint16_t id, const LivePart& part);
 
   workspace::GridSpec grid_;
   workspace::LayerProfile profile_;
+  int tolerance_vox_;
   std::size_t min_voxels_;
-  fusion::IncrementalLayers layers_;
   std::optional<fusion::IncrementalLayers> near_layers_;  // of the model; none: no tolerance
   workspace::BitVolume seen_, model_, near_;
-  workspace::BitVolume unexplained_;  // seen, and not near to the model
-  workspace::BitVolume left_, kept_;  // during update(): not looked at yet; in parts that are large enough
-  workspace::BitVolume live_;
-  workspace::VoxelBox blocks_;                                       // of the grid
+  workspace::BitVolume masked_;       // of what a person has decided about, and near to it
+  workspace::BitVolume unexplained_;  // seen, and neither near to the model nor masked
+  workspace::BitVolume left_;         // during update(): not looked at yet
+  workspace::BitVolume scratch_;      // during show(): the voxels of one part
+  workspace::VoxelBox blocks_;        // of the grid
   std::vector<std::uint8_t> is_touched_, is_seen_, is_unexplained_;  // by blocks_.index()
   std::vector<workspace::Index3> touched_, unexplained_blocks_, part_;
-  std::size_t voxels_ = 0;
-  Eigen::Vector3d sum_ = Eigen::Vector3d::Zero();  // of the voxels' addresses
+  LiveObjects objects_;
+  LivePart rest_;
+  std::map<std::uint16_t, Shown> shown_;
+  bool decided_ = false;  // a person has decided something since the last update
 };
 
 }  // namespace phantom::wva_server

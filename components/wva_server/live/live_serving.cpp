@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "common/core/errors.hpp"
+#include "common/core/text.hpp"
 #include "common/dds/admission/source_guard.hpp"
 #include "common/geometry/implicit/primitives.hpp"
 
@@ -13,15 +14,15 @@ namespace phantom::wva_server {
 namespace {
 
 constexpr core::Nanoseconds kMarkerPeriod_ns = core::kNsPerSecond / 2;
+/// How often is looked whether something is to be forgotten.
+constexpr core::Nanoseconds kLookPeriod_ns = core::kNsPerSecond / 2;
 constexpr std::size_t kMaxKept = 200'000;  // figures of versions: two hours at 30 a second
 constexpr int kMarker_vox = 4;
 
-/// What viewers show of live matter besides its voxels: a small cube in its middle. Its mesh is one for all
-/// time, since a published mesh stays published.
+/// What viewers show of an object of live matter besides its voxels: a small cube in its middle. Its mesh is
+/// one for all, and for all time, since a published mesh stays published.
 ServedObject marker_of(const workspace::GridSpec& grid) {
   ServedObject marker{.id = kLiveId, .config = {}, .mesh_O = {}, .report = {}};
-  marker.config.id = kLiveId;
-  marker.config.name = kLiveName;
   marker.config.colour = {0.9F, 0.25F, 0.05F};
   const double edge_m = kMarker_vox * grid.voxel_size_m.reference_m();
   marker.mesh_O = geometry::make_box({edge_m, edge_m, edge_m});
@@ -67,7 +68,8 @@ bool LiveServing::is_due(core::Nanoseconds now_ns) {
   const LiveInput input = adapter_.occupancy();
   const bool ends =
       rules_.on_loss == OnLoss::kEnd && !ended_ && input.received_ns != 0 && is_silent(input, now_ns);
-  return input.waiting || model_changed_ || ends;
+  const bool looks = matter_.expires() && now_ns >= next_look_ns_;
+  return input.waiting || model_changed_ || decided_ || ends || looks;
 }
 
 bool LiveServing::step(core::Nanoseconds now_ns, std::uint64_t version) {
@@ -86,12 +88,16 @@ bool LiveServing::step(core::Nanoseconds now_ns, std::uint64_t version) {
     spdlog::warn("live matter has ended: nothing was heard of {} for {:.1f} s", rules_.source,
                  rules_.silence_s);
   }
-  if (model_changed_) matter_.set_model(cell_.solid());
-  model_changed_ = false;
-  LiveMatter::Update update = matter_.update();
-  if (update.touched.empty()) return false;
-  const auto change = cell_.put_live(std::move(update.bricks), matter_.profile(), std::move(update.touched),
-                                     version, threads_);
+  if (model_changed_) {
+    matter_.set_model(cell_.solid());
+    give_way_in_names();
+  }
+  model_changed_ = decided_ = false;
+  next_look_ns_ = now_ns + kLookPeriod_ns;
+  std::vector<layers::ComputedObject> changed = matter_.update(now_ns);
+  show_markers(now_ns);
+  if (changed.empty()) return false;
+  const auto change = cell_.put_live(std::move(changed), version, threads_);
   if (!change) {
     spdlog::error("live matter could not be merged: {}", change.status().message());
     return false;
@@ -107,23 +113,102 @@ bool LiveServing::step(core::Nanoseconds now_ns, std::uint64_t version) {
     if (exposed_ns)
       figures_.latency_ms.push_back(static_cast<float>(1e3 * core::seconds(done_ns - *exposed_ns)));
   }
-  show_marker(done_ns);
   return true;
 }
 
-/// Shows where live matter is, now and then; at once where there is none any more.
-void LiveServing::show_marker(core::Nanoseconds now_ns) {
-  const auto middle_m = matter_.middle_m();
+/// An object of the model that was added has its name, whatever a person had called a thing that cameras see.
+void LiveServing::give_way_in_names() {
+  std::vector<std::uint16_t> taken;
+  for (const auto& [id, object] : matter_.objects().all())
+    if (cell_.has(object.name)) taken.push_back(id);
+  for (const std::uint16_t id : taken) matter_.drop_name(id);
+}
+
+void LiveServing::show_markers(core::Nanoseconds now_ns) {
+  for (std::uint16_t id = messages::kFirstLiveObjectId; id <= kLiveId; ++id) {
+    if (id != kLiveId) tell(id);
+    show_marker(id, now_ns);
+  }
+}
+
+/// Tells what became of a thing, if that is not known.
+void LiveServing::tell(std::uint16_t id) {
+  const auto found = matter_.objects().all().find(id);
+  messages::LiveObject& told = markers_[id].told;
+  const bool is_known = found != matter_.objects().all().end();
+  const auto standing = is_known ? found->second.standing : messages::LiveStanding::kLost;
+  const std::string name = is_known ? found->second.name : messages::live_name(id);
+  if (standing == told.standing && (name == told.name || standing == messages::LiveStanding::kLost)) return;
+  told = {id, standing, name};
+  adapter_.publish_live(told);
+}
+
+/// Shows where an object of live matter is, now and then; at once where it is called otherwise, or is not
+/// there any more.
+void LiveServing::show_marker(std::uint16_t id, core::Nanoseconds now_ns) {
+  const auto middle_m = matter_.middle_m(id);
+  Marker& marker = markers_[id];
   if (!middle_m) {
-    if (marker_shown_) adapter_.withdraw_object(kLiveId);
-    marker_shown_ = false;
+    if (marker.shown) adapter_.withdraw_object(id);
+    marker.shown = false;
     return;
   }
-  if (marker_shown_ && now_ns < next_marker_ns_) return;
+  const auto object = matter_.objects().all().find(id);
+  const std::string name =
+      object == matter_.objects().all().end() ? messages::live_name(id) : object->second.name;
+  if (marker.shown && marker.name == name && now_ns < marker.next_ns) return;
+  marker_.id = marker_.config.id = id;
+  marker_.config.name = name;
   marker_.config.X_WO.translation_m = *middle_m;
   adapter_.publish_object(marker_, 256 * 1024);
-  marker_shown_ = true;
-  next_marker_ns_ = now_ns + kMarkerPeriod_ns;
+  marker.shown = true;
+  marker.name = name;
+  marker.next_ns = now_ns + kMarkerPeriod_ns;
+}
+
+std::optional<std::uint16_t> LiveServing::subject(const WorkspaceCommand& command) const {
+  if (command.operation == WorkspaceOperation::kAdd) return std::nullopt;
+  if (command.object.empty()) return messages::is_live(command.id) ? std::optional(command.id) : std::nullopt;
+  if (const std::uint16_t id = matter_.objects().find(command.object); id != 0) return id;
+  if (command.object == kLiveName) return kLiveId;
+  return messages::is_live_name(command.object) ? std::optional<std::uint16_t>(0) : std::nullopt;
+}
+
+core::Expected<std::string> LiveServing::decide(const WorkspaceCommand& command, std::uint16_t id,
+                                                core::Nanoseconds now_ns) {
+  const auto& all = matter_.objects().all();
+  if (id == 0)
+    return core::Status::not_found(
+        fmt::format("cameras see no '{}'; they see: {}", command.object,
+                    core::listed(all, [](const auto& entry) { return entry.second.name; })));
+  const auto found = all.find(id);
+  const std::string before = "'" + (found != all.end() ? found->second.name : messages::live_name(id)) + "'";
+  const auto answer = [&](const core::Status& done, const std::string& words) -> core::Expected<std::string> {
+    if (!done) return done;
+    decided_ = true;
+    return before + words;
+  };
+  switch (command.operation) {
+    case WorkspaceOperation::kName:
+      if (cell_.has(command.description))
+        return core::Status::invalid_argument("an object of the model is called '" + command.description +
+                                              "'; give it another name");
+      return answer(matter_.rename(id, command.description), " is called '" + command.description + "' now");
+    case WorkspaceOperation::kFreeze:
+      return answer(matter_.freeze(id),
+                    " stays as it is, whatever cameras see there, until it is restored or wva_server ends");
+    case WorkspaceOperation::kDiscard:
+      return answer(
+          matter_.discard(id, now_ns),
+          fmt::format(" is not felt any more, until it is restored or cameras see nothing there for "
+                      "{:.0f} s",
+                      LiveObjects::kForgotten_s));
+    case WorkspaceOperation::kRestore:
+      return answer(matter_.restore(id, now_ns), " is what cameras see of it again");
+    default:
+      return core::Status::invalid_argument(
+          before + " is what depth cameras see; allowed: name, freeze, discard, restore");
+  }
 }
 
 core::Health LiveServing::told(core::Health health, core::Nanoseconds now_ns) const {
@@ -141,10 +226,19 @@ core::Health LiveServing::told(core::Health health, core::Nanoseconds now_ns) co
                                 rules_.on_loss == OnLoss::kEnd ? "has ended" : "is kept as it was"));
   }
   if (input.has_rival) health = dds::with_rival(std::move(health), "occupancy_change");
+  for (const auto& [id, object] : matter_.objects().all())
+    if (object.is_fixed())
+      health.message += fmt::format(
+          "; live matter: '{}' is {}", object.name,
+          object.standing == LiveStanding::kFrozen ? "frozen: kept as it was" : "discarded: not felt");
   const auto figure = [&](const char* name, auto value, const char* unit) {
     health.figures.push_back({name, static_cast<double>(value), unit});
   };
   figure("live_voxels", figures_.voxels, "");
+  figure("live_objects",
+         std::ranges::count_if(matter_.objects().all(),
+                               [](const auto& entry) { return entry.second.is_there(); }),
+         "");
   figure("live_versions", figures_.versions, "");
   if (input.received_ns != 0) figure("live_silence", core::seconds(now_ns - input.received_ns), "s");
   if (!figures_.latency_ms.empty()) figure("live_latency", figures_.latency_ms.back(), "ms");

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -37,6 +38,14 @@ class LiveServing {
   /// Does it, and publishes. Returns whether there is a new version.
   bool step(core::Nanoseconds now_ns, std::uint64_t version);
 
+  /// Returns the id of live matter that a command is about; nothing: it is about an object of the model. 0:
+  /// about live matter that is not there.
+  std::optional<std::uint16_t> subject(const WorkspaceCommand& command) const;
+  /// Carries out what a person decides about live matter. Returns it in words, or why it is refused and what
+  /// is allowed. The next step() publishes it.
+  core::Expected<std::string> decide(const WorkspaceCommand& command, std::uint16_t id,
+                                     core::Nanoseconds now_ns);
+
   /// Returns `health` with what is to be said of live matter: degraded while its source, or a camera, is
   /// late or lost, or a second source is there.
   core::Health told(core::Health health, core::Nanoseconds now_ns) const;
@@ -44,16 +53,26 @@ class LiveServing {
 
  private:
   bool is_silent(const LiveInput& input, core::Nanoseconds now_ns) const;
-  void show_marker(core::Nanoseconds now_ns);
+  void give_way_in_names();
+  void show_markers(core::Nanoseconds now_ns);
+  void tell(std::uint16_t id);
+  void show_marker(std::uint16_t id, core::Nanoseconds now_ns);
 
   const LiveRules rules_;
   LiveCell& cell_;
   DdsAdapter& adapter_;
   const int threads_;
   LiveMatter matter_;
+  struct Marker {
+    bool shown = false;
+    std::string name;
+    core::Nanoseconds next_ns = 0;
+    messages::LiveObject told{.standing = messages::LiveStanding::kLost};
+  };
   ServedObject marker_;
-  bool marker_shown_ = false, model_changed_ = true, ended_ = false;
-  core::Nanoseconds begun_ns_, next_marker_ns_ = 0;
+  std::map<std::uint16_t, Marker> markers_;  // by the ids of live matter
+  bool model_changed_ = true, ended_ = false, decided_ = false;
+  core::Nanoseconds begun_ns_, next_look_ns_ = 0;
   LiveFigures figures_;
 };
 

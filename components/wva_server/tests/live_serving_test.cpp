@@ -60,7 +60,7 @@ class Serving : public TestCell {
   }
   bool has_matter_at(std::uint16_t block) const {
     const workspace::Index3 middle{8 * block + 4, 12, 36};
-    return cell_->workspace().object(middle) == kLiveId &&
+    return messages::is_live(cell_->workspace().object(middle)) &&
            cell_->workspace().order(middle) == workspace::kOrderBoundary;
   }
   core::Health told() const {
@@ -94,7 +94,7 @@ TEST_F(Serving, WhatASourceSeesIsPublishedAsAVersionAndNamed) {
     return has_matter_at(4);
   }));
   EXPECT_TRUE(waiter.wait([&] { return version == cell_->workspace().version; }));
-  EXPECT_TRUE(waiter.wait([&] { return objects[kLiveId]; }));
+  EXPECT_TRUE(waiter.wait([&] { return objects[messages::kFirstLiveObjectId]; }));
   EXPECT_GT(live_->figures().latency_ms.back(), 50.0F) << "the image was 50 ms old when it was sent";
   EXPECT_TRUE(dds::eventually([&] {
     source.change.blocks.clear();
@@ -102,7 +102,7 @@ TEST_F(Serving, WhatASourceSeesIsPublishedAsAVersionAndNamed) {
     step();
     return !has_matter_at(4);
   }));
-  EXPECT_TRUE(waiter.wait([&] { return !objects[kLiveId]; }));
+  EXPECT_TRUE(waiter.wait([&] { return !objects[messages::kFirstLiveObjectId]; }));
   EXPECT_EQ(told().state, core::ComponentState::kRunning);
 }
 
@@ -188,6 +188,71 @@ TEST_F(Serving, OrEndsByConfigurationAndBeginsAgain) {
     return has_matter_at(5);
   }));
   EXPECT_THAT(told().message, Not(HasSubstr("has ended")));
+}
+
+TEST_F(Serving, WhatAPersonDecidesIsCarriedOutAndTold) {
+  begin();
+  dds::Participant other("page", network_);
+  dds::Waiter waiter;
+  std::map<int, messages::LiveObject> things;
+  dds::Reader<msg::LiveObject> told_things(other, dds::kLiveObject,
+                                           [&](const msg::LiveObject& sample, const dds::SampleInfo&) {
+                                             const auto thing = messages::from_idl(sample);
+                                             if (thing) waiter.change([&] { things[thing->id] = *thing; });
+                                             return thing.has_value();
+                                           });
+  Source source(network_, *cell_, "workspace_camera");
+  ASSERT_TRUE(dds::eventually([&] {
+    source.send(4);
+    step();
+    return has_matter_at(4);
+  }));
+  const auto decide = [&](WorkspaceOperation operation, const std::string& object,
+                          const std::string& name = "") {
+    WorkspaceCommand command = make_command(operation, object);
+    command.description = name;
+    const auto id = live_->subject(command);
+    if (!id) return std::string("of the model");
+    const auto decided = live_->decide(command, *id, core::monotonic_ns());
+    step();
+    return decided ? *decided : decided.status().message();
+  };
+  const auto is_told = [&](messages::LiveStanding standing, const std::string& name) {
+    return waiter.wait([&] {
+      const messages::LiveObject& thing = things[messages::kFirstLiveObjectId];
+      return thing.standing == standing && thing.name == name;
+    });
+  };
+  EXPECT_TRUE(is_told(messages::LiveStanding::kTracked, "live object 1"));
+  EXPECT_EQ(decide(WorkspaceOperation::kFreeze, "ball"), "of the model");
+  EXPECT_THAT(decide(WorkspaceOperation::kName, "live object 1", "ball"),
+              HasSubstr("of the model is called 'ball'"));
+  EXPECT_EQ(decide(WorkspaceOperation::kName, "live object 1", "bucket"),
+            "'live object 1' is called 'bucket' now");
+  EXPECT_TRUE(is_told(messages::LiveStanding::kTracked, "bucket"));
+  EXPECT_THAT(decide(WorkspaceOperation::kMove, "bucket"),
+              HasSubstr("allowed: name, freeze, discard, restore"));
+  EXPECT_THAT(decide(WorkspaceOperation::kFreeze, "live object 1"), HasSubstr("cameras see no"))
+      << "it is called otherwise";
+  EXPECT_THAT(decide(WorkspaceOperation::kFreeze, "bucket"), HasSubstr("'bucket' stays as it is"));
+  EXPECT_TRUE(is_told(messages::LiveStanding::kFrozen, "bucket"));
+  EXPECT_THAT(told().message, HasSubstr("'bucket' is frozen"));
+  source.change.blocks.clear();
+  for (int i = 0; i < 5; ++i) {
+    source.publisher.publish(source.change);
+    step();
+    EXPECT_TRUE(has_matter_at(4));
+  }
+  EXPECT_THAT(decide(WorkspaceOperation::kDiscard, "bucket"), HasSubstr("is not felt any more"));
+  EXPECT_FALSE(has_matter_at(4));
+  EXPECT_TRUE(is_told(messages::LiveStanding::kDiscarded, "bucket"));
+  EXPECT_THAT(decide(WorkspaceOperation::kRestore, "bucket"), HasSubstr("is what cameras see of it again"));
+  EXPECT_TRUE(dds::eventually([&] {
+    source.send(4);
+    step();
+    return has_matter_at(4);
+  }));
+  EXPECT_TRUE(is_told(messages::LiveStanding::kTracked, "bucket"));
 }
 
 TEST_F(Serving, ACameraThatIsDeadIsTold) {

@@ -8,6 +8,7 @@
 #include <set>
 
 #include "common/geometry/implicit/primitives.hpp"
+#include "common/messages/living.hpp"
 #include "components/synthetic_viewer/state/inbox.hpp"
 #include "components/synthetic_viewer/stream/state_delta.hpp"
 
@@ -126,6 +127,25 @@ TEST(PageState, SR28_TellsWhichObjectsDoNotStandWhereTheModelHasThem) {
   moved.X_WO.translation_m.x() = 0.1;
   state.take(moved, kPage_ns);
   EXPECT_TRUE(page(state).at("findings").empty()) << "it was moved since";
+}
+
+TEST(PageState, TellsWhatCamerasSeeAndTheModelLacksAndWhatWasDecided) {
+  ViewerState state;
+  constexpr std::uint16_t kThing = messages::kFirstLiveObjectId + 1;
+  state.take(ObjectSample{.id = kThing, .name = "live object 2", .mesh_hash = 1}, kPage_ns);
+  state.take(LiveObjectSample{kThing, messages::LiveStanding::kTracked, "live object 2"});
+  nlohmann::json json = page(state);
+  EXPECT_EQ(json.at("live").at("live object 2").at("standing"), "tracked");
+  EXPECT_TRUE(json.at("objects").empty()) << "no arm can take it";
+  state.take(LiveObjectSample{kThing, messages::LiveStanding::kDiscarded, "glare"});
+  json = page(state).at("live");
+  ASSERT_EQ(json.size(), 1U);
+  EXPECT_EQ(json.at("glare").at("standing"), "discarded");
+  EXPECT_EQ(json.at("glare").at("what_words").at("key"), "live.discarded");
+  state.take(LiveObjectSample{7, messages::LiveStanding::kTracked, "no id of theirs"});
+  EXPECT_EQ(page(state).at("live").size(), 1U);
+  state.take(LiveObjectSample{kThing, messages::LiveStanding::kLost, "glare"});
+  EXPECT_TRUE(page(state).at("live").empty());
 }
 
 TEST(PageState, SR28_TheBannerNamesADisplacedObjectWhileItLeadsThePercept) {

@@ -262,16 +262,24 @@ TEST_F(Page, PassesOnWhatIsToBeCorrectedOrUndoneAndRefusesWhatMakesNoSense) {
   EXPECT_EQ(model(R"({"correct":17})").first, 200);
   EXPECT_EQ(model(R"({"undo":"pump"})").first, 200);
   EXPECT_EQ(model(R"({"found":"drum"})").first, 200);
-  ASSERT_EQ(corrections_.size(), 3U);
+  EXPECT_EQ(model(R"({"discard":"live object 1"})").first, 200);
+  EXPECT_EQ(model(R"({"call":"live object 1","name":"bucket"})").first, 200);
+  ASSERT_EQ(corrections_.size(), 5U);
   EXPECT_EQ(corrections_[2].found, "drum");
+  EXPECT_EQ(corrections_[3].live, "live object 1");
+  EXPECT_EQ(corrections_[3].decision, messages::WorkspaceOperation::kDiscard);
+  EXPECT_EQ(corrections_[4].decision, messages::WorkspaceOperation::kName);
+  EXPECT_EQ(corrections_[4].name, "bucket");
   EXPECT_EQ(corrections_[0].doubt, 17U);
   EXPECT_EQ(corrections_[0].undo, "");
   EXPECT_EQ(corrections_[1].undo, "pump");
-  for (const char* body : {"[]", "{}", R"({"correct":0})", R"({"correct":-1})", R"({"correct":1.5})",
-                           R"({"correct":"3"})", R"({"undo":true})", R"({"undo":""})",
-                           R"({"undo":"pump","correct":3})", R"({"found":7})", R"({"found":""})"})
+  for (const char* body :
+       {"[]", "{}", R"({"correct":0})", R"({"correct":-1})", R"({"correct":1.5})", R"({"correct":"3"})",
+        R"({"undo":true})", R"({"undo":""})", R"({"undo":"pump","correct":3})", R"({"found":7})",
+        R"({"found":""})", R"({"freeze":""})", R"({"freeze":7})", R"({"freeze":"a","name":"b"})",
+        R"({"call":"a"})", R"({"call":"a","name":""})", R"({"restore":"a","undo":"b"})"})
     EXPECT_EQ(model(body).first, 400) << body;
-  EXPECT_EQ(corrections_.size(), 3U);
+  EXPECT_EQ(corrections_.size(), 5U);
 }
 
 TEST_F(Page, ViewRequestsPassTheSameChecksAsCommands) {

@@ -13,6 +13,7 @@
 #include "common/messages/codecs/status_codec.hpp"
 #include "common/messages/codecs/teleoperation_codec.hpp"
 #include "common/messages/codecs/workspace_codec.hpp"
+#include "common/messages/living.hpp"
 #include "common/recording/mcap_writer.hpp"
 #include "common/recording/recordings.hpp"
 #include "components/synthetic_viewer/samples/samples.hpp"
@@ -94,6 +95,7 @@ inline void write_session(RecordingWriter& writer, const std::vector<double>& ho
     messages::WorkspaceObject made{id, name, 77U + id, {}, {0.5F, 0.5F, 0.5F}};
     made.X_WO.translation_m.x() = draw(-0.5, 0.5);
     writer.put(dds::kWorkspaceObject, messages::to_idl(made), t_s, server);
+    return made.X_WO;
   };
   const auto version = [&](std::uint64_t number, double t_s, unsigned server) {
     messages::WorkspaceVersion made;
@@ -105,7 +107,18 @@ inline void write_session(RecordingWriter& writer, const std::vector<double>& ho
     writer.put(dds::kWorkspaceVersion, messages::to_idl(made), t_s, server);
   };
   object(1, "upright", 0.0, 9);
-  object(2, "floor", 0.0, 9);
+  // What a depth camera finds of an object, and a thing that it sees.
+  messages::PoseFinding finding{.id = 2, .verdict = messages::PoseVerdict::kElsewhere, .camera = "above"};
+  finding.corrected_WO = finding.X_WO = object(2, "floor", 0.0, 9);
+  finding.shift_m = 0.1;
+  const auto find = [&](double t_s, messages::PoseVerdict verdict) {
+    finding.verdict = verdict;
+    writer.put(dds::kPoseFinding, messages::to_idl(finding), t_s, 7);
+  };
+  const auto see = [&](double t_s, messages::LiveStanding standing) {
+    const messages::LiveObject thing{messages::kFirstLiveObjectId, standing, "bucket"};
+    writer.put(dds::kLiveObject, messages::to_idl(thing), t_s, 9);
+  };
   version(1, 0.001, 9);
   messages::SlaveState arm;
   arm.joint_count = static_cast<std::uint32_t>(home.size());
@@ -181,7 +194,15 @@ inline void write_session(RecordingWriter& writer, const std::vector<double>& ho
         writer.put(dds::kComponentStatus, messages::to_idl(status), t_s + 5e-4, process);
       }
     }
-    if (i == static_cast<std::int64_t>(0.3 * seconds * rate_hz)) {  // the server's successor
+    const auto is_at = [&](double share) {
+      return i == static_cast<std::int64_t>(share * seconds * rate_hz);
+    };
+    if (is_at(0.15)) see(t_s, messages::LiveStanding::kTracked);
+    if (is_at(0.2)) find(t_s, messages::PoseVerdict::kElsewhere);
+    if (is_at(0.55)) see(t_s, messages::LiveStanding::kFrozen);
+    if (is_at(0.6)) find(t_s, messages::PoseVerdict::kAgrees);
+    if (is_at(0.8)) see(t_s, messages::LiveStanding::kLost);
+    if (is_at(0.3)) {  // the server's successor
       object(1, "upright", t_s, 8);
       object(3, "pump", t_s, 8);
       version(2, t_s, 8);

@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/core/errors.hpp"
+#include "common/messages/living.hpp"
 #include "common/runtime/cell/arm_model.hpp"
 #include "common/runtime/cell/cell.hpp"
 #include "components/synthetic_viewer/page/page_state.hpp"
@@ -115,6 +116,23 @@ TEST_F(Reviewed, EveryMomentIsWhatAReaderOfAllBeforeItFinds) {
           << "seed " << seed << " at " << core::seconds(at_ns - review->begin_ns()) << " s";
     }
   }
+}
+
+TEST_F(Reviewed, WhatCamerasFoundAndSawIsShownAsItWasThen) {
+  write_session();
+  const auto review = open();
+  const auto at = [&](double share) {
+    return shown(*review, review->begin_ns() +
+                              static_cast<core::Nanoseconds>(
+                                  share * static_cast<double>(review->end_ns() - review->begin_ns())));
+  };
+  EXPECT_TRUE(at(0.1).live.empty());
+  EXPECT_EQ(at(0.25).live.at(messages::kFirstLiveObjectId).name, "bucket");
+  ASSERT_EQ(at(0.25).displaced().size(), 1U);
+  EXPECT_EQ(at(0.58).live.at(messages::kFirstLiveObjectId).standing, messages::LiveStanding::kFrozen);
+  EXPECT_TRUE(at(0.65).displaced().empty());
+  EXPECT_TRUE(at(0.9).live.empty());
+  EXPECT_EQ(at(0.25).displaced().size(), 1U) << "back again";
 }
 
 TEST_F(Reviewed, PlayingOnFindsTheSameAsGoingThere) {

@@ -59,6 +59,8 @@ TEST(PageTexts, LiveMatterHasItsNameBeforeItsMarkerComesAndAfterItHasGone) {
   EXPECT_EQ(object_name(state, messages::kLiveId, Language::kGerman), "nicht modelliertes Ding");
   EXPECT_EQ(object_name(state, 7, Language::kEnglish), "object 7");
   ObjectSample named;  // a cell without live matter may give that number to an object
+  EXPECT_EQ(object_name(state, messages::kFirstLiveObjectId + 2, Language::kEnglish), "live object 3");
+  EXPECT_EQ(object_name(state, messages::kFirstLiveObjectId, Language::kGerman), "nicht modelliertes Ding 1");
   named.id = messages::kLiveId;
   named.name = "vice";
   named.mesh_hash = 1;

@@ -6,6 +6,7 @@
 #include "common/messages/codecs/percept_codec.hpp"
 #include "common/messages/codecs/teleoperation_codec.hpp"
 #include "common/messages/codecs/workspace_codec.hpp"
+#include "common/messages/living.hpp"
 #include "common/messages/publisher.hpp"
 #include "common/messages/tests/stand_in_side.hpp"
 #include "components/synthetic_viewer/topics/tests/adapter_rig.hpp"
@@ -140,6 +141,23 @@ TEST_F(CorrectedModel, SR28_AnObjectIsPutWhereACameraHasFoundItOnlyWhenAPersonAs
   const std::lock_guard lock(commands_mutex_);
   EXPECT_EQ(commands_seen_.back().id, 7);
   EXPECT_TRUE(commands_seen_.back().X_WO.translation_m.isApprox(Eigen::Vector3d(0.0, 0.2, 0.3)));
+}
+
+TEST_F(CorrectedModel, WhatIsDecidedAboutAThingThatCamerasSeeIsAskedOfTheServer) {
+  dds::Writer<msg::LiveObject> things(other_, dds::kLiveObject);
+  things.write(messages::to_idl(
+      messages::LiveObject{messages::kFirstLiveObjectId, messages::LiveStanding::kTracked, "x"}));
+  ASSERT_TRUE(eventually([&] { return got<LiveObjectSample>().size() == 1; }));
+  ASSERT_TRUE(eventually([&] {
+    return adapter_
+               .change(CorrectionRequest{
+                   .live = "x", .decision = messages::WorkspaceOperation::kName, .name = "bucket"})
+               .kind == CommandOutcome::Kind::kDone;
+  }));
+  const std::lock_guard lock(commands_mutex_);
+  EXPECT_EQ(commands_seen_.back().operation, messages::WorkspaceOperation::kName);
+  EXPECT_EQ(commands_seen_.back().object, "x");
+  EXPECT_EQ(commands_seen_.back().description, "bucket");
 }
 
 TEST_F(CorrectedModel, SR23_ADoubtIsCorrectedByItsShiftAndThatIsUndone) {

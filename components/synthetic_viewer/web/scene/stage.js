@@ -15,7 +15,7 @@ import {
 import {Batch} from './batch.js';
 import {place} from './cameras.js';
 import {Fluid} from './fluid.js';
-import {kLiveMarker} from './live_matter.js';
+import {liveObject} from './live_matter.js';
 import {kOneByOne, makeMaterials, makeUniforms} from './look.js';
 import {Paint} from './paint.js';
 import {kViewBits} from './protocol.js';
@@ -73,6 +73,7 @@ export class Stage {
     this.uniforms = makeUniforms(this.paint.texture);
     this.fluid = new Fluid(this.uniforms.cut);
     this.live = new Fluid(this.uniforms.cut); // of live matter, its body alone
+    this.shownLive = new Set();
     this.live.setColours(new Map([[kBody, kLiveColour]]));
     this.live.setOpacity(1);
     Object.assign(this.live.shells.material, {transparent: false, depthWrite: true});
@@ -113,7 +114,7 @@ export class Stage {
     this.scene.matrixWorldAutoUpdate = false;
     this.renderer.compile(this.scene, this.camera); // the graphics do it while meshes come; what few look at is compiled when it is shown
     this.scene.add(...this.fluid.meshes, this.live.shells);
-    this.showLive([]);
+    this.showLive(new Map());
     return this;
   }
 
@@ -165,9 +166,10 @@ export class Stage {
       Object.assign(material, {defines: cutting ? {CUT: 1} : {}, needsUpdate: true});
   }
 
-  // Shows live matter (of decodeShell()) in all views.
+  // Shows live matter (of decodeShell(), by ids) in all views.
   showLive(shells) {
-    this.live.showShells(shells);
+    this.shownLive = new Set(shells.keys());
+    this.live.showShells([...shells.values()]);
     this.live.shells.visible = this.live.count > 0;
   }
 
@@ -213,7 +215,7 @@ export class Stage {
       {poses} = this;
     for (const item of this.items.values()) {
       const body = this.bodies[item.body];
-      if (item.id === kLiveMarker && this.live.count > 0) continue; // the voxels are there
+      if (this.shownLive.has(liveObject(item.id))) continue; // its voxels are there
       if (item.body >= 0 && (!body || !poses || poses.bodies.length === 0)) continue;
       if (body) item.W_from_mesh.multiplyMatrices(body, item.body_from_mesh);
       else item.W_from_mesh.copy(item.body_from_mesh);

@@ -491,7 +491,7 @@ test('an object that a camera sees elsewhere is listed, and put there by a click
   const page = await open(),
     model = {...aState().model, undo: null},
     words = what => ({key: 'finding.elsewhere', values: {object: what, camera: 'above', shift_mm: 100}}),
-    finding = {what_words: words('drum'), camera: 'above', shift_m: 0.1, turn_rad: 0.1, residual_m: 0.003, unseen: ''},
+    finding = {what_words: words('drum'), shift_m: 0.1, turn_rad: 0.1, residual_m: 0.003, unseen: ''},
     items = () => page.byId('doubts').children;
   page.answer('model', () => [200, {ok: true, message: 'moved'}]);
   page.hear({model, findings: {drum: finding}});
@@ -506,6 +506,37 @@ test('an object that a camera sees elsewhere is listed, and put there by a click
   assert.equal(items()[0].children.length, 1, 'where it is, is not known');
   page.hear({findings: {drum: null}});
   assert.ok(page.byId('model-doubts').hidden);
+});
+
+test('what cameras see and the model lacks is listed with what may be decided', async () => {
+  const page = await open(),
+    thing = (standing, object = 'live object 1') => ({
+      standing,
+      what_words: {key: `live.${standing}`, values: {object}},
+    }),
+    items = () => page.byId('things').children,
+    buttons = item => item.children.filter(child => child.tagName === 'BUTTON').map(button => button.textContent);
+  page.answer('model', () => [200, {ok: true, message: 'done'}]);
+  assert.ok(page.byId('live-things').hidden);
+  page.hear({live: {'live object 1': thing('tracked'), 'live object 2': thing('frozen')}});
+  assert.ok(!page.byId('live-things').hidden);
+  assert.deepEqual([...items()].map(buttons), [
+    ['Keep', 'Ignore'],
+    ['Follow again', 'Ignore'],
+  ]);
+  items()[0]
+    .children.find(child => child.textContent === 'Ignore')
+    .click();
+  const form = items()[0].children.at(-1),
+    [field] = form.children;
+  field.value = ' bucket ';
+  page.point('submit', form);
+  assert.deepEqual(page.posted('model'), [{discard: 'live object 1'}, {call: 'live object 1', name: 'bucket'}]);
+  page.hear({live: {'live object 2': thing('discarded')}});
+  assert.equal(items()[0].children.at(-1), form, 'a form in which somebody types stays while others change');
+  assert.deepEqual(buttons(items()[1]), ['Follow again']);
+  page.hear({live: {'live object 1': null, 'live object 2': null}});
+  assert.ok(page.byId('live-things').hidden);
 });
 
 test('a hidden page follows nothing; shown again it follows again', async () => {
