@@ -213,7 +213,7 @@ function thingItem(name, thing) {
 function showThings(things) {
   const names = Object.keys(things)
     .filter(name => things[name])
-    .sort();
+    .sort((a, b) => a.localeCompare(b, language, {numeric: true}));
   byId('live-things').hidden = !names.length;
   const list = byId('things'),
     items = new Map([...list.children].map(item => [item.dataset.key, item]));
@@ -223,8 +223,11 @@ function showThings(things) {
     item.dataset.key = key;
     return item;
   });
-  if (shown.length === list.childElementCount && shown.every((item, i) => item === list.children[i])) return;
-  list.replaceChildren(...shown);
+  // Only what differs is touched, so that whoever types goes on.
+  for (const item of items.values()) if (!shown.includes(item)) item.remove();
+  shown.forEach((item, i) => {
+    if (list.children[i] !== item) list.insertBefore(item, list.children[i] ?? null);
+  });
 }
 
 function showGripper(gripper) {

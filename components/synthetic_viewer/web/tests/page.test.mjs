@@ -532,7 +532,9 @@ test('what cameras see and the model lacks is listed with what may be decided', 
   field.value = ' bucket ';
   page.point('submit', form);
   assert.deepEqual(page.posted('model'), [{discard: 'live object 1'}, {call: 'live object 1', name: 'bucket'}]);
-  page.hear({live: {'live object 2': thing('discarded')}});
+  page.hear({live: {'live object 10': thing('tracked')}});
+  assert.match(items()[2].textContent, /Keep/, 'by their numbers');
+  page.hear({live: {'live object 10': null, 'live object 2': thing('discarded')}});
   assert.equal(items()[0].children.at(-1), form, 'a form in which somebody types stays while others change');
   assert.deepEqual(buttons(items()[1]), ['Follow again']);
   page.hear({live: {'live object 1': null, 'live object 2': null}});
