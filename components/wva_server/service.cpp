@@ -11,14 +11,12 @@
 
 #include "common/core/clock.hpp"
 #include "common/core/errors.hpp"
-#include "common/runtime/cell/arm_model.hpp"
-#include "common/runtime/cell/cell_names.hpp"
 #include "common/runtime/process/process.hpp"
-#include "common/runtime/process/spread_json.hpp"
 #include "components/wva_server/change_under_way.hpp"
 #include "components/wva_server/dds_adapter.hpp"
 #include "components/wva_server/following/dds_adapter_leader.hpp"
 #include "components/wva_server/live/live_serving.hpp"
+#include "components/wva_server/service_setup.hpp"
 
 namespace phantom::wva_server {
 namespace {
@@ -28,62 +26,6 @@ constexpr double kLook_s = 0.02;       // at commands and the clock, while a cha
 constexpr double kLiveLook_s = 0.004;  // at what depth cameras see
 
 double now_s() { return core::seconds(core::monotonic_ns()); }
-
-AddLimits add_limits(const WvaServerConfig& config) {
-  AddLimits limits{config.mesh_import, config.max_voxel_bytes, config.command_mesh_bytes,
-                   config.command_steps, config.command_objects};
-  limits.mesh.max_triangles = std::min(limits.mesh.max_triangles, config.command_triangles);
-  limits.mesh.max_cpu_s = std::min(limits.mesh.max_cpu_s, config.command_import_s);
-  return limits;
-}
-
-void warn_of(const ServedObject& object) {
-  for (const std::string& note : object.notes) spdlog::warn("{}: {}", object.config.name, note);
-  if (!object.report.mesh.closed)
-    spdlog::warn("{}: the mesh is not closed; check the activated shape", object.config.name);
-}
-
-/// Returns the watch over the gripper of the followed arm; over none if there is none, or it is not wanted.
-GraspWatch grasp_watch(const runtime::CellConfig& cell, const Carriers& carriers,
-                       const WvaServerConfig& config) {
-  if (!config.automatic_grasp || carriers.followed() == nullptr) return {{}, "", ""};
-  const runtime::ArmConfig& arm = cell.arm(carriers.followed_name());
-  constexpr double kPitch_m = 0.004;
-  return {runtime::load_fingers(arm, *carriers.followed(), kPitch_m), arm.name, last_link_of(arm)};
-}
-
-nlohmann::json report_of(const LiveFigures& live) {
-  return {{"versions", live.versions},
-          {"voxels", live.voxels},
-          {"most_voxels", live.most},
-          {"image_to_version_ms", runtime::spread_json(live.latency_ms)},
-          {"update_ms", runtime::spread_json(live.update_ms)},
-          {"bricks_changed", runtime::spread_json(live.bricks)}};
-}
-
-/// Returns the rules of live matter, with the cell's profile unless they have their own.
-LiveRules live_rules(const LiveRules& configured, const runtime::CellConfig& cell) {
-  LiveRules rules = configured;
-  if (!rules.profile.thickness_vox.empty()) return rules;
-  rules.profile = cell.profile;
-  rules.profile.method = workspace::LayerMethod::kDistance;
-  rules.profile.inside_thickness_vox.clear();
-  rules.profile.mu_inside_Pa_s_per_m.clear();
-  rules.profile.stiffness_inside_Pa_per_m.clear();
-  return rules;
-}
-
-std::string place_of(const std::string& partition) {
-  return partition.empty() ? "in the domain's default partition" : "in partition '" + partition + "'";
-}
-
-/// Returns why every command is refused; empty: it is not.
-std::string refusal_of(const WvaServerConfig& config, const ServedCell& served) {
-  if (!config.accept_commands)
-    return "this wva_server takes no commands (accept_commands is false in its configuration)";
-  if (!served.leader) return "";
-  return "this wva_server follows the one " + place_of(*served.leader) + "; send the command there";
-}
 
 /// The running server: serves one cell until a stop is requested.
 class Service {
@@ -494,41 +436,6 @@ void Service::leave_report() const {
 }
 
 }  // namespace
-
-ServedCell load_served_cell(const std::filesystem::path& cell_file, const std::filesystem::path& changes_file,
-                            const geometry::MeshImportOptions& limits) {
-  ServedCell served;
-  served.cell = runtime::load_checked_cell(cell_file, runtime::CellArms::kOptional);
-  served.changes = no_changes(served.cell);
-  served.changes_file = changes_file;
-  if (!changes_file.empty()) {
-    const auto folder = std::filesystem::absolute(changes_file).parent_path();
-    if (!std::filesystem::is_directory(folder)) {
-      throw core::MissingError("--keep-changes: " + changes_file.string() + ": there is no folder " +
-                               folder.string() + " to keep it in");
-    }
-    if (auto kept = read_changes(served.cell, changes_file)) served.changes = std::move(*kept);
-  }
-  apply(served.changes, served.cell);
-  if (!served.changes.objects.empty()) {
-    spdlog::info("differing from the cell file, as commands left them: {} ({})",
-                 served.changes.objects.size(), changes_file.string());
-  }
-  served.bodies = runtime::load_bodies(served.cell, limits);
-  return served;
-}
-
-void check_service(const WvaServerConfig& config, ServedCell served) {
-  const Carriers carriers(load_carriers(served.cell), config.arm, config.arm_staleness_s);
-  grasp_watch(served.cell, carriers, config);
-  LiveCell cell(served.cell, add_limits(config), served.changes);
-  layers::ActivationOptions options;
-  options.threads = config.threads;
-  options.stopwatch = now_s;
-  const auto change = cell.activate(std::move(served.bodies), 1, options,
-                                    [](const ServedObject& object, std::size_t) { warn_of(object); });
-  if (!change) throw core::ConfigError("object " + change.status().message());
-}
 
 void run_service(const WvaServerConfig& config, const core::NetworkOptions& network, ServedCell served) {
   Service(config, network, served).run(std::move(served.bodies));

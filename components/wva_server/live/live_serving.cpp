@@ -4,11 +4,13 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 
 #include "common/core/errors.hpp"
 #include "common/core/text.hpp"
 #include "common/dds/admission/source_guard.hpp"
 #include "common/geometry/implicit/primitives.hpp"
+#include "common/runtime/process/spread_json.hpp"
 
 namespace phantom::wva_server {
 namespace {
@@ -42,6 +44,26 @@ void degrade(core::Health& health, const std::string& why) {
 }
 
 }  // namespace
+
+LiveRules live_rules(const LiveRules& configured, const runtime::CellConfig& cell) {
+  LiveRules rules = configured;
+  if (!rules.profile.thickness_vox.empty()) return rules;
+  rules.profile = cell.profile;
+  rules.profile.method = workspace::LayerMethod::kDistance;
+  rules.profile.inside_thickness_vox.clear();
+  rules.profile.mu_inside_Pa_s_per_m.clear();
+  rules.profile.stiffness_inside_Pa_per_m.clear();
+  return rules;
+}
+
+nlohmann::json report_of(const LiveFigures& live) {
+  return {{"versions", live.versions},
+          {"voxels", live.voxels},
+          {"most_voxels", live.most},
+          {"image_to_version_ms", runtime::spread_json(live.latency_ms)},
+          {"update_ms", runtime::spread_json(live.update_ms)},
+          {"bricks_changed", runtime::spread_json(live.bricks)}};
+}
 
 LiveServing::LiveServing(const LiveRules& rules, LiveCell& cell, DdsAdapter& adapter, int threads)
     : rules_(rules),

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <map>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -20,6 +21,11 @@ struct LiveFigures {
   std::vector<std::uint32_t> bricks;  ///< that each version changed or removed
   std::vector<float> update_ms;       ///< what each version took here
 };
+
+/// Returns the figures as the report has them.
+nlohmann::json report_of(const LiveFigures& live);
+/// Returns the rules of live matter, with the cell's profile unless they have their own.
+LiveRules live_rules(const LiveRules& configured, const runtime::CellConfig& cell);
 
 /// Serves live matter: merges what depth cameras see into the workspace, one version for all that came since
 /// the last. The thread that serves the cell calls it while no command is being carried out.
