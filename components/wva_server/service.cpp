@@ -270,6 +270,8 @@ bool Service::decide_live(const WorkspaceCommand& command) {
                                        .outcome = messages::WorkspaceOutcome::kDone,
                                        .message = *decided,
                                        .version = version_,
+                                       .changed_bricks = is_new ? live_->figures().changed_bricks : 0,
+                                       .removed_bricks = is_new ? live_->figures().removed_bricks : 0,
                                        .seconds = now_s() - begun_s_};
   adapter_.reply(command, reply);
   if (adapter_.is_logged(reply.outcome)) spdlog::info("{} (asked by {})", reply.message, command.requester);

@@ -323,7 +323,7 @@ std::optional<layers::ComputedObject> LiveMatter::show(std::uint16_t id, const L
 
 std::vector<layers::ComputedObject> LiveMatter::update(core::Nanoseconds now_ns) {
   look_at_discarded(now_ns);
-  if (!objects_.expire(now_ns).empty()) renew_masks();
+  if (objects_.expire(now_ns)) renew_masks();
   bool differs = decided_;
   decided_ = false;
   for (const Index3 block : touched_) {

@@ -100,14 +100,14 @@ LivePart LiveObjects::follow(std::vector<LivePart> parts, core::Nanoseconds now_
   return rest;
 }
 
-std::vector<TrackedObject> LiveObjects::expire(core::Nanoseconds now_ns) {
-  std::vector<TrackedObject> discarded;
+bool LiveObjects::expire(core::Nanoseconds now_ns) {
+  bool discarded = false;
   std::vector<std::uint16_t> ended;
   for (const auto& [id, object] : objects_) {
     if (object.is_there()) continue;
     const bool is_discarded = object.standing == LiveStanding::kDiscarded;
     if (core::seconds(now_ns - object.seen_ns) <= (is_discarded ? kForgotten_s : kLost_s)) continue;
-    if (is_discarded) discarded.push_back(object);
+    discarded = discarded || is_discarded;
     ended.push_back(id);
   }
   for (const std::uint16_t id : ended) forget(id);

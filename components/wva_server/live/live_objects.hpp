@@ -45,9 +45,9 @@ class LiveObjects {
 
   /// Takes all parts that are seen now. Returns those for which no id is left, put together.
   LivePart follow(std::vector<LivePart> parts, core::Nanoseconds now_ns);
-  /// Forgets what was lost for too long, and what was discarded where nothing is seen any more. Returns the
-  /// discarded ones among them.
-  std::vector<TrackedObject> expire(core::Nanoseconds now_ns);
+  /// Forgets what was lost for too long, and what was discarded where nothing is seen any more. Returns
+  /// whether one of them was discarded.
+  bool expire(core::Nanoseconds now_ns);
 
   const std::map<std::uint16_t, TrackedObject>& all() const { return objects_; }
   /// Returns the id of the object of this name; 0: there is none.

@@ -80,6 +80,10 @@ void LiveServing::begin(std::uint64_t version) {
   const auto change = cell_.begin_live(matter_.profile(), version);
   if (!change) throw core::ConfigError("live: " + change.status().message());
   begun_ns_ = core::monotonic_ns();
+  // A predecessor that was killed may have told of things, and of what was decided about them: that ended
+  // with it.
+  for (std::uint16_t id = messages::kFirstLiveObjectId; id < kLiveId; ++id)
+    adapter_.publish_live({id, messages::LiveStanding::kLost, messages::live_name(id)});
 }
 
 bool LiveServing::is_silent(const LiveInput& input, core::Nanoseconds now_ns) const {
@@ -127,10 +131,12 @@ bool LiveServing::step(core::Nanoseconds now_ns, std::uint64_t version) {
   adapter_.publish_change(cell_, *change, threads_);
   const core::Nanoseconds done_ns = core::monotonic_ns();
   ++figures_.versions;
+  figures_.changed_bricks = static_cast<std::uint32_t>(change->changed.size());
+  figures_.removed_bricks = static_cast<std::uint32_t>(change->removed.size());
   figures_.voxels = matter_.voxels();
   figures_.most = std::max(figures_.most, figures_.voxels);
   if (figures_.bricks.size() < kMaxKept) {
-    figures_.bricks.push_back(static_cast<std::uint32_t>(change->changed.size() + change->removed.size()));
+    figures_.bricks.push_back(figures_.changed_bricks + figures_.removed_bricks);
     figures_.update_ms.push_back(static_cast<float>(1e3 * core::seconds(done_ns - now_ns)));
     if (exposed_ns)
       figures_.latency_ms.push_back(static_cast<float>(1e3 * core::seconds(done_ns - *exposed_ns)));

@@ -15,8 +15,9 @@ namespace phantom::wva_server {
 
 /// What the serving of live matter has done.
 struct LiveFigures {
-  std::size_t versions = 0;           ///< published for live matter
-  std::size_t voxels = 0, most = 0;   ///< of it, now and at most
+  std::size_t versions = 0;                              ///< published for live matter
+  std::size_t voxels = 0, most = 0;                      ///< of it, now and at most
+  std::uint32_t changed_bricks = 0, removed_bricks = 0;  ///< of the newest version
   std::vector<float> latency_ms;      ///< from the exposure of an image to the version that it changed
   std::vector<std::uint32_t> bricks;  ///< that each version changed or removed
   std::vector<float> update_ms;       ///< what each version took here

@@ -102,7 +102,8 @@ TEST(LiveObjects, ALostOneComesBackWithItsNameOrIsForgotten) {
   ASSERT_TRUE(objects.rename(kFirst, "bucket"));
   EXPECT_EQ(objects.find("bucket"), kFirst);
   objects.follow({}, at_s(100.0));  // nothing has changed for long
-  EXPECT_TRUE(objects.expire(at_s(101.9)).empty());
+  EXPECT_FALSE(objects.expire(at_s(101.9)));
+  EXPECT_EQ(objects.all().size(), 1U);
   objects.follow({cube({1, 0, 0}, 8)}, at_s(101.9));
   EXPECT_EQ(objects.all().at(kFirst).name, "bucket");
   objects.follow({}, at_s(110.0));

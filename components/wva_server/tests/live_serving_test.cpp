@@ -255,6 +255,29 @@ TEST_F(Serving, WhatAPersonDecidesIsCarriedOutAndTold) {
   EXPECT_TRUE(is_told(messages::LiveStanding::kTracked, "bucket"));
 }
 
+// Tries wva_server: a thing was frozen, and the server that froze it was killed
+TEST_F(Serving, ASuccessorEndsWhatItsPredecessorToldOfThings) {
+  dds::Participant page("page", network_);
+  dds::Waiter waiter;
+  messages::LiveStanding standing = messages::LiveStanding::kLost;
+  dds::Reader<msg::LiveObject> things(page, dds::kLiveObject,
+                                      [&](const msg::LiveObject& sample, const dds::SampleInfo&) {
+                                        const auto thing = messages::from_idl(sample);
+                                        if (thing && thing->id == messages::kFirstLiveObjectId)
+                                          waiter.change([&] { standing = thing->standing; });
+                                        return thing.has_value();
+                                      });
+  {
+    dds::Participant killed("wva_server", network_);
+    dds::Writer<msg::LiveObject> told(killed, dds::kLiveObject);
+    told.write(messages::to_idl(
+        messages::LiveObject{messages::kFirstLiveObjectId, messages::LiveStanding::kFrozen, "bucket"}));
+    ASSERT_TRUE(waiter.wait([&] { return standing == messages::LiveStanding::kFrozen; }));
+  }
+  begin();
+  EXPECT_TRUE(waiter.wait([&] { return standing == messages::LiveStanding::kLost; }));
+}
+
 TEST_F(Serving, ACameraThatIsDeadIsTold) {
   begin();
   Source source(network_, *cell_, "workspace_camera");
