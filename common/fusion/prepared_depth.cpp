@@ -34,16 +34,18 @@ namespace hn = hwy::HWY_NAMESPACE;
 
 /// Copies a row without the pixels behind an edge. `centre` has neighbours before and after it, and at
 /// ±stride. Pixels differ if they are more than `offset` + `slope` · depth² apart. A pixel is left out if a
-/// neighbour is nearer and differs, or if one is farther and differs and none is like it.
+/// neighbour is nearer and differs, or if one is farther and differs and fewer than two are like it, within
+/// half of that: of two flying pixels side by side each may be like the other.
 void RowWithoutEdges(const float* centre, std::size_t stride, std::size_t width, float offset, float slope,
                      float* to) {
   const hn::ScalableTag<float> d;
   const std::size_t lanes = hn::Lanes(d);
-  const auto zero = hn::Zero(d), base = hn::Set(d, offset), square = hn::Set(d, slope);
+  const auto zero = hn::Zero(d), base = hn::Set(d, offset), square = hn::Set(d, slope),
+             half = hn::Set(d, 0.5F);
   const auto put = [&](std::size_t x) HWY_ATTR {
     const auto here = hn::LoadU(d, centre + x);
-    const auto limit = hn::MulAdd(square, hn::Mul(here, here), base);
-    auto nearer = hn::Lt(zero, zero), farther = nearer, alike = nearer;  // none
+    const auto limit = hn::MulAdd(square, hn::Mul(here, here), base), close = hn::Mul(limit, half);
+    auto nearer = hn::Lt(zero, zero), farther = nearer, alike = nearer, supported = nearer;  // none
     for (const float* neighbour :
          {centre + x - 1, centre + x + 1, centre + x - stride, centre + x + stride}) {
       const auto other = hn::LoadU(d, neighbour);
@@ -51,9 +53,11 @@ void RowWithoutEdges(const float* centre, std::size_t stride, std::size_t width,
       const auto before = hn::Gt(hn::Sub(here, other), limit), behind = hn::Gt(hn::Sub(other, here), limit);
       nearer = hn::Or(nearer, hn::And(valid, before));
       farther = hn::Or(farther, hn::And(valid, behind));
-      alike = hn::Or(alike, hn::AndNot(hn::Or(before, behind), valid));
+      const auto one = hn::And(valid, hn::Le(hn::Abs(hn::Sub(here, other)), close));
+      supported = hn::Or(supported, hn::And(alike, one));
+      alike = hn::Or(alike, one);
     }
-    const auto edge = hn::Or(nearer, hn::AndNot(alike, farther));
+    const auto edge = hn::Or(nearer, hn::AndNot(supported, farther));
     hn::StoreU(hn::IfThenElseZero(hn::AndNot(edge, hn::Gt(here, zero)), here), d, to + x);
   };
   std::size_t x = 0;
@@ -63,14 +67,15 @@ void RowWithoutEdges(const float* centre, std::size_t stride, std::size_t width,
   } else {
     for (; x < width; ++x) {
       const float here = centre[x], limit = slope * here * here + offset;
-      bool nearer = false, farther = false, alike = false;
+      bool nearer = false, farther = false;
+      int alike = 0;
       for (const float* other : {centre + x - 1, centre + x + 1, centre + x - stride, centre + x + stride}) {
         if (*other <= 0.0F) continue;
         nearer = nearer || here - *other > limit;
         farther = farther || *other - here > limit;
-        alike = alike || std::abs(*other - here) <= limit;
+        alike += std::abs(*other - here) <= 0.5F * limit ? 1 : 0;
       }
-      to[x] = here <= 0.0F || nearer || (farther && !alike) ? 0.0F : here;
+      to[x] = here <= 0.0F || nearer || (farther && alike < 2) ? 0.0F : here;
     }
   }
 }

@@ -8,6 +8,7 @@
 
 #include "common/fusion/fusion.hpp"
 #include "common/fusion/tests/scenes.hpp"
+#include "common/fusion/tests/surface_errors.hpp"
 #include "common/workspace/workspace.hpp"
 #include "tests/support/thorough.hpp"
 
@@ -173,26 +174,10 @@ TEST_F(PutAndRemoved, ThePublishedSurfaceIsWithinAVoxelOfTheFusedOne) {
 
 TEST_F(PutAndRemoved, SurfacesAreTrue) {
   show(full, 30);
-  std::vector<double> errors_m;
-  const workspace::GridSpec& grid = fusion.grid();
-  VoxelBox{{1, 1, 1}, {118, 118, 78}}.for_each([&](Index3 v) {
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      Index3 next = v;
-      ++next[axis];
-      if (fusion.weight(v) < 10 || fusion.weight(next) < 10) continue;
-      const double d = fusion.distance_vox(v), e = fusion.distance_vox(next);
-      if ((d > 0.0) == (e > 0.0) || std::abs(d) > 2.0 || std::abs(e) > 2.0) continue;
-      Eigen::Vector3d p = grid.centre_of(v);
-      p[static_cast<Eigen::Index>(axis)] += d / (d - e) * grid.voxel_size_m.reference_m();
-      errors_m.push_back(full.scene().distance_m(p, 0.1));
-    }
-  });
-  ASSERT_GT(errors_m.size(), 10000U);
-  std::sort(errors_m.begin(), errors_m.end());
-  double sum_m = 0.0;
-  for (const double error_m : errors_m) sum_m += error_m;
-  EXPECT_LT(sum_m / static_cast<double>(errors_m.size()), 0.0025);
-  EXPECT_LT(errors_m[errors_m.size() * 95 / 100], 0.006);
+  const scenes::SurfaceErrors errors(fusion, full.scene(), {{1, 1, 1}, {118, 118, 78}});
+  ASSERT_GT(errors.count(), 10000U);
+  EXPECT_LT(errors.mean_m(), 0.0025);
+  EXPECT_LT(errors.percentile_m(95), 0.006);
 }
 
 TEST(LivingScene, ARodOfTenMillimetresIsPublishedWithinFiveFrames) {

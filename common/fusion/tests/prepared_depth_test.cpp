@@ -11,21 +11,25 @@ namespace phantom::fusion {
 namespace {
 namespace prepared_depth_tests {
 
-/// Depths of a row of an image of 3 rows, in voxels of 5 mm, after the masks.
-std::vector<float> masked_row(const std::vector<float>& row_m, const DepthSigma& sigma = {}) {
+/// Depths of the middle row of an image of 3 rows, in voxels of 5 mm, after the masks. `beside_m`: the row
+/// above and that below.
+std::vector<float> masked_row(const std::vector<float>& row_m, const std::vector<float>& beside_m) {
   const auto width = static_cast<int>(row_m.size());
-  std::vector<float> pixels(row_m.size(), 0.0F);
+  std::vector<float> pixels = beside_m;
   pixels.insert(pixels.end(), row_m.begin(), row_m.end());
-  pixels.resize(3 * row_m.size(), 0.0F);
+  pixels.insert(pixels.end(), beside_m.begin(), beside_m.end());
   DepthImage image;
   EXPECT_TRUE(image.load_m({{width, 3, 500.0, 500.0, 0.5 * width, 1.0, 0.1, 9.0}, {}, 0.0}, pixels));
   PreparedDepth depth;
-  depth.prepare(image, {}, sigma, {}, 0.005);
+  depth.prepare(image, {}, {}, {}, 0.005);
   std::vector<float> masked;
   for (std::size_t u = 0; u < row_m.size(); ++u)
     masked.push_back(0.005F * depth.fused_vox()[row_m.size() + u]);
   return masked;
 }
+
+/// Of an image with the same rows.
+std::vector<float> masked_row(const std::vector<float>& row_m) { return masked_row(row_m, row_m); }
 
 TEST(PreparedDepth, PixelsBehindAnEdgeAndAloneInFrontAreNotFused) {
   using testing::FloatNear;
@@ -34,8 +38,11 @@ TEST(PreparedDepth, PixelsBehindAnEdgeAndAloneInFrontAreNotFused) {
   EXPECT_THAT(masked_row({1, 1, 1, 2, 2, 2}), is({1, 1, 1, 0, 2, 2}));
   EXPECT_THAT(masked_row({1, 1, 1.4F, 1.7F, 2, 2}), is({1, 1, 0, 0, 0, 2}));  // flying pixels
   EXPECT_THAT(masked_row({2, 2, 1, 1, 2, 2}), is({2, 1, 1, 1, 1, 2}));        // a thin rod becomes wider
-  EXPECT_THAT(masked_row({2, 2, 1, 2, 2, 2}), is({2, 0, 0, 0, 2, 2}));        // a single pixel in front
-  EXPECT_THAT(masked_row({2, 0, 1, 0, 2, 2}), is({2, 1, 1, 1, 2, 2}));        // nothing measured is no edge
+  EXPECT_THAT(masked_row({2, 2, 1, 2, 2, 2}), is({2, 1, 1, 1, 2, 2}));        // one that is a pixel wide
+  const std::vector<float> wall(6, 2.0F);
+  EXPECT_THAT(masked_row({2, 2, 1, 2, 2, 2}, wall), is({2, 0, 0, 0, 2, 2}));  // a single pixel in front
+  EXPECT_THAT(masked_row({2, 1.4F, 1.42F, 2, 2, 2}, wall), is({0, 0, 0, 0, 2, 2}));  // two flying pixels
+  EXPECT_THAT(masked_row({2, 0, 1, 0, 2, 2}), is({2, 1, 1, 1, 2, 2}));  // nothing measured is no edge
   EXPECT_THAT(masked_row({1, 1.028F, 1, 1.028F, 1, 1}), is({1, 1.028F, 1, 1.028F, 1, 1}));
   std::vector<float> wide, expected;  // longer than a vector
   for (int i = 0; i < 70; ++i) wide.push_back(i / 10 % 2 == 0 ? 1.0F : 2.0F);
@@ -66,15 +73,16 @@ Rows without_edges(const Rows& seen) {
   for (int v = 0; v < seen.height; ++v) {
     for (int u = 0; u < seen.width; ++u) {
       const float here = seen.at(u, v);
-      bool nearer = false, farther = false, alike = false;
+      bool nearer = false, farther = false;
+      int alike = 0;
       for (const auto& side : kSides) {
         const float other = seen.at(u + side[0], v + side[1]);
         if (other <= 0.0F) continue;
         nearer = nearer || here - other > limit_m(here);
         farther = farther || other - here > limit_m(here);
-        alike = alike || std::abs(other - here) <= limit_m(here);
+        alike += std::abs(other - here) <= 0.5F * limit_m(here) ? 1 : 0;
       }
-      if (here <= 0.0F || nearer || (farther && !alike))
+      if (here <= 0.0F || nearer || (farther && alike < 2))
         kept.depth_m[static_cast<std::size_t>(v * seen.width + u)] = 0.0F;
     }
   }
