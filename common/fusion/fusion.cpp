@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <limits>
 
 namespace phantom::fusion {
 namespace {
@@ -28,6 +29,13 @@ bool none_set(const BlockBits& bits) {
   return std::all_of(bits.begin(), bits.end(), [](std::uint64_t word) { return word == 0; });
 }
 
+/// Returns whether at least a quarter of a block's voxels was seen.
+bool shows_a_quarter(const BlockBits& observed) {
+  int seen = 0;
+  for (const std::uint64_t word : observed) seen += std::popcount(word);
+  return 4 * seen >= static_cast<int>(kBlockVoxels);
+}
+
 /// Returns whether no surface is near any voxel that is known.
 bool holds_no_surface(const FusedBlock& block, double truncation_vox) {
   const auto saturated =
@@ -51,6 +59,7 @@ Fusion::Fusion(const FusionParameters& parameters)
       gate_(std::make_unique<ChangeGate>(parameters.grid, *pool_, parameters.min_component_vox)),
       policies_(pool_->box().voxel_count(), parameters.unknown),
       seen_free_(policies_.size()),
+      seen_at_(policies_.size()),
       view_(std::make_unique<detail::FrameView>()) {
   for (std::size_t place = 0; place < policies_.size(); ++place) {
     const Index3 block = pool_->block_at(place), centre = kBlockEdge * block + Index3{4, 4, 4};
@@ -158,6 +167,7 @@ void Fusion::fuse(FusedBlock& block) noexcept {
   if (block.fused_count >= kMature && (slot + frame_) % kQuietTurns != 0 && none_set(block.once) &&
       none_set(block.twice) && pyramid_.steady(seen.u0, seen.v0, seen.u1, seen.v1)) {
     ++report_.quiet;
+    see(pool_->box().index(block.place));
     return;
   }
   if (block.fused_count < kMature) ++block.fused_count;
@@ -166,6 +176,7 @@ void Fusion::fuse(FusedBlock& block) noexcept {
                      static_cast<float>(camera_.fy_px * first.y() + camera_.cy_px * first.z()),
                      static_cast<float>(first.z()), block, votes);
   ++report_.fused;
+  if (shows_a_quarter(votes.observed)) see(pool_->box().index(block.place));
   gate_->vote(block, votes, policy(block.place) == UnknownPolicy::kOccupied);
   if (votes.saturated != votes.observed || !none_set(block.published) || !none_set(block.once) ||
       !holds_no_surface(block, parameters_.truncation_vox))
@@ -192,6 +203,7 @@ void Fusion::look_through_free_blocks() noexcept {
         seen.z + kBlockRadius_vox + parameters_.truncation_vox >= static_cast<double>(seen.depths.least_vox))
       continue;
     seen_free_[place] = frame_;
+    see(place);
     if (policies_[place] == UnknownPolicy::kOccupied)
       report_.changes.vanished += gate_->set_block(block, false);
   }
@@ -200,6 +212,8 @@ void Fusion::look_through_free_blocks() noexcept {
 const FusionReport& Fusion::integrate(const DepthImage& image, std::span<const float> arm_depth_m) {
   report_ = {};
   ++frame_;
+  now_steps_ = static_cast<std::uint32_t>(std::min((image.header().time_s + 1.0) * kSeenSteps_per_s,
+                                                   double{std::numeric_limits<std::uint32_t>::max()}));
   depth_.prepare(image, arm_depth_m, parameters_.sigma, parameters_.masks,
                  parameters_.grid.voxel_size_m.reference_m());
   SeenCells& before =
@@ -231,6 +245,7 @@ void Fusion::forget(const workspace::VoxelBox& box) noexcept {
         const std::size_t place = pool_->box().index(block);
         if (FusedBlock* const fused = pool_->at(place)) pool_->release(*fused);
         seen_free_[place] = 0;
+        seen_at_[place] = 0;
         if (policies_[place] != UnknownPolicy::kIgnore)
           gate_->set_block(block, policies_[place] == UnknownPolicy::kOccupied);
       });
@@ -259,7 +274,8 @@ double Fusion::coverage(Index3 block) const noexcept {
 }
 
 std::size_t Fusion::bytes() const noexcept {
-  return pool_->bytes() + gate_->bytes() + policies_.size() + seen_free_.size() * sizeof(std::uint32_t);
+  return pool_->bytes() + gate_->bytes() + policies_.size() +
+         (seen_free_.size() + seen_at_.size()) * sizeof(std::uint32_t);
 }
 
 }  // namespace phantom::fusion

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -61,6 +62,11 @@ class Fusion {
   /// Returns the share of a block's voxels that are known, 0…1. A block that was last seen empty as a whole
   /// counts as known.
   double coverage(workspace::Index3 block) const noexcept;
+  /// Returns the time of the newest image in which at least a quarter of a block was seen, to 1/16 s;
+  /// negative: it never was. Of a block in which no surface is near, one image in eight counts.
+  double seen_s(workspace::Index3 block) const noexcept {
+    return static_cast<double>(seen_at_[pool_->box().index(block)]) / kSeenSteps_per_s - 1.0;
+  }
   UnknownPolicy policy(workspace::Index3 block) const noexcept {
     return policies_[pool_->box().index(block)];
   }
@@ -70,11 +76,14 @@ class Fusion {
  private:
   explicit Fusion(const FusionParameters& parameters);
 
+  static constexpr double kSeenSteps_per_s = 16.0;
+
   void set_view(const DepthImage& image);
   void allocate_near_surfaces() noexcept;
   void fuse_blocks() noexcept;
   void fuse(FusedBlock& block) noexcept;
   void look_through_free_blocks() noexcept;
+  void see(std::size_t place) noexcept { seen_at_[place] = std::max(seen_at_[place], now_steps_); }
   /// Returns the first voxel of a block in the camera's frame, in voxels.
   Eigen::Vector3d first_voxel(workspace::Index3 block) const noexcept {
     return first_voxel_ + step_ * workspace::vector(block);
@@ -94,6 +103,8 @@ class Fusion {
   std::vector<std::uint32_t>
       seen_free_;  // frame in which a block without content was last seen empty; 0: never
   std::uint32_t frame_ = 0;
+  std::vector<std::uint32_t> seen_at_;  // by place: 1 s and the image's time, in steps; 0: never
+  std::uint32_t now_steps_ = 0;         // of this image
 
   PreparedDepth depth_;
   DepthPyramid pyramid_;

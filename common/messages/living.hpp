@@ -33,6 +33,12 @@ bool is_live_name(const std::string& name);
 inline constexpr std::uint64_t kMaxDepthPixels = 1'000'000;
 inline constexpr std::size_t kMaxOccupancyBlocks = 20'000, kMaxDepthCameras = 16;
 
+/// Ages of a space_view: in steps, the greatest, and that of what was never seen; and its greatest number of
+/// cubes.
+inline constexpr double kSpaceAgeStep_s = 0.25;
+inline constexpr std::uint8_t kSpaceAgeMax = 254, kSpaceNeverSeen = 255;
+inline constexpr std::size_t kMaxSpaceCubes = 32768;
+
 /// Returns "waiting", "live", "late" or "dead".
 const char* name_of(DepthCameraState state) noexcept;
 

@@ -184,6 +184,7 @@ Config load_config(const std::filesystem::path& path) {
   workspace.check(config.workspace_stale_after_s >= config.workspace_behind_after_s, "stale_after_s",
                   "is below behind_after_s; allowed: that or more, up to 3600 s");
   file.number("staleness_s", config.staleness_s);
+  file.number("max_view_age_s", config.max_view_age_s);
   file.number("percept_rate_hz", config.percept_rate_hz);
   const auto cluster = file.section("cluster");
   cluster.number("reach_vox", percept.cluster_reach_vox);

@@ -30,7 +30,8 @@ struct Config {
   double staleness_s = 0.1;               ///< slave_state older than this makes the percept invalid
   double workspace_behind_after_s = 1.0;  ///< an announced version incomplete for this long marks the percept
   double workspace_stale_after_s = 5.0;   ///< and for this long ends it
-  std::uint64_t workspace_max_bytes = 0;  ///< of one server's workspace
+  double max_view_age_s = 3.0;  ///< space that depth cameras saw longer ago is unseen; 0: that is not said
+  std::uint64_t workspace_max_bytes = 0;   ///< of one server's workspace
   std::vector<OtherArmConfig> other_arms;  ///< at most kMaxOtherArms
   std::vector<ShareConfig> shares;
   std::string first_feeling_link;  ///< from which on the arm feels what touches it; empty: all links

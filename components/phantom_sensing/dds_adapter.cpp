@@ -29,6 +29,9 @@ namespace {
 /// if both are present for longer than that.
 constexpr core::Nanoseconds kSecondServerAfter_ns = 7 * core::kNsPerSecond;
 
+/// Four of its periods.
+constexpr core::Nanoseconds kSpaceViewHold_ns = 2 * core::kNsPerSecond;
+
 messages::ArmBounds bounds_of(const PhantomModel& model) {
   return messages::bounds_of(model.arm, model.identity);
 }
@@ -74,6 +77,7 @@ struct DdsAdapter::Impl {
     std::optional<messages::TopicSubscriber<msg::GripperState>> gripper;  // of an arm with fingers
     std::unique_ptr<WorkspaceReaders> workspace;
     dds::Reader<msg::PoseFinding> finding;
+    messages::TopicSubscriber<msg::SpaceView> seen;
     std::optional<ObjectReaders> of_arm;
     std::vector<std::unique_ptr<ShareReaders>> shares;
     std::vector<std::unique_ptr<messages::TopicSubscriber<msg::SlaveState>>> others;  // other arms' states
@@ -111,6 +115,7 @@ struct DdsAdapter::Impl {
     const core::Nanoseconds now_ns = core::monotonic_ns();
     if (!readers) return nullptr;
     if (readers->slave.source().has_rival(now_ns)) return "slave_state";
+    if (readers->seen.source().has_rival(now_ns)) return "space_view";
     for (const auto& share : readers->shares)
       if (share->drag_field.source().has_rival(now_ns)) return "drag_field of a share of the skin";
     for (const auto& other : readers->others)
@@ -216,7 +221,11 @@ DdsAdapter::Impl::Readers::Readers(Impl& owner, SensingLoop& loop, WorkspaceSubs
       workspace(std::make_unique<WorkspaceReaders>(owner, keeper)),
       finding(
           owner.of_workspace, dds::kPoseFinding,
-          [&owner](const msg::PoseFinding& message, const dds::SampleInfo&) { return owner.take(message); }) {
+          [&owner](const msg::PoseFinding& message, const dds::SampleInfo&) { return owner.take(message); }),
+      seen(owner.of_workspace, dds::kSpaceView, {messages::ArmBounds(), {.hold_ns = kSpaceViewHold_ns}},
+           [&loop](const messages::Received<messages::SpaceView>& view) {
+             loop.know_seen(SeenSpace(view, view.received_ns));
+           }) {
   if (owner.apart) of_arm.emplace(owner);
   if (!owner.model.own_share)
     for (std::size_t i = 0; i < owner.shares.size(); ++i)

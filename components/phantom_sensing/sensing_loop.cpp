@@ -13,6 +13,21 @@ namespace {
 constexpr core::Nanoseconds kMaxWatchdog_ns = 10 * core::kNsPerMillisecond;
 constexpr core::Nanoseconds kFiguresPeriod_ns = 400 * core::kNsPerMillisecond;
 
+/// Returns the place that the percept is of; in free space that of the fastest interest point, which may come
+/// into something first.
+const PlacePercept& leading_place(const StepOutputs& outputs) noexcept {
+  const PlacePercept* place = &outputs.percept;
+  if (place->mu > 0.0) return *place;
+  double fastest_m_s = 0.0;
+  for (const InterestPercept& point : outputs.interest) {
+    const double speed_m_s = point.velocity_W_m_s.norm();
+    if (speed_m_s <= fastest_m_s) continue;
+    fastest_m_s = speed_m_s;
+    place = &point;
+  }
+  return *place;
+}
+
 }  // namespace
 
 SensingLoop::SensingLoop(const PhantomModel& model, const Config& config, WorkspaceSubscriber& workspace,
@@ -213,11 +228,21 @@ void SensingLoop::tick(core::Nanoseconds now_ns, const SensedWorkspace& workspac
   counted_.muted_sensors = outputs_.muted_sensors;
   counted_.outside = outputs_.outside;
   counted_.model_in_doubt = outputs_.model_in_doubt;
-  // A workspace that is not current is marked as that: it may be why.
-  if (outputs_.model_in_doubt && condition == PerceptCondition::kFresh)
-    condition = PerceptCondition::kModelInDoubt;
+  condition = with_doubts(condition, now_ns);
   counted_.condition = condition;
   publish(now_ns, {newest_, age_s, core::seconds(step_ns), condition, inputs.allowed.size(), gripper});
+}
+
+/// Marks what is fresh with what speaks against it. A workspace that is not current stays marked as that: it
+/// may be why. The process of a share leaves it to the arm's.
+PerceptCondition SensingLoop::with_doubts(PerceptCondition condition, core::Nanoseconds now_ns) noexcept {
+  seen_inbox_.read(seen_);
+  const bool unseen = config_.max_view_age_s > 0.0 && config_.own_share.empty() && outputs_.valid &&
+                      seen_.is_unseen(leading_place(outputs_).position_W_m, config_.max_view_age_s, now_ns);
+  const bool says_unseen = unseen_.step(unseen, now_ns);
+  if (condition != PerceptCondition::kFresh) return condition;
+  if (outputs_.model_in_doubt) return PerceptCondition::kModelInDoubt;
+  return says_unseen ? PerceptCondition::kSpaceUnseen : condition;
 }
 
 void SensingLoop::publish(core::Nanoseconds now_ns, const TickInfo& info) {

@@ -16,6 +16,7 @@
 #include "components/phantom_sensing/contact_permits.hpp"
 #include "components/phantom_sensing/other_arms.hpp"
 #include "components/phantom_sensing/phantom_sensing.hpp"
+#include "components/phantom_sensing/seen_space.hpp"
 #include "components/phantom_sensing/workspace/share_inbox.hpp"
 #include "components/phantom_sensing/workspace/workspace_subscriber.hpp"
 #include "components/phantom_sensing/workspace/workspace_watch.hpp"
@@ -111,6 +112,8 @@ class SensingLoop {
   void permit(const ContactPermits& permits) noexcept { permits_inbox_.write(permits); }
   /// Sets the objects that do not stand where the model has them. One thread.
   void know_displaced(const DisplacedObjects& objects) noexcept { displaced_inbox_.write(objects); }
+  /// Sets how long ago depth cameras saw the workspace. One thread.
+  void know_seen(const SeenSpace& seen) noexcept { seen_inbox_.write(seen); }
   /// Takes a state of another arm. Each arm's on one thread.
   void offer_other(std::size_t arm, const SlaveSample& sample) noexcept { others_[arm].inbox.write(sample); }
   /// Takes what the process of a share has published. Each share's on one thread.
@@ -139,6 +142,7 @@ class SensingLoop {
   PerceptCondition assess_others(core::Nanoseconds now_ns) noexcept;
   std::span<const OtherLink> place_others(core::Nanoseconds now_ns) noexcept;
   void tick(core::Nanoseconds now_ns, const SensedWorkspace& workspace, PerceptCondition condition);
+  PerceptCondition with_doubts(PerceptCondition condition, core::Nanoseconds now_ns) noexcept;
   void publish(core::Nanoseconds now_ns, const TickInfo& info);
   void publish_figures();
 
@@ -167,6 +171,9 @@ class SensingLoop {
   ContactPermits permits_;
   core::Snapshot<DisplacedObjects> displaced_inbox_;
   DisplacedObjects displaced_;
+  core::Snapshot<SeenSpace> seen_inbox_;
+  SeenSpace seen_;
+  UnseenSpaceWatch unseen_;
   std::atomic<bool> self_test_passed_{true};
   WorkspaceWatch watch_;
 

@@ -43,7 +43,7 @@ struct ConditionReport {
 };
 
 /// What component_status says of each PerceptCondition, in its order.
-constexpr std::array<ConditionReport, 9> kReports{{
+constexpr std::array<ConditionReport, 10> kReports{{
     {"", core::ComponentState::kRunning},
     {"no wva_server is there: the workspace stays as it was", core::ComponentState::kRunning},
     {"a newer workspace was announced and is not whole yet", core::ComponentState::kDegraded},
@@ -54,8 +54,9 @@ constexpr std::array<ConditionReport, 9> kReports{{
     {"slave_state is stale: no percept", core::ComponentState::kDegraded},
     {"no percept", core::ComponentState::kFault},
     {"", core::ComponentState::kDegraded},
+    {"no depth camera sees the space around the arm's place now", core::ComponentState::kRunning},
 }};
-static_assert(static_cast<std::size_t>(PerceptCondition::kModelInDoubt) + 1 == kReports.size());
+static_assert(static_cast<std::size_t>(PerceptCondition::kSpaceUnseen) + 1 == kReports.size());
 
 std::string names_of(const std::bitset<kMaxShares>& shares, const PhantomModel& model) {
   std::string names;

@@ -26,6 +26,7 @@ struct DdsAdapter::Impl {
         receivers(cameras.size()),
         waiting(cameras.size()),
         changes(participant, dds::kOccupancyChange),
+        views(participant, dds::kSpaceView),
         findings(participant, dds::kPoseFinding),
         status(participant, name) {
     if (arm != nullptr) {
@@ -79,6 +80,7 @@ struct DdsAdapter::Impl {
   std::size_t turn = 0;
   dds::RefusalLog refusals{"depth_image"};
   messages::Publisher<messages::OccupancyChange> changes;
+  messages::Publisher<messages::SpaceView> views;
   dds::Writer<msg::PoseFinding> findings;
   std::uint32_t served = 0;  // readers that have got a whole occupancy
   messages::StatusReporter status;
@@ -133,6 +135,8 @@ bool DdsAdapter::publish(const messages::OccupancyChange& change) {
   }
   return sent && !has_newcomer();
 }
+
+void DdsAdapter::publish(const messages::SpaceView& view) { impl_->views.publish(view); }
 
 void DdsAdapter::publish(const messages::PoseFinding& finding) {
   if (!impl_->findings.write(messages::to_idl(finding)))

@@ -40,6 +40,8 @@ class DdsAdapter {
   bool publish(const messages::OccupancyChange& change);
   /// Returns whether somebody has joined who has not got a whole occupancy yet.
   bool has_newcomer() const;
+  /// Publishes how long ago each part of the workspace was seen.
+  void publish(const messages::SpaceView& view);
   /// Publishes what cameras have found of an object.
   void publish(const messages::PoseFinding& finding);
   /// Publishes component_status; degraded while a second process sends what only one may send.

@@ -29,6 +29,7 @@ namespace {
 constexpr double kMaxWait_s = 0.05;    // bounds the delay of a requested stop
 constexpr double kHeldWait_s = 0.002;  // while an image waits for the arm's states
 constexpr core::Nanoseconds kMaxHold_ns = 60 * core::kNsPerMillisecond;
+constexpr core::Nanoseconds kViewPeriod_ns = 500 * core::kNsPerMillisecond;
 
 std::unique_ptr<ArmView> load_arm_view(const runtime::CellConfig& cell, const std::string& name) {
   if (cell.arms.empty() && name.empty()) return nullptr;
@@ -193,6 +194,7 @@ class Service {
       const core::Nanoseconds now_ns = core::monotonic_ns();
       const bool changed = camera_.watch(now_ns);
       publish(now_ns, changed);
+      publish_view(now_ns);
       if (changed || now_ns >= next_report_ns_) report(now_ns);
     }
     core::Health last = camera_.health(core::monotonic_ns());
@@ -320,6 +322,12 @@ class Service {
     if (change.image_age_s >= 0.0) tally_.age_ms.push_back(static_cast<float>(1e3 * change.image_age_s));
   }
 
+  void publish_view(core::Nanoseconds now_ns) {
+    if (now_ns < next_view_ns_) return;
+    next_view_ns_ = now_ns + kViewPeriod_ns;
+    adapter_->publish(camera_.space_view(now_ns));
+  }
+
   void report(core::Nanoseconds now_ns) {
     core::Health health = camera_.health(now_ns);
     if (model_) {
@@ -382,7 +390,7 @@ class Service {
   std::optional<ModelWatch> model_;  // none: poses are not checked
   std::optional<DdsAdapter> adapter_;
   std::optional<DdsAdapter::Image> held_;  // waits for the arm's states of its time
-  core::Nanoseconds sent_ns_ = 0, whole_ns_ = 0, next_report_ns_ = 0;
+  core::Nanoseconds sent_ns_ = 0, whole_ns_ = 0, next_report_ns_ = 0, next_view_ns_ = 0;
   bool must_be_whole_ = true;
   std::map<std::uint16_t, messages::PoseFinding> findings_;  // that were published, and are known still
   std::string said_;

@@ -7,6 +7,7 @@
 
 #include "common/core/errors.hpp"
 #include "common/fusion/fused_block.hpp"
+#include "common/fusion/space_ages.hpp"
 
 namespace phantom::workspace_camera {
 namespace {
@@ -170,6 +171,25 @@ messages::OccupancyChange WorkspaceCamera::change(bool whole, core::Nanoseconds 
     change.blocks.resize(messages::kMaxOccupancyBlocks);
   for (const View& view : views_) change.cameras.push_back(view.watch.health(now_ns));
   return change;
+}
+
+messages::SpaceView WorkspaceCamera::space_view(core::Nanoseconds now_ns) const {
+  const fusion::SpaceAges ages = fusion::space_ages(fusion_, core::seconds(now_ns), messages::kMaxSpaceCubes);
+  messages::SpaceView view;
+  view.source = source_;
+  view.cell = cell_;
+  view.origin_m = messages::vector_of(fusion_.grid().origin_m);
+  view.cube_m = ages.cube_vox * fusion_.grid().voxel_size_m.reference_m();
+  view.size_x = static_cast<std::uint16_t>(ages.cubes.size[0]);
+  view.size_y = static_cast<std::uint16_t>(ages.cubes.size[1]);
+  view.size_z = static_cast<std::uint16_t>(ages.cubes.size[2]);
+  view.ages.reserve(ages.ages_s.size());
+  for (const double age_s : ages.ages_s)
+    view.ages.push_back(age_s == fusion::SpaceAges::kNever
+                            ? messages::kSpaceNeverSeen
+                            : static_cast<std::uint8_t>(std::min<double>(
+                                  messages::kSpaceAgeMax, std::ceil(age_s / messages::kSpaceAgeStep_s))));
+  return view;
 }
 
 core::Health WorkspaceCamera::health(core::Nanoseconds now_ns) const {

@@ -276,6 +276,21 @@ TEST_F(LiveSystem, AKilledWorkspaceCameraIsToldAndItsSuccessorGoesOn) {
   EXPECT_TRUE(eventually([&] { return said("wva_server").find("nothing is heard") == std::string::npos; }));
 }
 
+TEST_F(LiveSystem, ThePerceptSaysWhenNoCameraSeesItsPlaceAnyMore) {
+  using enum msg::PerceptCondition;
+  const auto says = [&](msg::PerceptCondition condition) {
+    return eventually([&] { return observer_->percept().condition() == condition; });
+  };
+  EXPECT_TRUE(says(PERCEPT_FRESH)) << "the hand is in view";
+  camera_->send(false);
+  EXPECT_TRUE(says(PERCEPT_SPACE_UNSEEN)) << "the camera is dead";
+  EXPECT_TRUE(observer_->percept().valid());
+  camera_->send(true);
+  EXPECT_TRUE(says(PERCEPT_FRESH));
+  seeing_->end(SIGKILL);
+  EXPECT_TRUE(says(PERCEPT_SPACE_UNSEEN)) << "nothing is heard of it";
+}
+
 TEST_F(LiveSystem, ACameraThatIsFrozenIsToldToo) {
   camera_->put_box(true);
   ASSERT_TRUE(eventually([&] { return live_voxels() > 100; }));

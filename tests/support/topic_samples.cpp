@@ -76,6 +76,11 @@ void fit(msg::OccupancyChange& m) {
   std::uint16_t place = 0;
   for (auto& one : m.blocks()) one.x(place++ % 1024), one.y(place / 1024);
 }
+void fit(msg::SpaceView& m) {
+  const std::size_t along_x = std::min<std::size_t>(m.ages().size(), 1024);
+  m.size_x(static_cast<std::uint16_t>(along_x));
+  m.size_y(static_cast<std::uint16_t>(m.ages().size() / along_x)), m.size_z(1);
+}
 void fit(msg::WorkspaceCommand& m) {
   m.operation(msg::WorkspaceOperation::WORKSPACE_MOVE);  // which uses X_WO and the guard
   m.X_FO(msg::Pose());

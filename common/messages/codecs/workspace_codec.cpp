@@ -67,6 +67,13 @@ std::string refusal(const OccupancyChange& change) {
   return "";
 }
 
+std::string refusal(const SpaceView& view) {
+  const std::size_t cubes = std::size_t{view.size_x} * view.size_y * view.size_z;
+  if (cubes == view.ages.size()) return "";
+  return "ages has " + std::to_string(view.ages.size()) + " values; allowed: one for each of the " +
+         std::to_string(cubes) + " cubes";
+}
+
 std::string refusal(const WorkspaceCommand& command) {
   constexpr std::size_t kMaxNameBytes = 64;  // of an object
   if (command.operation == WorkspaceOperation::kAdd)

@@ -86,5 +86,40 @@ TEST(OccupancyChangeCodec, WhatCannotBeTrueIsRefused) {
             "cameras.rate_hz is -1; allowed: 0 to 10000");
 }
 
+SpaceView a_view() {
+  SpaceView view;
+  view.stamp = {3, 4, 5};
+  view.source = "workspace_camera";
+  view.cell = "hot_cell";
+  view.origin_m = {-1.0, 0.5, 0.0};
+  view.cube_m = 0.16;
+  view.size_x = 2, view.size_y = 3, view.size_z = 1;
+  view.ages = {0, 1, 2, 20, kSpaceAgeMax, kSpaceNeverSeen};
+  return view;
+}
+
+TEST(SpaceViewCodec, ThereAndBackItIsTheSame) {
+  const auto back = from_idl(to_idl(a_view()));
+  ASSERT_TRUE(back) << back.status().message();
+  EXPECT_EQ(back->source, "workspace_camera");
+  EXPECT_EQ(back->cube_m, 0.16);
+  EXPECT_EQ(back->size_y, 3);
+  EXPECT_EQ(back->ages, a_view().ages);
+}
+
+TEST(SpaceViewCodec, WhatCannotBeTrueIsRefused) {
+  const Refusals<msg::SpaceView> refusal{to_idl(a_view())};
+  EXPECT_EQ(refusal([](auto&) {}), "");
+  EXPECT_EQ(refusal([](auto& m) { m.ages().pop_back(); }),
+            "ages has 5 values; allowed: one for each of the 6 cubes");
+  EXPECT_THAT(refusal([](auto& m) { m.size_x(0); }), HasSubstr("size_x is 0; allowed: 1 to 1024"));
+  EXPECT_THAT(refusal([](auto& m) { m.cube_m(std::nan("")); }), HasSubstr("cube_m"));
+  EXPECT_THAT(refusal([](auto& m) {
+                m.size_x(64), m.size_y(64), m.size_z(9);
+                m.ages().resize(64 * 64 * 9);
+              }),
+              HasSubstr("32768"));
+}
+
 }  // namespace
 }  // namespace phantom::messages::living_codec

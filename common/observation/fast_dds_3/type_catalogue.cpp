@@ -179,6 +179,7 @@ void register_topics() {
   msg::register_LiveObject_type_identifier(ids);
   msg::register_MeshChunk_type_identifier(ids);
   msg::register_OccupancyChange_type_identifier(ids);
+  msg::register_SpaceView_type_identifier(ids);
   msg::register_WorkspaceCommand_type_identifier(ids);
   msg::register_WorkspaceReply_type_identifier(ids);
   msg::register_ComponentStatus_type_identifier(ids);

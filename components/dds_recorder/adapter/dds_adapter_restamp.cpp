@@ -17,7 +17,7 @@ const auto& stamped_topics() {
       dds::kInterestPoints, dds::kSkinPercept, dds::kHitAlert, dds::kModelDoubt, dds::kSensingCommand,
       dds::kSensingReply, dds::kOperatorCommand, dds::kRecordingRequest, dds::kOperatorReply,
       dds::kWristWrench, dds::kViewPicture, dds::kCameraPicture, dds::kSensorPoints, dds::kDepthImage,
-      dds::kOccupancyChange, dds::kViewPose, dds::kHapticDevice, dds::kHapticDeviceWrench,
+      dds::kOccupancyChange, dds::kSpaceView, dds::kViewPose, dds::kHapticDevice, dds::kHapticDeviceWrench,
       dds::kWorkspaceCommand, dds::kWorkspaceReply, dds::kComponentStatus);
   return topics;
 }

@@ -19,7 +19,10 @@
 #include "common/core/log_rate.hpp"
 #include "common/dds/endpoints/endpoint.hpp"
 #include "common/dds/tests/test_network.hpp"
+#include "common/messages/codecs/percept_codec.hpp"
+#include "common/messages/codecs/teleoperation_codec.hpp"
 #include "common/messages/codecs/workspace_codec.hpp"
+#include "common/messages/publisher.hpp"
 #include "common/workspace/brick_codec.hpp"
 #include "components/phantom_sensing/dds_adapter_messages.hpp"
 #include "components/phantom_sensing/tests/rig.hpp"
@@ -221,6 +224,44 @@ TEST(OverDds, ASecondSlaveIsToldInTheStatus) {
     send(second_writer, second_stamper);
     return reported.load();
   }));
+  adapter.stop_reading();
+}
+
+TEST(OverDds, APerceptSaysThatNoDepthCameraSeesItsPlace) {
+  const core::NetworkOptions network = dds::test_network();
+  const PhantomModel model = rig::suspended_model();
+  const Config config;
+  dds::Participant other("other", network);
+  messages::Publisher<messages::SpaceView> views(other, dds::kSpaceView);
+  messages::Publisher<messages::SlaveState> slaves(other, dds::kSlaveState);
+  std::atomic<msg::PerceptCondition> said{msg::PerceptCondition::PERCEPT_NO_STATE};
+  dds::Reader<msg::Percept> percepts(
+      other, dds::kPercept,
+      [&](const msg::Percept& percept, const dds::SampleInfo&) { said = percept.condition(); });
+  DdsAdapter adapter(network, model);
+  WorkspaceSubscriber keeper({[](const std::string&) {}});
+  SensingLoop loop(model, config, keeper, adapter);
+  adapter.start_reading(loop, keeper);
+  rig::send(rig::wall(), 1, keeper);
+  messages::SpaceView view;
+  view.source = "workspace_camera", view.cell = "cell";
+  view.origin_m = {-10.0, -10.0, -10.0};
+  view.cube_m = 20.0;
+  view.size_x = view.size_y = view.size_z = 1;
+  const auto says = [&](std::uint8_t age, msg::PerceptCondition condition) {
+    return dds::eventually([&] {
+      view.ages = {age};
+      views.publish(view);
+      messages::SlaveState state;
+      state.joint_count = 7;
+      slaves.publish(state);
+      loop.turn(core::monotonic_ns());
+      return said == condition;
+    });
+  };
+  EXPECT_TRUE(says(messages::kSpaceNeverSeen, msg::PerceptCondition::PERCEPT_SPACE_UNSEEN));
+  loop.workspace_watch().attended(true);
+  EXPECT_TRUE(says(1, msg::PerceptCondition::PERCEPT_FRESH));
   adapter.stop_reading();
 }
 

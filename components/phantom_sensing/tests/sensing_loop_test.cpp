@@ -116,6 +116,33 @@ TEST_F(Loop, EachStateGivesOneTickWithItsEchoes) {
   }
 }
 
+// Tries phantom_sensing: depth cameras watch the workspace, but not the space around the place
+TEST_F(Loop, APerceptInSpaceThatNoCameraSeesSaysSo) {
+  give_workspace();
+  core::Nanoseconds now_ns = kNsPerMillisecond;
+  std::uint64_t number = 0;
+  const auto condition = [&](core::Nanoseconds passed_ns) {
+    now_ns += passed_ns;
+    offer(++number, now_ns);
+    loop_.turn(now_ns);
+    EXPECT_TRUE(seen_.drags.back().valid);
+    return seen_.conditions.back();
+  };
+  EXPECT_EQ(condition(0), PerceptCondition::kFresh) << "no camera watches";
+  messages::SpaceView view;
+  view.origin_m = {-10.0, -10.0, -10.0};
+  view.cube_m = 20.0;
+  view.size_x = view.size_y = view.size_z = 1;
+  view.ages = {messages::kSpaceNeverSeen};
+  loop_.know_seen(SeenSpace(view, now_ns));
+  EXPECT_EQ(condition(kNsPerMillisecond), PerceptCondition::kSpaceUnseen);
+  view.ages = {1};
+  loop_.know_seen(SeenSpace(view, now_ns));
+  EXPECT_EQ(condition(kNsPerMillisecond), PerceptCondition::kSpaceUnseen) << "for a second more";
+  EXPECT_EQ(condition(core::kNsPerSecond), PerceptCondition::kFresh);
+  EXPECT_EQ(condition(3 * core::kNsPerSecond), PerceptCondition::kSpaceUnseen) << "nothing was heard for 3 s";
+}
+
 TEST_F(Loop, TheNewestStateWins) {
   give_workspace();
   for (std::uint64_t i = 1; i <= 7; ++i) offer(i, 1000);

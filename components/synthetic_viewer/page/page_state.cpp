@@ -92,6 +92,7 @@ Json percept_json(const ViewerState& state, const CellScene& scene, const Stalen
           {"link", near ? scene.link_name(percept.link) : std::string()},
           {"object", near ? object_name(state, percept.object) : std::string()},
           {"object_words", near ? json_of(object_words(state, percept.object)) : Json()},
+          {"unseen", known && percept.condition == messages::PerceptCondition::kSpaceUnseen},
           {"threats", known ? threats_json(state, scene) : Json::array()},
           {"threat_count", known ? percept.threats.size() : 0}};
 }

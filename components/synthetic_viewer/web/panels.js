@@ -20,6 +20,7 @@ function showPercept(percept, link) {
   byId('motion').className = 'chip ' + percept.motion;
   put('nearest-link', percept.known ? percept.link || text('vicinity.all_free') : text('vicinity.unknown'));
   put('nearest-object', percept.known ? said(percept.object_words, '–') : '–');
+  byId('unseen').hidden = !percept.unseen;
   byId('contact').hidden = !link.contact;
   put(
     'contact',

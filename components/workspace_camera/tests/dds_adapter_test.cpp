@@ -5,12 +5,14 @@
 #include <map>
 #include <mutex>
 
+#include "common/core/snapshot.hpp"
 #include "common/dds/endpoints/endpoint.hpp"
 #include "common/dds/tests/test_network.hpp"
 #include "common/messages/codecs/status_codec.hpp"
 #include "common/messages/codecs/teleoperation_codec.hpp"
 #include "common/messages/codecs/workspace_codec.hpp"
 #include "common/messages/publisher.hpp"
+#include "common/messages/topic_receiver.hpp"
 #include "components/workspace_camera/tests/rig.hpp"
 
 namespace phantom::workspace_camera::dds_adapter_test {
@@ -110,6 +112,23 @@ TEST(DdsAdapter, WhoeverJoinsLaterGetsTheNewestFindingOfEachObject) {
   EXPECT_EQ(got[3].unseen, "along x");
   EXPECT_EQ(got[3].camera, "above");
   EXPECT_EQ(got[4].verdict, messages::PoseVerdict::kAgrees);
+}
+
+TEST(DdsAdapter, HowOldTheViewIsComesToItsReaders) {
+  const core::NetworkOptions network = dds::test_network();
+  ArmHistory history;
+  DdsAdapter adapter(network, "workspace_camera", {}, nullptr, history);
+  dds::Participant other("phantom_sensing", network);
+  core::Snapshot<int> heard;
+  messages::TopicSubscriber<msg::SpaceView> reader(
+      other, dds::kSpaceView, messages::ArmBounds(),
+      [&](const messages::Received<messages::SpaceView>& view) { heard.write(view.ages.at(1)); });
+  const WorkspaceCamera camera(rig::config(), "workspace_camera", "cell", rig::grid(), nullptr, history);
+  EXPECT_TRUE(dds::eventually([&] {
+    adapter.publish(camera.space_view(rig::kStart));
+    int age = 0;
+    return heard.read(age) && age == messages::kSpaceNeverSeen;
+  }));
 }
 
 TEST(DdsAdapter, WhoeverJoinsIsToldOnceWhole) {

@@ -69,6 +69,30 @@ TEST(WorkspaceCamera, AThingThatIsPutThereComesAndGoes) {
   EXPECT_EQ(occupied_near(camera, kPlace, 0.08), 0U);
 }
 
+TEST(WorkspaceCamera, TellsHowLongAgoEachPartOfTheSpaceWasSeen) {
+  const ArmHistory history;
+  WorkspaceCamera camera(config(), "source", "cell", grid(), nullptr, history);
+  const auto age_at = [&](const Eigen::Vector3d& place_m, core::Nanoseconds now_ns) -> int {
+    const messages::SpaceView view = camera.space_view(now_ns);
+    EXPECT_EQ(view.cell, "cell");
+    EXPECT_DOUBLE_EQ(view.cube_m, 0.32);
+    EXPECT_EQ(view.ages.size(), 4U * 4U * 3U);
+    const Eigen::Vector3d cube = (place_m - messages::eigen(view.origin_m)) / view.cube_m;
+    return view.ages.at(static_cast<std::size_t>(cube.x()) +
+                        view.size_x * (static_cast<std::size_t>(cube.y()) +
+                                       view.size_y * static_cast<std::size_t>(cube.z())));
+  };
+  const Eigen::Vector3d before_wall{0.0, 0.0, 0.4}, in_box{0.3, 0.0, 0.16};
+  EXPECT_EQ(age_at(before_wall, kStart), messages::kSpaceNeverSeen);
+  const geometry::TriangleMesh box = geometry::make_box({0.42, 0.44, 0.44});
+  Film film(scene({box.transformed({Eigen::Matrix3d::Identity(), in_box})}));
+  for (int i = 0; i < 20; ++i) ASSERT_TRUE(camera.take(film.next(), film.now_ns()));
+  EXPECT_LE(age_at(before_wall, film.now_ns()), 2) << "a block that is free is looked at in one of 8 images";
+  EXPECT_EQ(age_at(in_box, film.now_ns()), messages::kSpaceNeverSeen);
+  EXPECT_NEAR(age_at(before_wall, film.now_ns() + 10'000 * kMs), 41, 1);
+  EXPECT_EQ(age_at(before_wall, film.now_ns() + 100'000 * kMs), messages::kSpaceAgeMax);
+}
+
 TEST(WorkspaceCamera, ChangesOneAfterTheOtherMakeTheWhole) {
   const ArmHistory history;
   WorkspaceCamera camera(config(), "source", "cell", grid(), nullptr, history);

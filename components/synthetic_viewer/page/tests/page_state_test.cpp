@@ -57,6 +57,9 @@ TEST(PageState, StalePerceptIsNotShownAsAValue) {
   EXPECT_TRUE(page(state).at("percept").at("closeness").is_null());
   state.percept.received_ns = kPage_ns;
   EXPECT_EQ(page(state).at("percept").at("closeness"), 0.7);
+  EXPECT_FALSE(page(state).at("percept").at("unseen"));
+  state.percept.condition = messages::PerceptCondition::kSpaceUnseen;
+  EXPECT_TRUE(page(state).at("percept").at("unseen"));
 }
 
 TEST(PageState, SR23_TellsWhereTheModelIsInDoubtAndWhatWouldExplainIt) {

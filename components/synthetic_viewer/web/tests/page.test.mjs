@@ -93,6 +93,16 @@ test('the figures of the state stand on the page', async () => {
   for (const [id, expected] of Object.entries(unknown)) assert.equal(page.text(id), expected, id);
 });
 
+test('a place that no depth camera sees is said to be one', async () => {
+  const page = await open();
+  assert.equal(page.byId('unseen').hidden, true);
+  page.hear({percept: {unseen: true}});
+  assert.equal(page.byId('unseen').hidden, false);
+  assert.equal(page.text('unseen'), 'No camera sees this space: by the model alone');
+  page.hear({percept: {unseen: false}});
+  assert.equal(page.byId('unseen').hidden, true);
+});
+
 test('a quality that is not 100 % is never shown as 100 %', async () => {
   const page = await open({change: linkOf({quality: 0.99999})});
   assert.equal(page.text('quality'), '99.9 %');
