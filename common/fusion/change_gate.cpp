@@ -32,6 +32,39 @@ bool any(const BlockBits& bits) {
   return std::any_of(bits.begin(), bits.end(), [](std::uint64_t word) { return word != 0; });
 }
 
+/// Returns the voxels of `bits` that are, or are neighbours of, those of `from`, which are of `bits`.
+BlockBits grown(const BlockBits& from, const BlockBits& bits) {
+  constexpr std::uint64_t kNotFirst = 0xFEFEFEFEFEFEFEFE, kNotLast = 0x7F7F7F7F7F7F7F7F;  // of each row
+  BlockBits flat, next;
+  for (std::size_t z = 0; z < flat.size(); ++z) {
+    const std::uint64_t rows = from[z] | (from[z] << 1 & kNotFirst) | (from[z] >> 1 & kNotLast);
+    flat[z] = rows | rows << 8 | rows >> 8;
+  }
+  for (std::size_t z = 0; z < flat.size(); ++z)
+    next[z] = bits[z] & (flat[z] | (z > 0 ? flat[z - 1] : 0) | (z + 1 < flat.size() ? flat[z + 1] : 0));
+  return next;
+}
+
+/// Calls visit(part, voxel) for each part of a block that is connected within the block, and one of its
+/// voxels.
+template <class Visit>
+void for_each_part(Index3 block, const BlockBits& bits, const Visit& visit) {
+  BlockBits left = bits;
+  for (std::size_t z = 0; z < left.size(); ++z) {
+    while (left[z] != 0) {
+      BlockBits part{}, next{};
+      next[z] = left[z] & -left[z];
+      const int bit = std::countr_zero(left[z]);
+      while (next != part) {
+        part = next;
+        next = grown(part, bits);
+      }
+      for (std::size_t i = 0; i < part.size(); ++i) left[i] &= ~part[i];
+      visit(part, kBlockEdge * block + Index3{bit % 8, bit / 8, static_cast<std::int32_t>(z)});
+    }
+  }
+}
+
 /// Returns the bits of a row at x − 1, x and x + 1; voxels beyond the row are 0.
 unsigned three_bits(const std::uint64_t* row, std::int32_t x, std::int32_t length) {
   const std::int32_t in_word = x & 63;
@@ -152,13 +185,17 @@ bool ChangeGate::is_small(const workspace::BitVolume& bits, Index3 v) const noex
     const auto end = found.begin() + static_cast<std::ptrdiff_t>(count);
     return std::find(found.begin(), end, n) != end;
   };
-  const auto enough = static_cast<std::size_t>(min_component_vox_);
-  for (std::size_t i = 0; i < count && count < enough; ++i) {
+  for (std::size_t i = 0; i < count && count < enough(); ++i) {
     for_each_around(bits, found[i], [&](Index3 n) {
-      if (count < enough && !is_found(n)) found[count++] = n;
+      if (count < enough() && !is_found(n)) found[count++] = n;
     });
   }
-  return count < enough;
+  return count < enough();
+}
+
+/// The same of a voxel's part of a block: what is large within its block is so with its neighbours, too.
+bool ChangeGate::is_small(const workspace::BitVolume& bits, const BlockBits& part, Index3 v) const noexcept {
+  return count_of(part) < enough() && is_small(bits, v);
 }
 
 /// Sets the voxels that would change in the volume of candidates.
@@ -201,8 +238,9 @@ bool ChangeGate::is_open(const FusedBlock& block) noexcept {
 void ChangeGate::hold_small_changes(FusedBlock& block, Settled& settled) noexcept {
   BlockBits change, small{};
   for (std::size_t z = 0; z < change.size(); ++z) change[z] = block.appears[z] | block.vanishes[z];
-  for_each_voxel(block.place, change, [&](Index3 v) {
-    if (is_small(candidates_, v)) small[static_cast<std::size_t>(v.z & 7)] |= bit_of(v.x & 7, v.y & 7);
+  for_each_part(block.place, change, [&](const BlockBits& part, Index3 v) {
+    if (!is_small(candidates_, part, v)) return;
+    for (std::size_t z = 0; z < small.size(); ++z) small[z] |= part[z];
   });
   if (!any(small) || is_open(block)) return;
   for (std::size_t z = 0; z < small.size(); ++z) {
@@ -226,11 +264,13 @@ void ChangeGate::publish(FusedBlock& block) noexcept {
 void ChangeGate::hold_speckle(FusedBlock& block, Settled& settled) noexcept {
   if (!any(block.appears)) return;
   BlockBits held{};
-  for_each_voxel(block.place, block.appears, [&](Index3 v) {
-    if (!is_small(published_, v)) return;
-    flip(v);
-    held[static_cast<std::size_t>(v.z & 7)] |= bit_of(v.x & 7, v.y & 7);
+  for_each_part(block.place, block.published, [&](const BlockBits& part, Index3 v) {
+    BlockBits fresh;
+    for (std::size_t z = 0; z < held.size(); ++z) fresh[z] = part[z] & block.appears[z];
+    if (!any(fresh) || !is_small(published_, part, v)) return;
+    for (std::size_t z = 0; z < held.size(); ++z) held[z] |= fresh[z];
   });
+  flip(block.place, held);
   for (std::size_t z = 0; z < held.size(); ++z) {
     block.appears[z] &= ~held[z];
     block.once[z] |= held[z];

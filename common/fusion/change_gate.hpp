@@ -58,11 +58,13 @@ class ChangeGate {
   std::size_t bytes() const noexcept;
 
  private:
+  std::size_t enough() const noexcept { return static_cast<std::size_t>(min_component_vox_); }
   BlockBits in_grid(workspace::Index3 block) const noexcept;
   void flip(workspace::Index3 v) noexcept;
   void flip(workspace::Index3 block, const BlockBits& bits) noexcept;
   void mark_changed(workspace::Index3 block) noexcept;
   bool is_small(const workspace::BitVolume& bits, workspace::Index3 v) const noexcept;
+  bool is_small(const workspace::BitVolume& bits, const BlockBits& part, workspace::Index3 v) const noexcept;
   void set_candidates() noexcept;
   void clear_candidates() noexcept;
   bool is_open(const FusedBlock& block) noexcept;

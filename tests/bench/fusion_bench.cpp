@@ -186,10 +186,11 @@ void frame_and_look_ups(benchmark::State& state) {
   for (std::size_t i = 0; i < kSettling; ++i) fusion.integrate(still_cell()[i % still_cell().size()]);
   published.update(fusion);
   const std::vector<Eigen::Vector3d> places_m = looked_up_places();
+  const std::vector<fusion::DepthImage>& images = moving_hand();
   std::size_t next = 0;
   for (auto _ : state) {
     fusion.clear_changes();
-    benchmark::DoNotOptimize(fusion.integrate(moving_hand()[next++ % moving_hand().size()]));
+    benchmark::DoNotOptimize(fusion.integrate(images[next++ % images.size()]));
     published.update(fusion);
     float sum = 0.0F;
     for (const Eigen::Vector3d& place_m : places_m) sum += published.mu(place_m);

@@ -3,7 +3,10 @@
 
 #include <gtest/gtest.h>
 
+#include <functional>
 #include <random>
+#include <set>
+#include <vector>
 
 namespace phantom::fusion {
 namespace {
@@ -11,26 +14,33 @@ namespace {
 using workspace::Index3;
 using workspace::VoxelBox;
 
+/// A frame that sees the voxels that `seen` names and finds those that `occupied` names occupied, the others
+/// in front.
+ChangeGate::Settled vote_and_settle(BlockPool& pool, ChangeGate& gate,
+                                    const std::function<bool(Index3)>& occupied,
+                                    const std::function<bool(Index3)>& seen) {
+  pool.box().for_each([&](Index3 block) {
+    FusedBlock* fused = pool.find(block);
+    if (fused == nullptr) fused = pool.allocate(pool.box().index(block));
+    detail::BlockVotes votes{};
+    voxels_of(block).for_each([&](Index3 v) {
+      const auto z = static_cast<std::size_t>(v.z & 7);
+      const std::uint64_t bit = bit_of(v.x & 7, v.y & 7);
+      if (!seen(v)) return;
+      votes.observed[z] |= bit;
+      (occupied(v) ? votes.occupied : votes.in_front)[z] |= bit;
+    });
+    gate.vote(*fused, votes, false);
+  });
+  return gate.settle();
+}
+
 class Gate : public testing::Test {
  protected:
-  /// A frame that sees all voxels and finds just these occupied, or in front.
   ChangeGate::Settled frame(
       const std::function<bool(Index3)>& occupied,
       const std::function<bool(Index3)>& seen = [](Index3) { return true; }) {
-    pool.box().for_each([&](Index3 block) {
-      FusedBlock* fused = pool.find(block);
-      if (fused == nullptr) fused = pool.allocate(pool.box().index(block));
-      detail::BlockVotes votes{};
-      voxels_of(block).for_each([&](Index3 v) {
-        const auto z = static_cast<std::size_t>(v.z & 7);
-        const std::uint64_t bit = bit_of(v.x & 7, v.y & 7);
-        if (!seen(v)) return;
-        votes.observed[z] |= bit;
-        (occupied(v) ? votes.occupied : votes.in_front)[z] |= bit;
-      });
-      gate.vote(*fused, votes, false);
-    });
-    return gate.settle();
+    return vote_and_settle(pool, gate, occupied, seen);
   }
   std::size_t published() const { return gate.published().count(); }
 
@@ -90,6 +100,45 @@ TEST_F(Gate, HoldsBackSpeckle) {
   for (int i = 0; i < 100; ++i) frame([&](Index3 v) { return speckle.contains(v) || enough.contains(v); });
   EXPECT_EQ(published(), 8U);
   EXPECT_FALSE(gate.published().get(speckle.min));
+}
+
+/// Literal: the voxels in components of at least 8, connected through 26 neighbours.
+std::set<Index3> large_components(std::set<Index3> left) {
+  std::set<Index3> large;
+  while (!left.empty()) {
+    std::vector<Index3> component{*left.begin()};
+    left.erase(left.begin());
+    for (std::size_t i = 0; i < component.size(); ++i) {
+      VoxelBox{component[i] - Index3{1, 1, 1}, {3, 3, 3}}.for_each([&](Index3 n) {
+        if (left.erase(n) != 0) component.push_back(n);
+      });
+    }
+    if (component.size() >= 8) large.insert(component.begin(), component.end());
+  }
+  return large;
+}
+
+TEST(ScatteredMatter, IsPublishedInComponentsThatAreLargeEnoughAcrossBlocks) {
+  for (const unsigned per_thousand : {20U, 40U, 60U, 80U, 110U, 150U}) {
+    std::mt19937 random(per_thousand);
+    std::set<Index3> there;
+    const workspace::GridSpec grid{{}, 0.005, {70, 30, 20}};
+    VoxelBox::of(grid).for_each([&](Index3 v) {
+      if (random() % 1000 < per_thousand) there.insert(v);
+    });
+    BlockPool pool(grid, 200);
+    ChangeGate gate(grid, pool, 8);
+    for (std::uint32_t i = 0; i < 2 * kSmallChangeTurns; ++i)
+      vote_and_settle(
+          pool, gate, [&](Index3 v) { return there.contains(v); }, [](Index3) { return true; });
+    std::set<Index3> published;
+    VoxelBox::of(grid).for_each([&](Index3 v) {
+      if (gate.published().get(v)) published.insert(v);
+    });
+    const std::set<Index3> expected = large_components(there);
+    EXPECT_EQ(published, expected) << per_thousand << " voxels of 1000: " << expected.size() << " of "
+                                   << there.size() << " are in large components";
+  }
 }
 
 TEST_F(Gate, ClearsWhatALargerComponentLeavesBehind) {
