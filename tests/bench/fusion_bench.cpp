@@ -136,6 +136,12 @@ void frames(benchmark::State& state, const std::vector<fusion::DepthImage>& imag
   const std::vector<fusion::DepthImage>& still = still_cell();
   for (std::size_t i = 0; i < kSettling; ++i) fusion.integrate(still[i % still.size()]);
   if (with_layers) published.update(fusion);
+  // A round of images, so that the memory that changes take is there as in a system that runs.
+  for (std::size_t i = 0; with_layers && i < images.size(); ++i) {
+    fusion.clear_changes();
+    fusion.integrate(images[i]);
+    published.update(fusion);
+  }
   FrameTimes times;
   for (auto _ : state) {
     for (std::size_t i = 0; i < 100; ++i) {
@@ -150,19 +156,26 @@ void frames(benchmark::State& state, const std::vector<fusion::DepthImage>& imag
   state.counters["MB"] = 1e-6 * static_cast<double>(fusion.bytes());
 }
 
-/// All that is published in the first frames of an empty grid, at once.
+/// All that is published of the cell, at once, where its space was unknown and free: once to have the memory,
+/// as a system that runs has it, and once more.
 void everything(benchmark::State& state) {
   double most_ms = 0.0;
   for (auto _ : state) {
-    state.PauseTiming();
-    Fusion fusion = cell_fusion();
+    fusion::FusionParameters parameters;
+    parameters.grid = fusion::scenes::cell_grid();
+    parameters.unknown = fusion::UnknownPolicy::kFree;
+    Fusion fusion = Fusion::create(parameters).value();
     PublishedLayers published(fusion.grid());
-    fusion.integrate(still_cell()[0]);
-    state.ResumeTiming();
-    const double from_ms = processor_time_ms();
-    fusion.integrate(still_cell()[1]);
-    published.update(fusion);
-    most_ms = std::max(most_ms, processor_time_ms() - from_ms);
+    for (int turn = 0; turn < 2; ++turn) {
+      fusion.forget(workspace::VoxelBox::of(fusion.grid()));
+      published.update(fusion);
+      fusion.integrate(still_cell()[0]);
+      fusion.clear_changes();
+      const double from_ms = processor_time_ms();
+      fusion.integrate(still_cell()[1]);
+      published.update(fusion);
+      if (turn > 0) most_ms = std::max(most_ms, processor_time_ms() - from_ms);
+    }
   }
   state.counters["most_ms"] = most_ms;
 }
