@@ -291,6 +291,30 @@ TEST_F(LiveSystem, ThePerceptSaysWhenNoCameraSeesItsPlaceAnyMore) {
   EXPECT_TRUE(says(PERCEPT_SPACE_UNSEEN)) << "nothing is heard of it";
 }
 
+TEST_F(LiveSystem, WhatWasRecordedOfACameraIsSeenAsTheCameraWas) {
+  const auto recorder = [&](std::vector<std::string> words) {
+    words.insert(words.begin(), {PHANTOM_BIN_DIR "/dds_recorder", "--deployment", path("topology.yaml")});
+    return words;
+  };
+  {
+    Process recording(recorder({"record", "--topics", "depth_image", "--folder", path("recorded")}),
+                      folder_ / "dds_recorder.log");
+    ASSERT_TRUE(eventually([&] { return said("dds_recorder").find("recording") != std::string::npos; }))
+        << recording.output();
+    camera_->put_box(true);
+    ASSERT_TRUE(eventually([&] { return live_voxels() > 100; }));
+    const int taken = camera_->taken();
+    ASSERT_TRUE(eventually([&] { return camera_->taken() > taken + 40; }));
+    EXPECT_EQ(recording.end(SIGINT), 0) << recording.output();
+  }
+  camera_->put_box(false);
+  ASSERT_TRUE(eventually([&] { return live_voxels() < 20; }));
+  camera_->send(false);
+  Process replay(recorder({"replay", path("recorded"), "--beside-live", "--loop"}), folder_ / "replay.log");
+  EXPECT_TRUE(eventually([&] { return live_voxels() > 100; })) << replay.output();
+  EXPECT_EQ(replay.end(SIGINT), 0) << replay.output();
+}
+
 TEST_F(LiveSystem, ACameraThatIsFrozenIsToldToo) {
   camera_->put_box(true);
   ASSERT_TRUE(eventually([&] { return live_voxels() > 100; }));
