@@ -98,7 +98,7 @@ test('a place that no depth camera sees is said to be one', async () => {
   assert.equal(page.byId('unseen').hidden, true);
   page.hear({percept: {unseen: true}});
   assert.equal(page.byId('unseen').hidden, false);
-  assert.equal(page.text('unseen'), 'No camera sees this space: by the model alone');
+  assert.equal(page.text('unseen'), 'No camera sees this space');
   page.hear({percept: {unseen: false}});
   assert.equal(page.byId('unseen').hidden, true);
 });
