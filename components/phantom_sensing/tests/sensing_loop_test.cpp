@@ -117,7 +117,7 @@ TEST_F(Loop, EachStateGivesOneTickWithItsEchoes) {
 }
 
 // Tries phantom_sensing: depth cameras watch the workspace, but not the space around the place
-TEST_F(Loop, APerceptInSpaceThatNoCameraSeesSaysSo) {
+TEST_F(Loop, SR29_APerceptInSpaceThatNoCameraSeesSaysSo) {
   give_workspace();
   core::Nanoseconds now_ns = kNsPerMillisecond;
   std::uint64_t number = 0;

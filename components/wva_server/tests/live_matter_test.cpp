@@ -263,7 +263,7 @@ TEST_F(Live, AFrozenThingStaysWhateverCamerasSeeThere) {
   EXPECT_EQ(cell_.content_hash(), with_it) << "it has its id again";
 }
 
-TEST_F(Live, ADiscardedThingIsNotFeltUntilItHasGoneOrIsRestored) {
+TEST_F(Live, SR29_ADiscardedThingIsNotFeltUntilItHasGoneOrIsRestored) {
   LiveCell cell_ = activated(cell());
   ASSERT_TRUE(cell_.begin_live(rules().profile, 8));
   LiveMatter matter = LiveMatter::create(cell_.workspace().grid(), rules()).value();
