@@ -47,12 +47,12 @@ class SeenSpace {
   std::array<std::uint8_t, messages::kMaxSpaceCubes> ages_{};
 };
 
-/// Whether the percept says that the space around its place is unseen: at once when it is, and until it has
-/// been seen for kHold_ns, so that a place that passes from cube to cube does not make it flicker.
+/// Whether a percept is marked because the space around its place is unseen: at once when it is, and until it
+/// has been seen for kHold_ns, so that a place that passes from cube to cube does not make the mark flicker.
 class UnseenSpaceWatch {
  public:
   static constexpr core::Nanoseconds kHold_ns = core::kNsPerSecond;
-  /// Returns whether it says so. Real-time safe: yes.
+  /// Returns whether the percept is marked. Call it at each tick. Real-time safe: yes.
   bool step(bool unseen, core::Nanoseconds now_ns) noexcept {
     if (unseen) until_ns_ = now_ns + kHold_ns;
     return now_ns < until_ns_;

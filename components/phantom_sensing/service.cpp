@@ -376,9 +376,12 @@ int run_service(const runtime::ProcessOptions& options, const runtime::Deploymen
     core::Health health = health_of(now, model, others);
     health.loops = {loop.progress().statistics(), relay.progress().statistics(),
                     workspace.progress().statistics()};
-    if (now.figures.condition != logged)
-      spdlog::info("{}", health.message.empty() ? "sensing" : health.message);
-    logged = now.figures.condition;
+    // That a place is unseen comes and goes as the arm moves: the page shows it, the log would fill.
+    const PerceptCondition to_log = now.figures.condition == PerceptCondition::kSpaceUnseen
+                                        ? PerceptCondition::kFresh
+                                        : now.figures.condition;
+    if (to_log != logged) spdlog::info("{}", health.message.empty() ? "sensing" : health.message);
+    logged = to_log;
     adapter.publish_status(health);
   } while (runtime::sleep_unless_stopped(kPoll_s));
 

@@ -289,6 +289,8 @@ TEST_F(LiveSystem, ThePerceptSaysWhenNoCameraSeesItsPlaceAnyMore) {
   EXPECT_TRUE(says(PERCEPT_FRESH));
   seeing_->end(SIGKILL);
   EXPECT_TRUE(says(PERCEPT_SPACE_UNSEEN)) << "nothing is heard of it";
+  EXPECT_THAT(read_text(folder_ / "phantom_sensing.log"), testing::Not(HasSubstr("no depth camera")))
+      << "it comes and goes: the log would fill";
 }
 
 TEST_F(LiveSystem, WhatWasRecordedOfACameraIsSeenAsTheCameraWas) {

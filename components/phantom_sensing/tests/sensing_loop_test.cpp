@@ -143,6 +143,36 @@ TEST_F(Loop, SR29_APerceptInSpaceThatNoCameraSeesSaysSo) {
   EXPECT_EQ(condition(3 * core::kNsPerSecond), PerceptCondition::kSpaceUnseen) << "nothing was heard for 3 s";
 }
 
+TEST_F(Loop, InFreeSpaceTheFastestInterestPointIsLookedAt) {
+  give_workspace();
+  PhantomModel with_points = rig::suspended_model();
+  with_points.interest_points = {{"carriage", 1, {0.05, 0, 0}}, {"tip", 7, {0, 0, 0}}};
+  robot::LinkPoses X_WL;
+  with_points.arm.link_poses({-0.5}, X_WL);
+  messages::SpaceView view;  // of the space around the tip alone, which was never seen
+  view.cube_m = 0.2;
+  view.origin_m = messages::vector_of(X_WL[7].translation_m - Eigen::Vector3d::Constant(0.1));
+  view.size_x = view.size_y = view.size_z = 1;
+  view.ages = {messages::kSpaceNeverSeen};
+  const auto condition = [&](double max_view_age_s, double turning_rad_s) {
+    Config config;
+    config.max_view_age_s = max_view_age_s;
+    SensingLoop loop(with_points, config, keeper_, seen_);
+    loop.know_seen(SeenSpace(view, kNsPerMillisecond));
+    SlaveSample sample;
+    sample.stamp = {1, kNsPerMillisecond, 77};
+    sample.received_ns = kNsPerMillisecond;
+    sample.position[0] = -0.5;  // far from the wall
+    sample.velocity[2] = turning_rad_s;
+    loop.offer(sample);
+    loop.turn(kNsPerMillisecond);
+    return seen_.conditions.back();
+  };
+  EXPECT_EQ(condition(3.0, 0.3), PerceptCondition::kSpaceUnseen);
+  EXPECT_EQ(condition(3.0, 0.0), PerceptCondition::kFresh) << "at rest none is the fastest";
+  EXPECT_EQ(condition(0.0, 0.3), PerceptCondition::kFresh) << "that is not to be said";
+}
+
 TEST_F(Loop, TheNewestStateWins) {
   give_workspace();
   for (std::uint64_t i = 1; i <= 7; ++i) offer(i, 1000);

@@ -11,7 +11,8 @@ namespace phantom::phantom_sensing {
 using messages::PerceptCondition;
 
 constexpr bool is_valid(PerceptCondition condition) noexcept {
-  return condition <= PerceptCondition::kWorkspaceBehind || condition >= PerceptCondition::kModelInDoubt;
+  return condition <= PerceptCondition::kWorkspaceBehind || condition == PerceptCondition::kModelInDoubt ||
+         condition == PerceptCondition::kSpaceUnseen;
 }
 
 /// Decides whether the workspace in use is current. It stays valid while no newer one is announced, also when
