@@ -58,7 +58,8 @@ NEEDS = {
     "namespaces": (lambda: subprocess.run(["unshare", "--net", "true"], stderr=subprocess.DEVNULL).returncode == 0, "network namespaces"),
     "qemu": (lambda: shutil.which("qemu-system-x86_64") is not None, "qemu-system-x86"),
     "clang": (lambda: shutil.which("clang++") is not None, "clang"),
-    "scans": (lambda: Path("/usr/share/doc/opencv-doc/examples/surface_matching/data").is_dir(), "scripts/setup --data"),
+    "scans": (lambda: Path("/usr/share/doc/opencv-doc/examples/surface_matching/data").is_dir() and
+              Path("/usr/share/mrpt/datasets").is_dir(), "scripts/setup --data"),
     "mirror": (has_apt_mirror, "a mirror of Debian"),
 }
 HOST = ("root", "namespaces")
@@ -99,7 +100,7 @@ STAGES = [
           needs=("root", "mirror", "qemu"), targets=("all",), commands=("scripts/test_packages --vm {build}",)),
     Stage("other_release", "the other release of Debian: the demo, the tests of DDS, a site of both releases", "40", needs=("root", "mirror"),
           targets=("all",), commands=("scripts/test_debian {other} --ci",)),
-    ctest_stage("real_data", "depth images, fusion and pose checks on a scanned thing and on captured rooms", "3", needs=("scans",)),
+    ctest_stage("real_data", "depth images, fusion and pose checks on a scanned thing, a real range image and captured rooms", "3", needs=("scans",)),
     ctest_stage("seeded_faults", "the tool that seeds faults works", "2"),
     Stage("all_seeded_faults", "each fault that is seeded into the code is found by a test", "60", commands=("scripts/checks/seeded_faults --all",)),
     Stage("without_scene", "the operator's page of a viewer that is built without the browser's scene", "10",
