@@ -136,6 +136,37 @@ std::optional<CameraOffset> CameraAlignment::offset(const fusion::DepthImage& im
   return offset;
 }
 
+CameraAlignment::View CameraAlignment::view(const fusion::DepthImage& image,
+                                            std::span<const float> arm_depth_m) const {
+  const fusion::PinholeCamera& camera = image.camera();
+  const bool drawn = is_for(camera, image.X_WC());
+  View of_model, of_all;
+  for (int v = 0; v < camera.height_px; v += kStep_px) {
+    for (int u = 0; u < camera.width_px; u += kStep_px) {
+      const auto pixel = static_cast<std::size_t>(v * camera.width_px + u);
+      if (!arm_depth_m.empty() && arm_depth_m[pixel] > 0.0F) continue;
+      const auto seen_m = static_cast<double>(image.depth_m(u, v)),
+                 model_m = drawn ? static_cast<double>(surface_[pixel].point_m.z()) : 0.0;
+      ++of_all.expected;
+      of_all.hidden += seen_m == 0.0 ? 1 : 0;
+      if (model_m < camera.min_depth_m || model_m > camera.max_depth_m) continue;
+      ++of_model.expected;
+      of_model.hidden += seen_m < model_m - kGate_m ? 1 : 0;
+    }
+  }
+  return of_model.expected >= kMinPixels ? of_model : of_all;
+}
+
+void CoverWatch::put(const CameraAlignment::View& view) {
+  if (view.expected < CameraAlignment::kMinPixels) return;
+  const double hidden = static_cast<double>(view.hidden) / static_cast<double>(view.expected);
+  const bool otherwise = covered_ ? hidden < kOpen : hidden > kCovered;
+  against_ = otherwise ? against_ + 1 : 0;
+  if (against_ < kConfirmations) return;
+  covered_ = !covered_;
+  against_ = 0;
+}
+
 /// Takes what is determined of a turn and a shift.
 void KnockWatch::judge(const CameraOffset& offset, const Eigen::Vector3d& turn_rad,
                        const Eigen::Vector3d& shift_m) {

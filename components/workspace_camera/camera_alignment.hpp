@@ -41,6 +41,15 @@ class CameraAlignment {
   std::optional<CameraOffset> offset(const fusion::DepthImage& image,
                                      std::span<const float> arm_depth_m) const;
 
+  /// What of the model a camera should see, in every second pixel, that of the arm left out.
+  struct View {
+    std::size_t expected = 0;  ///< pixels in which the model has a surface that the camera can measure
+    std::size_t hidden = 0;    ///< of which nothing was measured, or something before it
+  };
+  /// If the model has less than kMinPixels in view, or was not drawn, the camera should see something
+  /// everywhere.
+  View view(const fusion::DepthImage& image, std::span<const float> arm_depth_m) const;
+
   static constexpr double kGate_m = 0.05;
   static constexpr std::size_t kMinPixels = 500;
 
@@ -53,6 +62,21 @@ class CameraAlignment {
   fusion::PinholeCamera camera_;
   geometry::Pose X_WC_;
   std::vector<Surface> surface_;  // by pixel
+};
+
+/// Monitors whether a camera is covered: whether it sees hardly anything of what it should. One camera.
+class CoverWatch {
+ public:
+  static constexpr double kCovered = 0.95, kOpen = 0.85;  ///< shares of what is hidden
+  static constexpr int kConfirmations = 2;                ///< successive images
+
+  /// Takes what an image shows; one with less than CameraAlignment::kMinPixels says nothing.
+  void put(const CameraAlignment::View& view);
+  bool covered() const { return covered_; }
+
+ private:
+  int against_ = 0;  // successive images that say otherwise
+  bool covered_ = false;
 };
 
 /// Monitors the extrinsic calibration of a camera: it was knocked if its offset differs from that of its

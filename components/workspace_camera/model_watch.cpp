@@ -40,26 +40,30 @@ void ModelWatch::set_carried(const std::set<std::uint16_t>& ids) {
     if (before.contains(objects_[i].id) != carried_.contains(objects_[i].id)) pass(i);
 }
 
+void ModelWatch::draw(Camera& camera, const fusion::DepthImage& image) const {
+  if (camera.drawn && camera.alignment.is_for(image.camera(), image.X_WC())) return;
+  std::vector<Place> places;
+  for (std::size_t i = 0; i < objects_.size(); ++i) places.push_back(place_of(i));
+  camera.alignment.set_model(image.camera(), image.X_WC(), objects_, places);
+  camera.drawn = true;
+}
+
 bool ModelWatch::take(std::size_t index, const fusion::DepthImage& image, std::span<const float> arm_depth_m,
                       core::Nanoseconds now_ns) {
   Camera& camera = cameras_[index];
-  bool changed = false;
-  if (camera.fixed && now_ns >= camera.due_ns) {
+  const auto is_wrong = [&camera] { return camera.watch.knocked() || camera.watch.misplaced(); };
+  const bool was_wrong = is_wrong(), was_covered = camera.cover.covered();
+  if (now_ns >= camera.due_ns) {
     camera.due_ns = now_ns + kKnockPeriod_ns;
-    if (!camera.drawn || !camera.alignment.is_for(image.camera(), image.X_WC())) {
-      std::vector<Place> places;
-      for (std::size_t i = 0; i < objects_.size(); ++i) places.push_back(place_of(i));
-      camera.alignment.set_model(image.camera(), image.X_WC(), objects_, places);
-      camera.drawn = true;
+    if (camera.fixed) {
+      draw(camera, image);
+      if (const auto offset = camera.alignment.offset(image, arm_depth_m)) camera.watch.put(*offset);
     }
-    const auto is_wrong = [&camera] { return camera.watch.knocked() || camera.watch.misplaced(); };
-    const bool before = is_wrong();
-    if (const auto offset = camera.alignment.offset(image, arm_depth_m)) camera.watch.put(*offset);
-    changed = before != is_wrong();
-    if (changed) checker_.forget_camera(index);
+    camera.cover.put(camera.alignment.view(image, arm_depth_m));
+    if (was_wrong != is_wrong()) checker_.forget_camera(index);
   }
-  if (!camera.watch.knocked() && !camera.watch.misplaced()) checker_.offer(index, image, arm_depth_m, now_ns);
-  return changed;
+  if (!is_wrong()) checker_.offer(index, image, arm_depth_m, now_ns);
+  return was_wrong != is_wrong() || was_covered != camera.cover.covered();
 }
 
 std::vector<std::string> ModelWatch::sentences() const {
@@ -75,6 +79,12 @@ std::vector<std::string> ModelWatch::sentences() const {
           "camera '{}' was knocked, or most of what it sees has moved: calibrate it, and start again",
           camera.name));
   }
+  for (const Camera& camera : cameras_)
+    if (camera.cover.covered())
+      all.push_back(
+          fmt::format("camera '{}' sees hardly anything of what is there: it is covered, or "
+                      "something stands close before it",
+                      camera.name));
   for (const ConfirmedFinding& one : findings())
     if (one.finding.verdict != PoseVerdict::kAgrees) all.push_back(sentence(one.finding));
   return all;

@@ -12,8 +12,9 @@
 
 namespace phantom::workspace_camera {
 
-/// Compares images with the model: objects that do not stand where the model has them, and fixed cameras that
-/// were knocked. While a camera is knocked, what it says of objects does not count. One thread.
+/// Compares images with the model: objects that do not stand where the model has them, fixed cameras that
+/// were knocked, and cameras that are covered. While a camera is knocked, what it says of objects does not
+/// count. One thread.
 class ModelWatch {
  public:
   /// `X_WO`: where the model has each object.
@@ -23,7 +24,8 @@ class ModelWatch {
   void place(std::uint16_t id, const Place& X_WO);
   /// Takes what arms carry: it stands nowhere.
   void set_carried(const std::set<std::uint16_t>& ids);
-  /// Takes an image that was fused. Returns whether a camera was just found to be knocked, or no longer.
+  /// Takes an image that was fused. Returns whether a camera was just found to be knocked or covered, or no
+  /// longer.
   bool take(std::size_t camera, const fusion::DepthImage& image, std::span<const float> arm_depth_m,
             core::Nanoseconds now_ns);
   /// Returns what is confirmed of each object (ConfirmedFindings::reported()).
@@ -40,9 +42,11 @@ class ModelWatch {
     bool fixed = true, drawn = false;
     CameraAlignment alignment;
     KnockWatch watch;
+    CoverWatch cover;
     core::Nanoseconds due_ns = 0;
   };
 
+  void draw(Camera& camera, const fusion::DepthImage& image) const;
   void pass(std::size_t object);
   Place place_of(std::size_t object) const;
 
