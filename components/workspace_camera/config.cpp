@@ -40,6 +40,22 @@ void read_files(const Fields& files, const std::filesystem::path& base, FileOpti
   files.flag("repeat", options.repeat);
 }
 
+void read_openni(const Fields& openni, const std::filesystem::path& base, OpenNiOptions& options) {
+  openni.text("device", options.device);
+  if (options.is_recording()) options.device = (base / options.device).string();
+  openni.number("width_px", options.width_px);
+  openni.number("height_px", options.height_px);
+  openni.number("rate_hz", options.rate_hz);
+  openni.number("focal_px", options.focal_px);
+  openni.check(options.focal_px == 0.0 || options.focal_px >= 10.0, "focal_px",
+               "is below 10; allowed: 0, or 10 to 5000 px");
+  openni.number("latency_s", options.latency_s);
+  openni.number("min_depth_m", options.min_depth_m);
+  openni.number("max_depth_m", options.max_depth_m);
+  openni.check(options.max_depth_m > options.min_depth_m, "max_depth_m",
+               "is not above min_depth_m; allowed: more than that, up to 20 m");
+}
+
 void read_simulated(const Fields& sim, SimulatedOptions& options) {
   options.camera = read_pinhole(sim);
   sim.number("rate_hz", options.rate_hz);
@@ -61,14 +77,26 @@ geometry::Pose read_place(const Fields& fields) {
 CameraConfig read_camera(const Fields& fields, const std::filesystem::path& base) {
   CameraConfig camera;
   fields.text("name", camera.name);
-  fields.choice(
-      "driver", camera.driver,
-      {{"topic", CameraDriver::kTopic}, {"sim", CameraDriver::kSimulated}, {"files", CameraDriver::kFiles}});
+  fields.choice("driver", camera.driver,
+                {{"topic", CameraDriver::kTopic},
+                 {"sim", CameraDriver::kSimulated},
+                 {"files", CameraDriver::kFiles},
+                 {"openni", CameraDriver::kOpenNi}});
   camera.X_FC = read_place(fields);
   fields.text("link", camera.link);
   read_simulated(fields.section("sim"), camera.simulated);
   read_files(fields.section("files"), base, camera.files);
+  read_openni(fields.section("openni"), base, camera.openni);
   return camera;
+}
+
+/// What a dead camera has seen becomes unseen: where its matter is to end, that is free unless said
+/// otherwise.
+fusion::UnknownPolicy read_policy(const Fields& fields, const char* key, OnLoss on_loss) {
+  using enum fusion::UnknownPolicy;
+  fusion::UnknownPolicy policy = kIgnore;
+  fields.choice(key, policy, {{"ignore", kIgnore}, {"free", kFree}, {"occupied", kOccupied}});
+  return policy == kIgnore && on_loss == OnLoss::kEnd ? kFree : policy;
 }
 
 Thing read_thing(const Fields& fields) {
@@ -136,8 +164,17 @@ WorkspaceCameraConfig load_config(const std::filesystem::path& path) {
   fusion.number("max_blocks", config.fusion.max_blocks);
   fusion.number("sigma_at_1m_m", config.fusion.sigma.at_1m_m);
   fusion.number("min_component_vox", config.fusion.min_component_vox);
-  config.fusion.unknown =
-      config.on_loss == OnLoss::kEnd ? fusion::UnknownPolicy::kFree : fusion::UnknownPolicy::kIgnore;
+  config.fusion.unknown = read_policy(fusion, "unseen", config.on_loss);
+  for (const Fields& fields : file.sections("unseen_regions")) {
+    UnseenRegion& region = config.unseen_regions.emplace_back();
+    region.min_m = fields.vector3("min_m");
+    region.max_m = fields.vector3("max_m");
+    fields.check((region.max_m - region.min_m).minCoeff() > 0.0, "max_m",
+                 "is not above min_m; allowed: more than that along each axis");
+    region.policy = read_policy(fields, "policy", config.on_loss);
+  }
+  file.check(config.unseen_regions.size() <= fusion::kMaxUnknownRegions, "unseen_regions",
+             "has too many; allowed: 0 to 1000");
   const Fields poses = file.section("pose_check");
   poses.number("every_s", config.pose_check.every_s);
   poses.number("tolerance_m", config.pose_check.tolerance_m);

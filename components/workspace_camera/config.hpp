@@ -7,11 +7,12 @@
 #include "common/fusion/depth_noise.hpp"
 #include "common/fusion/fusion_parameters.hpp"
 #include "components/workspace_camera/file_camera.hpp"
+#include "components/workspace_camera/openni_camera.hpp"
 #include "components/workspace_camera/pose_check.hpp"
 
 namespace phantom::workspace_camera {
 
-enum class CameraDriver : std::uint8_t { kTopic, kSimulated, kFiles };
+enum class CameraDriver : std::uint8_t { kTopic, kSimulated, kFiles, kOpenNi };
 
 /// Where a simulated camera's images come from.
 struct SimulatedOptions {
@@ -28,6 +29,7 @@ struct CameraConfig {
   std::string link;     ///< of the arm; empty: fixed in W
   SimulatedOptions simulated;
   FileOptions files;
+  OpenNiOptions openni;
 };
 
 /// A thing in the world of simulated cameras that the model does not know. Times count from the start.
@@ -55,13 +57,20 @@ struct Displacement {
 
 enum class OnLoss : std::uint8_t { kKeep, kEnd };
 
+/// A part of the workspace with a policy of its own for what no camera has seen.
+struct UnseenRegion {
+  Eigen::Vector3d min_m = Eigen::Vector3d::Zero(), max_m = Eigen::Vector3d::Zero();  ///< W
+  fusion::UnknownPolicy policy = fusion::UnknownPolicy::kIgnore;
+};
+
 /// The checked content of workspace_camera.yaml.
 struct WorkspaceCameraConfig {
   std::string arm;  ///< empty: the cell's only one, or none
   double status_rate_hz = 4.0, heartbeat_s = 0.1, whole_every_s = 2.0;
   double late_s = 0.2, dead_s = 0.4;
   OnLoss on_loss = OnLoss::kKeep;
-  fusion::FusionParameters fusion;  ///< without the grid
+  fusion::FusionParameters fusion;           ///< without the grid and its regions
+  std::vector<UnseenRegion> unseen_regions;  ///< later ones prevail
   PoseCheckRules pose_check;
   std::vector<CameraConfig> cameras;
   std::vector<Thing> things;

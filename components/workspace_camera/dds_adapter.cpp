@@ -78,6 +78,7 @@ struct DdsAdapter::Impl {
   std::optional<std::vector<messages::CarriedObject>> carried;                   // likewise
   std::map<std::uint16_t, messages::WorkspaceObject> objects;                    // that changed; likewise
   std::size_t turn = 0;
+  bool woken = false;  // guarded by mutex
   dds::RefusalLog refusals{"depth_image"};
   messages::Publisher<messages::OccupancyChange> changes;
   messages::Publisher<messages::SpaceView> views;
@@ -101,13 +102,21 @@ std::optional<DdsAdapter::Image> DdsAdapter::next_image(double wait_s) {
   const auto some_waits = [this] {
     return std::ranges::any_of(impl_->waiting, [](const auto& image) { return image.has_value(); });
   };
-  if (!impl_->arrived.wait_for(lock, std::chrono::duration<double>(std::max(0.0, wait_s)), some_waits))
-    return std::nullopt;
+  impl_->arrived.wait_for(lock, std::chrono::duration<double>(std::max(0.0, wait_s)),
+                          [&] { return impl_->woken || some_waits(); });
+  impl_->woken = false;
+  if (!some_waits()) return std::nullopt;
   while (!impl_->waiting[impl_->turn]) impl_->turn = (impl_->turn + 1) % impl_->waiting.size();
   Image image{*std::move(impl_->waiting[impl_->turn]), impl_->turn};
   impl_->waiting[impl_->turn].reset();
   impl_->turn = (impl_->turn + 1) % impl_->waiting.size();
   return image;
+}
+
+void DdsAdapter::wake() {
+  const std::lock_guard lock(impl_->mutex);
+  impl_->woken = true;
+  impl_->arrived.notify_one();
 }
 
 std::optional<std::vector<messages::CarriedObject>> DdsAdapter::carried() {

@@ -28,8 +28,10 @@ class DdsAdapter {
   struct Image : messages::Received<messages::DepthImage> {
     std::size_t camera = 0;  ///< place in `cameras`
   };
-  /// Returns an image that waits; the cameras take turns. Waits for one for at most `wait_s`.
+  /// Returns an image that waits; the cameras take turns. Waits for one, or for wake(), at most `wait_s`.
   std::optional<Image> next_image(double wait_s);
+  /// Ends a wait for an image, or the next one. Any thread.
+  void wake();
   /// Returns what arms carry, if that has changed since the last call.
   std::optional<std::vector<messages::CarriedObject>> carried();
   /// Returns the objects that were placed, moved or removed since the last call, in this order.

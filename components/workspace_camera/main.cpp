@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <future>
 #include <optional>
 
@@ -26,6 +27,11 @@ int main(int argc, char** argv) {
       runtime::require_simulation_meant(deployment, options, "workspace_camera.yaml: driver: sim");
     if (config.has(workspace_camera::CameraDriver::kFiles))
       runtime::require_simulation_meant(deployment, options, "workspace_camera.yaml: driver: files");
+    if (std::ranges::any_of(config.cameras, [](const workspace_camera::CameraConfig& camera) {
+          return camera.driver == workspace_camera::CameraDriver::kOpenNi && camera.openni.is_recording();
+        }))
+      runtime::require_simulation_meant(deployment, options,
+                                        "workspace_camera.yaml: openni.device: a recording");
     std::optional<runtime::EndsAtOnce> starting(std::in_place);
     auto profiles = std::async(std::launch::async, dds::check_qos_profiles, deployment.network.qos_profiles);
     auto loaded = workspace_camera::load_cell(config, deployment.cell);

@@ -19,6 +19,13 @@ using workspace::VoxelBox;
 fusion::Fusion fusion_or_throw(const WorkspaceCameraConfig& config, const workspace::GridSpec& grid) {
   fusion::FusionParameters parameters = config.fusion;
   parameters.grid = grid;
+  const Eigen::Vector3d end_m = grid.corner_of({grid.size_vox[0], grid.size_vox[1], grid.size_vox[2]});
+  const auto voxel_at = [&](const Eigen::Vector3d& p_m) {
+    return grid.index_of(p_m.cwiseMax(grid.origin_m).cwiseMin(end_m));
+  };
+  for (const UnseenRegion& region : config.unseen_regions)
+    parameters.unknown_regions.push_back(
+        {VoxelBox::between(voxel_at(region.min_m), voxel_at(region.max_m)), region.policy});
   auto made = fusion::Fusion::create(parameters);
   if (!made) throw core::ConfigError("the cell cannot be fused: " + made.status().message());
   return std::move(made).value();

@@ -16,7 +16,7 @@ CMAKE, BUILD, VERSION = sys.argv[1:4]
 # rosdep's keys (ros/rosdistro, rosdep/base.yaml and python.yaml, 2026-08) and what Debian calls them; None: a package of ROS 2.
 KEYS = {"assimp-dev": "libassimp-dev", "cli11": "libcli11-dev", "cmake": "cmake", "eigen": "libeigen3-dev", "launch": None, "launch_xml": None,
         "libcpp-httplib-dev": "libcpp-httplib-dev", "libepoxy-dev": "libepoxy-dev", "libglfw3-dev": "libglfw3-dev", "libopenal-dev": "libopenal-dev",
-        "libopencv-dev": "libopencv-", "libpng-dev": "libpng-dev", "libsndfile1-dev": "libsndfile1-dev", "libspnav-dev": "libspnav-dev",
+        "libopencv-dev": "libopencv-", "libopenni2-dev": "libopenni2-dev", "libpng-dev": "libpng-dev", "libsndfile1-dev": "libsndfile1-dev", "libspnav-dev": "libspnav-dev",
         "libssl-dev": "libssl-dev", "liburdfdom-dev": "liburdfdom-dev", "libzstd-dev": "libzstd-dev", "muparser": "libmuparser-dev",
         "ninja-build": "ninja-build", "nlohmann-json-dev": "nlohmann-json3-dev", "nodejs": "nodejs", "npm": "npm", "pkg-config": "pkg-config", "python3-yaml": "python3-yaml",
         "spdlog": "libspdlog-dev", "tinyxml2": "libtinyxml2-dev", "yaml-cpp": "libyaml-cpp-dev", "zlib": "zlib1g-dev"}

@@ -214,6 +214,30 @@ TEST(WorkspaceCamera, OrEndsByConfiguration) {
   EXPECT_THAT(health.message, HasSubstr("its matter has ended"));
 }
 
+/// Behind the box nothing is seen: what is told of it is a matter of the region.
+TEST(WorkspaceCamera, WhatIsNotSeenIsToldByThePolicyOfItsRegion) {
+  const ArmHistory history;
+  WorkspaceCameraConfig regions = config();
+  const Eigen::Vector3d inside = kPlace + Eigen::Vector3d(0.0, 0.06, -0.04), before(0.0, -0.3, 0.5);
+  regions.unseen_regions = {
+      {Eigen::Vector3d::Constant(-1e300), Eigen::Vector3d::Constant(1e300), fusion::UnknownPolicy::kOccupied},
+      {{-1.0, -1.0, 0.6}, {1.0, 1.0, 0.8}, fusion::UnknownPolicy::kFree}};
+  WorkspaceCamera camera(regions, "source", "cell", grid(), nullptr, history);
+  const std::size_t all = occupied_near(camera, inside, 0.02);
+  EXPECT_GE(all, 100U) << "before the first image, too";
+  EXPECT_GE(occupied_near(camera, before, 0.02), 100U);
+  EXPECT_EQ(occupied_near(camera, {0.0, 0.0, 0.75}, 0.02), 0U);
+  Receiver receiver;
+  receiver.take(camera.change(true, kStart));
+  expect_same(receiver, camera);
+  Film film(scene({box_at(kPlace)}));
+  for (int i = 0; i < 20; ++i) EXPECT_TRUE(camera.take(film.next(), film.now_ns()));
+  EXPECT_EQ(occupied_near(camera, inside, 0.02), all) << "the box hides it";
+  EXPECT_EQ(occupied_near(camera, before, 0.02), 0U) << "it was seen to be free";
+  receiver.take(camera.change(false, film.now_ns()));
+  expect_same(receiver, camera);
+}
+
 // Tries workspace_camera: a camera on a link that the arm does not have
 TEST(WorkspaceCamera, ACameraOnALinkThatIsNotThereIsRefused) {
   ArmView view = arm_view();
