@@ -13,7 +13,7 @@ int cells_for(int pixels, int cell) { return (pixels + cell - 1) / cell; }
 void add_row(const float* __restrict row, std::size_t width, float* __restrict least,
              float* __restrict greatest, float* __restrict count) {
   for (std::size_t u = 0; u < width; ++u) {
-    const float depth = row[u];
+    const float depth = std::abs(row[u]);
     least[u] = std::min(least[u], depth > 0.0F ? depth : DepthPyramid::kNone);
     greatest[u] = std::max(greatest[u], depth);
     count[u] += depth > 0.0F ? 1.0F : 0.0F;

@@ -7,7 +7,8 @@
 
 namespace phantom::fusion {
 
-/// Least and greatest depth of parts of an image, over pixels with a depth only.
+/// Least and greatest depth of parts of an image, over pixels with a depth only. Those of the arm have that
+/// before which nothing is.
 class DepthPyramid {
  public:
   struct Depths {

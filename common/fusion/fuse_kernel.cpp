@@ -85,7 +85,7 @@ HWY_INLINE void put_votes(const Rules& rules, Mask observed, Vector fused, Vecto
   put_bits(hn::And(observed, hn::Ge(fused, rules.saturated)), at, votes.saturated);
 }
 
-/// The depths of the pixels that a block's voxels fall on; 0: none. Looked up one by one: the gather
+/// The depths of the pixels that a block's voxels fall on. Looked up one by one: the gather
 /// instructions of many processors are slower.
 struct BlockDepths {
   alignas(64) float depth[kBlockVoxels];
@@ -124,11 +124,13 @@ void FuseBlock(const FrameView& frame, float u, float v, float z, FusedBlock& bl
              from_steps = hn::Set(kFloats, static_cast<float>(1.0 / kDistanceSteps));
   for (std::size_t i = 0; i < kBlockVoxels; i += hn::Lanes(kFloats)) {
     const auto depth_of_voxel = hn::Add(first_z, hn::Load(kFloats, frame.dz.data() + i));
-    const auto depth = hn::Load(kFloats, depths.depth + i);
+    const auto given = hn::Load(kFloats, depths.depth + i), depth = hn::Abs(given);
     const auto raw = hn::Sub(depth, depth_of_voxel);
     const auto sigma = hn::Mul(rules.sigma, hn::Mul(depth_of_voxel, depth_of_voxel));
     const auto deepest = hn::Neg(hn::MulAdd(hn::Set(kFloats, kTailSigmas), sigma, rules.truncation));
-    const auto observed = hn::And(hn::Gt(depth, hn::Zero(kFloats)), hn::Ge(raw, deepest));
+    // Before the arm only what is free is measured.
+    const auto least = hn::IfNegativeThenElse(given, rules.truncation, deepest);
+    const auto observed = hn::And(hn::Gt(depth, hn::Zero(kFloats)), hn::Ge(raw, least));
     if (hn::AllFalse(kFloats, observed)) continue;
 
     const auto held_steps = hn::Load(kShorts, block.distance.data() + i);

@@ -38,7 +38,7 @@ inline constexpr float kDecisionFrames = 3.0F;
 /// A frame as the kernels read it. Lengths in voxels. A voxel centre of the camera's frame (x, y, z) is kept
 /// as (fx x + cx z, fy y + cy z, z), so that dividing by z gives the pixel.
 struct FrameView {
-  const float* depth = nullptr;  ///< fused depths, row by row; 0: none. The element before it is 0.
+  const float* depth = nullptr;  ///< as PreparedDepth::fused_vox(), row by row
   std::int32_t width = 0, height = 0;
   float min_z = 1.0F;  ///< voxels nearer to the camera's plane are not updated
   FuseRules rules;

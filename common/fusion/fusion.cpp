@@ -14,6 +14,8 @@ using workspace::Index3;
 const double kBlockRadius_vox = 3.5 * std::sqrt(3.0);
 /// One of so many blocks without content is looked at in a frame.
 constexpr std::size_t kFreeTurns = 8;
+/// One of so many of these, if the camera may see a part of it, is looked at voxel by voxel.
+constexpr std::size_t kPartTurns = 2;
 /// A block that was fused so often is fused in one of so many frames while nothing changes there.
 constexpr std::uint8_t kMature = 64;
 constexpr std::uint32_t kQuietTurns = 4;
@@ -192,16 +194,43 @@ void Fusion::fuse_blocks() noexcept {
   }
 }
 
-/// Looks at some of the blocks without content: whether the camera sees through them as a whole.
+/// Returns whether a quarter of a block, by one of eight of its voxels, lies before what the camera sees.
+bool Fusion::is_partly_seen(const Eigen::Vector3d& first_voxel) const noexcept {
+  const detail::FrameView& view = *view_;
+  const auto first_u = static_cast<float>(camera_.fx_px * first_voxel.x() + camera_.cx_px * first_voxel.z()),
+             first_v = static_cast<float>(camera_.fy_px * first_voxel.y() + camera_.cy_px * first_voxel.z()),
+             first_z = static_cast<float>(first_voxel.z()), end_u = static_cast<float>(view.width) - 0.5F,
+             end_v = static_cast<float>(view.height) - 0.5F;
+  int seen = 0;
+  for (std::size_t i = 1 << 6 | 1 << 3 | 1; i < kBlockVoxels; i += (i & 7) < 7     ? 2
+                                                                   : i / 8 % 8 < 7 ? 10
+                                                                                   : 74) {
+    const float z = first_z + view.dz[i];
+    if (z <= view.min_z) continue;
+    const float u = (first_u + view.du[i]) / z, v = (first_v + view.dv[i]) / z;
+    if (!(u > -0.5F && v > -0.5F && u < end_u && v < end_v)) continue;
+    const auto column = static_cast<std::ptrdiff_t>(u + 0.5F), row = static_cast<std::ptrdiff_t>(v + 0.5F);
+    seen += std::abs(view.depth[row * view.width + column]) > z ? 1 : 0;
+  }
+  return 4 * 8 * seen >= static_cast<int>(kBlockVoxels);
+}
+
+/// Looks at some of the blocks without content: whether the camera sees through them as a whole, or sees a
+/// part of them.
 void Fusion::look_through_free_blocks() noexcept {
   const std::span<const std::int32_t> directory = pool_->directory();
   for (std::size_t place = frame_ % kFreeTurns; place < directory.size(); place += kFreeTurns) {
     if (directory[place] != BlockPool::kNoSlot) continue;
     const Index3 block = pool_->block_at(place);
-    const BlockView seen = view_of(first_voxel(block));
-    if (!seen.depths.any() || !seen.depths.seen ||
-        seen.z + kBlockRadius_vox + parameters_.truncation_vox >= static_cast<double>(seen.depths.least_vox))
+    const Eigen::Vector3d first = first_voxel(block);
+    const BlockView seen = view_of(first);
+    if (!seen.depths.any() || seen.z - kBlockRadius_vox > static_cast<double>(seen.depths.greatest_vox))
       continue;
+    if (!seen.depths.seen || seen.z + kBlockRadius_vox + parameters_.truncation_vox >=
+                                 static_cast<double>(seen.depths.least_vox)) {
+      if ((place / kFreeTurns + frame_ / kFreeTurns) % kPartTurns == 0 && is_partly_seen(first)) see(place);
+      continue;
+    }
     seen_free_[place] = frame_;
     see(place);
     if (policies_[place] == UnknownPolicy::kOccupied)

@@ -82,6 +82,7 @@ class Fusion {
   void allocate_near_surfaces() noexcept;
   void fuse_blocks() noexcept;
   void fuse(FusedBlock& block) noexcept;
+  bool is_partly_seen(const Eigen::Vector3d& first_voxel) const noexcept;
   void look_through_free_blocks() noexcept;
   void see(std::size_t place) noexcept { seen_at_[place] = std::max(seen_at_[place], now_steps_); }
   /// Returns the first voxel of a block in the camera's frame, in voxels.

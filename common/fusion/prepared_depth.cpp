@@ -35,7 +35,8 @@ namespace hn = hwy::HWY_NAMESPACE;
 /// Copies a row without the pixels behind an edge. `centre` has neighbours before and after it, and at
 /// ±stride. Pixels differ if they are more than `offset` + `slope` · depth² apart. A pixel is left out if a
 /// neighbour is nearer and differs, or if one is farther and differs and fewer than two are like it, within
-/// half of that: of two flying pixels side by side each may be like the other.
+/// half of that: of two flying pixels side by side each may be like the other. A pixel of the arm, below 0,
+/// is no neighbour, and is left out behind an edge only.
 void RowWithoutEdges(const float* centre, std::size_t stride, std::size_t width, float offset, float slope,
                      float* to) {
   const hn::ScalableTag<float> d;
@@ -43,7 +44,7 @@ void RowWithoutEdges(const float* centre, std::size_t stride, std::size_t width,
   const auto zero = hn::Zero(d), base = hn::Set(d, offset), square = hn::Set(d, slope),
              half = hn::Set(d, 0.5F);
   const auto put = [&](std::size_t x) HWY_ATTR {
-    const auto here = hn::LoadU(d, centre + x);
+    const auto given = hn::LoadU(d, centre + x), here = hn::Abs(given);
     const auto limit = hn::MulAdd(square, hn::Mul(here, here), base), close = hn::Mul(limit, half);
     auto nearer = hn::Lt(zero, zero), farther = nearer, alike = nearer, supported = nearer;  // none
     for (const float* neighbour :
@@ -57,8 +58,8 @@ void RowWithoutEdges(const float* centre, std::size_t stride, std::size_t width,
       supported = hn::Or(supported, hn::And(alike, one));
       alike = hn::Or(alike, one);
     }
-    const auto edge = hn::Or(nearer, hn::AndNot(supported, farther));
-    hn::StoreU(hn::IfThenElseZero(hn::AndNot(edge, hn::Gt(here, zero)), here), d, to + x);
+    const auto lonely = hn::And(hn::Gt(given, zero), hn::AndNot(supported, farther));
+    hn::StoreU(hn::IfThenZeroElse(hn::Or(nearer, lonely), given), d, to + x);
   };
   std::size_t x = 0;
   for (; x + lanes <= width; x += lanes) put(x);
@@ -66,7 +67,7 @@ void RowWithoutEdges(const float* centre, std::size_t stride, std::size_t width,
     put(width - lanes);
   } else {
     for (; x < width; ++x) {
-      const float here = centre[x], limit = slope * here * here + offset;
+      const float here = std::abs(centre[x]), limit = slope * here * here + offset;
       bool nearer = false, farther = false;
       int alike = 0;
       for (const float* other : {centre + x - 1, centre + x + 1, centre + x - stride, centre + x + stride}) {
@@ -75,7 +76,7 @@ void RowWithoutEdges(const float* centre, std::size_t stride, std::size_t width,
         farther = farther || *other - here > limit;
         alike += std::abs(*other - here) <= 0.5F * limit ? 1 : 0;
       }
-      to[x] = here <= 0.0F || nearer || (farther && alike < 2) ? 0.0F : here;
+      to[x] = nearer || (centre[x] > 0.0F && farther && alike < 2) ? 0.0F : centre[x];
     }
   }
 }
@@ -123,7 +124,7 @@ HWY_EXPORT(FillBesideThin);
 
 namespace {
 constexpr float kNoArm = 1e9F;
-constexpr float kOfArm = -1.0F;
+constexpr float kNothingFree_vox = 1e-3F;  // before an arm that is at the camera
 }  // namespace
 
 void PreparedDepth::grow_arm(std::span<const float> arm_depth_m, const MaskParameters& masks) {
@@ -175,8 +176,11 @@ void PreparedDepth::prepare(const DepthImage& image, std::span<const float> arm_
     float* const to = seen_.data() + first_ + v * stride_;
     if (has_arm) {
       const float* const arm = arm_.data() + v * width;
-      for (std::size_t u = 0; u < width; ++u)
-        to[u] = from[u] >= arm[u] - margin_m ? kOfArm : to_voxels * from[u];
+      for (std::size_t u = 0; u < width; ++u) {
+        const float free_m = arm[u] - margin_m;
+        to[u] = from[u] == 0.0F || from[u] < free_m ? to_voxels * from[u]
+                                                    : -std::max(to_voxels * free_m, kNothingFree_vox);
+      }
     } else {
       for (std::size_t u = 0; u < width; ++u) to[u] = to_voxels * from[u];
     }

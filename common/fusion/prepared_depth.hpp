@@ -15,7 +15,8 @@ struct MaskParameters {
   /// at most four pixels wide is made wider by one at each side, so that no voxel falls beside it.
   double edge_m = 0.02;
   double edge_sigmas = 6.0;
-  /// A pixel that sees the arm, or anything behind the place where the arm is, belongs to the arm.
+  /// A pixel that sees the arm, or anything behind the place where the arm is, belongs to the arm: it says
+  /// that there is nothing before the arm and this margin.
   double arm_margin_m = 0.03;
   int arm_margin_px = 2;
 };
@@ -30,12 +31,13 @@ class PreparedDepth {
 
   int width() const noexcept { return width_; }
   int height() const noexcept { return height_; }
-  /// Depths in voxels that are fused; 0: none. Rows of width(). The element before the first one is 0.
+  /// Depths in voxels that are fused; 0: none; −d: of the arm, and nothing is nearer than d. Rows of width().
+  /// The element before the first one is 0.
   std::span<const float> fused_vox() const noexcept { return {fused_.data() + 1, pixels()}; }
   const float* fused_row(int v) const noexcept {
     return fused_.data() + 1 + static_cast<std::size_t>(v) * static_cast<std::size_t>(width_);
   }
-  /// The same with edges: what may be seen through; below 0: the arm. Row v begins at row(v).
+  /// The same with edges. Row v begins at row(v).
   const float* row(int v) const noexcept {
     return seen_.data() + first_ + static_cast<std::size_t>(v) * stride_;
   }
@@ -53,7 +55,7 @@ class PreparedDepth {
 
   int width_ = 0, height_ = 0;
   std::size_t stride_ = 0, first_ = 0;  // of seen_: of its rows, and of its first pixel
-  std::vector<float> seen_;             // with a border of 0; below 0: the arm
+  std::vector<float> seen_;             // with a border of 0
   std::vector<float> fused_;
   std::array<std::vector<float>, 2>
       kept_;                       // two rows, with a border of 0, as they were before they are filled

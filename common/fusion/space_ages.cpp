@@ -17,7 +17,8 @@ VoxelBox cubes_of(const workspace::GridSpec& grid, std::int32_t cube_vox) {
 
 }  // namespace
 
-SpaceAges space_ages(const Fusion& fusion, double now_s, std::size_t max_cubes) {
+SpaceAges space_ages(const Fusion& fusion, double now_s, std::size_t max_cubes,
+                     std::span<const std::uint8_t> left_out) {
   SpaceAges ages{kCube_vox, cubes_of(fusion.grid(), kCube_vox), {}};
   while (ages.cubes.voxel_count() > max_cubes) {
     ages.cube_vox *= 2;
@@ -28,8 +29,13 @@ SpaceAges space_ages(const Fusion& fusion, double now_s, std::size_t max_cubes) 
   std::vector<double> seen_s;
   ages.cubes.for_each([&](Index3 cube) {
     seen_s.clear();
-    VoxelBox{edge * cube, {edge, edge, edge}}.intersection(blocks).for_each(
-        [&](Index3 block) { seen_s.push_back(fusion.seen_s(block)); });
+    VoxelBox{edge * cube, {edge, edge, edge}}.intersection(blocks).for_each([&](Index3 block) {
+      if (left_out.empty() || left_out[blocks.index(block)] == 0) seen_s.push_back(fusion.seen_s(block));
+    });
+    if (seen_s.empty()) {
+      ages.ages_s.push_back(0.0);
+      return;
+    }
     const auto quarter = seen_s.begin() + static_cast<std::ptrdiff_t>((seen_s.size() - 1) / 4);
     std::ranges::nth_element(seen_s, quarter, std::ranges::greater());
     ages.ages_s.push_back(*quarter < 0.0 ? SpaceAges::kNever : std::max(0.0, now_s - *quarter));

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "common/core/errors.hpp"
+#include "common/fusion/fused_block.hpp"
 #include "components/workspace_camera/depth_raster.hpp"
 
 namespace phantom::workspace_camera {
@@ -130,6 +131,31 @@ void ArmView::draw(const ArmPose& pose, const fusion::PinholeCamera& camera, con
                       static_cast<std::size_t>(x)],
               static_cast<float>(p.z()));
     }
+  }
+}
+
+void ArmView::mark_own(const ArmPose& pose, const workspace::GridSpec& grid, double margin_m,
+                       std::span<std::uint8_t> own) const {
+  const workspace::VoxelBox blocks = fusion::blocks_of(grid);
+  const Eigen::Vector3d margin = Eigen::Vector3d::Constant(margin_m);
+  const auto mark = [&](const Eigen::Vector3d& low_m, const Eigen::Vector3d& high_m) {
+    const auto block_at = [&](const Eigen::Vector3d& p_m) { return fusion::block_of(grid.index_of(p_m)); };
+    workspace::VoxelBox::between(block_at(low_m - margin),
+                                 block_at(high_m + margin) + workspace::Index3{1, 1, 1})
+        .intersection(blocks)
+        .for_each([&](workspace::Index3 block) { own[blocks.index(block)] = 1; });
+  };
+  robot::LinkPoses X_WL;
+  arm_.link_poses(pose.q, X_WL);
+  for (std::size_t link = 0; link < arm_.links().size(); ++link) {
+    for (std::size_t i = skin_.first[link]; i < skin_.first[link + 1]; ++i) {
+      const Eigen::Vector3d p = X_WL[link] * skin_.position(i, pose.closing);
+      mark(p, p);
+    }
+  }
+  for (const LinkPart& part : carried_) {
+    const geometry::BoundingBox box = part.mesh.transformed(pose_of(part, X_WL, pose.closing)).bounding_box();
+    mark(box.min_m.cast<double>(), box.max_m.cast<double>());
   }
 }
 

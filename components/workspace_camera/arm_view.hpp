@@ -12,6 +12,7 @@
 #include "common/geometry/mesh/mesh.hpp"
 #include "common/robot/kinematics/serial_arm.hpp"
 #include "common/robot/skin/skin.hpp"
+#include "common/workspace/grid.hpp"
 
 namespace phantom::workspace_camera {
 
@@ -76,6 +77,11 @@ class ArmView {
   /// more pixels than before.
   void draw(const ArmPose& pose, const fusion::PinholeCamera& camera, const geometry::Pose& X_WC,
             std::vector<float>& depth_m);
+  /// Marks the blocks of 8³ voxels in which the arm or what it carries is, or which are within `margin_m` of
+  /// its skin: `own` holds one for each of fusion::blocks_of(grid), by its index. Of what is carried its box
+  /// along the axes of W counts.
+  void mark_own(const ArmPose& pose, const workspace::GridSpec& grid, double margin_m,
+                std::span<std::uint8_t> own) const;
 
  private:
   robot::SerialArm arm_;

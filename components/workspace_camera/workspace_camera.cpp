@@ -181,7 +181,11 @@ messages::OccupancyChange WorkspaceCamera::change(bool whole, core::Nanoseconds 
 }
 
 messages::SpaceView WorkspaceCamera::space_view(core::Nanoseconds now_ns) const {
-  const fusion::SpaceAges ages = fusion::space_ages(fusion_, core::seconds(now_ns), messages::kMaxSpaceCubes);
+  std::vector<std::uint8_t> own(blocks_.voxel_count());
+  if (const auto pose = arm_ != nullptr ? history_.at(history_.newest_ns()) : std::nullopt)
+    arm_->mark_own(*pose, fusion_.grid(), config_.fusion.masks.arm_margin_m, own);
+  const fusion::SpaceAges ages =
+      fusion::space_ages(fusion_, core::seconds(now_ns), messages::kMaxSpaceCubes, own);
   messages::SpaceView view;
   view.source = source_;
   view.cell = cell_;

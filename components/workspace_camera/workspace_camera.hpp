@@ -40,7 +40,8 @@ class WorkspaceCamera {
 
   /// Returns the blocks that changed since the last call. `whole`: all that are occupied.
   messages::OccupancyChange change(bool whole, core::Nanoseconds now_ns);
-  /// Returns how long ago each part of the workspace was seen. Some milliseconds for 10⁶ blocks.
+  /// Returns how long ago each part of the workspace was seen; where the arm is now does not count. Some
+  /// milliseconds for 10⁶ blocks.
   messages::SpaceView space_view(core::Nanoseconds now_ns) const;
   bool has_changes() const { return !fusion_.changed_blocks().empty(); }
 

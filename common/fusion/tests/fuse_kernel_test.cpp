@@ -34,11 +34,13 @@ Twin fused_by_twin(const FrameView& f, double u, double v, double z, double held
   if (on_border(column) || on_border(row)) twin.doubtful = true;
   const long x = std::lround(column), y = std::lround(row);
   if (z <= static_cast<double>(f.min_z) || x < 0 || x >= f.width || y < 0 || y >= f.height) return twin;
-  const auto depth = static_cast<double>(f.depth[y * f.width + x]);
-  const double raw = depth - z, tau = static_cast<double>(r.truncation),
+  const auto given = static_cast<double>(f.depth[y * f.width + x]);
+  const double depth = std::abs(given), raw = depth - z, tau = static_cast<double>(r.truncation),
                sigma = static_cast<double>(r.sigma) * z * z;
-  if (close(raw, -tau - 3.0 * sigma)) twin.doubtful = true;
-  if (depth <= 0.0 || raw < -tau - 3.0 * sigma) return twin;
+  // Before the arm (below 0) only what is free is measured.
+  const double least = given < 0.0 ? tau : -tau - 3.0 * sigma;
+  if (close(raw, least)) twin.doubtful = true;
+  if (depth == 0.0 || raw < least) return twin;
   twin.observed = true;
   const double measured = std::clamp(raw, -tau, tau);
   const bool was_saturated = held >= 0.95 * tau;
@@ -79,8 +81,11 @@ Case random_case(std::mt19937& random) {
   Case c;
   const double distance = 200.0 + 100.0 * unit(random);
   c.depth.push_back(0.0F);
-  for (int i = 0; i < kWidth * kHeight; ++i)
-    c.depth.push_back(random() % 9 == 0 ? 0.0F : static_cast<float>(distance + 6.0 * unit(random)));
+  for (int i = 0; i < kWidth * kHeight; ++i) {
+    const auto depth = static_cast<float>(distance + 6.0 * unit(random));
+    const auto kind = random() % 9;
+    c.depth.push_back(kind == 0 ? 0.0F : kind == 1 ? -depth : depth);
+  }
   c.view->depth = c.depth.data() + 1;
   c.view->width = kWidth;
   c.view->height = kHeight;
@@ -170,14 +175,16 @@ TEST(FuseKernel, FindsEveryBlockOfTheBandThatHasNoContent) {
     }
     std::vector<float> row;
     for (int u = 0; u < kWidth; ++u)
-      row.push_back(random() % 5 == 0 ? 0.0F : static_cast<float>(40.0 + 25.0 * unit(random)));
+      row.push_back(static_cast<float>(40.0 + 25.0 * unit(random)) * (random() % 5 == 0   ? 0.0F
+                                                                      : random() % 5 == 0 ? -1.0F
+                                                                                          : 1.0F));
     std::vector<std::int32_t> missing(max_missing(kWidth));
     const int v = static_cast<int>(random() % kHeight);
     missing.resize(find_missing(rays, row.data(), kWidth, v, missing.data()));
     std::set<std::int32_t> expected, perhaps;
     for (int u = 0; u < kWidth; ++u) {
       for (const double offset : {-4.0, 0.0, 4.0}) {
-        if (row[static_cast<std::size_t>(u)] == 0.0F) continue;
+        if (row[static_cast<std::size_t>(u)] <= 0.0F) continue;
         const Eigen::Vector3d direction{(u - 44.5) / kFocal, (v - 34.5) / kFocal, 1.0};
         const Eigen::Vector3d p =
             Eigen::Vector3d(static_cast<double>(rays.eye[0]), static_cast<double>(rays.eye[1]),

@@ -104,6 +104,33 @@ TEST(Fusion, TheArmIsNeitherMatterNorSeenThrough) {
   EXPECT_EQ(seen_before.occupied().count(), before);
 }
 
+TEST(Fusion, WhatIsTakenAwayFromBeforeTheArmIsGoneWhileItStaysThere) {
+  // A ball between the camera and an arm that fills the image behind it; both before the wall.
+  const auto ball = placed(geometry::make_sphere(0.03), {0.05, 0.0, 0.0});
+  const std::vector<CameraScene::Object> behind{
+      placed(geometry::make_box({0.1, 3.0, 3.0}), {0.25, 0.0, 0.0}),
+      placed(geometry::make_box({0.03, 0.3, 0.3}), {0.18, 0.0, 0.0})};
+  scenes::Simulated arm({behind[1]}, scenes::depth_camera(2), kFromAside);
+  std::vector<float> arm_depth_m;
+  for (const SeenPixel& pixel : arm.seen()) arm_depth_m.push_back(pixel.depth_m);
+  scenes::Simulated with_ball({behind[0], behind[1], ball}, scenes::depth_camera(2), kFromAside),
+      without({behind[0], behind[1]}, scenes::depth_camera(2), kFromAside);
+  Fusion fusion = Fusion::create(small_fusion()).value();
+  for (int i = 0; i < 10; ++i) fusion.integrate(with_ball.exact(), arm_depth_m);
+  EXPECT_GT(fusion.occupied().count(), 200U);
+  for (int i = 0; i < 10; ++i) fusion.integrate(without.exact(), arm_depth_m);
+  EXPECT_EQ(fusion.occupied().count(), 0U) << "neither the ball nor the arm";
+  // A sensor that measures nothing at the place of the arm says nothing of what is before it.
+  Fusion dark = Fusion::create(small_fusion()).value();
+  for (int i = 0; i < 10; ++i) dark.integrate(with_ball.exact(), arm_depth_m);
+  std::vector<float> hole(without.exact().depth_m().begin(), without.exact().depth_m().end());
+  for (std::size_t i = 0; i < hole.size(); ++i) hole[i] = arm_depth_m[i] > 0.0F ? 0.0F : hole[i];
+  DepthImage unmeasured;
+  ASSERT_TRUE(unmeasured.load_m(without.header(), hole));
+  for (int i = 0; i < 10; ++i) dark.integrate(unmeasured, arm_depth_m);
+  EXPECT_GT(dark.occupied().count(), 200U);
+}
+
 TEST(Fusion, MemoryIsBoundedAndNothingIsAllocatedAfterTheFirstImage) {
   FusionParameters parameters = small_fusion();
   scenes::Simulated camera = wall(), nearer = wall(0.1);

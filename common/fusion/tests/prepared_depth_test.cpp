@@ -67,12 +67,12 @@ constexpr int kSides[4][2] = {{-1, 0}, {1, 0}, {0, -1}, {0, 1}};
 constexpr float kEdge_m = 0.02F, kEdgeSigma = 6.0F * 0.0015F;
 float limit_m(float depth_m) { return kEdge_m + kEdgeSigma * depth_m * depth_m; }
 
-/// Literal: what is left without edges. Depths below 0 are the arm's.
+/// Literal: what is left without edges. Depths below 0 are the arm's: they are left out behind an edge alone.
 Rows without_edges(const Rows& seen) {
   Rows kept = seen;
   for (int v = 0; v < seen.height; ++v) {
     for (int u = 0; u < seen.width; ++u) {
-      const float here = seen.at(u, v);
+      const float given = seen.at(u, v), here = std::abs(given);
       bool nearer = false, farther = false;
       int alike = 0;
       for (const auto& side : kSides) {
@@ -82,7 +82,7 @@ Rows without_edges(const Rows& seen) {
         farther = farther || other - here > limit_m(here);
         alike += std::abs(other - here) <= 0.5F * limit_m(here) ? 1 : 0;
       }
-      if (here <= 0.0F || nearer || (farther && alike < 2))
+      if (nearer || (given > 0.0F && farther && alike < 2))
         kept.depth_m[static_cast<std::size_t>(v * seen.width + u)] = 0.0F;
     }
   }
@@ -112,7 +112,7 @@ Rows widened(const Rows& seen, const Rows& kept) {
 TEST(PreparedDepth, EqualsItsLiteralTwin) {
   std::mt19937 random(7);
   std::uniform_real_distribution<float> share(0.0F, 1.0F);
-  int filled = 0;
+  int filled = 0, of_arm = 0, of_arm_left_out = 0;
   for (const int width : {3, 17, 64, 101}) {
     Rows seen{width, 40, {}};
     std::vector<float> arm_m;
@@ -120,7 +120,7 @@ TEST(PreparedDepth, EqualsItsLiteralTwin) {
       for (int u = 0; u < width; ++u) {
         const bool rod = u % 13 < 3 || v % 11 < 2, hole = share(random) < 0.1F;
         seen.depth_m.push_back(hole ? 0.0F : (rod ? 1.0F : 2.0F) + 0.004F * share(random));
-        arm_m.push_back(u > 70 && v > 30 ? 0.5F : 0.0F);
+        arm_m.push_back(u > 50 && v > 20 ? 1.5F : 0.0F);
       }
     }
     DepthImage image;
@@ -129,16 +129,20 @@ TEST(PreparedDepth, EqualsItsLiteralTwin) {
     PreparedDepth depth;
     depth.prepare(image, arm_m, {.at_1m_m = 0.0015}, {.arm_margin_px = 0}, 1.0);
     for (std::size_t i = 0; i < arm_m.size(); ++i)
-      if (arm_m[i] > 0.0F && seen.depth_m[i] >= arm_m[i] - 0.03F) seen.depth_m[i] = -1.0F;
+      if (arm_m[i] > 0.0F && seen.depth_m[i] >= arm_m[i] - 0.03F) seen.depth_m[i] = -(arm_m[i] - 0.03F);
     const Rows kept = without_edges(seen), expected = widened(seen, kept);
     for (std::size_t i = 0; i < expected.depth_m.size(); ++i) {
       ASSERT_FLOAT_EQ(depth.fused_vox()[i], expected.depth_m[i])
           << width << ": " << i % static_cast<std::size_t>(width) << ", "
           << i / static_cast<std::size_t>(width);
       filled += expected.depth_m[i] != kept.depth_m[i] ? 1 : 0;
+      of_arm += expected.depth_m[i] < 0.0F ? 1 : 0;
+      of_arm_left_out += seen.depth_m[i] < 0.0F && expected.depth_m[i] == 0.0F ? 1 : 0;
     }
   }
   EXPECT_GT(filled, 100);
+  EXPECT_GT(of_arm, 100);
+  EXPECT_GT(of_arm_left_out, 100);
 }
 
 }  // namespace prepared_depth_tests

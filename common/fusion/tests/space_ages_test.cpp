@@ -72,6 +72,42 @@ TEST_F(SpaceAgesOfAWall, WhatTheArmHidesGrowsOld) {
   EXPECT_LE(age_s(2, 6.0), 0.35);
 }
 
+TEST_F(SpaceAgesOfAWall, WhatIsSeenBetweenPartsOfTheArmIsSeen) {
+  const PinholeCamera& camera = camera_.header().camera;
+  const auto behind_stripes = [&](int stripe_px) {  // of an arm before the grid, 24 pixels apart
+    std::vector<float> arm_depth_m;
+    for (std::size_t i = 0; i < camera.pixels(); ++i)
+      arm_depth_m.push_back(static_cast<int>(i) % camera.width_px % 24 < stripe_px ? 0.45F : 0.0F);
+    fusion_ = Fusion::create(parameters()).value();
+    see(0, 61, arm_depth_m);
+    return age_s(1, 2.0);
+  };
+  EXPECT_LE(behind_stripes(6), 0.6) << "three of five pixels: the mask is two wider at each side";
+  EXPECT_EQ(behind_stripes(20), SpaceAges::kNever) << "none";
+}
+
+TEST_F(SpaceAgesOfAWall, BlocksThatAreLeftOutDoNotCount) {
+  see(0, 61);
+  const workspace::VoxelBox blocks = blocks_of(parameters().grid);
+  std::vector<std::uint8_t> left_out(blocks.voxel_count());
+  const auto age_s = [&](Index3 cube) {
+    const SpaceAges ages = space_ages(fusion_, 2.0, 32768, left_out);
+    return ages.ages_s.at(ages.cubes.index(cube));
+  };
+  const Index3 seen{1, 2, 2}, behind{3, 2, 2};
+  for (const Index3 cube : {seen, behind}) {
+    EXPECT_EQ(age_s(cube) == SpaceAges::kNever, cube == behind);
+    const workspace::VoxelBox of_cube{4 * cube, {4, 4, 4}};
+    of_cube.for_each([&](Index3 block) {
+      const bool last = block == of_cube.end() - Index3{1, 1, 1};
+      left_out[blocks.index(block)] = last ? 0 : 1;
+    });
+    EXPECT_EQ(age_s(cube) == SpaceAges::kNever, cube == behind) << "by the one block that counts";
+    left_out[blocks.index(of_cube.end() - Index3{1, 1, 1})] = 1;
+    EXPECT_EQ(age_s(cube), 0.0) << "none counts";
+  }
+}
+
 TEST_F(SpaceAgesOfAWall, WhatIsForgottenWasNeverSeen) {
   see(0, 61);
   fusion_.forget(workspace::VoxelBox::of(parameters().grid));

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "common/fusion/fused_block.hpp"
 #include "components/workspace_camera/tests/rig.hpp"
 
 namespace phantom::workspace_camera::arm_view_test {
@@ -45,6 +46,30 @@ TEST(ArmHistory, KeepsTheNewestOfMany) {
   EXPECT_NEAR(history.at(kStart + 4000 * kMs)->q[0], 4.0, 1e-9);
   history.put(kStart + 10 * kMs, at(-1.0));  // late: out of order
   EXPECT_EQ(history.newest_ns(), kStart + 5000 * kMs);
+}
+
+TEST(ArmView, MarksItsOwnPlaceAndThatOfWhatItCarries) {
+  ArmView view = arm_view();
+  const workspace::VoxelBox blocks = fusion::blocks_of(grid());
+  std::vector<std::uint8_t> own(blocks.voxel_count());
+  const auto is_own = [&](const Eigen::Vector3d& place_m) {
+    return own[blocks.index(fusion::block_of(grid().index_of(place_m)))] != 0;
+  };
+  view.mark_own({at(0.1), 0.0}, grid(), 0.02, own);
+  for (const double z_m : {0.22, 0.4, 0.58}) EXPECT_TRUE(is_own({0.1, 0.0, z_m})) << z_m;
+  EXPECT_TRUE(is_own({0.1 + 0.03 + 0.015, 0.0, 0.4})) << "the margin, too";
+  EXPECT_FALSE(is_own({0.1 + 0.03 + 0.02 + 0.081, 0.0, 0.4})) << "a block farther";
+  EXPECT_FALSE(is_own({0.1, 0.0, 0.6 + 0.02 + 0.081}));
+  EXPECT_FALSE(is_own({-0.3, 0.0, 0.4}));
+  view.set_carried({{view.arm().find_frame("rod")->first,
+                     {Eigen::Matrix3d::Identity(), {-0.3, 0.0, 0.0}},
+                     geometry::make_box({0.1, 0.1, 0.1})}});
+  view.mark_own({at(0.1), 0.0}, grid(), 0.0, own);
+  EXPECT_TRUE(is_own({0.1, 0.0, 0.7})) << "−x of the link is up in W";
+  view.set_carried({});
+  const std::vector<std::uint8_t> before = own;
+  view.mark_own({at(5.0), 0.0}, grid(), 0.02, own);
+  EXPECT_EQ(own, before) << "outside of the grid is nothing to mark";
 }
 
 TEST(ArmView, DrawsTheArmWhereItIs) {
