@@ -223,8 +223,10 @@ DdsAdapter::Impl::Readers::Readers(Impl& owner, SensingLoop& loop, WorkspaceSubs
           owner.of_workspace, dds::kPoseFinding,
           [&owner](const msg::PoseFinding& message, const dds::SampleInfo&) { return owner.take(message); }),
       seen(owner.of_workspace, dds::kSpaceView, {messages::ArmBounds(), {.hold_ns = kSpaceViewHold_ns}},
-           [&loop](const messages::Received<messages::SpaceView>& view) {
+           [&loop, is_told = false](const messages::Received<messages::SpaceView>& view) mutable {
              loop.know_seen(SeenSpace(view, view.received_ns));
+             if (!std::exchange(is_told, true))
+               spdlog::info("depth cameras watch the workspace: a percept says where they see nothing");
            }) {
   if (owner.apart) of_arm.emplace(owner);
   if (!owner.model.own_share)

@@ -13,21 +13,6 @@ namespace {
 constexpr core::Nanoseconds kMaxWatchdog_ns = 10 * core::kNsPerMillisecond;
 constexpr core::Nanoseconds kFiguresPeriod_ns = 400 * core::kNsPerMillisecond;
 
-/// Returns the place that the percept is of; in free space that of the fastest interest point, which may come
-/// into something first.
-const PlacePercept& leading_place(const StepOutputs& outputs) noexcept {
-  const PlacePercept* place = &outputs.percept;
-  if (place->mu > 0.0) return *place;
-  double fastest_m_s = 0.0;
-  for (const InterestPercept& point : outputs.interest) {
-    const double speed_m_s = point.velocity_W_m_s.norm();
-    if (speed_m_s <= fastest_m_s) continue;
-    fastest_m_s = speed_m_s;
-    place = &point;
-  }
-  return *place;
-}
-
 }  // namespace
 
 SensingLoop::SensingLoop(const PhantomModel& model, const Config& config, WorkspaceSubscriber& workspace,
@@ -235,10 +220,29 @@ void SensingLoop::tick(core::Nanoseconds now_ns, const SensedWorkspace& workspac
 
 /// Marks what is fresh with what speaks against it. A workspace that is not current stays marked as that: it
 /// may be why. The process of a share leaves it to the arm's.
+/// Returns the place that the percept is of; in free space that of the fastest interest point, which may come
+/// into something first. At rest it is that of the one which was fastest last; of the last one in the cell,
+/// if none has moved yet. Null: there is none.
+const PlacePercept* SensingLoop::leading_place() noexcept {
+  if (outputs_.percept.mu > 0.0) return &outputs_.percept;
+  constexpr double kRest_m_s = 0.002;
+  double fastest_m_s = kRest_m_s;
+  for (std::size_t i = 0; i < outputs_.interest.size(); ++i) {
+    const double speed_m_s = outputs_.interest[i].velocity_W_m_s.norm();
+    if (speed_m_s <= fastest_m_s) continue;
+    fastest_m_s = speed_m_s;
+    leading_point_ = i;
+  }
+  if (outputs_.interest.empty()) return nullptr;
+  return &outputs_.interest[std::min(leading_point_, outputs_.interest.size() - 1)];
+}
+
 PerceptCondition SensingLoop::with_doubts(PerceptCondition condition, core::Nanoseconds now_ns) noexcept {
   seen_inbox_.read(seen_);
-  const bool unseen = config_.max_view_age_s > 0.0 && config_.own_share.empty() && outputs_.valid &&
-                      seen_.is_unseen(leading_place(outputs_).position_W_m, config_.max_view_age_s, now_ns);
+  const bool is_said = config_.max_view_age_s > 0.0 && config_.own_share.empty() && outputs_.valid;
+  const PlacePercept* const place = is_said ? leading_place() : nullptr;
+  const bool unseen =
+      place != nullptr && seen_.is_unseen(place->position_W_m, config_.max_view_age_s, now_ns);
   const bool says_unseen = unseen_.step(unseen, now_ns);
   if (condition != PerceptCondition::kFresh) return condition;
   if (outputs_.model_in_doubt) return PerceptCondition::kModelInDoubt;

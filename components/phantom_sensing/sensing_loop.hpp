@@ -5,6 +5,7 @@
 #include <array>
 #include <atomic>
 #include <cstdint>
+#include <limits>
 #include <span>
 
 #include "common/core/clock.hpp"
@@ -142,6 +143,7 @@ class SensingLoop {
   PerceptCondition assess_others(core::Nanoseconds now_ns) noexcept;
   std::span<const OtherLink> place_others(core::Nanoseconds now_ns) noexcept;
   void tick(core::Nanoseconds now_ns, const SensedWorkspace& workspace, PerceptCondition condition);
+  const PlacePercept* leading_place() noexcept;
   PerceptCondition with_doubts(PerceptCondition condition, core::Nanoseconds now_ns) noexcept;
   void publish(core::Nanoseconds now_ns, const TickInfo& info);
   void publish_figures();
@@ -174,6 +176,8 @@ class SensingLoop {
   core::Snapshot<SeenSpace> seen_inbox_;
   SeenSpace seen_;
   UnseenSpaceWatch unseen_;
+  std::size_t leading_point_ =
+      std::numeric_limits<std::size_t>::max();  // that was fastest last; max: none yet
   std::atomic<bool> self_test_passed_{true};
   WorkspaceWatch watch_;
 

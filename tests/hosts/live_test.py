@@ -65,6 +65,12 @@ class LiveSite:
         eventually(lambda: (self.voxels() or 0) > 100 and "nothing is heard" not in self.server()["message"], LIMIT_S, f"live matter {what}")
         print(f"live matter {what}: {self.voxels():.0f} voxels", flush=True)
 
+    def sense(self, log):
+        process = self.start("cell", "phantom_sensing", log=log)
+        hears = lambda: "depth cameras watch the workspace" in (self.folder / f"{log}.log").read_text()  # noqa: E731
+        eventually(hears, LIMIT_S, "phantom_sensing hears what cameras see")
+        return process
+
     def is_seen(self, seen, when):
         """The percept says whether a depth camera sees its place."""
         def says():
@@ -84,7 +90,7 @@ def run(site, cable):
     site.watch()
     camera = site.start("camera", "workspace_camera")
     site.has_matter("across the hosts")
-    sensing = site.start("cell", "phantom_sensing")
+    sensing = site.sense("phantom_sensing")
     site.is_seen(True, "at the start")
 
     cable.cut()
@@ -97,7 +103,7 @@ def run(site, cable):
 
     sensing.kill()
     sensing.wait(30)
-    site.start("cell", "phantom_sensing", log="sensing_again")
+    site.sense("sensing_again")
     site.is_seen(True, "by a phantom_sensing that was started again")
 
     second = site.start("cell", "workspace_camera", log="second")

@@ -143,34 +143,48 @@ TEST_F(Loop, SR29_APerceptInSpaceThatNoCameraSeesSaysSo) {
   EXPECT_EQ(condition(3 * core::kNsPerSecond), PerceptCondition::kSpaceUnseen) << "nothing was heard for 3 s";
 }
 
-TEST_F(Loop, InFreeSpaceTheFastestInterestPointIsLookedAt) {
+/// In free space, of which only that around the tip was never seen.
+TEST_F(Loop, InFreeSpaceTheInterestPointThatIsOrWasFastestIsLookedAt) {
   give_workspace();
   PhantomModel with_points = rig::suspended_model();
   with_points.interest_points = {{"carriage", 1, {0.05, 0, 0}}, {"tip", 7, {0, 0, 0}}};
   robot::LinkPoses X_WL;
   with_points.arm.link_poses({-0.5}, X_WL);
-  messages::SpaceView view;  // of the space around the tip alone, which was never seen
+  messages::SpaceView view;
   view.cube_m = 0.2;
   view.origin_m = messages::vector_of(X_WL[7].translation_m - Eigen::Vector3d::Constant(0.1));
   view.size_x = view.size_y = view.size_z = 1;
   view.ages = {messages::kSpaceNeverSeen};
-  const auto condition = [&](double max_view_age_s, double turning_rad_s) {
+  /// The condition after the arm has moved like this, 2 s each.
+  struct Motion {
+    double sliding_m_s, turning_rad_s;
+  };
+  const auto condition = [&](double max_view_age_s, const std::vector<Motion>& motions) {
     Config config;
     config.max_view_age_s = max_view_age_s;
     SensingLoop loop(with_points, config, keeper_, seen_);
-    loop.know_seen(SeenSpace(view, kNsPerMillisecond));
-    SlaveSample sample;
-    sample.stamp = {1, kNsPerMillisecond, 77};
-    sample.received_ns = kNsPerMillisecond;
-    sample.position[0] = -0.5;  // far from the wall
-    sample.velocity[2] = turning_rad_s;
-    loop.offer(sample);
-    loop.turn(kNsPerMillisecond);
+    std::uint64_t number = 0;
+    for (const Motion& motion : motions) {
+      SlaveSample sample;
+      sample.stamp = {++number, static_cast<core::Nanoseconds>(2 * number) * core::kNsPerSecond, 77};
+      sample.received_ns = sample.stamp.monotonic_ns;
+      sample.position[0] = -0.5;  // far from the wall
+      sample.velocity[0] = motion.sliding_m_s, sample.velocity[2] = motion.turning_rad_s;
+      loop.know_seen(SeenSpace(view, sample.received_ns));
+      loop.offer(sample);
+      loop.turn(sample.received_ns);
+    }
     return seen_.conditions.back();
   };
-  EXPECT_EQ(condition(3.0, 0.3), PerceptCondition::kSpaceUnseen);
-  EXPECT_EQ(condition(3.0, 0.0), PerceptCondition::kFresh) << "at rest none is the fastest";
-  EXPECT_EQ(condition(0.0, 0.3), PerceptCondition::kFresh) << "that is not to be said";
+  using enum PerceptCondition;
+  const Motion rest{0.0, 0.0}, slides{0.1, 0.0}, turns{0.0, 0.3}, trembles{0.0, 0.001};
+  EXPECT_EQ(condition(3.0, {turns}), kSpaceUnseen);
+  EXPECT_EQ(condition(0.0, {turns}), kFresh) << "that is not to be said";
+  EXPECT_EQ(condition(3.0, {rest}), kSpaceUnseen) << "the last one, if none has moved yet";
+  EXPECT_EQ(condition(3.0, {slides, trembles}), kFresh) << "it stands, but for its noise";
+  EXPECT_EQ(condition(3.0, {turns, rest, rest}), kSpaceUnseen) << "it stands where no camera sees";
+  with_points.interest_points.clear();
+  EXPECT_EQ(condition(3.0, {turns}), kFresh) << "no place of its own";
 }
 
 TEST_F(Loop, TheNewestStateWins) {
