@@ -301,6 +301,8 @@ void PhantomSensing::begin(const StepInputs& inputs, StepOutputs& outputs) noexc
                          inputs.velocity, outputs.drag);
   add_reaction_of(own_links_, inputs, outputs);
   outputs.valid = true;
+  const std::size_t last = model_.arm.links().size() - 1;
+  outputs.tip_W_m = X_WL_[last] * model_.arm.link_axis_m(last).second;
 }
 
 std::size_t PhantomSensing::end(const StepInputs& inputs, const SensedShares& shares,

@@ -260,6 +260,7 @@ struct StepOutputs {
   std::size_t muted_sensors = 0;  ///< sensors in fluid of an object that they may touch
   /// In the order of the model's interest points; valid until the next step.
   std::span<const InterestPercept> interest;
+  Eigen::Vector3d tip_W_m = Eigen::Vector3d::Zero();  ///< where the arm's tip is, if valid
 };
 
 /// What another process has sensed of a share's links, at the same pose, in the same workspace or in one of

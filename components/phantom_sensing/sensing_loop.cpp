@@ -221,10 +221,10 @@ void SensingLoop::tick(core::Nanoseconds now_ns, const SensedWorkspace& workspac
 /// Marks what is fresh with what speaks against it. A workspace that is not current stays marked as that: it
 /// may be why. The process of a share leaves it to the arm's.
 /// Returns the place that the percept is of; in free space that of the fastest interest point, which may come
-/// into something first. At rest it is that of the one which was fastest last; of the last one in the cell,
-/// if none has moved yet. Null: there is none.
-const PlacePercept* SensingLoop::leading_place() noexcept {
-  if (outputs_.percept.mu > 0.0) return &outputs_.percept;
+/// into something first. At rest it is that of the one which was fastest last; of the arm's tip, if none has
+/// moved yet or there is none.
+const Eigen::Vector3d& SensingLoop::leading_place_W_m() noexcept {
+  if (outputs_.percept.mu > 0.0) return outputs_.percept.position_W_m;
   constexpr double kRest_m_s = 0.002;
   double fastest_m_s = kRest_m_s;
   for (std::size_t i = 0; i < outputs_.interest.size(); ++i) {
@@ -233,16 +233,14 @@ const PlacePercept* SensingLoop::leading_place() noexcept {
     fastest_m_s = speed_m_s;
     leading_point_ = i;
   }
-  if (outputs_.interest.empty()) return nullptr;
-  return &outputs_.interest[std::min(leading_point_, outputs_.interest.size() - 1)];
+  return leading_point_ < outputs_.interest.size() ? outputs_.interest[leading_point_].position_W_m
+                                                   : outputs_.tip_W_m;
 }
 
 PerceptCondition SensingLoop::with_doubts(PerceptCondition condition, core::Nanoseconds now_ns) noexcept {
   seen_inbox_.read(seen_);
-  const bool is_said = config_.max_view_age_s > 0.0 && config_.own_share.empty() && outputs_.valid;
-  const PlacePercept* const place = is_said ? leading_place() : nullptr;
-  const bool unseen =
-      place != nullptr && seen_.is_unseen(place->position_W_m, config_.max_view_age_s, now_ns);
+  const bool unseen = config_.max_view_age_s > 0.0 && config_.own_share.empty() && outputs_.valid &&
+                      seen_.is_unseen(leading_place_W_m(), config_.max_view_age_s, now_ns);
   const bool says_unseen = unseen_.step(unseen, now_ns);
   if (condition != PerceptCondition::kFresh) return condition;
   if (outputs_.model_in_doubt) return PerceptCondition::kModelInDoubt;

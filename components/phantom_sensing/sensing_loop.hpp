@@ -143,7 +143,7 @@ class SensingLoop {
   PerceptCondition assess_others(core::Nanoseconds now_ns) noexcept;
   std::span<const OtherLink> place_others(core::Nanoseconds now_ns) noexcept;
   void tick(core::Nanoseconds now_ns, const SensedWorkspace& workspace, PerceptCondition condition);
-  const PlacePercept* leading_place() noexcept;
+  const Eigen::Vector3d& leading_place_W_m() noexcept;
   PerceptCondition with_doubts(PerceptCondition condition, core::Nanoseconds now_ns) noexcept;
   void publish(core::Nanoseconds now_ns, const TickInfo& info);
   void publish_figures();

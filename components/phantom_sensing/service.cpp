@@ -377,10 +377,9 @@ int run_service(const runtime::ProcessOptions& options, const runtime::Deploymen
     health.loops = {loop.progress().statistics(), relay.progress().statistics(),
                     workspace.progress().statistics()};
     // That a place is unseen comes and goes as the arm moves: the page shows it, the log would fill.
-    const PerceptCondition to_log = now.figures.condition == PerceptCondition::kSpaceUnseen
-                                        ? PerceptCondition::kFresh
-                                        : now.figures.condition;
-    if (to_log != logged) spdlog::info("{}", health.message.empty() ? "sensing" : health.message);
+    const bool unseen = now.figures.condition == PerceptCondition::kSpaceUnseen;
+    const PerceptCondition to_log = unseen ? PerceptCondition::kFresh : now.figures.condition;
+    if (to_log != logged) spdlog::info("{}", unseen || health.message.empty() ? "sensing" : health.message);
     logged = to_log;
     adapter.publish_status(health);
   } while (runtime::sleep_unless_stopped(kPoll_s));

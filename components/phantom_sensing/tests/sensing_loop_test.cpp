@@ -180,11 +180,11 @@ TEST_F(Loop, InFreeSpaceTheInterestPointThatIsOrWasFastestIsLookedAt) {
   const Motion rest{0.0, 0.0}, slides{0.1, 0.0}, turns{0.0, 0.3}, trembles{0.0, 0.001};
   EXPECT_EQ(condition(3.0, {turns}), kSpaceUnseen);
   EXPECT_EQ(condition(0.0, {turns}), kFresh) << "that is not to be said";
-  EXPECT_EQ(condition(3.0, {rest}), kSpaceUnseen) << "the last one, if none has moved yet";
+  EXPECT_EQ(condition(3.0, {rest}), kSpaceUnseen) << "the arm's tip, if none has moved yet";
   EXPECT_EQ(condition(3.0, {slides, trembles}), kFresh) << "it stands, but for its noise";
   EXPECT_EQ(condition(3.0, {turns, rest, rest}), kSpaceUnseen) << "it stands where no camera sees";
   with_points.interest_points.clear();
-  EXPECT_EQ(condition(3.0, {turns}), kFresh) << "no place of its own";
+  EXPECT_EQ(condition(3.0, {slides}), kSpaceUnseen) << "or if there is none";
 }
 
 TEST_F(Loop, TheNewestStateWins) {
