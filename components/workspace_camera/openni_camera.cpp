@@ -8,6 +8,8 @@
 #include <cmath>
 #include <condition_variable>
 #include <cstring>
+#include <deque>
+#include <future>
 #include <mutex>
 #include <span>
 #include <stop_token>
@@ -156,6 +158,47 @@ class Device {
   bool mirrored_ = false;
 };
 
+/// Threads that take up work again and again and never end. OpenNI asks, as the system does not allow, after
+/// threads that once called it: it crashes if one of them has ended.
+class LastingThreads {
+ public:
+  static LastingThreads& all() {
+    static auto* const threads = new LastingThreads;  // never ends
+    return *threads;
+  }
+  std::future<void> run(std::function<void()> work) {
+    std::packaged_task<void()> task(std::move(work));
+    std::future<void> done = task.get_future();
+    const std::lock_guard lock(mutex_);
+    tasks_.push_back(std::move(task));
+    if (tasks_.size() > idle_)
+      std::thread([this] { take_tasks(); }).detach();
+    else
+      wake_.notify_one();
+    return done;
+  }
+
+ private:
+  [[noreturn]] void take_tasks() {
+    std::unique_lock lock(mutex_);
+    for (;;) {
+      ++idle_;
+      wake_.wait(lock, [this] { return !tasks_.empty(); });
+      --idle_;
+      std::packaged_task<void()> task = std::move(tasks_.front());
+      tasks_.pop_front();
+      lock.unlock();
+      task();
+      lock.lock();
+    }
+  }
+
+  std::mutex mutex_;
+  std::condition_variable wake_;
+  std::deque<std::packaged_task<void()>> tasks_;  // guarded by mutex_
+  std::size_t idle_ = 0;                          // likewise
+};
+
 /// OpenNI with its drivers: loaded with the first camera, and ended with the last one.
 struct Drivers {
   Drivers() {
@@ -222,16 +265,21 @@ struct OpenNiCamera::Impl {
   std::condition_variable_any retry;
   std::optional<Image> newest;               // guarded by mutex
   std::string trouble = "nothing was read";  // likewise
-  std::jthread thread;                       // ends before the rest goes
+  std::stop_source stopping;
+  std::future<void> read_to_end;
 };
 
 OpenNiCamera::OpenNiCamera(std::string name, OpenNiOptions options)
     : impl_(new Impl{std::move(name), std::move(options)}) {}
-OpenNiCamera::~OpenNiCamera() = default;
+OpenNiCamera::~OpenNiCamera() {
+  impl_->stopping.request_stop();
+  if (impl_->read_to_end.valid()) impl_->read_to_end.wait();
+}
 
 void OpenNiCamera::start(std::function<void()> arrived) {
   impl_->arrived = std::move(arrived);
-  impl_->thread = std::jthread([this](const std::stop_token& stop) { impl_->read(stop); });
+  impl_->read_to_end =
+      LastingThreads::all().run([impl = impl_.get()] { impl->read(impl->stopping.get_token()); });
 }
 
 std::optional<OpenNiCamera::Image> OpenNiCamera::take() {

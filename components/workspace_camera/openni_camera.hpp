@@ -24,9 +24,9 @@ struct OpenNiOptions {
   bool is_recording() const { return device.ends_with(".oni"); }
 };
 
-/// Reads a device on a thread of its own. A device that is missing, or sends nothing for a second, is opened
-/// again each second. Of its images the newest waits. The images are as the camera sees them: OpenNI's
-/// mirroring is undone.
+/// Reads a device on a thread of its own, which outlives it. A device that is missing, or sends nothing for a
+/// second, is opened again each second. Of its images the newest waits. The images are as the camera sees
+/// them: OpenNI's mirroring is undone.
 class OpenNiCamera {
  public:
   struct Image {

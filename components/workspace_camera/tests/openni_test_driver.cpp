@@ -5,7 +5,7 @@
 #include <chrono>
 #include <cstring>
 #include <map>
-#include <memory>
+#include <mutex>
 #include <string>
 #include <thread>
 
@@ -140,6 +140,7 @@ class Driver : public oni::driver::DriverBase {
   }
   oni::driver::DeviceBase* deviceOpen(const char* uri, const char*) override {
     const std::string kind = std::string(uri).substr(std::strlen("phantom:"));
+    const std::lock_guard lock(mutex_);
     return new Device(kind, ++openings_[kind]);
   }
   void deviceClose(oni::driver::DeviceBase* device) override { delete device; }
@@ -153,7 +154,8 @@ class Driver : public oni::driver::DriverBase {
     deviceConnected(&info);
     return ONI_STATUS_OK;
   }
-  std::map<std::string, int> openings_;
+  std::mutex mutex_;
+  std::map<std::string, int> openings_;  // guarded by mutex_
 };
 
 }  // namespace
