@@ -87,7 +87,8 @@ if(PHANTOM_WARNINGS_AS_ERRORS)
   target_compile_options(phantom_options INTERFACE -Werror)
 endif()
 if(PHANTOM_SANITIZE)
-  add_compile_options(-fsanitize=${PHANTOM_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
+  # GCC 12 takes members of std::function for uninitialised where it adds its checks.
+  add_compile_options(-fsanitize=${PHANTOM_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all -Wno-maybe-uninitialized)
   add_link_options(-fsanitize=${PHANTOM_SANITIZE})
 endif()
 
