@@ -11,6 +11,7 @@ namespace {
 
 using namespace rig;
 using enum messages::DepthCameraState;
+using testing::Each;
 using testing::HasSubstr;
 
 const Eigen::Vector3d kPlace{0.1, 0.0, 0.3};
@@ -91,6 +92,23 @@ TEST(WorkspaceCamera, TellsHowLongAgoEachPartOfTheSpaceWasSeen) {
   EXPECT_EQ(age_at(in_box, film.now_ns()), messages::kSpaceNeverSeen);
   EXPECT_NEAR(age_at(before_wall, film.now_ns() + 10'000 * kMs), 41, 1);
   EXPECT_EQ(age_at(before_wall, film.now_ns() + 100'000 * kMs), messages::kSpaceAgeMax);
+}
+
+TEST(WorkspaceCamera, WhereTheArmIsNothingNeedsToBeSeen) {
+  ArmView view = arm_view();
+  ArmHistory history;
+  WorkspaceCameraConfig wide = config();
+  wide.fusion.masks.arm_margin_m = 0.3;  // of whole cubes
+  const WorkspaceCamera camera(wide, "source", "cell", grid(), &view, history);
+  const auto ages = [&] { return camera.space_view(kStart).ages; };
+  EXPECT_THAT(ages(), Each(messages::kSpaceNeverSeen)) << "where it is is not known";
+  core::JointArray q{};
+  q[0] = -0.3;
+  history.put(kStart, q);
+  const std::vector<std::uint8_t> now = ages();
+  ASSERT_EQ(now.size(), 4U * 4U * 3U);
+  EXPECT_EQ(now[0 + 4 * (1 + 4 * 1)], 0) << "all of it is the arm's";
+  EXPECT_EQ(now[3 + 4 * (1 + 4 * 1)], messages::kSpaceNeverSeen);
 }
 
 TEST(WorkspaceCamera, ChangesOneAfterTheOtherMakeTheWhole) {
