@@ -218,8 +218,6 @@ void SensingLoop::tick(core::Nanoseconds now_ns, const SensedWorkspace& workspac
   publish(now_ns, {newest_, age_s, core::seconds(step_ns), condition, inputs.allowed.size(), gripper});
 }
 
-/// Marks what is fresh with what speaks against it. A workspace that is not current stays marked as that: it
-/// may be why. The process of a share leaves it to the arm's.
 /// Returns the place that the percept is of; in free space that of the fastest interest point, which may come
 /// into something first. At rest it is that of the one which was fastest last; of the arm's tip, if none has
 /// moved yet or there is none.
@@ -237,6 +235,8 @@ const Eigen::Vector3d& SensingLoop::leading_place_W_m() noexcept {
                                                    : outputs_.tip_W_m;
 }
 
+/// Marks what is fresh with what speaks against it. A workspace that is not current stays marked as that: it
+/// may be why. The process of a share leaves it to the arm's.
 PerceptCondition SensingLoop::with_doubts(PerceptCondition condition, core::Nanoseconds now_ns) noexcept {
   seen_inbox_.read(seen_);
   const bool unseen = config_.max_view_age_s > 0.0 && config_.own_share.empty() && outputs_.valid &&

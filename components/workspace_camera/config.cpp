@@ -90,7 +90,7 @@ CameraConfig read_camera(const Fields& fields, const std::filesystem::path& base
   return camera;
 }
 
-/// What a dead camera has seen becomes unseen: where its matter is to end, that is free unless said
+/// What a dead camera has seen becomes unknown: where its matter is to end, that is free unless said
 /// otherwise.
 fusion::UnknownPolicy read_policy(const Fields& fields, const char* key, OnLoss on_loss) {
   using enum fusion::UnknownPolicy;
@@ -164,16 +164,16 @@ WorkspaceCameraConfig load_config(const std::filesystem::path& path) {
   fusion.number("max_blocks", config.fusion.max_blocks);
   fusion.number("sigma_at_1m_m", config.fusion.sigma.at_1m_m);
   fusion.number("min_component_vox", config.fusion.min_component_vox);
-  config.fusion.unknown = read_policy(fusion, "unseen", config.on_loss);
-  for (const Fields& fields : file.sections("unseen_regions")) {
-    UnseenRegion& region = config.unseen_regions.emplace_back();
+  config.fusion.unknown = read_policy(fusion, "unknown", config.on_loss);
+  for (const Fields& fields : file.sections("unknown_regions")) {
+    UnknownRegionConfig& region = config.unknown_regions.emplace_back();
     region.min_m = fields.vector3("min_m");
     region.max_m = fields.vector3("max_m");
     fields.check((region.max_m - region.min_m).minCoeff() > 0.0, "max_m",
                  "is not above min_m; allowed: more than that along each axis");
     region.policy = read_policy(fields, "policy", config.on_loss);
   }
-  file.check(config.unseen_regions.size() <= fusion::kMaxUnknownRegions, "unseen_regions",
+  file.check(config.unknown_regions.size() <= fusion::kMaxUnknownRegions, "unknown_regions",
              "has too many; allowed: 0 to 1000");
   const Fields poses = file.section("pose_check");
   poses.number("every_s", config.pose_check.every_s);

@@ -57,8 +57,8 @@ struct Displacement {
 
 enum class OnLoss : std::uint8_t { kKeep, kEnd };
 
-/// A part of the workspace with a policy of its own for what no camera has seen.
-struct UnseenRegion {
+/// A part of the workspace with a policy of its own for unknown space.
+struct UnknownRegionConfig {
   Eigen::Vector3d min_m = Eigen::Vector3d::Zero(), max_m = Eigen::Vector3d::Zero();  ///< W
   fusion::UnknownPolicy policy = fusion::UnknownPolicy::kIgnore;
 };
@@ -69,8 +69,8 @@ struct WorkspaceCameraConfig {
   double status_rate_hz = 4.0, heartbeat_s = 0.1, whole_every_s = 2.0;
   double late_s = 0.2, dead_s = 0.4;
   OnLoss on_loss = OnLoss::kKeep;
-  fusion::FusionParameters fusion;           ///< without the grid and its regions
-  std::vector<UnseenRegion> unseen_regions;  ///< later ones prevail
+  fusion::FusionParameters fusion;                   ///< without the grid and its regions
+  std::vector<UnknownRegionConfig> unknown_regions;  ///< later ones prevail
   PoseCheckRules pose_check;
   std::vector<CameraConfig> cameras;
   std::vector<Thing> things;

@@ -25,8 +25,8 @@ LocalCameras::LocalCameras(const WorkspaceCameraConfig& config, const LoadedCell
                            std::make_unique<FileCamera>(camera.files)});
         break;
       case CameraDriver::kOpenNi:
-        attached_.push_back({i, core::from_seconds(camera.openni.latency_s),
-                             std::make_unique<OpenNiCamera>(camera.name, camera.openni)});
+        attached_.push_back(
+            {i, core::from_seconds(camera.openni.latency_s), std::make_unique<OpenNiCamera>(camera.openni)});
         break;
       case CameraDriver::kSimulated:
         const SimulatedOptions& options = camera.simulated;
@@ -64,7 +64,8 @@ std::vector<std::string> LocalCameras::troubles() const {
   std::vector<std::string> sentences;
   for (const Attached& one : attached_) {
     if (const std::string trouble = one.device->trouble(); !trouble.empty())
-      sentences.push_back("camera '" + config_.cameras[one.camera].name + "': OpenNI: " + trouble);
+      sentences.push_back("camera '" + config_.cameras[one.camera].name + "': OpenNI: " + trouble +
+                          "; it is opened again each second");
   }
   return sentences;
 }
@@ -77,7 +78,8 @@ core::Nanoseconds LocalCameras::due_ns() const {
   return due_ns;
 }
 
-/// Of no time after the arm's newest state: it would stand elsewhere in the image than it then did.
+/// Returns the time of an exposure, but none after the arm's newest state: the arm would stand elsewhere in
+/// the image than it then did.
 core::Nanoseconds LocalCameras::newest_known_ns(core::Nanoseconds exposed_ns) const {
   return loaded_.arm ? std::min(exposed_ns, history_.newest_ns()) : exposed_ns;
 }

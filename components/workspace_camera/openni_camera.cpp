@@ -2,7 +2,6 @@
 
 #include <OniCAPI.h>
 #include <spdlog/fmt/fmt.h>
-#include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <cmath>
@@ -217,7 +216,7 @@ struct Drivers {
 struct OpenNiCamera::Impl {
   void read(const std::stop_token& stop) {
     while (!stop.stop_requested()) {
-      tell(read_device(stop));
+      set_trouble(read_device(stop));
       std::unique_lock lock(mutex);
       retry.wait_for(lock, stop, kRetry, [] { return false; });
     }
@@ -237,7 +236,7 @@ struct OpenNiCamera::Impl {
         continue;
       }
       heard_ns = now_ns;
-      tell("");
+      set_trouble("");
       {
         const std::lock_guard lock(mutex);
         newest = Image{device.camera(), now_ns, **std::move(depths)};
@@ -247,17 +246,11 @@ struct OpenNiCamera::Impl {
     return {};
   }
 
-  void tell(std::string now) {
+  void set_trouble(std::string now) {
     const std::lock_guard lock(mutex);
-    if (now == trouble) return;
-    if (now.empty())
-      spdlog::info("camera {}: its OpenNI device sends images", name);
-    else
-      spdlog::warn("camera {}: OpenNI: {}; it is tried again each second", name, now);
     trouble = std::move(now);
   }
 
-  const std::string name;
   const OpenNiOptions options;
   const Drivers drivers;
   std::function<void()> arrived;
@@ -269,8 +262,7 @@ struct OpenNiCamera::Impl {
   std::future<void> read_to_end;
 };
 
-OpenNiCamera::OpenNiCamera(std::string name, OpenNiOptions options)
-    : impl_(new Impl{std::move(name), std::move(options)}) {}
+OpenNiCamera::OpenNiCamera(OpenNiOptions options) : impl_(new Impl{std::move(options)}) {}
 OpenNiCamera::~OpenNiCamera() {
   impl_->stopping.request_stop();
   if (impl_->read_to_end.valid()) impl_->read_to_end.wait();

@@ -37,16 +37,16 @@ class OpenNiCamera {
 
   /// Loads OpenNI's drivers, if no other camera has; it changes the working directory meanwhile. Throws
   /// core::MissingError if there is none.
-  OpenNiCamera(std::string name, OpenNiOptions options);
+  explicit OpenNiCamera(OpenNiOptions options);
   ~OpenNiCamera();
   OpenNiCamera(const OpenNiCamera&) = delete;
   OpenNiCamera& operator=(const OpenNiCamera&) = delete;
 
   /// Begins to read. `arrived` is called on the camera's thread after each image, until this is destroyed.
   void start(std::function<void()> arrived);
-  /// Returns the newest image, if nobody has taken it. Any thread.
+  /// Returns the newest image, each once. Any thread.
   std::optional<Image> take();
-  /// Returns why no images come, or nothing if they do. Any thread.
+  /// Returns why no images come; empty while they do. Any thread.
   std::string trouble() const;
 
  private:

@@ -23,7 +23,7 @@ fusion::Fusion fusion_or_throw(const WorkspaceCameraConfig& config, const worksp
   const auto voxel_at = [&](const Eigen::Vector3d& p_m) {
     return grid.index_of(p_m.cwiseMax(grid.origin_m).cwiseMin(end_m));
   };
-  for (const UnseenRegion& region : config.unseen_regions)
+  for (const UnknownRegionConfig& region : config.unknown_regions)
     parameters.unknown_regions.push_back(
         {VoxelBox::between(voxel_at(region.min_m), voxel_at(region.max_m)), region.policy});
   auto made = fusion::Fusion::create(parameters);

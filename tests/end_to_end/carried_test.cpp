@@ -10,6 +10,7 @@
 #include <thread>
 
 #include "common/core/clock.hpp"
+#include "common/dds/tests/test_network.hpp"
 #include "common/messages/codecs/teleoperation_codec.hpp"
 #include "common/messages/codecs/workspace_codec.hpp"
 #include "common/messages/publisher.hpp"
@@ -108,9 +109,9 @@ class Carried : public testing::Test {
               "/deploy/qos/phantom.xml\ncell: cell.yaml\nnetwork: {interfaces: [127.0.0.1]}\n");
     follow_left("wva_server.yaml", source + "/components/wva_server/wva_server.yaml");
     follow_left("phantom_sensing.yaml", source + "/components/phantom_sensing/phantom_sensing.yaml");
-    participant_.emplace("carried_test", network());
+    participant_.emplace("carried_test", dds::test_network());
     arm_.emplace(*participant_);
-    observer_.emplace(network());
+    observer_.emplace(dds::test_network());
     start_server();
     start_sensing();
     ASSERT_TRUE(eventually([&] { return observer_->version() != 0 && agreed(); })) << logs();
@@ -132,13 +133,6 @@ class Carried : public testing::Test {
     const auto at = text.find("\narm: \"\"");
     ASSERT_NE(at, std::string::npos);
     write(name, text.replace(at, 8, "\narm: left"));
-  }
-  core::NetworkOptions network() const {
-    core::NetworkOptions network;
-    network.domain = domain_;
-    network.qos_profiles = PHANTOM_SOURCE_DIR "/deploy/qos/phantom.xml";
-    network.interfaces = {"127.0.0.1"};
-    return network;
   }
   std::string path(const char* name) const { return (folder_ / name).string(); }
   void start_server() {
@@ -294,7 +288,7 @@ TEST_F(Carried, AServerAndAPhantomThatAreKilledMeanwhileAreBackWithTheTruth) {
   const std::uint64_t version = observer_->version();
   server_->end(SIGKILL);
   start_server();
-  WorkspaceObserver late(network());
+  WorkspaceObserver late(dds::test_network());
   ASSERT_TRUE(eventually([&] { return late.version() > version; })) << logs();
   ASSERT_EQ(late.carried().size(), 1U);
   EXPECT_EQ(late.carried().front().X_FO.translation_m, was.X_FO.translation_m);

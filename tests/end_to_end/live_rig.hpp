@@ -14,6 +14,7 @@
 #include <thread>
 
 #include "common/core/clock.hpp"
+#include "common/dds/tests/test_network.hpp"
 #include "common/geometry/implicit/primitives.hpp"
 #include "common/messages/codecs/status_codec.hpp"
 #include "common/messages/codecs/teleoperation_codec.hpp"
@@ -167,7 +168,7 @@ class LiveRig {
 
   /// Starts all. Returns whether the cell is felt and the camera's images are fused.
   bool start() {
-    participant_.emplace("live_system_test", network());
+    participant_.emplace("live_system_test", dds::test_network());
     status_.emplace(*participant_, dds::kComponentStatus,
                     [this](const msg::ComponentStatus& sample, const dds::SampleInfo&) {
                       const std::lock_guard lock(mutex_);
@@ -179,7 +180,7 @@ class LiveRig {
                                                 {Eigen::Matrix3d::Identity(), {0.0, 0.0, 0.5}})
                         .value(),
                     options_);
-    observer_.emplace(network());
+    observer_.emplace(dds::test_network());
     start("wva_server", server_, {"--config", path("wva_server.yaml")});
     start("phantom_sensing", sensing_);
     start_camera();
@@ -188,13 +189,6 @@ class LiveRig {
   }
 
  protected:
-  core::NetworkOptions network() const {
-    core::NetworkOptions network;
-    network.domain = domain_;
-    network.qos_profiles = PHANTOM_SOURCE_DIR "/deploy/qos/phantom.xml";
-    network.interfaces = {"127.0.0.1"};
-    return network;
-  }
   void write(const std::string& name, const std::string& text) const {
     std::ofstream(folder_ / name) << text;
   }

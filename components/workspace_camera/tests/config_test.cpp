@@ -100,19 +100,20 @@ TEST(Thing, SwaysBetweenItsEnds) {
   EXPECT_NEAR(thing.middle_m(14.0).x(), 1.0, 1e-12);
 }
 
-TEST_F(Config, WhatIsNotSeenHasAPolicy) {
+TEST_F(Config, UnknownSpaceHasAPolicy) {
   using enum fusion::UnknownPolicy;
   EXPECT_EQ(load(kOne).fusion.unknown, kIgnore);
   EXPECT_EQ(load(kOne + "\non_loss: end").fusion.unknown, kFree);
-  EXPECT_EQ(load(kOne + "\non_loss: end\nfusion: {unseen: occupied}").fusion.unknown, kOccupied);
-  const std::string region = "\nunseen_regions: [{min_m: [0, 0, 0.5], max_m: [1, 1, 0.9], policy: occupied}]";
-  const auto regions = load(kOne + region).unseen_regions;
+  EXPECT_EQ(load(kOne + "\non_loss: end\nfusion: {unknown: occupied}").fusion.unknown, kOccupied);
+  const std::string region =
+      "\nunknown_regions: [{min_m: [0, 0, 0.5], max_m: [1, 1, 0.9], policy: occupied}]";
+  const auto regions = load(kOne + region).unknown_regions;
   ASSERT_EQ(regions.size(), 1U);
   EXPECT_EQ(regions[0].policy, kOccupied);
   EXPECT_EQ(regions[0].min_m, Eigen::Vector3d(0.0, 0.0, 0.5));
-  EXPECT_THROW(load(kOne + "\nunseen_regions: [{min_m: [0, 0, 0.5], max_m: [1, 1, 0.5], policy: free}]"),
+  EXPECT_THROW(load(kOne + "\nunknown_regions: [{min_m: [0, 0, 0.5], max_m: [1, 1, 0.5], policy: free}]"),
                core::ConfigError);
-  EXPECT_THROW(load(kOne + "\nfusion: {unseen: solid}"), core::ConfigError);
+  EXPECT_THROW(load(kOne + "\nfusion: {unknown: solid}"), core::ConfigError);
 }
 
 }  // namespace

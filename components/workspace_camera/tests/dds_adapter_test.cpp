@@ -4,6 +4,7 @@
 
 #include <map>
 #include <mutex>
+#include <thread>
 
 #include "common/core/snapshot.hpp"
 #include "common/dds/endpoints/endpoint.hpp"
@@ -51,6 +52,16 @@ TEST(DdsAdapter, BringsTheImagesOfItsCamerasAlone) {
   EXPECT_EQ(image->camera, 1U);
   EXPECT_EQ(image->depth_mm, an_image(1234).depth_mm);
   EXPECT_GT(image->received_ns, 0);
+}
+
+TEST(DdsAdapter, AWaitForAnImageEndsOnceItIsWoken) {
+  ArmHistory history;
+  DdsAdapter adapter(dds::test_network(), "workspace_camera", {"above"}, nullptr, history);
+  constexpr double kAnHour_s = 3600.0;  // the test ends by its own limit if nobody wakes it
+  adapter.wake();
+  EXPECT_FALSE(adapter.next_image(kAnHour_s)) << "also if it was woken before it waits";
+  std::jthread other([&] { adapter.wake(); });
+  EXPECT_FALSE(adapter.next_image(kAnHour_s));
 }
 
 // Tries workspace_camera: two processes send the images of one camera

@@ -30,7 +30,7 @@ OpenNiOptions device(const std::string& kind) {
 
 class Eye {
  public:
-  explicit Eye(const OpenNiOptions& options) : camera_("above", options) {
+  explicit Eye(const OpenNiOptions& options) : camera_(options) {
     camera_.start([this] { came_.release(); });
   }
   OpenNiCamera::Image next() {

@@ -232,12 +232,12 @@ TEST(WorkspaceCamera, OrEndsByConfiguration) {
   EXPECT_THAT(health.message, HasSubstr("its matter has ended"));
 }
 
-/// Behind the box nothing is seen: what is told of it is a matter of the region.
-TEST(WorkspaceCamera, WhatIsNotSeenIsToldByThePolicyOfItsRegion) {
+/// The space behind the box is unknown: its region decides what is published of it.
+TEST(WorkspaceCamera, UnknownSpaceFollowsThePolicyOfItsRegion) {
   const ArmHistory history;
   WorkspaceCameraConfig regions = config();
   const Eigen::Vector3d inside = kPlace + Eigen::Vector3d(0.0, 0.06, -0.04), before(0.0, -0.3, 0.5);
-  regions.unseen_regions = {
+  regions.unknown_regions = {
       {Eigen::Vector3d::Constant(-1e300), Eigen::Vector3d::Constant(1e300), fusion::UnknownPolicy::kOccupied},
       {{-1.0, -1.0, 0.6}, {1.0, 1.0, 0.8}, fusion::UnknownPolicy::kFree}};
   WorkspaceCamera camera(regions, "source", "cell", grid(), nullptr, history);
