@@ -8,6 +8,9 @@ from idl_reader import TAG, IdlError
 MADE = "Made by idl/contract.py from the IDL."
 
 
+MIN_ROOM = 64  # samples of a reader: what a writer of 1 kHz sends between two heartbeats
+
+
 @dataclass
 class Qos:
     """`keys`, `reader_keys`: instances that a writer, a reader has room for."""
@@ -24,7 +27,9 @@ class Qos:
     fragments: bool = False
 
     def samples(self, reader):
-        return self.depth * (self.reader_keys if reader else self.keys)
+        """The limit of samples. Fast DDS's reader refuses a sample while as many before it are missing as it has room for, even if
+        those have been replaced meanwhile (DataReaderHistory::received_change): so it has room for more than it keeps."""
+        return max(MIN_ROOM, self.depth * self.reader_keys) if reader else self.depth * self.keys
 
     def memory(self):
         """How Fast DDS keeps samples: at most of the type's size, grown as needed, or as large as each is."""

@@ -107,6 +107,7 @@ class PlayedCamera {
     image.cx_px = options.camera.cx_px, image.cy_px = options.camera.cy_px;
     image.min_depth_m = 0.3, image.max_depth_m = 4.0;
     const double period_s = std::chrono::duration<double>(options_.period).count();
+    auto next = std::chrono::steady_clock::now();
     for (double time_s = 0.0; !stop.stop_requested(); time_s += period_s) {
       const core::Nanoseconds exposed_ns = core::monotonic_ns();
       if (!hangs_ || image.depth_mm.empty()) {
@@ -120,7 +121,8 @@ class PlayedCamera {
       image.age_s = core::seconds(core::monotonic_ns() - exposed_ns);
       if (sends_) images_.publish(image);
       ++taken_;
-      std::this_thread::sleep_for(options_.period);
+      next = std::max(next + options_.period, std::chrono::steady_clock::now());
+      std::this_thread::sleep_until(next);
     }
   }
   const LiveOptions options_;
