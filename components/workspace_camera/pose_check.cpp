@@ -12,10 +12,13 @@
 namespace phantom::workspace_camera {
 namespace {
 
-constexpr double kDisagree = 0.25;     // of an object's pixels: it may stand elsewhere
-constexpr double kSeenThrough = 0.85;  // of them: nothing is there
-constexpr double kConfirmed = 0.7;     // of the pixels at the new pose: it stands there
+constexpr double kDisagree = 0.25;         // of an object's pixels: it may stand elsewhere
+constexpr double kSomeSeenThrough = 0.04;  // and kMinPixels: likewise, as no other thing can be the reason
+constexpr double kSeenThrough = 0.85;      // of them: nothing is there
+constexpr double kConfirmed = 0.7;         // of the pixels at the new pose: it stands there
 constexpr double kSigmas = 4.0;
+constexpr double kSlide_m = 0.025;  // steps in which a slid object is looked for
+constexpr double kClearly = 1.03;   // so many more pixels speak for the better one of two poses
 constexpr std::size_t kMaxNear = 600, kMaxTouches = 40, kMaxFree = 12, kMinTouches = 12;
 
 /// Returns at most `count` of the values, evenly spread.
@@ -30,6 +33,20 @@ std::vector<Value> spread(const std::vector<Value>& all, std::size_t count) {
 std::vector<ModelObject> with_triangles(std::vector<ModelObject> objects) {
   std::erase_if(objects, [](const ModelObject& one) { return survey::TouchSurface(one.mesh_O).empty(); });
   return objects;
+}
+
+/// Returns the best pose near one of these. A later one counts only if it is clearly better.
+geometry::Pose best_of(PoseRefinement& refinement, std::initializer_list<geometry::Pose> starts_WO) {
+  std::optional<geometry::Pose> best_WO;
+  double best = 0.0;
+  for (const geometry::Pose& start_WO : starts_WO) {
+    const geometry::Pose found_WO = refinement.best_near(start_WO);
+    const double score = refinement.score(found_WO);
+    if (best_WO && score <= kClearly * best) continue;
+    best_WO = found_WO;
+    best = score;
+  }
+  return *best_WO;
 }
 
 /// The object is looked for within reach; what lies farther off is explained by something else.
@@ -123,17 +140,60 @@ void PoseCheck::count(const std::vector<Drawn>& drawn, std::vector<Count>& count
   }
 }
 
-/// Drawn there, it is what the camera sees.
-bool PoseCheck::stands_at(std::size_t object, const geometry::Pose& X_WO) {
+/// What the image says of the object where it is drawn.
+PoseCheck::Count PoseCheck::count_at(std::size_t object, const geometry::Pose& X_WO) {
   moved_ = drawn_;
   for (Drawn& drawn : moved_)
     if (drawn.object == static_cast<int>(object)) drawn = {};
   draw(object, X_WO, moved_);
   std::vector<Count> counts;
   count(moved_, counts);
-  const Count& there = counts[object];
+  return counts[object];
+}
+
+/// Drawn there, it is what the camera sees.
+bool PoseCheck::stands_there(const Count& there) {
   return there.agree >= kMinPixels / 2 &&
          static_cast<double>(there.agree) >= kConfirmed * static_cast<double>(there.judged());
+}
+
+/// What the image says of the object's pose, whatever is drawn of it now.
+PoseRefinement::Evidence PoseCheck::evidence_of(std::size_t object) {
+  moved_.assign(drawn_.size(), {});
+  for (std::size_t i = 0; i < objects_.size(); ++i)
+    if (i != object && places_[i]) draw(i, *places_[i], moved_);
+  PoseRefinement::Evidence evidence;
+  evidence.seen_m.assign(image_->depth_m().begin(), image_->depth_m().end());
+  evidence.tolerance_m.resize(drawn_.size());
+  evidence.explained.resize(drawn_.size());
+  for (std::size_t pixel = 0; pixel < drawn_.size(); ++pixel) {
+    const auto seen_m = static_cast<double>(evidence.seen_m[pixel]);
+    const double tolerance = tolerance_m(seen_m);
+    evidence.tolerance_m[pixel] = static_cast<float>(tolerance);
+    if (is_of_arm(pixel)) evidence.seen_m[pixel] = 0.0F;
+    const Drawn& other = moved_[pixel];
+    if (other.object >= 0 && std::abs(seen_m - static_cast<double>(other.depth_m)) <= tolerance)
+      evidence.explained[pixel] = 1;
+  }
+  return evidence;
+}
+
+/// Returns the best pose to which the object may have been slid on its place.
+geometry::Pose PoseCheck::slid(PoseRefinement& refinement, const geometry::Pose& X_WO) const {
+  geometry::Pose best_WO = X_WO;
+  double best = refinement.score(X_WO);
+  const int steps = static_cast<int>(rules_.reach_m / kSlide_m);
+  for (int x = -steps; x <= steps; ++x) {
+    for (int y = -steps; y <= steps; ++y) {
+      geometry::Pose slid_WO = X_WO;
+      slid_WO.translation_m += Eigen::Vector3d(x * kSlide_m, y * kSlide_m, 0.0);
+      const double score = refinement.score(slid_WO);
+      if (score <= best) continue;
+      best = score;
+      best_WO = slid_WO;
+    }
+  }
+  return best_WO;
 }
 
 bool PoseCheck::fit(std::size_t object, const geometry::Pose& X_WO, PoseFinding& finding) {
@@ -167,22 +227,38 @@ bool PoseCheck::fit(std::size_t object, const geometry::Pose& X_WO, PoseFinding&
     return std::abs(surface.nearest(X_OW * touch.p_W_m).distance_m) > rules_.reach_m;
   });
   if (near.size() < kMinTouches) return false;
-  const auto fitted = survey::correct_by_touch(surface, X_WO, spread(near, kMaxTouches),
-                                               spread(free, kMaxFree), touch_options(rules_.reach_m));
+  const survey::TouchOptions options = touch_options(rules_.reach_m);
+  const auto fitted =
+      survey::correct_by_touch(surface, X_WO, spread(near, kMaxTouches), spread(free, kMaxFree), options);
   if (!fitted) return false;
   const survey::TouchCorrection& correction = fitted.value();
-  if (correction.moved_m <= rules_.tolerance_m) return false;
+  const PoseRefinement::Evidence evidence = evidence_of(object);
+  double radius_m = 0.0;
+  for (const Eigen::Vector3d& corner : surface.extremes_O_m())
+    radius_m = std::max(radius_m, (corner - surface.centre_O_m()).norm());
+  PoseRefinement refinement(camera, image_->X_WC(), evidence, objects_[object].mesh_O, surface.centre_O_m(),
+                            radius_m);
   // What is hardly seen is left as in the model, unless the image then denies it.
-  const geometry::Pose determined_WO =
-      survey::determined_pose(correction, surface.centre_O_m(), touch_options(rules_.reach_m));
-  const bool is_there = stands_at(object, determined_WO);
-  finding.corrected_WO = is_there ? determined_WO : correction.fit.X_WO;
+  const geometry::Pose determined_WO = survey::determined_pose(correction, surface.centre_O_m(), options);
+  finding.corrected_WO = best_of(refinement, {determined_WO, correction.fit.X_WO, slid(refinement, X_WO)});
   finding.shift_m = finding.corrected_WO * surface.centre_O_m() - X_WO * surface.centre_O_m();
   finding.turned_rad =
       geometry::rotation_vector(finding.corrected_WO.rotation * X_WO.rotation.transpose()).norm();
   finding.residual_m = rms_m(correction.after_m, correction.unexplained);
-  for (const survey::TouchDirection& direction : correction.open) finding.open.push_back(direction.words);
-  return is_there || stands_at(object, correction.fit.X_WO);
+  for (const survey::TouchDirection& direction : correction.open)
+    if (!refinement.tells_apart(finding.corrected_WO,
+                                options.determined_m / direction.sigma_m * direction.motion))
+      finding.open.push_back(direction.words);
+  if (finding.shift_m.norm() + finding.turned_rad * radius_m <= rules_.tolerance_m) return false;
+  if (refinement.score(finding.corrected_WO) <= kClearly * refinement.score(X_WO)) return false;
+  return stands_there(count_at(object, finding.corrected_WO));
+}
+
+/// Hidden pixels may be those of something before the object, but what it hides can only be seen if it is not
+/// there.
+bool PoseCheck::seems_moved(const Count& seen) {
+  return seen.through >= kMinPixels &&
+         static_cast<double>(seen.through) >= kSomeSeenThrough * static_cast<double>(seen.judged());
 }
 
 /// Finds where an object stands that is not where the model has it.
@@ -198,8 +274,11 @@ void PoseCheck::find(std::size_t object, const geometry::Pose& X_WO, const Count
     finding.through = counted.through;
   };
   if (known && known->finding.verdict == PoseVerdict::kElsewhere) {
-    if (stands_at(object, known->finding.corrected_WO)) return keep();
-    known.reset();
+    const Count there = count_at(object, known->finding.corrected_WO);
+    if (!stands_there(there))
+      known.reset();
+    else if (!seems_moved(there))
+      return keep();
   }
   if (known && known->rest > 0) {
     --known->rest;
@@ -217,7 +296,7 @@ void PoseCheck::find(std::size_t object, const geometry::Pose& X_WO, const Count
       finding.verdict = PoseVerdict::kGone;
     } else if (through >= kDisagree * judged) {
       finding.verdict = PoseVerdict::kUnclear;
-    }  // otherwise something stands before it: unseen
+    }  // otherwise it agrees, or something stands before it: unseen
   }
   known = Known{X_WO, finding, kRest};
 }
@@ -226,6 +305,7 @@ std::vector<PoseFinding> PoseCheck::judge(const fusion::DepthImage& image, std::
                                           std::span<const Place> X_WO) {
   image_ = &image;
   arm_depth_m_ = arm_depth_m;
+  places_ = X_WO;
   drawn_.assign(image.camera().pixels(), {});
   for (std::size_t i = 0; i < objects_.size(); ++i)
     if (X_WO[i]) draw(i, *X_WO[i], drawn_);
@@ -251,8 +331,9 @@ std::vector<PoseFinding> PoseCheck::judge(const fusion::DepthImage& image, std::
       findings.push_back(std::move(finding));
       continue;
     }
-    if (static_cast<double>(seen.agree) >= (1.0 - kDisagree) * judged) {
-      finding.verdict = PoseVerdict::kAgrees;
+    const bool agrees = static_cast<double>(seen.agree) >= (1.0 - kDisagree) * judged;
+    if (agrees) finding.verdict = PoseVerdict::kAgrees;
+    if (agrees && !seems_moved(seen)) {
       known_[i].reset();
     } else {
       find(i, *X_WO[i], seen, fits, finding);

@@ -9,6 +9,7 @@
 #include "common/fusion/depth_image.hpp"
 #include "common/geometry/mesh/mesh.hpp"
 #include "common/survey/touch_surface.hpp"
+#include "components/workspace_camera/pose_refinement.hpp"
 
 namespace phantom::workspace_camera {
 
@@ -60,12 +61,14 @@ struct PoseFinding {
 ///
 /// The model is drawn as the camera sees it. A pixel inside of an object's silhouette agrees, is seen through
 /// (measured behind the surface: nothing is there) or hidden (measured in front of it). Where many of an
-/// object's pixels are seen through or hidden, the points that the camera measured around it are fitted to
-/// its surface (survey::correct_by_touch, which leaves open what they do not determine). The correction
-/// counts only if the object, drawn at its new pose, agrees with the image. Pixels of other objects that
-/// agree, and those at or behind the arm, say nothing. A fit takes about a second: kMaxFits of them are made
-/// for an image; what one found is kept while the images confirm it, and one that failed is tried again after
-/// kRest images. Equal sequences of inputs give equal findings. Not real-time safe.
+/// object's pixels are hidden, or some are seen through, the points that the camera measured around it are
+/// fitted to its surface (survey::correct_by_touch, which leaves open what they do not determine), and it is
+/// tried as if it were slid over its place; the best of these poses is refined (PoseRefinement). The
+/// correction counts only if the object, drawn there, agrees with the image, and clearly better than where
+/// the model has it. Pixels of other objects that agree, and those at or behind the arm, say nothing. A fit
+/// takes about a second: kMaxFits of them are made for an image; what one found is kept while the images
+/// confirm it, and one that failed is tried again after kRest images. Equal sequences of inputs give equal
+/// findings. Not real-time safe.
 class PoseCheck {
  public:
   /// Objects without triangles are left out.
@@ -95,6 +98,7 @@ class PoseCheck {
   void draw(std::size_t object, const geometry::Pose& X_WO, std::vector<Drawn>& into);
   bool is_inside(const std::vector<Drawn>& drawn, std::size_t pixel) const;
   bool is_of_arm(std::size_t pixel) const;
+  static bool seems_moved(const Count& seen);
   double tolerance_m(double depth_m) const;
   void count(const std::vector<Drawn>& drawn, std::vector<Count>& counts) const;
   /// What is known of an object that does not stand where the model has it.
@@ -106,7 +110,10 @@ class PoseCheck {
   void find(std::size_t object, const geometry::Pose& X_WO, const Count& seen, int& fits,
             PoseFinding& finding);
   bool fit(std::size_t object, const geometry::Pose& X_WO, PoseFinding& finding);
-  bool stands_at(std::size_t object, const geometry::Pose& X_WO);
+  Count count_at(std::size_t object, const geometry::Pose& X_WO);
+  static bool stands_there(const Count& there);
+  PoseRefinement::Evidence evidence_of(std::size_t object);
+  geometry::Pose slid(PoseRefinement& refinement, const geometry::Pose& X_WO) const;
 
   PoseCheckRules rules_;
   std::vector<ModelObject> objects_;
@@ -115,6 +122,7 @@ class PoseCheck {
   std::size_t first_ = 0;                      // object whose fit comes first
   const fusion::DepthImage* image_ = nullptr;  // during judge()
   std::span<const float> arm_depth_m_;
+  std::span<const Place> places_;
   std::vector<Drawn> drawn_, moved_;
   std::vector<Eigen::Vector3d> corners_m_;
 };
