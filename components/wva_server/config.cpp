@@ -15,6 +15,7 @@ void read_live(const runtime::Fields& live, LiveRules& rules) {
   live.text("source", rules.source);
   live.number("tolerance_vox", rules.tolerance_vox);
   live.number("min_voxels", rules.min_voxels);
+  live.number("join_vox", rules.join_vox);
   live.numbers("thickness_vox", rules.profile.thickness_vox);
   std::vector<double> mu_Pa_s_per_m;
   live.numbers("mu_Pa_s_per_m", mu_Pa_s_per_m);

@@ -61,6 +61,7 @@ LiveMatter::LiveMatter(const workspace::GridSpec& grid, const LiveRules& rules,
       profile_(rules.profile),
       tolerance_vox_(rules.tolerance_vox),
       min_voxels_(static_cast<std::size_t>(std::max(1, rules.min_voxels))),
+      join_vox_(std::max(1, rules.join_vox)),
       near_layers_(std::move(near)),
       seen_(grid.size_vox),
       model_(grid.size_vox),
@@ -192,7 +193,8 @@ void LiveMatter::collect_part(Index3 from) {
   }
 }
 
-/// Returns the connected parts that are large enough. Drops blocks from the list in which nothing is left.
+/// Returns the connected parts that are large enough, put together where they are near: what lies between
+/// them was not measured. Drops blocks from the list in which nothing is left.
 std::vector<LivePart> LiveMatter::large_parts() {
   std::erase_if(unexplained_blocks_, [&](Index3 block) {
     const Index3 first = fusion::kBlockEdge * block;
@@ -215,7 +217,7 @@ std::vector<LivePart> LiveMatter::large_parts() {
       }
     });
   }
-  return parts;
+  return joined(std::move(parts), join_vox_);
 }
 
 /// Masks the voxels of a part, and those within the tolerance of them along each axis.

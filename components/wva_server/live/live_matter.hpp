@@ -25,6 +25,7 @@ struct LiveRules {
   std::string source;     ///< name of the process whose occupancy_change is taken; empty: there is none
   int tolerance_vox = 4;  ///< voxels so near to a solid of the model are the model's
   int min_voxels = 32;    ///< smaller connected parts are what is left of the model's edges: no matter
+  int join_vox = 3;       ///< parts so near to one another are one thing; 1: if they touch
   /// Layers of live matter; without a thickness those of the cell.
   workspace::LayerProfile profile;
   OnLoss on_loss = OnLoss::kKeep;
@@ -90,6 +91,7 @@ class LiveMatter {
   workspace::LayerProfile profile_;
   int tolerance_vox_;
   std::size_t min_voxels_;
+  int join_vox_;
   std::optional<fusion::IncrementalLayers> near_layers_;  // of the model; none: no tolerance
   workspace::BitVolume seen_, model_, near_;
   workspace::BitVolume masked_;       // of what a person has decided about, and near to it

@@ -31,6 +31,11 @@ struct LivePart {
 LivePart part_of(std::span<const workspace::Index3> voxels);
 /// Adds the voxels of another part, which must be none of `part`'s.
 void unite(LivePart& part, const LivePart& other);
+/// Returns whether a voxel of one is within so many voxels, along each axis, of one of the other.
+bool are_near(const LivePart& a, const LivePart& b, int reach_vox);
+/// Returns the parts with those put together that are near one another, or near one that is, in the order of
+/// the first of each.
+std::vector<LivePart> joined(std::vector<LivePart> parts, int reach_vox);
 /// Returns how many voxels are in both.
 std::size_t shared_voxels(const LivePart& a, const LivePart& b);
 /// Returns the blocks in which they differ.

@@ -64,6 +64,7 @@ class Live : public TestCell {
     rules.source = "workspace_camera";
     rules.tolerance_vox = tolerance_vox;
     rules.min_voxels = 1;
+    rules.join_vox = 1;
     rules.profile = {{2, 3}, {30.0F, 15.0F}, 100.0F, 0};
     return rules;
   }
@@ -164,6 +165,30 @@ TEST_F(Live, SmallPartsAreNoMatter) {
   EXPECT_FALSE(matter.update(now_ns_ += kMs).empty());
   EXPECT_EQ(matter.voxels(), 0U);
   EXPECT_FALSE(matter.middle_m(kFirst));
+}
+
+/// Between its parts nothing was measured, as of shining steel.
+TEST_F(Live, PartsThatAreNearAreOneThingUnlessTheyAreSmall) {
+  LiveRules near = rules();
+  near.min_voxels = 9;
+  near.join_vox = 3;
+  const auto grid = runtime::grid_of(runtime::load_cell(cell()));
+  LiveMatter matter = LiveMatter::create(grid, near).value();
+  workspace::BitVolume bits = box(grid, {40, 10, 20}, {44, 14, 24});
+  workspace::VoxelBox::between({46, 10, 20}, {50, 14, 24}).for_each([&](Index3 v) {  // two voxels between
+    bits.set(v.x, v.y, v.z);
+  });
+  bits.set(52, 10, 20);  // as near, and too small
+  matter.take(seen(bits, grid));
+  matter.update(now_ns_ += kMs);
+  EXPECT_EQ(matter.objects().all().size(), 1U);
+  EXPECT_EQ(matter.voxels(), 128U);
+  ASSERT_TRUE(matter.middle_m(kFirst));
+  near.join_vox = 2;
+  LiveMatter apart = LiveMatter::create(grid, near).value();
+  apart.take(seen(bits, grid));
+  apart.update(now_ns_ += kMs);
+  EXPECT_EQ(apart.objects().all().size(), 2U);
 }
 
 /// A sequence of sights and of moves ends in what the last of them makes from nothing.

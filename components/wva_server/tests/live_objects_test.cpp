@@ -58,6 +58,58 @@ TEST(LivePart, CountsSharesAndDiffersAsItsVoxels) {
   }
 }
 
+/// Against the distances of all pairs of voxels.
+TEST(LivePart, AreJoinedThatHaveNearVoxelsAndNoOthers) {
+  std::mt19937 random(5);
+  std::size_t fewer = 0;
+  for (int i = 0; i < 60; ++i) {
+    const int reach_vox = 1 + i % 6;
+    std::vector<std::vector<Index3>> voxels;
+    std::set<Index3> taken;
+    for (int k = 0; k < 9; ++k) {
+      const auto within = [&](std::uint32_t limit) { return static_cast<std::int32_t>(random() % limit); };
+      const VoxelBox box{{within(36), within(36), within(36)}, {1 + within(6), 1 + within(6), 1 + within(6)}};
+      std::vector<Index3> part;
+      box.for_each([&](Index3 v) {
+        if (random() % 3 != 0 && taken.insert(v).second) part.push_back(v);
+      });
+      if (!part.empty()) voxels.push_back(part);
+    }
+    const auto near = [&](const std::vector<Index3>& a, const std::vector<Index3>& b) {
+      for (const Index3 v : a)
+        for (const Index3 w : b)
+          if (std::max({std::abs(v.x - w.x), std::abs(v.y - w.y), std::abs(v.z - w.z)}) <= reach_vox)
+            return true;
+      return false;
+    };
+    std::vector<LivePart> parts;
+    for (const auto& part : voxels) parts.push_back(part_of(part));
+    for (std::size_t a = 0; a < voxels.size(); ++a)
+      for (std::size_t b = 0; b < voxels.size(); ++b)
+        EXPECT_EQ(are_near(parts[a], parts[b], reach_vox), near(voxels[a], voxels[b]));
+    for (bool again = true; again;) {
+      again = false;
+      for (std::size_t a = 0; a < voxels.size(); ++a) {
+        for (std::size_t b = a + 1; b < voxels.size(); ++b) {
+          if (!near(voxels[a], voxels[b])) continue;
+          voxels[a].insert(voxels[a].end(), voxels[b].begin(), voxels[b].end());
+          voxels.erase(voxels.begin() + static_cast<std::ptrdiff_t>(b));
+          again = true;
+        }
+      }
+    }
+    fewer += parts.size() - voxels.size();
+    const std::vector<LivePart> found = joined(parts, reach_vox);
+    ASSERT_EQ(found.size(), voxels.size());
+    for (std::size_t k = 0; k < found.size(); ++k) {
+      EXPECT_TRUE(differing_blocks(found[k], part_of(voxels[k])).empty());
+      EXPECT_EQ(found[k].voxels, voxels[k].size());
+      EXPECT_LT((found[k].sum_vox - part_of(voxels[k]).sum_vox).norm(), 1e-9);
+    }
+  }
+  EXPECT_GT(fewer, 20U) << "some were joined";
+}
+
 TEST(LiveObjects, TwoThatCrossKeepTheirIds) {
   LiveObjects objects(kVoxel_m);
   for (int step = 0; step < 30; ++step) {
