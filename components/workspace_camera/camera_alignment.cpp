@@ -11,7 +11,7 @@
 namespace phantom::workspace_camera {
 namespace {
 
-constexpr int kStep_px = 2, kIterations = 4;
+constexpr int kStep_px = 2, kIterations = 4, kCoarseWidth_px = 80;
 constexpr double kModelError_m = 0.003;
 constexpr double kLeastCosine = 0.25;  // of the incidence: a grazing pixel tells little of its depth
 // Errors of neighbouring pixels are alike: this share of them is independent. A direction counts if its
@@ -28,6 +28,23 @@ geometry::Pose step_of(const Vector6& step) {
   return X;
 }
 
+/// Draws the model's depths as a camera sees them, 0 where there is nothing.
+void draw_model(const fusion::PinholeCamera& camera, const geometry::Pose& X_WC,
+                std::span<const ModelObject> objects, std::span<const Place> X_WO,
+                std::vector<float>& depth_m) {
+  depth_m.assign(camera.pixels(), 0.0F);
+  std::vector<Eigen::Vector3d> corners_m;
+  for (std::size_t i = 0; i < objects.size(); ++i) {
+    if (!X_WO[i]) continue;
+    draw_mesh(objects[i].mesh_O, X_WC.inverse() * *X_WO[i], camera, corners_m,
+              [&](std::size_t pixel, double at_m, double) {
+                float& least_m = depth_m[pixel];
+                if (least_m == 0.0F || at_m < static_cast<double>(least_m))
+                  least_m = static_cast<float>(at_m);
+              });
+  }
+}
+
 }  // namespace
 
 bool CameraAlignment::is_for(const fusion::PinholeCamera& camera, const geometry::Pose& X_WC) const {
@@ -40,17 +57,8 @@ void CameraAlignment::set_model(const fusion::PinholeCamera& camera, const geome
   camera_ = camera;
   X_WC_ = X_WC;
   surface_.assign(camera.pixels(), {});
-  std::vector<float> depth_m(camera.pixels(), 0.0F);
-  std::vector<Eigen::Vector3d> corners_m;
-  for (std::size_t i = 0; i < objects.size(); ++i) {
-    if (!X_WO[i]) continue;
-    draw_mesh(objects[i].mesh_O, X_WC.inverse() * *X_WO[i], camera, corners_m,
-              [&](std::size_t pixel, double at_m, double) {
-                float& least_m = depth_m[pixel];
-                if (least_m == 0.0F || at_m < static_cast<double>(least_m))
-                  least_m = static_cast<float>(at_m);
-              });
-  }
+  std::vector<float> depth_m;
+  draw_model(camera, X_WC, objects, X_WO, depth_m);
   const auto point = [&](int u, int v) -> Eigen::Vector3d {
     return static_cast<double>(depth_m[static_cast<std::size_t>(v * camera.width_px + u)]) *
            camera.direction(u, v);
@@ -136,25 +144,77 @@ std::optional<CameraOffset> CameraAlignment::offset(const fusion::DepthImage& im
   return offset;
 }
 
+namespace {
+
+/// Adds up the pixels of an image.
+class ViewCount {
+ public:
+  ViewCount(const fusion::DepthImage& image, std::span<const float> arm_depth_m)
+      : image_(image), arm_depth_m_(arm_depth_m) {}
+
+  /// `model_m`: 0: the model has nothing there.
+  void add(int u, int v, double model_m) {
+    const fusion::PinholeCamera& camera = image_.camera();
+    const auto pixel = static_cast<std::size_t>(v * camera.width_px + u);
+    if (!arm_depth_m_.empty() && arm_depth_m_[pixel] > 0.0F) return;
+    const auto seen_m = static_cast<double>(image_.depth_m(u, v));
+    ++of_all_.expected;
+    of_all_.hidden += seen_m == 0.0 ? 1 : 0;
+    if (model_m < camera.min_depth_m || model_m > camera.max_depth_m) return;
+    ++of_model_.expected;
+    of_model_.hidden += seen_m < model_m - CameraAlignment::kGate_m ? 1 : 0;
+  }
+  CameraAlignment::View view() const {
+    return of_model_.expected >= CameraAlignment::kMinPixels ? of_model_ : of_all_;
+  }
+
+ private:
+  const fusion::DepthImage& image_;
+  const std::span<const float> arm_depth_m_;
+  CameraAlignment::View of_model_, of_all_;
+};
+
+/// A camera that sees the same in pixels `factor` times as large.
+fusion::PinholeCamera coarse(fusion::PinholeCamera camera, int factor) {
+  camera.width_px /= factor;
+  camera.height_px /= factor;
+  camera.fx_px /= factor;
+  camera.fy_px /= factor;
+  camera.cx_px = (camera.cx_px + 0.5) / factor - 0.5;
+  camera.cy_px = (camera.cy_px + 0.5) / factor - 0.5;
+  return camera;
+}
+
+}  // namespace
+
 CameraAlignment::View CameraAlignment::view(const fusion::DepthImage& image,
                                             std::span<const float> arm_depth_m) const {
   const fusion::PinholeCamera& camera = image.camera();
   const bool drawn = is_for(camera, image.X_WC());
-  View of_model, of_all;
-  for (int v = 0; v < camera.height_px; v += kStep_px) {
-    for (int u = 0; u < camera.width_px; u += kStep_px) {
-      const auto pixel = static_cast<std::size_t>(v * camera.width_px + u);
-      if (!arm_depth_m.empty() && arm_depth_m[pixel] > 0.0F) continue;
-      const auto seen_m = static_cast<double>(image.depth_m(u, v)),
-                 model_m = drawn ? static_cast<double>(surface_[pixel].point_m.z()) : 0.0;
-      ++of_all.expected;
-      of_all.hidden += seen_m == 0.0 ? 1 : 0;
-      if (model_m < camera.min_depth_m || model_m > camera.max_depth_m) continue;
-      ++of_model.expected;
-      of_model.hidden += seen_m < model_m - kGate_m ? 1 : 0;
-    }
-  }
-  return of_model.expected >= kMinPixels ? of_model : of_all;
+  ViewCount count(image, arm_depth_m);
+  for (int v = 0; v < camera.height_px; v += kStep_px)
+    for (int u = 0; u < camera.width_px; u += kStep_px)
+      count.add(
+          u, v,
+          drawn ? static_cast<double>(surface_[static_cast<std::size_t>(v * camera.width_px + u)].point_m.z())
+                : 0.0);
+  return count.view();
+}
+
+CameraAlignment::View CameraAlignment::view_of_model(const fusion::DepthImage& image,
+                                                     std::span<const float> arm_depth_m,
+                                                     std::span<const ModelObject> objects,
+                                                     std::span<const Place> X_WO) {
+  const int factor = std::max(1, image.camera().width_px / kCoarseWidth_px);
+  const fusion::PinholeCamera camera = coarse(image.camera(), factor);
+  std::vector<float> depth_m;
+  draw_model(camera, image.X_WC(), objects, X_WO, depth_m);
+  ViewCount count(image, arm_depth_m);
+  for (int v = 0; v < camera.height_px; ++v)
+    for (int u = 0; u < camera.width_px; ++u)
+      count.add(factor * u + factor / 2, factor * v + factor / 2,
+                static_cast<double>(depth_m[static_cast<std::size_t>(v * camera.width_px + u)]));
+  return count.view();
 }
 
 void CoverWatch::put(const CameraAlignment::View& view) {

@@ -49,6 +49,9 @@ class CameraAlignment {
   /// If the model has less than kMinPixels in view, or was not drawn, the camera should see something
   /// everywhere.
   View view(const fusion::DepthImage& image, std::span<const float> arm_depth_m) const;
+  /// The same of a camera that moves: the model is drawn where this image was taken, in coarse pixels.
+  static View view_of_model(const fusion::DepthImage& image, std::span<const float> arm_depth_m,
+                            std::span<const ModelObject> objects, std::span<const Place> X_WO);
 
   static constexpr double kGate_m = 0.05;
   static constexpr std::size_t kMinPixels = 500;

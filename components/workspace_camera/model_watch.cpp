@@ -18,6 +18,12 @@ Place ModelWatch::place_of(std::size_t object) const {
   return carried_.contains(objects_[object].id) ? Place() : X_WO_[object];
 }
 
+std::vector<Place> ModelWatch::places() const {
+  std::vector<Place> places;
+  for (std::size_t i = 0; i < objects_.size(); ++i) places.push_back(place_of(i));
+  return places;
+}
+
 void ModelWatch::pass(std::size_t object) {
   checker_.place(objects_[object].id, place_of(object));
   for (Camera& camera : cameras_) {
@@ -42,9 +48,7 @@ void ModelWatch::set_carried(const std::set<std::uint16_t>& ids) {
 
 void ModelWatch::draw(Camera& camera, const fusion::DepthImage& image) const {
   if (camera.drawn && camera.alignment.is_for(image.camera(), image.X_WC())) return;
-  std::vector<Place> places;
-  for (std::size_t i = 0; i < objects_.size(); ++i) places.push_back(place_of(i));
-  camera.alignment.set_model(image.camera(), image.X_WC(), objects_, places);
+  camera.alignment.set_model(image.camera(), image.X_WC(), objects_, places());
   camera.drawn = true;
 }
 
@@ -59,7 +63,8 @@ bool ModelWatch::take(std::size_t index, const fusion::DepthImage& image, std::s
       draw(camera, image);
       if (const auto offset = camera.alignment.offset(image, arm_depth_m)) camera.watch.put(*offset);
     }
-    camera.cover.put(camera.alignment.view(image, arm_depth_m));
+    camera.cover.put(camera.fixed ? camera.alignment.view(image, arm_depth_m)
+                                  : CameraAlignment::view_of_model(image, arm_depth_m, objects_, places()));
     if (was_wrong != is_wrong()) checker_.forget_camera(index);
   }
   if (!is_wrong()) checker_.offer(index, image, arm_depth_m, now_ns);

@@ -49,6 +49,7 @@ class ModelWatch {
   void draw(Camera& camera, const fusion::DepthImage& image) const;
   void pass(std::size_t object);
   Place place_of(std::size_t object) const;
+  std::vector<Place> places() const;
 
   const std::vector<ModelObject> objects_;
   std::vector<Place> X_WO_;

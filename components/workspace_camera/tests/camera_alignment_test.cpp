@@ -223,12 +223,38 @@ TEST(ModelWatch, SR29_ACameraThatIsCoveredIsReportedWithinHalfASecond) {
   for (const auto& [config, cover] :
        {std::pair<WorkspaceCameraConfig, std::function<void(fusion::DepthImage&, int)>>(wide(), cap),
         {wide(), cloth},
-        {on_a_link, cap}}) {
+        {on_a_link, cap},
+        {on_a_link, cloth}}) {
     const auto [covered_s, open_s] = covered_and_open_s(config, cover);
     EXPECT_GE(covered_s, 0.0);
     EXPECT_LE(covered_s, 0.5);
     EXPECT_GE(open_s, 0.0);
     EXPECT_LE(open_s, 0.5);
+  }
+}
+
+/// On its way it sees the model from elsewhere in each image, in the end a box from near.
+TEST(ModelWatch, ACameraOnALinkIsNotCoveredWhileItMovesUnlessItIs) {
+  const Scene scene;
+  const fusion::CameraScene real = scene.real();
+  WorkspaceCameraConfig on_a_link = wide();
+  on_a_link.cameras[0].link = "rod";
+  for (const bool is_covered : {false, true}) {
+    ModelWatch watch(on_a_link, scene.objects, scene.X_WO);
+    for (int i = 0; i < 40; ++i) {
+      const double way = i / 40.0;
+      const geometry::Pose X_WC =
+          looking_at({0.6 - 0.7 * way, -1.0 + 0.45 * way, 0.9 - 0.5 * way}, {0.2 - 0.4 * way, 0.0, 0.25});
+      SimulatedCamera eye(on_a_link.cameras[0].simulated, X_WC, real, {});
+      fusion::DepthImage image;
+      ASSERT_TRUE(image.load_mm({eye.camera(), X_WC, 1.0 + way}, eye.image(0.0, nullptr, nullptr)));
+      if (is_covered) load(image, [](std::size_t) { return std::uint16_t{310}; });
+      watch.take(0, image, {}, core::from_seconds(10.0) + i * ModelWatch::kKnockPeriod_ns);
+      if (i < 2) continue;
+      const auto said = watch.sentences();
+      EXPECT_EQ(!said.empty() && said.front().find("is covered") != std::string::npos, is_covered)
+          << i << ": " << (said.empty() ? "" : said.front());
+    }
   }
 }
 
