@@ -6,20 +6,13 @@
 
 #include "common/dds/admission/refusal_log.hpp"
 #include "components/workspace_camera/file_camera.hpp"
+#include "components/workspace_camera/held_images.hpp"
 #include "components/workspace_camera/loaded_cell.hpp"
 #include "components/workspace_camera/openni_camera.hpp"
 #include "components/workspace_camera/simulated_camera.hpp"
 #include "components/workspace_camera/workspace_camera.hpp"
 
 namespace phantom::workspace_camera {
-
-/// An image that was measured, perhaps at a time of which the arm's pose is not known yet.
-struct ArrivedImage {
-  std::size_t camera = 0;  ///< its place in the configuration
-  fusion::PinholeCamera pinhole;
-  core::Nanoseconds exposed_ns = 0, received_ns = 0;
-  std::vector<std::uint16_t> depth_mm;
-};
 
 /// The cameras whose images do not come by depth_image: simulated ones, clouds of files, OpenNI devices.
 /// One thread.

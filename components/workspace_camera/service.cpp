@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <fstream>
+#include <limits>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -14,6 +15,7 @@
 #include "common/runtime/process/process.hpp"
 #include "common/runtime/process/spread_json.hpp"
 #include "components/workspace_camera/dds_adapter.hpp"
+#include "components/workspace_camera/held_images.hpp"
 #include "components/workspace_camera/local_cameras.hpp"
 #include "components/workspace_camera/model_watch.hpp"
 #include "components/workspace_camera/workspace_camera.hpp"
@@ -82,7 +84,7 @@ class Service {
         loaded_(std::move(loaded)),
         camera_(config, name, loaded_.cell.name, runtime::grid_of(loaded_.cell), loaded_.arm.get(), history_),
         local_(config, loaded_, history_),
-        held_(config.cameras.size()) {
+        held_(config.cameras.size(), kMaxHold_ns) {
     std::vector<std::string> heard;
     for (std::size_t i = 0; i < config.cameras.size(); ++i) {
       if (config.cameras[i].driver != CameraDriver::kTopic) continue;
@@ -106,7 +108,10 @@ class Service {
       take_objects();
       local_.take_due([this](const CameraImage& image) { fuse(image); });
       hold_arrived();
-      for (auto& image : held_) take_held(image);
+      held_.release(loaded_.arm ? history_.newest_ns() : std::numeric_limits<core::Nanoseconds>::max(),
+                    core::monotonic_ns(), [this](const ArrivedImage& image) {
+                      fuse({image.camera, image.pinhole, image.exposed_ns, image.depth_mm});
+                    });
       const core::Nanoseconds now_ns = core::monotonic_ns();
       const bool changed = camera_.watch(now_ns);
       publish(now_ns, changed);
@@ -124,8 +129,8 @@ class Service {
   double wait_s() const {
     core::Nanoseconds due_ns = std::min(next_report_ns_, sent_ns_ + core::from_seconds(config_.heartbeat_s));
     due_ns = std::min(due_ns, local_.due_ns());
-    const bool holds = std::ranges::any_of(held_, [](const auto& image) { return image.has_value(); });
-    return std::clamp(core::seconds(due_ns - core::monotonic_ns()), 0.0, holds ? kHeldWait_s : kMaxWait_s);
+    return std::clamp(core::seconds(due_ns - core::monotonic_ns()), 0.0,
+                      held_.any() ? kHeldWait_s : kMaxWait_s);
   }
 
   /// An object that was added by a command has a mesh that is not of the cell file: it is not masked.
@@ -164,29 +169,14 @@ class Service {
   void hold_arrived() {
     for (auto image = adapter_->next_image(wait_s()); image; image = adapter_->next_image(0.0)) {
       const std::size_t camera = heard_[image->camera];
-      hold({camera,
-            {static_cast<int>(image->width), static_cast<int>(image->height), image->fx_px, image->fy_px,
-             image->cx_px, image->cy_px, image->min_depth_m, image->max_depth_m},
-            image->received_ns - core::from_seconds(image->age_s),
-            image->received_ns,
-            std::move(image->depth_mm)});
+      held_.hold({camera,
+                  {static_cast<int>(image->width), static_cast<int>(image->height), image->fx_px,
+                   image->fy_px, image->cx_px, image->cy_px, image->min_depth_m, image->max_depth_m},
+                  image->received_ns - core::from_seconds(image->age_s),
+                  image->received_ns,
+                  std::move(image->depth_mm)});
     }
-    for (ArrivedImage& image : local_.arrived()) hold(std::move(image));
-  }
-
-  void hold(ArrivedImage image) {
-    std::optional<ArrivedImage>& held = held_[image.camera];
-    if (held) image.received_ns = held->received_ns;  // this camera waits since then
-    held = std::move(image);
-  }
-
-  /// Fuses an image that has come once the arm's states of its time have, too, or it has waited for long.
-  void take_held(std::optional<ArrivedImage>& held) {
-    if (!held) return;
-    const bool known = !loaded_.arm || history_.newest_ns() >= held->exposed_ns;
-    if (!known && core::monotonic_ns() - held->received_ns < kMaxHold_ns) return;
-    fuse({held->camera, held->pinhole, held->exposed_ns, held->depth_mm});
-    held.reset();
+    for (ArrivedImage& image : local_.arrived()) held_.hold(std::move(image));
   }
 
   void fuse(const CameraImage& image) {
@@ -280,8 +270,8 @@ class Service {
   std::vector<std::size_t> heard_;   // cameras of depth_image, by their place in the adapter
   std::optional<ModelWatch> model_;  // none: poses are not checked
   std::optional<DdsAdapter> adapter_;
-  LocalCameras local_;                             // wakes the adapter: ends before it
-  std::vector<std::optional<ArrivedImage>> held_;  // by camera: waits for the arm's states of its time
+  LocalCameras local_;  // wakes the adapter: ends before it
+  HeldImages held_;
   core::Nanoseconds sent_ns_ = 0, whole_ns_ = 0, next_report_ns_ = 0, next_view_ns_ = 0;
   bool must_be_whole_ = true;
   std::map<std::uint16_t, messages::PoseFinding> findings_;  // that were published, and are known still
