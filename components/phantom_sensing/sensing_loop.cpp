@@ -212,7 +212,6 @@ void SensingLoop::tick(core::Nanoseconds now_ns, const SensedWorkspace& workspac
   counted_.active_sensors = outputs_.active_sensors;
   counted_.muted_sensors = outputs_.muted_sensors;
   counted_.outside = outputs_.outside;
-  counted_.model_in_doubt = outputs_.model_in_doubt;
   condition = with_doubts(condition, now_ns);
   counted_.condition = condition;
   publish(now_ns, {newest_, age_s, core::seconds(step_ns), condition, inputs.allowed.size(), gripper});

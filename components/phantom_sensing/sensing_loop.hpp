@@ -80,7 +80,6 @@ struct LoopFigures {
   std::bitset<kMaxOtherArms> others_silent;  ///< other arms whose state is stale, or has never come
   std::uint64_t shares_sensed_here = 0;      ///< in all ticks, of shares that others sense
   bool outside = false;                      ///< StepOutputs::outside, in the newest tick
-  bool model_in_doubt = false;               ///< likewise
   bool state_seen = false;                   ///< a slave_state has come since the start
   PerceptCondition condition = PerceptCondition::kNoWorkspace;  ///< of the newest result
 };
