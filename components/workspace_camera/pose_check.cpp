@@ -1,12 +1,9 @@
 #include "components/workspace_camera/pose_check.hpp"
 
-#include <spdlog/fmt/fmt.h>
-
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 
-#include "common/survey/touch.hpp"
 #include "components/workspace_camera/depth_raster.hpp"
 
 namespace phantom::workspace_camera {
@@ -59,12 +56,16 @@ survey::TouchOptions touch_options(double reach_m) {
   return options;
 }
 
-double rms_m(const std::vector<double>& gaps_m, const std::vector<std::size_t>& left_out) {
+/// Root mean square of the distances of points from the surface, of those that may be its.
+double residual_m(const survey::TouchSurface& surface, const geometry::Pose& X_WO,
+                  const std::vector<survey::Touch>& points, double tolerance_m) {
+  const geometry::Pose X_OW = X_WO.inverse();
   double sum = 0.0;
   std::size_t count = 0;
-  for (std::size_t i = 0; i < gaps_m.size(); ++i) {
-    if (std::ranges::find(left_out, i) != left_out.end()) continue;
-    sum += gaps_m[i] * gaps_m[i];
+  for (const survey::Touch& point : points) {
+    const double distance_m = surface.nearest(X_OW * point.p_W_m).distance_m;
+    if (std::abs(distance_m) > tolerance_m) continue;
+    sum += distance_m * distance_m;
     ++count;
   }
   return count > 0 ? std::sqrt(sum / static_cast<double>(count)) : 0.0;
@@ -196,15 +197,16 @@ geometry::Pose PoseCheck::slid(PoseRefinement& refinement, const geometry::Pose&
   return best_WO;
 }
 
-bool PoseCheck::fit(std::size_t object, const geometry::Pose& X_WO, PoseFinding& finding) {
+/// The points that were measured around the object, and places of the model's surface that were seen through.
+/// What other objects explain is left out.
+PoseCheck::Measured PoseCheck::measured_around(std::size_t object, const geometry::Pose& X_WO) const {
   const auto& camera = image_->camera();
   const auto width = static_cast<std::size_t>(camera.width_px);
   const survey::TouchSurface& surface = surfaces_[object];
   const geometry::Pose X_OW = X_WO.inverse();
   Eigen::AlignedBox3d box;
   for (const Eigen::Vector3d& corner : surface.extremes_O_m()) box.extend(corner);
-  std::vector<survey::Touch> near;
-  std::vector<survey::FreePlace> free;
+  Measured measured;
   for (std::size_t pixel = 0; pixel < drawn_.size(); ++pixel) {
     const auto seen_m = static_cast<double>(image_->depth_m()[pixel]);
     if (seen_m == 0.0 || is_of_arm(pixel)) continue;
@@ -216,42 +218,48 @@ bool PoseCheck::fit(std::size_t object, const geometry::Pose& X_WO, PoseFinding&
                agrees =
                    model.object >= 0 && std::abs(seen_m - model_m) <= tolerance_m(std::max(model_m, seen_m));
     if (own && !agrees && seen_m > model_m && is_inside(drawn_, pixel))
-      free.push_back({image_->X_WC() * (model_m * ray_C), 0.0, rules_.tolerance_m});
+      measured.free.push_back({image_->X_WC() * (model_m * ray_C), 0.0, rules_.tolerance_m});
     if (agrees && !own) continue;
     const Eigen::Vector3d p_W_m = image_->X_WC() * (seen_m * ray_C);
     if (box.exteriorDistance(X_OW * p_W_m) > rules_.reach_m) continue;
-    near.push_back({p_W_m, 0.0, std::hypot(rules_.sigma.at(seen_m), 0.002), std::nullopt});
+    measured.near.push_back({p_W_m, 0.0, std::hypot(rules_.sigma.at(seen_m), 0.002), std::nullopt});
   }
-  near = spread(near, kMaxNear);
-  std::erase_if(near, [&](const survey::Touch& touch) {
+  measured.near = spread(measured.near, kMaxNear);
+  std::erase_if(measured.near, [&](const survey::Touch& touch) {
     return std::abs(surface.nearest(X_OW * touch.p_W_m).distance_m) > rules_.reach_m;
   });
-  if (near.size() < kMinTouches) return false;
+  return measured;
+}
+
+bool PoseCheck::fit(std::size_t object, const geometry::Pose& X_WO, PoseFinding& finding) {
+  const survey::TouchSurface& surface = surfaces_[object];
+  const Eigen::Vector3d& centre_O_m = surface.centre_O_m();
+  const Measured measured = measured_around(object, X_WO);
+  if (measured.near.size() < kMinTouches) return false;
   const survey::TouchOptions options = touch_options(rules_.reach_m);
-  const auto fitted =
-      survey::correct_by_touch(surface, X_WO, spread(near, kMaxTouches), spread(free, kMaxFree), options);
+  const auto fitted = survey::correct_by_touch(surface, X_WO, spread(measured.near, kMaxTouches),
+                                               spread(measured.free, kMaxFree), options);
   if (!fitted) return false;
-  const survey::TouchCorrection& correction = fitted.value();
   const PoseRefinement::Evidence evidence = evidence_of(object);
   double radius_m = 0.0;
   for (const Eigen::Vector3d& corner : surface.extremes_O_m())
-    radius_m = std::max(radius_m, (corner - surface.centre_O_m()).norm());
-  PoseRefinement refinement(camera, image_->X_WC(), evidence, objects_[object].mesh_O, surface.centre_O_m(),
+    radius_m = std::max(radius_m, (corner - centre_O_m).norm());
+  PoseRefinement refinement(image_->camera(), image_->X_WC(), evidence, objects_[object].mesh_O, centre_O_m,
                             radius_m);
   // What is hardly seen is left as in the model, unless the image then denies it.
-  const geometry::Pose determined_WO = survey::determined_pose(correction, surface.centre_O_m(), options);
-  finding.corrected_WO = best_of(refinement, {determined_WO, correction.fit.X_WO, slid(refinement, X_WO)});
-  finding.shift_m = finding.corrected_WO * surface.centre_O_m() - X_WO * surface.centre_O_m();
-  finding.turned_rad =
-      geometry::rotation_vector(finding.corrected_WO.rotation * X_WO.rotation.transpose()).norm();
-  finding.residual_m = rms_m(correction.after_m, correction.unexplained);
-  for (const survey::TouchDirection& direction : correction.open)
-    if (!refinement.tells_apart(finding.corrected_WO,
-                                options.determined_m / direction.sigma_m * direction.motion))
+  const geometry::Pose determined_WO = survey::determined_pose(*fitted, centre_O_m, options),
+                       found_WO =
+                           best_of(refinement, {determined_WO, fitted->fit.X_WO, slid(refinement, X_WO)});
+  finding.corrected_WO = found_WO;
+  finding.shift_m = found_WO * centre_O_m - X_WO * centre_O_m;
+  finding.turned_rad = geometry::rotation_vector(found_WO.rotation * X_WO.rotation.transpose()).norm();
+  finding.residual_m = residual_m(surface, found_WO, measured.near, rules_.tolerance_m);
+  for (const survey::TouchDirection& direction : fitted->open)
+    if (!refinement.tells_apart(found_WO, options.determined_m / direction.sigma_m * direction.motion))
       finding.open.push_back(direction.words);
-  if (finding.shift_m.norm() + finding.turned_rad * radius_m <= rules_.tolerance_m) return false;
-  if (refinement.score(finding.corrected_WO) <= kClearly * refinement.score(X_WO)) return false;
-  return stands_there(count_at(object, finding.corrected_WO));
+  return finding.shift_m.norm() + finding.turned_rad * radius_m > rules_.tolerance_m &&
+         refinement.score(found_WO) > kClearly * refinement.score(X_WO) &&
+         stands_there(count_at(object, found_WO));
 }
 
 /// Hidden pixels may be those of something before the object, but what it hides can only be seen if it is not
@@ -341,60 +349,6 @@ std::vector<PoseFinding> PoseCheck::judge(const fusion::DepthImage& image, std::
     findings.push_back(std::move(finding));
   }
   return findings;
-}
-
-void ConfirmedFindings::take(std::size_t camera, const std::vector<PoseFinding>& findings) {
-  for (const PoseFinding& finding : findings) {
-    if (finding.verdict == PoseVerdict::kUnseen) continue;
-    auto entry = std::ranges::find_if(
-        entries_, [&](const Entry& one) { return one.camera == camera && one.latest.id == finding.id; });
-    if (entry == entries_.end())
-      entry = entries_.insert(entries_.end(), {camera, finding, {}});
-    else if (entry->latest.verdict == finding.verdict) {
-      // Figures that vary by less than is tolerated stay as they were said.
-      const bool same = entry->reported.verdict == finding.verdict &&
-                        (entry->reported.shift_m - finding.shift_m).norm() < tolerance_m_;
-      if (!same) entry->reported = finding;
-    }
-    entry->latest = finding;
-  }
-}
-
-void ConfirmedFindings::forget(std::uint16_t id) {
-  std::erase_if(entries_, [id](const Entry& entry) { return entry.latest.id == id; });
-}
-
-void ConfirmedFindings::forget_camera(std::size_t camera) {
-  std::erase_if(entries_, [camera](const Entry& entry) { return entry.camera == camera; });
-}
-
-std::string sentence(const PoseFinding& reported) {
-  if (reported.verdict == PoseVerdict::kGone)
-    return fmt::format("'{}' is gone: the camera sees through where the model has it", reported.name);
-  if (reported.verdict == PoseVerdict::kUnclear)
-    return fmt::format("'{}' is not where the model has it, and this camera does not show where it is",
-                       reported.name);
-  const Eigen::Vector3d& shift_m = reported.shift_m;
-  return fmt::format(
-      "'{}' stands {:.2f} m from where the model has it, by ({:+.2f}, {:+.2f}, {:+.2f}) m{}; {:.0f} mm remain{}",
-      reported.name, shift_m.norm(), shift_m.x(), shift_m.y(), shift_m.z(),
-      reported.turned_rad > 0.035 ? fmt::format(", turned by {:.0f}°", 57.29578 * reported.turned_rad) : "",
-      1e3 * reported.residual_m,
-      reported.open.empty() ? "" : fmt::format("; not seen: {}", fmt::join(reported.open, ", ")));
-}
-
-std::vector<ConfirmedFinding> ConfirmedFindings::reported() const {
-  std::vector<ConfirmedFinding> all;
-  for (const Entry& entry : entries_) {
-    if (entry.reported.verdict == PoseVerdict::kUnseen) continue;
-    const auto known = std::ranges::find_if(
-        all, [&](const ConfirmedFinding& one) { return one.finding.id == entry.reported.id; });
-    if (known == all.end())
-      all.push_back({entry.camera, entry.reported});
-    else if (known->finding.verdict == PoseVerdict::kAgrees)
-      *known = {entry.camera, entry.reported};
-  }
-  return all;
 }
 
 }  // namespace phantom::workspace_camera

@@ -8,6 +8,7 @@
 
 #include "common/fusion/depth_image.hpp"
 #include "common/geometry/mesh/mesh.hpp"
+#include "common/survey/touch.hpp"
 #include "common/survey/touch_surface.hpp"
 #include "components/workspace_camera/pose_refinement.hpp"
 
@@ -109,6 +110,12 @@ class PoseCheck {
   };
   void find(std::size_t object, const geometry::Pose& X_WO, const Count& seen, int& fits,
             PoseFinding& finding);
+  /// What is fitted to an object's surface.
+  struct Measured {
+    std::vector<survey::Touch> near;
+    std::vector<survey::FreePlace> free;
+  };
+  Measured measured_around(std::size_t object, const geometry::Pose& X_WO) const;
   bool fit(std::size_t object, const geometry::Pose& X_WO, PoseFinding& finding);
   Count count_at(std::size_t object, const geometry::Pose& X_WO);
   static bool stands_there(const Count& there);
@@ -125,38 +132,6 @@ class PoseCheck {
   std::span<const Place> places_;
   std::vector<Drawn> drawn_, moved_;
   std::vector<Eigen::Vector3d> corners_m_;
-};
-
-/// What two images of a camera agree on.
-struct ConfirmedFinding {
-  std::size_t camera = 0;
-  PoseFinding finding;
-};
-
-/// Returns a finding as a sentence.
-std::string sentence(const PoseFinding& finding);
-
-/// Keeps what images of several cameras show, and reports what two of one camera agree on.
-class ConfirmedFindings {
- public:
-  explicit ConfirmedFindings(double tolerance_m) : tolerance_m_(tolerance_m) {}
-
-  /// Takes the findings of an image.
-  void take(std::size_t camera, const std::vector<PoseFinding>& findings);
-  /// Forgets what was said of an object, which was moved, or by a camera, which was.
-  void forget(std::uint16_t id);
-  void forget_camera(std::size_t camera);
-  /// Returns a finding for each object of which a camera has found something: of the camera that said first
-  /// that it does not stand where the model has it; else of the first that sees it agree.
-  std::vector<ConfirmedFinding> reported() const;
-
- private:
-  struct Entry {
-    std::size_t camera = 0;
-    PoseFinding latest, reported;  // reported.verdict: kUnseen: nothing
-  };
-  const double tolerance_m_;
-  std::vector<Entry> entries_;
 };
 
 }  // namespace phantom::workspace_camera

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "common/core/clock.hpp"
+#include "components/workspace_camera/confirmed_findings.hpp"
 #include "components/workspace_camera/pose_check.hpp"
 
 namespace phantom::workspace_camera {

@@ -13,6 +13,7 @@
 #include "common/fusion/tests/scenes.hpp"
 #include "common/geometry/mesh/mesh_io.hpp"
 #include "components/workspace_camera/cloud_file.hpp"
+#include "components/workspace_camera/confirmed_findings.hpp"
 #include "components/workspace_camera/pose_check.hpp"
 
 namespace phantom::workspace_camera {

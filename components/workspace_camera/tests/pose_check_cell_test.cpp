@@ -5,6 +5,7 @@
 #include <chrono>
 #include <random>
 
+#include "components/workspace_camera/confirmed_findings.hpp"
 #include "components/workspace_camera/loaded_cell.hpp"
 #include "components/workspace_camera/pose_check.hpp"
 #include "tests/support/thorough.hpp"

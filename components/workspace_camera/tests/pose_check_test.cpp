@@ -6,6 +6,7 @@
 #include <chrono>
 #include <numbers>
 
+#include "components/workspace_camera/confirmed_findings.hpp"
 #include "components/workspace_camera/depth_raster.hpp"
 #include "components/workspace_camera/pose_checker.hpp"
 #include "components/workspace_camera/service.hpp"
