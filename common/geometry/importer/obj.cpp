@@ -2,6 +2,7 @@
 #include <charconv>
 #include <cmath>
 
+#include "common/core/number_text.hpp"
 #include "common/core/text.hpp"
 #include "common/geometry/importer/polygons.hpp"
 
@@ -91,11 +92,9 @@ class ObjReader {
     for (double& coordinate : position) {
       std::string_view word = take_word(rest);
       if (word.empty()) lines_.refuse("has a vertex of fewer than three coordinates");
-      if (word.starts_with('+')) word.remove_prefix(1);
-      const auto [end, problem] = std::from_chars(word.data(), word.data() + word.size(), coordinate);
-      if ((problem != std::errc() && problem != std::errc::result_out_of_range) ||
-          end != word.data() + word.size())
-        lines_.refuse("has '" + std::string(word.substr(0, 40)) + "' as a coordinate");
+      const auto number = core::number_of(word);
+      if (!number) lines_.refuse("has '" + std::string(word.substr(0, 40)) + "' as a coordinate");
+      coordinate = *number;
     }
     polygons_.vertices.push_back(position);
   }

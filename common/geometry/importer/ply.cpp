@@ -5,6 +5,7 @@
 #include <cstring>
 #include <optional>
 
+#include "common/core/number_text.hpp"
 #include "common/core/text.hpp"
 #include "common/geometry/importer/polygons.hpp"
 
@@ -158,13 +159,9 @@ class Body {
     }
     if (word.empty() && !by_lines_) cut_short();
     if (word.empty()) refuse("has fewer numbers than the head declares");
-    if (word.starts_with('+')) word.remove_prefix(1);
-    double value = 0.0;
-    const auto [end, problem] = std::from_chars(word.data(), word.data() + word.size(), value);
-    if ((problem != std::errc() && problem != std::errc::result_out_of_range) ||
-        end != word.data() + word.size())
-      refuse("has '" + std::string(word.substr(0, 40)) + "', which is no number");
-    return value;
+    const auto value = core::number_of(word);
+    if (!value) refuse("has '" + std::string(word.substr(0, 40)) + "', which is no number");
+    return *value;
   }
   double binary_number(Kind kind) {
     const std::size_t size = bytes_of(kind);

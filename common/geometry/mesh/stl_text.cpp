@@ -1,8 +1,8 @@
 #include "common/geometry/mesh/stl_text.hpp"
 
 #include <algorithm>
-#include <charconv>
 
+#include "common/core/number_text.hpp"
 #include "common/core/text.hpp"
 #include "common/geometry/mesh/vertex_welder.hpp"
 
@@ -89,22 +89,16 @@ class Words {
 };
 
 /// Reads a number, also one with a plus or with the exponent of a Fortran program.
-bool number_of(std::string_view word, float& value) {
-  if (word.starts_with('+')) word.remove_prefix(1);
-  double read = 0.0;
-  const auto ends = [&](std::string_view text) {
-    const auto [end, problem] = std::from_chars(text.data(), text.data() + text.size(), read);
-    return (problem == std::errc() || problem == std::errc::result_out_of_range) &&
-           end == text.data() + text.size();
-  };
-  if (!ends(word)) {
+bool read_number(std::string_view word, float& value) {
+  auto read = core::number_of(word);
+  if (!read) {
     std::string other(word);
     std::ranges::replace_if(
         other, [](char c) { return c == 'd' || c == 'D'; }, 'e');
-    if (!ends(other)) return false;
+    read = core::number_of(other);
   }
-  value = static_cast<float>(read);
-  return true;
+  if (read) value = static_cast<float>(*read);
+  return read.has_value();
 }
 
 enum class Step { kRead, kEnded, kWrong };
@@ -176,7 +170,7 @@ class Reader {
       Eigen::Vector3f corner;
       for (float& coordinate : corner) {
         if (!words_.next()) return Step::kEnded;
-        if (const Step step = expect(number_of(words_.word(), coordinate), "a number"); step != Step::kRead)
+        if (const Step step = expect(read_number(words_.word(), coordinate), "a number"); step != Step::kRead)
           return step;
       }
       polygon.push_back(corners_.vertex(corner));

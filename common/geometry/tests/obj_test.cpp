@@ -55,6 +55,12 @@ TEST(Obj, OnlyAVertexThatAFaceNamesNeedsItsCoordinates) {
   EXPECT_THAT(refusal_of("v 0 0 0\nv 1 0 0\nl 1 2\n"), HasSubstr("no faces: it is a cloud of points"));
 }
 
+TEST(Obj, ANumberBeyondADoubleIsRefusedAndOneBelowItIsZero) {
+  EXPECT_THAT(refusal_of("v 0 0 0\nv 1e400 0 0\nv 0 1 0\nf 1 2 3\n"), HasSubstr("not finite"));
+  EXPECT_EQ(read_obj("v 0 0 0\nv 1 1e-400 0\nv 0 1 0\nf 1 2 3\n").vertices[1],
+            Eigen::Vector3d(1.0, 0.0, 0.0));
+}
+
 TEST(Obj, AFaceMayStandBeforeItsVerticesAndCountsBackFromItself) {
   EXPECT_THAT(read_obj("f 1 2 3\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf -1 -2 -3\nv 5 5 5\n").corners,
               ElementsAre(0, 1, 2, 2, 1, 0));
