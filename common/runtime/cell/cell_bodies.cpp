@@ -59,6 +59,20 @@ void check_precision(const ObjectConfig& object, const geometry::TriangleMesh& m
   if (precision.is_coarse(voxel_m)) notes.push_back(geometry::describe(precision, voxel_m));
 }
 
+/// Far from W's origin the numbers of a mesh are coarse, however fine those of its file are.
+void check_placed_precision(const ObjectConfig& object, const geometry::TriangleMesh& mesh_W,
+                            const CellConfig& cell) {
+  const double voxel_m = cell.voxel_size_m.sides_m().minCoeff();
+  const geometry::CoordinatePrecision precision = geometry::coordinate_precision(mesh_W);
+  if (object.solid_O || !precision.is_useless(voxel_m)) return;
+  throw ConfigError(
+      place_of_object(object) +
+      fmt::format("pose: it reaches {:.6g} m from the origin of W, where coordinates of 32 bits are "
+                  "rounded to {:.2g} m, too coarse for a voxel of {:g} m; allowed: a workspace and "
+                  "poses nearer to the origin",
+                  precision.farthest_m, precision.step_m, voxel_m));
+}
+
 geometry::TriangleMesh surface_of(const ObjectConfig& object, core::WorkBudget* budget,
                                   std::vector<std::string>& notes) {
   auto made = geometry::polygonise(*object.solid_O, {.budget = budget});
@@ -168,6 +182,7 @@ layers::Body place_body(const ObjectConfig& object, const geometry::TriangleMesh
   if (object.solid_O) body.implicit_W = geometry::implicit_placed(object.solid_O, object.X_WO);
   body.solid = !object.is_zone();
   check_place(object, body.mesh_W, cell);
+  check_placed_precision(object, body.mesh_W, cell);
   return body;
 }
 

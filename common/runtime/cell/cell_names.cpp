@@ -38,6 +38,8 @@ void check_arm(const ArmConfig& config, const robot::SerialArm& arm, const CellC
     check_link(arm, skin.link, Links::kAll, place + "skin: link: ");
   for (const InterestPointConfig& point : config.interest_points)
     check_link(arm, point.link, Links::kAll, place + "interest_points: '" + point.name + "': link: ");
+  for (const DisplacedLinkConfig& one : config.displaced)
+    check_link(arm, one.link, Links::kMoving, place + "displaced: link: ");
   for (const AllowedContactConfig& contact : config.allowed_contact) {
     const std::string at = cell.file.string() + ": arm '" + config.name + "': allowed_contact: ";
     if (std::ranges::count(cell.objects, contact.object, &ObjectConfig::name) == 0) {

@@ -85,6 +85,8 @@ TEST_F(CellNames, OfAnArmAreChecked) {
   expect_refused(
       cell("", ", interest_points: [{name: p, link: l7, position_m: [0, 0, 0]}]"),
       HasSubstr("interest_points: 'p': link: 'l7' is no link of the arm; allowed: base, upper, tool"));
+  expect_refused(cell("", ", displaced: [{link: l6, volume_m3: 0.001}]"),
+                 HasSubstr("displaced: link: 'l6' is no moving link of the arm; allowed: upper, tool"));
   expect_refused(cell("", ", skin: [{link: l8, axes: [{from_m: [0, 0, 0], to_m: [0, 0, 1]}]}]"),
                  HasSubstr("skin: link: 'l8' is no link of the arm"));
 }

@@ -337,6 +337,25 @@ TEST_F(CellObjects, AMeshFarFromItsOriginIsRefusedOrWarnedOf) {
                   AllOf(HasSubstr("'part': reaches 512346 m"), HasSubstr("origin near to it"))));
 }
 
+/// However fine the file's numbers are, those of the placed mesh have 32 bits, too.
+TEST_F(CellObjects, AMeshThatIsPosedFarFromTheOriginIsRefusedAndAShapeOfFormulasIsNot) {
+  const std::string tetrahedron =
+      "polyhedron: {vertices_m: [0, 0, 0, 0.1, 0, 0, 0, 0.1, 0, 0, 0, 0.1], "
+      "triangles: [0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3]}\n";
+  const auto load_at = [&](const std::string& shape, double x_m) {
+    CellConfig far = cell_;
+    far.min_m.x() += x_m;
+    far.max_m.x() += x_m;
+    return load_body(read(shape + "pose: {xyz_m: [" + std::to_string(x_m) + ", 0, 0.1]}"), far);
+  };
+  EXPECT_NO_THROW(load_at(tetrahedron, 1000.0));
+  EXPECT_THAT(
+      [&] { load_at(tetrahedron, 450000.0); },
+      ThrowsMessage<ConfigError>(AllOf(HasSubstr("'part': pose: it reaches 450000 m from the origin of W"),
+                                       HasSubstr("rounded to 0.031 m, too coarse for a voxel of 0.005 m"))));
+  EXPECT_NO_THROW(load_at("primitive: {sphere: {radius_m: 0.1}}\n", 450000.0));
+}
+
 TEST_F(CellObjects, NamesCanBeShownAndSent) {
   const auto refusal = [&](const std::string& name) {
     try {
