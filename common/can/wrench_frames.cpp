@@ -25,14 +25,27 @@ core::Status check(const WrenchFrames& frames) {
     return refuse(std::to_string(ids.size()) + " frames; allowed: at most " +
                   std::to_string(WrenchFrames::kMax));
   const std::uint32_t highest = frames.extended ? (1U << 29) - 1 : (1U << 11) - 1;
+  for (std::size_t c = 0; c < frames.channels.size(); ++c)
+    if (frames.channels[c].id > highest)
+      return refuse(std::string(kWrenchNames[c]) + ": id " + std::to_string(frames.channels[c].id) +
+                    "; allowed: 0 to " + std::to_string(highest));
   if (ids.back() > highest)
-    return refuse("id " + std::to_string(ids.back()) + "; allowed: 0 to " + std::to_string(highest));
-  for (const WrenchChannel& channel : frames.channels) {
+    return refuse("status: id " + std::to_string(ids.back()) + "; allowed: 0 to " + std::to_string(highest));
+  for (std::size_t c = 0; c < frames.channels.size(); ++c) {
+    const WrenchChannel& channel = frames.channels[c];
+    const std::string own = std::string(kWrenchNames[c]) + ": ";
     if (channel.first < 0 || channel.first + frames.bytes > 8)
-      return refuse("a number from byte " + std::to_string(channel.first) + "; allowed: 0 to " +
+      return refuse(own + "a number from byte " + std::to_string(channel.first) + "; allowed: 0 to " +
                     std::to_string(8 - frames.bytes));
     if (!std::isfinite(channel.scale) || channel.scale == 0.0 || !std::isfinite(channel.zero))
-      return refuse("a scale of " + std::to_string(channel.scale) + "; allowed: other than 0");
+      return refuse(own + "a scale of " + std::to_string(channel.scale) + "; allowed: other than 0");
+    for (std::size_t other = 0; other < c; ++other)
+      if (channel.id == frames.channels[other].id &&
+          std::abs(channel.first - frames.channels[other].first) < frames.bytes)
+        return refuse(own + "a number from byte " + std::to_string(channel.first) + " of frame " +
+                      std::to_string(channel.id) + ", which has that of " + kWrenchNames[other] +
+                      " from byte " + std::to_string(frames.channels[other].first) +
+                      "; allowed: bytes of its own");
   }
   for (const StatusBits& status : frames.status) {
     if (status.byte < 0 || status.byte > 7 || (status.good & ~status.mask) != 0)

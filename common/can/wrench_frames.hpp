@@ -26,6 +26,9 @@ struct StatusBits {
   std::uint8_t mask = 0, good = 0;
 };
 
+/// The six numbers by name.
+inline constexpr std::array kWrenchNames{"force_x", "force_y", "force_z", "torque_x", "torque_y", "torque_z"};
+
 /// Frames in which a force/torque sensor sends one wrench: each of the identifiers once, within `set_s`.
 struct WrenchFrames {
   static constexpr std::size_t kMax = 6;
@@ -41,7 +44,7 @@ struct WrenchFrames {
 /// Returns the identifiers of `frames`, each once. Not real-time safe.
 std::vector<std::uint32_t> ids_of(const WrenchFrames& frames);
 /// Checks the frames: identifiers of their format, at most WrenchFrames::kMax, numbers and status within
-/// eight bytes. The message names what is wrong and what is allowed.
+/// eight bytes, each number in bytes of its own. The message names what is wrong and what is allowed.
 core::Status check(const WrenchFrames& frames);
 
 /// A wrench as it was sent. Trivially copyable.

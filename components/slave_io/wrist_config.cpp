@@ -45,8 +45,7 @@ void read_tare(const Fields& section, const robot::SerialArm& arm, teleop::Wrist
 }
 
 void read_frames(const Fields& section, double rate_Hz, WristSensorConfig& config) {
-  static const std::vector<std::string> kChannels{"force_x",  "force_y",  "force_z",
-                                                  "torque_x", "torque_y", "torque_z"};
+  static const std::vector<std::string> kChannels(can::kWrenchNames.begin(), can::kWrenchNames.end());
   can::WrenchFrames& frames = config.frames;
   section.text("address", config.address);
   section.choice("identifiers", frames.extended, {{"standard", false}, {"extended", true}});

@@ -229,13 +229,24 @@ TEST(WrenchFrames, WhatCannotBeIsRefused) {
   EXPECT_TRUE(check(pair_of_frames()));
   EXPECT_THAT(refused([](auto& f) { f.bytes = 5; }), HasSubstr("numbers of 5 bytes; allowed: 1 to 4"));
   EXPECT_THAT(refused([](auto& f) { f.kind = NumberKind::kFloat; }), HasSubstr("of a float 4"));
-  EXPECT_THAT(refused([](auto& f) { f.channels[3].id = 0x800; }), HasSubstr("id 2048; allowed: 0 to 2047"));
+  EXPECT_THAT(refused([](auto& f) { f.channels[3].id = 0x800; }),
+              HasSubstr("torque_x: id 2048; allowed: 0 to 2047"));
   EXPECT_EQ(refused([](auto& f) {
               f.extended = true;
               f.channels[3].id = 0x800;
             }),
             "");
-  EXPECT_THAT(refused([](auto& f) { f.channels[3].first = 7; }), HasSubstr("allowed: 0 to 6"));
+  EXPECT_THAT(refused([](auto& f) { f.channels[3].first = 7; }),
+              HasSubstr("torque_x: a number from byte 7; allowed: 0 to 6"));
+  for (const int first : {0, 1})
+    EXPECT_THAT(refused([&](auto& f) {
+                  f.channels[0].first = 0;
+                  f.channels[1].id = f.channels[0].id;
+                  f.channels[1].first = first;
+                }),
+                AllOf(HasSubstr("force_y: a number from byte " + std::to_string(first)),
+                      HasSubstr("that of force_x from byte 0; allowed: bytes of its own")))
+        << "of two bytes each";
   EXPECT_THAT(refused([](auto& f) { f.channels[0].scale = 0.0; }), HasSubstr("allowed: other than 0"));
   EXPECT_THAT(refused([](auto& f) { f.status[0].byte = 8; }), HasSubstr("status of byte 8"));
   EXPECT_THAT(refused([](auto& f) { f.status[0].good = 2; }), HasSubstr("`good` within `mask`"));

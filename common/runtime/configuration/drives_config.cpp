@@ -166,7 +166,10 @@ DrivesConfig read_drives(const Fields& section, const std::vector<robot::Joint>&
   group.bit_rates.clear();
   group.timing.period_s = period_s;
   for (const Fields& bus : section.sections("buses")) {
-    bus.text("address", config.addresses.emplace_back());
+    std::string address = bus.text("address");
+    bus.check(std::ranges::find(config.addresses, address) == config.addresses.end(), "address",
+              "is there already; allowed: each bus once");
+    config.addresses.push_back(std::move(address));
     bus.number("bit_rate", group.bit_rates.emplace_back(1e6));
   }
   section.check(!config.addresses.empty() && config.addresses.size() <= 8, "buses",

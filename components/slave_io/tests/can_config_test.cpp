@@ -52,6 +52,9 @@ TEST(CanConfig, FaultsOfTheDrivesAreNamedWithWhatIsAllowed) {
   EXPECT_THAT(can_problem("torque_constant_Nm_per_A: 0.25, rated_current_A: 8", "rated_voltage_V: 10"),
               AllOf(HasSubstr("j1_gantry.torque_sensitivity_Nm_per_V"), HasSubstr("is missing")));
   EXPECT_THAT(
+      can_problem("\"user:hot_cell_b\"", "\"user:hot_cell_a\""),
+      AllOf(HasSubstr("can.buses[1].address: 'user:hot_cell_a'"), HasSubstr("allowed: each bus once")));
+  EXPECT_THAT(
       can_problem("bus: 0, node: 2", "bus: 0, node: 1"),
       AllOf(HasSubstr("can.drives.j2_yaw.node: '1'"), HasSubstr("that of j1_gantry on the same bus")));
   EXPECT_THAT(can_problem("bus: 0, node: 2", "bus: 0, node: 127"), HasSubstr("is the master's"));

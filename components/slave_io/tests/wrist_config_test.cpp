@@ -94,7 +94,9 @@ TEST(WristConfig, WhatCannotServeIsRefusedWithWhatIsAllowed) {
   EXPECT_THAT(wrist_problem("      force_y: {id: 416, byte: 2, scale: 0.02}\n", ""),
               HasSubstr("channels: has 5 of the six numbers"));
   EXPECT_THAT(wrist_problem("{id: 416, byte: 2, scale: 0.02}", "{id: 416, byte: 7, scale: 0.02}"),
-              HasSubstr("describes a number from byte 7; allowed: 0 to 6"));
+              HasSubstr("describes force_y: a number from byte 7; allowed: 0 to 6"));
+  EXPECT_THAT(wrist_problem("{id: 416, byte: 2, scale: 0.02}", "{id: 416, byte: 1, scale: 0.02}"),
+              HasSubstr("force_y: a number from byte 1 of frame 416, which has that of force_x from byte 0"));
   EXPECT_THAT(wrist_problem("number: signed", "number: float"), HasSubstr("of a float 4"));
   EXPECT_THAT(wrist_problem("    bytes: 2", "    bytes: 2\n    set_s: 0.002"),
               HasSubstr("set_s: '0.002' is as long as from one wrench to the next"));
