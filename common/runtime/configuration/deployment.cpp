@@ -70,6 +70,8 @@ DeployedHost read_host(const Fields& fields) {
   for (const Fields& item : fields.sections("processes")) {
     DeployedProcess process{
         .component = item.text("component"), .config = item.path("config"), .cell = item.path("cell")};
+    item.check(process.component != "phantom_session", "component",
+               "starts what is listed here; allowed: the processes of a session");
     read_partition(item, process.partition);
     process.name = process.component;
     item.text("name", process.name);
@@ -179,7 +181,7 @@ void require_simulation_meant(const Deployment& deployment, const ProcessOptions
           : deployment.file.string() + " has no process " + name + " here that says simulation: true";
   throw ConfigError(
       setting + ", but " + what +
-      "; allowed: that, where a simulated arm is meant, or parameters (config) with driver: can");
+      "; allowed: that, where simulation is meant, or parameters (key config) that simulate nothing");
 }
 
 }  // namespace phantom::runtime

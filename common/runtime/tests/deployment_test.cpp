@@ -117,6 +117,11 @@ TEST_F(NetworkText, AHostIsFoundByItsInterfacesUnlessItIsNamed) {
                   testing::HasSubstr("no host called 'elsewhere'; allowed: here, there")));
 }
 
+TEST_F(NetworkText, ASessionIsNoneOfItsProcesses) {
+  refuses("hosts: [{name: here, processes: [{component: phantom_session, name: me}]}]\n",
+          "hosts[0].processes[0].component: 'phantom_session' starts what is listed here");
+}
+
 TEST_F(NetworkText, AProcessFindsItsEntryByNameAndHost) {
   const std::string hosts =
       "hosts:\n- name: here\n  processes:\n  - {component: slave_io, config: a.yaml, simulation: true}\n"
