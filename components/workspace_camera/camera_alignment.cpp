@@ -28,22 +28,27 @@ geometry::Pose step_of(const Vector6& step) {
   return X;
 }
 
-/// Draws the model's depths as a camera sees them, 0 where there is nothing.
-void draw_model(const fusion::PinholeCamera& camera, const geometry::Pose& X_WC,
-                std::span<const ModelObject> objects, std::span<const Place> X_WO,
-                std::vector<float>& depth_m) {
-  depth_m.assign(camera.pixels(), 0.0F);
-  std::vector<Eigen::Vector3d> corners_m;
-  for (std::size_t i = 0; i < objects.size(); ++i) {
-    if (!X_WO[i]) continue;
-    draw_mesh(objects[i].mesh_O, X_WC.inverse() * *X_WO[i], camera, corners_m,
-              [&](std::size_t pixel, double at_m, double) {
-                float& least_m = depth_m[pixel];
-                if (least_m == 0.0F || at_m < static_cast<double>(least_m))
+/// Draws the model as a camera sees it: depths, 0 where there is nothing, and whose they are.
+struct DrawnModel {
+  std::vector<float> depth_m;
+  std::vector<std::uint16_t> object;
+
+  DrawnModel(const fusion::PinholeCamera& camera, const geometry::Pose& X_WC,
+             std::span<const ModelObject> objects, std::span<const Place> X_WO)
+      : depth_m(camera.pixels(), 0.0F), object(camera.pixels(), 0) {
+    std::vector<Eigen::Vector3d> corners_m;
+    for (std::size_t i = 0; i < objects.size(); ++i) {
+      if (!X_WO[i]) continue;
+      draw_mesh(objects[i].mesh_O, X_WC.inverse() * *X_WO[i], camera, corners_m,
+                [&](std::size_t pixel, double at_m, double) {
+                  float& least_m = depth_m[pixel];
+                  if (least_m != 0.0F && at_m >= static_cast<double>(least_m)) return;
                   least_m = static_cast<float>(at_m);
-              });
+                  object[pixel] = static_cast<std::uint16_t>(i);
+                });
+    }
   }
-}
+};
 
 }  // namespace
 
@@ -57,8 +62,9 @@ void CameraAlignment::set_model(const fusion::PinholeCamera& camera, const geome
   camera_ = camera;
   X_WC_ = X_WC;
   surface_.assign(camera.pixels(), {});
-  std::vector<float> depth_m;
-  draw_model(camera, X_WC, objects, X_WO, depth_m);
+  const DrawnModel drawn(camera, X_WC, objects, X_WO);
+  const std::vector<float>& depth_m = drawn.depth_m;
+  objects_ = objects.size();
   const auto point = [&](int u, int v) -> Eigen::Vector3d {
     return static_cast<double>(depth_m[static_cast<std::size_t>(v * camera.width_px + u)]) *
            camera.direction(u, v);
@@ -77,9 +83,27 @@ void CameraAlignment::set_model(const fusion::PinholeCamera& camera, const geome
       if (length == 0.0) continue;
       normal /= length;
       if (std::abs(normal.dot(at)) < kLeastCosine * at.norm()) continue;
-      surface_[static_cast<std::size_t>(v * camera.width_px + u)] = {at.cast<float>(), normal.cast<float>()};
+      const auto pixel = static_cast<std::size_t>(v * camera.width_px + u);
+      surface_[pixel] = {at.cast<float>(), normal.cast<float>(), drawn.object[pixel]};
     }
   }
+}
+
+/// An object that is mostly seen through is not there: what lies near its place tells nothing of the camera.
+std::vector<char> CameraAlignment::present(const fusion::DepthImage& image) const {
+  std::vector<int> for_it(objects_, 0);
+  for (int v = 0; v < camera_.height_px; v += kStep_px) {
+    for (int u = 0; u < camera_.width_px; u += kStep_px) {
+      const Surface& surface = surface_[static_cast<std::size_t>(v * camera_.width_px + u)];
+      const auto seen_m = static_cast<double>(image.depth_m(u, v)),
+                 model_m = static_cast<double>(surface.point_m.z());
+      if (seen_m == 0.0 || model_m == 0.0 || seen_m < model_m - kGate_m) continue;
+      for_it[surface.object] += seen_m <= model_m + kGate_m ? 1 : -1;
+    }
+  }
+  std::vector<char> is_there(objects_, 0);
+  for (std::size_t i = 0; i < objects_; ++i) is_there[i] = for_it[i] > 0 ? 1 : 0;
+  return is_there;
 }
 
 std::optional<CameraOffset> CameraAlignment::offset(const fusion::DepthImage& image,
@@ -97,6 +121,7 @@ std::optional<CameraOffset> CameraAlignment::offset(const fusion::DepthImage& im
       points_m.push_back(seen_m * camera.direction(u, v));
     }
   }
+  const std::vector<char> is_there = present(image);
   CameraOffset offset;
   geometry::Pose X;  // of the camera where it is, in the camera as it is said to be
   Matrix6 H;
@@ -114,7 +139,7 @@ std::optional<CameraOffset> CameraAlignment::offset(const fusion::DepthImage& im
       const Surface& surface =
           surface_[static_cast<std::size_t>(v) * static_cast<std::size_t>(camera.width_px) +
                    static_cast<std::size_t>(u)];
-      if (surface.point_m.z() == 0.0F) continue;
+      if (surface.point_m.z() == 0.0F || is_there[surface.object] == 0) continue;
       const Eigen::Vector3d normal = surface.normal.cast<double>();
       const double error_m = normal.dot(q - surface.point_m.cast<double>());
       if (std::abs(error_m) >= kGate_m) continue;
@@ -207,13 +232,12 @@ CameraAlignment::View CameraAlignment::view_of_model(const fusion::DepthImage& i
                                                      std::span<const Place> X_WO) {
   const int factor = std::max(1, image.camera().width_px / kCoarseWidth_px);
   const fusion::PinholeCamera camera = coarse(image.camera(), factor);
-  std::vector<float> depth_m;
-  draw_model(camera, image.X_WC(), objects, X_WO, depth_m);
+  const DrawnModel drawn(camera, image.X_WC(), objects, X_WO);
   ViewCount count(image, arm_depth_m);
   for (int v = 0; v < camera.height_px; ++v)
     for (int u = 0; u < camera.width_px; ++u)
       count.add(factor * u + factor / 2, factor * v + factor / 2,
-                static_cast<double>(depth_m[static_cast<std::size_t>(v * camera.width_px + u)]));
+                static_cast<double>(drawn.depth_m[static_cast<std::size_t>(v * camera.width_px + u)]));
   return count.view();
 }
 
@@ -248,6 +272,8 @@ void KnockWatch::judge(const CameraOffset& offset, const Eigen::Vector3d& turn_r
 void KnockWatch::restart() {
   first_turn_rad_ = first_shift_m_ = Eigen::Vector3d::Zero();
   taken_ = beyond_ = within_ = 0;
+  if (misplaced_) mounting_tested_ = false;
+  misplaced_ = false;
 }
 
 void KnockWatch::put(const CameraOffset& offset) {

@@ -25,8 +25,9 @@ struct CameraOffset {
 
 /// Compares the images of a camera that is fixed in the cell with the model as it stands, to find that the
 /// camera was knocked. Every second pixel, that of neither the arm nor anything farther than kGate_m from the
-/// model, is brought onto the model's surface: point to plane, association by projection, weights of Tukey's
-/// kind (Chen and Medioni 1992; KinectFusion, Newcombe et al. 2011). Pure. Not real-time safe.
+/// model, is brought onto the surface of those of its objects that are there: point to plane, association by
+/// projection, weights of Tukey's kind (Chen and Medioni 1992; KinectFusion, Newcombe et al. 2011). Pure. Not
+/// real-time safe.
 class CameraAlignment {
  public:
   explicit CameraAlignment(const fusion::DepthSigma& sigma) : sigma_(sigma) {}
@@ -59,9 +60,13 @@ class CameraAlignment {
  private:
   struct Surface {
     Eigen::Vector3f point_m = Eigen::Vector3f::Zero(), normal = Eigen::Vector3f::Zero();  // C; 0: none
+    std::uint16_t object = 0;  // its place among the model's
   };
 
+  std::vector<char> present(const fusion::DepthImage& image) const;
+
   fusion::DepthSigma sigma_;
+  std::size_t objects_ = 0;
   fusion::PinholeCamera camera_;
   geometry::Pose X_WC_;
   std::vector<Surface> surface_;  // by pixel
@@ -96,7 +101,8 @@ class KnockWatch {
 
   /// Takes the offset of an image.
   void put(const CameraOffset& offset);
-  /// The model has changed: the next images are the first ones again, and no test of the mounting.
+  /// The model has changed: the next images are the first ones again. They are a test of the mounting only if
+  /// the one before found it wrong: that may have been the model.
   void restart();
   bool knocked() const { return knocked_; }
   /// The first images do not fit the configured pose.

@@ -14,9 +14,9 @@ std::uint64_t hash_of(std::span<const std::uint16_t> pixels) {
 
 }  // namespace
 
-bool CameraWatch::put(core::Nanoseconds exposed_ns, std::span<const std::uint16_t> pixels) {
+bool CameraWatch::put(core::Nanoseconds exposed_ns, std::span<const std::uint16_t> pixels, bool may_repeat) {
   const std::uint64_t hash = hash_of(pixels);
-  if (exposed_ns_ != 0 && hash == hash_) return false;
+  if (exposed_ns_ != 0 && hash == hash_ && !may_repeat) return false;
   hash_ = hash;
   exposed_ns_ = std::max(exposed_ns_, exposed_ns);
   return true;

@@ -18,7 +18,8 @@ class CameraWatch {
       : name_(std::move(name)), late_ns_(core::from_seconds(late_s)), dead_ns_(core::from_seconds(dead_s)) {}
 
   /// Notes an image. Returns false if it is the same as the one before: there is nothing new in it.
-  bool put(core::Nanoseconds exposed_ns, std::span<const std::uint16_t> pixels);
+  /// `may_repeat`: what is played from files may be the same.
+  bool put(core::Nanoseconds exposed_ns, std::span<const std::uint16_t> pixels, bool may_repeat = false);
   /// Notes that the image was fused.
   void fused(core::Nanoseconds now_ns);
 

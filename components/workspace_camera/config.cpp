@@ -64,8 +64,18 @@ void read_simulated(const Fields& sim, SimulatedOptions& options) {
   sim.number("seed", options.seed);
 }
 
+void check_within(const Fields& fields, const char* key, const Eigen::Vector3d& p_m) {
+  fields.check(p_m.cwiseAbs().maxCoeff() <= fusion::kMaxCameraDistance_m, key,
+               "is too far away; allowed: -1000 to 1000 m along each axis");
+}
+
 geometry::Pose read_place(const Fields& fields) {
-  if (fields.one_of("pose", "pose") == "pose") return fields.pose("pose");
+  if (fields.one_of("pose", "pose") == "pose") {
+    const geometry::Pose X = fields.pose("pose");
+    check_within(fields, "pose", X.translation_m);
+    return X;
+  }
+  check_within(fields, "looks_from_m", fields.vector3("looks_from_m"));
   const Eigen::Vector3d eye_m = fields.vector3("looks_from_m");
   fields.check(fields.has("looks_at_m"), "looks_from_m", "needs looks_at_m, too; allowed: both, or a pose");
   const Eigen::Vector3d way_m = fields.vector3("looks_at_m") - eye_m;
@@ -76,6 +86,7 @@ geometry::Pose read_place(const Fields& fields) {
 
 CameraConfig read_camera(const Fields& fields, const std::filesystem::path& base) {
   CameraConfig camera;
+  camera.place = fields.place();
   fields.text("name", camera.name);
   fields.choice("driver", camera.driver,
                 {{"topic", CameraDriver::kTopic},
@@ -196,6 +207,7 @@ WorkspaceCameraConfig load_config(const std::filesystem::path& path) {
     fields.text("object", one.object);
     fields.vector3("by_m", one.by_m);
     fields.number("from_s", one.from_s);
+    one.place = fields.place();
   }
   file.finish();
   return config;

@@ -27,6 +27,7 @@ struct CameraConfig {
   CameraDriver driver = CameraDriver::kTopic;
   geometry::Pose X_FC;  ///< camera in the frame of `link`, or in W
   std::string link;     ///< of the arm; empty: fixed in W
+  std::string place;    ///< in the configuration: "workspace_camera.yaml:9: cameras[0]"
   SimulatedOptions simulated;
   FileOptions files;
   OpenNiOptions openni;
@@ -53,6 +54,7 @@ struct Displacement {
   std::string object;
   Eigen::Vector3d by_m = Eigen::Vector3d::Zero();  ///< W axes
   double from_s = 0.0;                             ///< after the start
+  std::string place;                               ///< in the configuration
 };
 
 enum class OnLoss : std::uint8_t { kKeep, kEnd };

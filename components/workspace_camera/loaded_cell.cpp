@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "common/core/errors.hpp"
+#include "common/core/text.hpp"
 #include "common/geometry/implicit/primitives.hpp"
 #include "common/runtime/cell/arm_model.hpp"
 #include "common/runtime/cell/cell_bodies.hpp"
@@ -44,8 +45,9 @@ std::vector<DisplacedMesh> take_displaced(runtime::CellConfig& cell, const Works
   for (const Displacement& one : config.displaced) {
     const auto object = std::ranges::find(cell.objects, one.object, &runtime::ObjectConfig::name);
     if (object == cell.objects.end())
-      throw core::ConfigError("displaced: the cell has no object '" + one.object +
-                              "', or it is named twice; allowed: an object of the cell file, each once");
+      throw core::ConfigError(one.place + ".object: the cell has no object '" + one.object +
+                              "', or it is named twice; allowed, each once: " +
+                              core::listed(cell.objects, &runtime::ObjectConfig::name));
     runtime::CellConfig alone = cell;
     alone.objects = {*object};
     for (geometry::PlacedMesh& body : runtime::load_real_bodies(alone))
@@ -80,8 +82,8 @@ LoadedCell load_cell(const WorkspaceCameraConfig& config, const std::filesystem:
   }
   for (const CameraConfig& camera : config.cameras) {
     if (camera.driver == CameraDriver::kSimulated && !camera.link.empty())
-      throw core::ConfigError("camera '" + camera.name +
-                              "': a simulated camera on a link; allowed: driver: sim with link: \"\"");
+      throw core::ConfigError(camera.place +
+                              ".link: is of a simulated camera; allowed: driver: sim with link: \"\"");
   }
   return loaded;
 }

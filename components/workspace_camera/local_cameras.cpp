@@ -8,7 +8,8 @@
 namespace phantom::workspace_camera {
 namespace {
 
-constexpr core::Nanoseconds kReading_ns = 2 * core::kNsPerMillisecond;  // while a file is being read
+constexpr core::Nanoseconds kArmSilent_ns = 100 * core::kNsPerMillisecond;  // then images are refused
+constexpr core::Nanoseconds kReading_ns = 2 * core::kNsPerMillisecond;      // while a file is being read
 
 }  // namespace
 
@@ -78,10 +79,11 @@ core::Nanoseconds LocalCameras::due_ns() const {
   return due_ns;
 }
 
-/// Returns the time of an exposure, but none after the arm's newest state: the arm would stand elsewhere in
-/// the image than it then did.
+/// Returns the time of an exposure, but while the arm is heard none after its newest state: it would stand
+/// elsewhere in the image than it then did.
 core::Nanoseconds LocalCameras::newest_known_ns(core::Nanoseconds exposed_ns) const {
-  return loaded_.arm ? std::min(exposed_ns, history_.newest_ns()) : exposed_ns;
+  const bool comes = loaded_.arm && exposed_ns - history_.newest_ns() < kArmSilent_ns;
+  return comes ? std::min(exposed_ns, history_.newest_ns()) : exposed_ns;
 }
 
 /// Makes the image that is due: what was there when it was exposed.

@@ -24,14 +24,14 @@ int main(int argc, char** argv) {
     const auto config = workspace_camera::load_config(options.config);
     const auto deployment = runtime::load_deployment(options);
     if (config.has(workspace_camera::CameraDriver::kSimulated))
-      runtime::require_simulation_meant(deployment, options, "workspace_camera.yaml: driver: sim");
+      runtime::require_simulation_meant(deployment, options, options.config.string() + ": driver: sim");
     if (config.has(workspace_camera::CameraDriver::kFiles))
-      runtime::require_simulation_meant(deployment, options, "workspace_camera.yaml: driver: files");
+      runtime::require_simulation_meant(deployment, options, options.config.string() + ": driver: files");
     if (std::ranges::any_of(config.cameras, [](const workspace_camera::CameraConfig& camera) {
           return camera.driver == workspace_camera::CameraDriver::kOpenNi && camera.openni.is_recording();
         }))
       runtime::require_simulation_meant(deployment, options,
-                                        "workspace_camera.yaml: openni.device: a recording");
+                                        options.config.string() + ": openni.device: a recording");
     std::optional<runtime::EndsAtOnce> starting(std::in_place);
     auto profiles = std::async(std::launch::async, dds::check_qos_profiles, deployment.network.qos_profiles);
     auto loaded = workspace_camera::load_cell(config, deployment.cell);

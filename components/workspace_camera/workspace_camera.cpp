@@ -31,6 +31,15 @@ fusion::Fusion fusion_or_throw(const WorkspaceCameraConfig& config, const worksp
   return std::move(made).value();
 }
 
+/// The names of the links of an arm, each followed by a comma.
+std::string links_of(const ArmView* arm) {
+  std::string names;
+  if (arm == nullptr) return names;
+  for (const robot::Link& link : arm->arm().links())
+    for (const auto& [name, X_link_frame] : link.frames) names += name + ", ";
+  return names;
+}
+
 }  // namespace
 
 WorkspaceCamera::WorkspaceCamera(const WorkspaceCameraConfig& config, std::string source, std::string cell,
@@ -48,9 +57,9 @@ WorkspaceCamera::WorkspaceCamera(const WorkspaceCameraConfig& config, std::strin
     if (!camera.link.empty()) {
       const auto frame = arm != nullptr ? arm->arm().find_frame(camera.link) : std::nullopt;
       if (!frame)
-        throw core::ConfigError(
-            "camera '" + camera.name + "': no link '" + camera.link +
-            "'; allowed: a link of the arm, or \"\" for a camera that is fixed in the cell");
+        throw core::ConfigError(camera.place + ".link: '" + camera.link +
+                                "' is no link of the arm; allowed: " + links_of(arm) +
+                                "\"\" for a camera that is fixed in the cell");
       view.link = frame->first;
       view.X_LF = frame->second;
     }
@@ -85,10 +94,11 @@ core::Status WorkspaceCamera::take(const CameraImage& image, core::Nanoseconds n
   if (arm_ != nullptr && !pose) {
     refused_ns_ = now_ns;
     return refuse(core::Status(core::ErrorCode::kUnavailable,
-                               "where the arm was at the image's time is not known: it would be taken for "
-                               "matter; allowed: images while slave_state comes"));
+                               "slave_state does not come: images are not fused, as the arm in them would be "
+                               "taken for matter"));
   }
-  if (!view.watch.put(image.exposed_ns, image.depth_mm)) {
+  const bool may_repeat = view.config.driver == CameraDriver::kFiles;
+  if (!view.watch.put(image.exposed_ns, image.depth_mm, may_repeat)) {
     refused_ns_ = now_ns;
     return refuse(core::Status::invalid_argument("camera '" + view.config.name +
                                                  "' sends the same image again; allowed: a new one"));

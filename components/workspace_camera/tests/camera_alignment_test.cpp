@@ -5,6 +5,7 @@
 
 #include <Eigen/Geometry>
 #include <functional>
+#include <numbers>
 
 #include "components/workspace_camera/model_watch.hpp"
 #include "components/workspace_camera/tests/rig.hpp"
@@ -147,6 +148,37 @@ TEST(ModelWatch, SR28_ACameraThatWasMountedThreeCentimetresOffIsReportedAtTheSta
   for (int i = 0; i < 30; ++i) watch.take(0, off.next(), {}, core::from_seconds(10.0 + i / 15.0));
   ASSERT_EQ(watch.sentences().size(), 1U);
   EXPECT_THAT(watch.sentences().front(), StartsWith("camera 'above' stands elsewhere than its pose says"));
+}
+
+/// From above a table leaves open how far the camera was shifted: what is beside the place of a thing that is
+/// gone must not be taken for the thing.
+TEST(ModelWatch, AThingThatIsGoneIsNoKnockOfACameraThatLooksStraightDown) {
+  const std::vector<ModelObject> objects{{1, "table", geometry::make_box({1.2, 1.2, 0.04})},
+                                         {2, "post", geometry::make_cylinder(0.05, 0.3)},
+                                         {3, "crate", geometry::make_box({0.15, 0.2, 0.12})}};
+  const auto at = [](double x_m, double y_m, double z_m) {
+    return geometry::Pose{Eigen::Matrix3d::Identity(), {x_m, y_m, z_m}};
+  };
+  const std::vector<Place> X_WO{at(0.0, 0.0, 0.48), at(0.45, 0.35, 0.65), at(0.45, -0.3, 0.56)};
+  WorkspaceCameraConfig down = wide();
+  const geometry::Pose X_WC{geometry::rotation_about(Eigen::Vector3d::UnitX(), std::numbers::pi),
+                            {0.0, 0.0, 1.5}};
+  for (const std::size_t gone : {1U, 2U}) {
+    std::vector<fusion::CameraScene::Object> there{
+        {geometry::make_box({4.0, 4.0, 0.02}).transformed(at(0.0, 0.0, -0.04)), false}};
+    for (std::size_t k = 0; k < objects.size(); ++k)
+      if (k != gone) there.push_back({objects[k].mesh_O.transformed(*X_WO[k]), false});
+    const fusion::CameraScene real(there);
+    SimulatedCamera eye(down.cameras[0].simulated, X_WC, real, {});
+    ModelWatch watch(down, objects, X_WO);
+    for (int i = 0; i < 40; ++i) {
+      fusion::DepthImage image;
+      ASSERT_TRUE(image.load_mm({eye.camera(), X_WC, 0.1 * i}, eye.image(0.1 * i, nullptr, nullptr)));
+      watch.take(0, image, {}, core::from_seconds(10.0) + i * ModelWatch::kKnockPeriod_ns);
+      for (const std::string& said : watch.sentences())
+        EXPECT_FALSE(said.starts_with("camera")) << objects[gone].name << " is gone: " << said;
+    }
+  }
 }
 
 /// In its long form eight hours: at most one false alarm.
@@ -307,6 +339,16 @@ TEST(KnockWatch, AfterTheModelHasChangedTheNextImagesAreTheFirst) {
   EXPECT_FALSE(watch.knocked() || watch.misplaced());
   for (int i = 0; i < KnockWatch::kConfirmations; ++i) watch.put(offset_of({0.0, 0.0, 0.0}));
   EXPECT_TRUE(watch.knocked());
+}
+
+TEST(KnockWatch, AWrongMountingIsTestedAgainOnceTheModelHasChanged) {
+  KnockWatch watch;
+  for (int i = 0; i < KnockWatch::kFirst; ++i) watch.put(offset_of({0.03, 0.0, 0.0}));
+  EXPECT_TRUE(watch.misplaced());
+  watch.restart();
+  EXPECT_FALSE(watch.misplaced()) << "it may have been the model";
+  for (int i = 0; i < KnockWatch::kFirst; ++i) watch.put(offset_of({0.001, 0.0, 0.0}));
+  EXPECT_FALSE(watch.misplaced());
 }
 
 TEST(KnockWatch, ADirectionThatNothingDeterminesIsNoKnock) {

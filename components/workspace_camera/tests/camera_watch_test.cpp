@@ -23,6 +23,13 @@ TEST(CameraWatch, ACameraIsWaitedForThenLiveThenLateThenDead) {
   EXPECT_EQ(watch.state(kStart + 501 * kMs), kLive);
 }
 
+TEST(CameraWatch, AFileMayRepeatAnImage) {
+  CameraWatch watch("recording", 0.2, 0.4);
+  EXPECT_TRUE(watch.put(kStart, image(1), true));
+  EXPECT_TRUE(watch.put(kStart + 300 * kMs, image(1), true));
+  EXPECT_EQ(watch.state(kStart + 400 * kMs), kLive);
+}
+
 // Tries workspace_camera: a camera repeats one image
 TEST(CameraWatch, TheSameImageAgainAndAgainIsThatOfADeadCamera) {
   CameraWatch watch("above", 0.2, 0.4);

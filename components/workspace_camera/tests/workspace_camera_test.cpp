@@ -174,11 +174,11 @@ TEST(WorkspaceCamera, WithoutTheArmsPoseAnImageIsNotFused) {
   Film film(scene({rod_W(0.0)}));
   const core::Status refused = camera.take(film.next(), film.now_ns());
   ASSERT_FALSE(refused);
-  EXPECT_THAT(refused.message(), HasSubstr("where the arm was at the image's time is not known"));
+  EXPECT_THAT(refused.message(), HasSubstr("slave_state does not come: images are not fused"));
   EXPECT_EQ(camera.fused_images(), 0U);
   const core::Health health = camera.health(film.now_ns());
   EXPECT_EQ(health.state, core::ComponentState::kDegraded);
-  EXPECT_THAT(health.message, HasSubstr("where the arm was"));
+  EXPECT_THAT(health.message, HasSubstr("slave_state does not come"));
   history.put(film.now_ns() + 49 * kMs, at(0.0));
   EXPECT_TRUE(camera.take(film.next(), film.now_ns()));
 }
