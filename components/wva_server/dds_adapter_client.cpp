@@ -18,7 +18,8 @@ std::optional<Listing> list_objects(const core::NetworkOptions& network, double 
   std::condition_variable changed;
   Listing listing;
   std::map<std::uint16_t, messages::WorkspaceObject> objects;
-  double served_version = 0.0, served_objects = -1.0;  // from wva_server's component_status
+  double served_version = 0.0, served_objects = -1.0,
+         served_live = 0.0;  // from wva_server's component_status
   const auto under_lock = [&](auto take) {
     return [&, take](const auto& message, const dds::SampleInfo&) {
       const auto sample = messages::from_idl(message);
@@ -51,6 +52,8 @@ std::optional<Listing> list_objects(const core::NetworkOptions& network, double 
                                                          served_version = figure.value;
                                                        if (figure.name == "objects")
                                                          served_objects = figure.value;
+                                                       if (figure.name == "live_objects")
+                                                         served_live = figure.value;
                                                      }
                                                    }));
   // Cameras change versions and their things again and again: what is served may be newer than what was told.
@@ -64,6 +67,10 @@ std::optional<Listing> list_objects(const core::NetworkOptions& network, double 
            served_objects == static_cast<double>(of_model());
   });
   if (!whole) return std::nullopt;
+  // Things that cameras see come and go: a listing is not refused for one that has just gone.
+  changed.wait_for(lock, std::chrono::seconds(2), [&] {
+    return served_live <= static_cast<double>(objects.size()) - static_cast<double>(of_model());
+  });
   for (const auto& [id, object] : objects) listing.objects.push_back(object);
   return listing;
 }

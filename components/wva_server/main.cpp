@@ -70,6 +70,7 @@ int main(int argc, char** argv) {
     runtime::require_files(deployment);
     auto served = wva_server::load_served_cell(deployment.cell, changes_file, config.mesh_import);
     if (!config.arm.empty()) served.cell.arm(config.arm);  // throws if there is none
+    wva_server::check_live_source(config, options.config, deployment);
     profiles.get();
     if (options.check) {
       const std::string found =

@@ -121,6 +121,7 @@ class Service {
   LeaderObjects leader_objects_;  // newest
   Following following_;
   std::optional<LiveServing> live_;
+  bool degraded_ = false;   // by the newest report
   bool live_turn_ = false;  // a command was carried out since live matter was served
 };
 
@@ -258,8 +259,8 @@ bool Service::decide_live(const WorkspaceCommand& command) {
   if (!id) return false;
   const auto decided = live_->decide(command, *id, core::monotonic_ns());
   if (!decided) {
-    refuse(command, fmt::format("{} '{}'", name_of(command.operation), command.object),
-           decided.status().message());
+    const std::string& name = command.object.empty() ? messages::live_name(*id) : command.object;
+    refuse(command, fmt::format("{} '{}'", name_of(command.operation), name), decided.status().message());
     return true;
   }
   const std::uint64_t version = next_version();
@@ -413,6 +414,10 @@ void Service::report_progress(double share, const std::string& doing) {
 
 void Service::report(const core::Health& health) {
   adapter_.report(health);
+  const bool is_degraded = health.state == core::ComponentState::kDegraded;
+  if (is_degraded && !degraded_) spdlog::warn("degraded: {}", health.message);
+  if (!is_degraded && degraded_) spdlog::info("no longer degraded: {}", health.message);
+  degraded_ = is_degraded;
   next_report_s_ = now_s() + 1.0 / config_.status_rate_hz;
 }
 

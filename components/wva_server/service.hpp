@@ -8,6 +8,7 @@
 #include "common/core/network.hpp"
 #include "common/runtime/cell/cell.hpp"
 #include "common/runtime/cell/cell_bodies.hpp"
+#include "common/runtime/configuration/deployment.hpp"
 #include "components/wva_server/cell_changes.hpp"
 #include "components/wva_server/config.hpp"
 
@@ -27,6 +28,11 @@ struct ServedCell {
 /// does not exist) and all meshes. Throws runtime::ConfigError.
 ServedCell load_served_cell(const std::filesystem::path& cell_file, const std::filesystem::path& changes_file,
                             const geometry::MeshImportOptions& limits);
+
+/// Throws core::ConfigError if the topology lists its processes, and none of them is the workspace_camera
+/// that `config` names as the source of live matter. `file`: of the configuration.
+void check_live_source(const WvaServerConfig& config, const std::filesystem::path& file,
+                       const runtime::Deployment& deployment);
 
 /// Does all that run_service() does before it publishes: loads the arms and activates the cell, with the same
 /// warnings and errors. For --check. Throws runtime::ConfigError.

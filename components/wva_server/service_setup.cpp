@@ -1,11 +1,13 @@
 #include "components/wva_server/service_setup.hpp"
 
+#include <spdlog/fmt/fmt.h>
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
 
 #include "common/core/clock.hpp"
 #include "common/core/errors.hpp"
+#include "common/core/text.hpp"
 #include "common/runtime/cell/arm_model.hpp"
 #include "common/runtime/cell/cell_names.hpp"
 
@@ -68,6 +70,24 @@ ServedCell load_served_cell(const std::filesystem::path& cell_file, const std::f
   }
   served.bodies = runtime::load_bodies(served.cell, limits);
   return served;
+}
+
+void check_live_source(const WvaServerConfig& config, const std::filesystem::path& file,
+                       const runtime::Deployment& deployment) {
+  std::string cameras;
+  bool is_known = deployment.hosts.empty() || !config.live.wanted();
+  for (const runtime::DeployedHost& host : deployment.hosts) {
+    for (const runtime::DeployedProcess& process : host.processes) {
+      if (process.component != "workspace_camera") continue;
+      core::add_to_list(cameras, process.name);
+      is_known = is_known || process.name == config.live.source;
+    }
+  }
+  if (!is_known)
+    throw core::ConfigError(
+        fmt::format("{}: live.source: {} has no workspace_camera called '{}'; allowed: {}", file.string(),
+                    deployment.file.string(), config.live.source,
+                    cameras.empty() ? "\"\" (no live matter), as it has none" : cameras));
 }
 
 void check_service(const WvaServerConfig& config, ServedCell served) {

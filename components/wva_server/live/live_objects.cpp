@@ -136,6 +136,8 @@ core::Status LiveObjects::freeze(std::uint16_t id) {
   if (!found) return found.status();
   TrackedObject& object = **found;
   if (object.standing == LiveStanding::kFrozen) return refused("'" + object.name + "' is frozen already");
+  if (object.standing == LiveStanding::kDiscarded)
+    return refused("'" + object.name + "' is discarded; allowed: to restore it first");
   if (object.standing != LiveStanding::kTracked)
     return refused("'" + object.name + "' is not there; allowed: what cameras see now");
   object.standing = LiveStanding::kFrozen;
@@ -146,6 +148,8 @@ core::Status LiveObjects::discard(std::uint16_t id, core::Nanoseconds now_ns) {
   const auto found = look_up(id);
   if (!found) return found.status();
   TrackedObject& object = **found;
+  if (object.standing == LiveStanding::kDiscarded)
+    return refused("'" + object.name + "' is discarded already");
   if (!object.is_there()) return refused("'" + object.name + "' is not there; allowed: what is felt now");
   object.standing = LiveStanding::kDiscarded;
   object.seen_ns = now_ns;

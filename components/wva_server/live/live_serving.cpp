@@ -32,6 +32,11 @@ ServedObject marker_of(const workspace::GridSpec& grid) {
   return marker;
 }
 
+bool is_decision(WorkspaceOperation operation) {
+  using enum WorkspaceOperation;
+  return operation == kName || operation == kFreeze || operation == kDiscard || operation == kRestore;
+}
+
 LiveMatter matter_or_throw(const workspace::GridSpec& grid, const LiveRules& rules) {
   auto made = LiveMatter::create(grid, rules);
   if (!made) throw core::ConfigError("live: " + made.status().message());
@@ -199,16 +204,19 @@ std::optional<std::uint16_t> LiveServing::subject(const WorkspaceCommand& comman
   if (command.object.empty()) return messages::is_live(command.id) ? std::optional(command.id) : std::nullopt;
   if (const std::uint16_t id = matter_.objects().find(command.object); id != 0) return id;
   if (command.object == kLiveName) return kLiveId;
+  // Only what cameras see can be decided about.
+  if (is_decision(command.operation) && !cell_.has(command.object)) return std::uint16_t{0};
   return messages::is_live_name(command.object) ? std::optional<std::uint16_t>(0) : std::nullopt;
 }
 
 core::Expected<std::string> LiveServing::decide(const WorkspaceCommand& command, std::uint16_t id,
                                                 core::Nanoseconds now_ns) {
   const auto& all = matter_.objects().all();
-  if (id == 0)
-    return core::Status::not_found(
-        fmt::format("cameras see no '{}'; they see: {}", command.object,
-                    core::listed(all, [](const auto& entry) { return entry.second.name; })));
+  if (id == 0) {
+    const std::string seen = core::listed(all, [](const auto& entry) { return entry.second.name; });
+    return core::Status::not_found(fmt::format("cameras see no '{}'; they see {}", command.object,
+                                               seen.empty() ? "nothing now" : "these: " + seen));
+  }
   const auto found = all.find(id);
   const std::string before = "'" + (found != all.end() ? found->second.name : messages::live_name(id)) + "'";
   const auto answer = [&](const core::Status& done, const std::string& words) -> core::Expected<std::string> {

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 
 #include "common/runtime/configuration/fields.hpp"
+#include "components/wva_server/service.hpp"
 #include "components/wva_server/tests/test_cell.hpp"
 
 namespace phantom::wva_server {
@@ -22,6 +23,30 @@ class Config : public TestCell {
     }
   }
 };
+
+TEST_F(Config, TheSourceOfLiveMatterIsACameraOfTheTopologyIfThatListsProcesses) {
+  const auto problem = [&](const std::string& source, const std::string& hosts) -> std::string {
+    runtime::ProcessOptions options;
+    options.component = "wva_server";
+    options.deployment =
+        write("topology.yaml", "name: x\ndomain: 5\nqos_profiles: q.xml\ncell: c.yaml\n" + hosts);
+    const auto config = load_config(write("live.yaml", "live: {source: \"" + source + "\"}"));
+    try {
+      check_live_source(config, "live.yaml", runtime::load_deployment(options));
+    } catch (const runtime::ConfigError& error) {
+      return error.what();
+    }
+    return "";
+  };
+  const std::string hosts =
+      "hosts: [{name: here, processes: [{component: wva_server}, {component: workspace_camera, name: eyes}]}]\n";
+  EXPECT_EQ(problem("eyes", hosts), "");
+  EXPECT_EQ(problem("", hosts), "");
+  EXPECT_EQ(problem("any", ""), "");
+  EXPECT_THAT(problem("eye", hosts), HasSubstr("live.yaml: live.source: "));
+  EXPECT_THAT(problem("eye", hosts), HasSubstr("has no workspace_camera called 'eye'; allowed: eyes"));
+  EXPECT_THAT(problem("wva_server", hosts), HasSubstr("allowed: eyes"));
+}
 
 TEST_F(Config, TheShippedFileIsValidAndSaysTheDefaults) {
   const auto shipped = load_config(PHANTOM_SOURCE_DIR "/components/wva_server/wva_server.yaml");

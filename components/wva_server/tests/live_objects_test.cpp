@@ -195,8 +195,8 @@ TEST(LiveObjects, WhatCannotBeDecidedIsRefusedWithWhatIsAllowed) {
   EXPECT_THAT(said(objects.rename(kFirst, "a\nb")), HasSubstr("printable"));
   EXPECT_THAT(said(objects.rename(kFirst, "")), HasSubstr("is no name"));
   ASSERT_TRUE(objects.discard(kFirst, 0));
-  EXPECT_THAT(said(objects.discard(kFirst, 0)), HasSubstr("is not there"));
-  EXPECT_THAT(said(objects.freeze(kFirst)), HasSubstr("is not there"));
+  EXPECT_THAT(said(objects.discard(kFirst, 0)), HasSubstr("is discarded already"));
+  EXPECT_THAT(said(objects.freeze(kFirst)), HasSubstr("is discarded; allowed: to restore it first"));
   objects.follow({cube({50, 0, 0}, 6)}, at_s(1.0));
   EXPECT_EQ(objects.all().at(kFirst).standing, LiveStanding::kDiscarded) << "cameras are not asked";
 }
