@@ -49,7 +49,8 @@ class Doctor(unittest.TestCase):
         words = [DOCTOR, "--json", "--root", self.root]
         if topology:
             (self.root / "t.yaml").write_text(topology)
-            (self.root / "q.xml").write_text("<dds/>")
+            for name in {"q.xml", "c.yaml", "slave.yaml"} - set(changes or {}):
+                (self.root / name).write_text("")
             words += ["--topology", self.root / "t.yaml"]
         done = subprocess.run(words, capture_output=True, text=True)
         self.assertIn(done.returncode, (0, 1), done.stderr)
@@ -179,6 +180,121 @@ class Doctor(unittest.TestCase):
         for words in (["--nonsense"], ["--topology", "/nonexistent.yaml"], ["--topology", str(DOCTOR)]):
             done = subprocess.run([DOCTOR, *words], capture_output=True, text=True)
             self.assertEqual(done.returncode, 2, done)
+
+    def refused(self, content, *more):
+        """The one sentence about a topology with that text or these bytes, without "doctor: " and the folder."""
+        file = self.root / "t.yaml"
+        file.write_bytes(content if isinstance(content, bytes) else content.encode())
+        for name in ("q.xml", "c.yaml"):
+            (self.root / name).touch()
+        done = subprocess.run([DOCTOR, "--root", self.root, "--topology", file, *more], capture_output=True, text=True)
+        self.assertEqual((done.returncode, done.stdout), (2, ""), done.stderr)
+        self.assertEqual(done.stderr.count("\n"), 1, done.stderr)
+        self.assertTrue(done.stderr.startswith(f"doctor: {file}:"), done.stderr)
+        return done.stderr.strip().removeprefix(f"doctor: {self.root}/")
+
+    def test_files_that_are_no_topology(self):
+        mapping = "t.yaml:1: the file must be a mapping of keys to values; it is "
+        for content, sentence in (
+                (TOPOLOGY.encode("utf-16"), "t.yaml:1: holds a byte that is no text; allowed: UTF-8"),
+                (b"name: t\ndomain: \xff\n", "t.yaml:2: holds a byte that is no text; allowed: UTF-8"),
+                ("- a\n", mapping + "a list"),
+                ("hello\n", mapping + "'hello'"),
+                ("", "t.yaml:1: name: is missing; allowed: a text"),
+                ("# nothing\n", "t.yaml:1: name: is missing; allowed: a text"),
+                ("name: t\n", "t.yaml:1: domain: is missing; allowed: 0 to 232"),
+                ("a: [1\n", "t.yaml:2: not valid YAML: while parsing a flow sequence, expected ',' or ']', but got '<stream end>'"),
+                ("name: t\nb: \0\n", "t.yaml:2: not valid YAML: special characters are not allowed"),
+                ("a: " + "[" * 5000, "t.yaml: not valid YAML: lists or mappings lie too deep in each other"),
+                ("a: &a [*a]\n", "t.yaml:1: a: unknown key; allowed: cell, domain, hosts, name, network, qos_profiles")):
+            with self.subTest(content=content[:40]):
+                self.assertEqual(self.refused(content), sentence)
+
+    HEAD = "name: t\ndomain: 1\nqos_profiles: q.xml\ncell: c.yaml\n"
+
+    def test_values_that_no_component_accepts(self):
+        for text, sentence in (
+                (self.HEAD.replace("1", "300"), "2: domain: '300' is out of range; allowed: 0 to 232"),
+                (self.HEAD.replace("1", "abc"), "2: domain: 'abc' is not a number; allowed: 0 to 232"),
+                (self.HEAD.replace("1", "1.5"), "2: domain: '1.5' is not a whole number; allowed: 0 to 232"),
+                (self.HEAD.replace("1", "[1]"), "2: domain: is not a number; allowed: 0 to 232"),
+                (self.HEAD.replace(" t", " [t]"), "1: name: is or holds a list; allowed: a text"),
+                (self.HEAD + "nonsense: 3\n", "5: nonsense: unknown key; allowed: cell, domain, hosts, name, network, qos_profiles"),
+                (self.HEAD + "domain: 1\n", "5: domain: stands twice; allowed: once"),
+                (self.HEAD + "network: lo\n", "5: network: is 'lo'; allowed: a mapping"),
+                (self.HEAD + "hosts: {name: a}\n", "5: hosts: is a mapping; allowed: a list of mappings"),
+                (self.HEAD + "hosts: [a]\n", "5: hosts: holds 'a' at hosts[0]; allowed: mappings"),
+                (self.HEAD + "hosts:\n- {processes: []}\n", "6: hosts[0].name: is missing; allowed: a text"),
+                (self.HEAD + "hosts:\n- name: a\n  processes: [{component: b, nice: 20}]\n",
+                 "7: hosts[0].processes[0].nice: '20' is out of range; allowed: -20 to 19"),
+                (self.HEAD + "hosts:\n- name: a\n  processes: [{component: b, simulation: maybe}]\n",
+                 "7: hosts[0].processes[0].simulation: 'maybe' is not true or false; allowed: one of these")):
+            with self.subTest(sentence=sentence):
+                self.assertEqual(self.refused(text), "t.yaml:" + sentence)
+
+    def test_what_the_components_loader_asks_of_texts_in_its_words(self):
+        loader = (SOURCE / "common/runtime/configuration/deployment.cpp").read_text()
+        for text, place, sentence in (
+                ("network: {initial_peers: [foo]}", "network.initial_peers: 'foo' ", "is no address; allowed: IPv4, as 10.0.1.2"),
+                ("network: {interfaces: [127.0.0.300]}", "network.interfaces: '127.0.0.300' ", "is no address; allowed: IPv4, as 10.0.1.2"),
+                ("network: {discovery_servers: ['10.0.1.2:70000']}", "network.discovery_servers: '10.0.1.2:70000' ",
+                 "is no server; allowed: IPv4 address and port, as 10.0.1.2:11811"),
+                ("network: {partition: 'cell_*'}", "network.partition: 'cell_*' ",
+                 "is no name of a partition; allowed: 1 to 64 of A-Z a-z 0-9 _ - . /"),
+                ("network: {discovery_servers: ['10.0.1.2:1'], security: k}", "network.discovery_servers: ",
+                 "do not work together with security in this Fast DDS; allowed: initial_peers instead"),
+                ("network: {discovery_servers: ['10.0.1.2:1'], initial_peers: [10.0.1.2]}", "network.discovery_servers: ",
+                 "and initial_peers exclude each other; allowed: one of the two"),
+                ("hosts: [{name: a, processes: [{component: b}, {component: b}]}]", "hosts[0].processes[1].component: 'b' ",
+                 "is there already; allowed: each name once per host (key name)")):
+            with self.subTest(sentence=sentence):
+                self.assertEqual(self.refused(self.HEAD + text + "\n"), f"t.yaml:5: {place}{sentence}")
+                self.assertIn(sentence, loader)
+
+    def test_files_that_are_not_there(self):
+        def missing(line, key, name):
+            return f"t.yaml:{line}: {key}: '{name}' is not there ({self.root}/{name}); allowed: a file; relative paths begin at the topology's folder"
+        one = "hosts:\n- name: a\n  processes:\n  - {component: slave_io, %s}\n"
+        for text, sentence in (
+                (self.HEAD.replace("q.xml", "no.xml"), missing(3, "qos_profiles", "no.xml")),
+                (self.HEAD.replace("c.yaml", "no.yaml"), missing(4, "cell", "no.yaml")),
+                (self.HEAD + one % "config: no.yaml", missing(8, "hosts[0].processes[0].config", "no.yaml")),
+                (self.HEAD + one % "cell: no.yaml", missing(8, "hosts[0].processes[0].cell", "no.yaml")),
+                (self.HEAD.replace("c.yaml", "."), f"t.yaml:4: cell: '.' is a folder ({self.root}); allowed: a file")):
+            with self.subTest(sentence=sentence):
+                self.assertEqual(self.refused(text), sentence)
+
+    def test_parameters_of_another_host_may_be_there_alone(self):
+        there = "- {name: slave, interfaces: [10.30.2.2], processes: [{component: slave_io, config: there.yaml}]}\n"
+        self.assertEqual(self.look(topology=TOPOLOGY % "10.30.1.2" + there)[0], 0)
+        self.assertIn("hosts[1].processes[0].config", self.refused(TOPOLOGY % "10.30.1.9" + there.replace("10.30.2.2", "10.30.1.2")))
+
+    def test_a_topology_without_hosts_is_for_every_host(self):
+        for hosts in ("", "hosts:\n", "hosts: []\n"):
+            code, found = self.look(topology=self.HEAD + "network: {interfaces: [10.30.1.2]}\n" + hosts)
+            self.assertEqual((code, found["interfaces"]["level"]), (0, "good"))
+            self.assertEqual(found["interfaces"]["says"], "this is a host of t: 10.30.1.2")
+        self.finds("interfaces", "bad", "every host: 192.0.2.9", {}, self.HEAD + "network: {interfaces: [192.0.2.9]}\n")
+        self.assertEqual(self.look(topology=self.HEAD + "network:\n")[1]["interfaces"]["level"], "note")
+
+    def test_shipped_topologies_are_read(self):
+        for file in sorted((SOURCE / "deploy/topologies").glob("*.yaml")):
+            done = subprocess.run([DOCTOR, "--root", self.root, "--topology", file], capture_output=True, text=True)
+            self.assertIn(done.returncode, (0, 1), done.stderr)
+
+    def test_the_installed_doctor_has_the_table_of_keys(self):
+        doctor, table = self.root / "usr/bin/phantom-doctor", self.root / "usr/share/phantom/deploy/topology.yaml"
+        for file, source in ((doctor, DOCTOR), (table, SOURCE / "common/runtime/configuration/topology.yaml")):
+            file.parent.mkdir(parents=True, exist_ok=True)
+            shutil.copy(source, file)
+        topology = self.root / "t.yaml"
+        topology.write_text("domain: 1\n")
+        words = [doctor, "--topology", topology]
+        done = subprocess.run(words, capture_output=True, text=True)
+        self.assertEqual((done.returncode, done.stderr), (2, f"doctor: {topology}:1: name: is missing; allowed: a text\n"))
+        table.unlink()
+        done = subprocess.run(words, capture_output=True, text=True)
+        self.assertEqual((done.returncode, done.stderr), (3, f"doctor: {table}: is not there; install phantom-common\n"))
 
     def test_this_host_can_be_looked_at(self):
         done = subprocess.run([DOCTOR], capture_output=True, text=True)
