@@ -117,6 +117,7 @@ const aiScene* read_scene(Assimp::Importer& importer, const std::filesystem::pat
                           std::string& problem) {
   GltfShape declared;
   if (problem = check_gltf(path, notes, declared); !problem.empty()) return nullptr;
+  if (problem = check_lossy_format(path); !problem.empty()) return nullptr;
   const std::string ending = extension_of(path);
   const bool iges = ending == "igs" || ending == "iges";
   if (iges || is_cad_step(path)) {

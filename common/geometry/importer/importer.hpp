@@ -39,6 +39,11 @@ const aiScene* read_scene(Assimp::Importer& importer, const std::filesystem::pat
 /// has another format. Adds what of its shape is not applied to `notes`. `shape`: what it declares.
 std::string check_gltf(const std::filesystem::path& path, std::vector<std::string>& notes, GltfShape& shape);
 
+/// Returns why a file of AMF, X3D, COLLADA or DXF would be misread, in a sentence without the file's name:
+/// its importer leaves parts of such files out, or moves them, without a word. Empty if nothing is found, or
+/// the file has another format.
+std::string check_lossy_format(const std::filesystem::path& path);
+
 /// Returns what a URI's escapes stand for: "part%20one.bin" is "part one.bin".
 std::string decoded_uri(std::string_view uri);
 
