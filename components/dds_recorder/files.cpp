@@ -6,6 +6,7 @@
 
 #include "common/core/errors.hpp"
 #include "common/core/file_sync.hpp"
+#include "common/core/text.hpp"
 #include "common/runtime/process/process.hpp"
 
 namespace phantom::dds_recorder {
@@ -14,6 +15,9 @@ recording::MessageFilter in_range(const TimeRange& range, std::uint64_t first_ns
   const auto at = [first_ns](double s) {
     return first_ns + static_cast<std::uint64_t>(std::llround(s * 1e9));
   };
+  if (range.until_s >= 0 && range.until_s <= range.from_s)
+    throw core::ConfigError("--until " + core::formatted("%g", range.until_s) + ": is not after --from " +
+                            core::formatted("%g", range.from_s) + "; allowed: a later time");
   recording::MessageFilter filter;
   filter.from_ns = range.from_s > 0 ? at(range.from_s) : 0;
   if (range.until_s >= 0) filter.until_ns = at(range.until_s);
@@ -53,6 +57,8 @@ ReadFigures read_all(const std::vector<OpenedRecording>& recordings, const recor
 }
 
 void check_any_read(const ReadFigures& read) {
+  if (read.unread == 0 && read.samples == 0)
+    throw std::runtime_error("no sample of the wanted topics is in the wanted range: nothing is written");
   if (read.unread > 0 && read.samples == 0)
     throw std::runtime_error("none of the " + std::to_string(read.unread) +
                              " chunks with the wanted samples can be read: nothing is written");

@@ -24,7 +24,8 @@ struct TimeRange {
   double from_s = 0.0;
   double until_s = -1.0;  ///< −1: to the end
 };
-/// Converts the range to log times. `first_ns`: log time of the first message.
+/// Converts the range to log times. `first_ns`: log time of the first message. Throws ConfigError if it ends
+/// before it begins.
 recording::MessageFilter in_range(const TimeRange& range, std::uint64_t first_ns);
 /// A part of a range. A range is read in two parts: first the samples of durable topics from before it, which
 /// still hold in it, then the range itself.
@@ -52,7 +53,7 @@ struct ReadFigures {
 ReadFigures read_all(const std::vector<OpenedRecording>& recordings, const recording::MessageFilter& range,
                      const diagnostics::NameFilter& wanted, RecordingListener& listener, std::ostream& notes);
 
-/// Throws if chunks cannot be read and nothing came of the others: a file without content must not be made.
+/// Throws if nothing was read: a file without content must not be made.
 void check_any_read(const ReadFigures& read);
 /// Returns the exit code of a command that has read recordings: kExitFailed if chunks could not be read,
 /// which it prints on `notes`. `made`: what it made of the others.

@@ -132,6 +132,8 @@ int CommandLine::run(const runtime::ProcessOptions& options) {
   const auto deployment = runtime::load_deployment(options);
   dds::check_qos_profiles(deployment.network.qos_profiles);
   if (options.check) {
+    check_folder(config);
+    warn_of_unknown_topics(config);
     std::cout << "configuration is valid: " << (config.recorder.on_event ? "on event" : "continuous")
               << ", into " << std::filesystem::absolute(config.recorder.folder).string() << ", where "
               << free_bytes(config.recorder.folder) / 1'000'000 << " MB are free\n";

@@ -260,18 +260,40 @@ std::uint64_t free_bytes(const std::filesystem::path& folder) {
   return static_cast<std::uint64_t>(about.f_bavail) * about.f_frsize;
 }
 
+void check_folder(const Config& config) {
+  const auto& folder = config.recorder.folder;
+  std::filesystem::path there = std::filesystem::absolute(folder);
+  std::error_code ignored;
+  while (!std::filesystem::exists(there, ignored) && there != there.parent_path())
+    there = there.parent_path();
+  const int problem = std::filesystem::is_directory(there, ignored) ? access(there.c_str(), W_OK | X_OK) : -1;
+  if (problem != 0)
+    throw core::MissingError(folder.string() + ": cannot be written to: " + there.string() +
+                             (std::filesystem::is_directory(there, ignored)
+                                  ? std::string(": ") + std::strerror(errno)
+                                  : " is no folder"));
+  if (const std::uint64_t free = free_bytes(folder); free < config.recorder.margin_bytes) {
+    throw core::MissingError(folder.string() + ": only " + std::to_string(free / 1'000'000) +
+                             " MB are free; allowed: more than disk.margin_MB, which is " +
+                             std::to_string(config.recorder.margin_bytes / 1'000'000));
+  }
+}
+
+void warn_of_unknown_topics(const Config& config) {
+  for (const std::string& name : unknown_names(config.topics))
+    spdlog::warn("topics: '{}' is no topic of Phantom: it is recorded only if another system publishes it",
+                 name);
+}
+
 int run_record(const RecordRequest& request, const runtime::Deployment& deployment, const Config& config) {
+  check_folder(config);
+  warn_of_unknown_topics(config);
   const auto& folder = config.recorder.folder;
   std::error_code problem;
   std::filesystem::create_directories(folder, problem);
   if (problem || access(folder.c_str(), W_OK) != 0)
     throw core::MissingError(
         folder.string() + ": cannot be written to: " + (problem ? problem.message() : std::strerror(errno)));
-  if (const std::uint64_t free = free_bytes(folder); free < config.recorder.margin_bytes) {
-    throw core::MissingError(folder.string() + ": only " + std::to_string(free / 1'000'000) +
-                             " MB are free; allowed: more than disk.margin_MB, which is " +
-                             std::to_string(config.recorder.margin_bytes / 1'000'000));
-  }
   setpriority(PRIO_PROCESS, 0, kNiceness);
   RecordSession session(request, deployment, config);
   return session.run();

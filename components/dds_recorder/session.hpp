@@ -21,6 +21,12 @@ Config merged(Config config, const RecordRequest& request);
 /// of the path exists.
 std::uint64_t free_bytes(const std::filesystem::path& folder);
 
+/// Throws MissingError if the folder cannot be made or written to, or its disk has no space. Changes nothing.
+void check_folder(const Config& config);
+
+/// Logs each wanted topic that is a plain name and none of the project's.
+void warn_of_unknown_topics(const Config& config);
+
 /// Records until a stop is requested. Returns the exit code. Throws ConfigError, MissingError, DdsError.
 int run_record(const RecordRequest& request, const runtime::Deployment& deployment, const Config& config);
 

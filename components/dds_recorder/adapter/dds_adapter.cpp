@@ -153,4 +153,15 @@ std::uint32_t send_mark(const core::NetworkOptions& network, const std::string& 
   return matched;
 }
 
+std::vector<std::string> unknown_names(const std::vector<std::string>& names) {
+  std::vector<std::string> unknown;
+  for (const std::string& name : names) {
+    const auto topics = dds::all_topics();
+    const bool known =
+        std::ranges::any_of(topics, [&](const dds::TopicDescription* topic) { return topic->name == name; });
+    if (name.find_first_of("*?[!") == std::string::npos && !known) unknown.push_back(name);
+  }
+  return unknown;
+}
+
 }  // namespace phantom::dds_recorder

@@ -74,4 +74,7 @@ class EventWatch {
 /// MARK). Waits at most `limit_s` for at least one recorder. Returns how many were reached. Throws DdsError.
 std::uint32_t send_mark(const core::NetworkOptions& network, const std::string& issuer, double limit_s);
 
+/// Returns those of the names, none of them a pattern, that no topic of the project has.
+std::vector<std::string> unknown_names(const std::vector<std::string>& names);
+
 }  // namespace phantom::dds_recorder

@@ -10,7 +10,9 @@
 
 #include "common/core/errors.hpp"
 #include "common/dds/endpoints/cdr.hpp"
+#include "components/dds_recorder/adapter/dds_adapter.hpp"
 #include "components/dds_recorder/info.hpp"
+#include "components/dds_recorder/session.hpp"
 #include "components/dds_recorder/tests/fake_world.hpp"
 #include "tests/support/files.hpp"
 
@@ -145,6 +147,38 @@ TEST_F(Files, ConvertTakesAPartWithTheStateThatHoldsInIt) {
   const auto opened = open_recordings({out});
   EXPECT_EQ(numbers(opened[0].reader, "state").size(), 10u);
   EXPECT_EQ(numbers(opened[0].reader, "brick").size(), 1u);
+}
+
+TEST_F(Files, WhereNothingIsWantedNothingIsWritten) {
+  for (const char* out : {"nothing.mcap", "nothing.jsonl"}) {
+    ConvertRequest request{.files = files, .out = folder / out};
+    request.topics = {"nosuch"};
+    EXPECT_THROW(run_convert(request, output), std::runtime_error);
+    request.topics = {};
+    request.range = {20.0, 10.0};
+    EXPECT_THROW(run_convert(request, output), core::ConfigError);
+    EXPECT_FALSE(std::filesystem::exists(folder / out));
+  }
+}
+
+TEST(RecorderFolder, IsCheckedBeforeItIsMade) {
+  const std::filesystem::path folder = test::new_folder();
+  Config config;
+  config.recorder.margin_bytes = 1;
+  config.recorder.folder = folder / "new" / "deep";
+  EXPECT_NO_THROW(check_folder(config));
+  EXPECT_FALSE(std::filesystem::exists(folder / "new")) << "nothing is made";
+  std::ofstream(folder / "file") << "text";
+  config.recorder.folder = folder / "file" / "below";
+  EXPECT_THROW(check_folder(config), core::MissingError);
+  config.recorder.folder = folder;
+  config.recorder.margin_bytes = std::uint64_t{1} << 62;
+  EXPECT_THROW(check_folder(config), core::MissingError);
+}
+
+TEST(RecorderTopics, PlainNamesThatNoTopicHasAreKnown) {
+  EXPECT_THAT(unknown_names({"percept", "percpt", "*_state", "!master_*", "rt/joint_states"}),
+              testing::ElementsAre("percpt", "rt/joint_states"));
 }
 
 TEST_F(Files, ConvertToJsonDecodesTheProjectsTypes) {
