@@ -3,6 +3,7 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <limits>
 
 namespace phantom::workspace_camera {
@@ -26,6 +27,9 @@ LocalCameras::LocalCameras(const WorkspaceCameraConfig& config, const LoadedCell
                            std::make_unique<FileCamera>(camera.files)});
         break;
       case CameraDriver::kOpenNi:
+        if (camera.openni.is_recording() && !std::filesystem::exists(camera.openni.device))
+          throw core::MissingError(camera.place + ".openni.device: " + camera.openni.device +
+                                   " is not there");
         attached_.push_back(
             {i, core::from_seconds(camera.openni.latency_s), std::make_unique<OpenNiCamera>(camera.openni)});
         break;
