@@ -53,7 +53,8 @@ def check_common(deb, files):
     depends = field(deb, "Depends")
     assert "libassimp" in depends and "python3-yaml" in depends, depends
     for wanted in ("share/phantom/deploy/qos/phantom.xml", "share/phantom/deploy/cells/hot_cell/cell.yaml",
-                   "share/phantom/deploy/topologies/shield_wall.yaml", "share/phantom/deploy/topology.yaml", "share/phantom/deploy/security/make",
+                   "share/phantom/deploy/topologies/shield_wall.yaml", "share/phantom/deploy/topology.yaml", "share/phantom/scripts/topology_file.py",
+                   "share/phantom/deploy/security/make",
                    "share/phantom/deploy/security/rights", "share/phantom/idl/types.idl", "share/phantom/idl/topics.md", "bin/phantom-doctor",
                    "libexec/phantom/phantom_mesh_import",
                    "share/phantom/examples/default", "share/phantom/examples/80-phantom-can.network", "share/phantom/examples/80-phantom-can.link",

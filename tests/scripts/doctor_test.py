@@ -284,7 +284,9 @@ class Doctor(unittest.TestCase):
 
     def test_the_installed_doctor_has_the_table_of_keys(self):
         doctor, table = self.root / "usr/bin/phantom-doctor", self.root / "usr/share/phantom/deploy/topology.yaml"
-        for file, source in ((doctor, DOCTOR), (table, SOURCE / "common/runtime/configuration/topology.yaml")):
+        module = self.root / "usr/share/phantom/scripts/topology_file.py"
+        for file, source in ((doctor, DOCTOR), (table, SOURCE / "common/runtime/configuration/topology.yaml"),
+                             (module, SOURCE / "scripts/topology_file.py")):
             file.parent.mkdir(parents=True, exist_ok=True)
             shutil.copy(source, file)
         topology = self.root / "t.yaml"
