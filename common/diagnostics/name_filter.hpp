@@ -15,6 +15,7 @@ class NameFilter {
   NameFilter() = default;
   explicit NameFilter(const std::vector<std::string>& patterns);
   bool keeps(const std::string& name) const;
+  bool excludes() const { return !unwanted_.empty(); }
   bool keeps_all() const { return wanted_.empty() && unwanted_.empty(); }
 
  private:

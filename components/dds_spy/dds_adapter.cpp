@@ -104,6 +104,18 @@ struct DdsAdapter::Impl : observation::DiscoveryListener {
 
   bool keeps(const std::string& topic) const { return reading.read_topics && reading.topics.keeps(topic); }
 
+  /// A pattern may be that of the whole key, "component_name=slave_io, host=desk", or of one of its parts.
+  bool keeps_instance(const std::string& instance) const {
+    if (reading.instances.keeps(instance)) return true;
+    if (reading.instances.excludes()) return false;
+    for (std::size_t from = 0; from < instance.size();) {
+      const std::size_t end = std::min(instance.find(", ", from), instance.size());
+      if (reading.instances.keeps(instance.substr(from, end - from))) return true;
+      from = end + 2;
+    }
+    return false;
+  }
+
   void take(const TopicReader& from, const observation::Payload& payload) {
     diagnostics::TypePtr type = from.type;
     if (from.topic == ros2::kGraphTopic) {
@@ -132,7 +144,7 @@ struct DdsAdapter::Impl : observation::DiscoveryListener {
     if (!sample.content) sample.octets = diagnostics::octets_text(payload.bytes, reading.decode.most_octets);
     const std::lock_guard lock(mutex);
     if (!reading.writers.keeps_all() && !reading.writers.keeps(name_of_writer(payload.writer))) return;
-    if (!sample.instance.empty() && !reading.instances.keeps(sample.instance)) return;
+    if (!sample.instance.empty() && !keeps_instance(sample.instance)) return;
     sample.facts.same_host = on_this_host(payload.writer);
     view.on_sample(sample);
     if (on_sample && !sample.gone) on_sample(sample);

@@ -13,7 +13,8 @@ void add_options(runtime::Command app, Request& request) {
   app.option("--seconds", request.seconds, "how long to look or listen; 0: until Ctrl-C").between(0.0, 1e9);
   app.flag("--json", request.json, "JSON: one object a line");
   list(app, "--instance", request.instances,
-       "echo, hz: only instances with a key like PATTERN, e.g. 'id=3' or 'component_name=slave_*'");
+       "echo, hz: only instances of which the key, or a part of it, is like PATTERN, e.g. 'id=3' or "
+       "'component_name=slave_*'");
   list(app, "--writer", request.writers,
        "only samples of participants with a name like PATTERN, e.g. slave_io");
   app.flag("--reliable", request.reliable, "ask writers to send lost samples again, where they offer that");

@@ -306,6 +306,32 @@ TEST(Spy, EchoesOneInstanceOfADurableTopicWithItsHistory) {
   EXPECT_THAT(out.str(), HasSubstr("id: 3\nname: part 3\n"));
 }
 
+/// Of a key with several parts one of them is enough.
+TEST(Spy, EchoesTheInstancesOfWhichAPartOfTheKeyIsWanted) {
+  dds::Participant there("master_io", dds::test_network());
+  dds::Writer<msg::ComponentStatus> writer(there, dds::kComponentStatus);
+  for (const char* name : {"master_io", "slave_io"}) {
+    msg::ComponentStatus status;
+    status.component_name(name);
+    status.host("desk");
+    writer.write(status);
+  }
+  const auto echoed = [](const std::string& pattern) {
+    const Request request{.command = Command::kEcho,
+                          .topics = {"component_status"},
+                          .instances = {pattern},
+                          .seconds = 30.0,
+                          .count = 1,
+                          .history = true};
+    std::ostringstream out;
+    EXPECT_EQ(run(request, {}, dds::test_network(), out), runtime::kExitDone) << pattern;
+    return out.str();
+  };
+  for (const char* pattern :
+       {"component_name=slave_io", "component_name=slave*", "component_name=slave_io, host=desk"})
+    EXPECT_THAT(echoed(pattern), HasSubstr("component_name: slave_io\n")) << pattern;
+}
+
 TEST(Spy, ListsParticipantsThatComeAndGo) {
   Spy spy;
   {
