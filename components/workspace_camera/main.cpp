@@ -17,7 +17,7 @@ int main(int argc, char** argv) {
       "model has them.";
   description.details =
       "Topics in: depth_image, slave_state, gripper_state, workspace_version, workspace_object. Topics out: occupancy_change, "
-      "pose_finding, component_status.\n"
+      "space_view, pose_finding, component_status.\n"
       "Example: workspace_camera --deployment deploy/topologies/live.yaml";
   description.parameters = {workspace_camera::kParameters};
   description.run = [](const runtime::ProcessOptions& options) {

@@ -231,7 +231,9 @@ core::Health WorkspaceCamera::health(core::Nanoseconds now_ns) const {
     troubles += fmt::format("{}{} blocks found no memory (fusion.max_blocks): new matter there is not seen",
                             troubles.empty() ? "" : "; ", report_.refused);
   if (!troubles.empty()) health.state = core::ComponentState::kDegraded;
-  health.message = troubles.empty() ? fmt::format("{} cameras are fused", views_.size()) : troubles;
+  health.message = troubles.empty() ? fmt::format("images of {} camera{} are fused", views_.size(),
+                                                  views_.size() == 1 ? "" : "s")
+                                    : troubles;
   const auto figure = [&](const char* name, auto value, const char* unit) {
     health.figures.push_back({name, static_cast<double>(value), unit});
   };

@@ -30,8 +30,8 @@ int main(int argc, char** argv) {
       "merges all into one workspace and publishes it. "
       "Stays for those who join later, and to add, move and remove objects on command, or let an arm carry them.";
   description.details =
-      "Topics out: workspace_brick, workspace_version, workspace_object, mesh_chunk, workspace_reply, "
-      "component_status; in: workspace_command, slave_state.\n"
+      "Topics out: workspace_brick, workspace_version, workspace_object, mesh_chunk, workspace_reply, live_object, "
+      "component_status; in: workspace_command, slave_state, gripper_state, occupancy_change.\n"
       "Example while it runs: wva_server command move --object pump --pose \"0.4 -0.1 0.301 0 0 30\"\n"
       "Example without DDS: wva_server activate --mesh part.stl --scale 0.001 --voxel-size-m 0.005 "
       "--layers 4,4,4,4,4,4 --mu 32,20,13,11,10,9 --export part.nrrd";

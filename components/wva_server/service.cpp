@@ -373,8 +373,7 @@ void Service::note_figures() {
     return core::HealthFigure{name, static_cast<double>(value), unit};
   };
   version_ = workspace.version;
-  published_ =
-      fmt::format("{} objects in {} bricks are published", cell_.objects().size(), workspace.brick_count());
+  published_ = fmt::format("{} objects are published", cell_.objects().size());
   for (const messages::CarriedObject& carried : cell_.carried())
     published_ +=
         fmt::format("; arm '{}' carries {}", carried.arm, cell_.objects().at(carried.id).config.name);
