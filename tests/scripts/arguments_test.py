@@ -7,7 +7,7 @@ import unittest
 from pathlib import Path
 
 SCRIPTS = Path(__file__).resolve().parents[2] / "scripts"
-NO_SCRIPTS = {"bench_rows.py", "cmake_build.py", "test_results.py", "test_stages.py", "tsan.supp"}
+NO_SCRIPTS = {"bench_rows.py", "cmake_build.py", "test_results.py", "test_stages.py", "topology_file.py", "tsan.supp"}
 REFUSED = {
     "bench": ["no-such-table"],
     "bill_of_materials": ["--staged", "nowhere", "--build", "nowhere", "--output", "none"],
