@@ -1,11 +1,8 @@
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <fstream>
-#include <functional>
 #include <iterator>
 #include <map>
-#include <optional>
 #include <set>
 #include <string>
 #include <string_view>
@@ -15,74 +12,29 @@
 #include "common/core/text.hpp"
 #include "common/geometry/importer/importer.hpp"
 #include "common/geometry/importer/polygons.hpp"
+#include "common/geometry/importer/xml_tags.hpp"
 #include "common/geometry/mesh/mesh_import.hpp"
 
 namespace phantom::geometry::detail {
 namespace {
 
-/// A start tag of XML: its name without a prefix, and what stands in it.
-struct Tag {
-  std::string_view name, inside;
-
-  std::optional<std::string_view> attribute(std::string_view wanted) const {
-    for (std::size_t at = inside.find(wanted); at != std::string_view::npos;
-         at = inside.find(wanted, at + 1)) {
-      if (at == 0 || std::isspace(static_cast<unsigned char>(inside[at - 1])) == 0) continue;
-      std::string_view rest = core::trimmed(inside.substr(at + wanted.size()));
-      if (!rest.starts_with('=')) continue;
-      rest = core::trimmed(rest.substr(1));
-      if (rest.empty() || (rest.front() != '"' && rest.front() != '\'')) continue;
-      const std::size_t end = rest.find(rest.front(), 1);
-      if (end != std::string_view::npos) return rest.substr(1, end - 1);
-    }
-    return std::nullopt;
-  }
-};
-
-/// Calls visit(tag) for each start tag, and end(name) for each end tag.
-void for_each_tag(std::string_view text, const std::function<void(const Tag&)>& visit,
-                  const std::function<void(std::string_view)>& end) {
-  for (std::size_t at = text.find('<'); at != std::string_view::npos; at = text.find('<', at)) {
-    if (text.substr(at).starts_with("<!--")) {
-      const std::size_t close = text.find("-->", at);
-      if (close == std::string_view::npos) return;
-      at = close + 3;
-      continue;
-    }
-    const std::size_t close = text.find('>', at);
-    if (close == std::string_view::npos) return;
-    std::string_view inside = text.substr(at + 1, close - at - 1);
-    at = close + 1;
-    const bool is_end = inside.starts_with('/');
-    if (is_end) inside.remove_prefix(1);
-    std::size_t size = 0;
-    while (size < inside.size() && std::isspace(static_cast<unsigned char>(inside[size])) == 0 &&
-           inside[size] != '/')
-      ++size;
-    std::string_view name = inside.substr(0, size);
-    if (const std::size_t colon = name.find(':'); colon != std::string_view::npos)
-      name.remove_prefix(colon + 1);
-    if (is_end)
-      end(name);
-    else
-      visit({name, inside.substr(size)});
-  }
+/// Calls visit(tag) for each tag.
+template <class Visit>
+void for_each_tag(std::string_view text, const Visit& visit) {
+  Tag tag;
+  for (Tags tags(text); tags.next(tag);) visit(tag);
 }
-
-void no_end(std::string_view) {}
 
 std::string amf(std::string_view text) {
   std::string problem;
   int volumes = 0;
-  for_each_tag(
-      text,
-      [&](const Tag& tag) {
-        if (tag.name == "mesh") volumes = 0;
-        if (tag.name == "volume" && ++volumes == 2)
-          problem =
-              "has a mesh of several volumes, of which its importer reads one; allowed: one volume to a mesh";
-      },
-      no_end);
+  for_each_tag(text, [&](const Tag& tag) {
+    if (!tag.opens) return;
+    if (tag.name == "mesh") volumes = 0;
+    if (tag.name == "volume" && ++volumes == 2)
+      problem =
+          "has a mesh of several volumes, of which its importer reads one; allowed: one volume to a mesh";
+  });
   return problem;
 }
 
@@ -90,20 +42,17 @@ std::string x3d(std::string_view text) {
   static const std::set<std::string_view> kLeftOut{"Anchor", "Billboard", "Collision", "LOD",
                                                    "ProtoInstance"};
   std::string problem;
-  for_each_tag(
-      text,
-      [&](const Tag& tag) {
-        if (!problem.empty()) return;
-        if (kLeftOut.contains(tag.name))
-          problem = "has a node " + std::string(tag.name) +
-                    ", of which its importer leaves the shapes out; allowed: shapes in Transform and Group";
-        if (tag.name != "unit" || tag.attribute("category") != "length") return;
-        const std::string_view factor = tag.attribute("conversionFactor").value_or("1");
-        if (core::number_of(core::trimmed(factor)) != 1.0)
-          problem = "declares a unit of " + std::string(factor) +
-                    " m, which its importer does not heed; allowed: a length of 1 m";
-      },
-      no_end);
+  for_each_tag(text, [&](const Tag& tag) {
+    if (!problem.empty() || !tag.opens) return;
+    if (kLeftOut.contains(tag.name))
+      problem = "has a node " + std::string(tag.name) +
+                ", of which its importer leaves the shapes out; allowed: shapes in Transform and Group";
+    if (tag.name != "unit" || tag.find("category") != "length") return;
+    const std::string_view factor = tag.find("conversionFactor").value_or("1");
+    if (core::number_of(core::trimmed(factor)) != 1.0)
+      problem = "declares a unit of " + std::string(factor) +
+                " m, which its importer does not heed; allowed: a length of 1 m";
+  });
   return problem;
 }
 
@@ -151,43 +100,43 @@ bool moves_a_skin(std::string_view text) {
   return false;
 }
 
+/// Returns why a tag that places a shape is not carried out; empty: it is.
+std::string misplaced(const Tag& tag, const std::set<std::string_view>& ids) {
+  const std::string_view url = tag.find("url").value_or("");
+  if (!url.starts_with('#'))
+    return "places '" + std::string(url) + "' of another file (" + std::string(tag.name) +
+           "), which its importer leaves out; allowed: shapes of its own";
+  if (ids.contains(url.substr(1))) return "";
+  return "places '" + std::string(url.substr(1)) + "' (" + std::string(tag.name) +
+         "), which it does not have; allowed: an id of the file";
+}
+
 std::string collada(std::string_view text) {
   static const std::set<std::string_view> kShapes{"instance_geometry", "instance_controller",
                                                   "instance_node"};
   std::set<std::string_view> ids;
-  for_each_tag(
-      text, [&](const Tag& tag) { ids.insert(tag.attribute("id").value_or("")); }, no_end);
+  for_each_tag(text, [&](const Tag& tag) {
+    if (const auto id = tag.find("id")) ids.insert(*id);
+  });
   std::string problem;
   NodeCycle cycle;
   std::vector<std::string_view> open;  // nodes by id
-  for_each_tag(
-      text,
-      [&](const Tag& tag) {
-        if (tag.name == "node" && !tag.inside.ends_with('/'))
-          open.push_back(tag.attribute("id").value_or(""));
-        if (!problem.empty()) return;
-        if (tag.name == "skew")
-          problem = "has a <skew>, which its importer cannot read; allowed: translate, rotate, scale, matrix";
-        if (tag.name == "unit") {
-          const auto meter = tag.attribute("meter");
-          const auto scale = meter ? core::number_of(core::trimmed(*meter)) : std::optional(1.0);
-          if (!scale || !std::isfinite(*scale) || *scale <= 0.0)
-            problem = "declares a unit of '" + std::string(meter.value_or("")) + "' m; allowed: more than 0";
-        }
-        if (!kShapes.contains(tag.name)) return;
-        const std::string_view url = tag.attribute("url").value_or("");
-        if (!url.starts_with('#'))
-          problem = "places '" + std::string(url) + "' of another file (" + std::string(tag.name) +
-                    "), which its importer leaves out; allowed: shapes of its own";
-        else if (!ids.contains(url.substr(1)))
-          problem = "places '" + std::string(url.substr(1)) + "' (" + std::string(tag.name) +
-                    "), which it does not have";
-        else if (tag.name == "instance_node" && !open.empty() && !open.back().empty())
-          cycle.places(open.back(), url.substr(1));
-      },
-      [&](std::string_view name) {
-        if (name == "node" && !open.empty()) open.pop_back();
-      });
+  for_each_tag(text, [&](const Tag& tag) {
+    if (tag.name == "node" && tag.opens) open.push_back(tag.find("id").value_or(""));
+    if (tag.name == "node" && tag.closes && !open.empty()) open.pop_back();
+    if (!problem.empty() || !tag.opens) return;
+    if (tag.name == "skew")
+      problem = "has a <skew>, which its importer cannot read; allowed: translate, rotate, scale, matrix";
+    if (const auto meter = tag.name == "unit" ? tag.find("meter") : std::nullopt) {
+      const auto scale = core::number_of(core::trimmed(*meter));
+      if (!scale || !std::isfinite(*scale) || *scale <= 0.0)
+        problem = "declares a unit of '" + std::string(*meter) + "' m; allowed: more than 0";
+    }
+    if (!kShapes.contains(tag.name)) return;
+    problem = misplaced(tag, ids);
+    if (problem.empty() && tag.name == "instance_node" && !open.empty() && !open.back().empty())
+      cycle.places(open.back(), tag.find("url")->substr(1));
+  });
   if (problem.empty() && moves_a_skin(text))
     problem = "has a skin with a bind_shape_matrix, which its importer does not apply; allowed: the identity";
   if (problem.empty() && !cycle.found().empty())

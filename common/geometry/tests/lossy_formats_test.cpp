@@ -67,6 +67,9 @@ TEST_F(LossyFormats, WhatIsReadWholeIsNot) {
                       "<bind_shape_matrix> 1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1 </bind_shape_matrix>",
                       "<unit name='inch' meter='0.0254'/>"),
               IsEmpty());
+  EXPECT_THAT(collada("<![CDATA[<skew>]]><node name='a > b' id='n'/><node><instance_node url='#n'/></node>"),
+              IsEmpty())
+      << "a bracket in a text";
   EXPECT_THAT(insert("41\n1.0\n50\n0\n70\n1\n"), IsEmpty());
   EXPECT_THAT(problem("a.obj", "<Anchor/>"), IsEmpty()) << "of another format";
 }
