@@ -75,8 +75,8 @@ geometry::Pose read_place(const Fields& fields) {
     check_within(fields, "pose", X.translation_m);
     return X;
   }
-  check_within(fields, "looks_from_m", fields.vector3("looks_from_m"));
   const Eigen::Vector3d eye_m = fields.vector3("looks_from_m");
+  check_within(fields, "looks_from_m", eye_m);
   fields.check(fields.has("looks_at_m"), "looks_from_m", "needs looks_at_m, too; allowed: both, or a pose");
   const Eigen::Vector3d way_m = fields.vector3("looks_at_m") - eye_m;
   fields.check(way_m.head<2>().norm() > 1e-3 * way_m.norm(), "looks_at_m",

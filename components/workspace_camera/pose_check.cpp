@@ -298,6 +298,9 @@ void PoseCheck::find(std::size_t object, const geometry::Pose& X_WO, const Count
   const auto through = static_cast<double>(seen.through), judged = static_cast<double>(seen.judged());
   if (fit(object, X_WO, finding)) {
     finding.verdict = PoseVerdict::kElsewhere;
+  } else if (known && known->finding.verdict == PoseVerdict::kElsewhere) {
+    known->rest = kRest;  // it still stands there, and nowhere better
+    return keep();
   } else {
     finding = counted;
     if (through >= kSeenThrough * judged) {

@@ -8,6 +8,7 @@
 #include "common/core/errors.hpp"
 #include "common/fusion/fused_block.hpp"
 #include "common/fusion/space_ages.hpp"
+#include "common/runtime/cell/cell_names.hpp"
 
 namespace phantom::workspace_camera {
 namespace {
@@ -31,15 +32,6 @@ fusion::Fusion fusion_or_throw(const WorkspaceCameraConfig& config, const worksp
   return std::move(made).value();
 }
 
-/// The names of the links of an arm, each followed by a comma.
-std::string links_of(const ArmView* arm) {
-  std::string names;
-  if (arm == nullptr) return names;
-  for (const robot::Link& link : arm->arm().links())
-    for (const auto& [name, X_link_frame] : link.frames) names += name + ", ";
-  return names;
-}
-
 }  // namespace
 
 WorkspaceCamera::WorkspaceCamera(const WorkspaceCameraConfig& config, std::string source, std::string cell,
@@ -58,7 +50,8 @@ WorkspaceCamera::WorkspaceCamera(const WorkspaceCameraConfig& config, std::strin
       const auto frame = arm != nullptr ? arm->arm().find_frame(camera.link) : std::nullopt;
       if (!frame)
         throw core::ConfigError(camera.place + ".link: '" + camera.link +
-                                "' is no link of the arm; allowed: " + links_of(arm) +
+                                "' is no link of the arm; allowed: " +
+                                (arm != nullptr ? runtime::links_of(arm->arm()) + ", or " : "") +
                                 "\"\" for a camera that is fixed in the cell");
       view.link = frame->first;
       view.X_LF = frame->second;

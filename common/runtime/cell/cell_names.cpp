@@ -14,7 +14,7 @@ using core::ConfigError;
 
 enum class Links { kAll, kMoving };
 
-std::string links_of(const robot::SerialArm& arm, Links which) {
+std::string names_of(const robot::SerialArm& arm, Links which) {
   std::string names;
   for (std::size_t i = which == Links::kMoving ? 1 : 0; i < arm.links().size(); ++i)
     for (const auto& [name, X_link_frame] : arm.links()[i].frames) core::add_to_list(names, name);
@@ -29,7 +29,7 @@ bool has_link(const robot::SerialArm& arm, const std::string& link, Links which)
 void check_link(const robot::SerialArm& arm, const std::string& link, Links which, const std::string& place) {
   if (has_link(arm, link, which)) return;
   throw ConfigError(place + "'" + link + "' is no " + (which == Links::kMoving ? "moving " : "") +
-                    "link of the arm; allowed: " + links_of(arm, which));
+                    "link of the arm; allowed: " + names_of(arm, which));
 }
 
 void check_arm(const ArmConfig& config, const robot::SerialArm& arm, const CellConfig& cell) {
@@ -67,12 +67,14 @@ void check_hold(const ObjectConfig& object, const std::map<std::string, robot::S
   const auto has_frame = [&](const auto& arm) { return has_link(arm.second, hold.frame, Links::kMoving); };
   if (std::ranges::any_of(arms, has_frame)) return;
   std::string allowed;
-  for (const auto& [name, arm] : arms) core::add_to_list(allowed, links_of(arm, Links::kMoving));
+  for (const auto& [name, arm] : arms) core::add_to_list(allowed, names_of(arm, Links::kMoving));
   throw ConfigError(place + "frame: '" + hold.frame +
                     "' is no moving link of an arm of the cell; allowed: " + allowed);
 }
 
 }  // namespace
+
+std::string links_of(const robot::SerialArm& arm) { return names_of(arm, Links::kAll); }
 
 void check_names(const CellConfig& cell) {
   std::map<std::string, robot::SerialArm> arms;

@@ -167,6 +167,21 @@ TEST(WorkspaceCamera, TheArmIsNoMatterWhileItMoves) {
 }
 
 // Tries workspace_camera: slave_state does not come
+TEST(WorkspaceCamera, AnImageOfAFileMayComeAgainAndOneOfACameraNot) {
+  for (const CameraDriver driver : {CameraDriver::kFiles, CameraDriver::kTopic}) {
+    WorkspaceCameraConfig played = config();
+    played.cameras[0].driver = driver;
+    const ArmHistory history;
+    WorkspaceCamera camera(played, "source", "cell", grid(), nullptr, history);
+    Film film(scene());
+    CameraImage image = film.next();
+    EXPECT_TRUE(camera.take(image, film.now_ns()));
+    image.exposed_ns += 50 * kMs;
+    EXPECT_EQ(static_cast<bool>(camera.take(image, film.now_ns() + 50 * kMs)),
+              driver == CameraDriver::kFiles);
+  }
+}
+
 TEST(WorkspaceCamera, WithoutTheArmsPoseAnImageIsNotFused) {
   ArmView view = arm_view();
   ArmHistory history;
